@@ -1,0 +1,206 @@
+"""The caregiver: what to protect next. It never knows whether its world is the grid or the house.
+
+A world shows it an `Observation` and carries out the `Intervention` that it answers with. Both hold a batch of
+worlds, so that the grid can run thousands of episodes at once; the house is a batch of one.
+
+Candidates for protection are numbered through: first the stairwells, then the candles of the floor plan.
+"""
+
+from __future__ import annotations
+
+import abc
+import dataclasses
+
+import numpy as np
+
+from caregiver_mj import novice, safety
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.floor_plan import FloorPlan
+
+NOTHING = -1  # no candidate, no candle, no action
+EXPERT_TIMESTEPS = 1000  # paper, section V.C
+
+
+@dataclasses.dataclass(frozen=True)
+class Observation:
+    """What the caregiver sees of B worlds at one moment.
+
+    Attributes:
+        novice_cell: Index of the novice's free cell, (B,).
+        previous_cell: The cell in which it made its last move, (B,).
+        previous_action: That move, an index into `ACTIONS`, or NOTHING before the first, (B,).
+        caregiver_cell: Index of the caregiver's own cell in `FloorPlan.caregiver_cells`, (B,).
+        candle_table: Index of the table on which each candle stands, (B, candles), or NOTHING for one that
+            stands on none (it is in the caregiver's hand, or lies on the floor).
+        holding: Index of the candle in the caregiver's hand, or NOTHING, (B,).
+    """
+
+    novice_cell: np.ndarray
+    previous_cell: np.ndarray
+    previous_action: np.ndarray
+    caregiver_cell: np.ndarray
+    candle_table: np.ndarray
+    holding: np.ndarray
+
+
+@dataclasses.dataclass(frozen=True)
+class Assessment:
+    """The numbers behind a decision.
+
+    Attributes:
+        safe: P(safe|tau), (B,).
+        reach: P(reach_o|tau) of every candidate, (B, candidates).
+        danger: Expected danger of every candidate, (B, candidates).
+    """
+
+    safe: np.ndarray
+    reach: np.ndarray
+    danger: np.ndarray
+
+
+class Caregiver(abc.ABC):
+    """Decides what to protect. One instance serves one batch of episodes at a time."""
+
+    def __init__(self, plan: FloorPlan, seed: int = 0):
+        """Prepares a caregiver for a house.
+
+        Args:
+            plan: The house.
+            seed: Seed for whatever is random in the caregiver.
+        """
+        self.plan = plan
+        self.seed = seed
+        self.stairwell_count = len(plan.stairwells)
+        self.table_distances = plan.bump_distances(plan.tables).astype(float)  # (free cells, tables)
+        self.stairwell_distances = plan.bump_distances(plan.stairwells).astype(float)  # (free cells, stairwells)
+
+    def reset(self, batch: int) -> None:  # noqa: B027 (most caregivers remember nothing)
+        """Begins B new episodes."""
+
+    def watch(self, observation: Observation) -> None:  # noqa: B027
+        """Takes in the novice's last move. Called once a novice timestep."""
+
+    @abc.abstractmethod
+    def decide(self, observation: Observation) -> np.ndarray:
+        """Chooses the candidate to protect now, (B,), or NOTHING. Called as often as the world likes."""
+
+    def safe_table(self, observation: Observation, candle: np.ndarray) -> np.ndarray:
+        """Chooses where a candle shall go: the bare table farthest, on foot, from the novice.
+
+        Args:
+            observation: What is seen at the moment of the pick.
+            candle: Index of the candle for each world, (B,).
+
+        Returns:
+            Table indices (B,).
+        """
+        distance = self.table_distances[observation.novice_cell].copy()
+        worlds, candles = np.nonzero(observation.candle_table != NOTHING)
+        distance[worlds, observation.candle_table[worlds, candles]] = -np.inf  # not bare
+        return distance.argmax(axis=1)
+
+    def candidate_distances(self, observation: Observation) -> np.ndarray:
+        """Novice timesteps to a collision with each candidate, (B, candidates); infinite for a carried candle."""
+        cell, table = observation.novice_cell, observation.candle_table
+        candles = np.where(table == NOTHING, np.inf, self.table_distances[cell[:, None], table])
+        return np.concatenate([self.stairwell_distances[cell], candles], axis=1)
+
+    @property
+    def candidate_damage(self) -> np.ndarray:
+        """d_o of every candidate, (candidates,)."""
+        stairwells = np.full(self.stairwell_count, novice.STAIRWELL_DAMAGE)
+        return np.concatenate([stairwells, np.full(len(self.plan.candle_tables), novice.CANDLE_DAMAGE)])
+
+
+class PaperCaregiver(Caregiver):
+    """The paper's rule: protect the object of greatest expected danger (sections III and IV)."""
+
+    def __init__(
+        self,
+        plan: FloorPlan,
+        seed: int = 0,
+        *,
+        reach: str = "inverse",
+        prior: str = "draw",
+        hyperprior: float = safety.HYPERPRIOR,
+        expert_timesteps: int = EXPERT_TIMESTEPS,
+        threshold: float = 0.0,
+    ):
+        """Learns the action prior from experts.
+
+        Args:
+            plan: The house.
+            seed: Seed of the expert trajectories and the Dirichlet draw.
+            reach: Reading of P(reach): "inverse" or "linear" distance.
+            prior: theta_s as a "draw" from Dir(alpha_s), or its "mean".
+            hyperprior: alpha_s^0(a).
+            expert_timesteps: Length of all expert trajectories together.
+            threshold: Expected danger below which nothing is done.
+
+        Raises:
+            CaregiverError: An unknown reading of P(reach) or of the prior.
+        """
+        super().__init__(plan, seed)
+        for what, value, valid in (("reach", reach, ("inverse", "linear")), ("prior", prior, ("draw", "mean"))):
+            if value not in valid:
+                raise CaregiverError(f"{what} must be one of {', '.join(valid)}, not {value!r}")
+        random = np.random.default_rng(seed)
+        experts = novice.expert_trajectories(plan, random, expert_timesteps)
+        alpha = safety.action_counts(experts, len(plan.free_cells), hyperprior)
+        self.action_prior = (
+            safety.action_prior_draw(alpha, random) if prior == "draw" else safety.action_prior_mean(alpha)
+        )
+        self._reach = reach
+        self._threshold = threshold
+        # Candles can come to stand on any table, so the largest distance is that over all tables.
+        self._largest_distance = max(
+            d.max() for d in (self.table_distances, self.stairwell_distances, np.ones(1)) if d.size
+        )
+        self._damage = self.candidate_damage
+        self._log_ratio = np.zeros(1)
+
+    def reset(self, batch: int) -> None:
+        self._log_ratio = np.zeros(batch)
+
+    def watch(self, observation: Observation) -> None:
+        moved = observation.previous_action != NOTHING
+        ratio = safety.log_likelihood_ratio(
+            self.action_prior, observation.previous_cell, observation.previous_action
+        )
+        self._log_ratio += np.where(moved, ratio, 0.0)
+
+    def assess(self, observation: Observation) -> Assessment:
+        """P(safe|tau), P(reach|tau) and expected danger as they stand now."""
+        distance = self.candidate_distances(observation)
+        if self._reach == "inverse":
+            reach = safety.reach_inverse(distance)
+        else:
+            reach = safety.reach_linear(distance, self._largest_distance)
+        safe = safety.probability_safe(self._log_ratio)
+        return Assessment(safe, reach, safety.expected_danger(safe, reach, self._damage))
+
+    def decide(self, observation: Observation) -> np.ndarray:
+        assessment = self.assess(observation)
+        if assessment.danger.shape[1] == 0:
+            return np.full(len(observation.novice_cell), NOTHING)
+        # 1 - P(safe) is common to all candidates and may round to 0 after a long safe walk; the choice among
+        # them is therefore made without it, and only the threshold looks at the danger itself.
+        target = (assessment.reach * self._damage).argmax(axis=1)
+        danger = assessment.danger[np.arange(len(target)), target]
+        return np.where(danger >= self._threshold, target, NOTHING)
+
+
+CAREGIVERS: dict[str, type[Caregiver] | None] = {"none": None, "paper": PaperCaregiver}
+
+
+def make_caregiver(name: str, plan: FloorPlan, seed: int = 0) -> Caregiver | None:
+    """Makes a caregiver by name; "none" gives None.
+
+    Raises:
+        CaregiverError: There is none of that name.
+    """
+    try:
+        maker = CAREGIVERS[name]
+    except KeyError:
+        raise CaregiverError(f"no caregiver '{name}': there are {', '.join(CAREGIVERS)}") from None
+    return maker(plan, seed) if maker else None

@@ -1,0 +1,13 @@
+"""Exceptions that the package raises for input it cannot work with."""
+
+
+class CaregiverError(Exception):
+    """Base of every error that a user of the package can cause and mend."""
+
+
+class FloorPlanError(CaregiverError):
+    """A floor plan is malformed; the message names line and column."""
+
+
+class RenderingError(CaregiverError):
+    """No OpenGL backend for offscreen rendering could be brought up."""

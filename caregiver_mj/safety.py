@@ -1,0 +1,139 @@
+"""The model of safety and danger of Rosman, Hayes and Scassellati (ICDL-EpiRob 2015), sections II to IV.
+
+Experts show how one usually moves through the house: their trajectories give the *action prior*. A novice whose
+moves are likely under that prior behaves safely; one whose moves look random does not. How likely the novice is to
+reach an object, and how much a collision with it hurts, then gives the *expected danger* of that object.
+
+Every function takes a batch of novices: arrays whose first dimension is B.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+ACTION_COUNT = 4
+PRIOR_SAFE = 0.5  # P(safe), section III
+HYPERPRIOR = 1.0  # alpha_s^0(a), section II; the paper gives no value, this one is Laplace's
+
+
+def action_counts(
+    trajectories: Sequence[Sequence[tuple[int, int]]], states: int, hyperprior: float = HYPERPRIOR
+) -> np.ndarray:
+    """alpha_s(a): the number of expert trajectories that take a in s, plus the hyperprior (section II).
+
+    A trajectory counts once for a pair (s, a), however often it passes there.
+
+    Args:
+        trajectories: Expert trajectories, each a sequence of (state, action) indices.
+        states: Number of states.
+        hyperprior: alpha_s^0(a), the same for all pairs; positive.
+
+    Returns:
+        Array (states, 4).
+
+    Raises:
+        ValueError: The hyperprior is not positive.
+    """
+    if not hyperprior > 0:
+        raise ValueError(f"the hyperprior must be positive, not {hyperprior}")
+    alpha = np.full((states, ACTION_COUNT), float(hyperprior))
+    for trajectory in trajectories:
+        for state, action in set(trajectory):
+            alpha[state, action] += 1
+    return alpha
+
+
+def action_prior_mean(alpha: np.ndarray) -> np.ndarray:
+    """theta_s(a) as the mean of Dir(alpha_s): (states, 4), rows sum to 1."""
+    return alpha / alpha.sum(axis=1, keepdims=True)
+
+
+def action_prior_draw(alpha: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """theta_s ~ Dir(alpha_s) for every state (section II): (states, 4), rows sum to 1.
+
+    A draw of a small alpha can underflow to 0, which would declare an action impossible for ever; such
+    probabilities are raised to the smallest positive normal number.
+    """
+    gamma = random.standard_gamma(alpha)
+    theta = gamma / gamma.sum(axis=1, keepdims=True)
+    return np.maximum(theta, np.finfo(float).tiny)
+
+
+def log_likelihood_ratio(theta: np.ndarray, state: np.ndarray, action: np.ndarray) -> np.ndarray:
+    """log theta_s(a) - log rho_s(a), what one observed move adds to the log-odds of safe behaviour.
+
+    rho is the unsafe agent of section III, for whom every action is equally likely: rho_s(a) = 1/4.
+
+    Args:
+        theta: Action prior (states, 4).
+        state: States in which the novices moved, (B,) or of any shape.
+        action: Their moves, of the same shape.
+
+    Returns:
+        Array of that shape; sums of it over a trajectory are the log of the ratio of products in equation (1).
+    """
+    return np.log(theta[state, action]) + np.log(ACTION_COUNT)
+
+
+def probability_safe(log_ratio: np.ndarray, prior: float = PRIOR_SAFE) -> np.ndarray:
+    """P(safe|tau), equation (1), in log space.
+
+    Dividing numerator and denominator by the unsafe product leaves the logistic function of
+    log(prior / (1 - prior)) + sum_k [log theta(a^k) - log rho(a^k)].
+
+    Args:
+        log_ratio: Sum of `log_likelihood_ratio` over each trajectory, (B,).
+        prior: P(safe), strictly between 0 and 1.
+
+    Returns:
+        Probabilities (B,).
+    """
+    log_odds = np.log(prior) - np.log1p(-prior) + log_ratio
+    return np.exp(-np.logaddexp(0.0, -log_odds))
+
+
+def reach_inverse(distance: np.ndarray) -> np.ndarray:
+    """P(reach_o|tau) as inverse distance, normalised over the objects (section IV, first reading).
+
+    Args:
+        distance: Moves until the novice collides with each object, (B, objects), at least 1. Infinite for an
+            object that cannot be collided with now, such as a candle in the caregiver's hand.
+
+    Returns:
+        Array (B, objects); rows sum to 1 (to 0 where no object can be reached).
+    """
+    nearness = 1.0 / distance
+    total = nearness.sum(axis=1, keepdims=True)
+    return np.divide(nearness, total, out=np.zeros_like(nearness), where=total > 0)
+
+
+def reach_linear(distance: np.ndarray, largest: float) -> np.ndarray:
+    """P(reach_o|tau) as 1 - d/d_max (section IV, second reading of "normalised distance").
+
+    Args:
+        distance: As for `reach_inverse`.
+        largest: d_max, the largest distance there can be in this house.
+
+    Returns:
+        Array (B, objects) of values in [0, 1].
+    """
+    return np.clip(1.0 - distance / largest, 0.0, 1.0)
+
+
+def expected_danger(safe: np.ndarray, reach: np.ndarray, damage: np.ndarray) -> np.ndarray:
+    """E(d_o|tau) = (1 - P(safe|tau)) P(reach_o|tau) d_o, equation (2).
+
+    The first factor is common to all objects: with one novice it never changes which object is the most
+    dangerous, only how that danger compares with a threshold.
+
+    Args:
+        safe: P(safe|tau), (B,).
+        reach: P(reach_o|tau), (B, objects).
+        damage: d_o, (objects,).
+
+    Returns:
+        Array (B, objects).
+    """
+    return (1.0 - safe)[:, None] * reach * damage
