@@ -1,0 +1,1 @@
+"""The robot: kinematics, trajectories and skills."""

@@ -1,0 +1,1 @@
+"""The dm-control tasks, one file each, and their registry."""
