@@ -1,0 +1,225 @@
+"""Offscreen rendering without a display: EGL, then OSMesa, chosen at the first frame and never at import.
+
+dm_control chooses its OpenGL backend when it is imported, and GLFW first, which needs a display. Import this module
+before it: it imports dm_control with rendering switched off, and brings up a backend when the first frame is asked
+for. What the user says in the environment variable `MUJOCO_GL` wins.
+
+The contexts speak to the libraries through ctypes. dm_control's own go through PyOpenGL, which binds to one library
+for good at its first import, leaving no way back from EGL to OSMesa, and which needs a libGL that EGL alone does not
+bring along.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import functools
+import os
+from collections.abc import Iterator
+
+from caregiver_mj.errors import RenderingError
+
+_MUJOCO_GL = "MUJOCO_GL"
+_OFF = ("off", "disable", "disabled", "false", "0")  # MuJoCo's words for no rendering
+_ADVICE = "install one (Debian: apt-get install libegl1 libgl1-mesa-dri, or libosmesa6)"
+
+
+@contextlib.contextmanager
+def _rendering_off() -> Iterator[None]:
+    """Within, the environment tells libraries that are imported not to bring up OpenGL."""
+    wish = os.environ.get(_MUJOCO_GL)
+    os.environ[_MUJOCO_GL] = "off"
+    try:
+        yield
+    finally:
+        del os.environ[_MUJOCO_GL]
+        if wish is not None:
+            os.environ[_MUJOCO_GL] = wish
+
+
+try:
+    import mujoco
+except Exception:  # it brings up OpenGL at import if MUJOCO_GL is set, and fails with whatever it stumbles over
+    with _rendering_off():
+        import mujoco
+with _rendering_off():
+    from dm_control import _render
+    from dm_control._render import base, executor
+
+
+class _Egl:
+    """libEGL, and a display of it that needs no screen."""
+
+    # From EGL/egl.h and EGL/eglext.h.
+    PLATFORM_DEVICE = 0x313F
+    OPENGL_API = 0x30A2
+    CONFIG = (
+        0x3033, 0x0001,  # EGL_SURFACE_TYPE: EGL_PBUFFER_BIT
+        0x3040, 0x0008,  # EGL_RENDERABLE_TYPE: EGL_OPENGL_BIT
+        0x3024, 8, 0x3023, 8, 0x3022, 8, 0x3021, 8,  # EGL_RED, GREEN, BLUE, ALPHA_SIZE
+        0x3025, 24, 0x3026, 8,  # EGL_DEPTH_SIZE, EGL_STENCIL_SIZE
+        0x3038,  # EGL_NONE
+    )  # fmt: skip
+    MAX_DEVICES = 16
+
+    def __init__(self):
+        library = ctypes.CDLL("libEGL.so.1", mode=ctypes.RTLD_GLOBAL)  # where libmujoco looks for it
+        pointer, integer = ctypes.c_void_p, ctypes.c_int
+
+        def function(name: str, result: type, *arguments: type):
+            address = ctypes.CFUNCTYPE(pointer, ctypes.c_char_p)(("eglGetProcAddress", library))(name.encode())
+            if not address:
+                raise RuntimeError(f"libEGL has no {name}")
+            return ctypes.CFUNCTYPE(result, *arguments)(address)
+
+        query_devices = function("eglQueryDevicesEXT", integer, integer, pointer, pointer)
+        get_display = function("eglGetPlatformDisplayEXT", pointer, integer, pointer, pointer)
+        initialize = function("eglInitialize", integer, pointer, pointer, pointer)
+        self.bind_api = function("eglBindAPI", integer, integer)
+        self.choose_config = function("eglChooseConfig", integer, pointer, pointer, pointer, integer, pointer)
+        self.create_context = function("eglCreateContext", pointer, pointer, pointer, pointer, pointer)
+        self.make_current = function("eglMakeCurrent", integer, pointer, pointer, pointer, pointer)
+        self.destroy_context = function("eglDestroyContext", integer, pointer, pointer)
+
+        devices, count = (pointer * self.MAX_DEVICES)(), integer()
+        query_devices(self.MAX_DEVICES, devices, ctypes.byref(count))
+        found = devices[: count.value]
+        if wish := os.environ.get("MUJOCO_EGL_DEVICE_ID"):
+            found = found[int(wish) : int(wish) + 1]
+        for device in found:
+            self.display = get_display(self.PLATFORM_DEVICE, device, None)
+            if self.display and initialize(self.display, None, None):
+                return
+        raise RuntimeError(f"none of {len(found)} EGL devices can be used")
+
+
+_egl = functools.cache(_Egl)  # brought up at first use
+
+
+class EglContext(base.ContextBase):
+    """An OpenGL context by EGL."""
+
+    def __init__(self, max_width: int, max_height: int):
+        self._context = None
+        self._patients = []  # the base class wants it at deletion, even if its constructor has failed
+        super().__init__(max_width, max_height, executor.PassthroughRenderExecutor)
+
+    def _platform_init(self, max_width: int, max_height: int) -> None:
+        egl = _egl()
+        config, count = ctypes.c_void_p(), ctypes.c_int()
+        wanted = (ctypes.c_int * len(egl.CONFIG))(*egl.CONFIG)
+        egl.bind_api(egl.OPENGL_API)
+        egl.choose_config(egl.display, wanted, ctypes.byref(config), 1, ctypes.byref(count))
+        self._context = egl.create_context(egl.display, config, None, None) if count.value else None
+        if not self._context:
+            raise RuntimeError("EGL makes no OpenGL context")
+
+    def _platform_make_current(self) -> None:
+        if self._context and not _egl().make_current(_egl().display, None, None, self._context):
+            raise RuntimeError("EGL cannot make its OpenGL context current")
+
+    def _platform_free(self) -> None:
+        if self._context:
+            egl = _egl()
+            egl.make_current(egl.display, None, None, None)
+            egl.destroy_context(egl.display, self._context)
+            self._context = None
+
+
+@functools.cache
+def _osmesa() -> ctypes.CDLL:
+    names = ("libOSMesa.so.8", "libOSMesa.so.6")
+    for name in names:
+        with contextlib.suppress(OSError):
+            library = ctypes.CDLL(name, mode=ctypes.RTLD_GLOBAL)
+            library.OSMesaCreateContextExt.restype = ctypes.c_void_p
+            return library
+    raise RuntimeError(f"neither {' nor '.join(names)} can be loaded")
+
+
+class OSMesaContext(base.ContextBase):
+    """An OpenGL context by OSMesa, which renders into memory of ours."""
+
+    _RGBA, _UNSIGNED_BYTE = 0x1908, 0x1401  # GL_RGBA, GL_UNSIGNED_BYTE
+
+    def __init__(self, max_width: int, max_height: int):
+        self._context = None
+        self._patients = []
+        super().__init__(max_width, max_height, executor.PassthroughRenderExecutor)
+
+    def _platform_init(self, max_width: int, max_height: int) -> None:
+        create = _osmesa().OSMesaCreateContextExt
+        self._context = create(self._RGBA, 24, 8, 0, None)  # bits of depth, stencil, accumulation
+        if not self._context:
+            raise RuntimeError("OSMesa makes no OpenGL context")
+        self._size = max_width, max_height
+        self._buffer = (ctypes.c_ubyte * (4 * max_width * max_height))()
+        os.environ[_MUJOCO_GL] = "osmesa"  # libmujoco looks here for whom to ask for OpenGL's functions
+
+    def _platform_make_current(self) -> None:
+        if self._context and not _osmesa().OSMesaMakeCurrent(
+            ctypes.c_void_p(self._context), self._buffer, self._UNSIGNED_BYTE, *self._size
+        ):
+            raise RuntimeError("OSMesa cannot make its OpenGL context current")
+
+    def _platform_free(self) -> None:
+        if self._context:
+            _osmesa().OSMesaDestroyContext(ctypes.c_void_p(self._context))
+            self._context = None
+
+
+def _glfw_context(max_width: int, max_height: int) -> base.ContextBase:
+    from dm_control._render import glfw_renderer  # connects to the display
+
+    return glfw_renderer.GLFWContext(max_width, max_height)
+
+
+# In order of preference. OSMesa is gone from Mesa 25.1 on; GLFW needs a display, so only the user can choose it.
+_BACKENDS = {"egl": EglContext, "osmesa": OSMesaContext}
+
+
+def make_context(max_width: int, max_height: int) -> base.ContextBase:
+    """Makes an OpenGL context with the first backend that works; stands in for `dm_control._render.Renderer`.
+
+    Args:
+        max_width: Width of the offscreen buffer in pixels.
+        max_height: Its height.
+
+    Raises:
+        RenderingError: No backend works, or not the one that `MUJOCO_GL` names.
+    """
+    wish = os.environ.get(_MUJOCO_GL, "").strip().lower()
+    if wish in _OFF:
+        raise RenderingError(f"cannot render: the environment variable {_MUJOCO_GL} is '{wish}', which forbids it")
+    if not wish:
+        candidates = _BACKENDS
+    elif wish in _BACKENDS:
+        candidates = {wish: _BACKENDS[wish]}
+    else:
+        candidates = {wish: _glfw_context}  # MuJoCo knows no others
+    failures = []
+    for name, context in candidates.items():
+        try:
+            return context(max_width, max_height)
+        except Exception as error:  # of the system's libraries, whatever they fail with
+            failures.append(f"{name}: {error}")
+    raise RenderingError(f"cannot render: no OpenGL backend works ({'; '.join(failures)}); {_ADVICE}")
+
+
+class OffscreenRendering:
+    """Mixin for a dm_control `Physics` that renders with `make_context`, whoever imported dm_control first."""
+
+    def _make_rendering_contexts(self) -> None:
+        from dm_control.mujoco import engine, wrapper
+
+        size = self.model.vis.global_
+        context = make_context(size.offwidth, size.offheight)
+        try:
+            renderer = wrapper.MjrContext(self.model, context)
+        except mujoco.FatalError as error:
+            raise RenderingError(f"cannot render: {error}; {_ADVICE}") from None
+        self._contexts = engine.Contexts(gl=context, mujoco=renderer)
+
+
+if _render.BACKEND in _OFF:  # else somebody imported dm_control before us, and has a backend already
+    _render.Renderer = make_context
