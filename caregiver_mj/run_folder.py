@@ -1,0 +1,111 @@
+"""The folder of an evaluation on disk::
+
+    run.json            settings and versions; a run is only continued under the same ones
+    episodes/*.json     finished episodes, a file a block
+    episodes.parquet    all of them, a row an episode, once the run is finished
+    summary.json        the table
+
+Whatever kills a run, what is in its folder is whole and can be continued.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import pathlib
+from typing import Any
+
+import pandas as pd
+
+from caregiver_mj.errors import CaregiverError
+
+Row = dict[str, Any]
+
+
+class StorageError(CaregiverError):
+    """A result could not be written; what was written before is whole."""
+
+
+class RunFolder:
+    """The results of one run."""
+
+    def __init__(self, path: str | os.PathLike[str], settings: dict[str, Any], *, resume: bool = False):
+        """Creates the folder, or opens the one of an earlier run.
+
+        Args:
+            path: Where it is, or shall be.
+            settings: Everything that the results depend on, as JSON.
+            resume: Whether to continue the run that is there.
+
+        Raises:
+            CaregiverError: The folder cannot be written, holds a run that is not to be continued, or one of
+                other settings.
+        """
+        self.path = pathlib.Path(path)
+        self._episodes = self.path / "episodes"
+        if not os.fspath(path):
+            raise CaregiverError("the output folder's name is empty")
+        record = self.path / "run.json"
+        try:
+            self._episodes.mkdir(parents=True, exist_ok=True)
+            for leftover in [*self.path.glob("*.tmp"), *self._episodes.glob("*.tmp")]:
+                leftover.unlink()
+            _write(self._episodes / "probe.tmp", b"")
+            (self._episodes / "probe.tmp").unlink()
+            found = json.loads(record.read_text("utf-8")) if record.exists() else None
+        except (OSError, StorageError) as error:
+            raise CaregiverError(f"output folder '{path}' cannot be written: {_reason(error)}") from None
+        except ValueError as error:
+            raise CaregiverError(f"'{record}' is not the record of a run: {error}") from None
+        if found is None:
+            _write(record, _as_json(settings))
+        elif not resume:
+            raise CaregiverError(f"output folder '{path}' already holds a run: continue it with --resume")
+        elif found != (settings := json.loads(_as_json(settings))):
+            difference = _difference(found, settings)
+            raise CaregiverError(f"output folder '{path}' holds a run of other settings: {difference}")
+
+    def read(self, block: str) -> list[Row] | None:
+        """The rows of a finished block, or None."""
+        try:
+            return json.loads((self._episodes / f"{block}.json").read_text("utf-8"))
+        except (OSError, ValueError):
+            return None
+
+    def write(self, block: str, rows: list[Row]) -> None:
+        """Puts a finished block on disk at once."""
+        _write(self._episodes / f"{block}.json", _as_json(rows))
+
+    def finish(self, episodes: pd.DataFrame, summary: dict[str, Any]) -> None:
+        """Writes the results of the whole run."""
+        _write(self.path / "episodes.parquet", episodes.to_parquet(index=False))
+        _write(self.path / "summary.json", _as_json(summary))
+
+
+def _as_json(value: Any) -> bytes:
+    return (json.dumps(value, indent=1, allow_nan=False) + "\n").encode()
+
+
+def _write(path: pathlib.Path, content: bytes) -> None:
+    """Writes a file whole or not at all: to a file beside it, flushed to disk, then renamed."""
+    temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
+    try:
+        with open(temporary, "wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(temporary, path)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        raise StorageError(f"'{path}' cannot be written: {_reason(error)}") from error
+
+
+def _reason(error: Exception) -> str:
+    """The operating system's words for what went wrong."""
+    cause = error.__cause__ if isinstance(error.__cause__, OSError) else error
+    return getattr(cause, "strerror", None) or str(cause)
+
+
+def _difference(found: dict[str, Any], wanted: dict[str, Any]) -> str:
+    keys = [key for key in {**found, **wanted} if found.get(key) != wanted.get(key)]
+    return "; ".join(f"{key} is {found.get(key)} there and {wanted.get(key)} here" for key in keys)

@@ -1,0 +1,120 @@
+"""Worker processes that may die: the job of a worker that is killed goes to a new one.
+
+Every worker has a pipe of its own and shares no lock with the others, so one that is killed at the worst of moments
+harms only its own job. A worker whose parent is gone notices at its pipe and ends.
+"""
+
+from __future__ import annotations
+
+import collections
+import contextlib
+import multiprocessing
+import multiprocessing.connection
+import signal
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, TypeVar
+
+from caregiver_mj.errors import CaregiverError
+
+Job = TypeVar("Job")
+Result = TypeVar("Result")
+
+_DEATHS = 3  # workers that a job may kill before it is given up
+
+
+class WorkerError(CaregiverError):
+    """A job failed in its worker, or killed it again and again."""
+
+
+def run_jobs(function: Callable[[Job], Result], jobs: Sequence[Job], processes: int) -> Iterator[tuple[Job, Result]]:
+    """Runs a function over jobs in worker processes.
+
+    Args:
+        function: What to run, as importable from a new process. Its result must depend on the job alone.
+        jobs: Hashable jobs, given out in this order.
+        processes: How many workers; 1 runs the jobs in this process.
+
+    Yields:
+        Each job with its result, as they finish.
+
+    Raises:
+        WorkerError: The function raised an exception in a worker, or a job's worker died `_DEATHS` times.
+    """
+    if processes == 1:
+        for job in jobs:
+            yield job, function(job)
+        return
+    waiting = collections.deque(jobs)
+    deaths: collections.Counter[Job] = collections.Counter()
+    busy: dict[multiprocessing.connection.Connection, _Worker] = {}
+    try:
+        while waiting or busy:
+            while waiting and len(busy) < processes:
+                worker = _Worker(function)
+                busy[worker.connection] = worker
+                worker.give(waiting.popleft())
+            for connection in multiprocessing.connection.wait(list(busy)):
+                worker = busy[connection]
+                job = worker.job
+                try:
+                    failure, result = connection.recv()
+                except (EOFError, OSError):  # it died, perhaps in the middle of a message
+                    del busy[connection]
+                    worker.stop()
+                    deaths[job] += 1
+                    if deaths[job] == _DEATHS:
+                        raise WorkerError(f"{job}: its worker process died {_DEATHS} times") from None
+                    waiting.appendleft(job)
+                    continue
+                if failure:
+                    raise WorkerError(f"{job}: {failure}")
+                if waiting:
+                    worker.give(waiting.popleft())
+                else:
+                    del busy[connection]
+                    worker.stop()
+                yield job, result
+    finally:
+        for worker in busy.values():
+            worker.stop()
+
+
+class _Worker:
+    """A worker process and the job it has."""
+
+    def __init__(self, function: Callable):
+        # "spawn": a forked copy of a process that holds threads or a GL context may lock up.
+        context = multiprocessing.get_context("spawn")
+        self.connection, theirs = context.Pipe()
+        self.process = context.Process(target=_serve, args=(function, theirs), daemon=True)
+        self.process.start()
+        theirs.close()  # so that the worker's death closes the pipe
+        self.job: Any = None
+
+    def give(self, job: Any) -> None:
+        self.job = job
+        with contextlib.suppress(OSError):  # it died; reading from it will tell
+            self.connection.send(job)
+
+    def stop(self) -> None:
+        self.connection.close()
+        self.process.kill()  # it holds nothing that needs an orderly end
+        self.process.join()
+
+
+def _serve(function: Callable, connection: multiprocessing.connection.Connection) -> None:
+    """Runs jobs until the pipe closes."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent deals with it
+    try:
+        while True:
+            job = connection.recv()
+            try:
+                answer = (None, function(job))
+            except CaregiverError as error:
+                answer = (str(error), None)
+            except Exception:
+                answer = (traceback.format_exc(), None)
+            connection.send(answer)
+    except (EOFError, OSError):
+        return
