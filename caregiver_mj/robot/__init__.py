@@ -1,1 +1,1 @@
-"""The robot: kinematics, trajectories and skills."""
+"""The robot: its limits, kinematics, trajectories, path planning and skills. Nothing here knows of danger."""

@@ -1,0 +1,39 @@
+"""Limits of the robot, with their sources. Commands stay within them at all times."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+
+@dataclasses.dataclass(frozen=True)
+class Limits:
+    """Bounds of one scalar motion.
+
+    Attributes:
+        velocity: units / s.
+        acceleration: units / s^2.
+        jerk: units / s^3.
+    """
+
+    velocity: float
+    acceleration: float
+    jerk: float
+
+
+# Franka Research 3 data sheet ("Robot and interface specifications"): joint velocity in rad/s, acceleration in
+# rad/s^2, jerk in rad/s^3.
+ARM_VELOCITY = np.array([2.62, 2.62, 2.62, 2.62, 5.26, 4.18, 5.26])
+ARM_ACCELERATION = np.full(7, 10.0)
+ARM_JERK = np.full(7, 5000.0)
+# The arm is planned for less than is published: gentler, and rounding cannot carry it over.
+ARM_VELOCITY_SHARE = 0.9
+ARM_ACCELERATION_SHARE = 0.97
+ARM_PLANNED_JERK = 400.0  # rad/s^3, 25 ms to full acceleration
+
+MAX_BASE_SPEED = 5.0 / 3.6  # m/s: the walking speed that the paper gives the caregiver (section V.C)
+# References keep 3 % below that, which leaves the feedback something to correct with.
+BASE = Limits(velocity=0.97 * MAX_BASE_SPEED, acceleration=2.5, jerk=20.0)  # m; a prototype followed it within 1.3 mm
+YAW = Limits(velocity=2.8, acceleration=8.0, jerk=80.0)  # rad
+GRIPPER = Limits(velocity=0.125, acceleration=4.0, jerk=200.0)  # m, each finger
