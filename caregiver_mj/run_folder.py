@@ -1,4 +1,6 @@
-"""The folder of an evaluation on disk::
+"""The folder of an evaluation on disk.
+
+It holds::
 
     run.json            settings and versions; a run is only continued under the same ones
     episodes/*.json     finished episodes, a file a block
@@ -74,7 +76,7 @@ class RunFolder:
 
     def write(self, block: str, rows: list[Row]) -> None:
         """Puts a finished block on disk at once."""
-        _write(self._episodes / f"{block}.json", _as_json(rows))
+        _write(self._episodes / f"{block}.json", _as_json(rows, indent=None))
 
     def finish(self, episodes: pd.DataFrame, summary: dict[str, Any]) -> None:
         """Writes the results of the whole run."""
@@ -82,8 +84,8 @@ class RunFolder:
         _write(self.path / "summary.json", _as_json(summary))
 
 
-def _as_json(value: Any) -> bytes:
-    return (json.dumps(value, indent=1, allow_nan=False) + "\n").encode()
+def _as_json(value: Any, indent: int | None = 1) -> bytes:
+    return (json.dumps(value, indent=indent, allow_nan=False) + "\n").encode()
 
 
 def _write(path: pathlib.Path, content: bytes) -> None:
