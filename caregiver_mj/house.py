@@ -8,13 +8,14 @@ prefixed, as `table_0/top`, `candle_2/wax`, `bin_1/box`, `stairwell_0/trigger`; 
 from __future__ import annotations
 
 import importlib.resources
+import itertools
 
 import mujoco
 import numpy as np
+from scipy import ndimage
 
 from caregiver_mj import layout
-from caregiver_mj.floor_plan import FloorPlan
-
+from caregiver_mj.floor_plan import DEFAULT_CELL_SIZE, FloorPlan
 
 # The overview camera looks north and down, and shows the whole house in pictures of 4:3 and anything wider.
 _OVERVIEW_ELEVATION = np.radians(60.0)
@@ -26,7 +27,21 @@ _FOLLOW_OFFSET = (0.0, -1.75, 2.3)  # metres from the toddler; the line of sight
 _FOLLOW_FOVY = 50.0  # degrees
 
 _NEAREST = 0.02  # metres; nothing nearer to a camera is drawn, and the gripper's camera is very near
-_FARTHEST = 200.0  # metres
+_FARTHEST = 1000.0  # metres; MuJoCo's guard against speckled shadows is a fraction of this, so it must not be small
+
+_GROUND_MARGIN = 40.0  # metres of ground around the house
+_WOOD_LENGTH = 2.4  # metres that the picture of the wooden floor covers
+_GROUND_LENGTH = 6.0  # metres
+
+_CAP_HEIGHT, _CAP_OVERHANG = 0.03, 0.012  # metres, of the board on top of a wall
+_SKIRTING_HEIGHT, _SKIRTING_DEPTH = 0.07, 0.012  # metres
+_JAMB_WIDTH = 0.035  # metres
+_RUG_LARGEST, _RUG_GAP = 2.6, 0.35  # metres: its longest side, and its distance to the walls' cells
+_RUGS = ("rug_blue", "rug_red", "rug_green", "rug_ochre")
+
+# Decorations stand at walls. A path of the robot keeps 0.25 m from a wall; they are at most 0.2 m deep.
+_DECORATIONS = ("bookshelf", "picture", "plant", "sideboard")
+_DECORATED_SHARE = 0.3  # of the places where one could be
 
 
 def build_house(plan: FloorPlan, robot: bool = True) -> mujoco.MjSpec:
@@ -40,19 +55,23 @@ def build_house(plan: FloorPlan, robot: bool = True) -> mujoco.MjSpec:
         A specification to compile. The toddler's joints have their zero at the house's origin too.
     """
     spec = _model("scene")
+    _add_ground(spec, plan)
     _add_walls(spec, plan)
+    _add_doorways(spec, plan)
+    _add_rugs(spec, plan)
+    _add_decorations(spec, plan)
     for i, cell in enumerate(plan.tables):
-        _place(spec, "table", f"table_{i}", plan.position(cell))
+        _place(spec, _model("table"), f"table_{i}", plan.position(cell))
     for i, cell in enumerate(plan.bins):
-        _place(spec, "toy_bin", f"bin_{i}", plan.position(cell))
+        _place(spec, _model("toy_bin"), f"bin_{i}", plan.position(cell))
     for i, table in enumerate(plan.candle_tables):
         frame = spec.worldbody.add_frame(pos=[*plan.position(plan.tables[table]), layout.TABLE_HEIGHT])
         spec.attach(_model("candle"), prefix=f"candle_{i}/", frame=frame)
     _add_stairwells(spec, plan)
     spec.attach(_model("toddler"), prefix="toddler/", frame=spec.worldbody.add_frame())
-    _add_cameras(spec, plan)
     if robot:
         spec.attach(_model("robot"), prefix="robot/", frame=spec.worldbody.add_frame())
+    _add_cameras(spec, plan)
     return spec
 
 
@@ -62,32 +81,160 @@ def _model(name: str) -> mujoco.MjSpec:
     return mujoco.MjSpec.from_string(file.read_text(encoding="utf-8"))
 
 
-def _place(spec: mujoco.MjSpec, model: str, name: str, position: np.ndarray, yaw: float = 0.0) -> mujoco.MjsBody:
+def _place(spec: mujoco.MjSpec, model: mujoco.MjSpec, name: str, position: np.ndarray, yaw: float = 0.0) -> None:
     """Adds a static body that holds a model's geoms, at a position (2,) in metres, turned by yaw in radians."""
     quaternion = [np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)]
     body = spec.worldbody.add_body(name=name, pos=[*position, 0], quat=quaternion)
-    spec.attach(_model(model), prefix=f"{name}/", frame=body.add_frame())
-    return body
+    spec.attach(model, prefix=f"{name}/", frame=body.add_frame())
+
+
+def _add_box(
+    spec: mujoco.MjSpec, name: str, material: str, rectangle: np.ndarray, bottom: float, top: float, margin: float = 0.0
+) -> None:
+    """Adds a box that is only to be seen, over a rectangle (4,) with a margin and between two heights, in metres."""
+    x, y, half_x, half_y = rectangle
+    spec.worldbody.add_geom(
+        spec.find_default("house_visual"),
+        name=name,
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        material=material,
+        pos=[x, y, (top + bottom) / 2],
+        size=[half_x + margin, half_y + margin, (top - bottom) / 2],
+    )
+
+
+def _add_ground(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
+    """Adds what the floor and the ground look like; what candles fall on is the plane of `scene.xml`."""
+    _add_texture(spec, "planks", _planks())
+    _add_texture(spec, "grass", _grass())
+    _add_surface(spec, "planks", layout.floor_rectangles(plan), _WOOD_LENGTH)
+    _add_surface(spec, "grass", layout.ground_rectangles(plan, _GROUND_MARGIN), _GROUND_LENGTH)
+
+
+def _add_surface(spec: mujoco.MjSpec, name: str, rectangles: np.ndarray, length: float) -> None:
+    """Adds a horizontal surface with holes, at height 0, as a mesh under one seamless picture.
+
+    Args:
+        spec: The scene, with a material and a texture of that name.
+        name: Name of the geom, its mesh and its material.
+        rectangles: Disjoint rectangles that make up the surface, (n, 4).
+        length: Metres that the picture covers before it repeats.
+    """
+    centre, half = rectangles[:, None, :2], rectangles[:, None, 2:]
+    corners = (centre + half * [[-1, -1], [1, -1], [1, 1], [-1, 1]]).reshape(-1, 2)  # (4 n, 2)
+    triangles = np.array([[0, 1, 2], [0, 2, 3]])
+    faces = (4 * np.arange(len(rectangles))[:, None, None] + triangles).reshape(-1, 3)  # (2 n, 3)
+    mesh = spec.add_mesh(name=name, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
+    mesh.uservert = np.pad(corners, ((0, 0), (0, 1))).ravel()
+    mesh.usertexcoord = (corners / length).ravel()
+    mesh.userface = faces.ravel()
+    spec.worldbody.add_geom(
+        spec.find_default("house_visual"), name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, material=name
+    )
+
+
+def _add_texture(spec: mujoco.MjSpec, name: str, picture: np.ndarray) -> None:
+    """Adds a texture from a picture (height, width, 3) of bytes, and its material."""
+    height, width, channels = picture.shape
+    texture = spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, width=width, height=height)
+    texture.nchannel = channels
+    texture.data = picture.tobytes()
+    material = spec.add_material(name=name, specular=0.1, shininess=0.1)
+    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
+
+
+def _planks(size: int = 1024, courses: int = 20) -> np.ndarray:
+    """A picture (size, size, 3) of floorboards, in courses with staggered joints; it repeats without a seam."""
+    random = np.random.default_rng(0)
+    picture = np.empty((size, size, 3))
+    borders = np.linspace(0, size, courses + 1).astype(int)
+    for top, bottom in itertools.pairwise(borders):
+        grain = ndimage.gaussian_filter(random.standard_normal((bottom - top, size)), (0.8, 24), mode="wrap")
+        shade = 1 + 0.035 * grain / grain.std()
+        joint = random.integers(size)
+        for start, end in ((0, size // 2), (size // 2, size)):
+            board = np.arange(start, end)
+            shade[:, board] *= random.uniform(0.86, 1.06)
+            shade[:, board[:2]] *= 0.72
+        shade[:2] *= 0.72
+        picture[top:bottom] = np.roll(shade, joint, axis=1)[..., None]
+    return (picture * [196, 150, 104]).clip(0, 255).astype(np.uint8)
+
+
+def _grass(size: int = 512) -> np.ndarray:
+    """A picture (size, size, 3) of a lawn; it repeats without a seam."""
+    random = np.random.default_rng(0)
+    shade = np.ones((size, size))
+    for blur, strength in ((1, 0.035), (6, 0.03), (40, 0.03)):
+        noise = ndimage.gaussian_filter(random.standard_normal((size, size)), blur, mode="wrap")
+        shade += strength * noise / noise.std()
+    return (shade[..., None] * [150, 172, 118]).clip(0, 255).astype(np.uint8)
 
 
 def _add_walls(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
-    collision = spec.find_default("house_collision")
-    visual = spec.find_default("house_visual")
-    half_height = layout.WALL_HEIGHT / 2
-    for i, (x, y, half_x, half_y) in enumerate(layout.wall_rectangles(plan)):
-        box = {"pos": [x, y, half_height], "size": [half_x, half_y, half_height]}
+    height = layout.WALL_HEIGHT
+    for i, wall in enumerate(layout.wall_rectangles(plan)):
         # Collision geoms of the world itself, so that MuJoCo's midphase culls among them.
-        spec.worldbody.add_geom(collision, name=f"wall_{i}", **box)
-        spec.worldbody.add_geom(visual, name=f"paint_{i}", type=mujoco.mjtGeom.mjGEOM_BOX, material="paint", **box)
+        spec.worldbody.add_geom(
+            spec.find_default("house_collision"),
+            name=f"wall_{i}",
+            pos=[wall[0], wall[1], height / 2],
+            size=[wall[2], wall[3], height / 2],
+        )
+        _add_box(spec, f"paint_{i}", "paint", wall, 0, height)
+        _add_box(spec, f"cap_{i}", "cap", wall, height, height + _CAP_HEIGHT, margin=_CAP_OVERHANG)
+        _add_box(spec, f"skirting_{i}", "skirting", wall, 0, _SKIRTING_HEIGHT, margin=_SKIRTING_DEPTH)
+
+
+def _add_doorways(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
+    half_wall = layout.WALL_THICKNESS / 2
+    half_width = plan.cell_size - half_wall
+    for i, (cell, (down, _)) in enumerate(layout.doorways(plan)):
+        # The box's half sides across and along the way through, put into the order of x and y.
+        order = [0, 1] if down else [1, 0]
+        centre, across = plan.position(cell), np.array([1, 0])[order]
+        sill = np.array([half_width, half_wall])[order]
+        jamb = np.array([_JAMB_WIDTH / 2, half_wall + _CAP_OVERHANG])[order]
+        _add_box(spec, f"threshold_{i}", "threshold", np.array([*centre, *sill]), 0, 0.004)
+        for side, sign in (("a", -1), ("b", 1)):
+            middle = centre + sign * (half_width - _JAMB_WIDTH / 2) * across
+            _add_box(spec, f"jamb_{i}{side}", "jamb", np.array([*middle, *jamb]), 0, layout.WALL_HEIGHT + _CAP_HEIGHT)
+
+
+def _add_rugs(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
+    landing = np.zeros(plan.shape, bool)
+    for cell in plan.stairwells:
+        landing[cell] = True
+    for i, room in enumerate(layout.rooms(plan)):
+        first, last = layout.largest_rectangle(room & ~landing)
+        corners = plan.position(first), plan.position(last)
+        half = np.abs(corners[1] - corners[0]) / 2 + plan.cell_size / 2 - _RUG_GAP
+        half = half.clip(max=[_RUG_LARGEST / 2, _RUG_LARGEST / 2])
+        if half.min() < 0.3:
+            continue
+        rug = np.array([*(corners[0] + corners[1]) / 2, *half])
+        for layer, (material, inset) in enumerate((("rug_border", 0.0), (_RUGS[i % len(_RUGS)], 0.06))):
+            _add_box(spec, f"rug_{i}_{layer}", material, rug, 0, 0.003 + 0.002 * layer, margin=-inset)
+
+
+def _add_decorations(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
+    """Puts decorations at walls, the same ones in every scene of a plan."""
+    random = np.random.default_rng(0)
+    for i, (position, yaw) in enumerate(layout.wall_places(plan)):
+        if random.random() < _DECORATED_SHARE:
+            _place(spec, _model(_DECORATIONS[random.integers(len(_DECORATIONS))]), f"decoration_{i}", position, yaw)
 
 
 def _add_stairwells(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
     for i, (cell, step) in enumerate(zip(plan.stairwells, layout.stair_directions(plan), strict=True)):
-        if step is None:
-            _place(spec, "hatch", f"stairwell_{i}", plan.position(cell))
-        else:
-            down, right = step
-            _place(spec, "stairwell", f"stairwell_{i}", plan.position(cell), yaw=np.arctan2(-down, right))
+        model = _model("hatch" if step is None else "stairwell")
+        for geom in model.geoms:
+            if geom.name != "trigger":  # what is seen fills the cell, whatever its size
+                stretch = plan.cell_size / DEFAULT_CELL_SIZE
+                geom.pos[:2] *= stretch
+                geom.size[:2] *= stretch
+        down, right = step or (0, 1)
+        _place(spec, model, f"stairwell_{i}", plan.position(cell), yaw=np.arctan2(-down, right))
 
 
 def _add_cameras(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
@@ -97,6 +244,11 @@ def _add_cameras(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
     spec.stat.extent = extent
     spec.visual.map.znear = _NEAREST / extent
     spec.visual.map.zfar = _FARTHEST / extent
+
+    radius = np.hypot(half_x, half_y) + layout.WALL_HEIGHT
+    spec.visual.map.shadowclip = radius / extent
+    sun = spec.light("sun")
+    sun.pos = -2 * radius * sun.dir / np.linalg.norm(sun.dir)
 
     corners = np.array(np.meshgrid([-half_x, half_x], [-half_y, half_y], [0, layout.WALL_HEIGHT])).reshape(3, -1).T
     forward = np.array([0, np.cos(_OVERVIEW_ELEVATION), -np.sin(_OVERVIEW_ELEVATION)])

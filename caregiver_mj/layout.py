@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
-from caregiver_mj.floor_plan import ACTIONS, WALL, Cell, FloorPlan
+from caregiver_mj.floor_plan import ACTIONS, BIN, CANDLE, FREE, TABLE, WALL, Cell, FloorPlan
 
 WALL_THICKNESS = 0.25  # metres, as of a brick wall; at most a third of a cell
 WALL_HEIGHT = 0.90  # metres; cut low like a doll's house, so that cameras see in
@@ -122,6 +122,41 @@ def rooms(plan: FloorPlan) -> tuple[np.ndarray, ...]:
     return tuple(labels == i for i in range(1, count + 1))
 
 
+def largest_rectangle(mask: np.ndarray) -> tuple[Cell, Cell]:
+    """The first and the last cell of a largest rectangle within a mask (rows, columns) that has a true cell."""
+    best_size, best = 0, ((0, 0), (0, 0))
+    for top in range(len(mask)):
+        columns = np.ones(mask.shape[1], bool)
+        for bottom in range(top, len(mask)):
+            columns &= mask[bottom]
+            if not columns.any():
+                break
+            for start, end in _runs(columns):
+                if (size := (end - start) * (bottom - top + 1)) > best_size:
+                    best_size, best = size, ((top, start), (bottom, end - 1))
+    return best
+
+
+def wall_places(plan: FloorPlan) -> list[tuple[np.ndarray, float]]:
+    """Places for decorations: points (2,) at the foot of a wall, in metres, and the yaw that faces the room.
+
+    Each has (cell - wall) / 2 of depth before the cell of the room begins, and is a cell wide. Walls to the south
+    of a room have none, as the overview camera sees only their backs.
+    """
+    alcoves, no_place = _alcoves(plan), {cell for cell, _ in doorways(plan)}
+    half_wall = min(WALL_THICKNESS, plan.cell_size / 3) / 2
+    places = []
+    for cell in plan.cells_of(FREE, CANDLE, TABLE, BIN):
+        for down, right in ((-1, 0), (0, 1), (0, -1)):
+            wall = (cell[0] + down, cell[1] + right)
+            beside = [(wall[0] + k * right, wall[1] + k * down) for k in (-1, 0, 1)]
+            if cell in no_place or any(not _is_wall(plan, w) or w in alcoves for w in beside):
+                continue
+            inwards = np.array([-right, down])  # x and y
+            places.append((plan.position(wall) + half_wall * inwards, float(np.arctan2(inwards[1], inwards[0]))))
+    return places
+
+
 def _is_wall(plan: FloorPlan, cell: Cell) -> bool:
     height, width = plan.shape
     return 0 <= cell[0] < height and 0 <= cell[1] < width and plan[cell] == WALL
@@ -201,15 +236,20 @@ def _rectangles(mask: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """
     found = []
     growing: dict[tuple[int, int], int] = {}  # (first column, end column) -> first row
-    for row, parts in enumerate(np.pad(mask, ((0, 1), (1, 1))).astype(np.int8)):
-        starts, ends = (np.flatnonzero(np.diff(parts) == step) for step in (1, -1))
-        runs = list(zip(starts.tolist(), ends.tolist(), strict=True))
+    for row, parts in enumerate(np.pad(mask, ((0, 1), (0, 0)))):
+        runs = _runs(parts)
         for run in [run for run in growing if run not in runs]:
             found.append((x[run[0]], x[run[1]], y[growing.pop(run)], y[row]))
         for run in runs:
             growing.setdefault(run, row)
     x0, x1, y0, y1 = np.array(found).reshape(-1, 4).T
     return np.stack([(x0 + x1) / 2, (y0 + y1) / 2, np.abs(x1 - x0) / 2, np.abs(y1 - y0) / 2], axis=1)
+
+
+def _runs(parts: np.ndarray) -> list[tuple[int, int]]:
+    """First and end index of every run of true values."""
+    change = np.diff(np.pad(parts, 1).astype(np.int8))
+    return list(zip(np.flatnonzero(change == 1).tolist(), np.flatnonzero(change == -1).tolist(), strict=True))
 
 
 def _squares(plan: FloorPlan, cells: tuple[Cell, ...], half_size: float) -> np.ndarray:
