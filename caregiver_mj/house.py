@@ -7,6 +7,7 @@ prefixed, as `table_0/top`, `candle_2/wax`, `bin_1/box`, `stairwell_0/trigger`; 
 
 from __future__ import annotations
 
+import functools
 import importlib.resources
 import itertools
 
@@ -27,15 +28,15 @@ _FOLLOW_OFFSET = (0.0, -1.75, 2.3)  # metres from the toddler; the line of sight
 _FOLLOW_FOVY = 50.0  # degrees
 
 _NEAREST = 0.02  # metres; nothing nearer to a camera is drawn, and the gripper's camera is very near
-_FARTHEST = 1000.0  # metres; MuJoCo's guard against speckled shadows is a fraction of this, so it must not be small
+_FARTHEST = 2000.0  # metres; MuJoCo's guard against speckled shadows is a fraction of this, so it must not be small
 
 _GROUND_MARGIN = 40.0  # metres of ground around the house
 _WOOD_LENGTH = 2.4  # metres that the picture of the wooden floor covers
 _GROUND_LENGTH = 6.0  # metres
 
-_CAP_HEIGHT, _CAP_OVERHANG = 0.03, 0.012  # metres, of the board on top of a wall
+_CAP_HEIGHT = 0.03  # metres, of the board on top of a wall
 _SKIRTING_HEIGHT, _SKIRTING_DEPTH = 0.07, 0.012  # metres
-_JAMB_WIDTH = 0.035  # metres
+_JAMB_WIDTH, _JAMB_HEIGHT = 0.035, 0.94  # metres; just above the board on top of the walls
 _RUG_LARGEST, _RUG_GAP = 2.6, 0.35  # metres: its longest side, and its distance to the walls' cells
 _RUGS = ("rug_blue", "rug_red", "rug_green", "rug_ochre")
 
@@ -143,6 +144,7 @@ def _add_texture(spec: mujoco.MjSpec, name: str, picture: np.ndarray) -> None:
     material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
 
 
+@functools.cache
 def _planks(size: int = 1024, courses: int = 20) -> np.ndarray:
     """A picture (size, size, 3) of floorboards, in courses with staggered joints; it repeats without a seam."""
     random = np.random.default_rng(0)
@@ -161,6 +163,7 @@ def _planks(size: int = 1024, courses: int = 20) -> np.ndarray:
     return (picture * [196, 150, 104]).clip(0, 255).astype(np.uint8)
 
 
+@functools.cache
 def _grass(size: int = 512) -> np.ndarray:
     """A picture (size, size, 3) of a lawn; it repeats without a seam."""
     random = np.random.default_rng(0)
@@ -182,7 +185,7 @@ def _add_walls(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
             size=[wall[2], wall[3], height / 2],
         )
         _add_box(spec, f"paint_{i}", "paint", wall, 0, height)
-        _add_box(spec, f"cap_{i}", "cap", wall, height, height + _CAP_HEIGHT, margin=_CAP_OVERHANG)
+        _add_box(spec, f"cap_{i}", "cap", wall, height, height + _CAP_HEIGHT)
         _add_box(spec, f"skirting_{i}", "skirting", wall, 0, _SKIRTING_HEIGHT, margin=_SKIRTING_DEPTH)
 
 
@@ -194,11 +197,11 @@ def _add_doorways(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
         order = [0, 1] if down else [1, 0]
         centre, across = plan.position(cell), np.array([1, 0])[order]
         sill = np.array([half_width, half_wall])[order]
-        jamb = np.array([_JAMB_WIDTH / 2, half_wall + _CAP_OVERHANG])[order]
+        jamb = np.array([_JAMB_WIDTH / 2, half_wall + _SKIRTING_DEPTH])[order]
         _add_box(spec, f"threshold_{i}", "threshold", np.array([*centre, *sill]), 0, 0.004)
         for side, sign in (("a", -1), ("b", 1)):
             middle = centre + sign * (half_width - _JAMB_WIDTH / 2) * across
-            _add_box(spec, f"jamb_{i}{side}", "jamb", np.array([*middle, *jamb]), 0, layout.WALL_HEIGHT + _CAP_HEIGHT)
+            _add_box(spec, f"jamb_{i}{side}", "jamb", np.array([*middle, *jamb]), 0, _JAMB_HEIGHT)
 
 
 def _add_rugs(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
