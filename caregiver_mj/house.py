@@ -28,7 +28,7 @@ _FOLLOW_OFFSET = (0.0, -1.75, 2.3)  # metres from the toddler; the line of sight
 _FOLLOW_FOVY = 50.0  # degrees
 
 _NEAREST = 0.02  # metres; nothing nearer to a camera is drawn, and the gripper's camera is very near
-_FARTHEST = 2000.0  # metres; MuJoCo's guard against speckled shadows is a fraction of this, so it must not be small
+_FARTHEST = 8000.0  # metres; MuJoCo guards against speckled shadows by a tiny fraction of this, so it must not be small
 
 _GROUND_MARGIN = 40.0  # metres of ground around the house
 _WOOD_LENGTH = 2.4  # metres that the picture of the wooden floor covers
@@ -42,7 +42,7 @@ _RUGS = ("rug_blue", "rug_red", "rug_green", "rug_ochre")
 
 # Decorations stand at walls. A path of the robot keeps 0.25 m from a wall; they are at most 0.2 m deep.
 _DECORATIONS = ("bookshelf", "picture", "plant", "sideboard")
-_DECORATED_SHARE = 0.3  # of the places where one could be
+_DECORATED_SHARE = 0.25  # of the places where one could be
 
 
 def build_house(plan: FloorPlan, robot: bool = True) -> mujoco.MjSpec:
