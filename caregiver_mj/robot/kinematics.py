@@ -136,3 +136,8 @@ def _hand_rotation() -> np.ndarray:
     approach = np.array([np.cos(HAND_PITCH), 0.0, -np.sin(HAND_PITCH)])
     sideways = np.array([0.0, -1.0, 0.0])
     return np.stack([np.cross(sideways, approach), sideways, approach], axis=1)
+
+
+def tucked_joints() -> np.ndarray:
+    """Joint positions (7,) of the tucked arm, in radians."""
+    return shared_arm().solve(*CARRY)

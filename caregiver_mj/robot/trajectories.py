@@ -6,6 +6,7 @@ All of them are functions of time that continue from whatever state they are in 
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Sequence
 
@@ -62,9 +63,16 @@ class ScalarMotion:
             return
         self._solve(now, state, ControlInterface.Position)
 
-    def run_at(self, velocity: float, now: float) -> None:
-        """Sets a velocity to keep up from then on."""
-        state = self.at(now)
+    def run_at(self, velocity: float, now: float, at_once: bool = False) -> None:
+        """Sets a velocity to keep up from then on.
+
+        Args:
+            velocity: The velocity.
+            now: The present time.
+            at_once: Starts with that velocity instead of speeding up to it.
+        """
+        position, present, acceleration = self.at(now)
+        state = (position, velocity, 0.0) if at_once else (position, present, acceleration)
         self.target = velocity
         self._solve(now, state, ControlInterface.Velocity)
 
@@ -118,7 +126,13 @@ class BasePath:
         duration: Seconds that it takes.
     """
 
-    def __init__(self, points: Sequence[Vector], limits: Limits, velocity: Vector = (0, 0), acceleration: Vector = (0, 0)):
+    def __init__(
+        self,
+        points: Sequence[Vector],
+        limits: Limits,
+        velocity: Vector = (0.0, 0.0),
+        acceleration: Vector = (0.0, 0.0),
+    ):
         """Plans the way.
 
         Args:
@@ -157,15 +171,11 @@ class BasePath:
 
     # -- Planning --------------------------------------------------------------------------------
 
-    def _turn_in(
-        self, points: list[Vector], velocity: Vector, acceleration: Vector
-    ) -> tuple[list[Vector], float]:
+    def _turn_in(self, points: list[Vector], velocity: Vector, acceleration: Vector) -> tuple[list[Vector], float]:
         """Plans from the present motion onto the first line. Returns the points left, and the speed there."""
         axis, length = _direction(points[0], points[1])
         along, across = _in_frame(velocity, axis)
-        parameters = _parameters(
-            [0.0, 0.0], [along, across], list(_in_frame(acceleration, axis)), self._limits
-        )
+        parameters = _parameters([0.0, 0.0], [along, across], list(_in_frame(acceleration, axis)), self._limits)
         parameters.synchronization = Synchronization.TimeIfNecessary
         # While there is speed across the line there must be less along it.
         across_peak = abs(across) + parameters.current_acceleration[1] ** 2 / (2 * self._limits.jerk)
@@ -193,8 +203,8 @@ class BasePath:
         """Plans along a polyline on whose first line the base already moves at a speed, to rest at its end."""
         if len(points) < 2:
             return
-        lines = [_direction(a, b) for a, b in zip(points, points[1:], strict=False)]
-        turns = [_angle(a[0], b[0]) for a, b in zip(lines, lines[1:], strict=False)]
+        lines = [_direction(a, b) for a, b in itertools.pairwise(points)]
+        turns = [_angle(a[0], b[0]) for a, b in itertools.pairwise(lines)]
         # Speed at each point: what the corner allows, then what can be reached from, and braked to, its neighbours.
         speeds = [start_speed, *(self._corner_speed(t, min(a[1], b[1]) / 2) for t, a, b in
                                  zip(turns, lines, lines[1:], strict=False)), 0.0]  # fmt: skip

@@ -1,0 +1,179 @@
+"""The robot's references and the actions that follow them: base path, heading, arm and gripper.
+
+Skills set goals here; once a control timestep `RobotMotion.action` samples all references and adds the feedback.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from caregiver_mj.robot import kinematics, limits
+from caregiver_mj.robot.limits import Limits
+from caregiver_mj.robot.trajectories import BasePath, ScalarMotion, Vector
+
+OPEN = 0.036  # metres that each finger stands off the middle when open
+CLOSED = 0.008  # metres, less than a candle's radius: the difference is what squeezes it
+
+# Feedback of the base: 1/s from position error to velocity. The servos follow a velocity within their lag, in seconds
+# (mass over gain of the servo; see models/robot.xml), which is fed forward.
+_POSITION_GAIN = 5.0
+_YAW_GAIN = 8.0
+_BASE_LAG = 0.0205
+_YAW_LAG = 0.008
+
+# The path is played back at a rate of 0 to 1, to slow down on it: bounds of the rate as of the base's own speed.
+_RATE = Limits(
+    velocity=1.0,
+    acceleration=limits.BASE.acceleration / limits.BASE.velocity,
+    jerk=limits.BASE.jerk / limits.BASE.velocity,
+)
+
+
+class RobotMotion:
+    """Where the robot shall be, now and next.
+
+    Times are seconds since the start of the episode, positions metres in the house, angles radians.
+    """
+
+    def __init__(self, control_timestep: float):
+        self._half_timestep = control_timestep / 2
+
+    def reset(self, base: Sequence[float]) -> None:
+        """Begins an episode at rest, with the arm tucked and the gripper open.
+
+        Args:
+            base: Pose (x, y, yaw) of the base.
+        """
+        self.now = 0.0
+        self._hold((float(base[0]), float(base[1])))
+        self._yaw = ScalarMotion(limits.YAW, float(base[2]))
+        self.reach_path = kinematics.reach_path(int(1e4 * 0.7))
+        self._reach = ScalarMotion(self.reach_path.limits, 0.0)
+        self._gripper = ScalarMotion(limits.GRIPPER, OPEN)
+        self._joints = self.reach_path.joints(0.0)
+        self._action = np.empty(11)
+
+    # -- Goals -----------------------------------------------------------------------------------
+
+    def drive_along(self, points: Sequence[Vector]) -> None:
+        """Takes a new path, from the motion that is under way now.
+
+        Raises:
+            PathError: The base is too fast to turn into it; `stop` first.
+        """
+        _, velocity, acceleration = self.base_reference()
+        self._path = BasePath(points, limits.BASE, velocity, acceleration)
+        # The path begins with the present velocity, so it is played back at full rate from the first moment.
+        self._playback = ScalarMotion(_RATE, 0.0)
+        self._playback.run_at(1.0, self.now, at_once=True)
+        self._rate = 1.0
+
+    def set_rate(self, rate: float) -> None:
+        """Sets the share, 0 to 1, of its planned speed at which the base moves along its path."""
+        if self._path is None:
+            return
+        # The solver is asked for worthwhile changes only.
+        if abs(rate - self._rate) > 0.04 or (rate in (0.0, 1.0) and rate != self._rate):
+            self._rate = rate
+            self._playback.run_at(rate, self.now)
+
+    def turn_to(self, yaw: float) -> None:
+        """Sets the heading, by the shorter way round."""
+        here = self._yaw.at(self.now)[0]
+        self._yaw.move_to(here + math.remainder(yaw - here, math.tau), self.now)
+
+    def plan_reach(self, height: float) -> None:
+        """Aims the arm at a height above the floor, for the next time that it reaches out."""
+        self.reach_path = kinematics.reach_path(round(1e4 * height))
+        self._reach.set_limits(self.reach_path.limits)
+
+    def reach(self, s: float) -> None:
+        """Sets how far the hand reaches out: 0 tucked, 1 at the goal."""
+        self._reach.move_to(s, self.now)
+
+    def grip(self, width: float) -> None:
+        """Sets how far each finger stands off the middle."""
+        self._gripper.move_to(width, self.now)
+
+    # -- State of the references -----------------------------------------------------------------
+
+    def base_reference(self) -> tuple[Vector, Vector, Vector]:
+        """Position, velocity and acceleration of the base's reference now."""
+        return self._base_at(self.now)
+
+    @property
+    def time_left(self) -> float:
+        """Seconds until the base arrives if it is not slowed down any more."""
+        if self._path is None:
+            return 0.0
+        return self._path.duration - self._playback.at(self.now)[0]
+
+    @property
+    def moving(self) -> bool:
+        """Whether the base's reference is on its way."""
+        return self._path is not None and math.hypot(*self.base_reference()[1]) > 1e-3
+
+    def planned_velocity(self) -> Vector:
+        """The velocity that the path would have now at full rate."""
+        if self._path is None:
+            return (0.0, 0.0)
+        # Look a little ahead, so that a base at rest at the start of its path sees where it would go.
+        return self._path.at(self._playback.at(self.now)[0] + 0.1)[1]
+
+    @property
+    def reached(self) -> float:
+        """How far the hand reaches out now."""
+        return self._reach.at(self.now)[0]
+
+    @property
+    def reach_arrival(self) -> float:
+        """When the hand's motion ends."""
+        return self._reach.arrival
+
+    @property
+    def yaw(self) -> float:
+        """The heading's reference now."""
+        return self._yaw.at(self.now)[0]
+
+    # -- Following them --------------------------------------------------------------------------
+
+    def action(self, base: Sequence[float]) -> np.ndarray:
+        """The action for the coming control timestep.
+
+        Args:
+            base: Measured pose (x, y, yaw) of the base.
+
+        Returns:
+            Base velocities (3,), arm joint targets (7,) and gripper target (1,), in one array (11,).
+        """
+        now = self.now
+        (x, y), _, _ = self._base_at(now)
+        middle = now + self._half_timestep  # an action is held for a timestep: aim at the middle of it
+        _, (vx, vy), (ax, ay) = self._base_at(middle)
+        yaw = self._yaw.at(now)[0]
+        _, yaw_rate, yaw_acceleration = self._yaw.at(middle)
+        action = self._action
+        action[0] = vx + _BASE_LAG * ax + _POSITION_GAIN * (x - base[0])
+        action[1] = vy + _BASE_LAG * ay + _POSITION_GAIN * (y - base[1])
+        action[2] = yaw_rate + _YAW_LAG * yaw_acceleration + _YAW_GAIN * (yaw - base[2])
+        action[3:10] = self.reach_path.joints(self._reach.at(now)[0])
+        action[10] = self._gripper.at(now)[0]
+        return action.copy()
+
+    def _base_at(self, time: float) -> tuple[Vector, Vector, Vector]:
+        if self._path is None:
+            return self._here, (0.0, 0.0), (0.0, 0.0)
+        along, rate, change = self._playback.at(time)
+        if along >= self._path.duration:
+            self._hold(self._path.goal)
+            return self._here, (0.0, 0.0), (0.0, 0.0)
+        position, (vx, vy), (ax, ay) = self._path.at(along)
+        if rate != 1.0 or change != 0.0:
+            vx, vy, ax, ay = rate * vx, rate * vy, rate**2 * ax + change * vx, rate**2 * ay + change * vy
+        return position, (vx, vy), (ax, ay)
+
+    def _hold(self, position: Vector) -> None:
+        self._here, self._path, self._rate = position, None, 1.0

@@ -1,0 +1,134 @@
+"""Paths for the base: shortest routes over cells, pulled tight round obstacles with a clearance."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Collection, Sequence
+
+import numpy as np
+from scipy import ndimage
+
+from caregiver_mj import layout
+from caregiver_mj.floor_plan import ACTIONS, Cell, FloorPlan
+from caregiver_mj.robot.trajectories import Vector
+
+BASE_RADIUS = 0.27  # metres
+CHILD_RADIUS = 0.12  # metres
+_CLEARANCE = 0.07  # metres between base and furniture on a planned path; blended corners and tracking need it
+_HAND_CLEARANCE = 0.52  # metres from the base's centre to a wall: a carried candle turns with the base, 0.45 m out
+_CHILD_CLEARANCE = 0.20  # metres between base and child on a planned path
+
+_RASTER = 0.025  # metres
+_NEIGHBOURHOOD = 2.0  # metres round the house that the raster covers, for poses outside of it
+
+
+class Navigator:
+    """Plans the base's paths in one house, from its floor plan alone."""
+
+    def __init__(self, plan: FloorPlan):
+        self.plan = plan
+        self._neighbours = {
+            cell: [n for down, right in ACTIONS if (n := (cell[0] + down, cell[1] + right)) in plan.cell_index]
+            for cell in plan.caregiver_cells
+        }
+        self._centres = {cell: tuple(plan.position(cell).tolist()) for cell in plan.caregiver_cells}
+        self._rasterise()
+
+    def path(
+        self, start: Vector, goal: Vector, goal_cell: Cell, child: Vector | None, closed: Collection[Cell] = ()
+    ) -> list[Vector] | None:
+        """Plans a polyline.
+
+        Args:
+            start: Present position of the base, metres.
+            goal: Where it shall go, metres.
+            goal_cell: The cell in which (or at whose border) the goal lies.
+            child: Where the child is, to be given a wide berth; None to plan as if there were none.
+            closed: Cells not to be entered.
+
+        Returns:
+            Points from start to goal, or None if there is no way.
+        """
+        start_cell = self.nearest_cell(start)
+        cells = self.route(start_cell, goal_cell, closed)
+        if cells is None:
+            return None
+        # The first point is the centre of the cell in which the base stands: the way out if nothing else is in sight.
+        points = [start, *(self._centres[cell] for cell in cells[:-1]), goal]
+        return self._pull_tight(points, child)
+
+    def route(self, start: Cell, goal: Cell, closed: Collection[Cell] = ()) -> list[Cell] | None:
+        """The cells of a shortest 4-connected route, ends included, or None."""
+        if goal in closed:
+            return None
+        came_from: dict[Cell, Cell] = {goal: goal}
+        queue = deque([goal])
+        while queue:
+            cell = queue.popleft()
+            if cell == start:
+                cells = [cell]
+                while cells[-1] != goal:
+                    cells.append(came_from[cells[-1]])
+                return cells
+            for neighbour in self._neighbours[cell]:
+                if neighbour not in came_from and (neighbour not in closed or neighbour == start):
+                    came_from[neighbour] = cell
+                    queue.append(neighbour)
+        return None
+
+    def nearest_cell(self, position: Vector) -> Cell:
+        """The cell on which a base stands (the nearest one that it can stand on)."""
+        cell = self.plan.cell_at(position)
+        if cell in self._centres:
+            return cell
+        return min(self._centres, key=lambda c: math.dist(self._centres[c], position))
+
+    def visible(self, a: Vector, b: Vector, child: Vector | None = None) -> bool:
+        """Whether the base can go straight from one point to another."""
+        length = math.dist(a, b)
+        count = int(length / _RASTER) + 2
+        share = np.linspace(0.0, 1.0, count)
+        x, y = a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
+        column = ((x - self._origin[0]) / _RASTER).astype(int)
+        row = ((y - self._origin[1]) / _RASTER).astype(int)
+        slack = self._slack[row, column]
+        # A base that stands too close to something already may leave, but not come closer.
+        if slack.min() < min(0.0, slack[0], slack[-1]) - 1e-9:
+            return False
+        if child is None:
+            return True
+        wanted = BASE_RADIUS + CHILD_RADIUS + _CHILD_CLEARANCE
+        distance = np.hypot(x - child[0], y - child[1])
+        return bool(distance.min() >= min(wanted, distance[0] - 1e-6))
+
+    def _pull_tight(self, points: Sequence[Vector], child: Vector | None) -> list[Vector]:
+        """Leaves out the points between which one can go straight."""
+        kept = [points[0]]
+        i = 0
+        while i < len(points) - 1:
+            j = len(points) - 1
+            while j > i + 1 and not self.visible(points[i], points[j], child):
+                j -= 1
+            kept.append(points[j])
+            i = j
+        return kept
+
+    def _rasterise(self) -> None:
+        """Tabulates how much room a base's centre has beyond the clearance it needs, in metres."""
+        height, width = self.plan.shape
+        half = np.array([width, height]) * self.plan.cell_size / 2 + _NEIGHBOURHOOD
+        self._origin = (-half[0], -half[1])
+        shape = tuple(np.ceil(2 * half[::-1] / _RASTER).astype(int) + 1)
+
+        def distance_to(rectangles: np.ndarray) -> np.ndarray:
+            free = np.ones(shape, bool)
+            for x, y, half_x, half_y in rectangles:
+                low = np.floor((np.array([y - half_y, x - half_x]) + half[::-1]) / _RASTER).astype(int)
+                high = np.ceil((np.array([y + half_y, x + half_x]) + half[::-1]) / _RASTER).astype(int)
+                free[low[0] : high[0], low[1] : high[1]] = False
+            return ndimage.distance_transform_edt(free) * _RASTER
+
+        room = distance_to(layout.obstacle_rectangles(self.plan)) - BASE_RADIUS - _CLEARANCE
+        hand_room = distance_to(layout.wall_rectangles(self.plan)) - _HAND_CLEARANCE
+        self._slack = np.minimum(room, hand_room)
