@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import abc
 import dataclasses
+import importlib.metadata
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -19,6 +21,7 @@ from caregiver_mj.floor_plan import FloorPlan
 
 NOTHING = -1  # no candidate, no candle, no action
 EXPERT_TIMESTEPS = 1000  # paper, section V.C
+ENTRY_POINTS = "caregiver_mj.caregivers"  # the group in which other packages offer theirs
 
 
 @dataclasses.dataclass(frozen=True)
@@ -74,8 +77,13 @@ class Caregiver(abc.ABC):
         self.table_distances = plan.bump_distances(plan.tables).astype(float)  # (free cells, tables)
         self.stairwell_distances = plan.bump_distances(plan.stairwells).astype(float)  # (free cells, stairwells)
 
-    def reset(self, batch: int) -> None:  # noqa: B027 (most caregivers remember nothing)
-        """Begins B new episodes."""
+    def reset(self, batch: int, seeds: Sequence[int] | None = None) -> None:  # noqa: B027 (most remember nothing)
+        """Begins B new episodes.
+
+        Args:
+            batch: B.
+            seeds: A seed for each episode, for caregivers that draw lots: an episode must not depend on its batch.
+        """
 
     def watch(self, observation: Observation) -> None:  # noqa: B027
         """Takes in the novice's last move. Called once a novice timestep."""
@@ -98,6 +106,19 @@ class Caregiver(abc.ABC):
         worlds, candles = np.nonzero(observation.candle_table != NOTHING)
         distance[worlds, observation.candle_table[worlds, candles]] = -np.inf  # not bare
         return distance.argmax(axis=1)
+
+    def worth_protecting(self, observation: Observation) -> np.ndarray:
+        """Which candidates the caregiver can do something about, (B, candidates).
+
+        Every stairwell, and every candle that stands on a table and would be farther from the novice on a bare one.
+        """
+        distance, table = self.table_distances[observation.novice_cell], observation.candle_table
+        bare = np.ones(distance.shape, bool)
+        worlds, candles = np.nonzero(table != NOTHING)
+        bare[worlds, table[worlds, candles]] = False
+        farthest = np.where(bare, distance, 0.0).max(axis=1, initial=0.0)
+        candle = self.candidate_distances(observation)[:, self.stairwell_count :] < farthest[:, None]
+        return np.concatenate([np.ones((len(table), self.stairwell_count), bool), candle], axis=1)
 
     def candidate_distances(self, observation: Observation) -> np.ndarray:
         """Novice timesteps to a collision with each candidate, (B, candidates); infinite for a carried candle."""
@@ -159,14 +180,12 @@ class PaperCaregiver(Caregiver):
         self._damage = self.candidate_damage
         self._log_ratio = np.zeros(1)
 
-    def reset(self, batch: int) -> None:
+    def reset(self, batch: int, seeds: Sequence[int] | None = None) -> None:
         self._log_ratio = np.zeros(batch)
 
     def watch(self, observation: Observation) -> None:
         moved = observation.previous_action != NOTHING
-        ratio = safety.log_likelihood_ratio(
-            self.action_prior, observation.previous_cell, observation.previous_action
-        )
+        ratio = safety.log_likelihood_ratio(self.action_prior, observation.previous_cell, observation.previous_action)
         self._log_ratio += np.where(moved, ratio, 0.0)
 
     def assess(self, observation: Observation) -> Assessment:
@@ -181,26 +200,127 @@ class PaperCaregiver(Caregiver):
 
     def decide(self, observation: Observation) -> np.ndarray:
         assessment = self.assess(observation)
-        if assessment.danger.shape[1] == 0:
-            return np.full(len(observation.novice_cell), NOTHING)
         # 1 - P(safe) is common to all candidates and may round to 0 after a long safe walk; the choice among
         # them is therefore made without it, and only the threshold looks at the danger itself.
-        target = (assessment.reach * self._damage).argmax(axis=1)
-        danger = assessment.danger[np.arange(len(target)), target]
+        urgency = np.where(self.worth_protecting(observation), assessment.reach * self._damage, 0.0)
+        target, most = _first_of_greatest(urgency)
+        danger = np.where(most > 0, (1.0 - assessment.safe) * most, -np.inf)
         return np.where(danger >= self._threshold, target, NOTHING)
 
 
-CAREGIVERS: dict[str, type[Caregiver] | None] = {"none": None, "paper": PaperCaregiver}
+class RandomCaregiver(Caregiver):
+    """Draws, in every novice timestep, one of the candidates that are worth protecting.
+
+    It draws once a timestep and not once an action, or it would turn round before it gets anywhere.
+    """
+
+    def __init__(self, plan: FloorPlan, seed: int = 0):
+        super().__init__(plan, seed)
+        self.reset(1)
+
+    def reset(self, batch: int, seeds: Sequence[int] | None = None) -> None:
+        seeds = [0] * batch if seeds is None else seeds
+        length = novice.EPISODE_TIMESTEPS + 1
+        self._draws = np.stack([np.random.default_rng((self.seed, int(s))).random(length) for s in seeds], axis=1)
+        self._timestep = 0
+
+    def watch(self, observation: Observation) -> None:
+        self._timestep = (self._timestep + 1) % len(self._draws)
+
+    def decide(self, observation: Observation) -> np.ndarray:
+        worth = self.worth_protecting(observation)
+        count = worth.sum(axis=1)
+        chosen = novice.pick(self._draws[self._timestep], count)
+        target, _ = _first_of_greatest(worth & (worth.cumsum(axis=1) == chosen[:, None] + 1))
+        return np.where(count > 0, target, NOTHING)
+
+
+class NearestCaregiver(Caregiver):
+    """Protects what is nearest to the novice, whatever the damage."""
+
+    def decide(self, observation: Observation) -> np.ndarray:
+        distance = self.candidate_distances(observation)
+        target, nearness = _first_of_greatest(np.where(self.worth_protecting(observation), 1.0 / distance, 0.0))
+        return np.where(nearness > 0, target, NOTHING)
+
+
+class GuardCaregiver(Caregiver):
+    """Goes to the stairwell that is nearest to itself at the start, and stays there."""
+
+    def __init__(self, plan: FloorPlan, seed: int = 0):
+        super().__init__(plan, seed)
+        landings = [plan.cell_index[cell] for cell in plan.stairwells]
+        self._walk = plan.distances_from(landings).T  # (caregiver cells, stairwells)
+        self.reset(1)
+
+    def reset(self, batch: int, seeds: Sequence[int] | None = None) -> None:
+        self._post = np.full(batch, NOTHING)
+
+    def decide(self, observation: Observation) -> np.ndarray:
+        if self.stairwell_count:
+            nearest = self._walk[observation.caregiver_cell].argmin(axis=1)
+            self._post = np.where(self._post == NOTHING, nearest, self._post)
+        return self._post
+
+
+def _first_of_greatest(score: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The first candidate of the greatest score (NOTHING if there are none), and that score, both (B,).
+
+    Scores that only rounding tells apart count as equal.
+    """
+    if score.shape[1] == 0:
+        return np.full(len(score), NOTHING), np.zeros(len(score))
+    greatest = score.max(axis=1)
+    return (score >= greatest[:, None] * (1 - 1e-9)).argmax(axis=1), greatest
+
+
+class _Caregivers(Mapping[str, "type[Caregiver] | None"]):
+    """The caregivers by name: those above, then those that installed packages offer as entry points.
+
+    The entry points are looked up at each use and not at import.
+    """
+
+    _OWN: Mapping[str, type[Caregiver] | None] = {
+        "none": None,
+        "random": RandomCaregiver,
+        "nearest": NearestCaregiver,
+        "guard": GuardCaregiver,
+        "paper": PaperCaregiver,
+    }
+
+    def __getitem__(self, name: str) -> type[Caregiver] | None:
+        if name in self._OWN:
+            return self._OWN[name]
+        entry = importlib.metadata.entry_points(group=ENTRY_POINTS)[name]
+        try:
+            maker = entry.load()
+        except Exception as error:  # whatever somebody else's module raises
+            raise CaregiverError(f"caregiver '{name}' ({entry.value}) cannot be loaded: {error}") from error
+        if not (isinstance(maker, type) and issubclass(maker, Caregiver)):
+            raise CaregiverError(f"caregiver '{name}' ({entry.value}) is not a subclass of caregiver_mj.Caregiver")
+        return maker
+
+    def __contains__(self, name: object) -> bool:
+        return name in list(self)  # without loading it
+
+    def __iter__(self) -> Iterator[str]:
+        offered = importlib.metadata.entry_points(group=ENTRY_POINTS).names
+        return iter([*self._OWN, *sorted(set(offered) - set(self._OWN))])
+
+    def __len__(self) -> int:
+        return len(list(iter(self)))
+
+
+CAREGIVERS: Mapping[str, type[Caregiver] | None] = _Caregivers()
 
 
 def make_caregiver(name: str, plan: FloorPlan, seed: int = 0) -> Caregiver | None:
     """Makes a caregiver by name; "none" gives None.
 
     Raises:
-        CaregiverError: There is none of that name.
+        CaregiverError: There is none of that name, or another package's cannot be loaded.
     """
-    try:
-        maker = CAREGIVERS[name]
-    except KeyError:
-        raise CaregiverError(f"no caregiver '{name}': there are {', '.join(CAREGIVERS)}") from None
+    if name not in CAREGIVERS:
+        raise CaregiverError(f"no caregiver '{name}': there are {', '.join(CAREGIVERS)}")
+    maker = CAREGIVERS[name]
     return maker(plan, seed) if maker else None

@@ -20,6 +20,7 @@ import functools
 import importlib.resources
 import os
 import pathlib
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.sparse import csgraph, csr_array
@@ -206,22 +207,41 @@ class FloorPlan:
                 index[i, a] = objects.get(there, -1)
         return next_cell, target, index
 
-    def distances_from(self, goals: list[int], closed: int | None = None) -> np.ndarray:
+    def distances_from(self, goals: Sequence[int] | Sequence[Sequence[int]], closed: int | None = None) -> np.ndarray:
         """Walking distances of the caregiver, in moves, optionally round a closed cell.
 
         Args:
-            goals: Indices into `caregiver_cells`.
+            goals: Indices into `caregiver_cells`, or groups of them, in which the nearest cell counts.
             closed: Index of a cell that cannot be entered, such as the novice's.
 
         Returns:
             int16 array (goals, caregiver cells); `UNREACHABLE` where no path leads.
         """
-        graph = self._graph
-        if closed is not None:
-            open_edges = (self._edges != closed).all(axis=1)
-            graph = self._as_graph(self._edges[open_edges])
-        distances = csgraph.dijkstra(graph, unweighted=True, indices=goals)
+        # Every goal becomes one more node, from which one-way edges lead to its cells.
+        cells = len(self.caregiver_cells)
+        entries = [(cells + i, cell) for i, goal in enumerate(goals) for cell in np.atleast_1d(goal)]
+        edges = np.concatenate([self._open_edges(closed), np.array(entries, int).reshape(-1, 2)])
+        edges = edges[edges[:, 1] != closed]
+        sources = cells + np.arange(len(goals))
+        distances = csgraph.dijkstra(_as_graph(edges, cells + len(goals)), unweighted=True, indices=sources)
+        distances = distances[:, :cells] - 1
         return np.where(np.isfinite(distances), distances, UNREACHABLE).astype(np.int16)
+
+    def parts(self, closed: int) -> np.ndarray:
+        """Numbers the parts into which a closed cell divides the caregiver's cells: (caregiver cells,)."""
+        return csgraph.connected_components(_as_graph(self._open_edges(closed), len(self.caregiver_cells)))[1]
+
+    def downhill(self, height: np.ndarray) -> np.ndarray:
+        """For every caregiver cell the lowest among itself and its neighbours; itself if none is lower.
+
+        Args:
+            height: A number for each cell, such as a distance, (..., caregiver cells).
+
+        Returns:
+            Indices of cells, of that shape.
+        """
+        best = height[..., self._self_and_neighbours].argmin(axis=-1)
+        return self._self_and_neighbours[np.arange(best.shape[-1]), best]
 
     def bump_distances(self, objects: tuple[Cell, ...]) -> np.ndarray:
         """Moves that a novice needs to bump into each object: to a free neighbour, and one more.
@@ -238,6 +258,21 @@ class FloorPlan:
             distances[:, i] = self._novice_distances[:, beside].min(axis=1) + 1  # finite in a valid plan
         return distances
 
+    def routes_over(self, novice_cell: int) -> np.ndarray:
+        """How much a caregiver would be in the novice's way in each cell.
+
+        Args:
+            novice_cell: Index of the novice's free cell.
+
+        Returns:
+            The number of toy bins to which a shortest path of the novice leads over the cell, (caregiver cells,).
+        """
+        to_bins = self._bin_distances
+        detour = self._novice_distances[novice_cell][:, None] + to_bins - to_bins[novice_cell]
+        routes = np.zeros(len(self.caregiver_cells), int)  # none leads over a landing
+        routes[: len(self.free_cells)] = (detour == 0).sum(axis=1)
+        return routes
+
     def free_neighbours(self, cell: Cell) -> list[Cell]:
         """The free cells north, east, south and west of a cell."""
         around = [(cell[0] + down, cell[1] + right) for down, right in ACTIONS]
@@ -251,8 +286,11 @@ class FloorPlan:
         Landings are no way through, unlike for the caregiver.
         """
         free = len(self.free_cells)
-        graph = self._as_graph(self._edges[(self._edges < free).all(axis=1)])[:free, :free]
-        return csgraph.dijkstra(graph, unweighted=True)
+        return csgraph.dijkstra(_as_graph(self._edges[(self._edges < free).all(axis=1)], free), unweighted=True)
+
+    @functools.cached_property
+    def _bin_distances(self) -> np.ndarray:
+        return self.bump_distances(self.bins)
 
     @functools.cached_property
     def _edges(self) -> np.ndarray:
@@ -265,18 +303,27 @@ class FloorPlan:
         ]
         return np.array(edges, int).reshape(-1, 2)
 
-    def _as_graph(self, edges: np.ndarray) -> csr_array:
-        size = len(self.caregiver_cells)
-        return csr_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(size, size))
+    def _open_edges(self, closed: int | None) -> np.ndarray:
+        return self._edges if closed is None else self._edges[(self._edges != closed).all(axis=1)]
 
     @functools.cached_property
-    def _graph(self) -> csr_array:
-        return self._as_graph(self._edges)
+    def _self_and_neighbours(self) -> np.ndarray:
+        """Every caregiver cell, then the cells north, east, south and west (itself for want of one): (cells, 5)."""
+        cells = self.caregiver_cells
+        around = [
+            [i] + [self.cell_index.get((row + down, column + right), i) for down, right in ACTIONS]
+            for i, (row, column) in enumerate(cells)
+        ]
+        return np.array(around, int).reshape(-1, 1 + len(ACTIONS))
 
 
 def house_names() -> tuple[str, ...]:
     """Names of the floor plans that come with the package."""
     return tuple(sorted(f.name.removesuffix(".txt") for f in _houses_folder().iterdir() if f.name.endswith(".txt")))
+
+
+def _as_graph(edges: np.ndarray, size: int) -> csr_array:
+    return csr_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(size, size))
 
 
 def _houses_folder():

@@ -2,7 +2,8 @@
 
 In a timestep the novice makes one move, then the caregiver up to three of its seven actions (four moves, wait, get,
 place), because it walks three times as fast (paper, section V.C). It decides anew before each, unless it has a
-candle in the hand: that is put down first. Get and place act on a table in a neighbouring cell.
+candle in the hand: that is put down first. Get and place act on a table in a neighbouring cell. A caregiver that
+has nothing to do, or whose way the novice bars, keeps out of the novice's way.
 """
 
 from __future__ import annotations
@@ -83,14 +84,15 @@ class GridWorld:
         self.holding = np.full(batch, NOTHING)
         self.destination = np.full(batch, NOTHING)
         self.intention = np.full(batch, NOTHING)
-        self.caregiver_cell = _caregiver_start(self.plan, self.novice_cell, start[:, 1])
+        self._done = np.zeros(batch, bool)  # the intervention intended is a stairwell that is blocked by now
+        self.caregiver_cell = caregiver_start(self.plan, self.novice_cell, start[:, 1])
         self._visited = np.zeros((batch, len(self.plan.free_cells)), bool)
         self._visited[np.arange(batch), self.novice_cell] = True
         self.stopped = np.zeros(batch, bool)  # has reached the damage threshold
         self._figures = {field.name: np.zeros(batch) for field in dataclasses.fields(Outcome)}
         self._figures["timesteps_to_threshold"] += EPISODE_TIMESTEPS
         if self.caregiver:
-            self.caregiver.reset(batch)
+            self.caregiver.reset(batch, [tape.caregiver_seed for tape in tapes])
 
     def step(self) -> None:
         """One novice timestep: the novice's move, then the caregiver's actions."""
@@ -172,7 +174,9 @@ class GridWorld:
         stairwells = len(self.plan.stairwells)
         holds = self.holding != NOTHING
         target = np.where(holds, self.holding + stairwells, self.caregiver.decide(observation))
-        self._figures["interventions"] += (target != self.intention) & (target != NOTHING)
+        begins = target != self.intention
+        self._figures["interventions"] += begins & (target != NOTHING)
+        self._done &= ~begins
         self.intention = target
 
         # Where to go: onto a landing, or beside the table with the candle or for it.
@@ -183,13 +187,15 @@ class GridWorld:
         table = np.where(holds, self.destination, 0)
         if self.candle_table.shape[1]:
             table = np.where(at_table & ~holds, self.candle_table[worlds, candle], table)
-        goal = np.where(at_table, stairwells + table, np.where(at_stairwell, target, 0))
+        goal = np.where(at_table, stairwells + table, np.where(at_stairwell, target, _Paths.ASIDE))
 
-        distance, next_cell = self._paths.towards(goal, self.caregiver_cell, self.novice_cell)
+        distance, next_cell = self._paths.towards(goal, observation)
         act_here = at_table & (distance == 0)
-        moves = (target != NOTHING) & (distance > 0) & (distance < UNREACHABLE)
+        moves = distance > 0
         self.caregiver_cell = np.where(moves, next_cell, self.caregiver_cell)
-        self._figures["interventions_done"] += moves & at_stairwell & (distance == 1)
+        blocks = at_stairwell & ((distance == 0) | (moves & (distance == 1)))
+        self._figures["interventions_done"] += blocks & ~self._done
+        self._done |= blocks
 
         get, place = np.flatnonzero(act_here & ~holds), np.flatnonzero(act_here & holds)
         if get.size:
@@ -199,52 +205,83 @@ class GridWorld:
         self.candle_table[place, candle[place]] = table[place]
         self.holding[place] = NOTHING
         self._figures["interventions_done"][place] += 1
+        self.intention[place] = NOTHING  # to take the same candle again is another intervention
 
 
 class _Paths:
     """Shortest paths of the caregiver round the novice, computed once for every novice cell that occurs.
 
-    A goal is a stairwell, to stand on, or (numbered after those) a table, to stand beside.
+    A goal is a stairwell, to stand on, or (numbered after those) a table, to stand beside. The last one, `ASIDE`,
+    is to be out of the novice's way: on no shortest path from the novice to any toy bin, if there is such a cell.
+
+    Where the novice stands in the only way to a goal there is no path, and two that wait for each other in a
+    doorway would wait for ever. The caregiver then follows the novice as closely as it can while that walks away
+    from it, and steps aside when it comes.
     """
+
+    ASIDE = -1
 
     def __init__(self, plan: FloorPlan):
         self._plan = plan
-        cells, free = len(plan.caregiver_cells), len(plan.free_cells)
-        stand = [[plan.cell_index[c]] for c in plan.stairwells]
-        stand += [[plan.cell_index[n] for n in plan.free_neighbours(c)] for c in plan.tables]
-        self._stand = stand
+        free, cells = len(plan.free_cells), len(plan.caregiver_cells)
+        self._stand = [[plan.cell_index[c]] for c in plan.stairwells]
+        self._stand += [[plan.cell_index[n] for n in plan.free_neighbours(c)] for c in plan.tables]
+        self._open_distance = plan.distances_from(self._stand)  # (goals but ASIDE, cells), as if without a novice
+        self._between = plan.distances_from(range(cells))  # (cells, cells), likewise
+        self._intended_cell = plan.moves[0]
         self._known = np.zeros(free, bool)
         # Zero pages until written to, so a large plan costs only the novice cells that occur.
-        self._distance = np.zeros((free, len(stand), cells), np.int16)
-        self._next_cell = np.zeros((free, len(stand), cells), np.int16)
-        self._neighbours = np.full((cells, 4), -1)
-        for start, end in plan._edges:
-            self._neighbours[start, np.flatnonzero(self._neighbours[start] == -1)[0]] = end
+        shape = (free, len(self._stand) + 1, cells)
+        self._distance, self._next_cell, self._next_aside = (np.zeros(shape, np.int16) for _ in range(3))
 
-    def towards(
-        self, goal: np.ndarray, cell: np.ndarray, novice_cell: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Moves left to each goal, and the cell to move to, both (B,)."""
+    def towards(self, goal: np.ndarray, observation: Observation) -> tuple[np.ndarray, np.ndarray]:
+        """Moves left to each goal, `UNREACHABLE` where no path leads, and the cell to be in next, both (B,)."""
+        novice_cell, cell = observation.novice_cell, observation.caregiver_cell
         for closed in np.unique(novice_cell[~self._known[novice_cell]]):
             self._learn(int(closed))
-        return self._distance[novice_cell, goal, cell], self._next_cell[novice_cell, goal, cell]
+        # A novice that has just bumped into the caregiver comes, too: what counts is where it meant to go.
+        previous, action = observation.previous_cell, observation.previous_action
+        intended = np.where(action == NOTHING, previous, self._intended_cell[previous, action])
+        comes = self._between[cell, intended] < self._between[cell, previous]
+        distance = self._distance[novice_cell, goal, cell]
+        next_cell = np.where(
+            comes & (distance == UNREACHABLE),
+            self._next_aside[novice_cell, goal, cell],
+            self._next_cell[novice_cell, goal, cell],
+        )
+        return distance, next_cell
 
     def _learn(self, closed: int) -> None:
-        for goal, stand in enumerate(self._stand):
-            distance = self._plan.distances_from(stand, closed).min(axis=0)
-            # The distance from the closed cell itself is never asked for, but a stand in it is no stand.
-            distance[closed] = UNREACHABLE
-            around = np.where(self._neighbours >= 0, distance[self._neighbours], UNREACHABLE)
-            best = around.argmin(axis=1)
-            self._distance[closed, goal] = distance
-            self._next_cell[closed, goal] = np.take_along_axis(self._neighbours, best[:, None], axis=1)[:, 0]
+        """Fills the tables in for one novice cell."""
+        plan, part, in_the_way = self._plan, self._plan.parts(closed), self._plan.routes_over(closed)
+
+        def lowest(height: np.ndarray) -> np.ndarray:
+            """The lowest cells of every part."""
+            least = np.full(part.max() + 1, np.iinfo(int).max)
+            np.minimum.at(least, part, height)
+            return np.flatnonzero(height == least[part])
+
+        aside = plan.downhill(plan.distances_from([lowest(in_the_way)], closed)[0])
+        self._distance[closed, self.ASIDE] = UNREACHABLE
+        self._next_cell[closed, self.ASIDE] = self._next_aside[closed, self.ASIDE] = aside
+        if self._stand:
+            left = self._open_distance.astype(int)
+            distance = plan.distances_from(self._stand, closed)
+            close = plan.distances_from([lowest(d) for d in left], closed)
+            clear = plan.distances_from([lowest(d + UNREACHABLE * in_the_way) for d in left], closed)
+            self._distance[closed, : self.ASIDE] = distance
+            self._next_cell[closed, : self.ASIDE] = plan.downhill(np.where(distance < UNREACHABLE, distance, close))
+            self._next_aside[closed, : self.ASIDE] = plan.downhill(clear)
         self._known[closed] = True
 
 
-def _caregiver_start(plan: FloorPlan, novice_cell: np.ndarray, draw: np.ndarray) -> np.ndarray:
+def caregiver_start(plan: FloorPlan, novice_cell: np.ndarray, draw: np.ndarray) -> np.ndarray:
     """Start cells of the caregiver (B,), uniform over the free cells other than the novice's."""
-    cell = pick(draw, max(len(plan.free_cells) - 1, 1))
-    return np.where(cell >= novice_cell, np.minimum(cell + 1, len(plan.free_cells) - 1), cell)
+    others = len(plan.free_cells) - 1
+    if others == 0:  # then it starts on a landing, if there is one
+        return np.full(len(novice_cell), len(plan.caregiver_cells) - 1)
+    cell = pick(draw, others)
+    return cell + (cell >= novice_cell)
 
 
 def run_episodes(

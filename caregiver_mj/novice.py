@@ -29,15 +29,17 @@ class NoviceTape:
         start: Uniform draws for the start cells of novice and caregiver, then the first bin: (3,).
         steps: For every timestep uniform draws that decide whether the move is random, which move it is,
             and which bin is next if one is reached: (timesteps, 3).
+        caregiver_seed: Seed of this episode for a caregiver that draws lots.
     """
 
     start: np.ndarray
     steps: np.ndarray
+    caregiver_seed: int = 0
 
     @classmethod
     def draw(cls, random: np.random.RandomState, timesteps: int = EPISODE_TIMESTEPS) -> NoviceTape:
         draws = random.random_sample((timesteps + 1, 3))
-        return cls(draws[0], draws[1:])
+        return cls(draws[0], draws[1:], int(random.randint(2**31 - 1)))
 
 
 def check_epsilon(epsilon: float) -> float:

@@ -53,12 +53,13 @@ def action_prior_mean(alpha: np.ndarray) -> np.ndarray:
 def action_prior_draw(alpha: np.ndarray, random: np.random.Generator) -> np.ndarray:
     """theta_s ~ Dir(alpha_s) for every state (section II): (states, 4), rows sum to 1.
 
-    A draw of a small alpha can underflow to 0, which would declare an action impossible for ever; such
-    probabilities are raised to the smallest positive normal number.
+    It is made in log space, where small alpha do not make all gamma variables of a state underflow to 0. A
+    probability that does so would declare an action impossible for ever; it is raised to the smallest normal number.
     """
-    gamma = random.standard_gamma(alpha)
-    theta = gamma / gamma.sum(axis=1, keepdims=True)
-    return np.maximum(theta, np.finfo(float).tiny)
+    # For U uniform on (0, 1], Gamma(alpha) ~ Gamma(alpha + 1) U^(1 / alpha).
+    log_gamma = np.log(random.standard_gamma(alpha + 1)) + np.log1p(-random.random(alpha.shape)) / alpha
+    gamma = np.exp(log_gamma - log_gamma.max(axis=1, keepdims=True))
+    return np.maximum(gamma / gamma.sum(axis=1, keepdims=True), np.finfo(float).tiny)
 
 
 def log_likelihood_ratio(theta: np.ndarray, state: np.ndarray, action: np.ndarray) -> np.ndarray:

@@ -1,0 +1,107 @@
+"""Random valid floor plans for tests, made without the package's own notion of what is valid."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import strategies as st
+
+_STEPS = ((-1, 0), (0, 1), (1, 0), (0, -1))
+SMALLEST, LARGEST = 5, 20  # rows or columns
+
+
+def random_plan(
+    random: np.random.Generator,
+    rows: int | None = None,
+    columns: int | None = None,
+    *,
+    stairwells: int | None = None,
+    candles: int | None = None,
+    tables: int | None = None,
+    bins: int | None = None,
+) -> str:
+    """Draws a floor plan: rooms with doorways, and furniture that leaves a way everywhere.
+
+    Args:
+        random: Where the chance comes from.
+        rows: Rows, border included, at least 5; drawn from 5 to 20 if not given.
+        columns: Columns, likewise.
+        stairwells: How many; drawn, at least 1, if not given. The same goes for the other objects (candles may
+            be none). A small plan may not have room for all, but has at least one of each kind asked for.
+        candles: Tables with a candle.
+        tables: Bare tables.
+        bins: Toy bins.
+
+    Returns:
+        The text of a valid plan.
+    """
+    rows = int(random.integers(SMALLEST, LARGEST + 1)) if rows is None else rows
+    columns = int(random.integers(SMALLEST, LARGEST + 1)) if columns is None else columns
+    most = max(2, rows * columns // 40)
+    drawn = {"S": stairwells, "B": bins, "T": tables, "C": candles}
+    counts = {
+        kind: int(random.integers(kind != "C", most + 1)) if count is None else count for kind, count in drawn.items()
+    }
+    while True:  # a small plan may leave no place for the last kind; then another one will
+        grid = np.full((rows, columns), ".")
+        grid[[0, -1], :] = grid[:, [0, -1]] = "#"
+        # One object of each kind comes first, so that walls and further objects cannot take its place.
+        wanted = [kind for kind, count in counts.items() if count]
+        placed = [_place(random, grid, kind) for kind in wanted]
+        if not all(placed):
+            continue
+        for _ in range(int(random.integers(0, (rows + columns) // 5 + 1))):
+            _build_wall(random, grid)
+        for kind, count in counts.items():
+            for _ in range(count - 1):
+                _place(random, grid, kind)
+        return "\n".join("".join(row) for row in grid)
+
+
+def plan_texts(smallest: int = SMALLEST, largest: int = LARGEST, **counts: int) -> st.SearchStrategy[str]:
+    """A hypothesis strategy of random plans; it shrinks towards small ones."""
+
+    def draw(seed: int, rows: int, columns: int) -> str:
+        return random_plan(np.random.default_rng(seed), rows, columns, **counts)
+
+    size = st.integers(smallest, largest)
+    return st.builds(draw, st.integers(0, 2**32 - 1), size, size)
+
+
+def _place(random: np.random.Generator, grid: np.ndarray, kind: str, attempts: int = 20) -> bool:
+    """Puts an object on a random free cell, unless no place for it is found."""
+    free = np.argwhere(grid == ".")
+    for row, column in random.permutation(free)[:attempts]:
+        grid[row, column] = kind
+        if _is_valid(grid):
+            return True
+        grid[row, column] = "."
+    return False
+
+
+def _build_wall(random: np.random.Generator, grid: np.ndarray) -> None:
+    """Puts a straight wall with one doorway across the plan or a part of it, unless it would cut something off."""
+    before = grid.copy()
+    view = grid if random.random() < 0.5 else grid.T
+    across = int(random.integers(1, len(view) - 1))
+    first, last = sorted(int(i) for i in random.integers(1, view.shape[1] - 1, size=2))
+    line = view[across, first : last + 1]
+    door = int(random.integers(len(line)))
+    line[[i for i in range(len(line)) if line[i] == "." and i != door]] = "#"
+    if not _is_valid(grid):
+        grid[:] = before
+
+
+def _is_valid(grid: np.ndarray) -> bool:
+    """Whether the free cells are connected and every object has one beside it."""
+    free = {(int(r), int(c)) for r, c in np.argwhere(grid == ".")}
+    if not free:
+        return False
+    seen = {min(free)}
+    front = list(seen)
+    while front:
+        row, column = front.pop()
+        new = {(row + down, column + right) for down, right in _STEPS} & free - seen
+        seen |= new
+        front += new
+    objects = np.argwhere((grid != ".") & (grid != "#"))
+    return seen == free and all(any((r + down, c + right) in free for down, right in _STEPS) for r, c in objects)
