@@ -242,6 +242,7 @@ class CareTask(base.Task):
         super().__init__(random=random)
         self.plan = plan
         self.has_robot = robot
+        self.goal_given = False  # whether the observation names what to do
         self.control_timestep = control_timestep
         self._novice = Novice(plan, epsilon)
         self.novice_timestep = novice_timestep(control_timestep, plan.cell_size)

@@ -116,6 +116,13 @@ class RobotMotion:
         """Whether the base's reference is on its way."""
         return self._path is not None and math.hypot(*self.base_reference()[1]) > 1e-3
 
+    def points_ahead(self, seconds: float) -> list[Vector]:
+        """Points of the path that the base passes within some seconds."""
+        if self._path is None:
+            return [self._here]
+        begin = self._playback.at(self.now)[0]
+        return [self._path.at(begin + seconds * i / 5)[0] for i in range(1, 6)]
+
     def planned_velocity(self) -> Vector:
         """The velocity that the path would have now at full rate."""
         if self._path is None:

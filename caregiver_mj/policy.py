@@ -1,0 +1,238 @@
+"""The scripted caregiver as a policy for the tasks: from observations to actions.
+
+It sees the world through the task's observation only: where the toddler, the candles and the robot are. What the
+novice did it infers from how the toddler moved; what to protect it asks a `Caregiver`; how, it leaves to the skills.
+"""
+
+from __future__ import annotations
+
+import math
+
+import dm_env
+import numpy as np
+from dm_control.rl import control
+
+from caregiver_mj import layout
+from caregiver_mj.caregiver import NOTHING, Assessment, Caregiver, Observation, PaperCaregiver, make_caregiver
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.floor_plan import ACTIONS, FloorPlan
+from caregiver_mj.robot.motion import RobotMotion
+from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.skills import Block, Pick, Place, Skill, View, Yield
+
+_SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to go anywhere
+_STANDING_COSINE = math.cos(math.radians(20))  # of a candle's tilt up to which it counts as standing
+_PATIENCE = 3  # attempts at a grasp before another target gets its turn
+
+
+class CaregiverPolicy:
+    """The scripted caregiver. Call it with a time step to get an action.
+
+    Attributes:
+        interventions: Interventions begun in this episode.
+        interventions_done: Interventions completed: a stairwell reached, or a candle put down.
+        assessment: The numbers behind the last decision, if the caregiver has such, for a batch of one.
+        target: The candidate that is being protected now, or -1.
+        activity: What the robot is doing, in words.
+    """
+
+    def __init__(self, env: control.Environment, caregiver: str | Caregiver = "paper", seed: int = 0):
+        """Prepares a caregiver for a task.
+
+        Args:
+            env: An environment of this package, with the robot in it.
+            caregiver: Name of a caregiver, or one made for the environment's house.
+            seed: Seed of the caregiver.
+
+        Raises:
+            CaregiverError: There is no robot in the environment, or no caregiver of that name.
+        """
+        task = env.task
+        if not task.has_robot:
+            raise CaregiverError("there is no robot in this environment for a caregiver to act with")
+        self.plan: FloorPlan = task.plan
+        self._caregiver = make_caregiver(caregiver, self.plan, seed) if isinstance(caregiver, str) else caregiver
+        self._timestep = env.control_timestep()
+        self._robot = RobotMotion(self._timestep)
+        self._navigator = Navigator(self.plan)
+        self._tables = layout.table_rectangles(self.plan)
+        self._stairwells = len(self.plan.stairwells)
+        self._goal_given = task.goal_given
+
+    def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
+        """Answers an observation with an action (11,).
+
+        Raises:
+            CaregiverError: The observation is flat; the caregiver needs its keys.
+        """
+        observation = timestep.observation
+        if "base_position" not in observation:
+            raise CaregiverError("the caregiver needs the observation as a dictionary, not flattened")
+        if timestep.first():
+            self._reset(observation)
+        view = self._look(observation)
+        new_move = self._watch(view, float(observation["clock"]))
+        self._act(view, new_move, observation)
+        action = self._robot.action(view.base)
+        self._robot.now += self._timestep
+        return action
+
+    # -- Seeing ----------------------------------------------------------------------------------
+
+    def _reset(self, observation: dict[str, np.ndarray]) -> None:
+        self._robot.reset(observation["base_position"].tolist())
+        if self._caregiver:
+            self._caregiver.reset(1)
+        self.interventions = self.interventions_done = 0
+        self.assessment: Assessment | None = None
+        self.target = NOTHING
+        self.activity = "watch"
+        self._skill: Skill | None = None
+        self._holding = NOTHING
+        self._failures: dict[int, int] = {}
+        self._move = 0
+        self._origin = tuple(observation["toddler_position"][:2].tolist())
+        self._farthest = (0.0, 0.0, 0.0)
+        self._cell = self._toddler_cell(self._origin)
+        self._previous = (self._cell, NOTHING)
+        self._waiting = 0
+
+    def _look(self, observation: dict[str, np.ndarray]) -> View:
+        base = observation["base_position"].tolist()
+        child = observation["toddler_position"].tolist()
+        velocity = observation["toddler_velocity"].tolist()
+        fingers = observation["finger_position"]
+        candles = observation.get("candle_position", np.zeros((0, 3)))
+        return View(
+            now=self._robot.now,
+            base=tuple(base),
+            fingers=float(fingers[0] + fingers[1]),
+            arm=observation["arm_position"],
+            child=(child[0], child[1]),
+            child_velocity=(velocity[0], velocity[1]),
+            candles=candles,
+            candle_table=[],
+        )
+
+    def _watch(self, view: View, clock: float) -> bool:
+        """Follows the toddler; returns whether it has just finished a move."""
+        dx, dy = view.child[0] - self._origin[0], view.child[1] - self._origin[1]
+        distance = dx * dx + dy * dy
+        if distance > self._farthest[0]:
+            self._farthest = (distance, dx, dy)
+        if int(clock + 1e-6) == self._move:
+            return False
+        self._move = int(clock + 1e-6)
+        _, dx, dy = self._farthest
+        action = NOTHING
+        if math.hypot(dx, dy) > _SMALLEST_MOVE:
+            action = max(range(len(ACTIONS)), key=lambda a: dx * ACTIONS[a][1] - dy * ACTIONS[a][0])
+        self._previous = (self._cell, action)
+        self._origin, self._farthest = view.child, (0.0, 0.0, 0.0)
+        self._cell = self._toddler_cell(view.child)
+        return True
+
+    def _toddler_cell(self, position: tuple[float, float]) -> int:
+        index = self.plan.cell_index.get(self.plan.cell_at(np.array(position)))
+        if index is not None and index < len(self.plan.free_cells):
+            return index
+        return min(
+            range(len(self.plan.free_cells)),
+            key=lambda i: math.dist(self.plan.position(self.plan.free_cells[i]), position),
+        )
+
+    def _observation(self, view: View, observation: dict[str, np.ndarray]) -> Observation:
+        """The world as the caregiver knows it."""
+        return Observation(
+            novice_cell=np.array([self._cell]),
+            previous_cell=np.array([self._previous[0]]),
+            previous_action=np.array([self._previous[1]]),
+            caregiver_cell=np.array([self.plan.cell_index[self._navigator.nearest_cell(view.base[:2])]]),
+            candle_table=np.array([self._candle_tables(view, observation)], int).reshape(1, -1),
+            holding=np.array([self._holding]),
+        )
+
+    def _candle_tables(self, view: View, observation: dict[str, np.ndarray]) -> list[int]:
+        """On which table each candle stands upright, NOTHING for none."""
+        tables = []
+        for i, (x, y, z) in enumerate(view.candles.tolist()):
+            _, qx, qy, _ = observation["candle_orientation"][i].tolist()
+            standing = 1 - 2 * (qx * qx + qy * qy) > _STANDING_COSINE and abs(z - layout.TABLE_HEIGHT) < 0.03
+            over = np.abs(self._tables[:, :2] - (x, y)).max(axis=1) < layout.TABLE_HALF_SIZE
+            found = np.flatnonzero(over) if standing and i != self._holding else []
+            tables.append(int(found[0]) if len(found) else NOTHING)
+        return tables
+
+    # -- Deciding and acting ---------------------------------------------------------------------
+
+    def _act(self, view: View, new_move: bool, observation: dict[str, np.ndarray]) -> None:
+        if new_move and self._skill:
+            self._skill.replan()
+        first = view.now == 0.0
+        if new_move or first or self._skill is None:
+            seen = self._observation(view, observation)
+            self._decide(view, seen, observed=new_move)
+        if self._skill is None:
+            return
+        if self._skill.step(view, self._robot):
+            self._finish(view, observation)
+
+    def _decide(self, view: View, seen: Observation, observed: bool) -> None:
+        """Asks the caregiver what to protect, and sets about it unless the robot's hands are full."""
+        if self._caregiver is None:
+            return
+        if observed:
+            self._caregiver.watch(seen)
+        if isinstance(self._caregiver, PaperCaregiver):
+            self.assessment = self._caregiver.assess(seen)
+        if self._skill is not None and not self._skill.interruptible:
+            return
+        if self._holding != NOTHING:
+            self._carry(seen)
+            return
+        target = int(self._caregiver.decide(seen)[0])
+        if target == NOTHING:
+            return
+        if target != self.target or self._skill is None:
+            self._begin(target, seen)
+
+    def _begin(self, target: int, seen: Observation) -> None:
+        """Begins the intervention that protects a candidate."""
+        if target < self._stairwells:
+            skill: Skill = Block(self._navigator, target)
+            activity = f"block stairwell {target + 1}"
+        else:
+            candle = target - self._stairwells
+            table = int(seen.candle_table[0, candle])
+            if table == NOTHING:
+                return
+            skill, activity = Pick(self._navigator, candle, table), f"fetch candle {candle + 1}"
+        if target != self.target:
+            self.interventions += 1
+            self._reached = False
+        self._skill, self.target, self.activity = skill, target, activity
+
+    def _carry(self, seen: Observation) -> None:
+        """Takes the candle in the hand to a safe table."""
+        table = int(self._caregiver.safe_table(seen, np.array([self._holding]))[0])
+        self._skill = Place(self._navigator, self._holding, table)
+        self.activity = f"carry candle {self._holding + 1} to table {table + 1}"
+
+    def _finish(self, view: View, observation: dict[str, np.ndarray]) -> None:
+        """Takes note of a skill that is done, and goes on to the next."""
+        skill = self._skill
+        if isinstance(skill, Block):
+            if not self._reached:
+                self.interventions_done += 1
+                self._reached = True
+            return  # goes on standing there
+        self._skill = None
+        if isinstance(skill, Pick) and not skill.failed:
+            self._holding = skill.candle
+            self._carry(self._observation(view, observation))
+        elif isinstance(skill, Place):
+            self._holding = NOTHING
+            self.interventions_done += 1
+            self.target = NOTHING
+        elif isinstance(skill, Pick):
+            self.target = NOTHING

@@ -1,0 +1,377 @@
+"""What the robot can do: drive, pick, place, block, yield. Each skill is a small state machine over references.
+
+A skill's `step` is called once a control timestep; it looks at a `View` of the world, sets goals of the `RobotMotion`
+and returns whether it is done. Skills know tables, candles and cells, but nothing of danger.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from caregiver_mj import layout
+from caregiver_mj.floor_plan import ACTIONS, FREE, Cell
+from caregiver_mj.robot import kinematics, motion
+from caregiver_mj.robot.motion import RobotMotion
+from caregiver_mj.robot.navigation import BASE_RADIUS, CHILD_RADIUS, Navigator
+from caregiver_mj.robot.trajectories import PathError, Vector
+
+CANDLE_RADIUS = 0.022  # metres
+GRASP_HEIGHT = 0.10  # metres above a candle's foot at which it is gripped
+
+# How near the base must be to where it shall stand.
+_ARRIVED = 0.006  # metres
+_ARRIVED_YAW = 0.012  # radians
+# While the base still drives up to a table, the hand may come out as far as this, once it points the right way.
+_HOVER = 0.78  # of the reach: the fingertips are then above a candle
+_ALIGNED = 0.04  # metres off the line of approach
+_ALIGNED_YAW = 0.12  # radians
+_HOVER_DISTANCE = 0.30  # metres to go
+# How far out the hand may be when the base sets off, and when it turns.
+_MAY_DRIVE = 0.62
+_MAY_TURN = 0.30
+
+_SETTLE = 0.06  # seconds that the arm lags behind its reference
+_GRIP_TIME = 0.14  # seconds from closing to a firm grip
+_RELEASE_GAP = CANDLE_RADIUS + 0.008  # metres of each finger off the middle, when the candle is let go
+_PLACE_GAP = 0.001  # metres above the table at which a candle is let go
+
+# Speed and separation: the base must be able to stop before a child that walks towards it.
+_CHILD_SPEED = 0.62  # m/s, the fastest that a toddler walks towards something
+_STOPPING = 0.54  # seconds to stop from full speed, and ...
+_REACTION = 0.17  # ... seconds until that takes hold
+_SEPARATION = 0.08  # metres that shall remain
+
+
+@dataclasses.dataclass
+class View:
+    """What the robot sees at one moment, in metres and radians.
+
+    Attributes:
+        now: Seconds since the episode's start.
+        base: Pose (x, y, yaw) of its base.
+        fingers: How far the fingers stand off the middle, both together.
+        arm: Joint positions (7,).
+        child: Position (x, y) of the toddler.
+        child_velocity: Its velocity, m/s.
+        candles: Position of each candle's foot, (candles, 3).
+        candle_table: The table on which each candle stands, -1 for none.
+    """
+
+    now: float
+    base: tuple[float, float, float]
+    fingers: float
+    arm: np.ndarray
+    child: Vector
+    child_velocity: Vector
+    candles: np.ndarray
+    candle_table: list[int]
+
+
+class Skill:
+    """Base of all skills: drives to where the skill wants to stand.
+
+    Attributes:
+        interruptible: Whether another skill may take over now.
+    """
+
+    interruptible = True
+
+    def __init__(self, navigator: Navigator):
+        self._navigator = navigator
+        self._path_goal: Vector | None = None
+        self._stand: tuple[Vector, Cell] | None = None
+        self._replan_at = 0.0
+
+    def step(self, view: View, robot: RobotMotion) -> bool:
+        """Acts for one control timestep; returns whether the skill is done."""
+        raise NotImplementedError
+
+    def replan(self) -> None:
+        """Has the way looked at again, because the world has changed."""
+        self._replan_at = 0.0
+
+    def _drive(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell, yaw: float) -> bool:
+        """Drives to a pose; returns whether it is there."""
+        moved = self._path_goal is None or math.dist(goal, self._path_goal) > 1e-3
+        if (moved or view.now >= self._replan_at) and robot.reached <= _MAY_DRIVE:
+            self._plan(view, robot, goal, cell)
+        robot.set_rate(allowed_rate(view, robot))
+        if robot.reached <= _MAY_TURN:
+            robot.turn_to(yaw)
+        off = math.dist(goal, view.base[:2])
+        turn = abs(math.remainder(yaw - view.base[2], math.tau))
+        return off < _ARRIVED and turn < _ARRIVED_YAW and not robot.moving
+
+    def _plan(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell) -> None:
+        here = robot.base_reference()[0]
+        # Where the child is and is about to be is closed; if that leaves no way, wait on the one round nothing.
+        around = {self._navigator.plan.cell_at(np.array(p)) for p in child_places(view)}
+        points = self._navigator.path(here, goal, cell, view.child, around)
+        free = points is not None
+        if points is None:
+            points = self._navigator.path(here, goal, cell, None)
+        self._replan_at = view.now + (1.0 if free else 0.3)
+        if points is None:
+            return
+        if self._path_goal == goal and free and robot.moving and not self._crosses(view, robot):
+            return  # already on a way that is free
+        try:
+            robot.drive_along(points)
+            self._path_goal = goal
+        except PathError:
+            robot.set_rate(0.0)
+            self._path_goal = None
+            self._replan_at = view.now + 0.1
+
+    def _crosses(self, view: View, robot: RobotMotion) -> bool:
+        """Whether the child stands in the way of the path ahead."""
+        near = BASE_RADIUS + CHILD_RADIUS + 0.05
+        return any(
+            math.dist(point, place) < near for point in robot.points_ahead(1.5) for place in child_places(view)
+        )
+
+    def _stand_at_table(
+        self, view: View, table: int, spot: Vector, hand: Vector = (0.0, 0.0)
+    ) -> tuple[Vector, Cell, float]:
+        """Where to stand so that the hand reaches a spot over a table.
+
+        Args:
+            view: What is seen.
+            table: Index of the table.
+            spot: Where the candle is, or shall be.
+            hand: Where the candle is relative to the pinch point, in the base's frame.
+
+        Returns:
+            Position and cell to stand in, and the heading.
+        """
+        plan = self._navigator.plan
+        table_cell = plan.tables[table]
+        if self._stand is None or view.now >= self._replan_at:
+            self._stand_cell = self._choose_stand(view, table_cell)
+            self._stand = ((0.0, 0.0), self._stand_cell)
+        cell = self._stand_cell
+        ahead = (float(table_cell[1] - cell[1]), float(cell[0] - table_cell[0]))  # unit vector in x, y
+        reach = kinematics.REACH + hand[0]
+        goal = (
+            spot[0] - reach * ahead[0] + hand[1] * ahead[1],
+            spot[1] - reach * ahead[1] - hand[1] * ahead[0],
+        )
+        return goal, cell, math.atan2(ahead[1], ahead[0])
+
+    def _choose_stand(self, view: View, table_cell: Cell) -> Cell:
+        """The free cell beside a table that is quickest to reach, if possible without meeting the child."""
+        navigator = self._navigator
+        cells = navigator.plan.free_neighbours(table_cell)
+        start = navigator.nearest_cell(view.base[:2])
+        around = {navigator.plan.cell_at(np.array(p)) for p in child_places(view)}
+
+        def cost(cell: Cell) -> float:
+            route = navigator.route(start, cell, around)
+            if route is None:
+                return 1e3 + len(navigator.route(start, cell) or [])
+            return math.dist(navigator.plan.position(cell), view.base[:2]) + len(route)
+
+        return min(cells, key=cost)
+
+    def _out_of_line(self, view: View, goal: Vector, yaw: float) -> tuple[float, float, float]:
+        """How far the base has to go along and across its final heading, and to turn."""
+        dx, dy = goal[0] - view.base[0], goal[1] - view.base[1]
+        c, s = math.cos(yaw), math.sin(yaw)
+        return c * dx + s * dy, c * dy - s * dx, math.remainder(yaw - view.base[2], math.tau)
+
+
+class Block(Skill):
+    """Stands in a stairwell. Done when the base is there; goes on standing as long as it is stepped."""
+
+    def __init__(self, navigator: Navigator, stairwell: int):
+        super().__init__(navigator)
+        self.stairwell = stairwell
+        self._cell = navigator.plan.stairwells[stairwell]
+        self._goal = tuple(navigator.plan.position(self._cell).tolist())
+
+    def step(self, view: View, robot: RobotMotion) -> bool:
+        robot.reach(0.0)
+        there = self._drive(view, robot, self._goal, self._cell, robot.yaw)
+        return there or (math.dist(self._goal, view.base[:2]) < 0.03 and not robot.moving)
+
+
+class Pick(Skill):
+    """Takes a candle off the table on which it stands, and tucks the arm."""
+
+    def __init__(self, navigator: Navigator, candle: int, table: int):
+        super().__init__(navigator)
+        self.candle, self.table = candle, table
+        self.failed = False
+        self._stage: Callable[[View, RobotMotion], bool] = self._approach
+        self._until = 0.0
+
+    def step(self, view: View, robot: RobotMotion) -> bool:
+        return self._stage(view, robot)
+
+    def _approach(self, view: View, robot: RobotMotion) -> bool:
+        x, y, z = view.candles[self.candle].tolist()
+        goal, cell, yaw = self._stand_at_table(view, self.table, (x, y))
+        there = self._drive(view, robot, goal, cell, yaw)
+        if robot.reached < 1e-6:
+            robot.plan_reach(z + GRASP_HEIGHT)
+        robot.grip(motion.OPEN)
+        if there:
+            robot.reach(1.0)
+            self._stage = self._reach_out
+        elif _may_hover(self._out_of_line(view, goal, yaw)):
+            robot.reach(_HOVER)
+        elif robot.reached > 0.0:
+            robot.reach(0.0)
+        return False
+
+    def _reach_out(self, view: View, robot: RobotMotion) -> bool:
+        if robot.reached == 1.0 and view.now >= robot.reach_arrival + _SETTLE:
+            self.interruptible = False
+            robot.grip(motion.CLOSED)
+            self._until = view.now + _GRIP_TIME
+            self._stage = self._grasp
+        return False
+
+    def _grasp(self, view: View, robot: RobotMotion) -> bool:
+        if view.now >= self._until:
+            robot.reach(0.0)
+            self._stage = self._lift
+        return False
+
+    def _lift(self, view: View, robot: RobotMotion) -> bool:
+        if robot.reached > _MAY_DRIVE:
+            return False
+        # Closed on nothing, the fingers meet in the middle; round a candle they cannot.
+        self.failed = view.fingers < 2 * CANDLE_RADIUS - 0.01
+        if self.failed:
+            robot.grip(motion.OPEN)
+        self.interruptible = self.failed
+        return True
+
+
+class Place(Skill):
+    """Puts the candle in the hand down on a table."""
+
+    interruptible = False
+
+    def __init__(self, navigator: Navigator, candle: int, table: int):
+        super().__init__(navigator)
+        self.candle, self.table = candle, table
+        self.failed = False
+        self._stage: Callable[[View, RobotMotion], bool] = self._approach
+        self._until = 0.0
+        self._hand = (0.0, 0.0)
+
+    def step(self, view: View, robot: RobotMotion) -> bool:
+        return self._stage(view, robot)
+
+    def _approach(self, view: View, robot: RobotMotion) -> bool:
+        spot = tuple(self._navigator.plan.position(self._navigator.plan.tables[self.table]).tolist())
+        if robot.reached < 1e-6:
+            self._hand, height = self._measure(view)
+            robot.plan_reach(layout.TABLE_HEIGHT + _PLACE_GAP + height)
+        goal, cell, yaw = self._stand_at_table(view, self.table, spot, self._hand)
+        there = self._drive(view, robot, goal, cell, yaw)
+        if there:
+            robot.reach(1.0)
+            self._stage = self._put_down
+        elif _may_hover(self._out_of_line(view, goal, yaw)):
+            robot.reach(_HOVER)
+        elif robot.reached > 0.0:
+            robot.reach(0.0)
+        return False
+
+    def _measure(self, view: View) -> tuple[Vector, float]:
+        """The candle's place in the hand, measured again: it may have slipped since the grasp.
+
+        Returns:
+            Position of its foot relative to the pinch point (base frame, rounded to 1 mm so that noise moves no
+            goals), and how far that is below the pinch point.
+        """
+        pinch = kinematics.shared_arm().pinch(view.arm)
+        x, y, z = view.candles[self.candle].tolist()
+        dx, dy, yaw = x - view.base[0], y - view.base[1], view.base[2]
+        c, s = math.cos(yaw), math.sin(yaw)
+        return (round(c * dx + s * dy - pinch[0], 3), round(c * dy - s * dx - pinch[1], 3)), float(pinch[2] - z)
+
+    def _put_down(self, view: View, robot: RobotMotion) -> bool:
+        if robot.reached == 1.0 and view.now >= robot.reach_arrival + _SETTLE:
+            robot.grip(motion.OPEN)
+            self._stage = self._release
+        return False
+
+    def _release(self, view: View, robot: RobotMotion) -> bool:
+        if view.fingers > 2 * _RELEASE_GAP:
+            robot.reach(0.0)
+            self._stage = self._retreat
+        return False
+
+    def _retreat(self, view: View, robot: RobotMotion) -> bool:
+        self.interruptible = robot.reached <= _MAY_DRIVE
+        return self.interruptible
+
+
+class Yield(Skill):
+    """Gets out of the child's way: to the neighbouring cell that it is least likely to want."""
+
+    def __init__(self, navigator: Navigator):
+        super().__init__(navigator)
+        self._cell: Cell | None = None
+
+    def step(self, view: View, robot: RobotMotion) -> bool:
+        robot.reach(0.0)
+        navigator = self._navigator
+        if self._cell is None:
+            here = navigator.nearest_cell(view.base[:2])
+            plan = navigator.plan
+            options = [(here[0] + down, here[1] + right) for down, right in ACTIONS]
+            options = [cell for cell in options if cell in plan.cell_index and plan[cell] == FREE]
+            places = child_places(view)
+            self._cell = max(
+                [here, *options],
+                key=lambda cell: min(math.dist(plan.position(cell), place) for place in places),
+            )
+        goal = tuple(navigator.plan.position(self._cell).tolist())
+        return self._drive(view, robot, goal, self._cell, robot.yaw)
+
+
+def child_places(view: View) -> tuple[Vector, Vector]:
+    """Where the child is, and where it will be shortly if it walks on."""
+    (x, y), (vx, vy) = view.child, view.child_velocity
+    return (x, y), (x + 0.8 * vx, y + 0.8 * vy)
+
+
+def allowed_rate(view: View, robot: RobotMotion) -> float:
+    """The share of its planned speed at which the base can still stop before it touches the child.
+
+    Speed and separation monitoring (the idea of ISO/TS 15066, section 5.5.4): while robot and child close in, the
+    distance between them must cover what the robot needs to react and brake, and what the child walks meanwhile.
+    With a rate r of the planned approach speed v, stopping takes r * stopping + reaction seconds.
+    """
+    vx, vy = robot.planned_velocity()
+    if vx == 0.0 and vy == 0.0:
+        return 1.0
+    dx, dy = view.child[0] - view.base[0], view.child[1] - view.base[1]
+    distance = math.hypot(dx, dy)
+    gap = distance - BASE_RADIUS - CHILD_RADIUS - _SEPARATION
+    if gap > 2.0:
+        return 1.0
+    approach = (vx * dx + vy * dy) / distance
+    if approach <= 0.0:
+        return 1.0
+    # approach * r * (stopping r / 2 + reaction) + child * (stopping r + reaction) = gap, solved for r
+    a = approach * _STOPPING / 2
+    b = approach * _REACTION + _CHILD_SPEED * _STOPPING
+    c = _CHILD_SPEED * _REACTION - gap
+    if c >= 0.0:
+        return 0.0
+    return min(1.0, (-b + math.sqrt(b * b - 4 * a * c)) / (2 * a))
+
+
+def _may_hover(out_of_line: tuple[float, float, float]) -> bool:
+    along, across, turn = out_of_line
+    return 0.0 < along + 0.02 and along < _HOVER_DISTANCE and abs(across) < _ALIGNED and abs(turn) < _ALIGNED_YAW
