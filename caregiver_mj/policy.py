@@ -18,7 +18,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.floor_plan import ACTIONS, FloorPlan
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.robot.skills import Block, Pick, Place, Skill, View, Yield
+from caregiver_mj.robot.skills import Block, Pick, Place, Skill, View
 
 _SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to go anywhere
 _STANDING_COSINE = math.cos(math.radians(20))  # of a candle's tilt up to which it counts as standing

@@ -21,6 +21,7 @@ CLOSED = 0.008  # metres, less than a candle's radius: the difference is what sq
 # (mass over gain of the servo; see models/robot.xml), which is fed forward.
 _POSITION_GAIN = 5.0
 _YAW_GAIN = 8.0
+_GENTLE_SPEED = 0.03  # m/s
 _BASE_LAG = 0.0205
 _YAW_LAG = 0.008
 
@@ -36,6 +37,10 @@ class RobotMotion:
     """Where the robot shall be, now and next.
 
     Times are seconds since the start of the episode, positions metres in the house, angles radians.
+
+    Attributes:
+        now: The present time.
+        gentle: Whether the base, pushed off its reference, returns to it slowly only: a child may be in between.
     """
 
     def __init__(self, control_timestep: float):
@@ -48,6 +53,7 @@ class RobotMotion:
             base: Pose (x, y, yaw) of the base.
         """
         self.now = 0.0
+        self.gentle = False
         self._hold((float(base[0]), float(base[1])))
         self._yaw = ScalarMotion(limits.YAW, float(base[2]))
         self.reach_path = kinematics.reach_path(int(1e4 * 0.7))
@@ -66,17 +72,21 @@ class RobotMotion:
         """
         _, velocity, acceleration = self.base_reference()
         self._path = BasePath(points, limits.BASE, velocity, acceleration)
-        # The path begins with the present velocity, so it is played back at full rate from the first moment.
+        # The path begins with the present velocity, so it is played back at full rate from the first moment; from rest
+        # the rate may start anywhere, and starts at nothing until `set_rate` says how much the child allows.
         self._playback = ScalarMotion(_RATE, 0.0)
-        self._playback.run_at(1.0, self.now, at_once=True)
-        self._rate = 1.0
+        self._rate = 1.0 if math.hypot(*velocity) > 1e-3 else 0.0
+        self._playback.run_at(self._rate, self.now, at_once=True)
 
     def set_rate(self, rate: float) -> None:
         """Sets the share, 0 to 1, of its planned speed at which the base moves along its path."""
         if self._path is None:
             return
+        if self._rate == 0.0 and self._playback.at(self.now)[0] == 0.0:
+            self._rate = rate
+            self._playback.run_at(rate, self.now, at_once=True)
         # The solver is asked for worthwhile changes only.
-        if abs(rate - self._rate) > 0.04 or (rate in (0.0, 1.0) and rate != self._rate):
+        elif abs(rate - self._rate) > 0.04 or (rate in (0.0, 1.0) and rate != self._rate):
             self._rate = rate
             self._playback.run_at(rate, self.now)
 
@@ -162,9 +172,12 @@ class RobotMotion:
         _, (vx, vy), (ax, ay) = self._base_at(middle)
         yaw = self._yaw.at(now)[0]
         _, yaw_rate, yaw_acceleration = self._yaw.at(middle)
+        back_x, back_y = _POSITION_GAIN * (x - base[0]), _POSITION_GAIN * (y - base[1])
+        if self.gentle and (push := math.hypot(back_x, back_y)) > _GENTLE_SPEED:
+            back_x, back_y = back_x * _GENTLE_SPEED / push, back_y * _GENTLE_SPEED / push
         action = self._action
-        action[0] = vx + _BASE_LAG * ax + _POSITION_GAIN * (x - base[0])
-        action[1] = vy + _BASE_LAG * ay + _POSITION_GAIN * (y - base[1])
+        action[0] = vx + _BASE_LAG * ax + back_x
+        action[1] = vy + _BASE_LAG * ay + back_y
         action[2] = yaw_rate + _YAW_LAG * yaw_acceleration + _YAW_GAIN * (yaw - base[2])
         action[3:10] = self.reach_path.joints(self._reach.at(now)[0])
         action[10] = self._gripper.at(now)[0]

@@ -44,6 +44,7 @@ _CHILD_SPEED = 0.62  # m/s, the fastest that a toddler walks towards something
 _STOPPING = 0.54  # seconds to stop from full speed, and ...
 _REACTION = 0.17  # ... seconds until that takes hold
 _SEPARATION = 0.08  # metres that shall remain
+_GENTLE_GAP = 0.10  # metres to the child below which the base yields to a push
 
 
 @dataclasses.dataclass
@@ -83,7 +84,7 @@ class Skill:
     def __init__(self, navigator: Navigator):
         self._navigator = navigator
         self._path_goal: Vector | None = None
-        self._stand: tuple[Vector, Cell] | None = None
+        self._stand: Cell | None = None
         self._replan_at = 0.0
 
     def step(self, view: View, robot: RobotMotion) -> bool:
@@ -100,6 +101,7 @@ class Skill:
         if (moved or view.now >= self._replan_at) and robot.reached <= _MAY_DRIVE:
             self._plan(view, robot, goal, cell)
         robot.set_rate(allowed_rate(view, robot))
+        robot.gentle = _gap(view) < _GENTLE_GAP
         if robot.reached <= _MAY_TURN:
             robot.turn_to(yaw)
         off = math.dist(goal, view.base[:2])
@@ -107,18 +109,20 @@ class Skill:
         return off < _ARRIVED and turn < _ARRIVED_YAW and not robot.moving
 
     def _plan(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell) -> None:
+        """Finds a way, keeping to the present one as long as it leads to the goal and past the child."""
+        under_way = self._path_goal is not None and math.dist(goal, self._path_goal) < 1e-3
+        if under_way and robot.time_left > 0.0 and not self._crosses(view, robot):
+            self._replan_at = view.now + 1.0
+            return
+        navigator = self._navigator
         here = robot.base_reference()[0]
-        # Where the child is and is about to be is closed; if that leaves no way, wait on the one round nothing.
-        around = {self._navigator.plan.cell_at(np.array(p)) for p in child_places(view)}
-        points = self._navigator.path(here, goal, cell, view.child, around)
-        free = points is not None
+        points = navigator.path(here, goal, cell, view.child, child_cells(view, navigator))
+        self._replan_at = view.now + (1.0 if points else 0.3)
         if points is None:
-            points = self._navigator.path(here, goal, cell, None)
-        self._replan_at = view.now + (1.0 if free else 0.3)
+            # The child leaves no way. Draw near as far as it lets the robot, and look again soon.
+            points = None if under_way else navigator.path(here, goal, cell, None)
         if points is None:
             return
-        if self._path_goal == goal and free and robot.moving and not self._crosses(view, robot):
-            return  # already on a way that is free
         try:
             robot.drive_along(points)
             self._path_goal = goal
@@ -150,10 +154,9 @@ class Skill:
         """
         plan = self._navigator.plan
         table_cell = plan.tables[table]
-        if self._stand is None or view.now >= self._replan_at:
-            self._stand_cell = self._choose_stand(view, table_cell)
-            self._stand = ((0.0, 0.0), self._stand_cell)
-        cell = self._stand_cell
+        if self._stand is None or (view.now >= self._replan_at and self._stand in child_cells(view, self._navigator)):
+            self._stand = self._choose_stand(view, table_cell)
+        cell = self._stand
         ahead = (float(table_cell[1] - cell[1]), float(cell[0] - table_cell[0]))  # unit vector in x, y
         reach = kinematics.REACH + hand[0]
         goal = (
@@ -167,7 +170,7 @@ class Skill:
         navigator = self._navigator
         cells = navigator.plan.free_neighbours(table_cell)
         start = navigator.nearest_cell(view.base[:2])
-        around = {navigator.plan.cell_at(np.array(p)) for p in child_places(view)}
+        around = child_cells(view, navigator)
 
         def cost(cell: Cell) -> float:
             route = navigator.route(start, cell, around)
@@ -345,6 +348,11 @@ def child_places(view: View) -> tuple[Vector, Vector]:
     return (x, y), (x + 0.8 * vx, y + 0.8 * vy)
 
 
+def child_cells(view: View, navigator: Navigator) -> set[Cell]:
+    """The cells of these places."""
+    return {navigator.plan.cell_at(np.array(place)) for place in child_places(view)}
+
+
 def allowed_rate(view: View, robot: RobotMotion) -> float:
     """The share of its planned speed at which the base can still stop before it touches the child.
 
@@ -356,11 +364,10 @@ def allowed_rate(view: View, robot: RobotMotion) -> float:
     if vx == 0.0 and vy == 0.0:
         return 1.0
     dx, dy = view.child[0] - view.base[0], view.child[1] - view.base[1]
-    distance = math.hypot(dx, dy)
-    gap = distance - BASE_RADIUS - CHILD_RADIUS - _SEPARATION
+    gap = _gap(view) - _SEPARATION
     if gap > 2.0:
         return 1.0
-    approach = (vx * dx + vy * dy) / distance
+    approach = (vx * dx + vy * dy) / math.hypot(dx, dy)
     if approach <= 0.0:
         return 1.0
     # approach * r * (stopping r / 2 + reaction) + child * (stopping r + reaction) = gap, solved for r
@@ -372,6 +379,11 @@ def allowed_rate(view: View, robot: RobotMotion) -> float:
     return min(1.0, (-b + math.sqrt(b * b - 4 * a * c)) / (2 * a))
 
 
+def _gap(view: View) -> float:
+    """Metres between base and child."""
+    return math.dist(view.child, view.base[:2]) - BASE_RADIUS - CHILD_RADIUS
+
+
 def _may_hover(out_of_line: tuple[float, float, float]) -> bool:
     along, across, turn = out_of_line
-    return 0.0 < along + 0.02 and along < _HOVER_DISTANCE and abs(across) < _ALIGNED and abs(turn) < _ALIGNED_YAW
+    return along + 0.02 > 0.0 and along < _HOVER_DISTANCE and abs(across) < _ALIGNED and abs(turn) < _ALIGNED_YAW
