@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
@@ -113,18 +114,20 @@ def _bootstrap(samples: tuple[np.ndarray, ...], statistic: Any, shape: tuple[int
         return np.full(shape, np.nan), np.full(shape, np.nan)
     # Fewer resamples of larger samples, whose intervals are narrow anyway, and no more than 16 MB at once.
     resamples = int(np.clip(4_000_000 // size, 999, 9999))
-    interval = stats.bootstrap(
-        samples,
-        statistic,
-        axis=0,
-        vectorized=True,
-        paired=True,
-        method="percentile",
-        confidence_level=CONFIDENCE,
-        n_resamples=resamples,
-        batch=max(1, 2_000_000 // samples[0].size),
-        rng=np.random.default_rng(0),
-    ).confidence_interval
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", stats.DegenerateDataWarning)  # a ratio may be undefined; so is its interval
+        interval = stats.bootstrap(
+            samples,
+            statistic,
+            axis=0,
+            vectorized=True,
+            paired=True,
+            method="percentile",
+            confidence_level=CONFIDENCE,
+            n_resamples=resamples,
+            batch=max(1, 2_000_000 // samples[0].size),
+            rng=np.random.default_rng(0),
+        ).confidence_interval
     return interval.low, interval.high
 
 

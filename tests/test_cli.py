@@ -1,0 +1,175 @@
+"""The command line: every bad input is exit status 2 and one line that says what and where."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from caregiver_mj import cli
+
+GRID = ["evaluate", "--world", "grid"]
+PLAN = """\
+#####
+#B.S#
+#...#
+#C.T#
+#####
+"""
+
+
+def fails(capsys, argv):
+    """Runs the command, which must refuse its input; returns its one line."""
+    assert cli.main([str(a) for a in argv]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("caregiver-mj: ")
+    assert err.endswith("\n")
+    assert err.count("\n") == 1
+    return err
+
+
+@pytest.mark.parametrize(
+    ("argv", "words"),
+    [
+        ([], ["COMMAND"]),
+        (["fly"], ["fly"]),
+        (["house"], ["show|check"]),
+        ([*GRID, "--wrong"], ["--wrong"]),
+        ([*GRID, "--epsilon", "half"], ["--epsilon", "half"]),
+        ([*GRID, "--epsilon"], ["--epsilon"]),
+        ([*GRID, "--epsilon", "0.5", "1.5"], ["epsilon", "1.5", "[0, 1]"]),
+        ([*GRID, "--epsilon", "-0.1"], ["epsilon", "-0.1"]),
+        ([*GRID, "--epsilon", "nan"], ["epsilon", "nan"]),
+        ([*GRID, "--episodes", "0"], ["episodes", "0"]),
+        ([*GRID, "--episodes", "-3"], ["episodes", "-3"]),
+        ([*GRID, "--episodes", "2.5"], ["--episodes", "2.5"]),
+        ([*GRID, "--jobs", "0"], ["jobs", "0"]),
+        ([*GRID, "--seed", "-1"], ["seed", "-1"]),
+        ([*GRID, "--caregiver", "nanny"], ["nanny", "none", "paper"]),
+        ([*GRID, "--house", "igloo"], ["igloo", "paper"]),
+        ([*GRID, "--resume"], ["--resume", "--out"]),
+        ([*GRID, "--out", ""], ["output folder"]),
+        (["evaluate", "--world", "mars"], ["mars", "house", "grid"]),
+        (["render"], ["--out"]),
+        (["render", "--out", "film.gif"], ["film.gif", ".mp4"]),
+        (["render", "--out", "film.mp4", "--epsilon", "2"], ["epsilon", "2"]),
+        (["render", "--out", "film.mp4", "--seconds", "0"], ["seconds", "0"]),
+        (["render", "--out", "film.mp4", "--seconds", "inf"], ["seconds", "inf"]),
+        (["render", "--out", "film.mp4", "--seed", "-1"], ["seed", "-1"]),
+        (["render", "--out", "film.mp4", "--caregiver", "nanny"], ["nanny"]),
+        (["house", "check", "igloo"], ["igloo"]),
+        (["house", "show", "two\nlines"], ["two lines"]),
+    ],
+)
+def test_bad_arguments(capsys, argv, words):
+    message = fails(capsys, argv)
+    for word in words:
+        assert word in message
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (PLAN.replace("C", "X"), ["line 4, column 2", "'X'"]),
+        (PLAN.replace("#C.T#", "#C.T"), ["line 4", "4 cells"]),
+        (PLAN.replace("#B.S#\n#.", "#B#S#\n##"), ["line 2, column 2", "toy bin", "cannot be reached"]),
+        (PLAN.replace("T", "."), ["bare table", "lines 1 to 5"]),
+        (PLAN.replace("B", "."), ["toy bin"]),
+        (PLAN.replace("#####\n#B", "#.###\n#B"), ["line 1, column 2", "border"]),
+        ("", ["empty"]),
+    ],
+)
+@pytest.mark.parametrize("command", [["house", "show"], ["house", "check"], [*GRID, "--house"]])
+def test_bad_floor_plan(capsys, tmp_path, command, text, words):
+    (tmp_path / "bad.txt").write_text(text)
+    message = fails(capsys, [*command, tmp_path / "bad.txt"])
+    for word in ["bad", *words]:
+        assert word in message
+
+
+def test_floor_plan_that_is_not_text(capsys, tmp_path):
+    (tmp_path / "noise.txt").write_bytes(b"\xff\xfe\x00")
+    assert "noise.txt" in fails(capsys, ["house", "check", tmp_path / "noise.txt"])
+    assert str(tmp_path) in fails(capsys, ["house", "check", tmp_path])
+
+
+@pytest.mark.parametrize("below", ["", "/run"])
+def test_output_that_cannot_be_written(capsys, tmp_path, below):
+    # Also where the tests run as root, who may write anywhere, there is no folder below or at a regular file.
+    (tmp_path / "file").touch()
+    folder = f"{tmp_path}/file{below}"
+    assert folder in fails(capsys, [*GRID, "--out", folder])
+    assert folder in fails(capsys, ["render", "--out", f"{folder}/film.mp4"])
+
+
+def test_film_that_is_a_folder(capsys, tmp_path):
+    (tmp_path / "film.mp4").mkdir()
+    assert "film.mp4" in fails(capsys, ["render", "--out", tmp_path / "film.mp4"])
+
+
+def test_bad_input_leaves_nothing_behind(capsys, tmp_path):
+    fails(capsys, [*GRID, "--epsilon", "2", "--out", tmp_path / "run"])
+    fails(capsys, ["render", "--seconds", "0", "--out", tmp_path / "films" / "film.mp4"])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_two_runs_do_not_mix(capsys, tmp_path):
+    argv = [*GRID, "--episodes", "2", "--epsilon", "1", "--out", str(tmp_path)]
+    assert cli.main(argv) == 0
+    capsys.readouterr()
+    assert "--resume" in fails(capsys, argv)
+    message = fails(capsys, [*argv, "--resume", "--seed", "5", "--episodes", "3"])
+    assert "seed is 0 there and 5 here" in message
+    assert "episodes is 2 there and 3 here" in message
+    (tmp_path / "run.json").write_text("{")
+    assert "run.json" in fails(capsys, [*argv, "--resume"])
+
+
+def test_json_stands_alone_on_standard_output(capsys):
+    assert cli.main([*GRID, "--episodes", "3", "--epsilon", "1", "0.5", "--json"]) == 0
+    out, err = capsys.readouterr()
+    summary = json.loads(out, parse_constant=pytest.fail)  # NaN is no JSON
+    assert [(row["epsilon"], row["caregiver"]) for row in summary["rows"]] == [
+        (1.0, "none"),
+        (1.0, "paper"),
+        (0.5, "none"),
+        (0.5, "paper"),
+    ]
+    assert "normalised" in err
+
+
+def test_table(capsys):
+    assert cli.main([*GRID, "--episodes", "3", "--epsilon", "1"]) == 0
+    out, _ = capsys.readouterr()
+    none, paper = (line.split() for line in out.splitlines() if line.split()[:1] == ["1"])
+    assert none[1] == "none"
+    assert paper[1] == "paper"
+    assert none[6] == "1.00"  # left: epsilon, name, mean, ±, sd, normalised, left
+    assert float(paper[6]) == pytest.approx(float(paper[2]) / float(none[2]), abs=0.01)
+
+
+def test_house_commands(capsys):
+    assert cli.main(["house", "check", "paper"]) == 0
+    assert capsys.readouterr().out.startswith("OK: paper, 13 x 10 cells, 59 free cells, 3 stairwells, ")
+    assert cli.main(["house", "show", "paper"]) == 0
+    out = capsys.readouterr().out
+    assert "# . . . # . S . . . . . #" in out
+    assert "3 stairwells" in out
+
+
+def test_help_lists_the_commands(capsys):
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["--help"])
+    assert stop.value.code == 0
+    out = capsys.readouterr().out
+    assert all(command in out for command in ("evaluate", "render", "house"))
+
+
+def test_as_a_module():
+    run = subprocess.run(
+        [sys.executable, "-m", "caregiver_mj", *GRID, "--episodes", "0"], capture_output=True, text=True, check=False
+    )
+    assert run.returncode == 2
+    assert run.stdout == ""
+    assert run.stderr == "caregiver-mj: episodes must be at least 1, not 0\n"

@@ -1,0 +1,121 @@
+"""What a user gets: the wheel, built from the source distribution, installed, and used outside the checkout."""
+
+import pathlib
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tomllib
+import zipfile
+
+import pytest
+
+ROOT = pathlib.Path(__file__).parents[1]
+FOLDERS = {"caregiver_mj": "caregiver_mj", "tasks": "caregiver_mj.tasks", "models": "caregiver_mj.models"}
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    # Built from a copy: in the checkout, a build/ of old would lend the wheel modules that are gone.
+    source = tmp_path_factory.mktemp("source")
+    for folder in FOLDERS:
+        shutil.copytree(ROOT / folder, source / folder, ignore=shutil.ignore_patterns("__pycache__"))
+    for file in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / file, source)
+    out = tmp_path_factory.mktemp("dist")
+    build = [sys.executable, "-m", "build", "--no-isolation", "--outdir", out, source]
+    subprocess.run(build, check=True, capture_output=True)
+    (path,) = out.glob("*.whl")
+    return path
+
+
+@pytest.fixture(scope="module")
+def python(wheel, tmp_path_factory):
+    """The interpreter of a fresh environment that has the wheel, and the libraries of this one."""
+    folder = tmp_path_factory.mktemp("environment")
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", folder], check=True)
+    python = folder / "bin" / "python"
+    pip = [sys.executable, "-m", "pip", "--python", python, "install", "--quiet", "--no-deps", "--no-index", wheel]
+    subprocess.run(pip, check=True, capture_output=True)
+    # A folder added in this way does not have its own .pth files read, so the editable checkout stays out.
+    (site,) = folder.glob("lib/python*/site-packages")
+    (site / "libraries.pth").write_text(sysconfig.get_path("purelib") + "\n")
+    return python
+
+
+def run(python, code, cwd):
+    """Runs code in isolation: neither the current folder nor the environment's variables count."""
+    return subprocess.run([python, "-I", "-c", code], cwd=cwd, capture_output=True, text=True, check=False)
+
+
+def test_wheel_holds_one_package(wheel):
+    names = zipfile.ZipFile(wheel).namelist()
+    assert {name.split("/")[0] for name in names} == {
+        "caregiver_mj",
+        f"caregiver_mj-{PROJECT['project']['version']}.dist-info",
+    }
+    assert not [name for name in names if name.endswith((".pyc", ".tmp"))]
+
+
+def test_wheel_holds_every_file(wheel):
+    names = set(zipfile.ZipFile(wheel).namelist())
+    wanted = set()
+    for folder, package in FOLDERS.items():
+        for path in (ROOT / folder).rglob("*"):
+            if path.suffix in (".py", ".xml", ".txt", ".png") or path.name == "README.md":
+                wanted.add(f"{package.replace('.', '/')}/{path.relative_to(ROOT / folder).as_posix()}")
+    assert "caregiver_mj/models/houses/paper.txt" in wanted
+    assert wanted <= names
+
+
+def test_package_list_is_that_of_the_disk():
+    packages = set()
+    for folder, package in FOLDERS.items():
+        for path in (ROOT / folder).rglob("*.py"):
+            packages.add(".".join([package, *path.parent.relative_to(ROOT / folder).parts]))
+    assert set(PROJECT["tool"]["setuptools"]["packages"]) == packages
+
+
+def test_installed_package_works_outside_the_checkout(python, tmp_path):
+    code = """if True:
+        from caregiver_mj.floor_plan import FloorPlan
+        import caregiver_mj, caregiver_mj.models, caregiver_mj.tasks
+        print(FloorPlan.load("paper").shape)
+        print(caregiver_mj.__file__)
+    """
+    result = run(python, code, tmp_path)
+    assert result.returncode == 0, result.stderr
+    shape, file = result.stdout.splitlines()
+    assert shape == "(10, 13)"
+    assert pathlib.Path(file).is_relative_to(python.parents[1])
+
+
+@pytest.mark.parametrize("name", ["tasks", "models", "tests", "scripts"])
+def test_no_generic_name_leaks(python, tmp_path, name):
+    # Nor from the editable installation of the checkout.
+    for interpreter in (python, sys.executable):
+        result = run(interpreter, f"import {name}", tmp_path)
+        assert result.returncode == 1
+        assert "ModuleNotFoundError" in result.stderr
+
+
+def test_installed_command(python, tmp_path):
+    result = subprocess.run(
+        [python.parent / "caregiver-mj", "house", "check", "paper"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (result.returncode, result.stderr) == (0, "")
+    assert result.stdout.startswith("OK: paper")
+
+
+def test_constraints_are_plain_exact_versions():
+    lines = [line for line in (ROOT / "constraints.txt").read_text().splitlines() if not line.startswith("#")]
+    assert lines
+    for line in lines:
+        name, _, version = line.partition("==")
+        assert name.replace("-", "").replace("_", "").isalnum(), line
+        assert version.replace(".", "").isalnum(), line
