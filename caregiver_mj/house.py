@@ -40,7 +40,7 @@ _JAMB_WIDTH, _JAMB_HEIGHT = 0.035, 0.94  # metres; just above the board on top o
 _RUG_LARGEST, _RUG_GAP = 2.6, 0.35  # metres: its longest side, and its distance to the walls' cells
 _RUGS = ("rug_blue", "rug_red", "rug_green", "rug_ochre")
 
-# Decorations stand at walls. A path of the robot keeps 0.25 m from a wall; they are at most 0.2 m deep.
+# Decorations stand in front of walls, at most 0.2 m deep: in the part of a wall's cell that the thin wall leaves over.
 _DECORATIONS = ("bookshelf", "picture", "plant", "sideboard")
 _DECORATED_SHARE = 0.25  # of the places where one could be
 
@@ -190,7 +190,7 @@ def _add_walls(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
 
 
 def _add_doorways(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
-    half_wall = layout.WALL_THICKNESS / 2
+    half_wall = layout.wall_thickness(plan) / 2
     half_width = plan.cell_size - half_wall
     for i, (cell, (down, _)) in enumerate(layout.doorways(plan)):
         # The box's half sides across and along the way through, put into the order of x and y.

@@ -14,12 +14,17 @@ from scipy import ndimage
 
 from caregiver_mj.floor_plan import ACTIONS, BIN, CANDLE, FREE, TABLE, WALL, Cell, FloorPlan
 
-WALL_THICKNESS = 0.25  # metres, as of a brick wall; at most a third of a cell
+WALL_THICKNESS = 0.25  # metres, as of a brick wall
 WALL_HEIGHT = 0.90  # metres; cut low like a doll's house, so that cameras see in
 
 TABLE_HALF_SIZE = 0.27  # metres
 TABLE_HEIGHT = 0.60  # metres
 BIN_HALF_SIZE = 0.22  # metres
+
+
+def wall_thickness(plan: FloorPlan) -> float:
+    """Thickness of a plan's walls in metres: at most a third of a cell."""
+    return min(WALL_THICKNESS, plan.cell_size / 3)
 
 
 def wall_rectangles(plan: FloorPlan) -> np.ndarray:
@@ -144,7 +149,7 @@ def wall_places(plan: FloorPlan) -> list[tuple[np.ndarray, float]]:
     of a room have none, as the overview camera sees only their backs.
     """
     alcoves, no_place = _alcoves(plan), {cell for cell, _ in doorways(plan)}
-    half_wall = min(WALL_THICKNESS, plan.cell_size / 3) / 2
+    half_wall = wall_thickness(plan) / 2
     places = []
     for cell in plan.cells_of(FREE, CANDLE, TABLE, BIN):
         for down, right in ((-1, 0), (0, 1), (0, -1)):
@@ -212,7 +217,7 @@ def _outside(plan: FloorPlan) -> np.ndarray:
 
 def _part_edges(plan: FloorPlan) -> tuple[np.ndarray, np.ndarray]:
     """Borders between the parts of cells: x (3 columns + 1,) ascending, y (3 rows + 1,) descending, in metres."""
-    half_wall = min(WALL_THICKNESS, plan.cell_size / 3) / 2
+    half_wall = wall_thickness(plan) / 2
 
     def edges(count: int) -> np.ndarray:
         centres = (np.arange(count) - (count - 1) / 2) * plan.cell_size
