@@ -20,7 +20,7 @@ from caregiver_mj.novice import EPISODE_TIMESTEPS
 
 Colour = tuple[int, int, int]
 
-_CARD = (16, 20, 28)
+GROUND = (16, 20, 28)  # of the cards
 _STRIP_OPACITY, _CHART_OPACITY = 210, 232  # of 255
 _TEXT, _LABEL, _TRACK = (242, 244, 247), (158, 168, 182), (56, 64, 78)
 _WALL, _FLOOR, _TABLE, _BIN = (120, 130, 146), (38, 45, 57), (133, 100, 72), (0, 158, 115)
@@ -200,7 +200,7 @@ def _card(size: tuple[int, int], radius: int, opacity: int) -> tuple[Image.Image
     """A dark card with round corners, and its opacity (of 255)."""
     mask = Image.new("L", (size[0] * _FINE, size[1] * _FINE))
     ImageDraw.Draw(mask).rounded_rectangle((0, 0, mask.width - 1, mask.height - 1), radius * _FINE, fill=opacity)
-    return Image.new("RGB", size, _CARD), mask.reduce(_FINE)
+    return Image.new("RGB", size, GROUND), mask.reduce(_FINE)
 
 
 def _mix(colour: Colour, other: Colour, share: float) -> Colour:
@@ -211,8 +211,8 @@ def _mix(colour: Colour, other: Colour, share: float) -> Colour:
 def _draw_inset(image: Image.Image, caption: str, picture: np.ndarray, scale: _Scale) -> None:
     image.paste(Image.fromarray(picture))
     size, edge = scale.font(13), scale.px(2)
-    ImageDraw.Draw(image).rectangle((0, 0, image.width - 1, image.height - 1), outline=_CARD, width=edge)
-    _write(image, (scale.px(8), image.height - scale.px(8)), caption, size, _TEXT, outline=_CARD)
+    ImageDraw.Draw(image).rectangle((0, 0, image.width - 1, image.height - 1), outline=GROUND, width=edge)
+    _write(image, (scale.px(8), image.height - scale.px(8)), caption, size, _TEXT, outline=GROUND)
 
 
 # -- The card along the lower edge -------------------------------------------------------------------
@@ -289,14 +289,14 @@ class _Strip:
             x = round(left + pitch * place + (pitch - bar_width) / 2)
             middle, top = x + bar_width / 2, base - round((base - ceiling) * value / full)
             image.paste(_TRACK, (x, base, x + bar_width, base + 1))
-            image.paste(colour if is_target else _mix(colour, _CARD, 0.4), (x, top, x + bar_width, base))
+            image.paste(colour if is_target else _mix(colour, GROUND, 0.4), (x, top, x + bar_width, base))
             name = candidate_label(int(index), stairwells)
             if is_target:
                 _write(image, (middle, top - px(3)), f"{value:.2f}", self._small, _TEXT, align=0.5)
                 half = _text_width(name, self._small) // 2 + px(4)
                 pill = (round(middle) - half, base + px(3), round(middle) + half, self._bottom + px(4))
                 image.paste(_TEXT, pill)
-            _write(image, (middle, self._bottom), name, self._small, _CARD if is_target else _LABEL, align=0.5)
+            _write(image, (middle, self._bottom), name, self._small, GROUND if is_target else _LABEL, align=0.5)
 
     def _words(self, image: Image.Image, state: HudState) -> None:
         """What the caregiver does, and the damage so far."""
@@ -360,7 +360,7 @@ class _Chart:
             self._robot(canvas, state.robot)
         x, y = self._pixel(state.toddler)
         r = 0.34 * unit
-        canvas.ellipse((x - r, y - r, x + r, y + r), _TODDLER, outline=_CARD, width=_FINE)
+        canvas.ellipse((x - r, y - r, x + r, y + r), _TODDLER, outline=GROUND, width=_FINE)
 
         chart = fine.reduce(_FINE)
         names = [self._plan.position(cell) for cell in self._plan.stairwells] + list(state.candles)
@@ -368,7 +368,7 @@ class _Chart:
             x, y = (coordinate / _FINE for coordinate in self._pixel(position))
             label = candidate_label(index, stairwells)
             at = (x, y + (0.3 if index < stairwells else 0.85) * self._cell)
-            _write(chart, at, label, _SMALLEST_FONT, _TEXT, align=0.5, outline=_CARD)
+            _write(chart, at, label, _SMALLEST_FONT, _TEXT, align=0.5, outline=GROUND)
         _write(chart, (self._pad, self._caption), state.plan.name, self._small, _LABEL)
         right = chart.width - self._pad
         _write(chart, (right, self._caption), f"epsilon {state.epsilon:g}", self._small, _LABEL, align=1)
@@ -405,7 +405,7 @@ class _Chart:
     def _hatch(self, canvas: ImageDraw.ImageDraw, square: tuple[float, float, float, float]) -> None:
         """Treads, seen from above."""
         left, top, right, bottom = square
-        canvas.rectangle(square, _mix(_STAIRWELL, _CARD, 0.6))
+        canvas.rectangle(square, _mix(_STAIRWELL, GROUND, 0.6))
         treads = 4
         for tread in range(treads):
             y = top + (bottom - top) * (tread + 0.5) / treads
@@ -433,7 +433,7 @@ class _Chart:
         """A disc with an arrow head along the heading."""
         x, y = self._pixel(pose)
         r = 0.42 * self._cell * _FINE
-        canvas.ellipse((x - r, y - r, x + r, y + r), _ROBOT, outline=_CARD, width=_FINE)
+        canvas.ellipse((x - r, y - r, x + r, y + r), _ROBOT, outline=GROUND, width=_FINE)
         turns = float(pose[2]) + np.array([0.0, 2.5, np.pi, -2.5])
         reach = r * np.array([0.8, 0.75, 0.2, 0.75])
-        canvas.polygon([(x + d * np.cos(a), y - d * np.sin(a)) for d, a in zip(reach, turns, strict=True)], _CARD)
+        canvas.polygon([(x + d * np.cos(a), y - d * np.sin(a)) for d, a in zip(reach, turns, strict=True)], GROUND)

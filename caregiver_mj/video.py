@@ -1,0 +1,342 @@
+"""Films of episodes in the house: H.264 in MP4, at the speed of the simulated world."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import pathlib
+import tempfile
+from collections.abc import Iterator
+
+import imageio_ffmpeg
+import mujoco
+import numpy as np
+import rich.console
+import rich.progress
+from dm_control.mujoco import engine
+from PIL import Image
+
+import caregiver_mj
+from caregiver_mj import hud
+from caregiver_mj.caregiver import Assessment
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.floor_plan import FloorPlan
+from caregiver_mj.novice import EPISODE_TIMESTEPS
+
+DEFAULT_SIZE = 1280, 720  # pixels
+DEFAULT_FPS = 30.0
+_SMALLEST, _LARGEST = (320, 240), (3840, 2160)  # pixels
+_INSETS = {"follow": "toddler", "wrist": "gripper"}  # cameras shown beside the overview, and their captions
+_WIDE = 1.5  # width over height from which a picture has room for insets beside the house
+_TRAIL_SECONDS = 20.0
+_MOVED = 1e-4  # metres, or radians, by which something must have moved to be drawn anew
+_LIFTED = 0.05  # metres above its place at the start from which a candle is in the robot's hand
+
+# x264's quality (lower is better), and how much it works for a small file.
+_QUALITY, _PRESET = "20", "veryfast"
+
+
+def render_episode(
+    path: str | os.PathLike[str],
+    *,
+    task: str = "supervise",
+    house: str | os.PathLike[str] | FloorPlan = "paper",
+    epsilon: float = 0.5,
+    seed: int = 0,
+    seconds: float = 30.0,
+    caregiver: str = "paper",
+    width: int = DEFAULT_SIZE[0],
+    height: int = DEFAULT_SIZE[1],
+    fps: float = DEFAULT_FPS,
+    camera: str = "overview",
+    still: str | os.PathLike[str] | None = None,
+    quiet: bool = False,
+) -> None:
+    """Films an episode, with what the caregiver knows and does on display.
+
+    Args:
+        path: The film, `FILE.mp4`.
+        task: One of `caregiver_mj.ALL_TASKS`.
+        house: A floor plan, the name of one that comes with the package, or the path of a file.
+        epsilon: The novice's share of random moves.
+        seed: Seed of the episode and of the caregiver.
+        seconds: Length of the film; less if the episode is over before.
+        caregiver: Name of the caregiver; without a robot for "none".
+        width: Width of the picture in pixels, even.
+        height: Height of the picture in pixels, even.
+        fps: Frames a second.
+        camera: The camera of the large view.
+        still: Where to put a picture of a telling moment, `FILE.png`: the toddler nearest to a candle in the
+            robot's hand, or else the middle of the film.
+        quiet: Whether to do without the progress bar.
+
+    Raises:
+        CaregiverError: Something of the above is not possible.
+        RenderingError: There is no OpenGL to render with.
+    """
+    path, still = _writable(path, ".mp4"), None if still is None else _writable(still, ".png")
+    _check_picture(width, height, fps, seconds)
+    episode = _Episode(task, house, epsilon, seed, caregiver)
+    best: tuple[float, np.ndarray | None] = (math.inf, None)
+    count = max(1, round(seconds * fps))
+    with (
+        contextlib.closing(episode.env),
+        _progress(count, quiet) as advance,
+        _film(path, width, height, fps) as film,
+    ):
+        studio = _Studio(episode, width, height, camera)
+        for number in range(count):
+            if not episode.run_until(number / fps):
+                break
+            frame = studio.frame()
+            film.send(np.ascontiguousarray(frame))
+            score = min(episode.child_to_carried_candle(), 1e6 + abs(number - count // 2))
+            if score < best[0]:
+                best = (score, frame)
+            advance()
+    if still is not None:
+        Image.fromarray(best[1]).save(still)
+
+
+class _Episode:
+    """The closed loop, and the state to display."""
+
+    def __init__(self, task: str, house: str | os.PathLike[str] | FloorPlan, epsilon: float, seed: int, caregiver: str):
+        robot = caregiver != "none"
+        random = np.random.RandomState(seed)
+        self.env = caregiver_mj.load(task, house=house, epsilon=epsilon, random=random, task_kwargs={"robot": robot})
+        self._policy = caregiver_mj.CaregiverPolicy(self.env, caregiver=caregiver, seed=seed) if robot else None
+        self._epsilon = epsilon
+        self._timestep = self.env.reset()
+        self._steps = 0
+        self._candle_rest = self._candles()[:, 2]
+        self._trail: list[np.ndarray] = []
+
+    def run_until(self, seconds: float) -> bool:
+        """Runs the simulation up to a time; whether the episode lasts so long."""
+        period = self.env.control_timestep()
+        while (self._steps + 0.5) * period < seconds:
+            if self._timestep.last():
+                return False
+            self._timestep = self.env.step(self._act())
+            self._steps += 1
+        self._trail.append(self._timestep.observation["toddler_position"][:2].copy())
+        return True
+
+    def _act(self) -> np.ndarray:
+        if self._policy is None:
+            return np.zeros(self.env.action_spec().shape)
+        return self._policy(self._timestep)
+
+    def _candles(self) -> np.ndarray:
+        return self._timestep.observation.get("candle_position", np.empty((0, 3)))
+
+    def child_to_carried_candle(self) -> float:
+        """Distance (m) of the toddler from the nearest candle that is in the robot's hand; infinite if none is."""
+        candles = self._candles()
+        carried = candles[candles[:, 2] > self._candle_rest + _LIFTED]
+        offset = carried[:, :2] - self._timestep.observation["toddler_position"][:2]
+        return float(np.linalg.norm(offset, axis=1).min(initial=math.inf))
+
+    def hud_state(self, trail_length: int) -> hud.HudState:
+        """What the display shows of this moment."""
+        observation, policy, task = self._timestep.observation, self._policy, self.env.task
+        assessment: Assessment | None = policy.assessment if policy else None
+        outcome = task.outcome()
+        return hud.HudState(
+            plan=task.plan,
+            timestep=min(int(observation["clock"] + 1e-6), EPISODE_TIMESTEPS),
+            epsilon=self._epsilon,
+            toddler=observation["toddler_position"][:2],
+            candles=self._candles(),
+            trail=np.array(self._trail[-trail_length:]),
+            damage=task.damage,
+            damages={
+                "stairs": outcome["damage_stairwell"],
+                "candles": outcome["damage_candle"],
+                "tables": outcome["damage_table"],
+            },
+            robot=observation.get("base_position"),
+            safe=None if assessment is None else float(assessment.safe[0]),
+            danger=None if assessment is None else assessment.danger[0],
+            target=-1 if policy is None else policy.target,
+            intervention=policy.activity if policy else "",
+        )
+
+
+class _Studio:
+    """Cameras on an episode, and the page that their pictures are laid out on."""
+
+    def __init__(self, episode: _Episode, width: int, height: int, camera: str):
+        self._episode = episode
+        physics = episode.env.physics
+        names = {name.split("/")[-1]: name for name in _camera_names(physics)}
+        if camera not in names:
+            raise CaregiverError(f"no camera '{camera}': there are {', '.join(sorted(names))}")
+        # These take effect when OpenGL is brought up, which is at the first camera.
+        physics.model.vis.global_.offwidth = width
+        physics.model.vis.global_.offheight = height
+        physics.model.vis.quality.numquads = 1  # lit by the sun alone, boxes look the same and are drawn faster
+        self._page = np.empty((height, width, 3), np.uint8)
+        self._page[:] = hud.GROUND
+        self._main = self._page[: hud.strip_top(width, height)]  # nothing hides behind the strip
+        size = {"height": self._main.shape[0], "width": self._main.shape[1]}
+        if physics.model.ptr.camera(names[camera]).bodyid == 0:  # the world's
+            self._camera = _StillCamera(physics, names[camera], **size)
+        else:
+            self._camera = engine.Camera(physics, **size, camera_id=names[camera])
+        self._insets = []
+        if width > _WIDE * height:
+            for name, caption in _INSETS.items():
+                if name in names and name != camera:
+                    size = dict(zip(("width", "height"), hud.inset_size(width, height), strict=True))
+                    self._insets.append((caption, engine.Camera(physics, **size, camera_id=names[name])))
+
+    def frame(self, trail_length: int = 500) -> np.ndarray:
+        """Renders the present moment, (height, width, 3)."""
+        self._main[:] = self._camera.render()
+        insets = [(caption, camera.render(render_flag_overrides={"shadow": False})) for caption, camera in self._insets]
+        return hud.draw(self._page, self._episode.hud_state(trail_length), insets)
+
+
+class _StillCamera:
+    """A camera that stands still: after the first picture, it draws only the part in which something has moved.
+
+    Without a graphics card the time goes into pixels, and most of them show the same house as before.
+    """
+
+    def __init__(self, physics, name: str, width: int, height: int):
+        self._physics = physics
+        self._camera = engine.Camera(physics, height=height, width=width, camera_id=name)
+        model, data, camera = physics.model.ptr, physics.data.ptr, physics.model.name2id(name, "camera")
+        self._position, self._axes = data.cam_xpos[camera].copy(), data.cam_xmat[camera].reshape(3, 3).copy()
+        self._pixels = height / 2 / math.tan(math.radians(model.cam_fovy[camera]) / 2)  # at depth 1
+        self._geoms = np.flatnonzero(model.geom_group < 3)  # those of the other groups are not drawn
+        self._radius = model.geom_rbound[self._geoms]
+        self._light = data.light_xdir[np.flatnonzero(model.light_castshadow)]  # all of them are directional
+        self._poses = self._read_poses()
+        self._picture: np.ndarray | None = None
+
+    def render(self) -> np.ndarray:
+        """The picture (height, width, 3); it belongs to the camera."""
+        poses = self._read_poses()
+        moved = (np.abs(poses - self._poses) > _MOVED).any(axis=1)
+        if self._picture is None:
+            self._picture = self._camera.render().copy()
+        elif moved.any():
+            centres = np.concatenate([poses[moved, :3], self._poses[moved, :3]])
+            self._redraw(*self._box(centres, np.tile(self._radius[moved], 2)))
+        self._poses[moved] = poses[moved]
+        return self._picture
+
+    def _read_poses(self) -> np.ndarray:
+        """Position and rotation of everything that is drawn, (geoms, 12)."""
+        data = self._physics.data.ptr
+        return np.concatenate([data.geom_xpos[self._geoms], data.geom_xmat[self._geoms]], axis=1)
+
+    def _box(self, centres: np.ndarray, radius: np.ndarray) -> tuple[int, int, int, int]:
+        """Left, top, right and bottom pixel of the part with some balls (n, 3), (n,) and their shadows."""
+        on_floor = [centres - centres[:, 2:] / light[2] * light for light in self._light]
+        points = (np.concatenate([centres, *on_floor]) - self._position) @ self._axes
+        radius = np.tile(radius, 1 + len(on_floor))
+        scale = self._pixels / np.maximum(-points[:, 2] - radius, 0.1)
+        height, width = self._picture.shape[:2]
+        x, y, radius = width / 2 + scale * points[:, 0], height / 2 - scale * points[:, 1], scale * radius + 2
+        left, right = np.clip([(x - radius).min(), (x + radius).max() + 1], 0, width).astype(int)
+        top, bottom = np.clip([(y - radius).min(), (y + radius).max() + 1], 0, height).astype(int)
+        return left, top, right, bottom
+
+    def _redraw(self, left: int, top: int, right: int, bottom: int) -> None:
+        """Draws a part of the picture anew, through the part of the frustum that belongs to it."""
+        if left >= right or top >= bottom:
+            return
+        height, width = self._picture.shape[:2]
+        self._camera.update()
+        for eye in self._camera.scene.camera:
+            pixel = (eye.frustum_top - eye.frustum_bottom) / height
+            eye.frustum_center += (left + right - width) / 2 * pixel
+            eye.frustum_top, eye.frustum_bottom = (eye.frustum_top - edge * pixel for edge in (top, bottom))
+        part = np.empty((bottom - top, right - left, 3), np.uint8)
+        area = mujoco.MjrRect(0, 0, right - left, bottom - top)
+        contexts = self._physics.contexts
+        with contexts.gl.make_current() as gl:
+            gl.call(mujoco.mjr_render, area, self._camera.scene.ptr, contexts.mujoco.ptr)
+            gl.call(mujoco.mjr_readPixels, part, None, area, contexts.mujoco.ptr)
+        self._picture[top:bottom, left:right] = part[::-1]
+
+
+def _camera_names(physics) -> list[str]:
+    return [physics.model.id2name(i, "camera") for i in range(physics.model.ncam)]
+
+
+def _check_picture(width: int, height: int, fps: float, seconds: float) -> None:
+    for what, size, smallest, largest in zip(("width", "height"), (width, height), _SMALLEST, _LARGEST, strict=True):
+        if size % 2 or not smallest <= size <= largest:
+            raise CaregiverError(f"{what} must be an even number of pixels from {smallest} to {largest}, not {size}")
+    if not 1.0 <= fps <= 120.0:
+        raise CaregiverError(f"fps must lie in 1 to 120, not {fps}")
+    if not (math.isfinite(seconds) and seconds > 0):
+        raise CaregiverError(f"seconds must be a positive length, not {seconds}")
+
+
+def _writable(path: str | os.PathLike[str], suffix: str) -> pathlib.Path:
+    """The path, once it is sure that a file of that kind can be written there."""
+    path = pathlib.Path(path)
+    if path.suffix.lower() != suffix:
+        raise CaregiverError(f"'{path}' must be called FILE{suffix}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path.parent):
+            pass
+    except OSError as error:
+        raise CaregiverError(f"'{path}' cannot be written: {error.strerror}") from None
+    if path.is_dir():
+        raise CaregiverError(f"'{path}' cannot be written: it is a folder")
+    return path
+
+
+@contextlib.contextmanager
+def _film(path: pathlib.Path, width: int, height: int, fps: float) -> Iterator:
+    """A generator to send frames to. The file appears when the film is complete, and only then."""
+    unfinished = path.with_name(f".{path.name}.part.mp4")
+    writer = imageio_ffmpeg.write_frames(
+        str(unfinished),
+        (width, height),
+        fps=fps,
+        codec="libx264",
+        quality=None,
+        macro_block_size=2,
+        ffmpeg_log_level="error",
+        output_params=[
+            *("-preset", _PRESET, "-crf", _QUALITY, "-movflags", "+faststart"),
+            # Without this, players take the colours for those of high definition while they are not.
+            *("-vf", "scale=out_color_matrix=bt709:out_range=tv"),
+            *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv"),
+        ],
+    )
+    writer.send(None)
+    try:
+        yield writer
+        writer.close()
+        unfinished.replace(path)
+    except OSError as error:
+        raise CaregiverError(f"'{path}' cannot be written: {error}") from None
+    finally:
+        writer.close()
+        unfinished.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def _progress(frames: int, quiet: bool) -> Iterator:
+    """A progress bar on standard error; gives the function that advances it."""
+    columns = (
+        rich.progress.TextColumn("{task.description}"),
+        rich.progress.BarColumn(),
+        rich.progress.MofNCompleteColumn(),
+        rich.progress.TimeElapsedColumn(),
+        rich.progress.TimeRemainingColumn(),
+    )
+    with rich.progress.Progress(*columns, console=rich.console.Console(stderr=True), disable=quiet) as bar:
+        task = bar.add_task("frames", total=frames)
+        yield lambda: bar.advance(task)
