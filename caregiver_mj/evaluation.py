@@ -13,12 +13,10 @@ import importlib.metadata
 import platform
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
-from caregiver_mj import statistics
 from caregiver_mj.caregiver import CAREGIVERS, make_caregiver
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.floor_plan import FloorPlan
@@ -26,6 +24,9 @@ from caregiver_mj.grid import run_episodes
 from caregiver_mj.novice import EPISODE_TIMESTEPS, check_epsilon
 from caregiver_mj.run_folder import Row, RunFolder
 from caregiver_mj.workers import run_jobs
+
+if TYPE_CHECKING:
+    import pandas as pd  # imported where used: workers, and commands that only read a plan, do without
 
 WORLDS = ("house", "grid")
 EPSILONS = (1.0, 0.75, 0.5, 0.25, 0.05)  # the paper's five novices
@@ -175,6 +176,8 @@ def evaluate(
                 folder.write(str(block), rows)
             done[block] = rows
             progress(len(block))
+    import pandas as pd
+
     episodes = pd.DataFrame([row for block in blocks for row in done[block]])
     result = Evaluation(episodes, summarise(settings, episodes))
     if folder:
@@ -184,6 +187,8 @@ def evaluate(
 
 def summarise(settings: Settings, episodes: pd.DataFrame) -> dict[str, Any]:
     """The content of summary.json."""
+    from caregiver_mj import statistics  # scipy.stats takes a second to import
+
     pairs = [(caregiver, "none") for caregiver in settings.caregivers if caregiver != "none"]
     pairs += [("paper", baseline) for baseline in settings.caregivers if baseline not in ("none", "paper")]
     return {

@@ -15,11 +15,12 @@ from __future__ import annotations
 import json
 import os
 import pathlib
-from typing import Any
-
-import pandas as pd
+from typing import TYPE_CHECKING, Any
 
 from caregiver_mj.errors import CaregiverError
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Row = dict[str, Any]
 
