@@ -292,7 +292,8 @@ class _Strip:
             image.paste(colour if is_target else _mix(colour, GROUND, 0.4), (x, top, x + bar_width, base))
             name = candidate_label(int(index), stairwells)
             if is_target:
-                _write(image, (middle, top - px(3)), f"{value:.2f}", self._small, _TEXT, align=0.5)
+                number = f"{value:.2f}" if value else ""  # nobody can bump into a candle in the robot's hand
+                _write(image, (middle, top - px(3)), number, self._small, _TEXT, align=0.5)
                 half = _text_width(name, self._small) // 2 + px(4)
                 pill = (round(middle) - half, base + px(3), round(middle) + half, self._bottom + px(4))
                 image.paste(_TEXT, pill)

@@ -85,7 +85,7 @@ def render_episode(
         _progress(count, quiet) as advance,
         _film(path, width, height, fps) as film,
     ):
-        studio = _Studio(episode, width, height, camera)
+        studio = _Studio(episode, width, height, camera, trail_length=round(_TRAIL_SECONDS * fps))
         for number in range(count):
             if not episode.run_until(number / fps):
                 break
@@ -109,6 +109,7 @@ class _Episode:
         self._policy = caregiver_mj.CaregiverPolicy(self.env, caregiver=caregiver, seed=seed) if robot else None
         self._epsilon = epsilon
         self._timestep = self.env.reset()
+        self._action = self._decide()
         self._steps = 0
         self._candle_rest = self._candles()[:, 2]
         self._trail: list[np.ndarray] = []
@@ -119,12 +120,13 @@ class _Episode:
         while (self._steps + 0.5) * period < seconds:
             if self._timestep.last():
                 return False
-            self._timestep = self.env.step(self._act())
+            self._timestep = self.env.step(self._action)
+            self._action = self._decide()
             self._steps += 1
         self._trail.append(self._timestep.observation["toddler_position"][:2].copy())
         return True
 
-    def _act(self) -> np.ndarray:
+    def _decide(self) -> np.ndarray:
         if self._policy is None:
             return np.zeros(self.env.action_spec().shape)
         return self._policy(self._timestep)
@@ -168,8 +170,8 @@ class _Episode:
 class _Studio:
     """Cameras on an episode, and the page that their pictures are laid out on."""
 
-    def __init__(self, episode: _Episode, width: int, height: int, camera: str):
-        self._episode = episode
+    def __init__(self, episode: _Episode, width: int, height: int, camera: str, trail_length: int):
+        self._episode, self._trail_length = episode, trail_length
         physics = episode.env.physics
         names = {name.split("/")[-1]: name for name in _camera_names(physics)}
         if camera not in names:
@@ -193,11 +195,11 @@ class _Studio:
                     size = dict(zip(("width", "height"), hud.inset_size(width, height), strict=True))
                     self._insets.append((caption, engine.Camera(physics, **size, camera_id=names[name])))
 
-    def frame(self, trail_length: int = 500) -> np.ndarray:
+    def frame(self) -> np.ndarray:
         """Renders the present moment, (height, width, 3)."""
         self._main[:] = self._camera.render()
         insets = [(caption, camera.render(render_flag_overrides={"shadow": False})) for caption, camera in self._insets]
-        return hud.draw(self._page, self._episode.hud_state(trail_length), insets)
+        return hud.draw(self._page, self._episode.hud_state(self._trail_length), insets)
 
 
 class _StillCamera:
