@@ -25,12 +25,9 @@ _GENTLE_SPEED = 0.03  # m/s
 _BASE_LAG = 0.0205
 _YAW_LAG = 0.008
 
-# The path is played back at a rate of 0 to 1, to slow down on it: bounds of the rate as of the base's own speed.
-_RATE = Limits(
-    velocity=1.0,
-    acceleration=limits.BASE.acceleration / limits.BASE.velocity,
-    jerk=limits.BASE.jerk / limits.BASE.velocity,
-)
+# The path is played back at a rate of 0 to 1, to slow down on it. The slower the path itself is, the quicker the rate
+# may change; below this speed it makes no difference any more.
+_SLOW = 0.3  # m/s
 
 
 class RobotMotion:
@@ -74,7 +71,7 @@ class RobotMotion:
         self._path = BasePath(points, limits.BASE, velocity, acceleration)
         # The path begins with the present velocity, so it is played back at full rate from the first moment; from rest
         # the rate may start anywhere, and starts at nothing until `set_rate` says how much the child allows.
-        self._playback = ScalarMotion(_RATE, 0.0)
+        self._playback = ScalarMotion(_rate_limits(limits.BASE.velocity), 0.0)
         self._rate = 1.0 if math.hypot(*velocity) > 1e-3 else 0.0
         self._playback.run_at(self._rate, self.now, at_once=True)
 
@@ -88,6 +85,7 @@ class RobotMotion:
         # The solver is asked for worthwhile changes only.
         elif abs(rate - self._rate) > 0.04 or (rate in (0.0, 1.0) and rate != self._rate):
             self._rate = rate
+            self._playback.set_limits(_rate_limits(math.hypot(*self.planned_velocity())))
             self._playback.run_at(rate, self.now)
 
     def turn_to(self, yaw: float) -> None:
@@ -146,6 +144,12 @@ class RobotMotion:
         return self._reach.at(self.now)[0]
 
     @property
+    def hand_out(self) -> float:
+        """How far the hand reaches out, or will before it turns back."""
+        position, velocity, _ = self._reach.at(self.now)
+        return max(position, self._reach.target) if velocity > 0.0 else position
+
+    @property
     def reach_arrival(self) -> float:
         """When the hand's motion ends."""
         return self._reach.arrival
@@ -197,3 +201,9 @@ class RobotMotion:
 
     def _hold(self, position: Vector) -> None:
         self._here, self._path, self._rate = position, None, 1.0
+
+
+def _rate_limits(speed: float) -> Limits:
+    """Bounds of the rate of playback that keep those of the base, on a path of this speed."""
+    speed = max(speed, _SLOW)
+    return Limits(1.0, limits.BASE.acceleration / speed, limits.BASE.jerk / speed)

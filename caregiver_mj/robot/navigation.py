@@ -17,6 +17,7 @@ BASE_RADIUS = 0.27  # metres
 CHILD_RADIUS = 0.12  # metres
 _CLEARANCE = 0.07  # metres between base and furniture on a planned path; blended corners and tracking need it
 _HAND_CLEARANCE = 0.52  # metres from the base's centre to a wall: a carried candle turns with the base, 0.45 m out
+_HAND_RADIUS = 0.16  # metres: half the hand's width, and what the arm may be off
 _CHILD_CLEARANCE = 0.20  # metres between base and child on a planned path
 
 _RASTER = 0.025  # metres
@@ -86,13 +87,8 @@ class Navigator:
 
     def visible(self, a: Vector, b: Vector, child: Vector | None = None) -> bool:
         """Whether the base can go straight from one point to another."""
-        length = math.dist(a, b)
-        count = int(length / _RASTER) + 2
-        share = np.linspace(0.0, 1.0, count)
-        x, y = a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
-        column = ((x - self._origin[0]) / _RASTER).astype(int)
-        row = ((y - self._origin[1]) / _RASTER).astype(int)
-        slack = self._slack[row, column]
+        x, y = self._line(a, b)
+        slack = self._at(self._slack, x, y)
         # A base that stands too close to something already may leave, but not come closer.
         if slack.min() < min(0.0, slack[0], slack[-1]) - 1e-9:
             return False
@@ -101,6 +97,10 @@ class Navigator:
         wanted = BASE_RADIUS + CHILD_RADIUS + _CHILD_CLEARANCE
         distance = np.hypot(x - child[0], y - child[1])
         return bool(distance.min() >= min(wanted, distance[0] - 1e-6))
+
+    def hand_clear(self, a: Vector, b: Vector) -> bool:
+        """Whether the outstretched hand can move straight from one point to another without touching a wall."""
+        return bool(self._at(self._hand_room, *self._line(a, b)).min() >= _HAND_RADIUS)
 
     def _pull_tight(self, points: Sequence[Vector], child: Vector | None) -> list[Vector]:
         """Leaves out the points between which one can go straight."""
@@ -113,6 +113,16 @@ class Navigator:
             kept.append(points[j])
             i = j
         return kept
+
+    def _line(self, a: Vector, b: Vector) -> tuple[np.ndarray, np.ndarray]:
+        """Points, x and y, along a straight line."""
+        share = np.linspace(0.0, 1.0, int(math.dist(a, b) / _RASTER) + 2)
+        return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
+
+    def _at(self, raster: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Values of a raster at points."""
+        row = ((y - self._origin[1]) / _RASTER).astype(int)
+        return raster[row, ((x - self._origin[0]) / _RASTER).astype(int)]
 
     def _rasterise(self) -> None:
         """Tabulates how much room a base's centre has beyond the clearance it needs, in metres."""
@@ -130,5 +140,5 @@ class Navigator:
             return ndimage.distance_transform_edt(free) * _RASTER
 
         room = distance_to(layout.obstacle_rectangles(self.plan)) - BASE_RADIUS - _CLEARANCE
-        hand_room = distance_to(layout.wall_rectangles(self.plan)) - _HAND_CLEARANCE
-        self._slack = np.minimum(room, hand_room)
+        self._hand_room = distance_to(layout.wall_rectangles(self.plan))
+        self._slack = np.minimum(room, self._hand_room - _HAND_CLEARANCE)

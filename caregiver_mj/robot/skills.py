@@ -14,7 +14,7 @@ import numpy as np
 
 from caregiver_mj import layout
 from caregiver_mj.floor_plan import ACTIONS, FREE, Cell
-from caregiver_mj.robot import kinematics, motion
+from caregiver_mj.robot import kinematics, limits, motion
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import BASE_RADIUS, CHILD_RADIUS, Navigator
 from caregiver_mj.robot.trajectories import PathError, Vector
@@ -25,11 +25,13 @@ GRASP_HEIGHT = 0.10  # metres above a candle's foot at which it is gripped
 # How near the base must be to where it shall stand.
 _ARRIVED = 0.006  # metres
 _ARRIVED_YAW = 0.012  # radians
-# While the base still drives up to a table, the hand may come out as far as this, once it points the right way.
-_HOVER = 0.78  # of the reach: the fingertips are then above a candle
-_ALIGNED = 0.04  # metres off the line of approach
-_ALIGNED_YAW = 0.12  # radians
-_HOVER_DISTANCE = 0.30  # metres to go
+# While the base still drives up to a table, the hand may come out as far as this, once it points the right way:
+_ABOVE = 0.62  # of the reach: all of the hand is then higher than a candle; and when the base is nearly in line
+_HOVER = 0.78  # of the reach: only the fingertips are not
+_ABOVE_DISTANCE, _ABOVE_YAW = 0.60, 0.35  # metres and radians to go
+_HOVER_ACROSS, _HOVER_DISTANCE, _HOVER_YAW = 0.04, 0.30, 0.12  # metres, metres, radians to go
+# The last of the way down begins this little before the base has arrived.
+_LAST_TIME, _LAST_DISTANCE, _LAST_YAW = 0.12, 0.02, 0.03  # seconds, metres, radians to go
 # How far out the hand may be when the base sets off, and when it turns.
 _MAY_DRIVE = 0.62
 _MAY_TURN = 0.30
@@ -41,8 +43,7 @@ _PLACE_GAP = 0.001  # metres above the table at which a candle is let go
 
 # Speed and separation: the base must be able to stop before a child that walks towards it.
 _CHILD_SPEED = 0.62  # m/s, the fastest that a toddler walks towards something
-_STOPPING = 0.54  # seconds to stop from full speed, and ...
-_REACTION = 0.17  # ... seconds until that takes hold
+_REACTION = 0.04  # seconds of control and servo until the base begins to brake
 _SEPARATION = 0.08  # metres that shall remain
 _GENTLE_GAP = 0.10  # metres to the child below which the base yields to a push
 
@@ -98,11 +99,11 @@ class Skill:
     def _drive(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell, yaw: float) -> bool:
         """Drives to a pose; returns whether it is there."""
         moved = self._path_goal is None or math.dist(goal, self._path_goal) > 1e-3
-        if (moved or view.now >= self._replan_at) and robot.reached <= _MAY_DRIVE:
+        if (moved or view.now >= self._replan_at) and robot.hand_out <= _MAY_DRIVE:
             self._plan(view, robot, goal, cell)
         robot.set_rate(allowed_rate(view, robot))
         robot.gentle = _gap(view) < _GENTLE_GAP
-        if robot.reached <= _MAY_TURN:
+        if robot.hand_out <= _MAY_TURN:
             robot.turn_to(yaw)
         off = math.dist(goal, view.base[:2])
         turn = abs(math.remainder(yaw - view.base[2], math.tau))
@@ -180,11 +181,29 @@ class Skill:
 
         return min(cells, key=cost)
 
-    def _out_of_line(self, view: View, goal: Vector, yaw: float) -> tuple[float, float, float]:
-        """How far the base has to go along and across its final heading, and to turn."""
+    def _prepare_hand(self, view: View, robot: RobotMotion, goal: Vector, yaw: float) -> bool:
+        """Brings the hand out while the base still drives up; returns whether it is on the last of its way."""
         dx, dy = goal[0] - view.base[0], goal[1] - view.base[1]
         c, s = math.cos(yaw), math.sin(yaw)
-        return c * dx + s * dy, c * dy - s * dx, math.remainder(yaw - view.base[2], math.tau)
+        along, across, turn = c * dx + s * dy, c * dy - s * dx, abs(math.remainder(yaw - view.base[2], math.tau))
+        off = math.hypot(dx, dy)
+        if robot.time_left < _LAST_TIME and off < _LAST_DISTANCE and turn < _LAST_YAW:
+            robot.reach(1.0)
+            return True
+        if abs(across) < _HOVER_ACROSS and -0.02 < along < _HOVER_DISTANCE and turn < _HOVER_YAW:
+            robot.reach(_HOVER)
+        elif off < _ABOVE_DISTANCE and turn < _ABOVE_YAW and self._hand_is_clear(view, yaw, goal):
+            robot.reach(_ABOVE)
+        elif robot.hand_out > 0.0:
+            robot.reach(0.0)
+        return False
+
+    def _hand_is_clear(self, view: View, yaw: float, goal: Vector) -> bool:
+        """Whether the outstretched hand meets no wall on the rest of the base's way."""
+        out = kinematics.REACH
+        ahead = (out * math.cos(view.base[2]), out * math.sin(view.base[2]))
+        final = (goal[0] + out * math.cos(yaw), goal[1] + out * math.sin(yaw))
+        return self._navigator.hand_clear((view.base[0] + ahead[0], view.base[1] + ahead[1]), final)
 
 
 class Block(Skill):
@@ -222,17 +241,13 @@ class Pick(Skill):
         if robot.reached < 1e-6:
             robot.plan_reach(z + GRASP_HEIGHT)
         robot.grip(motion.OPEN)
-        if there:
-            robot.reach(1.0)
+        if self._prepare_hand(view, robot, goal, yaw) and there and robot.reached == 1.0:
+            self._until = robot.reach_arrival + _SETTLE
             self._stage = self._reach_out
-        elif _may_hover(self._out_of_line(view, goal, yaw)):
-            robot.reach(_HOVER)
-        elif robot.reached > 0.0:
-            robot.reach(0.0)
         return False
 
     def _reach_out(self, view: View, robot: RobotMotion) -> bool:
-        if robot.reached == 1.0 and view.now >= robot.reach_arrival + _SETTLE:
+        if view.now >= self._until:
             self.interruptible = False
             robot.grip(motion.CLOSED)
             self._until = view.now + _GRIP_TIME
@@ -279,13 +294,9 @@ class Place(Skill):
             robot.plan_reach(layout.TABLE_HEIGHT + _PLACE_GAP + height)
         goal, cell, yaw = self._stand_at_table(view, self.table, spot, self._hand)
         there = self._drive(view, robot, goal, cell, yaw)
-        if there:
-            robot.reach(1.0)
+        if self._prepare_hand(view, robot, goal, yaw) and there and robot.reached == 1.0:
+            self._until = robot.reach_arrival + _SETTLE
             self._stage = self._put_down
-        elif _may_hover(self._out_of_line(view, goal, yaw)):
-            robot.reach(_HOVER)
-        elif robot.reached > 0.0:
-            robot.reach(0.0)
         return False
 
     def _measure(self, view: View) -> tuple[Vector, float]:
@@ -302,7 +313,7 @@ class Place(Skill):
         return (round(c * dx + s * dy - pinch[0], 3), round(c * dy - s * dx - pinch[1], 3)), float(pinch[2] - z)
 
     def _put_down(self, view: View, robot: RobotMotion) -> bool:
-        if robot.reached == 1.0 and view.now >= robot.reach_arrival + _SETTLE:
+        if view.now >= self._until:
             robot.grip(motion.OPEN)
             self._stage = self._release
         return False
@@ -358,7 +369,7 @@ def allowed_rate(view: View, robot: RobotMotion) -> float:
 
     Speed and separation monitoring (the idea of ISO/TS 15066, section 5.5.4): while robot and child close in, the
     distance between them must cover what the robot needs to react and brake, and what the child walks meanwhile.
-    With a rate r of the planned approach speed v, stopping takes r * stopping + reaction seconds.
+    At a rate r of its planned speed, stopping takes r * speed / deceleration + build-up seconds.
     """
     vx, vy = robot.planned_velocity()
     if vx == 0.0 and vy == 0.0:
@@ -370,10 +381,12 @@ def allowed_rate(view: View, robot: RobotMotion) -> float:
     approach = (vx * dx + vy * dy) / math.hypot(dx, dy)
     if approach <= 0.0:
         return 1.0
-    # approach * r * (stopping r / 2 + reaction) + child * (stopping r + reaction) = gap, solved for r
-    a = approach * _STOPPING / 2
-    b = approach * _REACTION + _CHILD_SPEED * _STOPPING
-    c = _CHILD_SPEED * _REACTION - gap
+    # approach * r * (stopping / 2 + reaction) + child * (stopping + reaction) = gap, solved for r
+    stopping = math.hypot(vx, vy) / limits.BASE.acceleration
+    delay = _REACTION + limits.BASE.acceleration / limits.BASE.jerk
+    a = approach * stopping / 2
+    b = approach * delay + _CHILD_SPEED * stopping
+    c = _CHILD_SPEED * delay - gap
     if c >= 0.0:
         return 0.0
     return min(1.0, (-b + math.sqrt(b * b - 4 * a * c)) / (2 * a))
@@ -382,8 +395,3 @@ def allowed_rate(view: View, robot: RobotMotion) -> float:
 def _gap(view: View) -> float:
     """Metres between base and child."""
     return math.dist(view.child, view.base[:2]) - BASE_RADIUS - CHILD_RADIUS
-
-
-def _may_hover(out_of_line: tuple[float, float, float]) -> bool:
-    along, across, turn = out_of_line
-    return along + 0.02 > 0.0 and along < _HOVER_DISTANCE and abs(across) < _ALIGNED and abs(turn) < _ALIGNED_YAW
