@@ -78,6 +78,7 @@ class Settings:
         for name in self.caregivers:
             if name not in CAREGIVERS:
                 raise CaregiverError(f"no caregiver '{name}': there are {', '.join(CAREGIVERS)}")
+            CAREGIVERS.get(name)  # one that comes from another package may fail to load
         for epsilon in self.epsilons:
             check_epsilon(epsilon)
         for what, values in (("caregivers", self.caregivers), ("epsilons", self.epsilons)):
