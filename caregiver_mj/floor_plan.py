@@ -273,6 +273,22 @@ class FloorPlan:
         routes[: len(self.free_cells)] = (detour == 0).sum(axis=1)
         return routes
 
+    @functools.cached_property
+    def traps(self) -> np.ndarray:
+        """Whether a novice can shut the caregiver in where it is in the novice's way: bool (caregiver cells,).
+
+        Such as at the end of a passage that leads to a toy bin: neither can then go on.
+        """
+        traps = np.zeros(len(self.caregiver_cells), bool)
+        for novice_cell in range(len(self.free_cells)):
+            part, in_the_way = self.parts(novice_cell), self.routes_over(novice_cell) > 0
+            if part.max() > 1:  # more than the novice's cell and the rest
+                has_refuge = np.zeros(part.max() + 1, bool)
+                has_refuge[part[~in_the_way]] = True
+                has_refuge[part[novice_cell]] = True
+                traps |= ~has_refuge[part]
+        return traps
+
     def free_neighbours(self, cell: Cell) -> list[Cell]:
         """The free cells north, east, south and west of a cell."""
         around = [(cell[0] + down, cell[1] + right) for down, right in ACTIONS]

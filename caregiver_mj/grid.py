@@ -226,6 +226,8 @@ class _Paths:
         free, cells = len(plan.free_cells), len(plan.caregiver_cells)
         self._stand = [[plan.cell_index[c]] for c in plan.stairwells]
         self._stand += [[plan.cell_index[n] for n in plan.free_neighbours(c)] for c in plan.tables]
+        # Beside a table better not where the novice could shut it in.
+        self._safe_stand = [[cell for cell in stand if not plan.traps[cell]] for stand in self._stand]
         self._open_distance = plan.distances_from(self._stand)  # (goals but ASIDE, cells), as if without a novice
         self._between = plan.distances_from(range(cells))  # (cells, cells), likewise
         self._intended_cell = plan.moves[0]
@@ -266,7 +268,8 @@ class _Paths:
         self._next_cell[closed, self.ASIDE] = self._next_aside[closed, self.ASIDE] = aside
         if self._stand:
             left = self._open_distance.astype(int)
-            distance = plan.distances_from(self._stand, closed)
+            distance = plan.distances_from(self._safe_stand, closed)
+            distance = np.where(distance < UNREACHABLE, distance, plan.distances_from(self._stand, closed))
             close = plan.distances_from([lowest(d) for d in left], closed)
             clear = plan.distances_from([lowest(d + UNREACHABLE * in_the_way) for d in left], closed)
             self._distance[closed, : self.ASIDE] = distance
