@@ -6,7 +6,7 @@ Skills set goals here; once a control timestep `RobotMotion.action` samples all 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -24,6 +24,9 @@ _YAW_GAIN = 8.0
 _GENTLE_SPEED = 0.03  # m/s
 _BASE_LAG = 0.0205
 _YAW_LAG = 0.008
+
+_CORNER_DEVIATIONS = (0.2, 0.12, 0.06)  # metres by which corners of a path are cut, if there is room
+_CHECK_INTERVAL = 0.08  # seconds between the points of a path that are checked for room
 
 # The path is played back at a rate of 0 to 1, to slow down on it. The slower the path itself is, the quicker the rate
 # may change; below this speed it makes no difference any more.
@@ -61,14 +64,23 @@ class RobotMotion:
 
     # -- Goals -----------------------------------------------------------------------------------
 
-    def drive_along(self, points: Sequence[Vector]) -> None:
+    def drive_along(self, points: Sequence[Vector], is_clear: Callable[[np.ndarray], bool]) -> None:
         """Takes a new path, from the motion that is under way now.
+
+        Args:
+            points: Polyline to follow.
+            is_clear: Tells whether the base has room at points (n, 2). Corners are cut as long as it does.
 
         Raises:
             PathError: The base is too fast to turn into it; `stop` first.
         """
         _, velocity, acceleration = self.base_reference()
-        self._path = BasePath(points, limits.BASE, velocity, acceleration)
+        for deviation in _CORNER_DEVIATIONS:
+            path = BasePath(points, limits.BASE, velocity, acceleration, deviation)
+            times = np.arange(0.0, path.duration, _CHECK_INTERVAL)
+            if is_clear(np.array([path.at(time)[0] for time in times]).reshape(-1, 2)):
+                break
+        self._path = path
         # The path begins with the present velocity, so it is played back at full rate from the first moment; from rest
         # the rate may start anywhere, and starts at nothing until `set_rate` says how much the child allows.
         self._playback = ScalarMotion(_rate_limits(limits.BASE.velocity), 0.0)

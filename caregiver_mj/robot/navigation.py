@@ -16,6 +16,7 @@ from caregiver_mj.robot.trajectories import Vector
 BASE_RADIUS = 0.27  # metres
 CHILD_RADIUS = 0.12  # metres
 _CLEARANCE = 0.07  # metres between base and furniture on a planned path; blended corners and tracking need it
+_CUT_CLEARANCE = 0.02  # metres of that which a cut corner may use up
 _HAND_CLEARANCE = 0.52  # metres from the base's centre to a wall: a carried candle turns with the base, 0.45 m out
 _HAND_RADIUS = 0.16  # metres: half the hand's width, and what the arm may be off
 _CHILD_CLEARANCE = 0.20  # metres between base and child on a planned path
@@ -97,6 +98,13 @@ class Navigator:
         wanted = BASE_RADIUS + CHILD_RADIUS + _CHILD_CLEARANCE
         distance = np.hypot(x - child[0], y - child[1])
         return bool(distance.min() >= min(wanted, distance[0] - 1e-6))
+
+    def has_room(self, points: np.ndarray) -> bool:
+        """Whether the base fits at all points (n, 2), be it with less clearance than a straight path keeps."""
+        if not len(points):
+            return True
+        slack = self._at(self._slack, points[:, 0], points[:, 1])
+        return bool(slack.min() >= min(-_CUT_CLEARANCE, slack[0], slack[-1]) - 1e-9)
 
     def hand_clear(self, a: Vector, b: Vector) -> bool:
         """Whether the outstretched hand can move straight from one point to another without touching a wall."""

@@ -45,6 +45,7 @@ _PLACE_GAP = 0.001  # metres above the table at which a candle is let go
 _CHILD_SPEED = 0.62  # m/s, the fastest that a toddler walks towards something
 _REACTION = 0.04  # seconds of control and servo until the base begins to brake
 _SEPARATION = 0.08  # metres that shall remain
+_FORESIGHT = 2.2  # metres within which paths are planned round the child
 _GENTLE_GAP = 0.10  # metres to the child below which the base yields to a push
 
 
@@ -117,7 +118,11 @@ class Skill:
             return
         navigator = self._navigator
         here = robot.base_reference()[0]
-        points = navigator.path(here, goal, cell, view.child, child_cells(view, navigator))
+        # A child far away will be elsewhere when the robot gets there.
+        near = math.dist(view.child, here) < _FORESIGHT
+        points = navigator.path(
+            here, goal, cell, view.child if near else None, child_cells(view, navigator) if near else ()
+        )
         self._replan_at = view.now + (1.0 if points else 0.3)
         if points is None:
             # The child leaves no way. Draw near as far as it lets the robot, and look again soon.
@@ -125,7 +130,7 @@ class Skill:
         if points is None:
             return
         try:
-            robot.drive_along(points)
+            robot.drive_along(points, navigator.has_room)
             self._path_goal = goal
         except PathError:
             robot.set_rate(0.0)
@@ -171,7 +176,8 @@ class Skill:
         navigator = self._navigator
         cells = navigator.plan.free_neighbours(table_cell)
         start = navigator.nearest_cell(view.base[:2])
-        around = child_cells(view, navigator)
+        near = math.dist(view.child, view.base[:2]) < _FORESIGHT
+        around = child_cells(view, navigator) if near else ()
 
         def cost(cell: Cell) -> float:
             route = navigator.route(start, cell, around)

@@ -18,7 +18,6 @@ Vector = tuple[float, float]
 
 _HOLD = 1e-9  # ruckig refuses targets that are closer than rounding; so near, hold
 _TURN_IN_LENGTHS = (0.5, 0.8, 1.2, 1.8, 2.6)  # metres in which a new path may be entered at speed; the quickest wins
-_CORNER_DEVIATION = 0.08  # metres by which a blended corner may cut inside of the planned path
 
 
 class ScalarMotion:
@@ -132,6 +131,7 @@ class BasePath:
         limits: Limits,
         velocity: Vector = (0.0, 0.0),
         acceleration: Vector = (0.0, 0.0),
+        deviation: float = 0.08,
     ):
         """Plans the way.
 
@@ -140,11 +140,12 @@ class BasePath:
             limits: Bounds of speed, acceleration and jerk.
             velocity: Present velocity, m/s.
             acceleration: Present acceleration, m/s^2.
+            deviation: Metres by which a blended corner may cut inside of the polyline.
 
         Raises:
             PathError: The present velocity is too high to turn into the path; stop first.
         """
-        self._limits = limits
+        self._limits, self._deviation = limits, deviation
         self._pieces: list[_Piece] = []
         self.duration = 0.0
         points = _without_repeats(points)
@@ -277,7 +278,7 @@ class BasePath:
         """The highest speed at which a corner fits into the lines beside it and cuts not too far inside."""
         if turn > 0.9 * math.pi:
             return 0.0
-        size = min(0.95 * room, 2 * _CORNER_DEVIATION / max(math.sin(turn / 2), 1e-6))
+        size = min(0.95 * room, 2 * self._deviation / max(math.sin(turn / 2), 1e-6))
         low, high = 0.0, self._limits.velocity
         if self._corner_size(high, turn) <= size:
             return high
