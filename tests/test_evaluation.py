@@ -26,13 +26,19 @@ COLUMNS = ["world", "house", "caregiver", "epsilon", "episode", "seed"]
 MEASURES = ["damage", "damage_stairwell", "damage_candle", "damage_table", "timesteps_to_threshold", "cells_visited"]
 MEASURES += ["toys_reached", "moves_blocked", "interventions", "interventions_done", "candles_dropped", "strikes"]
 MEASURES += ["sim_seconds", "wall_seconds"]
-WORLDS = {"grid": 6}  # world: episodes
+WORLDS = {"grid": (6, (1.0, 0.5))}  # world: episodes, epsilons
 PAPER = FloorPlan.load("paper")
 
 
-@pytest.fixture(params=WORLDS)
+@pytest.fixture(params=WORLDS, scope="module")
 def settings(request):
-    return Settings(PAPER, request.param, ("none", "paper"), (1.0, 0.5), WORLDS[request.param], seed=3)
+    episodes, epsilons = WORLDS[request.param]
+    return Settings(PAPER, request.param, ("none", "paper"), epsilons, episodes, seed=3)
+
+
+@pytest.fixture(scope="module")
+def result(settings):
+    return evaluate(settings)
 
 
 def rows(result):
@@ -51,11 +57,12 @@ def without_times(summary):
 # -- Rows --------------------------------------------------------------------------------------------
 
 
-def test_contract(settings, tmp_path):
-    evaluate(settings, RunFolder(tmp_path, settings.record()))
+def test_contract(settings, result, tmp_path):
+    RunFolder(tmp_path, settings.record()).finish(result.episodes, result.summary)
     episodes = pd.read_parquet(tmp_path / "episodes.parquet")
     assert list(episodes.columns) == COLUMNS + MEASURES
-    assert len(episodes) == 4 * settings.episodes
+    combinations = [(epsilon, caregiver) for epsilon in settings.epsilons for caregiver in ("none", "paper")]
+    assert len(episodes) == len(combinations) * settings.episodes
     assert not episodes.isna().any(axis=None)
     parts = episodes[["damage_stairwell", "damage_candle", "damage_table"]].sum(axis=1)
     assert (episodes.damage == parts).all()
@@ -67,12 +74,7 @@ def test_contract(settings, tmp_path):
     assert episodes.sim_seconds.to_numpy() == pytest.approx(337.5, abs=2.0)
 
     summary = json.loads((tmp_path / "summary.json").read_text(), parse_constant=pytest.fail)
-    assert [(r["caregiver"], r["epsilon"]) for r in summary["rows"]] == [
-        ("none", 1.0),
-        ("paper", 1.0),
-        ("none", 0.5),
-        ("paper", 0.5),
-    ]
+    assert [(r["epsilon"], r["caregiver"]) for r in summary["rows"]] == combinations
     for row in summary["rows"]:
         assert row["world"] == settings.world
         assert row["house"] == "paper"
@@ -83,20 +85,22 @@ def test_contract(settings, tmp_path):
     assert summary["seed"] == 3
     wanted = {"caregiver_mj", "python", "numpy", "mujoco", "dm_control", "mink", "ruckig"}
     assert set(summary["versions"]) == wanted
-    assert [row["damage_left"] for row in summary["comparisons"]] == [
-        pytest.approx(summary["rows"][i + 1]["damage_mean"] / summary["rows"][i]["damage_mean"]) for i in (0, 2)
-    ]
+    none, paper = (summary["rows"][i::2] for i in (0, 1))
+    for row, alone, guarded in zip(summary["comparisons"], none, paper, strict=True):
+        assert (row["caregiver"], row["baseline"], row["epsilon"]) == ("paper", "none", alone["epsilon"])
+        assert row["damage_left"] == pytest.approx(guarded["damage_mean"] / alone["damage_mean"])
 
 
-def test_rows_do_not_depend_on_jobs(settings):
-    same(evaluate(settings, jobs=2), evaluate(settings))
+def test_rows_do_not_depend_on_jobs(settings, result):
+    same(evaluate(settings, jobs=2), result)
 
 
-def test_rows_do_not_depend_on_company(settings):
-    everything = rows(evaluate(settings))
+def test_rows_do_not_depend_on_company(settings, result):
+    everything = rows(result)
+    epsilon = settings.epsilons[-1]
     few = settings.episodes // 2
-    alone = Settings(PAPER, settings.world, ("paper",), (0.5,), few, seed=3)
-    wanted = everything[(everything.caregiver == "paper") & (everything.epsilon == 0.5)][:few]
+    alone = Settings(PAPER, settings.world, ("paper",), (epsilon,), few, seed=3)
+    wanted = everything[(everything.caregiver == "paper") & (everything.epsilon == epsilon)][:few]
     pd.testing.assert_frame_equal(rows(evaluate(alone)), wanted.reset_index(drop=True), check_exact=True)
 
 
@@ -109,8 +113,8 @@ def test_rows_do_not_depend_on_blocks(monkeypatch, caregiver):
     same(evaluate(settings), whole)
 
 
-def test_the_same_seeds_everywhere(settings):
-    episodes = evaluate(settings).episodes
+def test_the_same_seeds_everywhere(settings, result):
+    episodes = result.episodes
     for _, group in episodes.groupby("episode"):
         assert group.seed.nunique() == 1
     assert episodes.seed.nunique() == settings.episodes
