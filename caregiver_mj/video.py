@@ -24,6 +24,8 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.floor_plan import FloorPlan
 from caregiver_mj.novice import EPISODE_TIMESTEPS
 
+Part = tuple[int, int, int, int]  # of a picture, in pixels: left, top, right, bottom
+
 DEFAULT_SIZE = 1280, 720  # pixels
 DEFAULT_FPS = 30.0
 _SMALLEST, _LARGEST = (320, 240), (3840, 2160)  # pixels
@@ -31,6 +33,9 @@ _INSETS = {"follow": "toddler", "wrist": "gripper"}  # cameras shown beside the 
 _WIDE = 1.5  # width over height from which a picture has room for insets beside the house
 _TRAIL_SECONDS = 20.0
 _MOVED = 1e-4  # metres, or radians, by which something must have moved to be drawn anew
+_PART_OVERHEAD = 10_000  # pixels that could be drawn in the time that one more part of a picture takes
+_HIDDEN = 3  # the first group of geoms that MuJoCo does not draw
+_NEAREST = 0.01  # metres before a camera
 _LIFTED = 0.05  # metres above its place at the start from which a candle is in the robot's hand
 
 # x264's quality (lower is better), and how much it works for a small file.
@@ -153,7 +158,7 @@ class _Episode:
             toddler=observation["toddler_position"][:2],
             candles=self._candles(),
             trail=np.array(self._trail[-trail_length:]),
-            damage=task.damage,
+            damage=outcome["damage"],
             damages={
                 "stairs": outcome["damage_stairwell"],
                 "candles": outcome["damage_candle"],
@@ -183,81 +188,142 @@ class _Studio:
         self._page = np.empty((height, width, 3), np.uint8)
         self._page[:] = hud.GROUND
         self._main = self._page[: hud.strip_top(width, height)]  # nothing hides behind the strip
-        size = {"height": self._main.shape[0], "width": self._main.shape[1]}
+        main_height = self._main.shape[0]
         if physics.model.ptr.camera(names[camera]).bodyid == 0:  # the world's
-            self._camera = _StillCamera(physics, names[camera], **size)
+            self._camera = _StillCamera(physics, names[camera], width, main_height)
         else:
-            self._camera = engine.Camera(physics, **size, camera_id=names[camera])
+            self._camera = _Camera(physics, names[camera], width, main_height, shadows=True)
         self._insets = []
         if width > _WIDE * height:
             for name, caption in _INSETS.items():
                 if name in names and name != camera:
-                    size = dict(zip(("width", "height"), hud.inset_size(width, height), strict=True))
-                    self._insets.append((caption, engine.Camera(physics, **size, camera_id=names[name])))
+                    inset = _Camera(physics, names[name], *hud.inset_size(width, height))
+                    self._insets.append((caption, inset))
 
     def frame(self) -> np.ndarray:
         """Renders the present moment, (height, width, 3)."""
         self._main[:] = self._camera.render()
-        insets = [(caption, camera.render(render_flag_overrides={"shadow": False})) for caption, camera in self._insets]
+        insets = [(caption, camera.render()) for caption, camera in self._insets]
         return hud.draw(self._page, self._episode.hud_state(self._trail_length), insets)
 
 
-class _StillCamera:
-    """A camera that stands still: after the first picture, it draws only the part in which something has moved.
+class _Camera:
+    """A camera that leaves out of the scene what it does not see.
+
+    OpenGL would do so too, but one triangle after the other.
+    """
+
+    def __init__(self, physics, name: str, width: int, height: int, shadows: bool = False):
+        self._physics = physics
+        self._width, self._height = width, height
+        self._camera = engine.Camera(physics, height=height, width=width, camera_id=name)
+        self._camera.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
+        self._model, self._data = physics.model.ptr, physics.data.ptr
+        self._id = physics.model.name2id(name, "camera")
+        self._scale = height / 2 / math.tan(math.radians(self._model.cam_fovy[self._id]) / 2)  # pixels a metre, 1 m off
+        self._geoms = np.flatnonzero(self._model.geom_group < _HIDDEN)
+        radius = self._model.geom_rbound[self._geoms]
+        self._radius = np.where(radius > 0, radius, np.inf)  # a plane has none
+        suns = self._model.light_castshadow.astype(bool) & shadows
+        self._sunlight = self._data.light_xdir[suns]  # (suns, 3); nothing else in the house throws shadows
+
+    def render(self) -> np.ndarray:
+        """Draws the picture (height, width, 3)."""
+        with self._only(self._seen_in(0, 0, self._width, self._height)):
+            return self._camera.render()
+
+    def _seen_in(self, left: int, top: int, right: int, bottom: int) -> np.ndarray:
+        """Mask of the geoms that lie, or throw a shadow, in a part of the picture."""
+        boxes = self._boxes(self._data.geom_xpos[self._geoms], self._radius)
+        return (boxes[:, :2] < (right, bottom)).all(axis=1) & (boxes[:, 2:] > (left, top)).all(axis=1)
+
+    def _boxes(self, centres: np.ndarray, radius: np.ndarray) -> np.ndarray:
+        """Where in the picture balls and their shadows on the floor are.
+
+        Args:
+            centres: Their centres, (n, 3), metres.
+            radius: Their radii, (n,), metres.
+
+        Returns:
+            Bounds in pixels: left, top, right, bottom, (n, 4); infinite ones for what is beside the camera.
+        """
+        on_floor = [centres - centres[:, 2:] / light[2] * light for light in self._sunlight]
+        axes = self._data.cam_xmat[self._id].reshape(3, 3) * (1, -1, -1)  # to the right, down, and ahead
+        places = (np.stack([centres, *on_floor]) - self._data.cam_xpos[self._id]) @ axes  # (1 + suns, n, 3)
+        across, depth, radius = places[..., :2], places[..., 2:], radius[:, None]
+        beside = depth - radius < _NEAREST
+        near, far = np.where(beside, 1.0, depth - radius), np.where(beside, 1.0, depth + radius)
+        low = np.minimum((across - radius) / near, (across - radius) / far) * self._scale - 2
+        high = np.maximum((across + radius) / near, (across + radius) / far) * self._scale + 2
+        low, high = np.where(beside, -np.inf, low).min(axis=0), np.where(beside, np.inf, high).max(axis=0)
+        centre = np.array([self._width, self._height]) / 2
+        return np.concatenate([centre + low, centre + high], axis=1)
+
+    @contextlib.contextmanager
+    def _only(self, seen: np.ndarray) -> Iterator[None]:
+        """Within, scenes are made of the geoms of a mask alone."""
+        unseen, groups = self._geoms[~seen], self._model.geom_group
+        before = groups[unseen]
+        groups[unseen] = _HIDDEN
+        try:
+            yield
+        finally:
+            groups[unseen] = before
+
+
+class _StillCamera(_Camera):
+    """A camera that does not move: after the first picture it draws only the part in which something else has.
 
     Without a graphics card the time goes into pixels, and most of them show the same house as before.
     """
 
     def __init__(self, physics, name: str, width: int, height: int):
-        self._physics = physics
-        self._camera = engine.Camera(physics, height=height, width=width, camera_id=name)
-        model, data, camera = physics.model.ptr, physics.data.ptr, physics.model.name2id(name, "camera")
-        self._position, self._axes = data.cam_xpos[camera].copy(), data.cam_xmat[camera].reshape(3, 3).copy()
-        self._pixels = height / 2 / math.tan(math.radians(model.cam_fovy[camera]) / 2)  # at depth 1
-        self._geoms = np.flatnonzero(model.geom_group < 3)  # those of the other groups are not drawn
-        self._radius = model.geom_rbound[self._geoms]
-        self._light = data.light_xdir[np.flatnonzero(model.light_castshadow)]  # all of them are directional
-        self._poses = self._read_poses()
+        super().__init__(physics, name, width, height, shadows=True)
         self._picture: np.ndarray | None = None
+        self._poses = self._read_poses()
 
     def render(self) -> np.ndarray:
-        """The picture (height, width, 3); it belongs to the camera."""
+        """Draws the picture (height, width, 3), which stays the camera's."""
         poses = self._read_poses()
         moved = (np.abs(poses - self._poses) > _MOVED).any(axis=1)
         if self._picture is None:
             self._picture = self._camera.render().copy()
-        elif moved.any():
-            centres = np.concatenate([poses[moved, :3], self._poses[moved, :3]])
-            self._redraw(*self._box(centres, np.tile(self._radius[moved], 2)))
+        else:
+            for part in self._changed_parts(poses, moved):
+                self._redraw(*part)
         self._poses[moved] = poses[moved]
         return self._picture
 
+    def _changed_parts(self, poses: np.ndarray, moved: np.ndarray) -> list[Part]:
+        """Parts of the picture that hold all that has moved, before and after."""
+        owner = self._model.body_rootid[self._model.geom_bodyid[self._geoms]]
+        parts: list[Part] = []
+        for body in np.unique(owner[moved]):
+            geoms = moved & (owner == body)
+            centres = np.concatenate([poses[geoms, :3], self._poses[geoms, :3]])
+            boxes = self._boxes(centres, np.tile(self._radius[geoms], 2))
+            size = self._width, self._height
+            left, top = np.clip(np.floor(boxes[:, :2].min(axis=0)), 0, size).astype(int).tolist()
+            right, bottom = np.clip(np.ceil(boxes[:, 2:].max(axis=0)), 0, size).astype(int).tolist()
+            part = left, top, right, bottom
+            for other in list(parts):
+                if _area(_union(part, other)) < _area(part) + _area(other) + _PART_OVERHEAD:
+                    parts.remove(other)
+                    part = _union(part, other)
+            parts.append(part)
+        return [part for part in parts if _area(part)]
+
     def _read_poses(self) -> np.ndarray:
         """Position and rotation of everything that is drawn, (geoms, 12)."""
-        data = self._physics.data.ptr
-        return np.concatenate([data.geom_xpos[self._geoms], data.geom_xmat[self._geoms]], axis=1)
-
-    def _box(self, centres: np.ndarray, radius: np.ndarray) -> tuple[int, int, int, int]:
-        """Left, top, right and bottom pixel of the part with some balls (n, 3), (n,) and their shadows."""
-        on_floor = [centres - centres[:, 2:] / light[2] * light for light in self._light]
-        points = (np.concatenate([centres, *on_floor]) - self._position) @ self._axes
-        radius = np.tile(radius, 1 + len(on_floor))
-        scale = self._pixels / np.maximum(-points[:, 2] - radius, 0.1)
-        height, width = self._picture.shape[:2]
-        x, y, radius = width / 2 + scale * points[:, 0], height / 2 - scale * points[:, 1], scale * radius + 2
-        left, right = np.clip([(x - radius).min(), (x + radius).max() + 1], 0, width).astype(int)
-        top, bottom = np.clip([(y - radius).min(), (y + radius).max() + 1], 0, height).astype(int)
-        return left, top, right, bottom
+        return np.concatenate([self._data.geom_xpos[self._geoms], self._data.geom_xmat[self._geoms]], axis=1)
 
     def _redraw(self, left: int, top: int, right: int, bottom: int) -> None:
         """Draws a part of the picture anew, through the part of the frustum that belongs to it."""
-        if left >= right or top >= bottom:
-            return
-        height, width = self._picture.shape[:2]
-        self._camera.update()
+        with self._only(self._seen_in(left, top, right, bottom)):
+            self._camera.update()
         for eye in self._camera.scene.camera:
-            pixel = (eye.frustum_top - eye.frustum_bottom) / height
-            eye.frustum_center += (left + right - width) / 2 * pixel
+            pixel = (eye.frustum_top - eye.frustum_bottom) / self._height
+            eye.frustum_center += (left + right - self._width) / 2 * pixel
             eye.frustum_top, eye.frustum_bottom = (eye.frustum_top - edge * pixel for edge in (top, bottom))
         part = np.empty((bottom - top, right - left, 3), np.uint8)
         area = mujoco.MjrRect(0, 0, right - left, bottom - top)
@@ -266,6 +332,14 @@ class _StillCamera:
             gl.call(mujoco.mjr_render, area, self._camera.scene.ptr, contexts.mujoco.ptr)
             gl.call(mujoco.mjr_readPixels, part, None, area, contexts.mujoco.ptr)
         self._picture[top:bottom, left:right] = part[::-1]
+
+
+def _area(part: Part) -> int:
+    return max(part[2] - part[0], 0) * max(part[3] - part[1], 0)
+
+
+def _union(one: Part, other: Part) -> Part:
+    return min(one[0], other[0]), min(one[1], other[1]), max(one[2], other[2]), max(one[3], other[3])
 
 
 def _camera_names(physics) -> list[str]:
