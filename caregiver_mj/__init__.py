@@ -1,0 +1,28 @@
+"""caregiver_mj: a caregiver robot in MuJoCo that makes a house safe for a toddler."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.floor_plan import FloorPlan, house_names
+
+if TYPE_CHECKING:
+    from caregiver_mj.policy import CaregiverPolicy
+    from caregiver_mj.tasks import ALL_TASKS, load
+
+__all__ = ["ALL_TASKS", "CaregiverError", "CaregiverPolicy", "FloorPlan", "house_names", "load"]
+
+# These need MuJoCo and dm_control, which take a second to import; a command that only looks at a plan does without.
+_LAZY = {
+    "ALL_TASKS": "caregiver_mj.tasks",
+    "load": "caregiver_mj.tasks",
+    "CaregiverPolicy": "caregiver_mj.policy",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _LAZY:
+        return getattr(importlib.import_module(_LAZY[name]), name)
+    raise AttributeError(f"module 'caregiver_mj' has no attribute {name!r}")

@@ -18,11 +18,32 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.floor_plan import ACTIONS, FloorPlan
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.robot.skills import Block, Pick, Place, Skill, View
+from caregiver_mj.robot.skills import Block, Pick, Place, Skill, View, is_child_close
 
 _SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to go anywhere
 _STANDING_COSINE = math.cos(math.radians(20))  # of a candle's tilt up to which it counts as standing
 _PATIENCE = 3  # attempts at a grasp before another target gets its turn
+
+
+class _Instructed(Caregiver):
+    """Does what the observation of a task asks for, instead of looking for danger."""
+
+    def instruct(self, observation: dict[str, np.ndarray]) -> None:
+        """Takes in what is asked for in this episode."""
+        self._table = NOTHING
+        if "goal_stairwell" in observation:
+            self._target = int(observation["goal_stairwell"].argmax())
+        else:
+            self._target = self.stairwell_count + int(observation["goal_candle"].argmax())
+            self._table = int(observation["goal_table"].argmax())
+
+    def decide(self, observation: Observation) -> np.ndarray:
+        candle = self._target - self.stairwell_count
+        done = candle >= 0 and observation.candle_table[0, candle] == self._table
+        return np.array([NOTHING if done else self._target])
+
+    def safe_table(self, observation: Observation, candle: np.ndarray) -> np.ndarray:
+        return np.array([self._table])
 
 
 class CaregiverPolicy:
@@ -51,13 +72,17 @@ class CaregiverPolicy:
         if not task.has_robot:
             raise CaregiverError("there is no robot in this environment for a caregiver to act with")
         self.plan: FloorPlan = task.plan
-        self._caregiver = make_caregiver(caregiver, self.plan, seed) if isinstance(caregiver, str) else caregiver
+        if not isinstance(caregiver, str):
+            self._caregiver: Caregiver | None = caregiver
+        elif task.goal_given:
+            self._caregiver = _Instructed(self.plan)
+        else:
+            self._caregiver = make_caregiver(caregiver, self.plan, seed)
         self._timestep = env.control_timestep()
         self._robot = RobotMotion(self._timestep)
         self._navigator = Navigator(self.plan)
         self._tables = layout.table_rectangles(self.plan)
         self._stairwells = len(self.plan.stairwells)
-        self._goal_given = task.goal_given
 
     def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
         """Answers an observation with an action (11,).
@@ -73,6 +98,7 @@ class CaregiverPolicy:
         view = self._look(observation)
         new_move = self._watch(view, float(observation["clock"]))
         self._act(view, new_move, observation)
+        self._robot.gentle = is_child_close(view)
         action = self._robot.action(view.base)
         self._robot.now += self._timestep
         return action
@@ -83,6 +109,8 @@ class CaregiverPolicy:
         self._robot.reset(observation["base_position"].tolist())
         if self._caregiver:
             self._caregiver.reset(1)
+        if isinstance(self._caregiver, _Instructed):
+            self._caregiver.instruct(observation)
         self.interventions = self.interventions_done = 0
         self.assessment: Assessment | None = None
         self.target = NOTHING
@@ -232,7 +260,7 @@ class CaregiverPolicy:
             self._carry(self._observation(view, observation))
         elif isinstance(skill, Place):
             self._holding = NOTHING
-            self.interventions_done += 1
+            self.interventions_done += not skill.failed
             self.target = NOTHING
         elif isinstance(skill, Pick):
             self.target = NOTHING

@@ -5,13 +5,15 @@ from __future__ import annotations
 import os
 
 import numpy as np
+from caregiver_mj.tasks.block_stairs import block_stairs
+from caregiver_mj.tasks.relocate_candle import relocate_candle
+from caregiver_mj.tasks.supervise import supervise
 from dm_control.rl import control
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.floor_plan import FloorPlan
-from caregiver_mj.tasks.supervise import supervise
 
-_TASKS = {"supervise": supervise}
+_TASKS = {"supervise": supervise, "relocate_candle": relocate_candle, "block_stairs": block_stairs}
 
 ALL_TASKS = tuple(_TASKS)
 

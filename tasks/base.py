@@ -34,6 +34,7 @@ _WHEEL_RADIUS, _WHEEL_TRACK = 0.075, 0.33  # metres: radius; half length plus ha
 STRIKE_SPEED = 0.05  # m/s towards the child at a contact, above which it counts as a strike
 _STRIKE_PAUSE = 0.5  # seconds within which contacts are one strike
 
+_LOOSE = 0.024  # metres of each finger off the middle above which it does not touch a candle
 _CANDLE_OFFSET = 0.02  # metres off the table's centre at the start, at most, in x and in y
 _STANDING_COSINE = math.cos(math.radians(30))  # of a candle's tilt, beyond which it counts as fallen
 
@@ -119,6 +120,10 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         """How far each finger stands off the middle, (2,), m."""
         return self._qpos[self._fingers[0]].copy()
 
+    def is_gripping(self) -> bool:
+        """Whether the fingers are as close together as round a candle, or closer."""
+        return bool(self.finger_position().sum() < 2 * _LOOSE)
+
     def toddler_position(self) -> np.ndarray:
         """Pose x, y (m) and yaw (rad) of the toddler, (3,)."""
         return self._qpos[self._toddler[0] : self._toddler[0] + 3].copy()
@@ -186,10 +191,8 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
             kind, index = self._things[other]
             normal = towards * contact.frame[i, :3]
             length = math.hypot(normal[0], normal[1])
-            if length < 1e-6:  # from above or below
-                direction = (0.0, 0.0)
-            else:
-                direction = (float(normal[0] / length), float(normal[1] / length))
+            # From above or below, it is in nobody's way.
+            direction = (float(normal[0] / length), float(normal[1] / length)) if length > 1e-6 else (0.0, 0.0)
             speed = 0.0
             if kind == "robot":
                 velocity = np.empty(6)
@@ -220,7 +223,10 @@ class CareTask(base.Task):
         plan: The floor plan.
         novice_timestep: Seconds of a novice timestep.
         timestep: Novice timesteps completed in this episode.
+        goal_given: Whether the observation names what to do, or the caregiver has to find out.
     """
+
+    goal_given = False
 
     def __init__(
         self,
@@ -242,7 +248,6 @@ class CareTask(base.Task):
         super().__init__(random=random)
         self.plan = plan
         self.has_robot = robot
-        self.goal_given = False  # whether the observation names what to do
         self.control_timestep = control_timestep
         self._novice = Novice(plan, epsilon)
         self.novice_timestep = novice_timestep(control_timestep, plan.cell_size)
@@ -263,7 +268,7 @@ class CareTask(base.Task):
         tape = NoviceTape.draw(self.random)
         self._draws = tape.steps
         self._cell = int(self._novice.start_cell(tape.start[:1])[0])
-        self._goal = int(self._novice.next_bin(tape.start[2:])[0])
+        self._bin = int(self._novice.next_bin(tape.start[2:])[0])
         self._walk.reset(self._centres[self._cell], yaw=self.random.uniform(-np.pi, np.pi))
         physics.set_toddler(self._walk)
         for i, table in enumerate(self.plan.candle_tables):
@@ -365,7 +370,7 @@ class CareTask(base.Task):
             draws = self._draws[self.timestep][None]
         else:  # the episode runs on after its 200 timesteps
             draws = self.random.random_sample((1, 3))
-        action = int(self._novice.act(np.array([self._cell]), np.array([self._goal]), draws)[0])
+        action = int(self._novice.act(np.array([self._cell]), np.array([self._bin]), draws)[0])
         self._bin_draw = draws[:, 2]
         self._move_target = Target(int(self._target[self._cell, action]))
         row, column = self.plan.free_cells[self._cell]
@@ -384,7 +389,7 @@ class CareTask(base.Task):
             bears = self.bears_candle(physics, touch.index)
             self._hurt(*((novice.CANDLE_DAMAGE, "candle") if bears else (novice.TABLE_DAMAGE, "table")))
         elif touch.kind == "bin":
-            self._reached_toy |= touch.index == self._goal
+            self._reached_toy |= touch.index == self._bin
         elif touch.kind == "robot":
             vx, vy = self._walk.velocity
             self._met_robot |= vx * touch.direction[0] + vy * touch.direction[1] > 0 or self._walk.blocked
@@ -413,7 +418,7 @@ class CareTask(base.Task):
         self._figures["moves_blocked"] += stayed and self._met_robot and kind != "stairwell"
         if self._reached_toy:
             self._figures["toys_reached"] += 1
-            self._goal = int(self._novice.next_bin(self._bin_draw)[0])
+            self._bin = int(self._novice.next_bin(self._bin_draw)[0])
         self._count_drops(physics)
 
     def _nearest_free_cell(self, position: tuple[float, float]) -> Cell:
@@ -426,10 +431,14 @@ class CareTask(base.Task):
         """Counts candles that have fallen over, or down, since the last look."""
         if not self.plan.candle_tables:
             return
-        low = physics.candle_poses()[:, 2] < layout.TABLE_HEIGHT - 0.05
-        fallen = set(np.flatnonzero(low | (physics.candle_upright() < _STANDING_COSINE)).tolist())
+        fallen = {i for i in range(len(self.plan.candle_tables)) if not self.is_standing(physics, i)}
         self._figures["candles_dropped"] += len(fallen - self._fallen)
         self._fallen = fallen
+
+    def is_standing(self, physics: Physics, candle: int) -> bool:
+        """Whether a candle is upright, and no lower than a table."""
+        high = physics.candle_poses()[candle, 2] > layout.TABLE_HEIGHT - 0.05
+        return bool(high and physics.candle_upright()[candle] > _STANDING_COSINE)
 
     def bears_candle(self, physics: Physics, table: int) -> bool:
         """Whether a candle stands (or lies) on a table."""

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+from caregiver_mj.tasks import base
 from dm_control.rl import control
 
 from caregiver_mj import novice
 from caregiver_mj.floor_plan import FloorPlan
-from caregiver_mj.tasks import base
 
 
 def supervise(

@@ -69,9 +69,12 @@ class Arm:
         for _ in range(_IK_ITERATIONS):
             if np.abs(self._task.compute_error(self._configuration)).max() < _IK_TOLERANCE:
                 return self._configuration.q[self._arm].copy()
-            velocity = mink.solve_ik(
-                self._configuration, [self._task, self._posture, self._damping], 1.0, "daqp", limits=self._limits
-            )
+            try:
+                velocity = mink.solve_ik(
+                    self._configuration, [self._task, self._posture, self._damping], 1.0, "daqp", limits=self._limits
+                )
+            except mink.MinkError:
+                break
             self._configuration.integrate_inplace(velocity, 1.0)
         raise CaregiverError(f"the arm cannot reach {x:.3f} m ahead at a height of {z:.3f} m")
 

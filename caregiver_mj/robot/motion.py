@@ -12,7 +12,7 @@ import numpy as np
 
 from caregiver_mj.robot import kinematics, limits
 from caregiver_mj.robot.limits import Limits
-from caregiver_mj.robot.trajectories import BasePath, ScalarMotion, Vector
+from caregiver_mj.robot.trajectories import BasePath, PathError, ScalarMotion, Vector
 
 OPEN = 0.036  # metres that each finger stands off the middle when open
 CLOSED = 0.008  # metres, less than a candle's radius: the difference is what squeezes it
@@ -72,19 +72,23 @@ class RobotMotion:
             is_clear: Tells whether the base has room at points (n, 2). Corners are cut as long as it does.
 
         Raises:
-            PathError: The base is too fast to turn into it; `stop` first.
+            PathError: The base is too fast to turn into it, or has no room to; stop first.
         """
         _, velocity, acceleration = self.base_reference()
+        moves = math.hypot(*velocity) > 1e-3
         for deviation in _CORNER_DEVIATIONS:
             path = BasePath(points, limits.BASE, velocity, acceleration, deviation)
             times = np.arange(0.0, path.duration, _CHECK_INTERVAL)
             if is_clear(np.array([path.at(time)[0] for time in times]).reshape(-1, 2)):
                 break
+        else:
+            if moves:
+                raise PathError("no room to turn into the path")
         self._path = path
         # The path begins with the present velocity, so it is played back at full rate from the first moment; from rest
         # the rate may start anywhere, and starts at nothing until `set_rate` says how much the child allows.
         self._playback = ScalarMotion(_rate_limits(limits.BASE.velocity), 0.0)
-        self._rate = 1.0 if math.hypot(*velocity) > 1e-3 else 0.0
+        self._rate = 1.0 if moves else 0.0
         self._playback.run_at(self._rate, self.now, at_once=True)
 
     def set_rate(self, rate: float) -> None:

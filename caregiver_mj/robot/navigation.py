@@ -61,9 +61,10 @@ class Navigator:
         return self._pull_tight(points, child)
 
     def route(self, start: Cell, goal: Cell, closed: Collection[Cell] = ()) -> list[Cell] | None:
-        """The cells of a shortest 4-connected route, ends included, or None."""
+        """The cells of a shortest 4-connected route, ends included, or None. Landings are no thoroughfares."""
         if goal in closed:
             return None
+        closed = {*closed, *self.plan.stairwells} - {start, goal}
         came_from: dict[Cell, Cell] = {goal: goal}
         queue = deque([goal])
         while queue:
@@ -74,7 +75,7 @@ class Navigator:
                     cells.append(came_from[cells[-1]])
                 return cells
             for neighbour in self._neighbours[cell]:
-                if neighbour not in came_from and (neighbour not in closed or neighbour == start):
+                if neighbour not in came_from and neighbour not in closed:
                     came_from[neighbour] = cell
                     queue.append(neighbour)
         return None
@@ -148,5 +149,7 @@ class Navigator:
             return ndimage.distance_transform_edt(free) * _RASTER
 
         room = distance_to(layout.obstacle_rectangles(self.plan)) - BASE_RADIUS - _CLEARANCE
-        self._hand_room = distance_to(layout.wall_rectangles(self.plan))
+        # Stairs go down between panels as high as walls.
+        high = np.concatenate([layout.wall_rectangles(self.plan), layout.stair_rectangles(self.plan)])
+        self._hand_room = distance_to(high)
         self._slack = np.minimum(room, self._hand_room - _HAND_CLEARANCE)

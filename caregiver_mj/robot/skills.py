@@ -103,7 +103,6 @@ class Skill:
         if (moved or view.now >= self._replan_at) and robot.hand_out <= _MAY_DRIVE:
             self._plan(view, robot, goal, cell)
         robot.set_rate(allowed_rate(view, robot))
-        robot.gentle = _gap(view) < _GENTLE_GAP
         if robot.hand_out <= _MAY_TURN:
             robot.turn_to(yaw)
         off = math.dist(goal, view.base[:2])
@@ -269,11 +268,8 @@ class Pick(Skill):
     def _lift(self, view: View, robot: RobotMotion) -> bool:
         if robot.reached > _MAY_DRIVE:
             return False
-        # Closed on nothing, the fingers meet in the middle; round a candle they cannot.
-        self.failed = view.fingers < 2 * CANDLE_RADIUS - 0.01
-        if self.failed:
-            robot.grip(motion.OPEN)
-        self.interruptible = self.failed
+        self.failed = _hand_is_empty(view)
+        self.interruptible = True
         return True
 
 
@@ -294,6 +290,9 @@ class Place(Skill):
         return self._stage(view, robot)
 
     def _approach(self, view: View, robot: RobotMotion) -> bool:
+        if _hand_is_empty(view):  # lost on the way
+            self.failed = self.interruptible = True
+            return True
         spot = tuple(self._navigator.plan.position(self._navigator.plan.tables[self.table]).tolist())
         if robot.reached < 1e-6:
             self._hand, height = self._measure(view)
@@ -365,6 +364,11 @@ def child_places(view: View) -> tuple[Vector, Vector]:
     return (x, y), (x + 0.8 * vx, y + 0.8 * vy)
 
 
+def is_child_close(view: View) -> bool:
+    """Whether the child is so close that the base must not push back when it is pushed."""
+    return _gap(view) < _GENTLE_GAP
+
+
 def child_cells(view: View, navigator: Navigator) -> set[Cell]:
     """The cells of these places."""
     return {navigator.plan.cell_at(np.array(place)) for place in child_places(view)}
@@ -396,6 +400,11 @@ def allowed_rate(view: View, robot: RobotMotion) -> float:
     if c >= 0.0:
         return 0.0
     return min(1.0, (-b + math.sqrt(b * b - 4 * a * c)) / (2 * a))
+
+
+def _hand_is_empty(view: View) -> bool:
+    """Whether the closed fingers hold nothing: they meet in the middle, which they cannot round a candle."""
+    return view.fingers < 2 * CANDLE_RADIUS - 0.01
 
 
 def _gap(view: View) -> float:

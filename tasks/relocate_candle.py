@@ -1,0 +1,74 @@
+"""Relocate candle: take the candle that is asked for to the table that is asked for, past a toddler."""
+
+from __future__ import annotations
+
+import collections
+
+import numpy as np
+from caregiver_mj.tasks import base
+from dm_control.rl import control
+from dm_control.utils import rewards
+
+from caregiver_mj import layout
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.floor_plan import FloorPlan
+
+_TIME_LIMIT = 60.0  # seconds
+_NEAR, _FAR = 0.10, 3.0  # metres from the goal at which the reward for nearness is 1, and 0.1
+
+
+def relocate_candle(
+    plan: FloorPlan,
+    epsilon: float = 0.5,
+    random: np.random.RandomState | int | None = None,
+    time_limit: float = _TIME_LIMIT,
+    environment_kwargs: dict | None = None,
+    **task_kwargs,
+) -> control.Environment:
+    """Returns the relocate_candle task.
+
+    Raises:
+        CaregiverError: There is no candle in the house.
+    """
+    if not plan.candle_tables:
+        raise CaregiverError(f"relocate_candle needs a candle (C), and floor plan '{plan.name}' has none")
+    return base.make_environment(RelocateCandle(plan, epsilon, random, **task_kwargs), time_limit, environment_kwargs)
+
+
+class RelocateCandle(base.CareTask):
+    """A candle and a bare table are drawn at the start of every episode.
+
+    Attributes:
+        goal_candle: Index of the candle.
+        goal_table: Index of the table.
+    """
+
+    goal_given = True
+
+    def initialize_episode(self, physics: base.Physics) -> None:
+        super().initialize_episode(physics)
+        bare = sorted(set(range(len(self.plan.tables))) - set(self.plan.candle_tables))
+        self.goal_candle = int(self.random.randint(len(self.plan.candle_tables)))
+        self.goal_table = int(self.random.choice(bare))
+        self._goal = np.array([*self.plan.position(self.plan.tables[self.goal_table]), layout.TABLE_HEIGHT])
+
+    def get_observation(self, physics: base.Physics) -> collections.OrderedDict:
+        """As in all tasks, and what is asked for."""
+        observation = super().get_observation(physics)
+        observation["goal_candle"] = np.eye(len(self.plan.candle_tables))[self.goal_candle]
+        observation["goal_table"] = np.eye(len(self.plan.tables))[self.goal_table]
+        observation["candle_to_goal"] = self._goal - physics.candle_poses()[self.goal_candle, :3]
+        return observation
+
+    def get_reward(self, physics: base.Physics) -> float:
+        """Half for how near the candle is to the table while upright, half for standing on it, let go."""
+        offset = self._goal - physics.candle_poses()[self.goal_candle, :3]
+        upright = max(0.0, float(physics.candle_upright()[self.goal_candle]))
+        near = rewards.tolerance(float(np.linalg.norm(offset)), bounds=(0, _NEAR), margin=_FAR)
+        return 0.5 * float(near) * upright + 0.5 * self.is_placed(physics)
+
+    def is_placed(self, physics: base.Physics) -> bool:
+        """Whether the candle stands on the table, out of the robot's hand."""
+        offset = self._goal - physics.candle_poses()[self.goal_candle, :3]
+        on_table = np.abs(offset[:2]).max() < layout.TABLE_HALF_SIZE and abs(offset[2]) < 0.01
+        return bool(on_table and self.is_standing(physics, self.goal_candle) and not physics.is_gripping())
