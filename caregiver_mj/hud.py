@@ -51,6 +51,7 @@ class HudState:
         robot: The robot's x, y and yaw in rad, or None if there is none.
         safe: P(safe|tau), or None if nobody estimates it.
         danger: Expected danger of every candidate (stairwells, then candles), or None.
+        hazard: What that would be at P(safe|tau) = 0, shown as outlines, or None.
         target: Index of the candidate being protected, or -1.
         intervention: What the caregiver is doing.
     """
@@ -66,6 +67,7 @@ class HudState:
     robot: np.ndarray | None = None
     safe: float | None = None
     danger: np.ndarray | None = None
+    hazard: np.ndarray | None = None
     target: int = -1
     intervention: str = ""
 
@@ -208,6 +210,12 @@ def _mix(colour: Colour, other: Colour, share: float) -> Colour:
     return tuple(round(a + (b - a) * share) for a, b in zip(colour, other, strict=True))
 
 
+def _few_digits(danger: float) -> str:
+    if danger == 0.0:
+        return ""  # nobody can bump into a candle in the robot's hand
+    return f"{danger:.2f}" if danger >= 0.005 else "< 0.01"
+
+
 def _draw_inset(image: Image.Image, caption: str, picture: np.ndarray, scale: _Scale) -> None:
     image.paste(Image.fromarray(picture))
     size, edge = scale.font(13), scale.px(2)
@@ -267,33 +275,40 @@ class _Strip:
         """Expected danger of every candidate, or of the greatest ones if there is not room for all."""
         (left, right), px, stairwells = self._middle, self._scale.px, len(state.plan.stairwells)
         danger = np.empty(0) if state.danger is None else np.asarray(state.danger, float)
+        hazard = danger if state.hazard is None else np.asarray(state.hazard, float)
         shown = np.arange(len(danger))
         room = (right - left) // (_text_width("C88", self._small) + px(8))
         if len(danger) > room:
-            rank = np.where(shown == state.target, np.inf, danger)  # the target is always in sight
+            rank = np.where(shown == state.target, np.inf, hazard)  # the target is always in sight
             shown = np.sort(np.argsort(-rank, kind="stable")[:room])
         title = "EXPECTED DANGER" if len(shown) == len(danger) else f"EXPECTED DANGER, {len(shown)} OF {len(danger)}"
         title_line = self._top + self._small
-        _write(image, (left, title_line), title, self._small, _LABEL)
+        titles = (title,) if state.hazard is None else (f"{title}   outlined: if surely unsafe", title)
+        _write(image, (left, title_line), _fit(titles, self._small, right - left), self._small, _LABEL)
         if not len(danger):
             _write(image, (left, self._bottom), "not estimated", self._small, _TEXT)
             return
 
         base, ceiling = self._bottom - self._small - px(6), title_line + px(6) + self._small
-        full = max(_FULL_BAR, danger.max())
+        full = max(_FULL_BAR, hazard.max(), danger.max())
         pitch = min((right - left) / len(shown), px(84))
         bar_width = min(round(pitch * 0.62), px(38))
         for place, index in enumerate(shown):
-            value, is_target = float(danger[index]), index == state.target
+            is_target = index == state.target
             colour = _STAIRWELL if index < stairwells else _CANDLE
+            colour = colour if is_target else _mix(colour, GROUND, 0.4)
             x = round(left + pitch * place + (pitch - bar_width) / 2)
-            middle, top = x + bar_width / 2, base - round((base - ceiling) * value / full)
+            middle = x + bar_width / 2
+            top, outline = (base - round((base - ceiling) * values[index] / full) for values in (danger, hazard))
             image.paste(_TRACK, (x, base, x + bar_width, base + 1))
-            image.paste(colour if is_target else _mix(colour, GROUND, 0.4), (x, top, x + bar_width, base))
+            if outline < base:
+                image.paste(colour, (x, outline, x + bar_width, base))
+                image.paste(GROUND, (x + 1, min(outline + 1, base), x + bar_width - 1, base))
+            image.paste(colour, (x, top, x + bar_width, base))
             name = candidate_label(int(index), stairwells)
             if is_target:
-                number = f"{value:.2f}" if value else ""  # nobody can bump into a candle in the robot's hand
-                _write(image, (middle, top - px(3)), number, self._small, _TEXT, align=0.5)
+                number = _few_digits(danger[index])
+                _write(image, (middle, min(top, outline) - px(3)), number, self._small, _TEXT, align=0.5)
                 half = _text_width(name, self._small) // 2 + px(4)
                 pill = (round(middle) - half, base + px(3), round(middle) + half, self._bottom + px(4))
                 image.paste(_TEXT, pill)

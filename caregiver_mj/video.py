@@ -22,7 +22,7 @@ from caregiver_mj import hud
 from caregiver_mj.caregiver import Assessment
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.floor_plan import FloorPlan
-from caregiver_mj.novice import EPISODE_TIMESTEPS
+from caregiver_mj.novice import CANDLE_DAMAGE, EPISODE_TIMESTEPS, STAIRWELL_DAMAGE
 
 Part = tuple[int, int, int, int]  # of a picture, in pixels: left, top, right, bottom
 
@@ -113,6 +113,9 @@ class _Episode:
         self.env = caregiver_mj.load(task, house=house, epsilon=epsilon, random=random, task_kwargs={"robot": robot})
         self._policy = caregiver_mj.CaregiverPolicy(self.env, caregiver=caregiver, seed=seed) if robot else None
         self._epsilon = epsilon
+        plan = self.env.task.plan
+        counts = len(plan.stairwells), len(plan.candle_tables)
+        self._damage = np.repeat([STAIRWELL_DAMAGE, CANDLE_DAMAGE], counts)  # d_o of every candidate
         self._timestep = self.env.reset()
         self._action = self._decide()
         self._steps = 0
@@ -167,6 +170,7 @@ class _Episode:
             robot=observation.get("base_position"),
             safe=None if assessment is None else float(assessment.safe[0]),
             danger=None if assessment is None else assessment.danger[0],
+            hazard=None if assessment is None else assessment.reach[0] * self._damage,
             target=-1 if policy is None else policy.target,
             intervention=policy.activity if policy else "",
         )

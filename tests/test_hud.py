@@ -85,6 +85,17 @@ def test_bars_are_as_high_as_the_danger():
     assert height([0.0, 2.0, 4.0]) == height([1.0, 0.0, 0.0])
 
 
+def test_outlines_show_the_danger_of_a_novice_who_is_surely_unsafe():
+    hazard = np.array([0.0, 0.8, 0.0])
+    empty = hud.draw(frame(), state(danger=np.zeros(3), hazard=np.zeros(3), target=-1))
+    hollow = changed(hud.draw(frame(), state(danger=np.zeros(3), hazard=hazard, target=-1)), empty)
+    half = changed(hud.draw(frame(), state(danger=hazard / 2, hazard=hazard, target=-1)), empty)
+    filled = changed(hud.draw(frame(), state(danger=hazard, hazard=hazard, target=-1)), empty)
+    assert spread(hollow) == spread(half) == spread(filled)
+    assert hollow.sum() < half.sum() < filled.sum()
+    assert half.sum() - hollow.sum() == pytest.approx((filled.sum() - hollow.sum()) / 2, rel=0.05)
+
+
 def test_bars_stand_in_the_order_of_the_candidates():
     def place(index):
         danger = np.zeros(3)
