@@ -7,10 +7,9 @@ novice did it infers from how the toddler moved; what to protect it asks a `Care
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
-import dm_env
 import numpy as np
-from dm_control.rl import control
 
 from caregiver_mj import layout
 from caregiver_mj.caregiver import NOTHING, Assessment, Caregiver, Observation, PaperCaregiver, make_caregiver
@@ -19,6 +18,10 @@ from caregiver_mj.floor_plan import ACTIONS, FloorPlan
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.skills import Block, Pick, Place, Skill, View, is_child_close
+
+if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.rendering
+    import dm_env
+    from dm_control.rl import control
 
 _SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to go anywhere
 _STANDING_COSINE = math.cos(math.radians(20))  # of a candle's tilt up to which it counts as standing

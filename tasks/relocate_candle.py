@@ -5,13 +5,13 @@ from __future__ import annotations
 import collections
 
 import numpy as np
-from caregiver_mj.tasks import base
 from dm_control.rl import control
 from dm_control.utils import rewards
 
 from caregiver_mj import layout
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.floor_plan import FloorPlan
+from caregiver_mj.tasks import base
 
 _TIME_LIMIT = 60.0  # seconds
 _NEAR, _FAR = 0.10, 3.0  # metres from the goal at which the reward for nearness is 1, and 0.1

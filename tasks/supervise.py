@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from caregiver_mj.tasks import base
 from dm_control.rl import control
 
 from caregiver_mj import novice
 from caregiver_mj.floor_plan import FloorPlan
+from caregiver_mj.tasks import base
 
 
 def supervise(
@@ -20,7 +20,9 @@ def supervise(
 ) -> control.Environment:
     """Returns the supervise task: 200 novice timesteps, reward 1 for every control step without harm."""
     task = Supervise(plan, epsilon, random, **task_kwargs)
-    return base.make_environment(task, time_limit or novice.EPISODE_TIMESTEPS * task.novice_timestep, environment_kwargs)
+    if time_limit is None:
+        time_limit = novice.EPISODE_TIMESTEPS * task.novice_timestep
+    return base.make_environment(task, time_limit, environment_kwargs)
 
 
 class Supervise(base.CareTask):
