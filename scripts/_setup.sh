@@ -58,7 +58,7 @@ _set_up() {
     wanted=$(pwd; .venv/bin/python --version; cat pyproject.toml constraints.txt)
     if [ "$(cat "$stamp" 2>/dev/null)" != "$wanted" ]; then
         _note "Installing the packages ..."
-        .venv/bin/python -m pip install --quiet --disable-pip-version-check -e ".[test]" -c constraints.txt
+        .venv/bin/python -m pip install -qq --disable-pip-version-check -e ".[test]" -c constraints.txt
         printf '%s\n' "$wanted" > "$stamp"
     fi
 

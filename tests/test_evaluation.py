@@ -26,11 +26,12 @@ COLUMNS = ["world", "house", "caregiver", "epsilon", "episode", "seed"]
 MEASURES = ["damage", "damage_stairwell", "damage_candle", "damage_table", "timesteps_to_threshold", "cells_visited"]
 MEASURES += ["toys_reached", "moves_blocked", "interventions", "interventions_done", "candles_dropped", "strikes"]
 MEASURES += ["sim_seconds", "wall_seconds"]
-WORLDS = {"grid": (6, (1.0, 0.5))}  # world: episodes, epsilons
+WORLDS = {"grid": (6, (1.0, 0.5)), "house": (2, (1.0,))}  # world: episodes, epsilons
 PAPER = FloorPlan.load("paper")
 
 
-@pytest.fixture(params=WORLDS, scope="module")
+# Grouped, so that the results of a world are shared and not worked out by every test process.
+@pytest.fixture(params=[pytest.param(w, marks=pytest.mark.xdist_group(w)) for w in WORLDS], scope="module")
 def settings(request):
     episodes, epsilons = WORLDS[request.param]
     return Settings(PAPER, request.param, ("none", "paper"), epsilons, episodes, seed=3)

@@ -79,7 +79,7 @@ def test_package_list_is_that_of_the_disk():
 
 def test_installed_package_works_outside_the_checkout(python, tmp_path):
     code = """if True:
-        from caregiver_mj.floor_plan import FloorPlan
+        from caregiver_mj import FloorPlan
         import caregiver_mj, caregiver_mj.models, caregiver_mj.tasks
         print(FloorPlan.load("paper").shape)
         print(caregiver_mj.__file__)
