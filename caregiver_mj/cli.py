@@ -207,8 +207,9 @@ def _evaluate(arguments: argparse.Namespace) -> None:
 def _table(summary: dict[str, Any]) -> rich.table.Table:
     """The readable form of summary.json."""
     first = summary["rows"][0]
+    episodes = f"{first['episodes']} episodes each" if first["episodes"] > 1 else "1 episode each"
     table = rich.table.Table(
-        title=f"{first['world']} '{first['house']}', {first['episodes']} episodes each, seed {summary['seed']}",
+        title=f"{first['world']} '{first['house']}', {episodes}, seed {summary['seed']}",
         caption="mean ± standard deviation; left: damage over that of 'none'",
         box=rich.box.SIMPLE_HEAD,
     )
@@ -252,7 +253,8 @@ def _render(arguments: argparse.Namespace) -> None:
     if not (arguments.seconds > 0 and math.isfinite(arguments.seconds)):
         raise CaregiverError(f"seconds must be a positive length, not {arguments.seconds}")
 
-    from caregiver_mj import video  # it takes seconds to import
+    # Here, for they take seconds to import. Rendering comes first: it keeps dm_control from asking for a display.
+    from caregiver_mj import rendering, video  # noqa: F401
 
     video.render_episode(
         arguments.out,

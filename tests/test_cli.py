@@ -166,10 +166,20 @@ def test_help_lists_the_commands(capsys):
     assert all(command in out for command in ("evaluate", "render", "house"))
 
 
-def test_as_a_module():
+@pytest.mark.parametrize(
+    ("argv", "message"),
+    [
+        ([*GRID, "--episodes", "0"], "episodes must be at least 1, not 0"),
+        (["render", "--out", "film.gif"], "'film.gif' must be called FILE.mp4"),
+        (["render", "--task", "fly", "--out", "film.mp4"], "no task 'fly': there are "),
+    ],
+)
+def test_as_a_process(tmp_path, argv, message):
+    # No library that is imported on the way has anything to add, least of all about a missing display.
     run = subprocess.run(
-        [sys.executable, "-m", "caregiver_mj", *GRID, "--episodes", "0"], capture_output=True, text=True, check=False
+        [sys.executable, "-m", "caregiver_mj", *argv], cwd=tmp_path, capture_output=True, text=True, check=False
     )
     assert run.returncode == 2
     assert run.stdout == ""
-    assert run.stderr == "caregiver-mj: episodes must be at least 1, not 0\n"
+    assert run.stderr.startswith(f"caregiver-mj: {message}")
+    assert run.stderr.count("\n") == 1
