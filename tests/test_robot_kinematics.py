@@ -1,0 +1,191 @@
+"""The arm against its published data: limits, and forward kinematics multiplied out from the DH table."""
+
+import importlib.resources
+
+import mujoco
+import numpy as np
+import pytest
+
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.robot import kinematics, limits
+from caregiver_mj.robot.trajectories import ScalarMotion
+
+# Franka Research 3, "Robot and interface specifications".
+POSITION_LOWEST = [-2.7437, -1.7837, -2.9007, -3.0421, -2.8065, 0.5445, -3.0159]  # rad
+POSITION_HIGHEST = [2.7437, 1.7837, 2.9007, -0.1518, 2.8065, 4.5169, 3.0159]
+VELOCITY = [2.62, 2.62, 2.62, 2.62, 5.26, 4.18, 5.26]  # rad/s
+ACCELERATION = 10.0  # rad/s^2
+JERK = 5000.0  # rad/s^3
+TORQUE = [87, 87, 87, 87, 12, 12, 12]  # Nm
+
+# Its DH table in Craig's convention, and the flange: a (m), alpha (rad), d (m).
+RIGHT_ANGLE = np.pi / 2
+DH = [
+    (0.0, 0.0, 0.333),
+    (0.0, -RIGHT_ANGLE, 0.0),
+    (0.0, RIGHT_ANGLE, 0.316),
+    (0.0825, RIGHT_ANGLE, 0.0),
+    (-0.0825, -RIGHT_ANGLE, 0.384),
+    (0.0, RIGHT_ANGLE, 0.0),
+    (0.088, RIGHT_ANGLE, 0.0),
+]
+MOUNT = (-0.06, 0.0, 0.27)  # metres, of the arm on the base
+FLANGE, PINCH, HAND_TURN = 0.107, 0.1034, -np.pi / 4
+
+HEIGHTS = [0.62, 0.70, 0.75, 0.80]  # metres, of grasps on and above a table
+
+
+def turn(axis: int, angle: float) -> np.ndarray:
+    c, s = np.cos(angle), np.sin(angle)
+    matrix = np.eye(4)
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    matrix[[i, i, j, j], [i, j, i, j]] = c, -s, s, c
+    return matrix
+
+
+def shift(x: float, y: float, z: float) -> np.ndarray:
+    matrix = np.eye(4)
+    matrix[:3, 3] = x, y, z
+    return matrix
+
+
+def pinch_pose(q: np.ndarray) -> np.ndarray:
+    """Pose (4, 4) of the pinch point in the frame of the base."""
+    pose = shift(*MOUNT)
+    for (a, alpha, d), angle in zip(DH, q, strict=True):
+        pose = pose @ turn(0, alpha) @ shift(a, 0, 0) @ turn(2, angle) @ shift(0, 0, d)
+    return pose @ shift(0, 0, FLANGE) @ turn(2, HAND_TURN) @ shift(0, 0, PINCH)
+
+
+def pitch(q: np.ndarray) -> float:
+    """How far the hand points below the horizontal, degrees."""
+    return float(np.degrees(np.arcsin(-pinch_pose(q)[2, 2])))
+
+
+@pytest.fixture(scope="module")
+def model() -> mujoco.MjModel:
+    path = importlib.resources.files("caregiver_mj.models") / "robot.xml"
+    return mujoco.MjModel.from_xml_string(path.read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def arm() -> kinematics.Arm:
+    return kinematics.Arm()
+
+
+def test_limits_are_the_published_ones():
+    np.testing.assert_array_equal(limits.ARM_VELOCITY, VELOCITY)
+    np.testing.assert_array_equal(limits.ARM_ACCELERATION, [ACCELERATION] * 7)
+    np.testing.assert_array_equal(limits.ARM_JERK, [JERK] * 7)
+    assert pytest.approx(5000 / 3600) == limits.MAX_BASE_SPEED
+    assert limits.BASE.velocity < limits.MAX_BASE_SPEED
+
+
+def test_model_has_the_published_joint_ranges_and_torques(model):
+    for i in range(7):
+        name = f"joint{i + 1}"
+        published = [POSITION_LOWEST[i], POSITION_HIGHEST[i]]
+        np.testing.assert_array_equal(model.joint(name).range, published)
+        np.testing.assert_allclose(model.actuator(name).ctrlrange, published, rtol=1e-12)
+        np.testing.assert_array_equal(model.actuator(name).forcerange, [-TORQUE[i], TORQUE[i]])
+
+
+def test_dh_table_of_this_test_reaches_as_far_as_the_arm_does():
+    # All joints at zero: the arm stands straight up, 0.333 + 0.316 + 0.384 m, and comes back down from the flange
+    # by 0.107 + 0.1034 m, 0.088 m to the front.
+    pose = pinch_pose(np.zeros(7))
+    np.testing.assert_allclose(pose[:3, 3], [-0.06 + 0.088, 0, 0.27 + 1.033 - 0.2104], atol=1e-12)
+    np.testing.assert_allclose(pose[:3, 2], [0, 0, -1], atol=1e-12)
+
+
+def test_model_agrees_with_the_dh_table(model, arm):
+    data = mujoco.MjData(model)
+    address = [model.joint(f"joint{i}").qposadr[0] for i in range(1, 8)]
+    random = np.random.default_rng(0)
+    for q in random.uniform(POSITION_LOWEST, POSITION_HIGHEST, size=(50, 7)):
+        data.qpos[address] = q
+        mujoco.mj_kinematics(model, data)
+        pose = pinch_pose(q)
+        np.testing.assert_allclose(data.site("pinch").xpos, pose[:3, 3], atol=1e-6)
+        np.testing.assert_allclose(data.site("pinch").xmat.reshape(3, 3), pose[:3, :3], atol=1e-6)
+        np.testing.assert_allclose(arm.pinch(q), pose[:3, 3], atol=1e-6)
+
+
+def test_fingers_close_sideways_round_the_pinch_point(model, arm):
+    data = mujoco.MjData(model)
+    data.qpos[[model.joint(f"joint{i}").qposadr[0] for i in range(1, 8)]] = arm.solve(0.7, 0.7)
+    for name in ("finger_left", "finger_right"):
+        data.qpos[model.joint(name).qposadr[0]] = 0.03
+    mujoco.mj_kinematics(model, data)
+    pads = [data.geom(f"finger_{side}_pad").xpos for side in ("left", "right")]
+    # Each pad is 1 cm thick and begins at its joint's position; they lie on the sides of the pinch point.
+    np.testing.assert_allclose((pads[0] + pads[1]) / 2, [0.7, 0.0, 0.7], atol=2e-4)
+    np.testing.assert_allclose(np.abs(pads[0] - pads[1]), [0.0, 0.07, 0.0], atol=1e-4)
+
+
+@pytest.mark.parametrize("x", [0.42, 0.55, 0.70, 0.75])
+@pytest.mark.parametrize("z", [0.55, *HEIGHTS, 0.93])
+def test_inverse_kinematics_reaches_its_target(arm, x, z):
+    q = arm.solve(x, z)
+    pose = pinch_pose(q)
+    np.testing.assert_allclose(pose[:3, 3], [x, 0.0, z], atol=1e-4)
+    # 35 degrees down, fingers to the sides: the hand's axes, worked by hand.
+    c, s = np.cos(np.radians(35)), np.sin(np.radians(35))
+    np.testing.assert_allclose(pose[:3, 2], [c, 0, -s], atol=1e-4)
+    np.testing.assert_allclose(pose[:3, 1], [0, -1, 0], atol=1e-4)
+    assert (q > POSITION_LOWEST).all()
+    assert (q < POSITION_HIGHEST).all()
+
+
+def test_inverse_kinematics_does_not_depend_on_what_was_asked_before(arm):
+    first = arm.solve(0.7, 0.7)
+    arm.solve(0.45, 0.9)
+    np.testing.assert_array_equal(arm.solve(0.7, 0.7), first)
+
+
+@pytest.mark.parametrize(("x", "z"), [(2.0, 0.7), (0.7, 2.5), (0.7, -0.6)])
+def test_goal_out_of_reach_is_refused(arm, x, z):
+    with pytest.raises(CaregiverError, match=rf"cannot reach {x:.3f} m ahead at a height of {z:.3f} m"):
+        arm.solve(x, z)
+    with pytest.raises(CaregiverError, match="cannot reach"):
+        kinematics.ReachPath(arm, x, z)
+
+
+@pytest.mark.parametrize("height", HEIGHTS)
+def test_reach_path_leads_from_the_tucked_arm_to_the_goal(arm, height):
+    path = kinematics.ReachPath(arm, 0.70, height)
+    np.testing.assert_allclose(pinch_pose(path.joints(0.0))[:3, 3], [0.42, 0.0, 0.93], atol=1e-4)
+    np.testing.assert_allclose(pinch_pose(path.joints(1.0))[:3, 3], [0.70, 0.0, height], atol=1e-4)
+    np.testing.assert_allclose(kinematics.tucked_joints(), path.joints(0.0), atol=1e-6)
+
+
+@pytest.mark.parametrize("height", HEIGHTS)
+def test_reach_path_keeps_the_hand_pitch_and_plane_all_the_way(arm, height):
+    path = kinematics.ReachPath(arm, 0.70, height)
+    for s in np.linspace(0, 1, 51):
+        pose = pinch_pose(path.joints(s))
+        assert pitch(path.joints(s)) == pytest.approx(35.0, abs=0.1)
+        assert abs(pose[1, 3]) < 1e-3
+        np.testing.assert_allclose(pose[:3, 1], [0, -1, 0], atol=2e-3)  # the fingers close sideways, level
+
+
+@pytest.mark.parametrize("height", HEIGHTS)
+def test_reach_path_keeps_the_published_joint_limits(arm, height):
+    path = kinematics.ReachPath(arm, 0.70, height)
+    motion = ScalarMotion(path.limits, 0.0)
+    motion.move_to(1.0, 0.0)
+    timestep = 1e-3
+    joints = []
+    for i in range(3000):
+        now = i * timestep
+        if i == 250:  # it turns back on the way, and then sets out anew
+            motion.move_to(0.0, now)
+        if i == 400:
+            motion.move_to(1.0, now)
+        joints.append(path.joints(motion.at(now)[0]))
+    rates = [np.abs(np.diff(joints, order, axis=0)) / timestep**order for order in (1, 2, 3)]
+    assert (rates[0].max(axis=0) <= VELOCITY).all()
+    assert rates[1].max() <= ACCELERATION
+    assert rates[2].max() <= JERK
+    assert (rates[0] / VELOCITY).max() > 0.5 or rates[1].max() > 0.9 * ACCELERATION  # and makes use of them
+    np.testing.assert_allclose(joints[-1], path.joints(1.0), atol=1e-9)
