@@ -52,6 +52,10 @@ class GridWorld:
     """A batch of episodes on one floor plan.
 
     The state is public, for inspection and tests; all arrays have the episode as first dimension.
+
+    Attributes:
+        visits: Timesteps that novices have ended in each free cell, summed over the batch, (free cells,).
+        damage_at: Damage that they have taken in each, likewise.
     """
 
     def __init__(
@@ -88,6 +92,7 @@ class GridWorld:
         self.caregiver_cell = caregiver_start(self.plan, self.novice_cell, start[:, 1])
         self._visited = np.zeros((batch, len(self.plan.free_cells)), bool)
         self._visited[np.arange(batch), self.novice_cell] = True
+        self.visits, self.damage_at = np.zeros((2, len(self.plan.free_cells)))
         self.stopped = np.zeros(batch, bool)  # has reached the damage threshold
         self._figures = {field.name: np.zeros(batch) for field in dataclasses.fields(Outcome)}
         self._figures["timesteps_to_threshold"] += EPISODE_TIMESTEPS
@@ -150,9 +155,15 @@ class GridWorld:
             blocked[stairwell] = self._stairwell_node[index[stairwell]] == self.caregiver_cell[stairwell]
             next_cell = np.where(blocked, cell, next_cell)
         bears_candle = table & (self.candle_table == index[:, None]).any(axis=1)
-        figures["damage_stairwell"] += STAIRWELL_DAMAGE * (stairwell & ~blocked)
-        figures["damage_candle"] += CANDLE_DAMAGE * bears_candle
-        figures["damage_table"] += TABLE_DAMAGE * (table & ~bears_candle)
+        harm = {
+            "damage_stairwell": STAIRWELL_DAMAGE * (stairwell & ~blocked),
+            "damage_candle": CANDLE_DAMAGE * bears_candle,
+            "damage_table": TABLE_DAMAGE * (table & ~bears_candle),
+        }
+        for name, damage in harm.items():
+            figures[name] += damage
+        self.damage_at += np.bincount(cell, sum(harm.values()), len(self.damage_at))
+        self.visits += np.bincount(next_cell, minlength=len(self.visits))
         figures["moves_blocked"] += blocked
 
         reached = (target == Target.BIN) & (index == self.goal)

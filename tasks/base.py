@@ -223,6 +223,8 @@ class CareTask(base.Task):
         plan: The floor plan.
         novice_timestep: Seconds of a novice timestep.
         timestep: Novice timesteps completed in this episode.
+        visits: How many of them the toddler ended in each free cell, (free cells,).
+        damage_at: Damage that it took in each, likewise.
         goal_given: Whether the observation names what to do, or the caregiver has to find out.
     """
 
@@ -283,6 +285,7 @@ class CareTask(base.Task):
         self._control_steps = 0
         self._touched_directions: list[tuple[float, float]] = []
         self._visited = {self._cell}
+        self.visits, self.damage_at = np.zeros((2, len(self.plan.free_cells)))
         self._damage = dict.fromkeys(("stairwell", "candle", "table"), 0.0)
         self._timestep_damage: tuple[float, str] = (0.0, "")
         self._figures = collections.Counter()
@@ -407,9 +410,11 @@ class CareTask(base.Task):
         damage, kind = self._timestep_damage
         if kind:
             self._damage[kind] += damage
+            self.damage_at[self._cell] += damage
             self._timestep_damage = (0.0, "")
         stood = self._cell
         self._cell = self.plan.cell_index[self._nearest_free_cell(self._walk.position)]
+        self.visits[self._cell] += 1
         if self._threshold_timestep is None:
             self._visited.add(self._cell)
             if self.damage >= novice.DAMAGE_THRESHOLD:
