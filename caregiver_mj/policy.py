@@ -24,6 +24,7 @@ if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.renderi
     from dm_control.rl import control
 
 _SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to go anywhere
+_KNOWN_AFTER = 0.46  # share of a novice timestep left when it is clear what the toddler's move comes to
 _STANDING_COSINE = math.cos(math.radians(20))  # of a candle's tilt up to which it counts as standing
 _PATIENCE = 3  # attempts at a grasp before another target gets its turn
 
@@ -121,7 +122,7 @@ class CaregiverPolicy:
         self._skill: Skill | None = None
         self._holding = NOTHING
         self._failures: dict[int, int] = {}
-        self._move = 0
+        self._begun = self._known = 0
         self._origin = tuple(observation["toddler_position"][:2].tolist())
         self._farthest = (0.0, 0.0, 0.0)
         self._cell = self._toddler_cell(self._origin)
@@ -146,20 +147,26 @@ class CaregiverPolicy:
         )
 
     def _watch(self, view: View, clock: float) -> bool:
-        """Follows the toddler; returns whether it has just finished a move."""
+        """Follows the toddler; returns whether it is clear by now what its present move comes to.
+
+        Half-way through a novice timestep it has either touched an obstacle, or is nearer to the next cell than to
+        the one it left: cell and action are those of the grid, half a timestep before the move is over.
+        """
+        move = math.floor(clock + _KNOWN_AFTER)
+        if math.floor(clock + 1e-6) != self._begun:
+            self._begun = math.floor(clock + 1e-6)
+            self._origin, self._farthest = view.child, (0.0, 0.0, 0.0)
         dx, dy = view.child[0] - self._origin[0], view.child[1] - self._origin[1]
-        distance = dx * dx + dy * dy
-        if distance > self._farthest[0]:
+        if (distance := dx * dx + dy * dy) > self._farthest[0]:
             self._farthest = (distance, dx, dy)
-        if int(clock + 1e-6) == self._move:
+        if move == self._known:
             return False
-        self._move = int(clock + 1e-6)
+        self._known = move
         _, dx, dy = self._farthest
         action = NOTHING
         if math.hypot(dx, dy) > _SMALLEST_MOVE:
             action = max(range(len(ACTIONS)), key=lambda a: dx * ACTIONS[a][1] - dy * ACTIONS[a][0])
         self._previous = (self._cell, action)
-        self._origin, self._farthest = view.child, (0.0, 0.0, 0.0)
         self._cell = self._toddler_cell(view.child)
         return True
 

@@ -34,6 +34,6 @@ ARM_PLANNED_JERK = 400.0  # rad/s^3, 25 ms to full acceleration
 
 MAX_BASE_SPEED = 5.0 / 3.6  # m/s: the walking speed that the paper gives the caregiver (section V.C)
 # References keep 3 % below that, which leaves the feedback something to correct with.
-BASE = Limits(velocity=0.97 * MAX_BASE_SPEED, acceleration=2.5, jerk=20.0)  # m; a prototype followed it within 1.3 mm
+BASE = Limits(velocity=0.97 * MAX_BASE_SPEED, acceleration=3.5, jerk=35.0)  # m
 YAW = Limits(velocity=2.8, acceleration=8.0, jerk=80.0)  # rad
 GRIPPER = Limits(velocity=0.125, acceleration=4.0, jerk=200.0)  # m, each finger

@@ -45,6 +45,7 @@ _PLACE_GAP = 0.001  # metres above the table at which a candle is let go
 _CHILD_SPEED = 0.62  # m/s, the fastest that a toddler walks towards something
 _REACTION = 0.04  # seconds of control and servo until the base begins to brake
 _SEPARATION = 0.08  # metres that shall remain
+_SWITCHING_RATE = 0.6  # a base that the child has slowed down below this stops before it takes another path
 _FORESIGHT = 2.2  # metres within which paths are planned round the child
 _GENTLE_GAP = 0.10  # metres to the child below which the base yields to a push
 
@@ -88,6 +89,7 @@ class Skill:
         self._path_goal: Vector | None = None
         self._stand: Cell | None = None
         self._replan_at = 0.0
+        self._stops = False  # before it takes another path
 
     def step(self, view: View, robot: RobotMotion) -> bool:
         """Acts for one control timestep; returns whether the skill is done."""
@@ -102,7 +104,7 @@ class Skill:
         moved = self._path_goal is None or math.dist(goal, self._path_goal) > 1e-3
         if (moved or view.now >= self._replan_at) and robot.hand_out <= _MAY_DRIVE:
             self._plan(view, robot, goal, cell)
-        robot.set_rate(allowed_rate(view, robot))
+        robot.set_rate(0.0 if self._stops else allowed_rate(view, robot))
         if robot.hand_out <= _MAY_TURN:
             robot.turn_to(yaw)
         off = math.dist(goal, view.base[:2])
@@ -128,13 +130,16 @@ class Skill:
             points = None if under_way else navigator.path(here, goal, cell, None)
         if points is None:
             return
-        try:
-            robot.drive_along(points, navigator.has_room)
+        self._stops = robot.moving and allowed_rate(view, robot) < _SWITCHING_RATE
+        if not self._stops:
+            try:
+                robot.drive_along(points, navigator.has_room)
+            except PathError:
+                self._stops = True
+        if self._stops:
+            self._path_goal, self._replan_at = None, view.now + 0.04
+        else:
             self._path_goal = goal
-        except PathError:
-            robot.set_rate(0.0)
-            self._path_goal = None
-            self._replan_at = view.now + 0.1
 
     def _crosses(self, view: View, robot: RobotMotion) -> bool:
         """Whether the child stands in the way of the path ahead."""
