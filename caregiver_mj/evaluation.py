@@ -20,9 +20,9 @@ import numpy as np
 from caregiver_mj.caregiver import CAREGIVERS, make_caregiver
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.floor_plan import FloorPlan
-from caregiver_mj.grid import run_episodes
-from caregiver_mj.novice import EPISODE_TIMESTEPS, check_epsilon
-from caregiver_mj.run_folder import Row, RunFolder
+from caregiver_mj.grid import GridWorld
+from caregiver_mj.novice import EPISODE_TIMESTEPS, NoviceTape, check_epsilon
+from caregiver_mj.run_folder import Result, Row, RunFolder
 from caregiver_mj.workers import run_jobs
 
 if TYPE_CHECKING:
@@ -45,6 +45,7 @@ COUNTS = (
 TIMES = ("sim_seconds", "wall_seconds")
 MEASURES = DAMAGES + COUNTS + TIMES
 COLUMNS = ("world", "house", "caregiver", "epsilon", "episode", "seed", *MEASURES)
+MAPS = ("visits", "damage")  # summed for every free cell
 
 _NOVICE_SPEED = 1.6 / 3.6  # metres a second (paper, section V.C)
 _GRID_BLOCK = 1000  # episodes at once: enough to be fast, and a few seconds' work to lose
@@ -134,10 +135,18 @@ class Block:
 
 @dataclasses.dataclass(frozen=True)
 class Evaluation:
-    """What came out: a row an episode, and the table made of them."""
+    """What came out.
+
+    Attributes:
+        episodes: A row an episode.
+        summary: The table made of them.
+        maps: A row for each caregiver, novice and free cell: over all their episodes, the timesteps that novices ended
+            in the cell (`visits`), and the damage that they took there.
+    """
 
     episodes: pd.DataFrame
     summary: dict[str, Any]
+    maps: pd.DataFrame
 
 
 def evaluate(
@@ -162,28 +171,28 @@ def evaluate(
     if jobs < 1:
         raise CaregiverError(f"jobs must be at least 1, not {jobs}")
     blocks = settings.blocks()
-    done: dict[Block, list[Row]] = {}
+    done: dict[Block, Result] = {}
     for block in blocks if folder else ():
-        rows = folder.read(str(block))
-        if rows is not None:
-            done[block] = rows
+        found = folder.read(str(block))
+        if found is not None:
+            done[block] = found
             progress(len(block))
     pending = [block for block in blocks if block not in done]
     work = functools.partial(run_block, settings)
     # Closed at once when a write fails or Ctrl-C comes, so that no worker outlives the run.
     with contextlib.closing(run_jobs(work, pending, max(1, min(jobs, len(pending))))) as results:
-        for block, rows in results:
+        for block, result in results:
             if folder:
-                folder.write(str(block), rows)
-            done[block] = rows
+                folder.write(str(block), result)
+            done[block] = result
             progress(len(block))
     import pandas as pd
 
-    episodes = pd.DataFrame([row for block in blocks for row in done[block]])
-    result = Evaluation(episodes, summarise(settings, episodes))
+    episodes = pd.DataFrame([row for block in blocks for row in done[block]["rows"]])
+    evaluation = Evaluation(episodes, summarise(settings, episodes), _maps(settings, done))
     if folder:
-        folder.finish(result.episodes, result.summary)
-    return result
+        folder.finish(evaluation.episodes, evaluation.summary, evaluation.maps)
+    return evaluation
 
 
 def summarise(settings: Settings, episodes: pd.DataFrame) -> dict[str, Any]:
@@ -205,19 +214,20 @@ def summarise(settings: Settings, episodes: pd.DataFrame) -> dict[str, Any]:
     }
 
 
-def run_block(settings: Settings, block: Block) -> list[Row]:
-    """Runs the episodes of a block: their rows, with `COLUMNS` as keys."""
+def run_block(settings: Settings, block: Block) -> Result:
+    """Runs the episodes of a block: their rows, with `COLUMNS` as keys, and their maps."""
     run = _run_in_grid if settings.world == "grid" else _run_in_house
     seeds = [episode_seed(settings.seed, episode) for episode in range(block.first, block.end)]
+    outcomes, maps = run(settings, block, seeds)
     rows = []
-    for episode, seed, measured in zip(range(block.first, block.end), seeds, run(settings, block, seeds), strict=True):
+    for episode, seed, measured in zip(range(block.first, block.end), seeds, outcomes, strict=True):
         row: Row = {"world": settings.world, "house": settings.plan.name, "caregiver": block.caregiver}
         row |= {"epsilon": block.epsilon, "episode": episode, "seed": seed}
         row |= {column: float(measured[column]) for column in DAMAGES}
         row |= {column: int(measured[column]) for column in COUNTS}
         row |= {column: float(measured[column]) for column in TIMES}
         rows.append(row)
-    return rows
+    return {"rows": rows, "maps": {name: values.tolist() for name, values in zip(MAPS, maps, strict=True)}}
 
 
 def episode_seed(seed: int, episode: int) -> int:
@@ -231,22 +241,45 @@ def versions() -> dict[str, str]:
     return {"caregiver_mj": packages.pop("caregiver_mj"), "python": platform.python_version(), **packages}
 
 
-def _run_in_grid(settings: Settings, block: Block, seeds: list[int]) -> list[dict[str, float]]:
+def _maps(settings: Settings, done: dict[Block, Result]) -> pd.DataFrame:
+    """Sums the blocks' maps."""
+    import pandas as pd
+
+    sums: dict[tuple[str, float], np.ndarray] = {}  # each (maps, free cells)
+    for block in settings.blocks():
+        maps = np.array([done[block]["maps"][name] for name in MAPS])
+        key = block.caregiver, block.epsilon
+        sums[key] = sums.get(key, 0) + maps
+    row, column = np.array(settings.plan.free_cells).T
+    tables = []
+    for (caregiver, epsilon), (visits, damage) in sums.items():
+        what = {"world": settings.world, "house": settings.plan.name, "caregiver": caregiver, "epsilon": epsilon}
+        tables.append(pd.DataFrame(what | {"row": row, "column": column, "visits": visits, "damage": damage}))
+    return pd.concat(tables, ignore_index=True)
+
+
+# What every episode came to, and the maps (`MAPS`) of all of them together.
+_Measured = tuple[list[dict[str, float]], tuple[np.ndarray, np.ndarray]]
+
+
+def _run_in_grid(settings: Settings, block: Block, seeds: list[int]) -> _Measured:
     start = time.perf_counter()
     caregiver = make_caregiver(block.caregiver, settings.plan, settings.seed)
-    outcome = dataclasses.asdict(run_episodes(settings.plan, block.epsilon, caregiver, seeds))
+    world = GridWorld(settings.plan, block.epsilon, caregiver)
+    outcome = dataclasses.asdict(world.run([NoviceTape.draw(np.random.RandomState(seed)) for seed in seeds]))
     same = {
         "candles_dropped": 0,
         "strikes": 0,
         "sim_seconds": EPISODE_TIMESTEPS * settings.plan.cell_size / _NOVICE_SPEED,
         "wall_seconds": (time.perf_counter() - start) / len(seeds),
     }
-    return [{name: values[i] for name, values in outcome.items()} | same for i in range(len(seeds))]
+    measured = [{name: values[i] for name, values in outcome.items()} | same for i in range(len(seeds))]
+    return measured, (world.visits, world.damage_at)
 
 
-def _run_in_house(settings: Settings, block: Block, seeds: list[int]) -> list[dict[str, float]]:
+def _run_in_house(settings: Settings, block: Block, seeds: list[int]) -> _Measured:
     env, policy = _house(settings.plan, block.epsilon, block.caregiver, settings.seed)
-    measured = []
+    measured, visits, damage = [], 0.0, 0.0
     for seed in seeds:
         start = time.perf_counter()
         env.task.reseed(np.random.RandomState(seed))
@@ -259,7 +292,8 @@ def _run_in_house(settings: Settings, block: Block, seeds: list[int]) -> list[di
         figures["sim_seconds"] = env.physics.time()
         figures["wall_seconds"] = time.perf_counter() - start
         measured.append(figures)
-    return measured
+        visits, damage = visits + env.task.visits, damage + env.task.damage_at
+    return measured, (visits, damage)
 
 
 @functools.lru_cache(maxsize=1)  # blocks of one caregiver and novice follow each other

@@ -6,6 +6,7 @@ It holds::
     episodes/*.json     finished episodes, a file a block
     episodes.parquet    all of them, a row an episode, once the run is finished
     summary.json        the table
+    maps.parquet        where novices went and were hurt, a row a free cell
 
 Whatever kills a run, what is in its folder is whole and can be continued.
 """
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Row = dict[str, Any]
+Result = dict[str, Any]  # of a block, as JSON: its "rows", and "maps" by name
 
 
 class StorageError(CaregiverError):
@@ -68,20 +70,22 @@ class RunFolder:
             difference = _difference(found, settings)
             raise CaregiverError(f"output folder '{path}' holds a run of other settings: {difference}")
 
-    def read(self, block: str) -> list[Row] | None:
-        """The rows of a finished block, or None."""
+    def read(self, block: str) -> Result | None:
+        """What a finished block came to, or None."""
         try:
-            return json.loads((self._episodes / f"{block}.json").read_text("utf-8"))
+            result = json.loads((self._episodes / f"{block}.json").read_text("utf-8"))
         except (OSError, ValueError):
             return None
+        return result if isinstance(result, dict) else None  # before there were maps, it was the rows alone
 
-    def write(self, block: str, rows: list[Row]) -> None:
+    def write(self, block: str, result: Result) -> None:
         """Puts a finished block on disk at once."""
-        _write(self._episodes / f"{block}.json", _as_json(rows, indent=None))
+        _write(self._episodes / f"{block}.json", _as_json(result, indent=None))
 
-    def finish(self, episodes: pd.DataFrame, summary: dict[str, Any]) -> None:
+    def finish(self, episodes: pd.DataFrame, summary: dict[str, Any], maps: pd.DataFrame) -> None:
         """Writes the results of the whole run."""
         _write(self.path / "episodes.parquet", episodes.to_parquet(index=False))
+        _write(self.path / "maps.parquet", maps.to_parquet(index=False))
         _write(self.path / "summary.json", _as_json(summary))
 
 

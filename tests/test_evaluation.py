@@ -49,6 +49,7 @@ def rows(result):
 
 def same(result, other):
     pd.testing.assert_frame_equal(rows(result), rows(other), check_exact=True)
+    pd.testing.assert_frame_equal(result.maps, other.maps, check_exact=True)
 
 
 def without_times(summary):
@@ -59,7 +60,7 @@ def without_times(summary):
 
 
 def test_contract(settings, result, tmp_path):
-    RunFolder(tmp_path, settings.record()).finish(result.episodes, result.summary)
+    RunFolder(tmp_path, settings.record()).finish(result.episodes, result.summary, result.maps)
     episodes = pd.read_parquet(tmp_path / "episodes.parquet")
     assert list(episodes.columns) == COLUMNS + MEASURES
     combinations = [(epsilon, caregiver) for epsilon in settings.epsilons for caregiver in ("none", "paper")]
@@ -90,6 +91,22 @@ def test_contract(settings, result, tmp_path):
     for row, alone, guarded in zip(summary["comparisons"], none, paper, strict=True):
         assert (row["caregiver"], row["baseline"], row["epsilon"]) == ("paper", "none", alone["epsilon"])
         assert row["damage_left"] == pytest.approx(guarded["damage_mean"] / alone["damage_mean"])
+
+
+def test_maps_agree_with_the_rows(settings, result):
+    maps = result.maps
+    assert list(maps.columns) == ["world", "house", "caregiver", "epsilon", "row", "column", "visits", "damage"]
+    harmless = [all(PAPER[n] in ".#B" for n in around(cell)) for cell in PAPER.free_cells]
+    damage = result.episodes.groupby(["caregiver", "epsilon"]).damage.sum()
+    for key, cells in maps.groupby(["caregiver", "epsilon"]):
+        assert list(zip(cells.row, cells.column, strict=True)) == list(PAPER.free_cells)
+        assert cells.visits.sum() == 200 * settings.episodes
+        assert cells.damage.sum() == damage[key] > 0
+        assert (cells.damage[harmless] == 0).all()
+
+
+def around(cell):
+    return [(cell[0] + down, cell[1] + right) for down, right in ((-1, 0), (0, 1), (1, 0), (0, -1))]
 
 
 def test_rows_do_not_depend_on_jobs(settings, result):
@@ -177,6 +194,7 @@ def wait_for_blocks(folder, count, process):
 def check_finished(folder, undisturbed):
     episodes = pd.read_parquet(folder / "episodes.parquet").drop(columns="wall_seconds")
     pd.testing.assert_frame_equal(episodes, rows(undisturbed), check_exact=True)
+    pd.testing.assert_frame_equal(pd.read_parquet(folder / "maps.parquet"), undisturbed.maps, check_exact=True)
     summary = json.loads((folder / "summary.json").read_text())
     assert without_times(summary) == without_times(undisturbed.summary)
     assert summary["comparisons"] == undisturbed.summary["comparisons"]
