@@ -1,7 +1,7 @@
 """The head-up display: what the caregiver knows and does, drawn on a rendered frame.
 
 A card along the lower edge shows the numbers of the moment, another in the upper left corner the floor plan with the
-toddler's trail. Colours are those of Okabe and Ito, which stay apart for colour-blind eyes.
+toddler's trail.
 """
 
 from __future__ import annotations
@@ -15,17 +15,13 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from caregiver_mj import colours
+from caregiver_mj.colours import GROUND, Colour, mix
 from caregiver_mj.floor_plan import BIN, STAIRWELL, WALL, Cell, FloorPlan
 from caregiver_mj.novice import EPISODE_TIMESTEPS
 
-Colour = tuple[int, int, int]
-
-GROUND = (16, 20, 28)  # of the cards
 _STRIP_OPACITY, _CHART_OPACITY = 210, 232  # of 255
 _TEXT, _LABEL, _TRACK = (242, 244, 247), (158, 168, 182), (56, 64, 78)
-_WALL, _FLOOR, _TABLE, _BIN = (120, 130, 146), (38, 45, 57), (133, 100, 72), (0, 158, 115)
-_STAIRWELL, _CANDLE = (204, 121, 167), (230, 159, 0)  # reddish purple, orange
-_TODDLER, _ROBOT, _DAMAGE = (240, 228, 66), (86, 180, 233), (240, 120, 50)  # yellow, sky blue, vermillion
 
 _DESIGN_HEIGHT = 720  # pixels; lengths below are for a frame this high
 _SMALLEST_FONT = 11  # pixels, whatever the frame
@@ -205,11 +201,6 @@ def _card(size: tuple[int, int], radius: int, opacity: int) -> tuple[Image.Image
     return Image.new("RGB", size, GROUND), mask.reduce(_FINE)
 
 
-def _mix(colour: Colour, other: Colour, share: float) -> Colour:
-    """A colour with a share of another."""
-    return tuple(round(a + (b - a) * share) for a, b in zip(colour, other, strict=True))
-
-
 def _few_digits(danger: float) -> str:
     if danger == 0.0:
         return ""  # nobody can bump into a candle in the robot's hand
@@ -255,9 +246,9 @@ class _Strip:
         elapsed = state.timestep / EPISODE_TIMESTEPS
         self._gauge(image, self._top, "TIMESTEP", f"{state.timestep} / {EPISODE_TIMESTEPS}", elapsed, _LABEL)
         if state.safe is not None:
-            self._gauge(image, self._top + self._row, "P(SAFE)", f"{state.safe:.2f}", state.safe, _ROBOT)
+            self._gauge(image, self._top + self._row, "P(SAFE)", f"{state.safe:.2f}", state.safe, colours.ROBOT)
         else:
-            self._gauge(image, self._top + self._row, "P(SAFE)", "not estimated", 0.0, _ROBOT)
+            self._gauge(image, self._top + self._row, "P(SAFE)", "not estimated", 0.0, colours.ROBOT)
         self._bars(image, state)
         self._words(image, state)
 
@@ -295,8 +286,8 @@ class _Strip:
         bar_width = min(round(pitch * 0.62), px(38))
         for place, index in enumerate(shown):
             is_target = index == state.target
-            colour = _STAIRWELL if index < stairwells else _CANDLE
-            colour = colour if is_target else _mix(colour, GROUND, 0.4)
+            colour = colours.STAIRWELL if index < stairwells else colours.CANDLE
+            colour = colour if is_target else mix(colour, GROUND, 0.4)
             x = round(left + pitch * place + (pitch - bar_width) / 2)
             middle = x + bar_width / 2
             top, outline = (base - round((base - ceiling) * values[index] / full) for values in (danger, hazard))
@@ -320,11 +311,11 @@ class _Strip:
         who = "CAREGIVER" if state.robot is not None else "NO CAREGIVER"
         _write(image, (left, self._top + self._small), who, self._small, _LABEL)
         deed = _fit((state.intervention,), self._medium, right - left)
-        _write(image, (left, self._top + self._small + px(8) + self._medium), deed, self._medium, _ROBOT)
+        _write(image, (left, self._top + self._small + px(8) + self._medium), deed, self._medium, colours.ROBOT)
         _write(image, (left, self._bottom), "DAMAGE", self._small, _LABEL)
         x = left + _text_width("DAMAGE", self._small) + px(8)
         number = f"{state.damage:g}"
-        _write(image, (x, self._bottom), number, self._large, _DAMAGE if state.damage else _TEXT)
+        _write(image, (x, self._bottom), number, self._large, colours.DAMAGE if state.damage else _TEXT)
         if state.damages:
             x += _text_width(number, self._large)
             wordings = tuple(
@@ -376,7 +367,7 @@ class _Chart:
             self._robot(canvas, state.robot)
         x, y = self._pixel(state.toddler)
         r = 0.34 * unit
-        canvas.ellipse((x - r, y - r, x + r, y + r), _TODDLER, outline=GROUND, width=_FINE)
+        canvas.ellipse((x - r, y - r, x + r, y + r), colours.TODDLER, outline=GROUND, width=_FINE)
 
         chart = fine.reduce(_FINE)
         names = [self._plan.position(cell) for cell in self._plan.stairwells] + list(state.candles)
@@ -407,11 +398,11 @@ class _Chart:
         for row in range(plan.shape[0]):
             for column in range(plan.shape[1]):
                 square = self._square((row, column))
-                canvas.rectangle(square, _WALL if plan[row, column] == WALL else _FLOOR)
+                canvas.rectangle(square, colours.WALL if plan[row, column] == WALL else colours.FLOOR)
                 if plan[row, column] == STAIRWELL:
                     self._hatch(canvas, square)
         inner = 0.14 * unit
-        for cells, colour in ((plan.tables, _TABLE), (plan.cells_of(BIN), _BIN)):
+        for cells, colour in ((plan.tables, colours.TABLE), (plan.cells_of(BIN), colours.BIN)):
             for cell in cells:
                 left, top, right, bottom = self._square(cell)
                 canvas.rounded_rectangle(
@@ -421,17 +412,18 @@ class _Chart:
     def _hatch(self, canvas: ImageDraw.ImageDraw, square: tuple[float, float, float, float]) -> None:
         """Treads, seen from above."""
         left, top, right, bottom = square
-        canvas.rectangle(square, _mix(_STAIRWELL, GROUND, 0.6))
+        canvas.rectangle(square, mix(colours.STAIRWELL, GROUND, 0.6))
         treads = 4
         for tread in range(treads):
             y = top + (bottom - top) * (tread + 0.5) / treads
-            canvas.line((left, y, right, y), _STAIRWELL, width=max(1, round((bottom - top) / treads * 0.4)))
+            canvas.line((left, y, right, y), colours.STAIRWELL, width=max(1, round((bottom - top) / treads * 0.4)))
 
     def _trail(self, canvas: ImageDraw.ImageDraw, state: HudState) -> None:
         points = [self._pixel(position) for position in state.trail] + [self._pixel(state.toddler)]
         width = max(_FINE, round(_TRAIL_WIDTH * self._cell * _FINE))
         for i, (start, end) in enumerate(itertools.pairwise(points)):
-            canvas.line((*start, *end), _mix(_FLOOR, _TODDLER, 0.15 + 0.7 * (i + 1) / len(points)), width=width)
+            colour = mix(colours.FLOOR, colours.TODDLER, 0.15 + 0.7 * (i + 1) / len(points))
+            canvas.line((*start, *end), colour, width=width)
 
     def _candle(self, canvas: ImageDraw.ImageDraw, position: np.ndarray, target: bool) -> None:
         """A flame: a drop with its tip up."""
@@ -441,15 +433,15 @@ class _Chart:
             halo = 0.5 * self._cell * _FINE
             canvas.ellipse((x - halo, y - halo, x + halo, y + halo), outline=_TEXT, width=max(_FINE, round(0.4 * r)))
         y += 0.4 * r
-        canvas.polygon(((x, y - 2.3 * r), (x + 0.95 * r, y - 0.3 * r), (x - 0.95 * r, y - 0.3 * r)), _CANDLE)
-        canvas.ellipse((x - r, y - r, x + r, y + r), _CANDLE)
+        canvas.polygon(((x, y - 2.3 * r), (x + 0.95 * r, y - 0.3 * r), (x - 0.95 * r, y - 0.3 * r)), colours.CANDLE)
+        canvas.ellipse((x - r, y - r, x + r, y + r), colours.CANDLE)
         canvas.ellipse((x - 0.45 * r, y - 0.35 * r, x + 0.45 * r, y + 0.55 * r), (255, 236, 170))
 
     def _robot(self, canvas: ImageDraw.ImageDraw, pose: np.ndarray) -> None:
         """A disc with an arrow head along the heading."""
         x, y = self._pixel(pose)
         r = 0.42 * self._cell * _FINE
-        canvas.ellipse((x - r, y - r, x + r, y + r), _ROBOT, outline=GROUND, width=_FINE)
+        canvas.ellipse((x - r, y - r, x + r, y + r), colours.ROBOT, outline=GROUND, width=_FINE)
         turns = float(pose[2]) + np.array([0.0, 2.5, np.pi, -2.5])
         reach = r * np.array([0.8, 0.75, 0.2, 0.75])
         canvas.polygon([(x + d * np.cos(a), y - d * np.sin(a)) for d, a in zip(reach, turns, strict=True)], GROUND)
