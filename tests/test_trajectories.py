@@ -1,0 +1,246 @@
+"""References of the robot: within their limits, without jumps, whatever is asked of them and when."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from caregiver_mj.robot.limits import BASE, MAX_BASE_SPEED, Limits
+from caregiver_mj.robot.trajectories import BasePath, PathError, ScalarMotion
+
+LIMITS = Limits(velocity=1.5, acceleration=3.0, jerk=30.0)
+TIMESTEP = 0.002  # seconds between samples
+ROUNDING = 1e-6
+
+times = st.floats(0.0, 1.5)
+positions = st.floats(-2.0, 2.0)
+velocities = st.floats(-1.5, 1.5)
+changes = st.lists(st.tuples(times, st.sampled_from(["move_to", "run_at"]), positions, velocities), max_size=6)
+
+
+def sample(motion, begin: float, end: float) -> np.ndarray:
+    """Position, velocity and acceleration from one time to another, (n, 3)."""
+    return np.array([motion.at(time) for time in np.arange(begin, end, TIMESTEP)]).reshape(-1, 3)
+
+
+def check_scalar(states: np.ndarray, limits: Limits = LIMITS) -> None:
+    """Limits hold, and each derivative is that of the one before: that leaves no room for jumps."""
+    position, velocity, acceleration = states.T
+    assert np.abs(velocity).max() <= limits.velocity + ROUNDING
+    assert np.abs(acceleration).max() <= limits.acceleration + ROUNDING
+    assert np.abs(np.diff(acceleration)).max(initial=0) <= limits.jerk * TIMESTEP + ROUNDING
+    # Between samples the derivatives lie between their means, up to what a change of them makes in half a sample.
+    middle = (velocity[1:] + velocity[:-1]) / 2 * TIMESTEP
+    np.testing.assert_allclose(np.diff(position), middle, atol=limits.jerk * TIMESTEP**3)
+    middle = (acceleration[1:] + acceleration[:-1]) / 2 * TIMESTEP
+    np.testing.assert_allclose(np.diff(velocity), middle, atol=limits.jerk * TIMESTEP**2)
+
+
+# -- A single quantity -------------------------------------------------------------------------------
+
+
+def test_motion_takes_the_time_worked_out_by_hand():
+    motion = ScalarMotion(LIMITS, 0.0)
+    motion.move_to(3.0, 0.0)
+    # Acceleration builds up in 3 / 30 = 0.1 s and 1.5 m/s take 1.5 / 3 + 0.1 = 0.6 s, there 0.45 m; the same to stop.
+    # The other 2.1 m at 1.5 m/s take 1.4 s.
+    assert motion.arrival == pytest.approx(2.6)
+    assert motion.at(0.6) == pytest.approx((0.45, 1.5, 0.0))
+    assert motion.at(0.1) == pytest.approx((30 * 0.1**3 / 6, 30 * 0.1**2 / 2, 3.0))
+    assert motion.at(2.6) == pytest.approx((3.0, 0.0, 0.0))
+
+
+def test_it_rests_where_it_starts_and_where_it_ends():
+    motion = ScalarMotion(LIMITS, 0.4)
+    assert motion.at(5.0) == (0.4, 0.0, 0.0)
+    motion.move_to(-0.3, 5.0)
+    assert motion.at(5.0) == pytest.approx((0.4, 0.0, 0.0))
+    assert motion.at(motion.arrival + 0.5) == (-0.3, 0.0, 0.0)
+
+
+def test_it_keeps_a_velocity_up():
+    motion = ScalarMotion(LIMITS, 0.0)
+    motion.run_at(-1.0, 0.0)
+    position, velocity, acceleration = motion.at(4.0)
+    assert (velocity, acceleration) == pytest.approx((-1.0, 0.0))
+    assert motion.at(5.0)[0] == pytest.approx(position - 1.0)
+
+
+def test_it_may_begin_with_a_velocity():
+    motion = ScalarMotion(LIMITS, 0.0)
+    motion.run_at(0.8, 1.0, at_once=True)
+    assert motion.at(2.5) == pytest.approx((1.2, 0.8, 0.0))
+
+
+def test_the_same_goal_again_changes_nothing():
+    motion, other = ScalarMotion(LIMITS, 0.0), ScalarMotion(LIMITS, 0.0)
+    motion.move_to(1.0, 0.0)
+    other.move_to(1.0, 0.0)
+    for time in np.arange(0.0, 2.0, 0.1):
+        other.move_to(1.0, time)
+        assert other.at(time) == motion.at(time)
+
+
+def test_a_goal_within_rounding_is_no_error():
+    motion = ScalarMotion(LIMITS, 0.3)
+    motion.move_to(0.3 + 1e-15, 0.0)
+    assert motion.at(1.0)[0] == pytest.approx(0.3)
+
+
+@settings(max_examples=150, deadline=None)
+@given(start=positions, changes=changes, goal=positions)
+def test_scalar_motion_keeps_its_limits_through_changes_of_goal(start, changes, goal):
+    motion, now = ScalarMotion(LIMITS, start), 0.0
+    for pause, how, position, velocity in changes:
+        before = motion.at(now)
+        if how == "move_to":
+            motion.move_to(position, now)
+        else:
+            motion.run_at(velocity, now)
+        np.testing.assert_allclose(motion.at(now), before, atol=ROUNDING)
+        states = sample(motion, now, now + pause)
+        if len(states):
+            check_scalar(states)
+        now += pause
+    motion.move_to(goal, now)
+    check_scalar(sample(motion, now, now + 8.0))
+    assert motion.at(now + 8.0) == (goal, 0.0, 0.0)
+    assert motion.arrival <= now + 8.0
+
+
+# -- The base's way ----------------------------------------------------------------------------------
+
+# Polylines as the navigator makes them: legs of at least a few centimetres in any direction.
+legs = st.lists(st.tuples(st.floats(0.05, 4.0), st.floats(-np.pi, np.pi)), min_size=1, max_size=6)
+
+
+def polyline(legs, start=(0.0, 0.0)) -> list[tuple[float, float]]:
+    points = [start]
+    for length, angle in legs:
+        x, y = points[-1]
+        points.append((x + length * np.cos(angle), y + length * np.sin(angle)))
+    return points
+
+
+def trace(path: BasePath, end: float | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Positions, velocities and accelerations all along a path, (n, 2) each."""
+    states = [path.at(time) for time in np.arange(0.0, (path.duration if end is None else end) + TIMESTEP, TIMESTEP)]
+    return tuple(np.array(values) for values in zip(*states, strict=True))
+
+
+def check_path(
+    position: np.ndarray,
+    velocity: np.ndarray,
+    acceleration: np.ndarray,
+    top_speed: float = BASE.velocity,
+    leeway: float = 1.0,
+) -> None:
+    assert np.hypot(*velocity.T).max() <= top_speed + ROUNDING
+    assert np.hypot(*acceleration.T).max() <= leeway * BASE.acceleration + ROUNDING
+    assert np.hypot(*np.diff(acceleration, axis=0).T).max() <= leeway * 2 * BASE.jerk * TIMESTEP + ROUNDING
+    middle = (velocity[1:] + velocity[:-1]) / 2 * TIMESTEP
+    np.testing.assert_allclose(np.diff(position, axis=0), middle, atol=2 * BASE.jerk * TIMESTEP**3)
+    middle = (acceleration[1:] + acceleration[:-1]) / 2 * TIMESTEP
+    np.testing.assert_allclose(np.diff(velocity, axis=0), middle, atol=2 * BASE.jerk * TIMESTEP**2)
+
+
+def distance_to(points: list[tuple[float, float]], positions: np.ndarray) -> np.ndarray:
+    """Distance of positions (n, 2) to a polyline, (n,)."""
+    distances = []
+    for a, b in itertools.pairwise(np.array(points)):
+        share = ((positions - a) @ (b - a) / max((b - a) @ (b - a), 1e-12)).clip(0, 1)
+        distances.append(np.hypot(*(positions - a - share[:, None] * (b - a)).T))
+    return np.min(distances, axis=0)
+
+
+def test_straight_path_takes_the_time_worked_out_by_hand():
+    limits = Limits(velocity=1.25, acceleration=2.5, jerk=20.0)
+    path = BasePath([(1.0, 2.0), (1.0, -1.0)], limits)
+    # 2.5 / 20 = 0.125 s to full acceleration, 1.25 / 2.5 + 0.125 = 0.625 s and 0.390625 m to full speed.
+    assert path.duration == pytest.approx(2 * 0.625 + (3 - 2 * 0.390625) / 1.25)
+    position, velocity, _ = path.at(0.625)
+    assert position == pytest.approx((1.0, 2.0 - 0.390625))
+    assert velocity == pytest.approx((0.0, -1.25))
+
+
+def test_corners_are_taken_without_a_stop():
+    path = BasePath([(0.0, 0.0), (3.0, 0.0), (3.0, 3.0)], BASE, deviation=0.2)
+    _, velocity, _ = trace(path)
+    middle = np.hypot(*velocity.T)[len(velocity) // 4 : -len(velocity) // 4]
+    assert middle.min() > 0.4
+
+
+def test_a_wider_deviation_is_quicker():
+    points = [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (4.0, 2.0)]
+    durations = [BasePath(points, BASE, deviation=d).duration for d in (0.02, 0.06, 0.12, 0.2)]
+    assert durations == sorted(durations, reverse=True)
+    assert durations[0] > durations[-1] + 0.2
+
+
+def test_nowhere_to_go_takes_no_time():
+    path = BasePath([(1.0, 1.0), (1.0, 1.0)], BASE)
+    assert path.duration == 0.0
+    assert path.at(0.0) == ((1.0, 1.0), (0.0, 0.0), (0.0, 0.0))
+    with pytest.raises(PathError):
+        BasePath([(1.0, 1.0)], BASE, velocity=(0.5, 0.0))
+
+
+@settings(max_examples=60, deadline=None)
+@given(legs=legs, deviation=st.sampled_from([0.02, 0.06, 0.12, 0.2]))
+def test_path_is_smooth_within_limits_and_near_the_polyline(legs, deviation):
+    points = polyline(legs)
+    path = BasePath(points, BASE, deviation=deviation)
+    position, velocity, acceleration = trace(path)
+    check_path(position, velocity, acceleration)
+    np.testing.assert_allclose(position[0], points[0], atol=ROUNDING)
+    np.testing.assert_allclose(position[-1], points[-1], atol=ROUNDING)
+    np.testing.assert_allclose(velocity[[0, -1]], 0.0, atol=ROUNDING)
+    np.testing.assert_allclose(acceleration[[0, -1]], 0.0, atol=ROUNDING)
+    assert distance_to(points, position).max() <= deviation + 1e-3
+
+
+@settings(max_examples=100, deadline=None)
+@given(legs=legs, share=st.floats(0.0, 1.0), turn=st.floats(-np.pi, np.pi), new_legs=legs)
+def test_a_path_taken_while_moving_continues_the_motion(legs, share, turn, new_legs):
+    old = BasePath(polyline(legs), BASE, deviation=0.12)
+    here, velocity, acceleration = old.at(share * old.duration)
+    heading = np.arctan2(velocity[1], velocity[0])
+    new_legs = [(new_legs[0][0], heading + turn), *new_legs[1:]]
+    points = polyline(new_legs, here)
+    try:
+        new = BasePath(points, BASE, velocity, acceleration, deviation=0.12)
+    except PathError:
+        assert np.hypot(*velocity) > ROUNDING  # whoever stands still can go anywhere
+        return
+    position, velocities, accelerations = trace(new)
+    np.testing.assert_allclose(position[0], here, atol=ROUNDING)
+    np.testing.assert_allclose(velocities[0], velocity, atol=ROUNDING)
+    np.testing.assert_allclose(accelerations[0], acceleration, atol=ROUNDING)
+    # While it turns in, the two axes of the path have a limit each.
+    check_path(position, velocities, accelerations, MAX_BASE_SPEED, leeway=np.sqrt(2))
+    np.testing.assert_allclose(position[-1], points[-1], atol=ROUNDING)
+    np.testing.assert_allclose(velocities[-1], 0.0, atol=ROUNDING)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.5, -1.0])
+def test_a_base_under_way_can_turn_into_a_long_new_path(turn):
+    old = BasePath([(0.0, 0.0), (5.0, 0.0)], BASE)
+    here, velocity, acceleration = old.at(1.2)
+    assert velocity[0] > 1.2
+    new = BasePath(polyline([(4.0, turn)], here), BASE, velocity, acceleration)
+    assert new.duration < 4.5
+
+
+@pytest.mark.xfail(
+    strict=True,
+    reason="turning in while it accelerates, the speed along the path peaks together with that across it",
+)
+def test_turning_in_keeps_the_planned_speed():
+    limits = Limits(velocity=1.35, acceleration=3.5, jerk=35.0)
+    old = BasePath(polyline([(1.5, 0.5), (1.0, 1.0), (3.0, 0.0)]), limits, deviation=0.12)
+    here, velocity, acceleration = old.at(0.3125 * old.duration)
+    heading = np.arctan2(velocity[1], velocity[0]) - 0.5
+    _, velocities, _ = trace(BasePath(polyline([(2.0, heading)], here), limits, velocity, acceleration))
+    assert np.hypot(*velocities.T).max() <= limits.velocity + ROUNDING
