@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections import deque
 from collections.abc import Collection, Sequence
@@ -10,7 +11,7 @@ import numpy as np
 from scipy import ndimage
 
 from caregiver_mj import layout
-from caregiver_mj.floor_plan import ACTIONS, Cell, FloorPlan
+from caregiver_mj.floor_plan import ACTIONS, FREE, Cell, FloorPlan
 from caregiver_mj.robot.trajectories import Vector
 
 BASE_RADIUS = 0.27  # metres
@@ -111,17 +112,53 @@ class Navigator:
         """Whether the outstretched hand can move straight from one point to another without touching a wall."""
         return bool(self._at(self._hand_room, *self._line(a, b)).min() >= _HAND_RADIUS)
 
-    def _pull_tight(self, points: Sequence[Vector], child: Vector | None) -> list[Vector]:
-        """Leaves out the points between which one can go straight."""
+    def _pull_tight(self, points: Sequence[Vector], child: Vector | None) -> list[Vector] | None:
+        """Leaves out the points between which one can go straight; None if the child stands in between."""
         kept = [points[0]]
         i = 0
         while i < len(points) - 1:
             j = len(points) - 1
             while j > i + 1 and not self.visible(points[i], points[j], child):
                 j -= 1
+            if j == i + 1 and not self.visible(points[i], points[j], child) and self.visible(points[i], points[j]):
+                return None
             kept.append(points[j])
             i = j
         return kept
+
+    def refuge(self, start: Cell, closed: Collection[Cell]) -> Cell | None:
+        """The nearest cell in which the robot leaves a child its way, reached without entering closed cells."""
+        came_from = {start}
+        queue = deque([start])
+        while queue:
+            cell = queue.popleft()
+            if cell not in self._passages and cell not in closed and self.plan[cell] == FREE:
+                return cell
+            for neighbour in self._neighbours[cell]:
+                if neighbour not in came_from and neighbour not in closed:
+                    came_from.add(neighbour)
+                    queue.append(neighbour)
+        return None
+
+    @functools.cached_property
+    def _passages(self) -> frozenset[Cell]:
+        """Free cells without which some others could not be reached from one another: doorways, corridors."""
+        cells = set(self.plan.free_cells)
+
+        def reached(start: Cell, without: Cell) -> int:
+            seen, stack = {start}, [start]
+            while stack:
+                for neighbour in self._neighbours[stack.pop()]:
+                    if neighbour in cells and neighbour != without and neighbour not in seen:
+                        seen.add(neighbour)
+                        stack.append(neighbour)
+            return len(seen)
+
+        def divides(cell: Cell) -> bool:
+            beside = [n for n in self._neighbours[cell] if n in cells]
+            return len(beside) > 1 and reached(beside[0], cell) < len(cells) - 1
+
+        return frozenset(cell for cell in cells if divides(cell))
 
     def _line(self, a: Vector, b: Vector) -> tuple[np.ndarray, np.ndarray]:
         """Points, x and y, along a straight line."""

@@ -1,7 +1,8 @@
-"""What the robot can do: drive, pick, place, block, yield. Each skill is a small state machine over references.
+"""What the robot can do: drive (and yield on the way), pick, place, block.
 
-A skill's `step` is called once a control timestep; it looks at a `View` of the world, sets goals of the `RobotMotion`
-and returns whether it is done. Skills know tables, candles and cells, but nothing of danger.
+Each skill is a small state machine over references. Its `step` is called once a control timestep; it looks at a `View`
+of the world, sets goals of the `RobotMotion` and returns whether it is done. Skills know tables, candles and cells, but
+nothing of danger.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 
 from caregiver_mj import layout
-from caregiver_mj.floor_plan import ACTIONS, FREE, Cell
+from caregiver_mj.floor_plan import Cell
 from caregiver_mj.robot import kinematics, limits, motion
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import BASE_RADIUS, CHILD_RADIUS, Navigator
@@ -46,6 +47,8 @@ _CHILD_SPEED = 0.62  # m/s, the fastest that a toddler walks towards something
 _REACTION = 0.04  # seconds of control and servo until the base begins to brake
 _SEPARATION = 0.08  # metres that shall remain
 _SWITCHING_RATE = 0.6  # a base that the child has slowed down below this stops before it takes another path
+_PATIENCE = 1.7  # seconds to wait for a child that stands in the only way before giving way to it
+_PRESSING_GAP = 0.5  # metres to the child below which it may be the robot that is in its way
 _FORESIGHT = 2.2  # metres within which paths are planned round the child
 _GENTLE_GAP = 0.10  # metres to the child below which the base yields to a push
 
@@ -86,10 +89,13 @@ class Skill:
 
     def __init__(self, navigator: Navigator):
         self._navigator = navigator
-        self._path_goal: Vector | None = None
+        self._asked: Vector | None = None  # where the skill wants to be, ...
+        self._path_goal: Vector | None = None  # ... and where the present path ends
         self._stand: Cell | None = None
         self._replan_at = 0.0
         self._stops = False  # before it takes another path
+        self._blocked_since: float | None = None
+        self._gives_way = False
 
     def step(self, view: View, robot: RobotMotion) -> bool:
         """Acts for one control timestep; returns whether the skill is done."""
@@ -101,7 +107,7 @@ class Skill:
 
     def _drive(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell, yaw: float) -> bool:
         """Drives to a pose; returns whether it is there."""
-        moved = self._path_goal is None or math.dist(goal, self._path_goal) > 1e-3
+        moved = self._asked is None or math.dist(goal, self._asked) > 1e-3
         if (moved or view.now >= self._replan_at) and robot.hand_out <= _MAY_DRIVE:
             self._plan(view, robot, goal, cell)
         robot.set_rate(0.0 if self._stops else allowed_rate(view, robot))
@@ -113,6 +119,7 @@ class Skill:
 
     def _plan(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell) -> None:
         """Finds a way, keeping to the present one as long as it leads to the goal and past the child."""
+        self._asked = goal
         under_way = self._path_goal is not None and math.dist(goal, self._path_goal) < 1e-3
         if under_way and robot.time_left > 0.0 and not self._crosses(view, robot):
             self._replan_at = view.now + 1.0
@@ -125,10 +132,15 @@ class Skill:
             here, goal, cell, view.child if near else None, child_cells(view, navigator) if near else ()
         )
         self._replan_at = view.now + (1.0 if points else 0.3)
-        if points is None:
-            # The child leaves no way. Draw near as far as it lets the robot, and look again soon.
-            points = None if under_way else navigator.path(here, goal, cell, None)
-        if points is None:
+        if points:
+            self._blocked_since = None
+        elif under_way or self._gives_way:
+            # The child leaves no way. Wait where the robot is, and if that does not help get out of its way.
+            goal, points = self._give_way(view, here)
+        else:  # draw near as far as the child lets the robot
+            points = navigator.path(here, goal, cell, None)
+        self._gives_way = self._gives_way and self._blocked_since is not None
+        if not points:
             return
         self._stops = robot.moving and allowed_rate(view, robot) < _SWITCHING_RATE
         if not self._stops:
@@ -140,6 +152,21 @@ class Skill:
             self._path_goal, self._replan_at = None, view.now + 0.04
         else:
             self._path_goal = goal
+
+    def _give_way(self, view: View, here: Vector) -> tuple[Vector | None, list[Vector] | None]:
+        """Where to wait for a child that is in the way, and the path there; None to wait where the robot is."""
+        if self._blocked_since is None:
+            self._blocked_since = view.now
+        if view.now - self._blocked_since < _PATIENCE or _gap(view) > _PRESSING_GAP:
+            return None, None
+        navigator = self._navigator
+        closed = child_cells(view, navigator)
+        refuge = navigator.refuge(navigator.nearest_cell(here), closed)
+        if refuge is None:
+            return None, None
+        self._gives_way = True
+        place = tuple(navigator.plan.position(refuge).tolist())
+        return place, navigator.path(here, place, refuge, view.child, closed)
 
     def _crosses(self, view: View, robot: RobotMotion) -> bool:
         """Whether the child stands in the way of the path ahead."""
@@ -337,30 +364,6 @@ class Place(Skill):
     def _retreat(self, view: View, robot: RobotMotion) -> bool:
         self.interruptible = robot.reached <= _MAY_DRIVE
         return self.interruptible
-
-
-class Yield(Skill):
-    """Gets out of the child's way: to the neighbouring cell that it is least likely to want."""
-
-    def __init__(self, navigator: Navigator):
-        super().__init__(navigator)
-        self._cell: Cell | None = None
-
-    def step(self, view: View, robot: RobotMotion) -> bool:
-        robot.reach(0.0)
-        navigator = self._navigator
-        if self._cell is None:
-            here = navigator.nearest_cell(view.base[:2])
-            plan = navigator.plan
-            options = [(here[0] + down, here[1] + right) for down, right in ACTIONS]
-            options = [cell for cell in options if cell in plan.cell_index and plan[cell] == FREE]
-            places = child_places(view)
-            self._cell = max(
-                [here, *options],
-                key=lambda cell: min(math.dist(plan.position(cell), place) for place in places),
-            )
-        goal = tuple(navigator.plan.position(self._cell).tolist())
-        return self._drive(view, robot, goal, self._cell, robot.yaw)
 
 
 def child_places(view: View) -> tuple[Vector, Vector]:
