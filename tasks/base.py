@@ -210,10 +210,12 @@ def _slice(model: mujoco.MjModel, joints: tuple[str, ...]) -> tuple[slice, slice
 
 
 def _thing_of(geom: str) -> tuple[str, int]:
-    """What a geom belongs to, by its name in the scene (see `caregiver_mj.house`)."""
-    prefix = geom.split("/")[0]
-    kind, _, number = prefix.rpartition("_")
-    return (kind, int(number)) if kind in ("table", "bin", "stairwell", "candle") else (kind or prefix, -1)
+    """What a geom stands for, by its name in the scene (see `caregiver_mj.house`)."""
+    owner, _, part = geom.partition("/")
+    kind, _, number = owner.rpartition("_")
+    if kind == "stairwell" and part != "trigger":
+        return "wall", -1  # the panels beside the stairs
+    return (kind, int(number)) if kind in ("table", "bin", "stairwell", "candle") else (kind or owner, -1)
 
 
 class CareTask(base.Task):
