@@ -281,7 +281,7 @@ class CareTask(base.Task):
             physics.set_candle(i, np.array([*place, layout.TABLE_HEIGHT]), self.random.uniform(-np.pi, np.pi))
         if self.has_robot:
             cell = int(caregiver_start(self.plan, np.array([self._cell]), tape.start[1:2])[0])
-            pose = np.array([*self._centres[cell], self.random.uniform(-np.pi, np.pi)])
+            pose = np.array([*self.plan.position(self.plan.caregiver_cells[cell]), self.random.uniform(-np.pi, np.pi)])
             physics.set_robot(pose, kinematics.tucked_joints())
         self.timestep = 0
         self._control_steps = 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from collections import deque
 from collections.abc import Collection, Sequence
@@ -11,7 +10,7 @@ import numpy as np
 from scipy import ndimage
 
 from caregiver_mj import layout
-from caregiver_mj.floor_plan import ACTIONS, FREE, Cell, FloorPlan
+from caregiver_mj.floor_plan import ACTIONS, Cell, FloorPlan
 from caregiver_mj.robot.trajectories import Vector
 
 BASE_RADIUS = 0.27  # metres
@@ -126,39 +125,29 @@ class Navigator:
             i = j
         return kept
 
-    def refuge(self, start: Cell, closed: Collection[Cell]) -> Cell | None:
-        """The nearest cell in which the robot leaves a child its way, reached without entering closed cells."""
-        came_from = {start}
+    def refuge(self, start: Cell, child: Cell, closed: Collection[Cell]) -> Cell | None:
+        """The nearest of the cells in which the robot is least in a child's way, without entering closed cells.
+
+        Args:
+            start: Where the robot is.
+            child: Where the child is.
+            closed: Cells not to be entered.
+
+        Returns:
+            The cell, or None if the child's cell is not known.
+        """
+        if child not in self.plan.free_cells:
+            return None
+        in_the_way = self.plan.routes_over(self.plan.cell_index[child])
+        distance = {start: 0}
         queue = deque([start])
         while queue:
             cell = queue.popleft()
-            if cell not in self._passages and cell not in closed and self.plan[cell] == FREE:
-                return cell
             for neighbour in self._neighbours[cell]:
-                if neighbour not in came_from and neighbour not in closed:
-                    came_from.add(neighbour)
+                if neighbour not in distance and neighbour not in closed:
+                    distance[neighbour] = distance[cell] + 1
                     queue.append(neighbour)
-        return None
-
-    @functools.cached_property
-    def _passages(self) -> frozenset[Cell]:
-        """Free cells without which some others could not be reached from one another: doorways, corridors."""
-        cells = set(self.plan.free_cells)
-
-        def reached(start: Cell, without: Cell) -> int:
-            seen, stack = {start}, [start]
-            while stack:
-                for neighbour in self._neighbours[stack.pop()]:
-                    if neighbour in cells and neighbour != without and neighbour not in seen:
-                        seen.add(neighbour)
-                        stack.append(neighbour)
-            return len(seen)
-
-        def divides(cell: Cell) -> bool:
-            beside = [n for n in self._neighbours[cell] if n in cells]
-            return len(beside) > 1 and reached(beside[0], cell) < len(cells) - 1
-
-        return frozenset(cell for cell in cells if divides(cell))
+        return min(distance, key=lambda cell: (in_the_way[self.plan.cell_index[cell]], distance[cell]))
 
     def _line(self, a: Vector, b: Vector) -> tuple[np.ndarray, np.ndarray]:
         """Points, x and y, along a straight line."""

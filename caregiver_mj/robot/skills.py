@@ -47,8 +47,9 @@ _CHILD_SPEED = 0.62  # m/s, the fastest that a toddler walks towards something
 _REACTION = 0.04  # seconds of control and servo until the base begins to brake
 _SEPARATION = 0.08  # metres that shall remain
 _SWITCHING_RATE = 0.6  # a base that the child has slowed down below this stops before it takes another path
-_PATIENCE = 1.7  # seconds to wait for a child that stands in the only way before giving way to it
-_PRESSING_GAP = 0.5  # metres to the child below which it may be the robot that is in its way
+_PATIENCE = 1.7  # seconds for which the robot gets out of the way of a child that comes: one novice timestep
+_COMING_SPEED = 0.1  # m/s towards the robot
+_COMING_GAP = 0.9  # metres
 _FORESIGHT = 2.2  # metres within which paths are planned round the child
 _GENTLE_GAP = 0.10  # metres to the child below which the base yields to a push
 
@@ -94,8 +95,7 @@ class Skill:
         self._stand: Cell | None = None
         self._replan_at = 0.0
         self._stops = False  # before it takes another path
-        self._blocked_since: float | None = None
-        self._gives_way = False
+        self._aside_until = -math.inf  # when it may block a child's way again
 
     def step(self, view: View, robot: RobotMotion) -> bool:
         """Acts for one control timestep; returns whether the skill is done."""
@@ -133,13 +133,14 @@ class Skill:
         )
         self._replan_at = view.now + (1.0 if points else 0.3)
         if points:
-            self._blocked_since = None
-        elif under_way or self._gives_way:
-            # The child leaves no way. Wait where the robot is, and if that does not help get out of its way.
-            goal, points = self._give_way(view, here)
-        else:  # draw near as far as the child lets the robot
-            points = navigator.path(here, goal, cell, None)
-        self._gives_way = self._gives_way and self._blocked_since is not None
+            self._aside_until = -math.inf
+        else:  # the child leaves no way
+            if _comes(view):
+                self._aside_until = view.now + _PATIENCE
+            if view.now < self._aside_until:
+                goal, points = self._step_aside(view, here)
+            elif not under_way:  # follow it, as closely as it lets the robot
+                points = navigator.path(here, goal, cell, None)
         if not points:
             return
         self._stops = robot.moving and allowed_rate(view, robot) < _SWITCHING_RATE
@@ -153,19 +154,17 @@ class Skill:
         else:
             self._path_goal = goal
 
-    def _give_way(self, view: View, here: Vector) -> tuple[Vector | None, list[Vector] | None]:
-        """Where to wait for a child that is in the way, and the path there; None to wait where the robot is."""
-        if self._blocked_since is None:
-            self._blocked_since = view.now
-        if view.now - self._blocked_since < _PATIENCE or _gap(view) > _PRESSING_GAP:
-            return None, None
+    def _step_aside(self, view: View, here: Vector) -> tuple[Vector | None, list[Vector] | None]:
+        """Where the robot is not in the child's way, and the path there; None to stay where it is."""
         navigator = self._navigator
         closed = child_cells(view, navigator)
-        refuge = navigator.refuge(navigator.nearest_cell(here), closed)
+        child = navigator.plan.cell_at(np.array(view.child))
+        refuge = navigator.refuge(navigator.nearest_cell(here), child, closed)
         if refuge is None:
             return None, None
-        self._gives_way = True
         place = tuple(navigator.plan.position(refuge).tolist())
+        if self._path_goal is not None and math.dist(place, self._path_goal) < 1e-3:
+            return None, None  # on its way there already
         return place, navigator.path(here, place, refuge, view.child, closed)
 
     def _crosses(self, view: View, robot: RobotMotion) -> bool:
@@ -205,7 +204,10 @@ class Skill:
     def _choose_stand(self, view: View, table_cell: Cell) -> Cell:
         """The free cell beside a table that is quickest to reach, if possible without meeting the child."""
         navigator = self._navigator
-        cells = navigator.plan.free_neighbours(table_cell)
+        plan = navigator.plan
+        cells = plan.free_neighbours(table_cell)
+        # Better not where the child could shut the robot in.
+        cells = [cell for cell in cells if not plan.traps[plan.cell_index[cell]]] or cells
         start = navigator.nearest_cell(view.base[:2])
         near = math.dist(view.child, view.base[:2]) < _FORESIGHT
         around = child_cells(view, navigator) if near else ()
@@ -214,7 +216,7 @@ class Skill:
             route = navigator.route(start, cell, around)
             if route is None:
                 return 1e3 + len(navigator.route(start, cell) or [])
-            return math.dist(navigator.plan.position(cell), view.base[:2]) + len(route)
+            return math.dist(plan.position(cell), view.base[:2]) + len(route)
 
         return min(cells, key=cost)
 
@@ -408,6 +410,14 @@ def allowed_rate(view: View, robot: RobotMotion) -> float:
     if c >= 0.0:
         return 0.0
     return min(1.0, (-b + math.sqrt(b * b - 4 * a * c)) / (2 * a))
+
+
+def _comes(view: View) -> bool:
+    """Whether the child walks towards the robot, or has just run into it."""
+    gap = _gap(view)
+    dx, dy = view.base[0] - view.child[0], view.base[1] - view.child[1]
+    towards = (dx * view.child_velocity[0] + dy * view.child_velocity[1]) / math.hypot(dx, dy)
+    return gap < 0.01 or (gap < _COMING_GAP and towards > _COMING_SPEED)
 
 
 def _hand_is_empty(view: View) -> bool:
