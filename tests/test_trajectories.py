@@ -244,3 +244,11 @@ def test_turning_in_keeps_the_planned_speed():
     heading = np.arctan2(velocity[1], velocity[0]) - 0.5
     _, velocities, _ = trace(BasePath(polyline([(2.0, heading)], here), limits, velocity, acceleration))
     assert np.hypot(*velocities.T).max() <= limits.velocity + ROUNDING
+
+
+@pytest.mark.xfail(strict=True, reason="turning in, each axis of the path may use the whole limit")
+def test_turning_in_keeps_the_acceleration():
+    limits = Limits(velocity=1.35, acceleration=3.5, jerk=35.0)
+    here, velocity, acceleration = BasePath([(0.0, 0.0), (5.0, 0.0)], limits).at(0.8)
+    _, _, accelerations = trace(BasePath(polyline([(3.0, 2.0)], here), limits, velocity, acceleration))
+    assert np.hypot(*accelerations.T).max() <= limits.acceleration + ROUNDING
