@@ -31,15 +31,18 @@ _ABOVE = 0.62  # of the reach: all of the hand is then higher than a candle; and
 _HOVER = 0.78  # of the reach: only the fingertips are not
 _ABOVE_DISTANCE, _ABOVE_YAW = 0.60, 0.35  # metres and radians to go
 _HOVER_ACROSS, _HOVER_DISTANCE, _HOVER_YAW = 0.04, 0.30, 0.12  # metres, metres, radians to go
-# The last of the way down begins this little before the base has arrived.
-_LAST_TIME, _LAST_DISTANCE, _LAST_YAW = 0.12, 0.02, 0.03  # seconds, metres, radians to go
-# How far out the hand may be when the base sets off, and when it turns.
-_MAY_DRIVE = 0.62
+# The last of the way down begins this little before the base has arrived, so that it is there before the fingers are
+# beside the candle; if the child slows it down, only at the very end.
+_LAST_TIME, _LAST_DISTANCE, _LAST_YAW = 0.22, 0.09, 0.05  # seconds, metres, radians to go
+_LAST_DISTANCE_SLOWED = 0.01  # metres
+# How far out the hand may be when the base sets off: clear of a candle that it has let go, or with one that is clear of
+# the table. And how far out when the base turns, for it to meet no wall.
+_MAY_DRIVE, _MAY_DRIVE_LOADED = 0.62, 0.82
 _MAY_TURN = 0.30
 
-_SETTLE = 0.06  # seconds that the arm lags behind its reference
-_GRIP_TIME = 0.14  # seconds from closing to a firm grip
-_RELEASE_GAP = CANDLE_RADIUS + 0.008  # metres of each finger off the middle, when the candle is let go
+_SETTLE = 0.04  # seconds that the arm lags behind its reference
+_GRIP_TIME = 0.12  # seconds from closing to a firm grip
+_RELEASE_GAP = CANDLE_RADIUS + 0.006  # metres of each finger off the middle, when the candle is let go
 _PLACE_GAP = 0.001  # metres above the table at which a candle is let go
 
 # Speed and separation: the base must be able to stop before a child that walks towards it.
@@ -87,6 +90,7 @@ class Skill:
     """
 
     interruptible = True
+    _may_drive = _MAY_DRIVE
 
     def __init__(self, navigator: Navigator):
         self._navigator = navigator
@@ -108,7 +112,7 @@ class Skill:
     def _drive(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell, yaw: float) -> bool:
         """Drives to a pose; returns whether it is there."""
         moved = self._asked is None or math.dist(goal, self._asked) > 1e-3
-        if (moved or view.now >= self._replan_at) and robot.hand_out <= _MAY_DRIVE:
+        if (moved or view.now >= self._replan_at) and robot.hand_out <= self._may_drive:
             self._plan(view, robot, goal, cell)
         robot.set_rate(0.0 if self._stops else allowed_rate(view, robot))
         if robot.hand_out <= _MAY_TURN:
@@ -226,7 +230,8 @@ class Skill:
         c, s = math.cos(yaw), math.sin(yaw)
         along, across, turn = c * dx + s * dy, c * dy - s * dx, abs(math.remainder(yaw - view.base[2], math.tau))
         off = math.hypot(dx, dy)
-        if robot.time_left < _LAST_TIME and off < _LAST_DISTANCE and turn < _LAST_YAW:
+        last_distance = _LAST_DISTANCE if robot.is_unhindered else _LAST_DISTANCE_SLOWED
+        if robot.time_left < _LAST_TIME and off < last_distance and turn < _LAST_YAW:
             robot.reach(1.0)
             return True
         if abs(across) < _HOVER_ACROSS and -0.02 < along < _HOVER_DISTANCE and turn < _HOVER_YAW:
@@ -300,7 +305,7 @@ class Pick(Skill):
         return False
 
     def _lift(self, view: View, robot: RobotMotion) -> bool:
-        if robot.reached > _MAY_DRIVE:
+        if robot.reached > _MAY_DRIVE_LOADED:
             return False
         self.failed = _hand_is_empty(view)
         self.interruptible = True
@@ -311,6 +316,7 @@ class Place(Skill):
     """Puts the candle in the hand down on a table."""
 
     interruptible = False
+    _may_drive = _MAY_DRIVE_LOADED
 
     def __init__(self, navigator: Navigator, candle: int, table: int):
         super().__init__(navigator)
