@@ -97,11 +97,11 @@ def bars(novices: Sequence[str], alone: Series, guarded: Series, quantity: str, 
             if np.isfinite(series.low).any():
                 keys["95 % interval"] = interval
             if series.published is not None and np.isfinite(series.published).any():
-                keys["published"] = axes.plot(x, series.published, **_PUBLISHED)[0]
+                keys["published"] = axes.plot(x + 0.25 * width, series.published, **_PUBLISHED)[0]
         axes.set_xticks(places, novices)
         axes.set_ylabel(quantity)
         if top is not None:
-            axes.set_ylim(0, 1.1 * top)
+            axes.set_ylim(0, 1.16 * top)
             axes.set_yticks(np.linspace(0, top, 5))
         order = [alone.label, guarded.label, "published", "standard deviation", "95 % interval"]
         _legend(axes, {name: keys[name] for name in order if name in keys})
