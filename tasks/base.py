@@ -261,6 +261,7 @@ class CareTask(base.Task):
         self._centres = [tuple(plan.position(cell).tolist()) for cell in plan.free_cells]
         self._table_rectangles = layout.table_rectangles(plan)
         self._ctrl = np.zeros(12 if robot else 0)
+        self._control_steps = 0
 
     def reseed(self, random: np.random.RandomState | int) -> None:
         """Makes the next episode that of a seed, whatever ran before."""

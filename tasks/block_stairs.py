@@ -28,11 +28,14 @@ def block_stairs(
     """Returns the block_stairs task.
 
     Raises:
-        CaregiverError: There is no stairwell in the house.
+        CaregiverError: There is no stairwell in the house, or no robot.
     """
     if not plan.stairwells:
         raise CaregiverError(f"block_stairs needs a stairwell (S), and floor plan '{plan.name}' has none")
-    return base.make_environment(BlockStairs(plan, epsilon, random, **task_kwargs), time_limit, environment_kwargs)
+    task = BlockStairs(plan, epsilon, random, **task_kwargs)
+    if not task.has_robot:
+        raise CaregiverError("block_stairs needs the robot")
+    return base.make_environment(task, time_limit, environment_kwargs)
 
 
 class BlockStairs(base.CareTask):
@@ -43,6 +46,8 @@ class BlockStairs(base.CareTask):
     """
 
     goal_given = True
+    goal_stairwell = 0
+    _landing = np.zeros(2)
 
     def initialize_episode(self, physics: base.Physics) -> None:
         super().initialize_episode(physics)

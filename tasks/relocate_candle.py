@@ -28,11 +28,14 @@ def relocate_candle(
     """Returns the relocate_candle task.
 
     Raises:
-        CaregiverError: There is no candle in the house.
+        CaregiverError: There is no candle in the house, or no robot.
     """
     if not plan.candle_tables:
         raise CaregiverError(f"relocate_candle needs a candle (C), and floor plan '{plan.name}' has none")
-    return base.make_environment(RelocateCandle(plan, epsilon, random, **task_kwargs), time_limit, environment_kwargs)
+    task = RelocateCandle(plan, epsilon, random, **task_kwargs)
+    if not task.has_robot:
+        raise CaregiverError("relocate_candle needs the robot")
+    return base.make_environment(task, time_limit, environment_kwargs)
 
 
 class RelocateCandle(base.CareTask):
@@ -44,6 +47,8 @@ class RelocateCandle(base.CareTask):
     """
 
     goal_given = True
+    goal_candle = goal_table = 0
+    _goal = np.zeros(3)
 
     def initialize_episode(self, physics: base.Physics) -> None:
         super().initialize_episode(physics)

@@ -100,10 +100,6 @@ def test_paths_end_where_asked_and_keep_clear_of_everything(journey, jitter):
     assert distance.min() > min(BASE_RADIUS + CLEARANCE, distance[0] - 0.03)
 
 
-@pytest.mark.xfail(
-    strict=True,
-    reason="a landing has less room than a carried candle needs, which lets the base come as close to all else",
-)
 @pytest.mark.parametrize(("start", "goal"), [((2, 6), (1, 4)), ((3, 5), (2, 6))])
 def test_paths_from_and_to_a_landing_keep_clear_of_what_is_beside_it(start, goal):
     path = path_between(Navigator(BESIDE_STAIRS), start, goal)
@@ -140,14 +136,12 @@ def reachable(plan: FloorPlan, start, goal, forbidden) -> bool:
     return goal in seen
 
 
-@pytest.mark.xfail(strict=True, reason="paths are pulled tight without regard to landings")
 @pytest.mark.parametrize("goal", [(3, 2), (3, 4)])
 def test_paths_cross_no_landing_on_their_way(goal):
     path = path_between(Navigator(BEND), (1, 3), goal)
     assert (2, 3) not in cells_of(BEND, points_along(path))
 
 
-@pytest.mark.xfail(strict=True, reason="paths are pulled tight without regard to closed cells")
 def test_paths_cross_no_closed_cell():
     path = path_between(Navigator(HOUSE), (1, 2), (3, 2), closed={(2, 2)})
     assert (2, 2) not in cells_of(HOUSE, points_along(path))

@@ -30,7 +30,7 @@ DH = [
     (0.088, RIGHT_ANGLE, 0.0),
 ]
 MOUNT = (-0.06, 0.0, 0.27)  # metres, of the arm on the base
-FLANGE, PINCH, HAND_TURN = 0.107, 0.1034, -np.pi / 4
+FLANGE, PINCH, HAND_TURN = 0.107, 0.1134, -np.pi / 4
 
 HEIGHTS = [0.62, 0.70, 0.75, 0.80]  # metres, of grasps on and above a table
 
@@ -92,9 +92,9 @@ def test_model_has_the_published_joint_ranges_and_torques(model):
 
 def test_dh_table_of_this_test_reaches_as_far_as_the_arm_does():
     # All joints at zero: the arm stands straight up, 0.333 + 0.316 + 0.384 m, and comes back down from the flange
-    # by 0.107 + 0.1034 m, 0.088 m to the front.
+    # by 0.107 + 0.1134 m, 0.088 m to the front.
     pose = pinch_pose(np.zeros(7))
-    np.testing.assert_allclose(pose[:3, 3], [-0.06 + 0.088, 0, 0.27 + 1.033 - 0.2104], atol=1e-12)
+    np.testing.assert_allclose(pose[:3, 3], [-0.06 + 0.088, 0, 0.27 + 1.033 - 0.2204], atol=1e-12)
     np.testing.assert_allclose(pose[:3, 2], [0, 0, -1], atol=1e-12)
 
 

@@ -140,18 +140,12 @@ def test_candle_is_lifted_and_stays_upright(relocation):
     assert np.abs(np.diff(carried(recorder).astype(int))).sum() == 2
 
 
-@pytest.mark.xfail(
-    strict=True, reason="the palm's upper edge runs into the candle, which stands upright in a tilted hand"
-)
 def test_nothing_but_the_fingers_touches_the_candle(relocation):
     _, recorder, _ = relocation
     touching = {robot for robot, other in recorder.touches if other.startswith("candle_")}
     assert touching == {"robot/finger_left_pad", "robot/finger_right_pad"}
 
 
-@pytest.mark.xfail(
-    strict=True, reason="the palm's upper edge runs into the candle, which stands upright in a tilted hand"
-)
 def test_candle_stands_still_until_both_fingers_touch_it(relocation):
     _, recorder, _ = relocation
     gripped = int(np.argmax(np.array(recorder.pads) == 2))
@@ -319,6 +313,25 @@ def test_robot_blocks_while_the_toddler_tries_at_once():
     assert results[True]["strikes"] == 0
 
 
+@pytest.mark.parametrize(("speed", "struck"), [(0.6, True), (0.03, False)])
+def test_driving_into_the_toddler_is_a_strike_unless_it_is_slow(speed, struck, monkeypatch):
+    env = caregiver_mj.load("supervise", SMALL, random=0)
+    env.reset()
+    task, physics = env.task, env.physics
+    monkeypatch.setattr(task._walk, "step", lambda *_: None)  # the toddler stands still
+    x, y = task._walk.position
+    joints = physics.arm_position()
+    side = 1.0 if x < 0 else -1.0
+    physics.set_robot(np.array([x + 0.42 * side, y, 0.0]), joints)  # the bodies touch 0.39 m apart, centre to centre
+    met = False
+    for _ in range(120):
+        env.step(np.array([-speed * side, 0.0, 0.0, *joints, 0.03]))
+        met |= any(touch.kind == "robot" for touch in physics.touches)
+    assert met
+    assert (task.outcome()["strikes"] > 0) == struck
+    assert task.outcome()["damage"] == 0
+
+
 # -- The whole job -----------------------------------------------------------------------------------
 
 
@@ -362,13 +375,11 @@ def beside_stairs():
     return recorder
 
 
-@pytest.mark.xfail(strict=True, reason="paths from a landing pass too close to what is beside it")
 def test_robot_touches_no_furniture_beside_stairs(beside_stairs):
     touched = {other for _, other in beside_stairs.touches if not other.startswith(("candle_", "toddler/"))}
     assert not touched
 
 
-@pytest.mark.xfail(strict=True, reason="held up by something, the base catches up with its path at any speed")
 def test_base_keeps_its_speed_beside_stairs(beside_stairs):
     assert np.hypot(*np.array(beside_stairs.base).T).max() <= MAX_BASE_SPEED
 
@@ -399,7 +410,6 @@ def test_an_ideal_base_follows_its_path_and_stops_at_its_end():
     assert not robot.moving
 
 
-@pytest.mark.xfail(strict=True, reason="feedback adds to the speed of the path without regard to the limit")
 def test_a_base_held_up_is_never_told_to_exceed_its_speed():
     robot = motion_along((3.0, 3.0))
     for _ in range(75):

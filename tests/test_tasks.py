@@ -108,7 +108,6 @@ def test_supervise_lasts_200_novice_timesteps():
 
 
 @every_task
-@pytest.mark.xfail(strict=True, raises=AttributeError, reason="tasks have no state before their first episode")
 def test_specs_are_known_before_the_first_episode(task):
     env = load(task)
     spec = env.observation_spec()
@@ -233,11 +232,55 @@ def test_harm_costs_reward_in_proportion():
     assert outcome["damage_table"] == sum(0.7 < reward < 0.9 for reward in worst)
 
 
+# -- Harm comes from contacts ------------------------------------------------------------------------
+
+CUPBOARD = FloorPlan.parse("#####\n#B.C#\n##T##\n#####", "cupboard")  # one free cell
+
+
+def bumps(env: control.Environment, count: int = 24) -> list[dict[str, float]]:
+    """Damage by kind in each of some novice timesteps."""
+    totals, harm = env.task.outcome(), []
+    for _ in range(count):
+        for _ in range(84):
+            env.step(np.zeros(0))
+        now = env.task.outcome()
+        harm.append({kind: now[f"damage_{kind}"] - totals[f"damage_{kind}"] for kind in ("candle", "table")})
+        totals = now
+    return harm
+
+
+def test_harm_of_a_table_goes_where_its_candle_goes():
+    east, south = [], []
+    for moved in (False, True):
+        env = caregiver_mj.load("supervise", CUPBOARD, epsilon=1.0, random=1, task_kwargs={"robot": False})
+        env.reset()
+        if moved:
+            env.physics.set_candle(0, np.array([*CUPBOARD.position((2, 2)), 0.6]), 0.0)
+        harm = bumps(env)
+        assert {h["candle"] for h in harm} == {0.0, 4.0}
+        assert {h["table"] for h in harm} == {0.0, 1.0}
+        east.append({i for i, h in enumerate(harm) if h["candle" if not moved else "table"]})
+        south.append({i for i, h in enumerate(harm) if h["table" if not moved else "candle"]})
+    assert east[0] == east[1]
+    assert south[0] == south[1]
+    assert not east[0] & south[0]
+
+
+def test_candle_that_falls_is_counted_once_and_hurts_where_it_lies():
+    env = caregiver_mj.load("supervise", CUPBOARD, epsilon=1.0, random=1, task_kwargs={"robot": False})
+    env.reset()
+    x, y = CUPBOARD.position((1, 2))
+    env.physics.set_candle(0, np.array([x + 0.25, y, 0.0]), 0.0)  # on the floor, between toddler and table
+    harm = bumps(env, 12)
+    assert env.task.outcome()["candles_dropped"] == 1
+    assert max(h["candle"] for h in harm) == 4.0
+    assert np.linalg.norm(env.physics.candle_poses()[0, :2] - (x + 0.25, y)) > 0.02  # it was pushed
+
+
 # -- The model ---------------------------------------------------------------------------------------
 
 
-@every_task
-@pytest.mark.parametrize("robot", [True, False])
+@pytest.mark.parametrize(("task", "robot"), [*((name, True) for name in caregiver_mj.ALL_TASKS), ("supervise", False)])
 def test_every_element_has_a_name_of_its_own(task, robot):
     model = caregiver_mj.load(task, "paper", random=0, task_kwargs={"robot": robot}).physics.model
     counts = {
@@ -273,16 +316,14 @@ def test_there_are_the_cameras_of_the_design(task):
 # -- Actions -----------------------------------------------------------------------------------------
 
 
-@pytest.mark.xfail(strict=True, reason="block_stairs asks for the place of a robot that is not there")
-@pytest.mark.parametrize("task", ["block_stairs"])
+@pytest.mark.parametrize("task", ["block_stairs", "relocate_candle"])
 def test_a_task_for_the_robot_says_so_without_one(task):
-    """Or works: a toddler that is left alone is something to compare with."""
-    try:
-        env = load(task, robot=False)
-    except CaregiverError:
-        return
-    env.reset()
-    env.step(np.zeros(0))
+    with pytest.raises(CaregiverError, match=f"{task} needs the robot"):
+        load(task, robot=False)
+
+
+def test_a_toddler_left_alone_takes_no_action():
+    assert load("supervise", robot=False).action_spec().shape == (0,)
 
 
 @every_task
@@ -296,7 +337,6 @@ def test_action_spec_is_that_of_the_actuators(task):
     np.testing.assert_allclose(spec.minimum[:3], [-1.388, -1.388, -3.0])
     np.testing.assert_allclose(spec.minimum[[3, 6, 8, 10]], [-2.7437, -3.0421, 0.5445, 0.0])
     np.testing.assert_allclose(spec.maximum[[3, 6, 8, 10]], [2.7437, -0.1518, 4.5169, 0.04])
-    assert load(task, robot=False).action_spec().shape == (0,)
 
 
 @pytest.mark.parametrize("index", range(11))

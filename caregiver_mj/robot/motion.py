@@ -22,6 +22,7 @@ CLOSED = 0.013  # metres, less than a candle's radius: the difference is what sq
 _POSITION_GAIN = 5.0
 _YAW_GAIN = 8.0
 _GENTLE_SPEED = 0.03  # m/s
+_TOP_SPEED = 0.998 * limits.MAX_BASE_SPEED  # m/s
 _BASE_LAG = 0.0205
 _YAW_LAG = 0.008
 
@@ -200,9 +201,11 @@ class RobotMotion:
         back_x, back_y = _POSITION_GAIN * (x - base[0]), _POSITION_GAIN * (y - base[1])
         if self.gentle and (push := math.hypot(back_x, back_y)) > _GENTLE_SPEED:
             back_x, back_y = back_x * _GENTLE_SPEED / push, back_y * _GENTLE_SPEED / push
+        vx, vy = vx + _BASE_LAG * ax + back_x, vy + _BASE_LAG * ay + back_y
+        if (speed := math.hypot(vx, vy)) > _TOP_SPEED:  # held up by something, it must not catch up at any speed
+            vx, vy = vx * _TOP_SPEED / speed, vy * _TOP_SPEED / speed
         action = self._action
-        action[0] = vx + _BASE_LAG * ax + back_x
-        action[1] = vy + _BASE_LAG * ay + back_y
+        action[0], action[1] = vx, vy
         action[2] = yaw_rate + _YAW_LAG * yaw_acceleration + _YAW_GAIN * (yaw - base[2])
         action[3:10] = self.reach_path.joints(self._reach.at(now)[0])
         action[10] = self._gripper.at(now)[0]

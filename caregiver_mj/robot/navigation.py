@@ -18,6 +18,7 @@ CHILD_RADIUS = 0.12  # metres
 _CLEARANCE = 0.07  # metres between base and furniture on a planned path; blended corners and tracking need it
 _CUT_CLEARANCE = 0.02  # metres of that which a cut corner may use up
 _HAND_CLEARANCE = 0.52  # metres from the base's centre to a wall: a carried candle turns with the base, 0.45 m out
+_LEAVING = 0.40  # metres from the ends of a path within which it may be closer to things than elsewhere
 _HAND_RADIUS = 0.16  # metres: half the hand's width, and what the arm may be off
 _CHILD_CLEARANCE = 0.20  # metres between base and child on a planned path
 
@@ -56,9 +57,11 @@ class Navigator:
         cells = self.route(start_cell, goal_cell, closed)
         if cells is None:
             return None
+        ends = {start_cell, goal_cell}
+        shut = np.array([self._code(cell) for cell in {*closed, *self.plan.stairwells} - ends], int)
         # The first point is the centre of the cell in which the base stands: the way out if nothing else is in sight.
         points = [start, *(self._centres[cell] for cell in cells[:-1]), goal]
-        return self._pull_tight(points, child)
+        return self._pull_tight(points, child, shut)
 
     def route(self, start: Cell, goal: Cell, closed: Collection[Cell] = ()) -> list[Cell] | None:
         """The cells of a shortest 4-connected route, ends included, or None. Landings are no thoroughfares."""
@@ -87,12 +90,25 @@ class Navigator:
             return cell
         return min(self._centres, key=lambda c: math.dist(self._centres[c], position))
 
-    def visible(self, a: Vector, b: Vector, child: Vector | None = None) -> bool:
-        """Whether the base can go straight from one point to another."""
+    def visible(self, a: Vector, b: Vector, child: Vector | None = None, shut: np.ndarray | None = None) -> bool:
+        """Whether the base can go straight from one point to another.
+
+        Args:
+            a: A point, metres.
+            b: Another one.
+            child: Where the child is, to be given a wide berth.
+            shut: Codes of cells that must not be crossed.
+        """
         x, y = self._line(a, b)
-        slack = self._at(self._slack, x, y)
-        # A base that stands too close to something already may leave, but not come closer.
-        if slack.min() < min(0.0, slack[0], slack[-1]) - 1e-9:
+        # A base that stands too close to something already may leave it, or come to stand there, but no more than that.
+        distance = np.linspace(0.0, math.dist(a, b), len(x))
+        for raster in (self._room, self._turning_room):
+            slack = self._at(raster, x, y)
+            allowed = np.where(distance < _LEAVING, min(0.0, slack[0]), 0.0)
+            allowed = np.where(distance > distance[-1] - _LEAVING, np.minimum(allowed, slack[-1]), allowed)
+            if (slack < allowed - 1e-9).any():
+                return False
+        if shut is not None and shut.size and np.isin(self._codes(x, y), shut).any():
             return False
         if child is None:
             return True
@@ -104,20 +120,25 @@ class Navigator:
         """Whether the base fits at all points (n, 2), be it with less clearance than a straight path keeps."""
         if not len(points):
             return True
-        slack = self._at(self._slack, points[:, 0], points[:, 1])
-        return bool(slack.min() >= min(-_CUT_CLEARANCE, slack[0], slack[-1]) - 1e-9)
+        for raster in (self._room, self._turning_room):
+            slack = self._at(raster, points[:, 0], points[:, 1])
+            ends = np.minimum(np.hypot(*(points - points[0]).T), np.hypot(*(points - points[-1]).T)) < _LEAVING
+            allowed = np.where(ends, min(-_CUT_CLEARANCE, slack[0], slack[-1]), -_CUT_CLEARANCE)
+            if (slack < allowed - 1e-9).any():
+                return False
+        return True
 
     def hand_clear(self, a: Vector, b: Vector) -> bool:
         """Whether the outstretched hand can move straight from one point to another without touching a wall."""
-        return bool(self._at(self._hand_room, *self._line(a, b)).min() >= _HAND_RADIUS)
+        return bool(self._at(self._turning_room, *self._line(a, b)).min() >= _HAND_RADIUS - _HAND_CLEARANCE)
 
-    def _pull_tight(self, points: Sequence[Vector], child: Vector | None) -> list[Vector] | None:
+    def _pull_tight(self, points: Sequence[Vector], child: Vector | None, shut: np.ndarray) -> list[Vector] | None:
         """Leaves out the points between which one can go straight; None if the child stands in between."""
         kept = [points[0]]
         i = 0
         while i < len(points) - 1:
             j = len(points) - 1
-            while j > i + 1 and not self.visible(points[i], points[j], child):
+            while j > i + 1 and not self.visible(points[i], points[j], child, shut):
                 j -= 1
             if j == i + 1 and not self.visible(points[i], points[j], child) and self.visible(points[i], points[j]):
                 return None
@@ -159,8 +180,18 @@ class Navigator:
         row = ((y - self._origin[1]) / _RASTER).astype(int)
         return raster[row, ((x - self._origin[0]) / _RASTER).astype(int)]
 
+    def _code(self, cell: Cell) -> int:
+        return cell[0] * self.plan.shape[1] + cell[1]
+
+    def _codes(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Codes of the cells in which points lie."""
+        height, width = self.plan.shape
+        column = np.rint(x / self.plan.cell_size + (width - 1) / 2).astype(int)
+        row = np.rint((height - 1) / 2 - y / self.plan.cell_size).astype(int)
+        return row * width + column
+
     def _rasterise(self) -> None:
-        """Tabulates how much room a base's centre has beyond the clearance it needs, in metres."""
+        """Tabulates, in metres, how much room there is beyond what the base needs, and the hand when it turns."""
         height, width = self.plan.shape
         half = np.array([width, height]) * self.plan.cell_size / 2 + _NEIGHBOURHOOD
         self._origin = (-half[0], -half[1])
@@ -174,8 +205,7 @@ class Navigator:
                 free[low[0] : high[0], low[1] : high[1]] = False
             return ndimage.distance_transform_edt(free) * _RASTER
 
-        room = distance_to(layout.obstacle_rectangles(self.plan)) - BASE_RADIUS - _CLEARANCE
+        self._room = distance_to(layout.obstacle_rectangles(self.plan)) - BASE_RADIUS - _CLEARANCE
         # Stairs go down between panels as high as walls.
         high = np.concatenate([layout.wall_rectangles(self.plan), layout.stair_rectangles(self.plan)])
-        self._hand_room = distance_to(high)
-        self._slack = np.minimum(room, self._hand_room - _HAND_CLEARANCE)
+        self._turning_room = distance_to(high) - _HAND_CLEARANCE

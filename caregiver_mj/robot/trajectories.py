@@ -17,6 +17,7 @@ from caregiver_mj.robot.limits import Limits
 Vector = tuple[float, float]
 
 _HOLD = 1e-9  # ruckig refuses targets that are closer than rounding; so near, hold
+_SAMPLES = 60  # of a trajectory, to see how fast it gets
 _TURN_IN_LENGTHS = (0.5, 0.8, 1.2, 1.8, 2.6)  # metres in which a new path may be entered at speed; the quickest wins
 
 
@@ -178,19 +179,23 @@ class BasePath:
         along, across = _in_frame(velocity, axis)
         parameters = _parameters([0.0, 0.0], [along, across], list(_in_frame(acceleration, axis)), self._limits)
         parameters.synchronization = Synchronization.TimeIfNecessary
+        # Each axis gets what leaves the length of the vector within its limit.
+        parameters.max_acceleration = [self._limits.acceleration / math.sqrt(2)] * 2
+        parameters.max_jerk = [self._limits.jerk / math.sqrt(2)] * 2
         # While there is speed across the line there must be less along it.
-        across_peak = abs(across) + parameters.current_acceleration[1] ** 2 / (2 * self._limits.jerk)
+        across_peak = abs(across) + parameters.current_acceleration[1] ** 2 / (2 * parameters.max_jerk[1])
         top = math.sqrt(max(self._limits.velocity**2 - across_peak**2, (0.3 * self._limits.velocity) ** 2))
-        parameters.max_velocity = [max(top, abs(along)), self._limits.velocity]
         options = []
         for reach in (*(r for r in _TURN_IN_LENGTHS if r < 0.95 * length), length):
             end = 0.0 if reach == length else min(top, self._reachable(max(along, 0.0), 0.6 * reach))
             if self._distance_to_change(max(along, 0.0), end) > 0.9 * reach:
                 continue  # it would overshoot and come back
+            parameters.max_velocity = [max(top, abs(along)), self._limits.velocity]
             parameters.target_position = [reach, 0.0]
             parameters.target_velocity = [end, 0.0]
             trajectory = _solve(Ruckig(2), parameters)
-            options.append((trajectory.duration + (length - reach) / self._limits.velocity, reach, end, trajectory))
+            if _top_speed(trajectory) <= self._limits.velocity + _HOLD:
+                options.append((trajectory.duration + (length - reach) / self._limits.velocity, reach, end, trajectory))
         if not options:
             raise PathError("too fast to turn into the path")
         _, reach, end, trajectory = min(options, key=lambda option: option[:2])
@@ -315,6 +320,12 @@ def _solve(solver: Ruckig, parameters: InputParameter) -> Trajectory:
     if result not in (Result.Working, Result.Finished):
         raise PathError(f"ruckig found no trajectory: {result}")
     return trajectory
+
+
+def _top_speed(trajectory: Trajectory) -> float:
+    """The highest speed of a trajectory in two dimensions, from samples."""
+    times = (trajectory.duration * i / _SAMPLES for i in range(_SAMPLES + 1))
+    return max(math.hypot(*trajectory.at_time(time)[1]) for time in times)
 
 
 def _without_repeats(points: Sequence[Vector]) -> list[Vector]:
