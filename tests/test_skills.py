@@ -437,3 +437,20 @@ def test_heading_turns_the_shorter_way():
         assert robot.yaw >= 3.0 - 1e-9
         robot.now += 0.02
     assert robot.yaw == pytest.approx(2 * np.pi - 3.0)
+
+
+@pytest.mark.xfail(strict=True, reason="called back, the hand counts as out no farther than it is now, but swings on")
+@pytest.mark.parametrize("called_back", [0.2, 0.3, 0.4])
+def test_hand_out_foresees_how_far_the_hand_still_swings(called_back):
+    robot = RobotMotion(0.02)
+    robot.reset((0.0, 0.0, 0.0))
+    robot.reach(0.78)
+    robot.now = called_back
+    robot.reach(0.0)
+    foreseen = robot.hand_out
+    swing = []
+    for _ in range(100):
+        swing.append(robot.reached)
+        robot.now += 0.01
+    assert max(swing) > swing[0] + 0.01
+    assert foreseen >= max(swing) - 1e-3

@@ -258,3 +258,12 @@ def test_turning_in_keeps_the_acceleration():
     here, velocity, acceleration = BasePath([(0.0, 0.0), (5.0, 0.0)], limits).at(0.8)
     _, _, accelerations = trace(BasePath(polyline([(3.0, 2.0)], here), limits, velocity, acceleration))
     assert np.hypot(*accelerations.T).max() <= limits.acceleration + ROUNDING
+
+
+@pytest.mark.xfail(strict=True, reason="a look past the end makes the motion rest there at once")
+def test_looking_ahead_changes_nothing():
+    motion = ScalarMotion(LIMITS, 0.0)
+    motion.move_to(1.0, 0.0)
+    before = motion.at(0.3)
+    motion.at(10.0)
+    assert motion.at(0.3) == before
