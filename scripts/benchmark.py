@@ -385,10 +385,8 @@ def growth(effort: Effort, console: Console) -> list[dict[str, float]]:
         table.add_row(f"{side} x {side}", *(f"{value:.0f}" for value in list(row.values())[1:]))
     console.print(table)
     least, most = min(figures, key=lambda row: row["tables"]), max(figures, key=lambda row: row["tables"])
-    ratios = [most[key] / least[key] for key in ("tables", "side", "microseconds_a_step")]
-    console.print(
-        f"{ratios[0]:.0f} x the tables and candles in {ratios[1] ** 2:.0f} x the cells take {ratios[2]:.1f} x the time\n"
-    )
+    objects, sides, cost = (most[key] / least[key] for key in ("tables", "side", "microseconds_a_step"))
+    console.print(f"{objects:.0f} x the tables and candles in {sides**2:.0f} x the cells take {cost:.1f} x the time\n")
     return figures
 
 
