@@ -24,10 +24,9 @@ import mink
 import mujoco
 import numpy as np
 import psutil
-import rich.box
+from display import make_console, make_table
 from houses import generated
 from rich.console import Console
-from rich.table import Table
 from ruckig import ControlInterface, InputParameter, Ruckig, Synchronization, Trajectory
 
 import caregiver_mj
@@ -222,7 +221,7 @@ def closed_loop(effort: Effort, console: Console) -> dict[str, Any]:
             factors[name].append(run(min(effort.seconds, 30.0)))
 
     figures: dict[str, Any] = {"houses": {}, "dm_control": {}}
-    table = _table("Closed loop: supervise, one core", "house", "x real time", "bare mj_step", "ratio",
+    table = make_table("Closed loop: supervise, one core", "house", "x real time", "bare mj_step", "ratio",
                    "physics", "policy", "task", "replay off by")  # fmt: skip
     for house, repeats in runs.items():
         total, physics, policy, bare = (statistics.median(column) for column in list(zip(*repeats, strict=True))[:4])
@@ -249,7 +248,7 @@ def closed_loop(effort: Effort, console: Console) -> dict[str, Any]:
     console.print(f"paper is {paper['real_time_factor'] / manipulator:.1f} x as fast as manipulator:bring_ball\n")
 
     title = "Inside the policy (the caregiver: decisions; the rest: calls)"
-    table = _table(title, "part", *(f"{h}: {c}" for h in _HOUSES for c in ("share", "calls", "us a call")))
+    table = make_table(title, "part", *(f"{h}: {c}" for h in _HOUSES for c in ("share", "calls", "us a call")))
     for part in figures["houses"]["paper"]["policy_parts"]:
         cells = []
         for house in _HOUSES:
@@ -318,7 +317,7 @@ def parts(effort: Effort, console: Console) -> dict[str, float]:
     }
     medians = {name: 1e6 * statistics.median(seconds) for name, seconds in figures.items()}
     medians["mink: one iteration (solve_ik)"] = 1e6 * iterations.seconds / iterations.calls
-    table = _table("Parts", "call", "us")
+    table = make_table("Parts", "call", "us")
     for name, microseconds in medians.items():
         table.add_row(name, f"{microseconds:.1f}")
     console.print(table)
@@ -331,7 +330,7 @@ def building(effort: Effort, console: Console) -> dict[str, dict[str, float]]:
         "12 x 10, 2 candles": _small_plan,
         "40 x 40, 40 candles": lambda: generated(40, 40, candles=40, tables=40, stairwells=6, bins=6),
     }
-    table = _table("Building a house", "house", "model s", "environment s", "caregiver s")
+    table = make_table("Building a house", "house", "model s", "environment s", "caregiver s")
     # Pictures of wood and grass are painted once in a process.
     [(_, first)] = run_jobs(build_first, [0], 2)
     figures = {"first in a process": {"model": first}}
@@ -366,8 +365,8 @@ def build_first(_: int) -> float:
 def growth(effort: Effort, console: Console) -> list[dict[str, float]]:
     """The closed loop as houses, tables and candles get more."""
     sizes = ((12, 2, 2), (20, 10, 10), (30, 20, 20), (40, 5, 5), (40, 20, 20), (40, 40, 40))
-    table = _table("The closed loop as houses grow", "cells", "tables", "candles", "x real time", "us a control step",
-                   "physics", "policy", "task", "bare mj_step")  # fmt: skip
+    table = make_table("The closed loop as houses grow", "cells", "tables", "candles", "x real time",
+                       "us a control step", "physics", "policy", "task", "bare mj_step")  # fmt: skip
     figures = []
     for side, candles, tables in sizes:
         scene = Scene(generated(side, side, candles, tables, stairwells=4, bins=4), effort.large_seconds)
@@ -395,7 +394,7 @@ def rendering(effort: Effort, console: Console) -> dict[str, float] | None:
     env = caregiver_mj.load("supervise", "paper", _EPSILON, random=0)
     env.reset()
     height, width = _FRAME
-    table = _table(f"Rendering, {width} x {height}", "camera", "frames a second")
+    table = make_table(f"Rendering, {width} x {height}", "camera", "frames a second")
     figures = {}
     try:
         for camera in ("overview", "follow", "robot/wrist"):
@@ -441,7 +440,7 @@ def processes(effort: Effort, console: Console) -> dict[str, Any]:
         "speed_up": factor[2] / factor[1],
         "megabytes_a_worker": statistics.median(row["megabytes"] for row in results[2]),
     }
-    table = _table("Jobs", "jobs", "x real time, together")
+    table = make_table("Jobs", "jobs", "x real time, together")
     for count in results:
         table.add_row(str(count), f"{factor[count]:.0f}")
     console.print(table)
@@ -458,13 +457,6 @@ def _seconds(function: Callable[[], Any]) -> float:
     start = time.perf_counter()
     function()
     return time.perf_counter() - start
-
-
-def _table(title: str, *columns: str) -> Table:
-    table = Table(title=title, box=rich.box.SIMPLE_HEAD, title_justify="left")
-    for i, column in enumerate(columns):
-        table.add_column(column, justify="right" if i else "left", no_wrap=not i)
-    return table
 
 
 _SECTIONS = {
@@ -484,9 +476,7 @@ def main() -> None:
     parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="also write the figures to a file")
     args = parser.parse_args()
     effort = _QUICK if args.quick else Effort()
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=120)
+    console = make_console()
     load = os.getloadavg()[0]
     figures: dict[str, Any] = {
         "versions": versions(),

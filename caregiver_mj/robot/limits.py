@@ -36,4 +36,5 @@ MAX_BASE_SPEED = 5.0 / 3.6  # m/s: the walking speed that the paper gives the ca
 # References keep 3 % below that, which leaves the feedback something to correct with.
 BASE = Limits(velocity=0.97 * MAX_BASE_SPEED, acceleration=3.5, jerk=35.0)  # m
 YAW = Limits(velocity=2.8, acceleration=8.0, jerk=80.0)  # rad
-GRIPPER = Limits(velocity=0.125, acceleration=4.0, jerk=200.0)  # m, each finger
+GRIPPER_VELOCITY = 0.125  # m/s, each finger: own design, see models/README.md
+GRIPPER = Limits(velocity=0.97 * GRIPPER_VELOCITY, acceleration=4.0, jerk=200.0)  # m
