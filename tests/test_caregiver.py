@@ -105,16 +105,17 @@ def test_moves_add_up_over_an_episode_and_reset_forgets_them():
 
 
 def test_equal_dangers_go_to_the_stairwell_whatever_the_rounding():
-    # From column 6 the stairwell is 5 moves away and the first candle 4: 5/5 = 4/4. Where the second candle is
-    # changes the sum by which both are divided.
-    plan = FloorPlan.parse("#############\n#S.........B#\n##T######CC##\n#############")
-    cell = plan.cell_index[(1, 6)]
-    for second in (NOTHING, 0, 2):
-        observation = see(cell, candle_table=[[1, second]])
-        caregiver = PaperCaregiver(plan)
-        caregiver.reset(1)
-        assert caregiver.candidate_distances(observation)[0, :2].tolist() == [5, 4]
-        assert caregiver.decide(observation).tolist() == [STAIRWELL]
+    # From column 11 the stairwell is 10 moves away, the candle south of column 18 is 8 and those beside column 23
+    # are 13: 5/10 = 4/8 > 4/13. Divided by the sum of 1/10, 1/8, 1/13 and 1/13, the second comes out 1e-16 greater.
+    north, south = ["#"] * 27, ["#"] * 27
+    north[23] = south[18] = south[23] = "C"
+    south[24] = "T"
+    plan = FloorPlan.parse("\n".join(["#" * 27, "".join(north), "#S" + 23 * "." + "B#", "".join(south), "#" * 27]))
+    observation = see(plan.cell_index[(2, 11)], candle_table=[plan.candle_tables])
+    caregiver = PaperCaregiver(plan)
+    caregiver.reset(1)
+    assert sorted(caregiver.candidate_distances(observation)[0]) == [8, 10, 13, 13]
+    assert caregiver.decide(observation).tolist() == [STAIRWELL]
 
 
 def test_below_the_threshold_nothing_is_done():
