@@ -50,12 +50,13 @@ _GEOM_ATTRIBUTES += ("condim", "friction", "solref", "solimp", "margin", "gap")
 
 
 
-def build_house(plan: FloorPlan, robot: bool = True) -> mujoco.MjSpec:
+def build_house(plan: FloorPlan, robot: bool = True, table_positions: np.ndarray | None = None) -> mujoco.MjSpec:
     """Builds the scene of a house.
 
     Args:
         plan: The floor plan.
         robot: Whether the robot is in it; its base joints have their zero at the house's origin.
+        table_positions: Where the tables' centres are, (tables, 2), metres, if not in the middle of their cells.
 
     Returns:
         A specification to compile. The toddler's joints have their zero at the house's origin too.
@@ -66,12 +67,14 @@ def build_house(plan: FloorPlan, robot: bool = True) -> mujoco.MjSpec:
     _add_doorways(spec, plan)
     _add_rugs(spec, plan)
     _add_decorations(spec, plan)
-    for i, cell in enumerate(plan.tables):
-        _place(spec, _model("table"), f"table_{i}", plan.position(cell))
+    if table_positions is None:
+        table_positions = layout.table_rectangles(plan)[:, :2]
+    for i, position in enumerate(table_positions):
+        _place(spec, _model("table"), f"table_{i}", position)
     for i, cell in enumerate(plan.bins):
         _place(spec, _model("toy_bin"), f"bin_{i}", plan.position(cell))
     for i, table in enumerate(plan.candle_tables):
-        frame = spec.worldbody.add_frame(pos=[*plan.position(plan.tables[table]), layout.TABLE_HEIGHT])
+        frame = spec.worldbody.add_frame(pos=[*table_positions[table], layout.TABLE_HEIGHT])
         spec.attach(_model("candle"), prefix=f"candle_{i}/", frame=frame)
     _add_stairwells(spec, plan)
     spec.attach(_model("toddler"), prefix="toddler/", frame=spec.worldbody.add_frame())

@@ -64,9 +64,9 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
     """
 
     @classmethod
-    def from_plan(cls, plan: FloorPlan, robot: bool = True) -> Physics:
-        """Builds the house of a floor plan."""
-        spec = build_house(plan, robot)
+    def from_plan(cls, plan: FloorPlan, robot: bool = True, table_positions: np.ndarray | None = None) -> Physics:
+        """Builds the house of a floor plan; the arguments are those of `build_house`."""
+        spec = build_house(plan, robot, table_positions)
         # Tells in one number, at every physics step, whether there is any contact worth reading.
         spec.add_sensor(
             name="toddler_touch",
@@ -239,6 +239,8 @@ class CareTask(base.Task):
         random: np.random.RandomState | int | None = None,
         robot: bool = True,
         control_timestep: float = CONTROL_TIMESTEP,
+        candle_offset: float = _CANDLE_OFFSET,
+        table_offset: float = 0.0,
     ):
         """Prepares the episodes.
 
@@ -248,6 +250,8 @@ class CareTask(base.Task):
             random: Source of all randomness, or a seed for one.
             robot: Whether the robot is in the house.
             control_timestep: Seconds between actions.
+            candle_offset: How far off a table's centre a candle starts, at most, in x and in y, metres.
+            table_offset: How far off its place in the plan a table stands, at most, likewise; drawn once.
         """
         super().__init__(random=random)
         self.plan = plan
@@ -260,8 +264,16 @@ class CareTask(base.Task):
         self._next_cell, self._target, self._target_index = plan.moves
         self._centres = [tuple(plan.position(cell).tolist()) for cell in plan.free_cells]
         self._table_rectangles = layout.table_rectangles(plan)
+        if table_offset:
+            self._table_rectangles[:, :2] += self.random.uniform(-table_offset, table_offset, (len(plan.tables), 2))
+        self._candle_offset = candle_offset
         self._ctrl = np.zeros(12 if robot else 0)
         self._control_steps = 0
+
+    @property
+    def table_positions(self) -> np.ndarray:
+        """Where the tables' centres are, (tables, 2), metres."""
+        return self._table_rectangles[:, :2]
 
     def reseed(self, random: np.random.RandomState | int) -> None:
         """Makes the next episode that of a seed, whatever ran before."""
@@ -277,8 +289,8 @@ class CareTask(base.Task):
         self._walk.reset(self._centres[self._cell], yaw=self.random.uniform(-np.pi, np.pi))
         physics.set_toddler(self._walk)
         for i, table in enumerate(self.plan.candle_tables):
-            offset = self.random.uniform(-_CANDLE_OFFSET, _CANDLE_OFFSET, size=2)
-            place = self.plan.position(self.plan.tables[table]) + offset
+            offset = self.random.uniform(-self._candle_offset, self._candle_offset, size=2)
+            place = self.table_positions[table] + offset
             physics.set_candle(i, np.array([*place, layout.TABLE_HEIGHT]), self.random.uniform(-np.pi, np.pi))
         if self.has_robot:
             cell = int(caregiver_start(self.plan, np.array([self._cell]), tape.start[1:2])[0])
@@ -462,7 +474,7 @@ def make_environment(
     task: CareTask, time_limit: float, environment_kwargs: dict | None = None
 ) -> control.Environment:
     """Builds the house of a task and wraps both as an environment."""
-    physics = Physics.from_plan(task.plan, task.has_robot)
+    physics = Physics.from_plan(task.plan, task.has_robot, task.table_positions)
     return control.Environment(
         physics, task, time_limit=time_limit, control_timestep=task.control_timestep, **(environment_kwargs or {})
     )

@@ -55,7 +55,7 @@ class RelocateCandle(base.CareTask):
         bare = sorted(set(range(len(self.plan.tables))) - set(self.plan.candle_tables))
         self.goal_candle = int(self.random.randint(len(self.plan.candle_tables)))
         self.goal_table = int(self.random.choice(bare))
-        self._goal = np.array([*self.plan.position(self.plan.tables[self.goal_table]), layout.TABLE_HEIGHT])
+        self._goal = np.array([*self.table_positions[self.goal_table], layout.TABLE_HEIGHT])
 
     def get_observation(self, physics: base.Physics) -> collections.OrderedDict:
         """As in all tasks, and what is asked for."""

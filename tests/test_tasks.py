@@ -540,3 +540,40 @@ def test_unassisted_toddler_fares_in_the_house_as_in_the_grid(plan, epsilon, see
                  "cells_visited", "toys_reached", "moves_blocked"):  # fmt: skip
         assert outcome[name] == getattr(expected, name)[0], name
     assert outcome["strikes"] == outcome["candles_dropped"] == 0
+
+
+# -- Candles and tables out of place -----------------------------------------------------------------
+
+
+def test_candles_start_within_their_offset():
+    env = load("supervise", candle_offset=0.1)
+    centre = PLAN.position(PLAN.tables[0])
+    offsets = np.array([env.reset().observation["candle_position"][0, :2] - centre for _ in range(40)])
+    assert np.abs(offsets).max() <= 0.1
+    assert (offsets.max(axis=0) > 0.06).all()
+    assert (offsets.min(axis=0) < -0.06).all()
+
+
+def test_tables_stand_out_of_place_but_the_map_does_not_know():
+    env = load("relocate_candle", table_offset=0.04, candle_offset=0.0)
+    named = env.physics.named.model.geom_pos
+    tops = np.array([named[f"table_{i}/top", :2] for i in range(len(PLAN.tables))])
+    offsets = tops - [PLAN.position(cell) for cell in PLAN.tables]
+    assert 0.01 < np.abs(offsets).max() <= 0.04
+    assert len(np.unique(offsets)) == offsets.size
+    observation = env.reset().observation
+    assert observation["candle_position"][0, :2] == pytest.approx(tops[0])
+    # The goal is the real table, and the room that it takes up is where it stands.
+    goal = observation["candle_position"][0] + observation["candle_to_goal"]
+    assert goal[:2] == pytest.approx(tops[env.task.goal_table])
+    env.physics.set_candle(0, np.array([*(tops[1] + [0.26, -0.26]), 0.6]), 0.0)
+    assert env.task.bears_candle(env.physics, 1)
+    assert np.array_equal(env.task.table_positions, tops)
+
+
+def test_tables_stay_where_they_are_from_one_episode_to_the_next():
+    env = load("supervise", table_offset=0.04)
+    before = env.task.table_positions.copy()
+    env.reset()
+    assert np.array_equal(env.task.table_positions, before)
+    assert not np.array_equal(load("supervise", table_offset=0.04, seed=1).task.table_positions, before)
