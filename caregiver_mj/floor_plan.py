@@ -267,24 +267,33 @@ class FloorPlan:
         Returns:
             The number of toy bins to which a shortest path of the novice leads over the cell, (caregiver cells,).
         """
-        to_bins = self._bin_distances
-        detour = self._novice_distances[novice_cell][:, None] + to_bins - to_bins[novice_cell]
         routes = np.zeros(len(self.caregiver_cells), int)  # none leads over a landing
-        routes[: len(self.free_cells)] = (detour == 0).sum(axis=1)
+        routes[: len(self.free_cells)] = self._on_shortest_path(novice_cell).sum(axis=1)
         return routes
+
+    def _on_shortest_path(self, novice_cell: int) -> np.ndarray:
+        """Whether a free cell is on some shortest path from the novice to a toy bin: bool (free cells, bins)."""
+        distance, to_bins = self._novice_distances[novice_cell], self._bin_distances
+        return distance[:, None] + to_bins == to_bins[novice_cell]
 
     @functools.cached_property
     def traps(self) -> np.ndarray:
-        """Whether a novice can shut the caregiver in where it is in the novice's way: bool (caregiver cells,).
+        """Whether a novice can shut the caregiver in where every cell bars its way: bool (caregiver cells,).
 
         Such as at the end of a passage that leads to a toy bin: neither can then go on.
         """
         traps = np.zeros(len(self.caregiver_cells), bool)
         for novice_cell in range(len(self.free_cells)):
-            part, in_the_way = self.parts(novice_cell), self.routes_over(novice_cell) > 0
+            part = self.parts(novice_cell)
             if part.max() > 1:  # more than the novice's cell and the rest
+                # A cell bars the way if it is the only one so far away on the shortest paths to some bin.
+                on_path, far = self._on_shortest_path(novice_cell), self._novice_distances[novice_cell].astype(int)
+                alternatives = np.zeros((far.max() + 1, len(self.bins)), int)
+                np.add.at(alternatives, far, on_path)
+                bars = np.zeros(len(traps), bool)
+                bars[: len(far)] = (on_path & (alternatives[far] == 1)).any(axis=1)
                 has_refuge = np.zeros(part.max() + 1, bool)
-                has_refuge[part[~in_the_way]] = True
+                has_refuge[part[~bars]] = True
                 has_refuge[part[novice_cell]] = True
                 traps |= ~has_refuge[part]
         return traps

@@ -116,26 +116,25 @@ class PlainWorld:
                     queue.append(there)
         return moves
 
+    def layers(self, start, goal):
+        """Where the novice can be after 0, 1, 2, ... moves of a shortest path."""
+        left, layer = self.bump(goal), {start}
+        while layer:
+            yield layer
+            layer = {n for cell in layer for n in self.around(cell) if left.get(n, 999) == left[cell] - 1 > 0}
+
     def _routes(self, start):
         """To how many bins a shortest path of the novice leads over each cell."""
-        over = dict.fromkeys(self.walkable, 0)
-        for goal in self.bins:
-            layer = {start}
-            while layer:
-                for cell in layer:
-                    over[cell] += 1
-                left = self.bump(goal)
-                layer = {n for cell in layer for n in self.around(cell) if left.get(n, 999) == left[cell] - 1 > 0}
-        return over
+        return {cell: sum(any(cell in y for y in self.layers(start, b)) for b in self.bins) for cell in self.walkable}
 
     @functools.cached_property
     def traps(self):
-        """Where the novice can shut the caregiver in without a cell that is off all its ways."""
+        """Where the novice can shut the caregiver in without a cell that it need not pass."""
         traps = set()
         for novice in self.free:
+            needed = {min(layer) for goal in self.bins for layer in self.layers(novice, goal) if len(layer) == 1}
             for cell in self.walkable - {novice}:
-                part = self.search(frozenset([cell]), novice)
-                if all(self.routes(novice)[c] > 0 for c in part):
+                if set(self.search(frozenset([cell]), novice)) <= needed:
                     traps.add(cell)
         return traps
 
