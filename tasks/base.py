@@ -22,6 +22,7 @@ from caregiver_mj.house import build_house
 from caregiver_mj.novice import Novice, NoviceTape
 from caregiver_mj.rendering import OffscreenRendering
 from caregiver_mj.robot import kinematics
+from caregiver_mj.robot.motion import OPEN
 from caregiver_mj.toddler import ToddlerWalk, novice_timestep
 
 CONTROL_TIMESTEP = 0.02  # seconds; a prototype's grasps held at 50 Hz as well as at 100 Hz
@@ -150,8 +151,9 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         self._qvel[v], self._qvel[v + 1], self._qvel[v + 2] = *walk.velocity, walk.yaw_rate
 
     def set_robot(self, base: np.ndarray, arm: np.ndarray) -> None:
-        """Puts the robot somewhere, for the start of an episode: base pose (3,) and arm joints (7,)."""
+        """Puts the robot somewhere, its hand open, for the start of an episode: base pose (3,) and arm joints (7,)."""
         self._qpos[self._base[0]], self._qpos[self._arm[0]] = base, arm
+        self._qpos[self._fingers[0]] = OPEN
 
     def set_candle(self, index: int, position: np.ndarray, yaw: float) -> None:
         """Stands a candle somewhere, for the start of an episode."""
