@@ -23,8 +23,9 @@ if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.renderi
     import dm_env
     from dm_control.rl import control
 
-_SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to go anywhere
-_KNOWN_AFTER = 0.46  # share of a novice timestep left when it is clear what the toddler's move comes to
+_CLEAR_DISTANCE = 0.05  # metres of a move after which it is clear where the toddler is heading, ...
+_LATEST = 0.5  # ... or the share of a novice timestep after which it will not go anywhere any more
+_SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to
 _STANDING_COSINE = math.cos(math.radians(20))  # of a candle's tilt up to which it counts as standing
 _PATIENCE = 3  # attempts at a grasp before another target gets its turn
 
@@ -87,6 +88,7 @@ class CaregiverPolicy:
         self._navigator = Navigator(self.plan)
         self._tables = layout.table_rectangles(self.plan)
         self._stairwells = len(self.plan.stairwells)
+        self._next_cell = self.plan.moves[0]
 
     def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
         """Answers an observation with an action (11,).
@@ -122,12 +124,10 @@ class CaregiverPolicy:
         self._skill: Skill | None = None
         self._holding = NOTHING
         self._failures: dict[int, int] = {}
-        self._begun = self._known = 0
+        self._begun, self._is_clear = 0, False
         self._origin = tuple(observation["toddler_position"][:2].tolist())
-        self._farthest = (0.0, 0.0, 0.0)
         self._cell = self._toddler_cell(self._origin)
         self._previous = (self._cell, NOTHING)
-        self._waiting = 0
 
     def _look(self, observation: dict[str, np.ndarray]) -> View:
         base = observation["base_position"].tolist()
@@ -147,27 +147,27 @@ class CaregiverPolicy:
         )
 
     def _watch(self, view: View, clock: float) -> bool:
-        """Follows the toddler; returns whether it is clear by now what its present move comes to.
+        """Follows the toddler; returns whether it has just become clear what its present move is.
 
-        Half-way through a novice timestep it has either touched an obstacle, or is nearer to the next cell than to
-        the one it left: cell and action are those of the grid, half a timestep before the move is over.
+        A few centimetres show where it is heading, and the floor plan tells whether it will get there or bump into
+        something: cell and action are those that the grid would have after this move.
         """
-        move = math.floor(clock + _KNOWN_AFTER)
-        if math.floor(clock + 1e-6) != self._begun:
-            self._begun = math.floor(clock + 1e-6)
-            self._origin, self._farthest = view.child, (0.0, 0.0, 0.0)
-        dx, dy = view.child[0] - self._origin[0], view.child[1] - self._origin[1]
-        if (distance := dx * dx + dy * dy) > self._farthest[0]:
-            self._farthest = (distance, dx, dy)
-        if move == self._known:
+        move = math.floor(clock + 1e-6)
+        if move != self._begun:
+            self._begun, self._origin, self._is_clear = move, view.child, False
+        if self._is_clear:
             return False
-        self._known = move
-        _, dx, dy = self._farthest
-        action = NOTHING
-        if math.hypot(dx, dy) > _SMALLEST_MOVE:
+        dx, dy = view.child[0] - self._origin[0], view.child[1] - self._origin[1]
+        distance = math.hypot(dx, dy)
+        if distance < _CLEAR_DISTANCE and clock - move < _LATEST:
+            return False
+        self._is_clear = True
+        cell, action = self._toddler_cell(self._origin), NOTHING
+        self._cell = cell
+        if distance > _SMALLEST_MOVE:
             action = max(range(len(ACTIONS)), key=lambda a: dx * ACTIONS[a][1] - dy * ACTIONS[a][0])
-        self._previous = (self._cell, action)
-        self._cell = self._toddler_cell(view.child)
+            self._cell = int(self._next_cell[cell, action])
+        self._previous = (cell, action)
         return True
 
     def _toddler_cell(self, position: tuple[float, float]) -> int:

@@ -269,6 +269,7 @@ class CareTask(base.Task):
         if table_offset:
             self._table_rectangles[:, :2] += self.random.uniform(-table_offset, table_offset, (len(plan.tables), 2))
         self._candle_offset = candle_offset
+        self.action_shape = (11 if robot else 0,)
         self._ctrl = np.zeros(12 if robot else 0)
         self._control_steps = 0
 
@@ -321,6 +322,8 @@ class CareTask(base.Task):
 
     def before_step(self, action: np.ndarray, physics: Physics) -> None:
         action = np.asarray(action, float)
+        if action.shape != self.action_shape:
+            raise CaregiverError(f"an action has the shape {self.action_shape}, not {action.shape}")
         if not np.isfinite(action).all():
             index = int(np.flatnonzero(~np.isfinite(action))[0])
             name = self.action_spec(physics).name.split("\t")[index]

@@ -169,7 +169,7 @@ class RobotMotion:
     def hand_out(self) -> float:
         """How far the hand reaches out, or will before it turns back."""
         position, velocity, _ = self._reach.at(self.now)
-        return max(position, self._reach.target) if velocity > 0.0 else position
+        return self._reach.highest() if velocity > 0.0 else position
 
     @property
     def reach_arrival(self) -> float:

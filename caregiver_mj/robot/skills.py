@@ -33,7 +33,7 @@ _ABOVE_DISTANCE, _ABOVE_YAW = 0.60, 0.35  # metres and radians to go
 _HOVER_ACROSS, _HOVER_DISTANCE, _HOVER_YAW = 0.04, 0.30, 0.12  # metres, metres, radians to go
 # The last of the way down begins this little before the base has arrived, so that it is there before the fingers are
 # beside the candle; if the child slows it down, only at the very end.
-_LAST_TIME, _LAST_DISTANCE, _LAST_YAW = 0.22, 0.09, 0.05  # seconds, metres, radians to go
+_LAST_TIME, _LAST_DISTANCE, _LAST_YAW = 0.28, 0.14, 0.08  # seconds, metres, radians to go
 _LAST_DISTANCE_SLOWED = 0.01  # metres
 # How far out the hand may be when the base sets off: clear of a candle that it has let go, or with one that is clear of
 # the table. And how far out when the base turns, for it to meet no wall.
@@ -54,6 +54,7 @@ _PATIENCE = 1.7  # seconds for which the robot gets out of the way of a child th
 _COMING_SPEED = 0.1  # m/s towards the robot
 _COMING_GAP = 0.9  # metres
 _FORESIGHT = 2.2  # metres within which paths are planned round the child
+_PASSING, _PASSING_GAP = 0.35, 0.4  # share of the speed that counts so at no distance, and metres where none does
 _GENTLE_GAP = 0.10  # metres to the child below which the base yields to a push
 
 
@@ -404,11 +405,14 @@ def allowed_rate(view: View, robot: RobotMotion) -> float:
     gap = _gap(view) - _SEPARATION
     if gap > 2.0:
         return 1.0
+    speed = math.hypot(vx, vy)
     approach = (vx * dx + vy * dy) / math.hypot(dx, dy)
+    # Close to the child a path that passes it counts as one that leads towards it, for it may turn, and so may the path.
+    approach += speed * _PASSING * min(1.0, max(0.0, 1.0 - gap / _PASSING_GAP))
     if approach <= 0.0:
         return 1.0
     # approach * r * (stopping / 2 + reaction) + child * (stopping + reaction) = gap, solved for r
-    stopping = math.hypot(vx, vy) / limits.BASE.acceleration
+    stopping = speed / limits.BASE.acceleration
     delay = _REACTION + limits.BASE.acceleration / limits.BASE.jerk
     a = approach * stopping / 2
     b = approach * delay + _CHILD_SPEED * stopping

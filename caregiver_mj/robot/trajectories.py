@@ -47,8 +47,7 @@ class ScalarMotion:
             return self._rest, 0.0, 0.0
         time = now - self._start
         if self._ends and time >= self._duration:
-            self._rest = self.target
-            return self._rest, 0.0, 0.0
+            return self.target, 0.0, 0.0
         position, velocity, acceleration = self._trajectory.at_time(time)
         return position[0], velocity[0], acceleration[0]
 
@@ -75,6 +74,13 @@ class ScalarMotion:
         state = (position, velocity, 0.0) if at_once else (position, present, acceleration)
         self.target = velocity
         self._solve(now, state, ControlInterface.Velocity)
+
+    def highest(self) -> float:
+        """The highest position of the present motion, which may swing out before it turns back."""
+        if self._rest is not None:
+            return self._rest
+        times = (self._duration * i / _SAMPLES for i in range(_SAMPLES + 1))
+        return max(self._trajectory.at_time(time)[0][0] for time in times)
 
     @property
     def arrival(self) -> float:
