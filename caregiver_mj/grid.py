@@ -278,14 +278,17 @@ class _Paths:
         self._distance[closed, self.ASIDE] = UNREACHABLE
         self._next_cell[closed, self.ASIDE] = self._next_aside[closed, self.ASIDE] = aside
         if self._stand:
-            left = self._open_distance.astype(int)
             distance = plan.distances_from(self._safe_stand, closed)
             distance = np.where(distance < UNREACHABLE, distance, plan.distances_from(self._stand, closed))
-            close = plan.distances_from([lowest(d) for d in left], closed)
-            clear = plan.distances_from([lowest(d + UNREACHABLE * in_the_way) for d in left], closed)
-            self._distance[closed, : self.ASIDE] = distance
-            self._next_cell[closed, : self.ASIDE] = plan.downhill(np.where(distance < UNREACHABLE, distance, close))
-            self._next_aside[closed, : self.ASIDE] = plan.downhill(clear)
+            self._distance[closed, : self.ASIDE] = height = distance
+            barred = distance == UNREACHABLE
+            if np.delete(barred, closed, axis=1).any():
+                left = self._open_distance.astype(int)
+                close = plan.distances_from([lowest(d) for d in left], closed)
+                clear = plan.distances_from([lowest(d + UNREACHABLE * in_the_way) for d in left], closed)
+                height = np.where(barred, close, distance)
+                self._next_aside[closed, : self.ASIDE] = plan.downhill(clear)
+            self._next_cell[closed, : self.ASIDE] = plan.downhill(height)
         self._known[closed] = True
 
 
