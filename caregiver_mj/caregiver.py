@@ -297,7 +297,8 @@ class _Caregivers(Mapping[str, "type[Caregiver] | None"]):
         except Exception as error:  # whatever somebody else's module raises
             raise CaregiverError(f"caregiver '{name}' ({entry.value}) cannot be loaded: {error}") from error
         if not (isinstance(maker, type) and issubclass(maker, Caregiver)):
-            raise CaregiverError(f"caregiver '{name}' ({entry.value}) is not a subclass of caregiver_mj.caregiver.Caregiver")
+            wanted = "caregiver_mj.caregiver.Caregiver"
+            raise CaregiverError(f"caregiver '{name}' ({entry.value}) is not a subclass of {wanted}")
         return maker
 
     def __contains__(self, name: object) -> bool:

@@ -439,7 +439,6 @@ def test_heading_turns_the_shorter_way():
     assert robot.yaw == pytest.approx(2 * np.pi - 3.0)
 
 
-@pytest.mark.xfail(strict=True, reason="called back, the hand counts as out no farther than it is now, but swings on")
 @pytest.mark.parametrize("called_back", [0.2, 0.3, 0.4])
 def test_hand_out_foresees_how_far_the_hand_still_swings(called_back):
     robot = RobotMotion(0.02)

@@ -260,7 +260,6 @@ def test_turning_in_keeps_the_acceleration():
     assert np.hypot(*accelerations.T).max() <= limits.acceleration + ROUNDING
 
 
-@pytest.mark.xfail(strict=True, reason="a look past the end makes the motion rest there at once")
 def test_looking_ahead_changes_nothing():
     motion = ScalarMotion(LIMITS, 0.0)
     motion.move_to(1.0, 0.0)

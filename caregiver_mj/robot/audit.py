@@ -6,9 +6,10 @@ and judge by what the servos were told and the simulation measured, not by what 
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -81,6 +82,26 @@ class EpisodeLog:
         return cls(**{name: array if array.ndim else float(array) for name, array in arrays.items()})
 
 
+@contextlib.contextmanager
+def each_physics_step(physics: control.Physics, look: Callable[[], None]) -> Iterator[None]:
+    """Calls a function after every physics step of an environment's physics, within a `with` block."""
+    step = physics.step
+
+    def watched(nstep: int = 1) -> None:
+        touches = []
+        for _ in range(nstep):
+            step(1)
+            touches += physics.touches
+            look()
+        physics.touches = touches
+
+    physics.step = watched
+    try:
+        yield
+    finally:
+        del physics.step  # the class's own shows again
+
+
 class Recorder:
     """Looks on while an environment with a robot is stepped, within a `with` block of one episode."""
 
@@ -98,30 +119,23 @@ class Recorder:
         }
 
     def __enter__(self) -> Recorder:
-        step = self._physics.step
-
-        def watched(nstep: int = 1) -> None:
-            self._rows["commands"].append(self._data.ctrl.copy())
-            touches = []
-            for _ in range(nstep):
-                step(1)
-                touches += self._physics.touches
-                self._look()
-            self._physics.touches = touches
-
-        self._physics.step = watched
+        self._watch = each_physics_step(self._physics, self._look)
+        self._watch.__enter__()
         return self
 
-    def __exit__(self, *_) -> None:
-        del self._physics.step  # the class's own shows again
+    def __exit__(self, *error) -> None:
+        self._watch.__exit__(*error)
 
     def log(self) -> EpisodeLog:
         """What has been recorded so far."""
         arrays = {name: np.array(rows) for name, rows in self._rows.items()}
-        return EpisodeLog(self._control_timestep, float(self._model.opt.timestep), **arrays)
+        physics_timestep = float(self._model.opt.timestep)
+        arrays["commands"] = arrays["commands"][:: round(self._control_timestep / physics_timestep)]
+        return EpisodeLog(self._control_timestep, physics_timestep, **arrays)
 
     def _look(self) -> None:
         rows, data = self._rows, self._data
+        rows["commands"].append(data.ctrl.copy())
         rows["base_velocity"].append(data.qvel[self._base])
         speeds = [touch.speed for touch in self._physics.touches if touch.kind == "robot"]
         rows["contact_speed"].append(max(speeds, default=-np.inf))

@@ -407,7 +407,7 @@ def allowed_rate(view: View, robot: RobotMotion) -> float:
         return 1.0
     speed = math.hypot(vx, vy)
     approach = (vx * dx + vy * dy) / math.hypot(dx, dy)
-    # Close to the child a path that passes it counts as one that leads towards it, for it may turn, and so may the path.
+    # Close by, a path past the child counts as one that leads towards it: it may turn, and so may the path.
     approach += speed * _PASSING * min(1.0, max(0.0, 1.0 - gap / _PASSING_GAP))
     if approach <= 0.0:
         return 1.0
