@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 
 import numpy as np
@@ -10,6 +11,13 @@ from caregiver_mj.floor_plan import FloorPlan
 
 _ROOM = 8  # cells from wall to wall
 _RING = ((-1, -1), (-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1))
+
+
+@functools.cache
+def three_houses() -> tuple[FloorPlan, ...]:
+    """Houses to measure the robot's skills in."""
+    third = generated(14, 14, candles=4, tables=4)
+    return FloorPlan.load("paper"), FloorPlan.load("apartment"), third
 
 
 def generated(
@@ -42,7 +50,7 @@ def generated(
         places.remove(place)
         grid[tuple(place)] = kind
     text = "\n".join("".join(row) for row in grid)
-    return FloorPlan.parse(text, f"generated {rows}x{columns}, {candles} candles, seed {seed}")
+    return FloorPlan.parse(text, f"generated {rows}x{columns}")
 
 
 def _build_walls(view: np.ndarray) -> None:
