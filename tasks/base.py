@@ -243,6 +243,7 @@ class CareTask(base.Task):
         control_timestep: float = CONTROL_TIMESTEP,
         candle_offset: float = _CANDLE_OFFSET,
         table_offset: float = 0.0,
+        adversarial: bool = False,
     ):
         """Prepares the episodes.
 
@@ -254,6 +255,7 @@ class CareTask(base.Task):
             control_timestep: Seconds between actions.
             candle_offset: How far off a table's centre a candle starts, at most, in x and in y, metres.
             table_offset: How far off its place in the plan a table stands, at most, likewise; drawn once.
+            adversarial: Whether the toddler heads for the robot at every move, instead of what a novice does.
         """
         super().__init__(random=random)
         self.plan = plan
@@ -269,6 +271,7 @@ class CareTask(base.Task):
         if table_offset:
             self._table_rectangles[:, :2] += self.random.uniform(-table_offset, table_offset, (len(plan.tables), 2))
         self._candle_offset = candle_offset
+        self._adversarial = adversarial
         self.action_shape = (11 if robot else 0,)
         self._ctrl = np.zeros(12 if robot else 0)
         self._control_steps = 0
@@ -334,7 +337,7 @@ class CareTask(base.Task):
             physics.set_control(self._ctrl)
             physics.roll_wheels()
         if self._control_steps % self._steps_a_move == 0:
-            self._begin_move()
+            self._begin_move(physics)
         self._walk.step(self.control_timestep, self._touched_directions)
         physics.set_toddler(self._walk)
 
@@ -387,13 +390,16 @@ class CareTask(base.Task):
 
     # -- The toddler -----------------------------------------------------------------------------
 
-    def _begin_move(self) -> None:
+    def _begin_move(self, physics: Physics) -> None:
         """The novice chooses a move; the toddler sets out for it."""
         if self.timestep < len(self._draws):
             draws = self._draws[self.timestep][None]
         else:  # the episode runs on after its 200 timesteps
             draws = self.random.random_sample((1, 3))
-        action = int(self._novice.act(np.array([self._cell]), np.array([self._bin]), draws)[0])
+        if self._adversarial:
+            action = self._step_towards_robot(physics)
+        else:
+            action = int(self._novice.act(np.array([self._cell]), np.array([self._bin]), draws)[0])
         self._bin_draw = draws[:, 2]
         self._move_target = Target(int(self._target[self._cell, action]))
         row, column = self.plan.free_cells[self._cell]
@@ -401,6 +407,18 @@ class CareTask(base.Task):
         goal = tuple(self.plan.position((row + down, column + right)).tolist())
         self._walk.begin(self._centres[self._cell], goal, bump=self._move_target != Target.FREE)
         self._reached_toy = self._met_robot = False
+
+    def _step_towards_robot(self, physics: Physics) -> int:
+        """The first move of a shortest way to the cell in which the robot stands, and into it."""
+        cells = self.plan.caregiver_cells
+        robot = physics.base_position()[:2]
+        goal = min(range(len(cells)), key=lambda i: math.dist(self.plan.position(cells[i]), robot))
+        distance = self.plan.distances_from([goal])[0].astype(float)
+        distance[len(self.plan.free_cells) :] = np.inf  # it knows stairs, ...
+        distance[goal] = 0.0  # ... but goes there too if the robot does
+        row, column = self.plan.free_cells[self._cell]
+        ahead = [self.plan.cell_index.get((row + down, column + right)) for down, right in ACTIONS]
+        return min(range(len(ACTIONS)), key=lambda a: np.inf if ahead[a] is None else distance[ahead[a]])
 
     def _take_in(self, touch: Touch, physics: Physics) -> None:
         """Books a contact: damage by kind, at most the worst one a timestep, toys and strikes."""

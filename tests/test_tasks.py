@@ -577,3 +577,41 @@ def test_tables_stay_where_they_are_from_one_episode_to_the_next():
     env.reset()
     assert np.array_equal(env.task.table_positions, before)
     assert not np.array_equal(load("supervise", table_offset=0.04, seed=1).task.table_positions, before)
+
+
+# -- A child that heads for the robot ----------------------------------------------------------------
+
+
+def test_adversarial_child_comes_to_the_robot_by_a_shortest_way():
+    plan = FloorPlan.parse("#########\n#...#...#\n#.#.#.#B#\n#.#...###\n#########", "winding")
+    for seed in range(5):
+        env = load("supervise", plan, seed=seed, adversarial=True)
+        position = env.reset().observation["base_position"]
+        robot = plan.cell_index[plan.cell_at(position[:2])]
+        left = int(plan.distances_from([robot])[0, env.task._cell])
+        still = np.array([0, 0, 0, *env.physics.arm_position(), 0.036])
+        while left > 1:
+            for _ in range(round(env.task.novice_timestep / env.control_timestep())):
+                observation = env.step(still).observation
+            left -= 1
+            child = plan.cell_index[plan.cell_at(observation["toddler_position"][:2])]
+            assert plan.distances_from([robot])[0, child] == left
+        touched = False
+        for _ in range(100):
+            env.step(still)
+            touched |= any(touch.kind == "robot" for touch in env.physics.touches)
+        assert touched
+
+
+def test_adversarial_child_follows_the_robot_into_a_landing():
+    plan = FloorPlan.parse("######\n#B...#\n##S#.#\n######", "landing")
+    env = load("supervise", plan, adversarial=True)
+    arm = env.reset().observation["arm_position"]
+    env.physics.set_robot(np.array([*plan.position(plan.stairwells[0]), 0.0]), arm)
+    still = np.array([0, 0, 0, *arm, 0.036])
+    touched = set()
+    for _ in range(600):
+        env.step(still)
+        touched |= {touch.kind for touch in env.physics.touches}
+    assert "robot" in touched
+    assert "stairwell" not in touched
