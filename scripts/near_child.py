@@ -90,8 +90,8 @@ def run(seconds: float, job: Job) -> Episode:
 def report(results: list[Episode]) -> None:
     """Prints what came out."""
     console = make_console()
-    table = make_table("Near the child (worst of all episodes; fast: mean seconds an episode above 0.25 m/s within 0.5 m)",
-                       "house", "child", "episodes", "strikes", "separation m", "approaching m", "fast s",
+    title = "Near the child (worst of all episodes; fast: mean seconds an episode above 0.25 m/s within 0.5 m)"
+    table = make_table(title, "house", "child", "episodes", "strikes", "separation m", "approaching m", "fast s",
                        "contact m/s", "blocked", "done")  # fmt: skip
     houses = dict.fromkeys(row.house for row in results)
     for name, adversarial in ((name, adversarial) for name in (*houses, None) for adversarial in (False, True)):
@@ -115,9 +115,8 @@ def report(results: list[Episode]) -> None:
     for row in results:
         if row.strike_times:
             # A contact that lasts is told once.
-            times = [
-                t for t, before in zip(row.strike_times, (-1.0, *row.strike_times), strict=False) if t - before > 0.5
-            ]
+            pairs = zip((-1.0, *row.strike_times[:-1]), row.strike_times, strict=True)
+            times = [time for before, time in pairs if time - before > 0.5]
             child = "adversarial" if row.adversarial else f"epsilon {row.epsilon}"
             when = ", ".join(f"{time:.2f}" for time in times)
             console.print(

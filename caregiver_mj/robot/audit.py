@@ -152,15 +152,17 @@ class Recorder:
         """Distance of a geom to the child, and speed and approach of its nearest point."""
         model, data = self._model, self._data
         ends, velocity = np.empty(6), np.empty(6)  # of the shortest line between them; rotation, translation
+        point = np.empty(3)
         distance = mujoco.mj_geomDistance(model, data, part, self._child, _FAR, ends)
         if distance >= _FAR:
             return np.inf, 0.0, 0.0
         mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_GEOM, part, velocity, 0)
-        point = velocity[3:] + np.cross(velocity[:3], ends[:3] - data.geom_xpos[part])
+        mujoco.mju_cross(point, velocity[:3], ends[:3] - data.geom_xpos[part])
+        point += velocity[3:]
         # Where the two overlap, the line goes from the robot's far side to the child's: backwards.
         line = (ends[3:] - ends[:3]) * (1.0 if distance > 0 else -1.0)
-        length = np.linalg.norm(line)
-        return distance, float(np.linalg.norm(point)), float(point @ line / length) if length > 1e-9 else 0.0
+        length = mujoco.mju_norm3(line)
+        return distance, mujoco.mju_norm3(point), float(point @ line / length) if length > 1e-9 else 0.0
 
 
 @dataclasses.dataclass(frozen=True)
