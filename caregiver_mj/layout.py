@@ -73,7 +73,8 @@ def ground_rectangles(plan: FloorPlan, margin: float) -> np.ndarray:
 def stair_directions(plan: FloorPlan) -> tuple[Cell | None, ...]:
     """Where the stairs of each stairwell go down: the step (row, column) from its landing into a wall.
 
-    The wall cell must have walls to both sides, so that the stairs do not break into a room. A wall opposite to
+    The wall cell must have walls to both sides and none but wall behind it, so that the stairs do not break into a
+    room; being deeper than a wall is thick, they would stick out of its other face. A wall opposite to
     a free cell is preferred (one walks straight on), then an outer wall, then the order of `ACTIONS`. A stairwell
     without such a wall has None; no two have the same wall cell.
     """
@@ -85,7 +86,9 @@ def stair_directions(plan: FloorPlan) -> tuple[Cell | None, ...]:
         for down, right in ACTIONS:
             there = (row + down, column + right)
             beside = ((there[0] + k * right, there[1] + k * down) for k in (-1, 0, 1))
-            if there in taken or not all(_is_wall(plan, cell) for cell in beside):
+            behind = (there[0] + down, there[1] + right)
+            protrudes = 0 <= behind[0] < height and 0 <= behind[1] < width and not _is_wall(plan, behind)
+            if there in taken or protrudes or not all(_is_wall(plan, cell) for cell in beside):
                 continue
             straight_on = (row - down, column - right) in plan.free_neighbours((row, column))
             outer = there[0] in (0, height - 1) or there[1] in (0, width - 1)

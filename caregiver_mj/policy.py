@@ -7,6 +7,7 @@ novice did it infers from how the toddler moved; what to protect it asks a `Care
 from __future__ import annotations
 
 import math
+import zlib
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,6 +29,11 @@ _LATEST = 0.5  # ... or the share of a novice timestep after which it will not g
 _SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to
 _STANDING_COSINE = math.cos(math.radians(20))  # of a candle's tilt up to which it counts as standing
 _PATIENCE = 3  # attempts at a grasp before another target gets its turn
+
+
+def _episode_number(observation: dict[str, np.ndarray]) -> int:
+    """A number that an episode's first observation makes up, as good as a seed."""
+    return zlib.crc32(b"".join(np.ascontiguousarray(value).tobytes() for value in observation.values()))
 
 
 class _Instructed(Caregiver):
@@ -114,7 +120,8 @@ class CaregiverPolicy:
     def _reset(self, observation: dict[str, np.ndarray]) -> None:
         self._robot.reset(observation["base_position"].tolist())
         if self._caregiver:
-            self._caregiver.reset(1)
+            # A caregiver that acts at random does so differently in every episode, and alike in the same one.
+            self._caregiver.reset(1, [_episode_number(observation)])
         if isinstance(self._caregiver, _Instructed):
             self._caregiver.instruct(observation)
         self.interventions = self.interventions_done = 0

@@ -75,9 +75,9 @@ def test_stairs_open_the_wall_worked_by_hand():
     [
         pytest.param("######\n#B.TS#\n#....#\n######", [(-1, 0)], id="opposite to a free cell, not to a table"),
         pytest.param("#######\n#.....#\n#.###.#\n#.BS..#\n#######", [(1, 0)], id="the outer wall"),
-        pytest.param("#######\n#B....#\n#.###.#\n#..S..#\n#.....#\n#######", [(-1, 0)], id="an inner wall"),
+        pytest.param("#######\n#B....#\n#.###.#\n#..S..#\n#.....#\n#######", [None], id="not a thin inner wall"),
         pytest.param(
-            "#######\n#B....#\n#..S..#\n#.###.#\n#..S..#\n#.....#\n#######", [(1, 0), None], id="one wall for two"
+            "#######\n#B....#\n#.###.#\n#.###.#\n#..S..#\n#.....#\n#######", [(-1, 0)], id="a thick inner wall"
         ),
         pytest.param("#######\n#B....#\n#..#..#\n#..S..#\n#.....#\n#######", [None], id="no wall beside a pillar"),
     ],

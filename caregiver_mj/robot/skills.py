@@ -28,7 +28,7 @@ _ARRIVED = 0.006  # metres
 _ARRIVED_YAW = 0.012  # radians
 # While the base still drives up to a table, the hand may come out as far as this, once it points the right way:
 _ABOVE = 0.62  # of the reach: all of the hand is then higher than a candle; and when the base is nearly in line
-_HOVER = 0.78  # of the reach: only the fingertips are not
+_HOVER = 0.72  # of the reach: only the fingertips are not
 _ABOVE_DISTANCE, _ABOVE_YAW = 0.60, 0.35  # metres and radians to go
 _HOVER_ACROSS, _HOVER_DISTANCE, _HOVER_YAW = 0.04, 0.30, 0.12  # metres, metres, radians to go
 # The last of the way down begins this little before the base has arrived, so that it is there before the fingers are

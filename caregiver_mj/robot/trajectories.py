@@ -17,6 +17,7 @@ from caregiver_mj.robot.limits import Limits
 Vector = tuple[float, float]
 
 _HOLD = 1e-9  # ruckig refuses targets that are closer than rounding; so near, hold
+_OVERSHOOT = 0.003  # metres beyond the end of a line that are none
 _SAMPLES = 60  # of a trajectory, to see how fast it gets
 _TURN_IN_LENGTHS = (0.5, 0.8, 1.2, 1.8, 2.6)  # metres in which a new path may be entered at speed; the quickest wins
 
@@ -200,7 +201,8 @@ class BasePath:
             parameters.target_position = [reach, 0.0]
             parameters.target_velocity = [end, 0.0]
             trajectory = _solve(Ruckig(2), parameters)
-            if _top_speed(trajectory) <= self._limits.velocity + _HOLD:
+            top_speed, farthest = _extremes(trajectory)
+            if top_speed <= self._limits.velocity + _HOLD and farthest <= reach + _OVERSHOOT:
                 options.append((trajectory.duration + (length - reach) / self._limits.velocity, reach, end, trajectory))
         if not options:
             raise PathError("too fast to turn into the path")
@@ -328,10 +330,10 @@ def _solve(solver: Ruckig, parameters: InputParameter) -> Trajectory:
     return trajectory
 
 
-def _top_speed(trajectory: Trajectory) -> float:
-    """The highest speed of a trajectory in two dimensions, from samples."""
-    times = (trajectory.duration * i / _SAMPLES for i in range(_SAMPLES + 1))
-    return max(math.hypot(*trajectory.at_time(time)[1]) for time in times)
+def _extremes(trajectory: Trajectory) -> tuple[float, float]:
+    """The highest speed of a trajectory in two dimensions and its farthest first coordinate, from samples."""
+    states = [trajectory.at_time(trajectory.duration * i / _SAMPLES) for i in range(_SAMPLES + 1)]
+    return max(math.hypot(*velocity) for _, velocity, _ in states), max(position[0] for position, _, _ in states)
 
 
 def _without_repeats(points: Sequence[Vector]) -> list[Vector]:
