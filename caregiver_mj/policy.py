@@ -18,7 +18,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.floor_plan import ACTIONS, FloorPlan
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.robot.skills import Block, Pick, Place, Skill, View, is_child_close
+from caregiver_mj.robot.skills import Block, Pick, Place, Skill, StandAside, View, is_child_close
 
 if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.rendering
     import dm_env
@@ -237,6 +237,8 @@ class CaregiverPolicy:
             return
         target = int(self._caregiver.decide(seen)[0])
         if target == NOTHING:
+            if self._skill is None:
+                self._skill, self.activity = StandAside(self._navigator), "keep out of the way"
             return
         if target != self.target or self._skill is None:
             self._begin(target, seen)

@@ -266,6 +266,25 @@ class Block(Skill):
         return there or (math.dist(self._goal, view.base[:2]) < 0.03 and not robot.moving)
 
 
+class StandAside(Skill):
+    """Keeps out of the child's way, for as long as there is nothing else to do."""
+
+    def __init__(self, navigator: Navigator):
+        super().__init__(navigator)
+        self._cell: Cell | None = None
+
+    def step(self, view: View, robot: RobotMotion) -> bool:
+        robot.reach(0.0)
+        navigator = self._navigator
+        if self._cell is None or view.now >= self._replan_at:
+            here = navigator.nearest_cell(view.base[:2])
+            child = navigator.plan.cell_at(np.array(view.child))
+            self._cell = navigator.refuge(here, child, child_cells(view, navigator)) or here
+        goal = tuple(navigator.plan.position(self._cell).tolist())
+        self._drive(view, robot, goal, self._cell, robot.yaw)
+        return False
+
+
 class Pick(Skill):
     """Takes a candle off the table on which it stands, and tucks the arm."""
 
