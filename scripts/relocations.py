@@ -189,8 +189,8 @@ def _times(rows: np.ndarray) -> tuple[float, float]:
     lifted = first(height > _LIFTED, grasp)
     release = first(fingers > motion.CLOSED + _SHAKEN, lifted)
     clear = first((reach <= _CLEAR) & (held == 0.0), release)
-    lifting = math.nan if lifted is None else time[lifted] - time[arrived(grasp, 0)]
-    clearing = math.nan if clear is None else time[clear] - time[arrived(release, lifted)]
+    lifting = math.nan if lifted is None else float(time[lifted] - time[arrived(grasp, 0)])
+    clearing = math.nan if clear is None else float(time[clear] - time[arrived(release, lifted)])
     return lifting, clearing
 
 
@@ -213,24 +213,25 @@ def _percentile(values: list[float], percent: float, digits: int) -> str:
 def report(results: list[Relocation]) -> None:
     """Prints what came out."""
     console = make_console()
-    table = make_table("Relocations", "house", "done",
-                       "arrived to lifted s: 50 %", "95 %", "worst", "arrived to clear s: 50 %", "95 %", "worst",
-                       "error mm: 50 %", "worst", "tilt deg: worst", "strikes", "drops")  # fmt: skip
-    groups = collections.defaultdict(list)
-    for result in results:
-        groups[result.house].append(result)
-    for name, rows in (*groups.items(), ("all", results)):
-        placed = [row for row in rows if not row.failure]
-        table.add_row(
-            name,
-            f"{len(placed)} of {len(rows)}",
-            *(_percentile([row.lifting for row in rows], percent, 2) for percent in (50, 95, 100)),
-            *(_percentile([row.clearing for row in rows], percent, 2) for percent in (50, 95, 100)),
-            *(_percentile([1000 * row.error for row in placed], percent, 1) for percent in (50, 100)),
-            _percentile([row.tilt for row in placed], 100, 1),
-            str(sum(row.strikes for row in rows)),
-            str(sum(row.drops for row in rows)),
-        )
+    groups = {name: [row for row in results if row.house == name] for name in dict.fromkeys(r.house for r in results)}
+    groups["all"] = results
+    table = make_table("Relocations", "", *groups)
+
+    def add(name: str, figure: Callable[[list[Relocation]], str]) -> None:
+        table.add_row(name, *(figure(rows) for rows in groups.values()))
+
+    def add_percentiles(name: str, values: Callable[[Relocation], float], digits: int) -> None:
+        for percent, words in ((50, "median"), (95, "95 %"), (100, "worst")):
+            add(f"{name}: {words}", lambda rows, p=percent: _percentile([values(row) for row in rows], p, digits))
+
+    add("done", lambda rows: f"{sum(not row.failure for row in rows)} of {len(rows)}")
+    add_percentiles("arrived to lifted, s", lambda row: row.lifting, 2)
+    add_percentiles("arrived to clear, s", lambda row: row.clearing, 2)
+    add_percentiles("error if done, mm", lambda row: math.nan if row.failure else 1000 * row.error, 1)
+    add_percentiles("tilt if done, deg", lambda row: math.nan if row.failure else row.tilt, 2)
+    add_percentiles("all of it, s", lambda row: row.seconds, 1)
+    add("strikes", lambda rows: str(sum(row.strikes for row in rows)))
+    add("drops", lambda rows: str(sum(row.drops for row in rows)))
     console.print(table)
     touches = collections.Counter(pair for row in results for pair in row.touches)
     for (part, thing), count in touches.most_common():
