@@ -173,6 +173,7 @@ class Scene:
             "paths over the floor": [(Navigator, "path")],
         }
         clocks = {part: Clock() for part in parts}
+        kinematics.reach_path.cache_clear()  # inverse kinematics is solved once for each height
         timestep = self._begin()
         policy = Clock()
         act = policy.around(self.policy)
