@@ -13,7 +13,7 @@ WALKING_SPEED = 1.6 / 3.6  # m/s, of 1 to 2 year olds (paper, section V.C)
 _BUMP_SPEED = 0.62  # m/s; there and back to the farthest wall fits into a timestep
 _FASTEST = 1.0  # m/s, when it must turn back late
 _TURN_RATE = 8.0  # 1/s, from the error of the heading to the rate of turning
-_FRONTAL = 0.2  # cosine between motion and contact above which something is in the way
+_FRONTAL = 0.05  # cosine between motion and contact above which something is in the way
 _HALF_WAY = 0.5  # share of the way up to which a blocked toddler turns back
 
 
@@ -70,28 +70,24 @@ class ToddlerWalk:
             timestep: Seconds to move.
             touched: Unit vectors from the toddler towards all that it touches now.
         """
-        aim = self._home if self._returns else self._goal
-        velocity = self._towards(aim)
-        speed = math.hypot(*velocity)
-        in_the_way = any(velocity[0] * x + velocity[1] * y > _FRONTAL * speed for x, y in touched)
-        if self._bumps and not self._returns and (in_the_way or self._left <= self._duration / 2):
-            self._returns = True
-            velocity = self._towards(self._home)
-        elif in_the_way and not self._returns:
-            self.blocked = True
-            if math.dist(self.position, self._goal) > (1 - _HALF_WAY) * self._length:
+        touched = list(touched)
+        velocity = self._towards(self._home if self._returns else self._goal)
+        if not self._returns:
+            stopped = _is_in_the_way(velocity, touched)
+            if self._bumps:
+                turns_back = stopped or self._left <= self._duration / 2
+            else:  # once it is too late to turn back it waits until the way is free
+                self.blocked = stopped
+                turns_back = stopped and math.dist(self.position, self._goal) > (1 - _HALF_WAY) * self._length
+            if turns_back:
                 self._returns = True
                 velocity = self._towards(self._home)
-            else:  # too late to turn back: wait until the way is free
-                velocity = (0.0, 0.0)
-        elif in_the_way:
+        if _is_in_the_way(velocity, touched):
             velocity = (0.0, 0.0)
-        elif not self._returns:
-            self.blocked = False
         self.velocity = velocity
         self.position = (self.position[0] + timestep * velocity[0], self.position[1] + timestep * velocity[1])
-        if not self._returns and speed > 1e-3:  # on the way back it backs off, facing what it met
-            turn = math.remainder(math.atan2(velocity[1], velocity[0]) - self.yaw, math.tau) if any(velocity) else 0.0
+        if not self._returns and any(velocity):  # on the way back it backs off, facing what it met
+            turn = math.remainder(math.atan2(velocity[1], velocity[0]) - self.yaw, math.tau)
             self.yaw_rate = _TURN_RATE * turn
             self.yaw += timestep * self.yaw_rate
         else:
@@ -109,3 +105,9 @@ class ToddlerWalk:
             speed = max(speed, min(_BUMP_SPEED, distance / min(self._left, 0.02)))
         speed = min(speed, _FASTEST)
         return speed * dx / distance, speed * dy / distance
+
+
+def _is_in_the_way(velocity: Vector, touched: list[Vector]) -> bool:
+    """Whether something that is touched, in the directions given, stops a motion."""
+    speed = math.hypot(*velocity)
+    return any(velocity[0] * x + velocity[1] * y > _FRONTAL * speed for x, y in touched)

@@ -42,7 +42,7 @@ _MAY_TURN = 0.30
 
 _SETTLE = 0.04  # seconds that the arm lags behind its reference
 _GRIP_TIME = 0.12  # seconds from closing to a firm grip
-_RELEASE_GAP = CANDLE_RADIUS + 0.006  # metres of each finger off the middle, when the candle is let go
+_RELEASE_GAP = CANDLE_RADIUS + 0.005  # metres of each finger off the middle, when the candle is let go
 _PLACE_GAP = 0.001  # metres above the table at which a candle is let go
 
 # Speed and separation: the base must be able to stop before a child that walks towards it.
@@ -306,7 +306,7 @@ class Pick(Skill):
             robot.plan_reach(z + GRASP_HEIGHT)
         robot.grip(motion.OPEN)
         if self._prepare_hand(view, robot, goal, yaw) and there and robot.reached == 1.0:
-            self._until = robot.reach_arrival + _SETTLE
+            self._until = robot.reach_arrival
             self._stage = self._reach_out
         return False
 
@@ -360,7 +360,7 @@ class Place(Skill):
         goal, cell, yaw = self._stand_at_table(view, self.table, spot, self._hand)
         there = self._drive(view, robot, goal, cell, yaw)
         if self._prepare_hand(view, robot, goal, yaw) and there and robot.reached == 1.0:
-            self._until = robot.reach_arrival + _SETTLE
+            self._until = robot.reach_arrival
             self._stage = self._put_down
         return False
 
