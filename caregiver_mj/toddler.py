@@ -13,7 +13,7 @@ WALKING_SPEED = 1.6 / 3.6  # m/s, of 1 to 2 year olds (paper, section V.C)
 _BUMP_SPEED = 0.62  # m/s; there and back to the farthest wall fits into a timestep
 _FASTEST = 1.0  # m/s, when it must turn back late
 _TURN_RATE = 8.0  # 1/s, from the error of the heading to the rate of turning
-_FRONTAL = 0.05  # cosine between motion and contact above which something is in the way
+_FRONTAL = 0.2  # cosine between motion and contact above which something is in the way
 _HALF_WAY = 0.5  # share of the way up to which a blocked toddler turns back
 
 

@@ -138,7 +138,7 @@ def test_blocked_on_the_way_back_it_waits():
 
 
 @pytest.mark.parametrize(
-    "direction", [(0.0, 1.0), (0.0, -1.0), (-1.0, 0.0), (0.04, math.sqrt(1 - 0.04**2)), (0.0, 0.0)]
+    "direction", [(0.0, 1.0), (0.0, -1.0), (-1.0, 0.0), (0.15, math.sqrt(1 - 0.15**2)), (0.0, 0.0)]
 )
 def test_what_is_beside_or_behind_does_not_stop_it(direction):
     walk = walk_at()
