@@ -150,7 +150,6 @@ class CaregiverPolicy:
             child=(child[0], child[1]),
             child_velocity=(velocity[0], velocity[1]),
             candles=candles,
-            candle_table=[],
         )
 
     def _watch(self, view: View, clock: float) -> bool:

@@ -265,7 +265,7 @@ class CareTask(base.Task):
         self.novice_timestep = novice_timestep(control_timestep, plan.cell_size)
         self._steps_a_move = round(self.novice_timestep / control_timestep)
         self._walk = ToddlerWalk(self.novice_timestep)
-        self._next_cell, self._target, self._target_index = plan.moves
+        _, self._target, self._target_index = plan.moves
         self._centres = [tuple(plan.position(cell).tolist()) for cell in plan.free_cells]
         self._table_rectangles = layout.table_rectangles(plan)
         if table_offset:

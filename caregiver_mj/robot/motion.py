@@ -57,7 +57,7 @@ class RobotMotion:
         self.gentle = False
         self._hold((float(base[0]), float(base[1])))
         self._yaw = ScalarMotion(limits.YAW, float(base[2]))
-        self.reach_path = kinematics.reach_path(int(1e4 * 0.7))
+        self.reach_path = kinematics.reach_path(7000)  # all begin with the tucked arm; `plan_reach` aims it
         self._reach = ScalarMotion(self.reach_path.limits, 0.0)
         self._gripper = ScalarMotion(limits.GRIPPER, OPEN)
         self._joints = self.reach_path.joints(0.0)

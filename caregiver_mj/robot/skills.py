@@ -40,7 +40,6 @@ _LAST_DISTANCE_SLOWED = 0.01  # metres
 _MAY_DRIVE, _MAY_DRIVE_LOADED = 0.62, 0.82
 _MAY_TURN = 0.30
 
-_SETTLE = 0.04  # seconds that the arm lags behind its reference
 _GRIP_TIME = 0.12  # seconds from closing to a firm grip
 _RELEASE_GAP = CANDLE_RADIUS + 0.005  # metres of each finger off the middle, when the candle is let go
 _PLACE_GAP = 0.001  # metres above the table at which a candle is let go
@@ -70,7 +69,6 @@ class View:
         child: Position (x, y) of the toddler.
         child_velocity: Its velocity, m/s.
         candles: Position of each candle's foot, (candles, 3).
-        candle_table: The table on which each candle stands, -1 for none.
     """
 
     now: float
@@ -80,7 +78,6 @@ class View:
     child: Vector
     child_velocity: Vector
     candles: np.ndarray
-    candle_table: list[int]
 
 
 class Skill:
