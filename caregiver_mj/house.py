@@ -49,7 +49,6 @@ _GEOM_ATTRIBUTES = ("type", "size", "group", "rgba", "contype", "conaffinity")
 _GEOM_ATTRIBUTES += ("condim", "friction", "solref", "solimp", "margin", "gap")
 
 
-
 def build_house(plan: FloorPlan, robot: bool = True, table_positions: np.ndarray | None = None) -> mujoco.MjSpec:
     """Builds the scene of a house.
 

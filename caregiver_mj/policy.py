@@ -16,9 +16,10 @@ from caregiver_mj import layout
 from caregiver_mj.caregiver import NOTHING, Assessment, Caregiver, Observation, PaperCaregiver, make_caregiver
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.floor_plan import ACTIONS, FloorPlan
+from caregiver_mj.robot.driving import Skill, View, is_child_close
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.robot.skills import Block, Pick, Place, Skill, StandAside, View, is_child_close
+from caregiver_mj.robot.skills import Block, Pick, Place, StandAside
 
 if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.rendering
     import dm_env

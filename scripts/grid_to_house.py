@@ -32,8 +32,9 @@ from caregiver_mj.caregiver import NOTHING, make_caregiver
 from caregiver_mj.floor_plan import FloorPlan
 from caregiver_mj.grid import CAREGIVER_ACTIONS, GridWorld
 from caregiver_mj.novice import EPISODE_TIMESTEPS, NoviceTape
+from caregiver_mj.robot.driving import Skill
 from caregiver_mj.robot.motion import RobotMotion
-from caregiver_mj.robot.skills import Block, Pick, Place, Skill
+from caregiver_mj.robot.skills import Block, Pick, Place
 from caregiver_mj.statistics import CONFIDENCE, ratio_interval
 from caregiver_mj.workers import run_jobs
 

@@ -493,9 +493,7 @@ class CareTask(base.Task):
         return bool((over & (np.abs(poses[:, 2] - layout.TABLE_HEIGHT) < 0.03)).any())
 
 
-def make_environment(
-    task: CareTask, time_limit: float, environment_kwargs: dict | None = None
-) -> control.Environment:
+def make_environment(task: CareTask, time_limit: float, environment_kwargs: dict | None = None) -> control.Environment:
     """Builds the house of a task and wraps both as an environment."""
     physics = Physics.from_plan(task.plan, task.has_robot, task.table_positions)
     return control.Environment(

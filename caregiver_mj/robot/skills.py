@@ -1,4 +1,4 @@
-"""What the robot can do: drive (and yield on the way), pick, place, block.
+"""What the robot can do: block, stand aside, pick, place.
 
 Each skill is a small state machine over references. Its `step` is called once a control timestep; it looks at a `View`
 of the world, sets goals of the `RobotMotion` and returns whether it is done. Skills know tables, candles and cells, but
@@ -7,7 +7,6 @@ nothing of danger.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable
 
@@ -15,17 +14,15 @@ import numpy as np
 
 from caregiver_mj import layout
 from caregiver_mj.floor_plan import Cell
-from caregiver_mj.robot import kinematics, limits, motion
+from caregiver_mj.robot import kinematics, motion
+from caregiver_mj.robot.driving import FORESIGHT, MAY_DRIVE, Skill, View, child_cells
 from caregiver_mj.robot.motion import RobotMotion
-from caregiver_mj.robot.navigation import BASE_RADIUS, CHILD_RADIUS, Navigator
-from caregiver_mj.robot.trajectories import PathError, Vector
+from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.trajectories import Vector
 
 CANDLE_RADIUS = 0.022  # metres
 GRASP_HEIGHT = 0.10  # metres above a candle's foot at which it is gripped
 
-# How near the base must be to where it shall stand.
-_ARRIVED = 0.006  # metres
-_ARRIVED_YAW = 0.012  # radians
 # While the base still drives up to a table, the hand may come out as far as this, once it points the right way:
 _ABOVE = 0.62  # of the reach: all of the hand is then higher than a candle; and when the base is nearly in line
 _HOVER = 0.72  # of the reach: only the fingertips are not
@@ -35,217 +32,13 @@ _HOVER_ACROSS, _HOVER_DISTANCE, _HOVER_YAW = 0.04, 0.30, 0.12  # metres, metres,
 # beside the candle; if the child slows it down, only at the very end.
 _LAST_TIME, _LAST_DISTANCE, _LAST_YAW = 0.28, 0.14, 0.08  # seconds, metres, radians to go
 _LAST_DISTANCE_SLOWED = 0.01  # metres
-# How far out the hand may be when the base sets off: clear of a candle that it has let go, or with one that is clear of
-# the table. And how far out when the base turns, for it to meet no wall.
-_MAY_DRIVE, _MAY_DRIVE_LOADED = 0.62, 0.82
-_MAY_TURN = 0.30
+# How far out the hand may be when the base sets off with a candle that is clear of the table. With an empty hand it is
+# less, clear of a candle that it has let go.
+_MAY_DRIVE_LOADED = 0.82
 
 _GRIP_TIME = 0.12  # seconds from closing to a firm grip
 _RELEASE_GAP = CANDLE_RADIUS + 0.005  # metres of each finger off the middle, when the candle is let go
 _PLACE_GAP = 0.001  # metres above the table at which a candle is let go
-
-# Speed and separation: the base must be able to stop before a child that walks towards it.
-_CHILD_SPEED = 0.62  # m/s, the fastest that a toddler walks towards something
-_REACTION = 0.04  # seconds of control and servo until the base begins to brake
-_SEPARATION = 0.08  # metres that shall remain
-_SWITCHING_RATE = 0.6  # a base that the child has slowed down below this stops before it takes another path
-_PATIENCE = 1.7  # seconds for which the robot gets out of the way of a child that comes: one novice timestep
-_COMING_SPEED = 0.1  # m/s towards the robot
-_COMING_GAP = 0.9  # metres
-_FORESIGHT = 2.2  # metres within which paths are planned round the child
-_PASSING, _PASSING_GAP = 0.35, 0.4  # share of the speed that counts so at no distance, and metres where none does
-_GENTLE_GAP = 0.10  # metres to the child below which the base yields to a push
-
-
-@dataclasses.dataclass
-class View:
-    """What the robot sees at one moment, in metres and radians.
-
-    Attributes:
-        now: Seconds since the episode's start.
-        base: Pose (x, y, yaw) of its base.
-        fingers: How far the fingers stand off the middle, both together.
-        arm: Joint positions (7,).
-        child: Position (x, y) of the toddler.
-        child_velocity: Its velocity, m/s.
-        candles: Position of each candle's foot, (candles, 3).
-    """
-
-    now: float
-    base: tuple[float, float, float]
-    fingers: float
-    arm: np.ndarray
-    child: Vector
-    child_velocity: Vector
-    candles: np.ndarray
-
-
-class Skill:
-    """Base of all skills: drives to where the skill wants to stand.
-
-    Attributes:
-        interruptible: Whether another skill may take over now.
-    """
-
-    interruptible = True
-    _may_drive = _MAY_DRIVE
-
-    def __init__(self, navigator: Navigator):
-        self._navigator = navigator
-        self._asked: Vector | None = None  # where the skill wants to be, ...
-        self._path_goal: Vector | None = None  # ... and where the present path ends
-        self._stand: Cell | None = None
-        self._replan_at = 0.0
-        self._stops = False  # before it takes another path
-        self._aside_until = -math.inf  # when it may block a child's way again
-
-    def step(self, view: View, robot: RobotMotion) -> bool:
-        """Acts for one control timestep; returns whether the skill is done."""
-        raise NotImplementedError
-
-    def replan(self) -> None:
-        """Has the way looked at again, because the world has changed."""
-        self._replan_at = 0.0
-
-    def _drive(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell, yaw: float) -> bool:
-        """Drives to a pose; returns whether it is there."""
-        moved = self._asked is None or math.dist(goal, self._asked) > 1e-3
-        if (moved or view.now >= self._replan_at) and robot.hand_out <= self._may_drive:
-            self._plan(view, robot, goal, cell)
-        robot.set_rate(0.0 if self._stops else allowed_rate(view, robot))
-        if robot.hand_out <= _MAY_TURN:
-            robot.turn_to(yaw)
-        off = math.dist(goal, view.base[:2])
-        turn = abs(math.remainder(yaw - view.base[2], math.tau))
-        return off < _ARRIVED and turn < _ARRIVED_YAW and not robot.moving
-
-    def _plan(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell) -> None:
-        """Finds a way, keeping to the present one as long as it leads to the goal and past the child."""
-        self._asked = goal
-        under_way = self._path_goal is not None and math.dist(goal, self._path_goal) < 1e-3
-        if under_way and robot.time_left > 0.0 and not self._crosses(view, robot):
-            self._replan_at = view.now + 1.0
-            return
-        navigator = self._navigator
-        here = robot.base_reference()[0]
-        # A child far away will be elsewhere when the robot gets there.
-        near = math.dist(view.child, here) < _FORESIGHT
-        points = navigator.path(
-            here, goal, cell, view.child if near else None, child_cells(view, navigator) if near else ()
-        )
-        self._replan_at = view.now + (1.0 if points else 0.3)
-        if points:
-            self._aside_until = -math.inf
-        else:  # the child leaves no way
-            if _comes(view):
-                self._aside_until = view.now + _PATIENCE
-            if view.now < self._aside_until:
-                goal, points = self._step_aside(view, here)
-            elif not under_way:  # follow it, as closely as it lets the robot
-                points = navigator.path(here, goal, cell, None)
-        if not points:
-            return
-        self._stops = robot.moving and allowed_rate(view, robot) < _SWITCHING_RATE
-        if not self._stops:
-            try:
-                robot.drive_along(points, navigator.has_room)
-            except PathError:
-                self._stops = True
-        if self._stops:
-            self._path_goal, self._replan_at = None, view.now + 0.04
-        else:
-            self._path_goal = goal
-
-    def _step_aside(self, view: View, here: Vector) -> tuple[Vector | None, list[Vector] | None]:
-        """Where the robot is not in the child's way, and the path there; None to stay where it is."""
-        navigator = self._navigator
-        closed = child_cells(view, navigator)
-        child = navigator.plan.cell_at(np.array(view.child))
-        refuge = navigator.refuge(navigator.nearest_cell(here), child, closed)
-        if refuge is None:
-            return None, None
-        place = tuple(navigator.plan.position(refuge).tolist())
-        if self._path_goal is not None and math.dist(place, self._path_goal) < 1e-3:
-            return None, None  # on its way there already
-        return place, navigator.path(here, place, refuge, view.child, closed)
-
-    def _crosses(self, view: View, robot: RobotMotion) -> bool:
-        """Whether the child stands in the way of the path ahead."""
-        near = BASE_RADIUS + CHILD_RADIUS + 0.05
-        return any(
-            math.dist(point, place) < near for point in robot.points_ahead(1.5) for place in child_places(view)
-        )
-
-    def _stand_at_table(
-        self, view: View, table: int, spot: Vector, hand: Vector = (0.0, 0.0)
-    ) -> tuple[Vector, Cell, float]:
-        """Where to stand so that the hand reaches a spot over a table.
-
-        Args:
-            view: What is seen.
-            table: Index of the table.
-            spot: Where the candle is, or shall be.
-            hand: Where the candle is relative to the pinch point, in the base's frame.
-
-        Returns:
-            Position and cell to stand in, and the heading.
-        """
-        plan = self._navigator.plan
-        table_cell = plan.tables[table]
-        if self._stand is None or (view.now >= self._replan_at and self._stand in child_cells(view, self._navigator)):
-            self._stand = self._choose_stand(view, table_cell)
-        cell = self._stand
-        ahead = (float(table_cell[1] - cell[1]), float(cell[0] - table_cell[0]))  # unit vector in x, y
-        reach = kinematics.REACH + hand[0]
-        goal = (
-            spot[0] - reach * ahead[0] + hand[1] * ahead[1],
-            spot[1] - reach * ahead[1] - hand[1] * ahead[0],
-        )
-        return goal, cell, math.atan2(ahead[1], ahead[0])
-
-    def _choose_stand(self, view: View, table_cell: Cell) -> Cell:
-        """The free cell beside a table that is quickest to reach, if possible without meeting the child."""
-        navigator = self._navigator
-        plan = navigator.plan
-        cells = plan.free_neighbours(table_cell)
-        # Better not where the child could shut the robot in.
-        cells = [cell for cell in cells if not plan.traps[plan.cell_index[cell]]] or cells
-        start = navigator.nearest_cell(view.base[:2])
-        near = math.dist(view.child, view.base[:2]) < _FORESIGHT
-        around = child_cells(view, navigator) if near else ()
-
-        def cost(cell: Cell) -> float:
-            route = navigator.route(start, cell, around)
-            if route is None:
-                return 1e3 + len(navigator.route(start, cell) or [])
-            return math.dist(plan.position(cell), view.base[:2]) + len(route)
-
-        return min(cells, key=cost)
-
-    def _prepare_hand(self, view: View, robot: RobotMotion, goal: Vector, yaw: float) -> bool:
-        """Brings the hand out while the base still drives up; returns whether it is on the last of its way."""
-        dx, dy = goal[0] - view.base[0], goal[1] - view.base[1]
-        c, s = math.cos(yaw), math.sin(yaw)
-        along, across, turn = c * dx + s * dy, c * dy - s * dx, abs(math.remainder(yaw - view.base[2], math.tau))
-        off = math.hypot(dx, dy)
-        last_distance = _LAST_DISTANCE if robot.is_unhindered else _LAST_DISTANCE_SLOWED
-        if robot.time_left < _LAST_TIME and off < last_distance and turn < _LAST_YAW:
-            robot.reach(1.0)
-            return True
-        if abs(across) < _HOVER_ACROSS and -0.02 < along < _HOVER_DISTANCE and turn < _HOVER_YAW:
-            robot.reach(_HOVER)
-        elif off < _ABOVE_DISTANCE and turn < _ABOVE_YAW and self._hand_is_clear(view, yaw, goal):
-            robot.reach(_ABOVE)
-        elif robot.hand_out > 0.0:
-            robot.reach(0.0)
-        return False
-
-    def _hand_is_clear(self, view: View, yaw: float, goal: Vector) -> bool:
-        """Whether the outstretched hand meets no wall on the rest of the base's way."""
-        out = kinematics.REACH
-        ahead = (out * math.cos(view.base[2]), out * math.sin(view.base[2]))
-        final = (goal[0] + out * math.cos(yaw), goal[1] + out * math.sin(yaw))
-        return self._navigator.hand_clear((view.base[0] + ahead[0], view.base[1] + ahead[1]), final)
 
 
 class Block(Skill):
@@ -282,7 +75,82 @@ class StandAside(Skill):
         return False
 
 
-class Pick(Skill):
+class _AtTable(Skill):
+    """What picking and placing share: to stand before a table, and to bring the hand out on the way there."""
+
+    def _stand_at_table(
+        self, view: View, table: int, spot: Vector, hand: Vector = (0.0, 0.0)
+    ) -> tuple[Vector, Cell, float]:
+        """Where to stand so that the hand reaches a spot over a table.
+
+        Args:
+            view: What is seen.
+            table: Index of the table.
+            spot: Where the candle is, or shall be.
+            hand: Where the candle is relative to the pinch point, in the base's frame.
+
+        Returns:
+            Position and cell to stand in, and the heading.
+        """
+        plan = self._navigator.plan
+        table_cell = plan.tables[table]
+        if self._stand is None or (view.now >= self._replan_at and self._stand in child_cells(view, self._navigator)):
+            self._stand = self._choose_stand(view, table_cell)
+        cell = self._stand
+        ahead = (float(table_cell[1] - cell[1]), float(cell[0] - table_cell[0]))  # unit vector in x, y
+        reach = kinematics.REACH + hand[0]
+        goal = (
+            spot[0] - reach * ahead[0] + hand[1] * ahead[1],
+            spot[1] - reach * ahead[1] - hand[1] * ahead[0],
+        )
+        return goal, cell, math.atan2(ahead[1], ahead[0])
+
+    def _choose_stand(self, view: View, table_cell: Cell) -> Cell:
+        """The free cell beside a table that is quickest to reach, if possible without meeting the child."""
+        navigator = self._navigator
+        plan = navigator.plan
+        cells = plan.free_neighbours(table_cell)
+        # Better not where the child could shut the robot in.
+        cells = [cell for cell in cells if not plan.traps[plan.cell_index[cell]]] or cells
+        start = navigator.nearest_cell(view.base[:2])
+        near = math.dist(view.child, view.base[:2]) < FORESIGHT
+        around = child_cells(view, navigator) if near else ()
+
+        def cost(cell: Cell) -> float:
+            route = navigator.route(start, cell, around)
+            if route is None:
+                return 1e3 + len(navigator.route(start, cell) or [])
+            return math.dist(plan.position(cell), view.base[:2]) + len(route)
+
+        return min(cells, key=cost)
+
+    def _prepare_hand(self, view: View, robot: RobotMotion, goal: Vector, yaw: float) -> bool:
+        """Brings the hand out while the base still drives up; returns whether it is on the last of its way."""
+        dx, dy = goal[0] - view.base[0], goal[1] - view.base[1]
+        c, s = math.cos(yaw), math.sin(yaw)
+        along, across, turn = c * dx + s * dy, c * dy - s * dx, abs(math.remainder(yaw - view.base[2], math.tau))
+        off = math.hypot(dx, dy)
+        last_distance = _LAST_DISTANCE if robot.is_unhindered else _LAST_DISTANCE_SLOWED
+        if robot.time_left < _LAST_TIME and off < last_distance and turn < _LAST_YAW:
+            robot.reach(1.0)
+            return True
+        if abs(across) < _HOVER_ACROSS and -0.02 < along < _HOVER_DISTANCE and turn < _HOVER_YAW:
+            robot.reach(_HOVER)
+        elif off < _ABOVE_DISTANCE and turn < _ABOVE_YAW and self._hand_is_clear(view, yaw, goal):
+            robot.reach(_ABOVE)
+        elif robot.hand_out > 0.0:
+            robot.reach(0.0)
+        return False
+
+    def _hand_is_clear(self, view: View, yaw: float, goal: Vector) -> bool:
+        """Whether the outstretched hand meets no wall on the rest of the base's way."""
+        out = kinematics.REACH
+        ahead = (out * math.cos(view.base[2]), out * math.sin(view.base[2]))
+        final = (goal[0] + out * math.cos(yaw), goal[1] + out * math.sin(yaw))
+        return self._navigator.hand_clear((view.base[0] + ahead[0], view.base[1] + ahead[1]), final)
+
+
+class Pick(_AtTable):
     """Takes a candle off the table on which it stands, and tucks the arm."""
 
     def __init__(self, navigator: Navigator, candle: int, table: int):
@@ -329,7 +197,7 @@ class Pick(Skill):
         return True
 
 
-class Place(Skill):
+class Place(_AtTable):
     """Puts the candle in the hand down on a table."""
 
     interruptible = False
@@ -387,70 +255,10 @@ class Place(Skill):
         return False
 
     def _retreat(self, view: View, robot: RobotMotion) -> bool:
-        self.interruptible = robot.reached <= _MAY_DRIVE
+        self.interruptible = robot.reached <= MAY_DRIVE
         return self.interruptible
-
-
-def child_places(view: View) -> tuple[Vector, Vector]:
-    """Where the child is, and where it will be shortly if it walks on."""
-    (x, y), (vx, vy) = view.child, view.child_velocity
-    return (x, y), (x + 0.8 * vx, y + 0.8 * vy)
-
-
-def is_child_close(view: View) -> bool:
-    """Whether the child is so close that the base must not push back when it is pushed."""
-    return _gap(view) < _GENTLE_GAP
-
-
-def child_cells(view: View, navigator: Navigator) -> set[Cell]:
-    """The cells of these places."""
-    return {navigator.plan.cell_at(np.array(place)) for place in child_places(view)}
-
-
-def allowed_rate(view: View, robot: RobotMotion) -> float:
-    """The share of its planned speed at which the base can still stop before it touches the child.
-
-    Speed and separation monitoring (the idea of ISO/TS 15066, section 5.5.4): while robot and child close in, the
-    distance between them must cover what the robot needs to react and brake, and what the child walks meanwhile.
-    At a rate r of its planned speed, stopping takes r * speed / deceleration + build-up seconds.
-    """
-    vx, vy = robot.planned_velocity()
-    if vx == 0.0 and vy == 0.0:
-        return 1.0
-    dx, dy = view.child[0] - view.base[0], view.child[1] - view.base[1]
-    gap = _gap(view) - _SEPARATION
-    if gap > 2.0:
-        return 1.0
-    speed = math.hypot(vx, vy)
-    approach = (vx * dx + vy * dy) / math.hypot(dx, dy)
-    # Close by, a path past the child counts as one that leads towards it: it may turn, and so may the path.
-    approach += speed * _PASSING * min(1.0, max(0.0, 1.0 - gap / _PASSING_GAP))
-    if approach <= 0.0:
-        return 1.0
-    # approach * r * (stopping / 2 + reaction) + child * (stopping + reaction) = gap, solved for r
-    stopping = speed / limits.BASE.acceleration
-    delay = _REACTION + limits.BASE.acceleration / limits.BASE.jerk
-    a = approach * stopping / 2
-    b = approach * delay + _CHILD_SPEED * stopping
-    c = _CHILD_SPEED * delay - gap
-    if c >= 0.0:
-        return 0.0
-    return min(1.0, (-b + math.sqrt(b * b - 4 * a * c)) / (2 * a))
-
-
-def _comes(view: View) -> bool:
-    """Whether the child walks towards the robot, or has just run into it."""
-    gap = _gap(view)
-    dx, dy = view.base[0] - view.child[0], view.base[1] - view.child[1]
-    towards = (dx * view.child_velocity[0] + dy * view.child_velocity[1]) / math.hypot(dx, dy)
-    return gap < 0.01 or (gap < _COMING_GAP and towards > _COMING_SPEED)
 
 
 def _hand_is_empty(view: View) -> bool:
     """Whether the closed fingers hold nothing: they meet in the middle, which they cannot round a candle."""
     return view.fingers < 2 * CANDLE_RADIUS - 0.01
-
-
-def _gap(view: View) -> float:
-    """Metres between base and child."""
-    return math.dist(view.child, view.base[:2]) - BASE_RADIUS - CHILD_RADIUS
