@@ -33,9 +33,11 @@ class Observation:
         previous_cell: The cell in which it made its last move, (B,).
         previous_action: That move, an index into `ACTIONS`, or NOTHING before the first, (B,).
         caregiver_cell: Index of the caregiver's own cell in `FloorPlan.caregiver_cells`, (B,).
-        candle_table: Index of the table on which each candle stands, (B, candles), or NOTHING for one that
-            stands on none (it is in the caregiver's hand, or lies on the floor).
+        candle_table: Index of the table on which each candle is, (B, candles), or NOTHING for one that is on none
+            (it is in the caregiver's hand, or on the floor).
         holding: Index of the candle in the caregiver's hand, or NOTHING, (B,).
+        candle_cell: Index of the free cell on whose floor each candle is, (B, candles), or NOTHING. None where none
+            can be, as in the grid.
     """
 
     novice_cell: np.ndarray
@@ -44,6 +46,7 @@ class Observation:
     caregiver_cell: np.ndarray
     candle_table: np.ndarray
     holding: np.ndarray
+    candle_cell: np.ndarray | None = None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -121,9 +124,16 @@ class Caregiver(abc.ABC):
         return np.concatenate([np.ones((len(table), self.stairwell_count), bool), candle], axis=1)
 
     def candidate_distances(self, observation: Observation) -> np.ndarray:
-        """Novice timesteps to a collision with each candidate, (B, candidates); infinite for a carried candle."""
+        """Novice timesteps to a collision with each candidate, (B, candidates); infinite for a carried candle.
+
+        One collides with a candle on the floor by stepping into its cell, if one is not in there already.
+        """
         cell, table = observation.novice_cell, observation.candle_table
         candles = np.where(table == NOTHING, np.inf, self.table_distances[cell[:, None], table])
+        if observation.candle_cell is not None:
+            for world, candle in zip(*np.nonzero(observation.candle_cell != NOTHING), strict=True):
+                steps = self.plan.distances_from([observation.candle_cell[world, candle]])[0, cell[world]]
+                candles[world, candle] = max(1, steps)
         return np.concatenate([self.stairwell_distances[cell], candles], axis=1)
 
     @property

@@ -6,6 +6,7 @@ novice did it infers from how the toddler moved; what to protect it asks a `Care
 
 from __future__ import annotations
 
+import functools
 import math
 import zlib
 from typing import TYPE_CHECKING
@@ -19,7 +20,8 @@ from caregiver_mj.floor_plan import ACTIONS, FloorPlan
 from caregiver_mj.robot.driving import Skill, View, is_child_close
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.robot.skills import Block, Pick, Place, StandAside
+from caregiver_mj.robot.planning_scene import PlanningScene
+from caregiver_mj.robot.skills import Block, Pick, Place, Retrieve, StandAside, stands
 
 if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.rendering
     import dm_env
@@ -28,8 +30,7 @@ if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.renderi
 _CLEAR_DISTANCE = 0.05  # metres of a move after which it is clear where the toddler is heading, ...
 _LATEST = 0.5  # ... or the share of a novice timestep after which it will not go anywhere any more
 _SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to
-_STANDING_COSINE = math.cos(math.radians(20))  # of a candle's tilt up to which it counts as standing
-_PATIENCE = 3  # attempts at a grasp before another target gets its turn
+_GIVEN_UP_TIME = 30.0  # seconds for which a candle that cannot be had is left alone
 
 
 def _episode_number(observation: dict[str, np.ndarray]) -> int:
@@ -110,11 +111,15 @@ class CaregiverPolicy:
             self._reset(observation)
         view = self._look(observation)
         new_move = self._watch(view, float(observation["clock"]))
-        self._act(view, new_move, observation)
+        self._act(view, new_move)
         self._robot.gentle = is_child_close(view)
         action = self._robot.action(view.base)
         self._robot.now += self._timestep
         return action
+
+    @functools.cached_property
+    def _planning_scene(self) -> PlanningScene:
+        return PlanningScene(self.plan)
 
     # -- Seeing ----------------------------------------------------------------------------------
 
@@ -131,10 +136,10 @@ class CaregiverPolicy:
         self.activity = "watch"
         self._skill: Skill | None = None
         self._holding = NOTHING
-        self._failures: dict[int, int] = {}
+        self._given_up: dict[int, float] = {}  # candle -> when to think of it again
         self._begun, self._is_clear = 0, False
         self._origin = tuple(observation["toddler_position"][:2].tolist())
-        self._cell = self._toddler_cell(self._origin)
+        self._cell = self._free_cell(self._origin)
         self._previous = (self._cell, NOTHING)
 
     def _look(self, observation: dict[str, np.ndarray]) -> View:
@@ -151,6 +156,7 @@ class CaregiverPolicy:
             child=(child[0], child[1]),
             child_velocity=(velocity[0], velocity[1]),
             candles=candles,
+            candle_orientations=observation.get("candle_orientation", np.zeros((0, 4))),
         )
 
     def _watch(self, view: View, clock: float) -> bool:
@@ -169,7 +175,7 @@ class CaregiverPolicy:
         if distance < _CLEAR_DISTANCE and clock - move < _LATEST:
             return False
         self._is_clear = True
-        cell, action = self._toddler_cell(self._origin), NOTHING
+        cell, action = self._free_cell(self._origin), NOTHING
         self._cell = cell
         if distance > _SMALLEST_MOVE:
             action = max(range(len(ACTIONS)), key=lambda a: dx * ACTIONS[a][1] - dy * ACTIONS[a][0])
@@ -177,7 +183,8 @@ class CaregiverPolicy:
         self._previous = (cell, action)
         return True
 
-    def _toddler_cell(self, position: tuple[float, float]) -> int:
+    def _free_cell(self, position: tuple[float, float]) -> int:
+        """Index of the free cell at, or nearest to, a position."""
         index = self.plan.cell_index.get(self.plan.cell_at(np.array(position)))
         if index is not None and index < len(self.plan.free_cells):
             return index
@@ -186,41 +193,50 @@ class CaregiverPolicy:
             key=lambda i: math.dist(self.plan.position(self.plan.free_cells[i]), position),
         )
 
-    def _observation(self, view: View, observation: dict[str, np.ndarray]) -> Observation:
+    def _observation(self, view: View) -> Observation:
         """The world as the caregiver knows it."""
+        tables, cells = self._candle_places(view)
         return Observation(
             novice_cell=np.array([self._cell]),
             previous_cell=np.array([self._previous[0]]),
             previous_action=np.array([self._previous[1]]),
             caregiver_cell=np.array([self.plan.cell_index[self._navigator.nearest_cell(view.base[:2])]]),
-            candle_table=np.array([self._candle_tables(view, observation)], int).reshape(1, -1),
+            candle_table=np.array([tables], int).reshape(1, -1),
             holding=np.array([self._holding]),
+            candle_cell=np.array([cells], int).reshape(1, -1),
         )
 
-    def _candle_tables(self, view: View, observation: dict[str, np.ndarray]) -> list[int]:
-        """On which table each candle stands upright, NOTHING for none."""
-        tables = []
+    def _candle_places(self, view: View) -> tuple[list[int], list[int]]:
+        """On which table each candle is and on the floor of which free cell, NOTHING where it is not.
+
+        Those that the robot has given up are nowhere, lest the caregiver thinks of nothing else.
+        """
+        tables, cells = [], []
         for i, (x, y, z) in enumerate(view.candles.tolist()):
-            _, qx, qy, _ = observation["candle_orientation"][i].tolist()
-            standing = 1 - 2 * (qx * qx + qy * qy) > _STANDING_COSINE and abs(z - layout.TABLE_HEIGHT) < 0.03
-            over = np.abs(self._tables[:, :2] - (x, y)).max(axis=1) < layout.TABLE_HALF_SIZE
-            found = np.flatnonzero(over) if standing and i != self._holding else []
-            tables.append(int(found[0]) if len(found) else NOTHING)
-        return tables
+            table = cell = NOTHING
+            if i != self._holding and view.now >= self._given_up.get(i, 0.0):
+                over = np.abs(self._tables[:, :2] - (x, y)).max(axis=1) < layout.TABLE_HALF_SIZE
+                if z > layout.TABLE_HEIGHT / 2:
+                    table = int(over.argmax()) if over.any() else NOTHING
+                else:
+                    cell = self._free_cell((x, y))
+            tables.append(table)
+            cells.append(cell)
+        return tables, cells
 
     # -- Deciding and acting ---------------------------------------------------------------------
 
-    def _act(self, view: View, new_move: bool, observation: dict[str, np.ndarray]) -> None:
+    def _act(self, view: View, new_move: bool) -> None:
         if new_move and self._skill:
             self._skill.replan()
         first = view.now == 0.0
         if new_move or first or self._skill is None:
-            seen = self._observation(view, observation)
+            seen = self._observation(view)
             self._decide(view, seen, observed=new_move)
         if self._skill is None:
             return
         if self._skill.step(view, self._robot):
-            self._finish(view, observation)
+            self._finish(view)
 
     def _decide(self, view: View, seen: Observation, observed: bool) -> None:
         """Asks the caregiver what to protect, and sets about it unless the robot's hands are full."""
@@ -241,9 +257,9 @@ class CaregiverPolicy:
                 self._skill, self.activity = StandAside(self._navigator), "keep out of the way"
             return
         if target != self.target or self._skill is None:
-            self._begin(target, seen)
+            self._begin(target, view, seen)
 
-    def _begin(self, target: int, seen: Observation) -> None:
+    def _begin(self, target: int, view: View, seen: Observation) -> None:
         """Begins the intervention that protects a candidate."""
         if target < self._stairwells:
             skill: Skill = Block(self._navigator, target)
@@ -251,9 +267,11 @@ class CaregiverPolicy:
         else:
             candle = target - self._stairwells
             table = int(seen.candle_table[0, candle])
-            if table == NOTHING:
-                return
-            skill, activity = Pick(self._navigator, candle, table), f"fetch candle {candle + 1}"
+            if table != NOTHING and stands(view, candle):
+                skill, activity = Pick(self._navigator, candle, table), f"fetch candle {candle + 1}"
+            else:
+                skill = Retrieve(self._navigator, self._planning_scene, candle)
+                activity = f"pick up candle {candle + 1}"
         if target != self.target:
             self.interventions += 1
             self._reached = False
@@ -265,7 +283,7 @@ class CaregiverPolicy:
         self._skill = Place(self._navigator, self._holding, table)
         self.activity = f"carry candle {self._holding + 1} to table {table + 1}"
 
-    def _finish(self, view: View, observation: dict[str, np.ndarray]) -> None:
+    def _finish(self, view: View) -> None:
         """Takes note of a skill that is done, and goes on to the next."""
         skill = self._skill
         if isinstance(skill, Block):
@@ -274,12 +292,14 @@ class CaregiverPolicy:
                 self._reached = True
             return  # goes on standing there
         self._skill = None
-        if isinstance(skill, Pick) and not skill.failed:
+        if isinstance(skill, Pick | Retrieve) and not skill.failed:
             self._holding = skill.candle
-            self._carry(self._observation(view, observation))
+            self._carry(self._observation(view))
         elif isinstance(skill, Place):
             self._holding = NOTHING
             self.interventions_done += not skill.failed
             self.target = NOTHING
-        elif isinstance(skill, Pick):
+        else:
             self.target = NOTHING
+            if isinstance(skill, Retrieve):
+                self._given_up[skill.candle] = view.now + _GIVEN_UP_TIME

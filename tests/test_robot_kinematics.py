@@ -147,13 +147,18 @@ def test_inverse_kinematics_does_not_depend_on_what_was_asked_before(arm):
 def test_goal_out_of_reach_is_refused(arm, x, z):
     with pytest.raises(CaregiverError, match=rf"cannot reach {x:.3f} m ahead at a height of {z:.3f} m"):
         arm.solve(x, z)
+
+
+def test_no_way_leads_out_of_reach():
     with pytest.raises(CaregiverError, match="cannot reach"):
-        kinematics.ReachPath(arm, x, z)
+        kinematics.reach_path(25000)
+    with pytest.raises(CaregiverError, match=r"cannot grip what lies 1\.20 m ahead"):
+        kinematics.retrieval_path(np.array([1.2, 0.0, 0.022]), np.array([1.0, 0.0, 0.0]))
 
 
 @pytest.mark.parametrize("height", HEIGHTS)
 def test_reach_path_leads_from_the_tucked_arm_to_the_goal(arm, height):
-    path = kinematics.ReachPath(arm, 0.70, height)
+    path = kinematics.reach_path(round(1e4 * height))
     np.testing.assert_allclose(pinch_pose(path.joints(0.0))[:3, 3], [0.42, 0.0, 0.93], atol=1e-4)
     np.testing.assert_allclose(pinch_pose(path.joints(1.0))[:3, 3], [0.70, 0.0, height], atol=1e-4)
     np.testing.assert_allclose(kinematics.tucked_joints(), path.joints(0.0), atol=1e-6)
@@ -161,7 +166,7 @@ def test_reach_path_leads_from_the_tucked_arm_to_the_goal(arm, height):
 
 @pytest.mark.parametrize("height", HEIGHTS)
 def test_reach_path_keeps_the_hand_pitch_and_plane_all_the_way(arm, height):
-    path = kinematics.ReachPath(arm, 0.70, height)
+    path = kinematics.reach_path(round(1e4 * height))
     for s in np.linspace(0, 1, 51):
         pose = pinch_pose(path.joints(s))
         assert pitch(path.joints(s)) == pytest.approx(35.0, abs=0.1)
@@ -171,7 +176,7 @@ def test_reach_path_keeps_the_hand_pitch_and_plane_all_the_way(arm, height):
 
 @pytest.mark.parametrize("height", HEIGHTS)
 def test_reach_path_keeps_the_published_joint_limits(arm, height):
-    path = kinematics.ReachPath(arm, 0.70, height)
+    path = kinematics.reach_path(round(1e4 * height))
     motion = ScalarMotion(path.limits, 0.0)
     motion.move_to(1.0, 0.0)
     timestep = 1e-3
@@ -189,3 +194,34 @@ def test_reach_path_keeps_the_published_joint_limits(arm, height):
     assert rates[2].max() <= JERK
     assert (rates[0] / VELOCITY).max() > 0.5 or rates[1].max() > 0.9 * ACCELERATION  # and makes use of them
     np.testing.assert_allclose(joints[-1], path.joints(1.0), atol=1e-9)
+
+
+@pytest.mark.parametrize("height", [0.024, 0.622])
+@pytest.mark.parametrize("heading", range(-180, 180, 30))
+def test_retrieval_path_grips_a_lying_candle_so_that_it_stands_in_the_tucked_hand(heading, height):
+    axis = np.array([np.cos(np.radians(heading)), np.sin(np.radians(heading)), 0.0])
+    point = np.array([0.5, 0.0, height])
+    path = kinematics.retrieval_path(point, axis)
+    grip = pinch_pose(path.joints(2.0))
+    np.testing.assert_allclose(grip[:3, 3], point, atol=1e-4)
+    assert abs(grip[:3, 1] @ axis) < 1e-4  # the fingers close on its sides, ...
+    assert abs(grip[2, 1]) < 1e-4  # ... which are level
+    assert grip[2, 2] < -0.8  # from above
+    over = pinch_pose(path.joints(1.0))
+    np.testing.assert_allclose(over[:3, 3], [*point[:2], height + 0.1], atol=1e-4)
+    # Gripped like that, what was the candle's axis points up in the tucked hand.
+    tucked = pinch_pose(path.joints(0.0))
+    np.testing.assert_allclose(tucked[:3, :3] @ grip[:3, :3].T @ axis, [0, 0, 1], atol=1e-3)
+    for s in np.linspace(0, 2, 41):
+        assert (path.joints(s) > POSITION_LOWEST).all()
+        assert (path.joints(s) < POSITION_HIGHEST).all()
+
+
+def test_hand_tilts_with_the_candle_only_where_that_leans():
+    upright = kinematics.hand_rotation(np.array([0.0, 0.0, 1.0]))
+    leaning = np.array([np.sin(0.2), 0.0, np.cos(0.2)])
+    np.testing.assert_array_equal(kinematics.hand_rotation(leaning), upright)
+    lying = kinematics.hand_rotation(np.array([1.0, 0.0, 0.0]))
+    # A quarter turn about y, nose down: 35 degrees below the horizontal become 125.
+    np.testing.assert_allclose(lying[:, 2], [np.cos(np.radians(125)), 0, -np.sin(np.radians(125))], atol=1e-12)
+    np.testing.assert_allclose(lying[:, 1], upright[:, 1], atol=1e-12)

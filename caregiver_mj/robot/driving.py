@@ -49,6 +49,7 @@ class View:
         child: Position (x, y) of the toddler.
         child_velocity: Its velocity, m/s.
         candles: Position of each candle's foot, (candles, 3).
+        candle_orientations: Its orientation, a quaternion (w, x, y, z), (candles, 4).
     """
 
     now: float
@@ -58,6 +59,7 @@ class View:
     child: Vector
     child_velocity: Vector
     candles: np.ndarray
+    candle_orientations: np.ndarray
 
 
 class Skill:

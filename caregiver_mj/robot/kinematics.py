@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import functools
 import importlib.resources
+import itertools
+import math
+from collections.abc import Sequence
 
 import mink
 import mujoco
@@ -23,13 +26,22 @@ HAND_PITCH = np.deg2rad(35.0)  # below the horizontal; a level hand hits the tab
 CARRY = (0.42, 0.93)
 REACH = 0.70  # metres from the base's centre to a candle on a table
 
+_HOVER = 0.10  # metres over a candle that lies, at which the hand stops
+_UPRIGHT = np.deg2rad(20.0)  # tilt below which a candle is gripped as if it stood
+_WRIST_BENDS = (1.57, 0.8, 0.0)  # radians, of joint 6 from the tucked arm's: guesses for the inverse kinematics
+
 _IK_TOLERANCE = 1e-5  # metres and radians
 _IK_ITERATIONS = 100
+_IK_STEP = 0.5  # radians, the most that a joint goes in an iteration
 _SEED = np.array([0.0, -0.66, 0.0, -2.25, 0.0, 2.55, np.pi / 4])  # radians, near the tucked arm
 
 
 class Arm:
-    """Kinematics of the arm, on a model of its own: it knows nothing of the simulation's state."""
+    """Kinematics of the arm, on a model of its own: it knows nothing of the simulation's state.
+
+    Attributes:
+        ranges: Lowest and highest joint positions, (7,) each, in radians.
+    """
 
     def __init__(self):
         path = importlib.resources.files("caregiver_mj.models") / "robot.xml"
@@ -45,10 +57,10 @@ class Arm:
         still[self._arm] = 1e-3
         self._damping = mink.DampingTask(self._model, cost=still)  # base, wheels and fingers stand still
         self._limits = [mink.ConfigurationLimit(self._model)]
-        self._rotation = mink.SO3.from_matrix(_hand_rotation())
+        self.ranges = tuple(np.array([self._model.joint(name).range for name in ARM_JOINTS]).T)
 
     def solve(self, x: float, z: float, guess: np.ndarray = _SEED) -> np.ndarray:
-        """Inverse kinematics of the hand in the arm's vertical plane.
+        """Inverse kinematics of the hand in the arm's vertical plane, as for a candle that stands.
 
         Args:
             x: Distance of the pinch point before the base's centre in metres.
@@ -61,11 +73,27 @@ class Arm:
         Raises:
             CaregiverError: The arm cannot reach that point.
         """
+        return self.solve_pose(np.array([x, 0.0, z]), hand_rotation(np.array([0.0, 0.0, 1.0])), guess)
+
+    def solve_pose(self, position: np.ndarray, rotation: np.ndarray, guess: np.ndarray) -> np.ndarray:
+        """Inverse kinematics of any pose of the hand.
+
+        Args:
+            position: Of the pinch point, (3,), metres.
+            rotation: Of the hand, (3, 3), see `hand_rotation`.
+            guess: Joint positions (7,) to start from, in radians.
+
+        Returns:
+            Joint positions (7,) in radians.
+
+        Raises:
+            CaregiverError: The arm cannot reach that pose, or not from that guess.
+        """
         q = np.zeros(self._model.nq)
         q[self._arm] = guess
         self._configuration.update(q)
         self._posture.set_target(q)
-        self._task.set_target(mink.SE3.from_rotation_and_translation(self._rotation, np.array([x, 0.0, z])))
+        self._task.set_target(mink.SE3.from_rotation_and_translation(mink.SO3.from_matrix(rotation), position))
         for _ in range(_IK_ITERATIONS):
             if np.abs(self._task.compute_error(self._configuration)).max() < _IK_TOLERANCE:
                 return self._configuration.q[self._arm].copy()
@@ -75,8 +103,11 @@ class Arm:
                 )
             except mink.MinkError:
                 break
-            self._configuration.integrate_inplace(velocity, 1.0)
-        raise CaregiverError(f"the arm cannot reach {x:.3f} m ahead at a height of {z:.3f} m")
+            step = min(1.0, _IK_STEP / np.abs(velocity).max())
+            self._configuration.integrate_inplace(velocity, step)
+        raise CaregiverError(
+            f"the arm cannot reach {position[0]:.3f} m ahead at a height of {position[2]:.3f} m"
+        )
 
     def pinch(self, q: np.ndarray) -> np.ndarray:
         """Forward kinematics: the pinch point (3,) in metres for joint positions (7,) in radians."""
@@ -87,30 +118,26 @@ class Arm:
 
 
 class ReachPath:
-    """The hand's way from the tucked arm (s = 0) to a point over or on a table (s = 1): a line in joint space.
+    """The hand's way from the tucked arm (s = 0) through poses (s = 1, 2, ...): lines in joint space.
 
     In the arm's vertical plane the hand's pitch is a signed sum of joint positions, so that a line between two poses
-    of equal pitch keeps it all the way: a candle stays upright. The line has no curvature either, which makes the
-    joints' limits simple bounds of s and its derivatives.
+    of equal pitch keeps it all the way: a candle stays upright. A line has no curvature either, which makes the
+    joints' limits simple bounds of s and its derivatives; they hold as long as the hand stops at every pose.
 
     Attributes:
         limits: Bounds of s (per second, ...) under which every joint keeps its limits.
     """
 
-    def __init__(self, arm: Arm, x: float, z: float):
+    def __init__(self, poses: Sequence[np.ndarray]):
         """Plans the way.
 
         Args:
-            arm: The arm.
-            x: Distance of the goal before the base's centre, metres.
-            z: Height of the goal above the floor, metres.
-
-        Raises:
-            CaregiverError: The arm cannot reach there.
+            poses: Joint positions (7,) in radians, two or more of them, the tucked arm first.
         """
-        self._start = arm.solve(*CARRY)
-        self._way = arm.solve(x, z, guess=self._start) - self._start
-        way = np.abs(self._way) + 1e-12
+        self._poses = np.array(poses)
+        self._ways = np.diff(self._poses, axis=0)
+        self._last = len(self._ways) - 1
+        way = np.abs(self._ways).max(axis=0) + 1e-12
         self.limits = limits.Limits(
             velocity=float((limits.ARM_VELOCITY * limits.ARM_VELOCITY_SHARE / way).min()),
             acceleration=float((limits.ARM_ACCELERATION * limits.ARM_ACCELERATION_SHARE / way).min()),
@@ -119,7 +146,8 @@ class ReachPath:
 
     def joints(self, s: float) -> np.ndarray:
         """Joint positions (7,) in radians at s."""
-        return self._start + s * self._way
+        i = min(int(s), self._last)
+        return self._poses[i] + (s - i) * self._ways[i]
 
 
 @functools.cache
@@ -130,15 +158,68 @@ def shared_arm() -> Arm:
 
 @functools.cache
 def reach_path(height_in_tenths_of_mm: int) -> ReachPath:
-    """The way to a point `REACH` ahead, at a height in units of 0.1 mm (so that paths can be shared)."""
-    return ReachPath(shared_arm(), REACH, height_in_tenths_of_mm * 1e-4)
+    """The way to a point `REACH` ahead, at a height in units of 0.1 mm (so that paths can be shared).
+
+    Raises:
+        CaregiverError: The arm cannot reach there.
+    """
+    arm, tucked = shared_arm(), tucked_joints()
+    return ReachPath([tucked, arm.solve(REACH, height_in_tenths_of_mm * 1e-4, guess=tucked)])
 
 
-def _hand_rotation() -> np.ndarray:
-    """Rotation (3, 3) of the hand: approach axis z forwards and down, fingers opening along y, sideways."""
+def retrieval_path(point: np.ndarray, axis: np.ndarray) -> ReachPath:
+    """The way to a candle that lies somewhere: to a pose over it (s = 1), then straight down to it (s = 2).
+
+    On the way back the hand turns as it tucks, and the candle in it upright.
+
+    Args:
+        point: Where to grip the candle, in the base's frame, (3,), metres.
+        axis: Unit vector from its foot to its top, in the base's frame, (3,).
+
+    Raises:
+        CaregiverError: The arm cannot reach there.
+    """
+    arm, tucked = shared_arm(), tucked_joints()
+    rotation = hand_rotation(axis)
+    above = np.array([*point[:2], point[2] + _HOVER])
+    heading = math.atan2(axis[1], axis[0])
+    best = None
+    for bend, turn in itertools.product(_WRIST_BENDS, (heading, -heading, 0.0)):
+        guess = tucked + np.array([0.0, 0.0, 0.0, 0.0, 0.0, bend, turn])
+        try:
+            down = arm.solve_pose(point, rotation, guess.clip(*arm.ranges))
+            over = arm.solve_pose(above, rotation, down)
+        except CaregiverError:
+            continue
+        effort = np.abs(over - tucked).max()
+        if best is None or effort < best[0]:
+            best = effort, over, down
+    if best is None:
+        x, y, z = point
+        raise CaregiverError(f"the arm cannot grip what lies {x:.2f} m ahead and {y:.2f} m aside, {z:.2f} m high")
+    return ReachPath([tucked, *best[1:]])
+
+
+def hand_rotation(axis: np.ndarray) -> np.ndarray:
+    """Rotation (3, 3) of the hand that grips a candle, and would hold it upright when turned back to the front.
+
+    The hand's axes are: z its approach, y the one along which the fingers open, level, and x their normal. The hand
+    goes with the candle: where that is tilted, the hand is tilted alike from its usual pitch.
+
+    Args:
+        axis: Unit vector from the candle's foot to its top in the base's frame, (3,).
+    """
     approach = np.array([np.cos(HAND_PITCH), 0.0, -np.sin(HAND_PITCH)])
     sideways = np.array([0.0, -1.0, 0.0])
-    return np.stack([np.cross(sideways, approach), sideways, approach], axis=1)
+    usual = np.stack([np.cross(sideways, approach), sideways, approach], axis=1)
+    across = math.hypot(axis[0], axis[1])
+    if across < math.sin(_UPRIGHT):
+        return usual
+    ahead = np.array([axis[0], axis[1], 0.0]) / across
+    left, up = np.array([-ahead[1], ahead[0], 0.0]), np.array([0.0, 0.0, 1.0])
+    # In the vertical plane through the axis, up turns into the axis and ahead with it.
+    tilted = np.stack([axis[2] * ahead - across * up, left, axis], axis=1)
+    return tilted @ usual
 
 
 def tucked_joints() -> np.ndarray:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from caregiver_mj.robot import kinematics, limits
+from caregiver_mj.robot.kinematics import ReachPath
 from caregiver_mj.robot.limits import Limits
 from caregiver_mj.robot.trajectories import BasePath, PathError, ScalarMotion, Vector
 
@@ -112,12 +113,20 @@ class RobotMotion:
 
     def plan_reach(self, height: float) -> None:
         """Aims the arm at a height above the floor, for the next time that it reaches out."""
-        self.reach_path = kinematics.reach_path(round(1e4 * height))
-        self._reach.set_limits(self.reach_path.limits)
+        self.reach_along(kinematics.reach_path(round(1e4 * height)))
+
+    def reach_along(self, path: ReachPath) -> None:
+        """Gives the arm, which is tucked, the path for the next time that it reaches out."""
+        self.reach_path = path
+        self._reach.set_limits(path.limits)
 
     def reach(self, s: float) -> None:
-        """Sets how far the hand reaches out: 0 tucked, 1 at the goal."""
+        """Sets how far the hand reaches out: 0 tucked, 1 at the goal, or more where the path has more poses."""
         self._reach.move_to(s, self.now)
+
+    def stop_reaching(self) -> None:
+        """Stops the hand where it is, until the next `reach`."""
+        self._reach.run_at(0.0, self.now)
 
     def grip(self, width: float) -> None:
         """Sets how far each finger stands off the middle."""

@@ -128,6 +128,11 @@ class Navigator:
                 return False
         return True
 
+    def can_stand(self, point: Vector) -> bool:
+        """Whether the base can stand at a point, with the clearance of a path, and turn there with a candle."""
+        x, y = np.array([point[0]]), np.array([point[1]])
+        return all(self._at(raster, x, y)[0] >= 0.0 for raster in (self._room, self._turning_room))
+
     def hand_clear(self, a: Vector, b: Vector) -> bool:
         """Whether the outstretched hand can move straight from one point to another without touching a wall."""
         return bool(self._at(self._turning_room, *self._line(a, b)).min() >= _HAND_RADIUS - _HAND_CLEARANCE)

@@ -7,21 +7,26 @@ nothing of danger.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable
 
 import numpy as np
 
 from caregiver_mj import layout
+from caregiver_mj.errors import CaregiverError
 from caregiver_mj.floor_plan import Cell
 from caregiver_mj.robot import kinematics, motion
 from caregiver_mj.robot.driving import FORESIGHT, MAY_DRIVE, Skill, View, child_cells
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.planning_scene import PlanningScene
 from caregiver_mj.robot.trajectories import Vector
 
 CANDLE_RADIUS = 0.022  # metres
 GRASP_HEIGHT = 0.10  # metres above a candle's foot at which it is gripped
+_UPRIGHT = math.cos(math.radians(20))  # of a candle's tilt up to which it counts as standing
+_OFF_TABLE = 0.03  # metres from a table's height beyond which a candle is not on it
 
 # While the base still drives up to a table, the hand may come out as far as this, once it points the right way:
 _ABOVE = 0.62  # of the reach: all of the hand is then higher than a candle; and when the base is nearly in line
@@ -39,6 +44,17 @@ _MAY_DRIVE_LOADED = 0.82
 _GRIP_TIME = 0.12  # seconds from closing to a firm grip
 _RELEASE_GAP = CANDLE_RADIUS + 0.005  # metres of each finger off the middle, when the candle is let go
 _PLACE_GAP = 0.001  # metres above the table at which a candle is let go
+
+# Picking up what lies: where the base may stand, and how the hand takes it.
+_DIRECTIONS = 12  # round the candle
+_RETRIEVAL_REACHES = (0.50, 0.55, 0.60)  # metres from the base's centre to the candle; the nearest is the surest
+_GRIP_ABOVE = 0.006  # metres over the middle of the lying candle, which keeps the fingertips off the ground
+_CHECKS = 41  # poses on the arm's way that are checked for collisions
+_FIRM_GRIP_TIME = 0.3  # seconds from closing to a grip that has found hold, or nothing
+_STILL_TIME, _SHIFT = 0.3, 0.003  # seconds for which it must have lain still, and metres by which it may seem to move
+_CHILD_AWAY = 1.2  # metres from the child to the candle, for the hand to go there
+_CHILD_NEAR = 0.6  # metres below which the hand stops where it is
+_ATTEMPTS = 3
 
 
 class Block(Skill):
@@ -165,6 +181,9 @@ class Pick(_AtTable):
 
     def _approach(self, view: View, robot: RobotMotion) -> bool:
         x, y, z = view.candles[self.candle].tolist()
+        if not stands(view, self.candle) or abs(z - layout.TABLE_HEIGHT) > _OFF_TABLE:
+            self.failed = True  # it has fallen
+            return True
         goal, cell, yaw = self._stand_at_table(view, self.table, (x, y))
         there = self._drive(view, robot, goal, cell, yaw)
         if robot.reached < 1e-6:
@@ -195,6 +214,158 @@ class Pick(_AtTable):
         self.failed = _hand_is_empty(view)
         self.interruptible = True
         return True
+
+
+class Retrieve(Skill):
+    """Picks a candle up from where it lies, on a table or on the floor, and tucks it upright.
+
+    There is no hurry in it but the child's: the base stands still while the arm is out, the hand stops while the child
+    is near, and grasps that fail are tried again.
+
+    Attributes:
+        candle: Index of the candle.
+        failed: Whether it cannot be had.
+    """
+
+    def __init__(self, navigator: Navigator, scene: PlanningScene, candle: int):
+        super().__init__(navigator)
+        self.candle = candle
+        self.failed = False
+        self._scene = scene
+        self._stage: Callable[[View, RobotMotion], bool] = self._approach
+        self._until = 0.0
+        self._attempts = 0
+        self._stance: _Stance | None = None
+        self._seen, self._seen_since = np.full(3, np.inf), 0.0
+        self._waits = False
+
+    def step(self, view: View, robot: RobotMotion) -> bool:
+        return self._stage(view, robot)
+
+    def _approach(self, view: View, robot: RobotMotion) -> bool:
+        robot.reach(0.0)
+        robot.grip(motion.OPEN)
+        if not self._lies_still(view):
+            self._stance = None
+            return False
+        if self._stance is None:
+            self._stance = self._choose_stance(view)
+            if self._stance is None:
+                self.failed = True
+                return True
+        x, y, yaw = self._stance.base
+        there = self._drive(view, robot, (x, y), self._navigator.nearest_cell((x, y)), yaw)
+        if there and robot.reached == 0.0 and self._child_distance(view) > _CHILD_AWAY:
+            self.interruptible = False
+            robot.reach_along(self._stance.path)
+            self._stage = self._reach_over
+        return False
+
+    def _reach_over(self, view: View, robot: RobotMotion) -> bool:
+        self._reach(view, robot, 1.0)
+        if robot.reached == 1.0:
+            self._stage = self._reach_down if self._lies_still(view) else self._withdraw
+        return False
+
+    def _reach_down(self, view: View, robot: RobotMotion) -> bool:
+        self._reach(view, robot, 2.0)
+        if robot.reached == 2.0:
+            robot.grip(motion.CLOSED)
+            self._until = view.now + _FIRM_GRIP_TIME
+            self._stage = self._grasp
+        return False
+
+    def _grasp(self, view: View, robot: RobotMotion) -> bool:
+        if view.now >= self._until:
+            self._stage = self._lift
+        return False
+
+    def _lift(self, view: View, robot: RobotMotion) -> bool:
+        self._reach(view, robot, 1.0)
+        if _hand_is_empty(view):
+            self._stage = self._withdraw
+        elif robot.reached == 1.0:
+            self._stage = self._tuck
+        return False
+
+    def _tuck(self, view: View, robot: RobotMotion) -> bool:
+        self._reach(view, robot, 0.0)
+        if _hand_is_empty(view):
+            self._stage = self._withdraw
+        elif robot.reached == 0.0:
+            self.interruptible = True
+            return True
+        return False
+
+    def _withdraw(self, view: View, robot: RobotMotion) -> bool:
+        """Comes back with nothing, by way of the pose over the candle, and begins again unless it has tried enough."""
+        robot.grip(motion.OPEN)
+        self._reach(view, robot, 1.0 if robot.reached > 1.0 else 0.0)
+        if robot.reached == 0.0:
+            self.interruptible = True
+            self._attempts += 1
+            self.failed = self._attempts == _ATTEMPTS
+            self._stance, self._stage = None, self._approach
+        return self.failed
+
+    def _reach(self, view: View, robot: RobotMotion, s: float) -> None:
+        """Moves the hand on, unless the child is near it."""
+        waits = self._child_distance(view) < _CHILD_NEAR
+        if waits and not self._waits:
+            robot.stop_reaching()
+        elif not waits:
+            robot.reach(s)
+        self._waits = waits
+
+    def _child_distance(self, view: View) -> float:
+        """Metres between the child's middle and where the hand works."""
+        return math.dist(view.child, view.candles[self.candle, :2])
+
+    def _lies_still(self, view: View) -> bool:
+        """Whether the candle has lain in its place for a moment."""
+        place = view.candles[self.candle]
+        if np.abs(place - self._seen).max() > _SHIFT:
+            self._seen, self._seen_since = place.copy(), view.now
+        return view.now - self._seen_since >= _STILL_TIME
+
+    def _choose_stance(self, view: View) -> _Stance | None:
+        """The place nearest to the robot from where the arm gets at the candle, or None."""
+        navigator = self._navigator
+        here = navigator.nearest_cell(view.base[:2])
+        axis = candle_axis(view, self.candle)
+        grip = view.candles[self.candle] + GRASP_HEIGHT * axis
+        lies = abs(axis[2]) < 0.5
+        grip[2] += _GRIP_ABOVE if lies else 0.0
+        poses = np.concatenate([view.candles, view.candle_orientations], axis=1)
+        stands = []
+        for yaw in np.arange(_DIRECTIONS) * math.tau / _DIRECTIONS:
+            for reach in _RETRIEVAL_REACHES:
+                place = (grip[0] - reach * math.cos(yaw), grip[1] - reach * math.sin(yaw))
+                route = navigator.route(here, navigator.nearest_cell(place)) if navigator.can_stand(place) else None
+                if route is not None:
+                    cost = math.dist(place, view.base[:2]) + navigator.plan.cell_size * len(route)
+                    stands.append((cost, reach, (*place, yaw)))
+        tucked = kinematics.tucked_joints()
+        for _, reach, base in sorted(stands):
+            if not self._scene.is_free(base, [tucked], poses, self.candle):
+                continue
+            c, s = math.cos(base[2]), math.sin(base[2])
+            ahead = np.array([c * axis[0] + s * axis[1], c * axis[1] - s * axis[0], axis[2]])
+            try:
+                path = kinematics.retrieval_path(np.array([reach, 0.0, grip[2]]), ahead)
+            except CaregiverError:
+                continue
+            if self._scene.is_free(base, (path.joints(s) for s in np.linspace(0, 2, _CHECKS)), poses, self.candle):
+                return _Stance(base, path)
+        return None
+
+
+@dataclasses.dataclass(frozen=True)
+class _Stance:
+    """Where the base stands (x, y, yaw) to pick something up, and the arm's way from there."""
+
+    base: tuple[float, float, float]
+    path: kinematics.ReachPath
 
 
 class Place(_AtTable):
@@ -257,6 +428,17 @@ class Place(_AtTable):
     def _retreat(self, view: View, robot: RobotMotion) -> bool:
         self.interruptible = robot.reached <= MAY_DRIVE
         return self.interruptible
+
+
+def candle_axis(view: View, candle: int) -> np.ndarray:
+    """Unit vector (3,) from a candle's foot to its top, in the house."""
+    w, x, y, z = view.candle_orientations[candle].tolist()
+    return np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
+
+
+def stands(view: View, candle: int) -> bool:
+    """Whether a candle is upright, so that it can be gripped from the front."""
+    return bool(candle_axis(view, candle)[2] > _UPRIGHT)
 
 
 def _hand_is_empty(view: View) -> bool:
