@@ -252,7 +252,7 @@ class CaregiverPolicy:
             self._carry(seen)
             return
         target = int(self._caregiver.decide(seen)[0])
-        if target == NOTHING:
+        if target == NOTHING or view.now < self._given_up.get(target - self._stairwells, 0.0):
             if self._skill is None:
                 self._skill, self.activity = StandAside(self._navigator), "keep out of the way"
             return

@@ -153,7 +153,7 @@ def test_no_way_leads_out_of_reach():
     with pytest.raises(CaregiverError, match="cannot reach"):
         kinematics.reach_path(25000)
     with pytest.raises(CaregiverError, match=r"cannot grip what lies 1\.20 m ahead"):
-        kinematics.retrieval_path(np.array([1.2, 0.0, 0.022]), np.array([1.0, 0.0, 0.0]))
+        kinematics.retrieval_path(np.array([1.2, 0.0, 0.022]), kinematics.level_grip(0.0))
 
 
 @pytest.mark.parametrize("height", HEIGHTS)
@@ -201,7 +201,7 @@ def test_reach_path_keeps_the_published_joint_limits(arm, height):
 def test_retrieval_path_grips_a_lying_candle_so_that_it_stands_in_the_tucked_hand(heading, height):
     axis = np.array([np.cos(np.radians(heading)), np.sin(np.radians(heading)), 0.0])
     point = np.array([0.5, 0.0, height])
-    path = kinematics.retrieval_path(point, axis)
+    path = kinematics.retrieval_path(point, kinematics.upright_grip(axis))
     grip = pinch_pose(path.joints(2.0))
     np.testing.assert_allclose(grip[:3, 3], point, atol=1e-4)
     assert abs(grip[:3, 1] @ axis) < 1e-4  # the fingers close on its sides, ...
@@ -218,10 +218,10 @@ def test_retrieval_path_grips_a_lying_candle_so_that_it_stands_in_the_tucked_han
 
 
 def test_hand_tilts_with_the_candle_only_where_that_leans():
-    upright = kinematics.hand_rotation(np.array([0.0, 0.0, 1.0]))
+    upright = kinematics.upright_grip(np.array([0.0, 0.0, 1.0]))
     leaning = np.array([np.sin(0.2), 0.0, np.cos(0.2)])
-    np.testing.assert_array_equal(kinematics.hand_rotation(leaning), upright)
-    lying = kinematics.hand_rotation(np.array([1.0, 0.0, 0.0]))
+    np.testing.assert_array_equal(kinematics.upright_grip(leaning), upright)
+    lying = kinematics.upright_grip(np.array([1.0, 0.0, 0.0]))
     # A quarter turn about y, nose down: 35 degrees below the horizontal become 125.
     np.testing.assert_allclose(lying[:, 2], [np.cos(np.radians(125)), 0, -np.sin(np.radians(125))], atol=1e-12)
     np.testing.assert_allclose(lying[:, 1], upright[:, 1], atol=1e-12)

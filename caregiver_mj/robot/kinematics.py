@@ -73,14 +73,14 @@ class Arm:
         Raises:
             CaregiverError: The arm cannot reach that point.
         """
-        return self.solve_pose(np.array([x, 0.0, z]), hand_rotation(np.array([0.0, 0.0, 1.0])), guess)
+        return self.solve_pose(np.array([x, 0.0, z]), _hand(0.0, HAND_PITCH), guess)
 
     def solve_pose(self, position: np.ndarray, rotation: np.ndarray, guess: np.ndarray) -> np.ndarray:
         """Inverse kinematics of any pose of the hand.
 
         Args:
             position: Of the pinch point, (3,), metres.
-            rotation: Of the hand, (3, 3), see `hand_rotation`.
+            rotation: Of the hand, (3, 3), see `upright_grip`.
             guess: Joint positions (7,) to start from, in radians.
 
         Returns:
@@ -167,22 +167,19 @@ def reach_path(height_in_tenths_of_mm: int) -> ReachPath:
     return ReachPath([tucked, arm.solve(REACH, height_in_tenths_of_mm * 1e-4, guess=tucked)])
 
 
-def retrieval_path(point: np.ndarray, axis: np.ndarray) -> ReachPath:
-    """The way to a candle that lies somewhere: to a pose over it (s = 1), then straight down to it (s = 2).
-
-    On the way back the hand turns as it tucks, and the candle in it upright.
+def retrieval_path(point: np.ndarray, rotation: np.ndarray) -> ReachPath:
+    """The way to something that lies about: to a pose over it (s = 1), then straight down to it (s = 2).
 
     Args:
-        point: Where to grip the candle, in the base's frame, (3,), metres.
-        axis: Unit vector from its foot to its top, in the base's frame, (3,).
+        point: Where to grip it, in the base's frame, (3,), metres.
+        rotation: Of the hand there, (3, 3), see `upright_grip` and `level_grip`.
 
     Raises:
         CaregiverError: The arm cannot reach there.
     """
     arm, tucked = shared_arm(), tucked_joints()
-    rotation = hand_rotation(axis)
     above = np.array([*point[:2], point[2] + _HOVER])
-    heading = math.atan2(axis[1], axis[0])
+    heading = math.atan2(rotation[0, 1], -rotation[1, 1])
     best = None
     for bend, turn in itertools.product(_WRIST_BENDS, (heading, -heading, 0.0)):
         guess = tucked + np.array([0.0, 0.0, 0.0, 0.0, 0.0, bend, turn])
@@ -200,26 +197,31 @@ def retrieval_path(point: np.ndarray, axis: np.ndarray) -> ReachPath:
     return ReachPath([tucked, *best[1:]])
 
 
-def hand_rotation(axis: np.ndarray) -> np.ndarray:
-    """Rotation (3, 3) of the hand that grips a candle, and would hold it upright when turned back to the front.
+def upright_grip(axis: np.ndarray) -> np.ndarray:
+    """Rotation (3, 3) of the hand for a grip in which a candle stands upright once the arm is tucked.
 
-    The hand's axes are: z its approach, y the one along which the fingers open, level, and x their normal. The hand
-    goes with the candle: where that is tilted, the hand is tilted alike from its usual pitch.
+    The hand's axes are: z its approach, y the one along which the fingers open, level, and x their normal. Where the
+    candle is tilted from upright, the hand is tilted alike from its usual pitch; it comes from above one that lies.
 
     Args:
         axis: Unit vector from the candle's foot to its top in the base's frame, (3,).
     """
-    approach = np.array([np.cos(HAND_PITCH), 0.0, -np.sin(HAND_PITCH)])
-    sideways = np.array([0.0, -1.0, 0.0])
-    usual = np.stack([np.cross(sideways, approach), sideways, approach], axis=1)
-    across = math.hypot(axis[0], axis[1])
-    if across < math.sin(_UPRIGHT):
-        return usual
-    ahead = np.array([axis[0], axis[1], 0.0]) / across
-    left, up = np.array([-ahead[1], ahead[0], 0.0]), np.array([0.0, 0.0, 1.0])
-    # In the vertical plane through the axis, up turns into the axis and ahead with it.
-    tilted = np.stack([axis[2] * ahead - across * up, left, axis], axis=1)
-    return tilted @ usual
+    if math.hypot(axis[0], axis[1]) < math.sin(_UPRIGHT):
+        return _hand(0.0, HAND_PITCH)
+    return _hand(math.atan2(axis[1], axis[0]), HAND_PITCH + math.acos(axis[2]))
+
+
+def level_grip(heading: float) -> np.ndarray:
+    """Rotation (3, 3) of the hand for a grip straight from above, fingers to both sides of a heading in radians."""
+    return _hand(heading, math.pi / 2)
+
+
+def _hand(heading: float, pitch: float) -> np.ndarray:
+    """Rotation (3, 3) of the hand that points along a heading, and below the horizontal by a pitch."""
+    ahead, up = np.array([math.cos(heading), math.sin(heading), 0.0]), np.array([0.0, 0.0, 1.0])
+    approach = math.cos(pitch) * ahead - math.sin(pitch) * up
+    sideways = np.array([math.sin(heading), -math.cos(heading), 0.0])
+    return np.stack([np.cross(sideways, approach), sideways, approach], axis=1)
 
 
 def tucked_joints() -> np.ndarray:

@@ -170,6 +170,11 @@ class RobotMotion:
         return self._path.at(self._playback.at(self.now)[0] + 0.1)[1]
 
     @property
+    def closes(self) -> bool:
+        """Whether the fingers have been told to close."""
+        return self._gripper.target == CLOSED
+
+    @property
     def reached(self) -> float:
         """How far the hand reaches out now."""
         return self._reach.at(self.now)[0]

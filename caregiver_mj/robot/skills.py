@@ -8,6 +8,7 @@ nothing of danger.
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Callable
 
@@ -47,7 +48,7 @@ _PLACE_GAP = 0.001  # metres above the table at which a candle is let go
 
 # Picking up what lies: where the base may stand, and how the hand takes it.
 _DIRECTIONS = 12  # round the candle
-_RETRIEVAL_REACHES = (0.50, 0.55, 0.60)  # metres from the base's centre to the candle; the nearest is the surest
+_RETRIEVAL_REACHES = (0.50, 0.55, 0.60, 0.65)  # metres from the base's centre to the candle
 _GRIP_ABOVE = 0.006  # metres over the middle of the lying candle, which keeps the fingertips off the ground
 _CHECKS = 41  # poses on the arm's way that are checked for collisions
 _FIRM_GRIP_TIME = 0.3  # seconds from closing to a grip that has found hold, or nothing
@@ -55,6 +56,9 @@ _STILL_TIME, _SHIFT = 0.3, 0.003  # seconds for which it must have lain still, a
 _CHILD_AWAY = 1.2  # metres from the child to the candle, for the hand to go there
 _CHILD_NEAR = 0.6  # metres below which the hand stops where it is
 _ATTEMPTS = 3
+# What the hand does: the poses on its path, and what the gripper does there.
+_PICK = ((1.0, None), (2.0, motion.CLOSED), (1.0, None), (0.0, None))
+_PUT_BACK = ((1.0, None), (2.0, motion.OPEN), (1.0, None), (0.0, None))
 
 
 class Block(Skill):
@@ -216,11 +220,23 @@ class Pick(_AtTable):
         return True
 
 
+@dataclasses.dataclass(frozen=True)
+class _Stance:
+    """How to get at a candle that lies: where the base stands (x, y, yaw), and the arm's way from there.
+
+    Where the arm can only lift it level, `turned` is the way to put it down again turned, for a better grip.
+    """
+
+    base: tuple[float, float, float]
+    path: kinematics.ReachPath
+    turned: kinematics.ReachPath | None = None
+
+
 class Retrieve(Skill):
     """Picks a candle up from where it lies, on a table or on the floor, and tucks it upright.
 
     There is no hurry in it but the child's: the base stands still while the arm is out, the hand stops while the child
-    is near, and grasps that fail are tried again.
+    is near, and what fails is tried again.
 
     Attributes:
         candle: Index of the candle.
@@ -232,140 +248,126 @@ class Retrieve(Skill):
         self.candle = candle
         self.failed = False
         self._scene = scene
-        self._stage: Callable[[View, RobotMotion], bool] = self._approach
-        self._until = 0.0
-        self._attempts = 0
         self._stance: _Stance | None = None
+        self._steps: list[tuple[float, float | None]] = []  # of the hand: pose on its path to go to, gripper there
+        self._until = 0.0
+        self._failures = 0
         self._seen, self._seen_since = np.full(3, np.inf), 0.0
         self._waits = False
 
     def step(self, view: View, robot: RobotMotion) -> bool:
-        return self._stage(view, robot)
+        still = self._lies_still(view)
+        if self._stance is None or self.interruptible:
+            return self._approach(view, robot, still)
+        if view.now < self._until or not self._reach(view, robot, self._steps[0][0]):
+            return False
+        pose, grip = self._steps.pop(0)
+        if grip is not None:
+            robot.grip(grip)
+            self._until = view.now + _FIRM_GRIP_TIME
+        elif pose == 1.0 and len(self._steps) == len(_PICK) - 1 and not still:
+            self._steps = [(0.0, None)]  # it has been moved
+        return not self._steps and self._end(view, robot)
 
-    def _approach(self, view: View, robot: RobotMotion) -> bool:
+    def _approach(self, view: View, robot: RobotMotion, still: bool) -> bool:
+        """Drives to where the candle can be had, and begins to reach for it."""
         robot.reach(0.0)
         robot.grip(motion.OPEN)
-        if not self._lies_still(view):
-            self._stance = None
-            return False
-        if self._stance is None:
-            self._stance = self._choose_stance(view)
-            if self._stance is None:
-                self.failed = True
-                return True
+        if self._stance is None or not still:
+            robot.set_rate(0.0)
+            self._stance = self._choose_stance(view) if still else None
+            self.failed = still and self._stance is None
+            return self.failed
         x, y, yaw = self._stance.base
         there = self._drive(view, robot, (x, y), self._navigator.nearest_cell((x, y)), yaw)
         if there and robot.reached == 0.0 and self._child_distance(view) > _CHILD_AWAY:
             self.interruptible = False
             robot.reach_along(self._stance.path)
-            self._stage = self._reach_over
+            self._steps = list(_PICK)
         return False
 
-    def _reach_over(self, view: View, robot: RobotMotion) -> bool:
-        self._reach(view, robot, 1.0)
-        if robot.reached == 1.0:
-            self._stage = self._reach_down if self._lies_still(view) else self._withdraw
-        return False
+    def _end(self, view: View, robot: RobotMotion) -> bool:
+        """Decides what to do when the arm is back; returns whether the skill is done."""
+        holds = robot.closes and not _hand_is_empty(view)
+        if holds and self._stance.turned is not None:
+            robot.reach_along(self._stance.turned)
+            self._steps = list(_PUT_BACK)
+            return False
+        self._stance, self.interruptible = None, True
+        self._failures += not holds
+        self.failed = self._failures == _ATTEMPTS
+        return holds or self.failed
 
-    def _reach_down(self, view: View, robot: RobotMotion) -> bool:
-        self._reach(view, robot, 2.0)
-        if robot.reached == 2.0:
-            robot.grip(motion.CLOSED)
-            self._until = view.now + _FIRM_GRIP_TIME
-            self._stage = self._grasp
-        return False
-
-    def _grasp(self, view: View, robot: RobotMotion) -> bool:
-        if view.now >= self._until:
-            self._stage = self._lift
-        return False
-
-    def _lift(self, view: View, robot: RobotMotion) -> bool:
-        self._reach(view, robot, 1.0)
-        if _hand_is_empty(view):
-            self._stage = self._withdraw
-        elif robot.reached == 1.0:
-            self._stage = self._tuck
-        return False
-
-    def _tuck(self, view: View, robot: RobotMotion) -> bool:
-        self._reach(view, robot, 0.0)
-        if _hand_is_empty(view):
-            self._stage = self._withdraw
-        elif robot.reached == 0.0:
-            self.interruptible = True
-            return True
-        return False
-
-    def _withdraw(self, view: View, robot: RobotMotion) -> bool:
-        """Comes back with nothing, by way of the pose over the candle, and begins again unless it has tried enough."""
-        robot.grip(motion.OPEN)
-        self._reach(view, robot, 1.0 if robot.reached > 1.0 else 0.0)
-        if robot.reached == 0.0:
-            self.interruptible = True
-            self._attempts += 1
-            self.failed = self._attempts == _ATTEMPTS
-            self._stance, self._stage = None, self._approach
-        return self.failed
-
-    def _reach(self, view: View, robot: RobotMotion, s: float) -> None:
-        """Moves the hand on, unless the child is near it."""
+    def _reach(self, view: View, robot: RobotMotion, pose: float) -> bool:
+        """Moves the hand on, unless the child is near it; returns whether it is there."""
         waits = self._child_distance(view) < _CHILD_NEAR
         if waits and not self._waits:
             robot.stop_reaching()
         elif not waits:
-            robot.reach(s)
+            robot.reach(pose)
         self._waits = waits
+        return robot.reached == pose
 
     def _child_distance(self, view: View) -> float:
-        """Metres between the child's middle and where the hand works."""
+        """Metres between the child's middle and the candle."""
         return math.dist(view.child, view.candles[self.candle, :2])
 
     def _lies_still(self, view: View) -> bool:
-        """Whether the candle has lain in its place for a moment."""
+        """Whether the candle has been in its place for a moment."""
         place = view.candles[self.candle]
         if np.abs(place - self._seen).max() > _SHIFT:
             self._seen, self._seen_since = place.copy(), view.now
         return view.now - self._seen_since >= _STILL_TIME
 
     def _choose_stance(self, view: View) -> _Stance | None:
-        """The place nearest to the robot from where the arm gets at the candle, or None."""
+        """The stance nearest to the robot from which the arm gets at the candle, or None."""
+        axis = candle_axis(view, self.candle)
+        point = view.candles[self.candle] + GRASP_HEIGHT * axis
+        if abs(axis[2]) < 0.5:  # it lies
+            point[2] += _GRIP_ABOVE
+        poses = np.concatenate([view.candles, view.candle_orientations], axis=1)
+        stands = self._stands(view, point)
+        for reach, base in stands:
+            path = self._clear_path(poses, base, reach, point[2], kinematics.upright_grip(_turned(axis, -base[2])))
+            if path is not None:
+                return _Stance(base, path)
+        for reach, base in stands:
+            ahead = _turned(axis, -base[2])
+            heading = math.atan2(ahead[1], ahead[0])
+            for grip, aside in itertools.product((heading, heading + math.pi), (math.pi / 2, -math.pi / 2)):
+                turned_grip = kinematics.level_grip(grip - heading + aside)
+                path = self._clear_path(poses, base, reach, point[2], kinematics.level_grip(grip))
+                turned = path and self._clear_path(poses, base, reach, point[2], turned_grip)
+                if turned is not None:
+                    return _Stance(base, path, turned)
+        return None
+
+    def _stands(self, view: View, point: np.ndarray) -> list[tuple[float, tuple[float, float, float]]]:
+        """Distances from which to reach for a point, and poses of the base for that, the nearest one first."""
         navigator = self._navigator
         here = navigator.nearest_cell(view.base[:2])
-        axis = candle_axis(view, self.candle)
-        grip = view.candles[self.candle] + GRASP_HEIGHT * axis
-        lies = abs(axis[2]) < 0.5
-        grip[2] += _GRIP_ABOVE if lies else 0.0
-        poses = np.concatenate([view.candles, view.candle_orientations], axis=1)
         stands = []
         for yaw in np.arange(_DIRECTIONS) * math.tau / _DIRECTIONS:
             for reach in _RETRIEVAL_REACHES:
-                place = (grip[0] - reach * math.cos(yaw), grip[1] - reach * math.sin(yaw))
+                place = (point[0] - reach * math.cos(yaw), point[1] - reach * math.sin(yaw))
                 route = navigator.route(here, navigator.nearest_cell(place)) if navigator.can_stand(place) else None
                 if route is not None:
                     cost = math.dist(place, view.base[:2]) + navigator.plan.cell_size * len(route)
                     stands.append((cost, reach, (*place, yaw)))
-        tucked = kinematics.tucked_joints()
-        for _, reach, base in sorted(stands):
-            if not self._scene.is_free(base, [tucked], poses, self.candle):
-                continue
-            c, s = math.cos(base[2]), math.sin(base[2])
-            ahead = np.array([c * axis[0] + s * axis[1], c * axis[1] - s * axis[0], axis[2]])
-            try:
-                path = kinematics.retrieval_path(np.array([reach, 0.0, grip[2]]), ahead)
-            except CaregiverError:
-                continue
-            if self._scene.is_free(base, (path.joints(s) for s in np.linspace(0, 2, _CHECKS)), poses, self.candle):
-                return _Stance(base, path)
-        return None
+        return [stand[1:] for stand in sorted(stands)]
 
-
-@dataclasses.dataclass(frozen=True)
-class _Stance:
-    """Where the base stands (x, y, yaw) to pick something up, and the arm's way from there."""
-
-    base: tuple[float, float, float]
-    path: kinematics.ReachPath
+    def _clear_path(
+        self, candles: np.ndarray, base: tuple[float, float, float], reach: float, height: float, grip: np.ndarray
+    ) -> kinematics.ReachPath | None:
+        """The arm's way to a point ahead with a rotation of the hand there, if it touches nothing."""
+        if not self._scene.is_free(base, [kinematics.tucked_joints()], candles, self.candle):
+            return None
+        try:
+            path = kinematics.retrieval_path(np.array([reach, 0.0, height]), grip)
+        except CaregiverError:
+            return None
+        free = self._scene.is_free(base, (path.joints(s) for s in np.linspace(0, 2, _CHECKS)), candles, self.candle)
+        return path if free else None
 
 
 class Place(_AtTable):
@@ -434,6 +436,12 @@ def candle_axis(view: View, candle: int) -> np.ndarray:
     """Unit vector (3,) from a candle's foot to its top, in the house."""
     w, x, y, z = view.candle_orientations[candle].tolist()
     return np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
+
+
+def _turned(vector: np.ndarray, yaw: float) -> np.ndarray:
+    """A vector (3,) turned about the vertical."""
+    c, s = math.cos(yaw), math.sin(yaw)
+    return np.array([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1], vector[2]])
 
 
 def stands(view: View, candle: int) -> bool:
