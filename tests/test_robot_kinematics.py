@@ -153,7 +153,7 @@ def test_no_way_leads_out_of_reach():
     with pytest.raises(CaregiverError, match="cannot reach"):
         kinematics.reach_path(25000)
     with pytest.raises(CaregiverError, match=r"cannot grip what lies 1\.20 m ahead"):
-        kinematics.retrieval_path(np.array([1.2, 0.0, 0.022]), kinematics.level_grip(0.0))
+        kinematics.retrieval_path(np.array([1.2, 0.0, 0.022]), kinematics.hand_rotation(0.0, np.pi / 2))
 
 
 @pytest.mark.parametrize("height", HEIGHTS)

@@ -73,14 +73,14 @@ class Arm:
         Raises:
             CaregiverError: The arm cannot reach that point.
         """
-        return self.solve_pose(np.array([x, 0.0, z]), _hand(0.0, HAND_PITCH), guess)
+        return self.solve_pose(np.array([x, 0.0, z]), hand_rotation(0.0, HAND_PITCH), guess)
 
     def solve_pose(self, position: np.ndarray, rotation: np.ndarray, guess: np.ndarray) -> np.ndarray:
         """Inverse kinematics of any pose of the hand.
 
         Args:
             position: Of the pinch point, (3,), metres.
-            rotation: Of the hand, (3, 3), see `upright_grip`.
+            rotation: Of the hand, (3, 3), see `hand_rotation`.
             guess: Joint positions (7,) to start from, in radians.
 
         Returns:
@@ -125,6 +125,7 @@ class ReachPath:
     joints' limits simple bounds of s and its derivatives; they hold as long as the hand stops at every pose.
 
     Attributes:
+        goal: s at the last of them.
         limits: Bounds of s (per second, ...) under which every joint keeps its limits.
     """
 
@@ -136,7 +137,7 @@ class ReachPath:
         """
         self._poses = np.array(poses)
         self._ways = np.diff(self._poses, axis=0)
-        self._last = len(self._ways) - 1
+        self.goal = len(self._ways)
         way = np.abs(self._ways).max(axis=0) + 1e-12
         self.limits = limits.Limits(
             velocity=float((limits.ARM_VELOCITY * limits.ARM_VELOCITY_SHARE / way).min()),
@@ -146,7 +147,7 @@ class ReachPath:
 
     def joints(self, s: float) -> np.ndarray:
         """Joint positions (7,) in radians at s."""
-        i = min(int(s), self._last)
+        i = min(int(s), self.goal - 1)
         return self._poses[i] + (s - i) * self._ways[i]
 
 
@@ -167,12 +168,13 @@ def reach_path(height_in_tenths_of_mm: int) -> ReachPath:
     return ReachPath([tucked, arm.solve(REACH, height_in_tenths_of_mm * 1e-4, guess=tucked)])
 
 
-def retrieval_path(point: np.ndarray, rotation: np.ndarray) -> ReachPath:
-    """The way to something that lies about: to a pose over it (s = 1), then straight down to it (s = 2).
+def retrieval_path(point: np.ndarray, rotation: np.ndarray, lift: float = 0.0) -> ReachPath:
+    """The way to something that lies about: to a pose over it, then straight down to it.
 
     Args:
         point: Where to grip it, in the base's frame, (3,), metres.
-        rotation: Of the hand there, (3, 3), see `upright_grip` and `level_grip`.
+        rotation: Of the hand there, (3, 3), see `hand_rotation`.
+        lift: Metres above the first pose of one more, by way of which the hand comes and goes; 0 for none.
 
     Raises:
         CaregiverError: The arm cannot reach there.
@@ -185,43 +187,43 @@ def retrieval_path(point: np.ndarray, rotation: np.ndarray) -> ReachPath:
         guess = tucked + np.array([0.0, 0.0, 0.0, 0.0, 0.0, bend, turn])
         try:
             down = arm.solve_pose(point, rotation, guess.clip(*arm.ranges))
-            over = arm.solve_pose(above, rotation, down)
+            over = [arm.solve_pose(above, rotation, down)]
+            if lift:
+                over.insert(0, arm.solve_pose(above + np.array([0.0, 0.0, lift]), rotation, over[0]))
         except CaregiverError:
             continue
-        effort = np.abs(over - tucked).max()
+        effort = np.abs(over[0] - tucked).max()
         if best is None or effort < best[0]:
-            best = effort, over, down
+            best = effort, *over, down
     if best is None:
         x, y, z = point
         raise CaregiverError(f"the arm cannot grip what lies {x:.2f} m ahead and {y:.2f} m aside, {z:.2f} m high")
     return ReachPath([tucked, *best[1:]])
 
 
+def hand_rotation(heading: float, pitch: float) -> np.ndarray:
+    """Rotation (3, 3) of the hand that points along a heading, and below the horizontal by a pitch, in radians.
+
+    The hand's axes are: z its approach, y the one along which the fingers open, level, and x their normal.
+    """
+    ahead, up = np.array([math.cos(heading), math.sin(heading), 0.0]), np.array([0.0, 0.0, 1.0])
+    approach = math.cos(pitch) * ahead - math.sin(pitch) * up
+    sideways = np.array([math.sin(heading), -math.cos(heading), 0.0])
+    return np.stack([np.cross(sideways, approach), sideways, approach], axis=1)
+
+
 def upright_grip(axis: np.ndarray) -> np.ndarray:
     """Rotation (3, 3) of the hand for a grip in which a candle stands upright once the arm is tucked.
 
-    The hand's axes are: z its approach, y the one along which the fingers open, level, and x their normal. Where the
-    candle is tilted from upright, the hand is tilted alike from its usual pitch; it comes from above one that lies.
+    Where the candle is tilted from upright, the hand is tilted alike from its usual pitch; it comes from above one
+    that lies.
 
     Args:
         axis: Unit vector from the candle's foot to its top in the base's frame, (3,).
     """
     if math.hypot(axis[0], axis[1]) < math.sin(_UPRIGHT):
-        return _hand(0.0, HAND_PITCH)
-    return _hand(math.atan2(axis[1], axis[0]), HAND_PITCH + math.acos(axis[2]))
-
-
-def level_grip(heading: float) -> np.ndarray:
-    """Rotation (3, 3) of the hand for a grip straight from above, fingers to both sides of a heading in radians."""
-    return _hand(heading, math.pi / 2)
-
-
-def _hand(heading: float, pitch: float) -> np.ndarray:
-    """Rotation (3, 3) of the hand that points along a heading, and below the horizontal by a pitch."""
-    ahead, up = np.array([math.cos(heading), math.sin(heading), 0.0]), np.array([0.0, 0.0, 1.0])
-    approach = math.cos(pitch) * ahead - math.sin(pitch) * up
-    sideways = np.array([math.sin(heading), -math.cos(heading), 0.0])
-    return np.stack([np.cross(sideways, approach), sideways, approach], axis=1)
+        return hand_rotation(0.0, HAND_PITCH)
+    return hand_rotation(math.atan2(axis[1], axis[0]), HAND_PITCH + math.acos(axis[2]))
 
 
 def tucked_joints() -> np.ndarray:

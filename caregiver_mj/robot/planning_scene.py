@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import mujoco
 import numpy as np
@@ -13,6 +13,7 @@ from caregiver_mj.robot.kinematics import ARM_JOINTS
 from caregiver_mj.robot.motion import OPEN
 
 _ELSEWHERE = 1e3  # metres; the child is left out, for it will be somewhere else
+_RESTING = 0.004  # metres that a candle may be in what it lies on
 _MARGIN = 0.005  # metres that the robot shall stay away from everything
 
 
@@ -38,11 +39,12 @@ class PlanningScene:
         fingers = [model.joint(f"robot/finger_{side}").qposadr[0] for side in ("left", "right")]
         candles = [model.joint(f"candle_{i}/joint").qposadr[0] for i in range(len(plan.candle_tables))]
         self._candles = np.array(candles, int)[:, None] + np.arange(7)
+        self._hand = self._data.body("robot/hand")
         self._data.qpos[model.joint("toddler/x").qposadr[0]] = _ELSEWHERE
         self._data.qpos[fingers] = OPEN
 
     def is_free(
-        self, base: tuple[float, float, float], arm: Iterable[np.ndarray], candles: np.ndarray, between: int
+        self, base: Sequence[float], arm: Iterable[np.ndarray], candles: np.ndarray, between: int, held: bool = False
     ) -> bool:
         """Whether the robot touches nothing.
 
@@ -51,17 +53,44 @@ class PlanningScene:
             arm: Joint positions (7,) one after the other, radians; the hand is open.
             candles: Pose of each candle, (candles, 7), metres and quaternions.
             between: Index of the candle that may be between the fingers.
+            held: Whether the hand has got that candle, at the first of the arm's poses, and takes it along. It must
+                then touch nothing either, once it has been lifted.
         """
         qpos = self._data.qpos
         qpos[self._base], qpos[self._candles] = base, candles
-        return not any(self._touches(joints, self._wax[between]) for joints in arm)
+        carried: tuple[np.ndarray, np.ndarray] | None = None  # the candle in the hand's frame
+        for joints in arm:
+            qpos[self._arm] = joints
+            mujoco.mj_kinematics(self._model, self._data)
+            if held and carried is None:
+                carried = self._in_hand(between)
+            elif held:
+                self._carry(between, *carried)
+            if self._touches(self._wax[between], held):
+                return False
+        return True
 
-    def _touches(self, joints: np.ndarray, wax: int) -> bool:
-        model, data = self._model, self._data
-        data.qpos[self._arm] = joints
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_collision(model, data)
-        one, two = data.contact.geom.T
-        mine = self._robot[one] != self._robot[two]
+    def _in_hand(self, candle: int) -> tuple[np.ndarray, np.ndarray]:
+        """Pose of a candle, position (3,) and quaternion (4,), in the hand's frame."""
+        back, turn, place, orientation = np.empty(3), np.empty(4), np.empty(3), np.empty(4)
+        pose = self._data.qpos[self._candles[candle]]
+        mujoco.mju_negPose(back, turn, self._hand.xpos, self._hand.xquat)
+        mujoco.mju_mulPose(place, orientation, back, turn, pose[:3], pose[3:])
+        return place, orientation
+
+    def _carry(self, candle: int, place: np.ndarray, orientation: np.ndarray) -> None:
+        """Moves a candle, whose pose in the hand's frame is given, to where the hand is now."""
+        position, quaternion = np.empty(3), np.empty(4)
+        mujoco.mju_mulPose(position, quaternion, self._hand.xpos, self._hand.xquat, place, orientation)
+        self._data.qpos[self._candles[candle]] = [*position, *quaternion]
+        mujoco.mj_kinematics(self._model, self._data)
+
+    def _touches(self, wax: int, held: bool) -> bool:
+        """Whether there is a contact of the robot, or of the candle that it holds, that should not be."""
+        mujoco.mj_collision(self._model, self._data)
+        one, two = self._data.contact.geom.T
+        mine = self._robot | (held & (np.arange(len(self._robot)) == wax))
         gripping = (self._pads[one] & (two == wax)) | (self._pads[two] & (one == wax))
-        return bool((mine & ~gripping).any())
+        # What holds a candle up before it is lifted is no obstacle.
+        resting = held & ((one == wax) | (two == wax)) & (self._data.contact.dist > -_RESTING)
+        return bool(((mine[one] != mine[two]) & ~gripping & ~resting).any())

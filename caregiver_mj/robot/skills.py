@@ -48,17 +48,17 @@ _PLACE_GAP = 0.001  # metres above the table at which a candle is let go
 
 # Picking up what lies: where the base may stand, and how the hand takes it.
 _DIRECTIONS = 12  # round the candle
-_RETRIEVAL_REACHES = (0.50, 0.55, 0.60, 0.65)  # metres from the base's centre to the candle
+_RETRIEVAL_REACHES = (0.50, 0.55, 0.60, 0.65, 0.70, 0.75)  # metres from the base's centre to the candle
+_LEVEL_PITCHES = (math.radians(90), math.radians(50))  # of a hand that takes the candle out to the open; the 2nd is far
+_OPEN_REACH, _OPEN_ANGLE = 0.60, 0.5  # metres ahead, and radians to both sides that must be free there
 _GRIP_ABOVE = 0.006  # metres over the middle of the lying candle, which keeps the fingertips off the ground
-_CHECKS = 41  # poses on the arm's way that are checked for collisions
+_LIFTS = (0.0, 0.25)  # metres that the hand goes up with it before it turns; the second is to clear a wall
+_CHECKS = 49  # poses on the arm's way that are checked for collisions
 _FIRM_GRIP_TIME = 0.3  # seconds from closing to a grip that has found hold, or nothing
 _STILL_TIME, _SHIFT = 0.3, 0.003  # seconds for which it must have lain still, and metres by which it may seem to move
 _CHILD_AWAY = 1.2  # metres from the child to the candle, for the hand to go there
 _CHILD_NEAR = 0.6  # metres below which the hand stops where it is
 _ATTEMPTS = 3
-# What the hand does: the poses on its path, and what the gripper does there.
-_PICK = ((1.0, None), (2.0, motion.CLOSED), (1.0, None), (0.0, None))
-_PUT_BACK = ((1.0, None), (2.0, motion.OPEN), (1.0, None), (0.0, None))
 
 
 class Block(Skill):
@@ -222,21 +222,23 @@ class Pick(_AtTable):
 
 @dataclasses.dataclass(frozen=True)
 class _Stance:
-    """How to get at a candle that lies: where the base stands (x, y, yaw), and the arm's way from there.
+    """Where the base stands (x, y, yaw) to pick a candle up, or to put it down, and the arm's way from there.
 
-    Where the arm can only lift it level, `turned` is the way to put it down again turned, for a better grip.
+    Attributes:
+        upright: Whether the candle stands upright in the tucked hand then.
     """
 
     base: tuple[float, float, float]
     path: kinematics.ReachPath
-    turned: kinematics.ReachPath | None = None
+    upright: bool
 
 
 class Retrieve(Skill):
     """Picks a candle up from where it lies, on a table or on the floor, and tucks it upright.
 
-    There is no hurry in it but the child's: the base stands still while the arm is out, the hand stops while the child
-    is near, and what fails is tried again.
+    Where it lies such that the arm cannot do that at once, it is taken out to the open floor first, and picked up
+    there. There is no hurry in it but the child's: the base stands still while the arm is out, the hand stops while
+    the child is near, and what fails is tried again.
 
     Attributes:
         candle: Index of the candle.
@@ -257,46 +259,45 @@ class Retrieve(Skill):
 
     def step(self, view: View, robot: RobotMotion) -> bool:
         still = self._lies_still(view)
-        if self._stance is None or self.interruptible:
-            return self._approach(view, robot, still)
+        holds = robot.closes and not _hand_is_empty(view)
+        if not self._steps:
+            return self._approach(view, robot, still, holds)
         if view.now < self._until or not self._reach(view, robot, self._steps[0][0]):
             return False
-        pose, grip = self._steps.pop(0)
+        _, grip = self._steps.pop(0)
         if grip is not None:
             robot.grip(grip)
             self._until = view.now + _FIRM_GRIP_TIME
-        elif pose == 1.0 and len(self._steps) == len(_PICK) - 1 and not still:
-            self._steps = [(0.0, None)]  # it has been moved
-        return not self._steps and self._end(view, robot)
+        elif not (still or robot.closes):
+            del self._steps[: -round(robot.reached)]  # it has been moved: come back without it
+        return not self._steps and self._end(robot, holds)
 
-    def _approach(self, view: View, robot: RobotMotion, still: bool) -> bool:
-        """Drives to where the candle can be had, and begins to reach for it."""
+    def _approach(self, view: View, robot: RobotMotion, still: bool, holds: bool) -> bool:
+        """Drives to where the candle can be picked up (or put down), and begins to reach there."""
         robot.reach(0.0)
-        robot.grip(motion.OPEN)
-        if self._stance is None or not still:
+        if not holds:
+            robot.grip(motion.OPEN)
+        if self._stance is None or not (still or holds):
             robot.set_rate(0.0)
-            self._stance = self._choose_stance(view) if still else None
-            self.failed = still and self._stance is None
+            if still or holds:
+                self._stance = self._place_to_put_down(view) if holds else self._place_to_pick_up(view)
+                self.failed = self._stance is None and not holds
             return self.failed
         x, y, yaw = self._stance.base
         there = self._drive(view, robot, (x, y), self._navigator.nearest_cell((x, y)), yaw)
         if there and robot.reached == 0.0 and self._child_distance(view) > _CHILD_AWAY:
             self.interruptible = False
             robot.reach_along(self._stance.path)
-            self._steps = list(_PICK)
+            self._steps = _there_and_back(self._stance.path.goal, motion.OPEN if holds else motion.CLOSED)
         return False
 
-    def _end(self, view: View, robot: RobotMotion) -> bool:
+    def _end(self, robot: RobotMotion, holds: bool) -> bool:
         """Decides what to do when the arm is back; returns whether the skill is done."""
-        holds = robot.closes and not _hand_is_empty(view)
-        if holds and self._stance.turned is not None:
-            robot.reach_along(self._stance.turned)
-            self._steps = list(_PUT_BACK)
-            return False
-        self._stance, self.interruptible = None, True
-        self._failures += not holds
+        done = holds and self._stance.upright
+        self._failures += not holds and robot.closes
         self.failed = self._failures == _ATTEMPTS
-        return holds or self.failed
+        self._stance, self.interruptible = None, done or not holds
+        return done or self.failed
 
     def _reach(self, view: View, robot: RobotMotion, pose: float) -> bool:
         """Moves the hand on, unless the child is near it; returns whether it is there."""
@@ -319,27 +320,43 @@ class Retrieve(Skill):
             self._seen, self._seen_since = place.copy(), view.now
         return view.now - self._seen_since >= _STILL_TIME
 
-    def _choose_stance(self, view: View) -> _Stance | None:
-        """The stance nearest to the robot from which the arm gets at the candle, or None."""
+    def _place_to_pick_up(self, view: View) -> _Stance | None:
+        """The nearest stance from which the arm gets at the candle, or None."""
         axis = candle_axis(view, self.candle)
         point = view.candles[self.candle] + GRASP_HEIGHT * axis
         if abs(axis[2]) < 0.5:  # it lies
             point[2] += _GRIP_ABOVE
-        poses = np.concatenate([view.candles, view.candle_orientations], axis=1)
         stands = self._stands(view, point)
         for reach, base in stands:
-            path = self._clear_path(poses, base, reach, point[2], kinematics.upright_grip(_turned(axis, -base[2])))
+            grip = kinematics.upright_grip(_turned(axis, -base[2]))
+            path = self._clear_path(view, base, (reach, point[2]), grip, lifts=True)
             if path is not None:
-                return _Stance(base, path)
-        for reach, base in stands:
+                return _Stance(base, path, upright=True)
+        for (reach, base), pitch in itertools.product(stands, _LEVEL_PITCHES):
             ahead = _turned(axis, -base[2])
-            heading = math.atan2(ahead[1], ahead[0])
-            for grip, aside in itertools.product((heading, heading + math.pi), (math.pi / 2, -math.pi / 2)):
-                turned_grip = kinematics.level_grip(grip - heading + aside)
-                path = self._clear_path(poses, base, reach, point[2], kinematics.level_grip(grip))
-                turned = path and self._clear_path(poses, base, reach, point[2], turned_grip)
-                if turned is not None:
-                    return _Stance(base, path, turned)
+            for heading in (math.atan2(ahead[1], ahead[0]), math.atan2(-ahead[1], -ahead[0])):
+                grip = kinematics.hand_rotation(heading, pitch)
+                path = self._clear_path(view, base, (reach, point[2]), grip, lifts=True)
+                if path is not None:
+                    self._pitch = pitch
+                    return _Stance(base, path, upright=False)
+        return None
+
+    def _place_to_put_down(self, view: View) -> _Stance | None:
+        """The nearest stance from which the candle can be laid on open floor, away from the child, or None."""
+        navigator = self._navigator
+        here = navigator.nearest_cell(view.base[:2])
+        routes = ((len(route), cell) for cell in navigator.plan.free_cells if (route := navigator.route(here, cell)))
+        grip = kinematics.hand_rotation(0.0, self._pitch)
+        for _, cell in sorted(routes):
+            place = tuple(navigator.plan.position(cell).tolist())
+            if not navigator.can_stand(place) or math.dist(place, view.child) < _CHILD_AWAY + _OPEN_REACH:
+                continue
+            for yaw in np.arange(_DIRECTIONS) * math.tau / _DIRECTIONS:
+                base, target = (*place, yaw), (_OPEN_REACH, CANDLE_RADIUS + _GRIP_ABOVE)
+                wide = [(*place, yaw + turn) for turn in (-_OPEN_ANGLE, _OPEN_ANGLE)]
+                if all(self._clear_path(view, pose, target, grip, lifts=False) for pose in (base, *wide)):
+                    return _Stance(base, self._clear_path(view, base, target, grip, lifts=False), upright=False)
         return None
 
     def _stands(self, view: View, point: np.ndarray) -> list[tuple[float, tuple[float, float, float]]]:
@@ -357,17 +374,32 @@ class Retrieve(Skill):
         return [stand[1:] for stand in sorted(stands)]
 
     def _clear_path(
-        self, candles: np.ndarray, base: tuple[float, float, float], reach: float, height: float, grip: np.ndarray
+        self, view: View, base: tuple[float, float, float], target: Vector, grip: np.ndarray, lifts: bool
     ) -> kinematics.ReachPath | None:
-        """The arm's way to a point ahead with a rotation of the hand there, if it touches nothing."""
+        """The arm's way to a point, given by distance ahead and height, if it touches nothing.
+
+        Where it `lifts` the candle, that touches nothing either.
+        """
+        candles = np.concatenate([view.candles, view.candle_orientations], axis=1)
         if not self._scene.is_free(base, [kinematics.tucked_joints()], candles, self.candle):
             return None
-        try:
-            path = kinematics.retrieval_path(np.array([reach, 0.0, height]), grip)
-        except CaregiverError:
-            return None
-        free = self._scene.is_free(base, (path.joints(s) for s in np.linspace(0, 2, _CHECKS)), candles, self.candle)
-        return path if free else None
+        point = np.array([target[0], 0.0, target[1]])
+        for lift in _LIFTS:
+            try:
+                path = kinematics.retrieval_path(point, grip, lift)
+            except CaregiverError:
+                break
+            way = [path.joints(s) for s in np.linspace(0.0, path.goal, _CHECKS)]
+            free = self._scene.is_free(base, way, candles, self.candle)
+            if free and (not lifts or self._scene.is_free(base, way[::-1], candles, self.candle, held=True)):
+                return path
+        return None
+
+
+def _there_and_back(goal: int, grip: float) -> list[tuple[float, float | None]]:
+    """What the hand does to pick up or put down: the poses on its path, and what the gripper does there."""
+    way = [(float(pose), None) for pose in range(1, goal)]
+    return [*way, (float(goal), grip), *way[::-1], (0.0, None)]
 
 
 class Place(_AtTable):
