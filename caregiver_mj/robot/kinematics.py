@@ -221,11 +221,14 @@ def upright_grip(axis: np.ndarray) -> np.ndarray:
     Args:
         axis: Unit vector from the candle's foot to its top in the base's frame, (3,).
     """
-    if math.hypot(axis[0], axis[1]) < math.sin(_UPRIGHT):
+    if axis[2] > math.cos(_UPRIGHT):
         return hand_rotation(0.0, HAND_PITCH)
     return hand_rotation(math.atan2(axis[1], axis[0]), HAND_PITCH + math.acos(axis[2]))
 
 
+@functools.cache
 def tucked_joints() -> np.ndarray:
     """Joint positions (7,) of the tucked arm, in radians."""
-    return shared_arm().solve(*CARRY)
+    joints = shared_arm().solve(*CARRY)
+    joints.flags.writeable = False
+    return joints

@@ -18,6 +18,7 @@ CHILD_RADIUS = 0.12  # metres
 _CLEARANCE = 0.07  # metres between base and furniture on a planned path; blended corners and tracking need it
 _CUT_CLEARANCE = 0.02  # metres of that which a cut corner may use up
 _HAND_CLEARANCE = 0.52  # metres from the base's centre to a wall: a carried candle turns with the base, 0.45 m out
+_STANDING_CLOSER = 0.04  # metres of the clearance that a base may use up where it stands still
 _LEAVING = 0.40  # metres from the ends of a path within which it may be closer to things than elsewhere
 _HAND_RADIUS = 0.16  # metres: half the hand's width, and what the arm may be off
 _CHILD_CLEARANCE = 0.20  # metres between base and child on a planned path
@@ -129,9 +130,9 @@ class Navigator:
         return True
 
     def can_stand(self, point: Vector) -> bool:
-        """Whether the base can stand at a point, with the clearance of a path, and turn there with a candle."""
+        """Whether the base can stand at a point, and turn there with a candle in its hand."""
         x, y = np.array([point[0]]), np.array([point[1]])
-        return all(self._at(raster, x, y)[0] >= 0.0 for raster in (self._room, self._turning_room))
+        return bool(self._at(self._room, x, y)[0] >= -_STANDING_CLOSER and self._at(self._turning_room, x, y)[0] >= 0.0)
 
     def hand_clear(self, a: Vector, b: Vector) -> bool:
         """Whether the outstretched hand can move straight from one point to another without touching a wall."""

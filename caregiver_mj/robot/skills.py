@@ -24,7 +24,7 @@ from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
 from caregiver_mj.robot.trajectories import Vector
 
-CANDLE_RADIUS = 0.022  # metres
+CANDLE_RADIUS, CANDLE_HEIGHT = 0.022, 0.16  # metres
 GRASP_HEIGHT = 0.10  # metres above a candle's foot at which it is gripped
 _UPRIGHT = math.cos(math.radians(20))  # of a candle's tilt up to which it counts as standing
 _OFF_TABLE = 0.03  # metres from a table's height beyond which a candle is not on it
@@ -47,10 +47,10 @@ _RELEASE_GAP = CANDLE_RADIUS + 0.005  # metres of each finger off the middle, wh
 _PLACE_GAP = 0.001  # metres above the table at which a candle is let go
 
 # Picking up what lies: where the base may stand, and how the hand takes it.
-_DIRECTIONS = 12  # round the candle
+_DIRECTIONS = 24  # round the candle
 _RETRIEVAL_REACHES = (0.50, 0.55, 0.60, 0.65, 0.70, 0.75)  # metres from the base's centre to the candle
 _LEVEL_PITCHES = (math.radians(90), math.radians(50))  # of a hand that takes the candle out to the open; the 2nd is far
-_OPEN_REACH, _OPEN_ANGLE = 0.60, 0.5  # metres ahead, and radians to both sides that must be free there
+_OPEN_REACH, _OPEN_ANGLE = 0.50, 0.5  # metres ahead, and radians to both sides that must be free there
 _GRIP_ABOVE = 0.006  # metres over the middle of the lying candle, which keeps the fingertips off the ground
 _LIFTS = (0.0, 0.25)  # metres that the hand goes up with it before it turns; the second is to clear a wall
 _CHECKS = 49  # poses on the arm's way that are checked for collisions
@@ -251,6 +251,7 @@ class Retrieve(Skill):
         self.failed = False
         self._scene = scene
         self._stance: _Stance | None = None
+        self._pitch_down = 0.0  # radians, of the hand when it lays the candle down
         self._steps: list[tuple[float, float | None]] = []  # of the hand: pose on its path to go to, gripper there
         self._until = 0.0
         self._failures = 0
@@ -323,40 +324,45 @@ class Retrieve(Skill):
     def _place_to_pick_up(self, view: View) -> _Stance | None:
         """The nearest stance from which the arm gets at the candle, or None."""
         axis = candle_axis(view, self.candle)
-        point = view.candles[self.candle] + GRASP_HEIGHT * axis
-        if abs(axis[2]) < 0.5:  # it lies
+        on_its_head = axis[2] < -_UPRIGHT
+        point = view.candles[self.candle] + (CANDLE_HEIGHT - GRASP_HEIGHT if on_its_head else GRASP_HEIGHT) * axis
+        if abs(axis[2]) < _UPRIGHT:
             point[2] += _GRIP_ABOVE
         stands = self._stands(view, point)
-        for reach, base in stands:
-            grip = kinematics.upright_grip(_turned(axis, -base[2]))
-            path = self._clear_path(view, base, (reach, point[2]), grip, lifts=True)
-            if path is not None:
-                return _Stance(base, path, upright=True)
-        for (reach, base), pitch in itertools.product(stands, _LEVEL_PITCHES):
-            ahead = _turned(axis, -base[2])
-            for heading in (math.atan2(ahead[1], ahead[0]), math.atan2(-ahead[1], -ahead[0])):
-                grip = kinematics.hand_rotation(heading, pitch)
-                path = self._clear_path(view, base, (reach, point[2]), grip, lifts=True)
+        if on_its_head:  # gripped like one that stands, and laid down
+            grips = [(kinematics.HAND_PITCH, kinematics.HAND_PITCH + math.pi / 2)]
+        else:
+            for reach, base in stands:
+                grip = kinematics.upright_grip(_turned(axis, -base[2]))
+                path = self._clear_path(view, base, (reach, point[2]), grip)
                 if path is not None:
-                    self._pitch = pitch
+                    return _Stance(base, path, upright=True)
+            grips = [(pitch, pitch) for pitch in _LEVEL_PITCHES]
+        for (reach, base), (pitch, self._pitch_down) in itertools.product(stands, grips):
+            ahead = _turned(axis, -base[2])
+            heading = 0.0 if on_its_head else math.atan2(ahead[1], ahead[0])
+            for turn in (0.0, math.pi):
+                grip = kinematics.hand_rotation(heading + turn, pitch)
+                path = self._clear_path(view, base, (reach, point[2]), grip)
+                if path is not None:
                     return _Stance(base, path, upright=False)
         return None
 
     def _place_to_put_down(self, view: View) -> _Stance | None:
         """The nearest stance from which the candle can be laid on open floor, away from the child, or None."""
         navigator = self._navigator
+        path = self._path((_OPEN_REACH, CANDLE_RADIUS + _GRIP_ABOVE), kinematics.hand_rotation(0.0, self._pitch_down))
         here = navigator.nearest_cell(view.base[:2])
         routes = ((len(route), cell) for cell in navigator.plan.free_cells if (route := navigator.route(here, cell)))
-        grip = kinematics.hand_rotation(0.0, self._pitch)
         for _, cell in sorted(routes):
             place = tuple(navigator.plan.position(cell).tolist())
             if not navigator.can_stand(place) or math.dist(place, view.child) < _CHILD_AWAY + _OPEN_REACH:
                 continue
             for yaw in np.arange(_DIRECTIONS) * math.tau / _DIRECTIONS:
-                base, target = (*place, yaw), (_OPEN_REACH, CANDLE_RADIUS + _GRIP_ABOVE)
-                wide = [(*place, yaw + turn) for turn in (-_OPEN_ANGLE, _OPEN_ANGLE)]
-                if all(self._clear_path(view, pose, target, grip, lifts=False) for pose in (base, *wide)):
-                    return _Stance(base, self._clear_path(view, base, target, grip, lifts=False), upright=False)
+                # Free to both sides too, so that there is room to pick it up again.
+                bases = [(*place, yaw + aside) for aside in (0.0, -_OPEN_ANGLE, _OPEN_ANGLE)]
+                if path and all(self._is_clear(view, base, path) for base in bases):
+                    return _Stance(bases[0], path, upright=False)
         return None
 
     def _stands(self, view: View, point: np.ndarray) -> list[tuple[float, tuple[float, float, float]]]:
@@ -374,26 +380,35 @@ class Retrieve(Skill):
         return [stand[1:] for stand in sorted(stands)]
 
     def _clear_path(
-        self, view: View, base: tuple[float, float, float], target: Vector, grip: np.ndarray, lifts: bool
+        self, view: View, base: tuple[float, float, float], target: Vector, grip: np.ndarray
     ) -> kinematics.ReachPath | None:
-        """The arm's way to a point, given by distance ahead and height, if it touches nothing.
-
-        Where it `lifts` the candle, that touches nothing either.
-        """
-        candles = np.concatenate([view.candles, view.candle_orientations], axis=1)
-        if not self._scene.is_free(base, [kinematics.tucked_joints()], candles, self.candle):
+        """The arm's way to lift the candle, at a point given by distance ahead and height, if it touches nothing."""
+        if not self._is_clear(view, base, None):
             return None
-        point = np.array([target[0], 0.0, target[1]])
         for lift in _LIFTS:
-            try:
-                path = kinematics.retrieval_path(point, grip, lift)
-            except CaregiverError:
-                break
-            way = [path.joints(s) for s in np.linspace(0.0, path.goal, _CHECKS)]
-            free = self._scene.is_free(base, way, candles, self.candle)
-            if free and (not lifts or self._scene.is_free(base, way[::-1], candles, self.candle, held=True)):
+            path = self._path(target, grip, lift)
+            if path is None or self._is_clear(view, base, path, lifts=True):
                 return path
         return None
+
+    def _path(self, target: Vector, grip: np.ndarray, lift: float = 0.0) -> kinematics.ReachPath | None:
+        """The arm's way to a point given by distance ahead and height, None if it is out of reach."""
+        try:
+            return kinematics.retrieval_path(np.array([target[0], 0.0, target[1]]), grip, lift)
+        except CaregiverError:
+            return None
+
+    def _is_clear(
+        self, view: View, base: tuple[float, float, float], path: kinematics.ReachPath | None, lifts: bool = False
+    ) -> bool:
+        """Whether the robot touches nothing along a path of the arm, or tucked; nor the candle that it lifts."""
+        candles = np.concatenate([view.candles, view.candle_orientations], axis=1)
+        if path is None:
+            return self._scene.is_free(base, [kinematics.tucked_joints()], candles, self.candle)
+        way = [path.joints(s) for s in np.linspace(0.0, path.goal, _CHECKS)]
+        return self._scene.is_free(base, way, candles, self.candle) and (
+            not lifts or self._scene.is_free(base, way[::-1], candles, self.candle, held=True)
+        )
 
 
 def _there_and_back(goal: int, grip: float) -> list[tuple[float, float | None]]:
