@@ -126,6 +126,9 @@ class _AtTable(Skill):
 
     def _prepare_hand(self, view: View, robot: RobotMotion, goal: Vector, yaw: float) -> bool:
         """Brings the hand out while the base still drives up; returns whether it is on the last of its way."""
+        if not robot.turns_to(yaw):  # it cannot before the hand is in
+            robot.reach(0.0)
+            return False
         dx, dy = goal[0] - view.base[0], goal[1] - view.base[1]
         c, s = math.cos(yaw), math.sin(yaw)
         along, across, turn = c * dx + s * dy, c * dy - s * dx, abs(math.remainder(yaw - view.base[2], math.tau))
