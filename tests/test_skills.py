@@ -8,15 +8,19 @@ from plans import random_plan
 import caregiver_mj
 from caregiver_mj.floor_plan import ACTIONS, FloorPlan
 from caregiver_mj.robot import limits
+from caregiver_mj.robot.kinematics import shared_arm
 from caregiver_mj.robot.motion import RobotMotion
 
 SMALL = FloorPlan.parse("#######\n#B....#\n#..C..#\n#.....#\n#.S..T#\n#######", "small")
+# Two tables with an alcove between them that one must stand in to reach either.
+OPPOSITE = FloorPlan.parse("#######\n#B....#\n#.....#\n##C.T##\n#######", "opposite")
 # A bin beside a landing, to and from which the robot must drive.
 BESIDE_STAIRS = FloorPlan.parse("########\n#......#\n#....BS#\n#.TC...#\n########", "beside_stairs")
 TABLE_TOP = 0.60  # metres
 MAX_BASE_SPEED = 5.0 / 3.6  # m/s
 BASE_RADIUS = 0.27  # metres
 CANDLE_BODY_MASS = 0.25  # kg
+CANDLE_RADIUS = 0.022  # metres
 
 
 class Recorder:
@@ -226,6 +230,33 @@ def test_commands_keep_the_base_within_its_limits(relocation):
     # The base's real acceleration over 20 ms stays near the planned one, which holds for two axes each in turn-ins.
     velocity = np.array(recorder.base)[::4]
     assert np.hypot(*np.diff(velocity, axis=0).T).max() / 0.02 < 1.1 * np.sqrt(2) * limits.BASE.acceleration
+
+
+def test_half_turn_on_a_short_drive_does_not_keep_the_hand_waiting():
+    """The candle stands one step and a half turn from where it shall be."""
+    env = caregiver_mj.load("relocate_candle", OPPOSITE, epsilon=0.5, random=1)
+    policy, physics = caregiver_mj.CaregiverPolicy(env), env.physics
+    step, rows = env.reset(), []
+    for _ in range(750):  # control steps: 15 s
+        step = act(env, policy, step)
+        foot, fingers = physics.candle_poses()[env.task.goal_candle, 2], physics.finger_position().sum() / 2
+        hand = shared_arm().pinch(physics.arm_position())[0]
+        speed = np.hypot(*physics.base_velocity()[:2])
+        rows.append((physics.time(), *physics.base_position(), speed, foot, fingers, hand))
+    assert policy.interventions_done == 1
+    time, x, y, yaw, speed, foot, fingers, hand = np.array(rows).T
+
+    def since_arrival(end: int, after: int) -> float:
+        """Seconds that the base has been at rest, by then, where it is."""
+        there = (np.hypot(x - x[end], y - y[end]) < 0.006) & (speed < 0.03)
+        return time[end] - time[after + np.argmax(there[after:])]
+
+    lifted = int(np.argmax(foot > TABLE_TOP + 0.02))
+    clear = lifted + int(np.argmax(((fingers > CANDLE_RADIUS + 0.005) & (hand < 0.60))[lifted:]))
+    assert abs(yaw[clear] - yaw[lifted]) == pytest.approx(np.pi, abs=0.05)
+    assert 0.006 < np.hypot(x[clear] - x[lifted], y[clear] - y[lifted]) < 0.5
+    assert 0.2 < since_arrival(lifted, 0) < 1.0
+    assert 0.2 < since_arrival(clear, lifted) < 1.0
 
 
 # -- Blocking a stairwell ----------------------------------------------------------------------------

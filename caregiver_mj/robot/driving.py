@@ -94,9 +94,11 @@ class Skill:
         moved = self._asked is None or math.dist(goal, self._asked) > 1e-3
         if (moved or view.now >= self._replan_at) and robot.hand_out <= self._may_drive:
             self._plan(view, robot, goal, cell)
-        robot.set_rate(0.0 if self._stops else allowed_rate(view, robot))
         if robot.hand_out <= _MAY_TURN:
             robot.turn_to(yaw)
+        # Where the drive is shorter than the turn, the base sets off later: it would have to wait at the goal instead.
+        waits = self._stops or (not robot.moving and robot.time_left < robot.turn_left(yaw))
+        robot.set_rate(0.0 if waits else allowed_rate(view, robot))
         off = math.dist(goal, view.base[:2])
         turn = abs(math.remainder(yaw - view.base[2], math.tau))
         return off < _ARRIVED and turn < _ARRIVED_YAW and not robot.moving

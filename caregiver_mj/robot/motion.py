@@ -5,6 +5,7 @@ Skills set goals here; once a control timestep `RobotMotion.action` samples all 
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Sequence
 
@@ -194,6 +195,20 @@ class RobotMotion:
     def yaw(self) -> float:
         """The heading's reference now."""
         return self._yaw.at(self.now)[0]
+
+    def turns_to(self, yaw: float) -> bool:
+        """Whether the heading is on its way to this one, or there."""
+        return abs(math.remainder(yaw - self._yaw.target, math.tau)) < 1e-6
+
+    def turn_left(self, yaw: float) -> float:
+        """Seconds until the heading is this one; at most that many if its turn has not begun yet."""
+        angle = abs(math.remainder(yaw - self.yaw, math.tau))
+        if angle < 1e-3:
+            return 0.0
+        if self.turns_to(yaw):
+            return self._yaw.arrival - self.now
+        velocity, acceleration, jerk = dataclasses.astuple(limits.YAW)
+        return angle / velocity + velocity / acceleration + acceleration / jerk
 
     # -- Following them --------------------------------------------------------------------------
 

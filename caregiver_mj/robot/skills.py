@@ -43,8 +43,11 @@ _LAST_DISTANCE_SLOWED = 0.01  # metres
 _MAY_DRIVE_LOADED = 0.82
 
 _GRIP_TIME = 0.12  # seconds from closing to a firm grip
-_RELEASE_GAP = CANDLE_RADIUS + 0.005  # metres of each finger off the middle, when the candle is let go
 _PLACE_GAP = 0.001  # metres above the table at which a candle is let go
+# The fingers begin to give way this little before the hand is down: they squeeze less and less, and let go 0.1 s later.
+# Much earlier (0.06 s), and the candle is not yet pressed upright: it rocks for a third of a second.
+_RELEASE_TIME = 0.03  # seconds
+_RELEASE_GAP = CANDLE_RADIUS + 0.002  # metres of each finger off the middle, when the hand may withdraw
 
 # Picking up what lies: where the base may stand, and how the hand takes it.
 _DIRECTIONS = 24  # round the candle
@@ -146,6 +149,9 @@ class _AtTable(Skill):
 
     def _prepare_hand(self, view: View, robot: RobotMotion, goal: Vector, yaw: float) -> bool:
         """Brings the hand out while the base still drives up; returns whether it is on the last of its way."""
+        if not robot.turns_to(yaw):  # it cannot before the hand is in
+            robot.reach(0.0)
+            return False
         dx, dy = goal[0] - view.base[0], goal[1] - view.base[1]
         c, s = math.cos(yaw), math.sin(yaw)
         along, across, turn = c * dx + s * dy, c * dy - s * dx, abs(math.remainder(yaw - view.base[2], math.tau))
@@ -428,7 +434,6 @@ class Place(_AtTable):
         self.candle, self.table = candle, table
         self.failed = False
         self._stage: Callable[[View, RobotMotion], bool] = self._approach
-        self._until = 0.0
         self._hand = (0.0, 0.0)
 
     def step(self, view: View, robot: RobotMotion) -> bool:
@@ -444,9 +449,10 @@ class Place(_AtTable):
             robot.plan_reach(layout.TABLE_HEIGHT + _PLACE_GAP + height)
         goal, cell, yaw = self._stand_at_table(view, self.table, spot, self._hand)
         there = self._drive(view, robot, goal, cell, yaw)
-        if self._prepare_hand(view, robot, goal, yaw) and there and robot.reached == 1.0:
-            self._until = robot.reach_arrival
-            self._stage = self._put_down
+        on_last = self._prepare_hand(view, robot, goal, yaw)
+        if on_last and there and view.now >= robot.reach_arrival - _RELEASE_TIME:
+            robot.grip(motion.OPEN)
+            self._stage = self._release
         return False
 
     def _measure(self, view: View) -> tuple[Vector, float]:
@@ -461,12 +467,6 @@ class Place(_AtTable):
         dx, dy, yaw = x - view.base[0], y - view.base[1], view.base[2]
         c, s = math.cos(yaw), math.sin(yaw)
         return (round(c * dx + s * dy - pinch[0], 3), round(c * dy - s * dx - pinch[1], 3)), float(pinch[2] - z)
-
-    def _put_down(self, view: View, robot: RobotMotion) -> bool:
-        if view.now >= self._until:
-            robot.grip(motion.OPEN)
-            self._stage = self._release
-        return False
 
     def _release(self, view: View, robot: RobotMotion) -> bool:
         if view.fingers > 2 * _RELEASE_GAP:
