@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections import deque
 from collections.abc import Collection, Sequence
@@ -23,6 +24,7 @@ _HAND_RADIUS = 0.16  # metres: half the hand's width, and what the arm may be of
 _CHILD_CLEARANCE = 0.20  # metres between base and child on a planned path
 
 _RASTER = 0.025  # metres
+_FEW = slice(20, -20, 16)  # of the points of a line: some that are farther than `_LEAVING` from both ends
 _NEIGHBOURHOOD = 2.0  # metres round the house that the raster covers, for poses outside of it
 
 
@@ -36,6 +38,8 @@ class Navigator:
             for cell in plan.caregiver_cells
         }
         self._centres = {cell: tuple(plan.position(cell).tolist()) for cell in plan.caregiver_cells}
+        # While the child is far away, way after way leads to the same goal with the same cells closed.
+        self._steps_to = functools.lru_cache(maxsize=64)(self._steps_to)
         self._rasterise()
 
     def path(
@@ -67,21 +71,25 @@ class Navigator:
         """The cells of a shortest 4-connected route, ends included, or None. Landings are no thoroughfares."""
         if goal in closed:
             return None
-        closed = {*closed, *self.plan.stairwells} - {start, goal}
-        came_from: dict[Cell, Cell] = {goal: goal}
+        steps = self._steps_to(goal, frozenset({*closed, *self.plan.stairwells} - {start, goal}))
+        if start not in steps:
+            return None
+        cells = [start]
+        while cells[-1] != goal:
+            cells.append(steps[cells[-1]])
+        return cells
+
+    def _steps_to(self, goal: Cell, closed: frozenset[Cell]) -> dict[Cell, Cell]:
+        """For every cell from which there is a way to a goal, the next cell on a shortest one."""
+        steps = {goal: goal}
         queue = deque([goal])
         while queue:
             cell = queue.popleft()
-            if cell == start:
-                cells = [cell]
-                while cells[-1] != goal:
-                    cells.append(came_from[cells[-1]])
-                return cells
             for neighbour in self._neighbours[cell]:
-                if neighbour not in came_from and neighbour not in closed:
-                    came_from[neighbour] = cell
+                if neighbour not in steps and neighbour not in closed:
+                    steps[neighbour] = cell
                     queue.append(neighbour)
-        return None
+        return steps
 
     def nearest_cell(self, position: Vector) -> Cell:
         """The cell on which a base stands (the nearest one that it can stand on)."""
@@ -100,10 +108,15 @@ class Navigator:
             shut: Codes of cells that must not be crossed.
         """
         x, y = self._line(a, b)
+        # Most long lines go through a wall, and a few points far from the ends tell.
+        if (self._at(self._turning_room, x[_FEW], y[_FEW]) < -1e-9).any():
+            return False
         # A base that stands too close to something already may leave it, or come to stand there, but no more than that.
-        distance = np.linspace(0.0, math.dist(a, b), len(x))
         for raster in (self._room, self._turning_room):
             slack = self._at(raster, x, y)
+            if slack.min() >= 0.0:
+                continue
+            distance = np.linspace(0.0, math.dist(a, b), len(x))
             allowed = np.where(distance < _LEAVING, min(0.0, slack[0]), 0.0)
             allowed = np.where(distance > distance[-1] - _LEAVING, np.minimum(allowed, slack[-1]), allowed)
             if (slack < allowed - 1e-9).any():
