@@ -29,6 +29,7 @@ _CLEAR_DISTANCE = 0.05  # metres of a move after which it is clear where the tod
 _LATEST = 0.5  # ... or the share of a novice timestep after which it will not go anywhere any more
 _SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to
 _STANDING_COSINE = math.cos(math.radians(20))  # of a candle's tilt up to which it counts as standing
+_NO_CANDLES = np.zeros((0, 3))
 _PATIENCE = 3  # attempts at a grasp before another target gets its turn
 
 
@@ -141,16 +142,15 @@ class CaregiverPolicy:
         base = observation["base_position"].tolist()
         child = observation["toddler_position"].tolist()
         velocity = observation["toddler_velocity"].tolist()
-        fingers = observation["finger_position"]
-        candles = observation.get("candle_position", np.zeros((0, 3)))
+        left, right = observation["finger_position"].tolist()
         return View(
             now=self._robot.now,
             base=tuple(base),
-            fingers=float(fingers[0] + fingers[1]),
+            fingers=left + right,
             arm=observation["arm_position"],
             child=(child[0], child[1]),
             child_velocity=(velocity[0], velocity[1]),
-            candles=candles,
+            candles=observation.get("candle_position", _NO_CANDLES),
         )
 
     def _watch(self, view: View, clock: float) -> bool:
@@ -193,20 +193,22 @@ class CaregiverPolicy:
             previous_cell=np.array([self._previous[0]]),
             previous_action=np.array([self._previous[1]]),
             caregiver_cell=np.array([self.plan.cell_index[self._navigator.nearest_cell(view.base[:2])]]),
-            candle_table=np.array([self._candle_tables(view, observation)], int).reshape(1, -1),
+            candle_table=self._candle_tables(view, observation)[None],
             holding=np.array([self._holding]),
         )
 
-    def _candle_tables(self, view: View, observation: dict[str, np.ndarray]) -> list[int]:
-        """On which table each candle stands upright, NOTHING for none."""
-        tables = []
-        for i, (x, y, z) in enumerate(view.candles.tolist()):
-            _, qx, qy, _ = observation["candle_orientation"][i].tolist()
-            standing = 1 - 2 * (qx * qx + qy * qy) > _STANDING_COSINE and abs(z - layout.TABLE_HEIGHT) < 0.03
-            over = np.abs(self._tables[:, :2] - (x, y)).max(axis=1) < layout.TABLE_HALF_SIZE
-            found = np.flatnonzero(over) if standing and i != self._holding else []
-            tables.append(int(found[0]) if len(found) else NOTHING)
-        return tables
+    def _candle_tables(self, view: View, observation: dict[str, np.ndarray]) -> np.ndarray:
+        """On which table each candle stands upright, NOTHING for none: (candles,)."""
+        if not len(view.candles):
+            return np.zeros(0, int)
+        _, qx, qy, _ = observation["candle_orientation"].T
+        standing = 1 - 2 * (qx * qx + qy * qy) > _STANDING_COSINE
+        standing &= np.abs(view.candles[:, 2] - layout.TABLE_HEIGHT) < 0.03
+        if self._holding != NOTHING:
+            standing[self._holding] = False
+        offset = view.candles[:, None, :2] - self._tables[:, :2]  # (candles, tables, 2)
+        over = (np.abs(offset) < layout.TABLE_HALF_SIZE).all(axis=2)
+        return np.where(standing & over.any(axis=1), over.argmax(axis=1), NOTHING)
 
     # -- Deciding and acting ---------------------------------------------------------------------
 
