@@ -24,7 +24,7 @@ _HAND_RADIUS = 0.16  # metres: half the hand's width, and what the arm may be of
 _CHILD_CLEARANCE = 0.20  # metres between base and child on a planned path
 
 _RASTER = 0.025  # metres
-_FEW = slice(20, -20, 16)  # of the points of a line: some that are farther than `_LEAVING` from both ends
+_STRIDE, _ENDS = 16, 20  # in a first look along a line: points to skip, and points at its ends within `_LEAVING`
 _NEIGHBOURHOOD = 2.0  # metres round the house that the raster covers, for poses outside of it
 
 
@@ -107,10 +107,9 @@ class Navigator:
             child: Where the child is, to be given a wide berth.
             shut: Codes of cells that must not be crossed.
         """
-        x, y = self._line(a, b)
-        # Most long lines go through a wall, and a few points far from the ends tell.
-        if (self._at(self._turning_room, x[_FEW], y[_FEW]) < -1e-9).any():
+        if self._meets_wall(a, b):
             return False
+        x, y = self._line(a, b)
         # A base that stands too close to something already may leave it, or come to stand there, but no more than that.
         for raster in (self._room, self._turning_room):
             slack = self._at(raster, x, y)
@@ -183,6 +182,17 @@ class Navigator:
                     queue.append(neighbour)
         return min(distance, key=lambda cell: (in_the_way[self.plan.cell_index[cell]], distance[cell]))
 
+    def _meets_wall(self, a: Vector, b: Vector) -> bool:
+        """Whether a few of a line's points already show a wall in the way: most long lines meet one, and soon."""
+        last = int(math.dist(a, b) / _RASTER) + 1
+        for i in range(_ENDS, last - _ENDS, _STRIDE):
+            share = i * (1.0 / last)
+            x, y = a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
+            row, column = int((y - self._origin[1]) / _RASTER), int((x - self._origin[0]) / _RASTER)
+            if self._turning_room[row, column] < -1e-9:
+                return True
+        return False
+
     def _line(self, a: Vector, b: Vector) -> tuple[np.ndarray, np.ndarray]:
         """Points, x and y, along a straight line."""
         share = np.linspace(0.0, 1.0, int(math.dist(a, b) / _RASTER) + 2)
@@ -207,7 +217,7 @@ class Navigator:
         """Tabulates, in metres, how much room there is beyond what the base needs, and the hand when it turns."""
         height, width = self.plan.shape
         half = np.array([width, height]) * self.plan.cell_size / 2 + _NEIGHBOURHOOD
-        self._origin = (-half[0], -half[1])
+        self._origin = tuple((-half).tolist())
         shape = tuple(np.ceil(2 * half[::-1] / _RASTER).astype(int) + 1)
 
         def distance_to(rectangles: np.ndarray) -> np.ndarray:
