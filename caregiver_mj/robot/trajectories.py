@@ -164,7 +164,6 @@ class BasePath:
         self._limits, self._deviation = limits, deviation
         self._pieces: list[_Piece] = []
         self.duration = 0.0
-        self._sampled_at = math.nan
         points = _without_repeats(points)
         self.goal = points[-1]
         moving = math.hypot(*velocity) > 1e-6 or math.hypot(*acceleration) > 1e-6
@@ -181,13 +180,11 @@ class BasePath:
         """Position (m), velocity (m/s) and acceleration (m/s^2) at a time since the start."""
         if time >= self.duration:
             return self.goal, (0.0, 0.0), (0.0, 0.0)
-        if time != self._sampled_at:  # more than one ask for the same moment
-            pieces = self._pieces
-            i = len(pieces) - 1
-            while pieces[i].begin > time and i:
-                i -= 1
-            self._sampled_at, self._sample = time, pieces[i].at(time)
-        return self._sample
+        pieces = self._pieces
+        i = len(pieces) - 1
+        while pieces[i].begin > time and i:
+            i -= 1
+        return pieces[i].at(time)
 
     # -- Planning --------------------------------------------------------------------------------
 
