@@ -36,8 +36,8 @@ class Observation:
         candle_table: Index of the table on which each candle is, (B, candles), or NOTHING for one that is on none
             (it is in the caregiver's hand, or on the floor).
         holding: Index of the candle in the caregiver's hand, or NOTHING, (B,).
-        candle_cell: Index of the free cell on whose floor each candle is, (B, candles), or NOTHING. None where none
-            can be, as in the grid.
+        candle_cell: Index of the free cell on whose floor each candle is, (B, candles), or NOTHING. Left out where
+            no candle can be on the floor, as in the grid.
     """
 
     novice_cell: np.ndarray
@@ -46,7 +46,11 @@ class Observation:
     caregiver_cell: np.ndarray
     candle_table: np.ndarray
     holding: np.ndarray
-    candle_cell: np.ndarray | None = None
+    candle_cell: np.ndarray = None
+
+    def __post_init__(self) -> None:
+        if self.candle_cell is None:
+            object.__setattr__(self, "candle_cell", np.full(np.shape(self.candle_table), NOTHING))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -130,10 +134,9 @@ class Caregiver(abc.ABC):
         """
         cell, table = observation.novice_cell, observation.candle_table
         candles = np.where(table == NOTHING, np.inf, self.table_distances[cell[:, None], table])
-        if observation.candle_cell is not None:
-            for world, candle in zip(*np.nonzero(observation.candle_cell != NOTHING), strict=True):
-                steps = self.plan.distances_from([observation.candle_cell[world, candle]])[0, cell[world]]
-                candles[world, candle] = max(1, steps)
+        for world, candle in np.argwhere(observation.candle_cell != NOTHING):
+            steps = self.plan.distances_from([observation.candle_cell[world, candle]])[0, cell[world]]
+            candles[world, candle] = max(1, steps)
         return np.concatenate([self.stairwell_distances[cell], candles], axis=1)
 
     @property

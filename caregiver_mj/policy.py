@@ -31,6 +31,7 @@ _CLEAR_DISTANCE = 0.05  # metres of a move after which it is clear where the tod
 _LATEST = 0.5  # ... or the share of a novice timestep after which it will not go anywhere any more
 _SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to
 _GIVEN_UP_TIME = 30.0  # seconds for which a candle that cannot be had is left alone
+_NO_CANDLES, _NO_ORIENTATIONS = np.zeros((0, 3)), np.zeros((0, 4))
 
 
 def _episode_number(observation: dict[str, np.ndarray]) -> int:
@@ -146,17 +147,16 @@ class CaregiverPolicy:
         base = observation["base_position"].tolist()
         child = observation["toddler_position"].tolist()
         velocity = observation["toddler_velocity"].tolist()
-        fingers = observation["finger_position"]
-        candles = observation.get("candle_position", np.zeros((0, 3)))
+        left, right = observation["finger_position"].tolist()
         return View(
             now=self._robot.now,
             base=tuple(base),
-            fingers=float(fingers[0] + fingers[1]),
+            fingers=left + right,
             arm=observation["arm_position"],
             child=(child[0], child[1]),
             child_velocity=(velocity[0], velocity[1]),
-            candles=candles,
-            candle_orientations=observation.get("candle_orientation", np.zeros((0, 4))),
+            candles=observation.get("candle_position", _NO_CANDLES),
+            candle_orientations=observation.get("candle_orientation", _NO_ORIENTATIONS),
         )
 
     def _watch(self, view: View, clock: float) -> bool:
@@ -201,27 +201,26 @@ class CaregiverPolicy:
             previous_cell=np.array([self._previous[0]]),
             previous_action=np.array([self._previous[1]]),
             caregiver_cell=np.array([self.plan.cell_index[self._navigator.nearest_cell(view.base[:2])]]),
-            candle_table=np.array([tables], int).reshape(1, -1),
+            candle_table=tables[None],
             holding=np.array([self._holding]),
-            candle_cell=np.array([cells], int).reshape(1, -1),
+            candle_cell=cells[None],
         )
 
-    def _candle_places(self, view: View) -> tuple[list[int], list[int]]:
-        """On which table each candle is and on the floor of which free cell, NOTHING where it is not.
+    def _candle_places(self, view: View) -> tuple[np.ndarray, np.ndarray]:
+        """On which table each candle is and on the floor of which free cell, NOTHING where it is not: (candles,) each.
 
         Those that the robot has given up are nowhere, lest the caregiver thinks of nothing else.
         """
-        tables, cells = [], []
-        for i, (x, y, z) in enumerate(view.candles.tolist()):
-            table = cell = NOTHING
-            if i != self._holding and view.now >= self._given_up.get(i, 0.0):
-                over = np.abs(self._tables[:, :2] - (x, y)).max(axis=1) < layout.TABLE_HALF_SIZE
-                if z > layout.TABLE_HEIGHT / 2:
-                    table = int(over.argmax()) if over.any() else NOTHING
-                else:
-                    cell = self._free_cell((x, y))
-            tables.append(table)
-            cells.append(cell)
+        offset = view.candles[:, None, :2] - self._tables[:, :2]  # (candles, tables, 2)
+        over = (np.abs(offset) < layout.TABLE_HALF_SIZE).all(axis=2)
+        high = view.candles[:, 2] > layout.TABLE_HEIGHT / 2
+        tables = np.where(high & over.any(axis=1), over.argmax(axis=1), NOTHING)
+        cells = np.full(len(high), NOTHING)
+        for i in np.flatnonzero(~high):
+            cells[i] = self._free_cell(tuple(view.candles[i, :2].tolist()))
+        gone = [i for i, time in self._given_up.items() if view.now < time]
+        gone += [self._holding] if self._holding != NOTHING else []
+        tables[gone] = cells[gone] = NOTHING
         return tables, cells
 
     # -- Deciding and acting ---------------------------------------------------------------------

@@ -17,7 +17,7 @@ import pathlib
 import statistics
 import time
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, ClassVar
 from unittest import mock
 
 import mink
@@ -38,12 +38,28 @@ from caregiver_mj.robot import kinematics, limits
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.trajectories import BasePath, ScalarMotion
-from caregiver_mj.tasks.base import WHEELS, Physics
+from caregiver_mj.tasks.base import TODDLER_JOINTS, WHEELS, Physics
 from caregiver_mj.workers import run_jobs
 
 _EPSILON = 0.5
 _HOUSES = ("paper", "apartment")
 _FRAME = (480, 640)  # height, width
+_LARGE = 40  # cells a side of the houses in which only tables and candles grow
+_BUILDING_GOAL = 1.0  # seconds for the model of a 12 x 10 house
+
+_MANIPULATOR, _HUMANOID = "manipulator:bring_ball", "humanoid:walk"  # dm_control's, to compare with
+_TASK, _DECISION = "task: toddler, observation, reward", "caregiver: a decision"
+_SOLVE, _PLAN, _SAMPLE = "mink: one iteration (solve_ik)", "ruckig: plan, 1 axis to a position", "ruckig: sample"
+
+# Prototype: measured before this project, on 2 cores without a GPU.
+_PROTOTYPE = {
+    "paper": 108.0,  # x real time: the closed loop, an episode of 270 s with 44 candles taken and put down
+    _MANIPULATOR: 35.0,  # x real time, zero action
+    _SOLVE: 86.0,  # us
+    _PLAN: 4.4,  # us
+    _SAMPLE: 0.5,  # us
+    "rendering": 49.0,  # ms for a frame of 640 x 480 with shadows and 4 x MSAA
+}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -71,25 +87,37 @@ _QUICK = Effort(seconds=60.0, repeats=3, large_seconds=20.0, frames=6, calls=300
 
 
 class Clock:
-    """Adds up the time spent in functions; calls within calls count once."""
+    """Measures the time spent in functions. It stands still while another clock runs within them.
+
+    Attributes:
+        own: Seconds in all, without those of the clocks within.
+        times: Seconds of every call, with them. Calls of the same clock within calls are none of their own.
+    """
+
+    _running: ClassVar[list[Clock]] = []
 
     def __init__(self):
-        self.seconds, self.calls, self._depth = 0.0, 0, 0
+        self.own = 0.0
+        self.times: list[float] = []
 
     def around(self, function: Callable) -> Callable:
         """The same function, timed."""
 
         @functools.wraps(function)
         def timed(*args, **kwargs):
-            self._depth += 1
+            if self in self._running:
+                return function(*args, **kwargs)
+            self._running.append(self)
             start = time.perf_counter()
             try:
                 return function(*args, **kwargs)
             finally:
-                self._depth -= 1
-                if not self._depth:
-                    self.seconds += time.perf_counter() - start
-                    self.calls += 1
+                seconds = time.perf_counter() - start
+                self._running.pop()
+                self.times.append(seconds)
+                self.own += seconds
+                if self._running:
+                    self._running[-1].own -= seconds
 
         return timed
 
@@ -123,13 +151,13 @@ class Scene:
             for _ in range(self.steps):
                 timestep = self.env.step(act(timestep))
             total = time.perf_counter() - start
-        return total, physics.seconds, policy.seconds
+        return total, physics.own, policy.own
 
     def record(self) -> None:
         """Runs the episode once, and keeps what drives the physics in it."""
         physics = self.env.physics
         model, data, step = physics.model.ptr, physics.data.ptr, physics.step
-        joints = [model.joint(name) for name in ("toddler/x", "toddler/y", "toddler/yaw")]
+        joints = [model.joint(name) for name in TODDLER_JOINTS]
         self._q = np.array([joint.qposadr[0] for joint in joints])
         # The task writes the wheels' speeds as well; with them the replay is the same to the last bit.
         self._v = np.array([joint.dofadr[0] for joint in (*joints, *(model.joint(name) for name in WHEELS))])
@@ -164,43 +192,44 @@ class Scene:
         return time.perf_counter() - start, float(np.abs(data.qpos - self._end).max())
 
     def dissect(self) -> dict[str, dict[str, float]]:
-        """Runs the episode with clocks in the policy: for each part its share of the policy and time a call."""
+        """Runs the episode with a clock in every part: its share of the whole loop, and its time a call.
+
+        The clocks take time as well, so that small parts look somewhat larger than they are.
+        """
+        env, policy = self.env, type(self.policy)
         parts = {
-            "caregiver": [(PaperCaregiver, "watch", "assess", "decide")],
+            "physics": [(env.physics, "step")],
+            "contacts of the toddler": [(env.physics, "_read_touches")],
+            _TASK: [(env.task, "before_step", "after_step", "get_reward", "get_observation", "get_termination")],
+            "dm_control's environment": [(env, "step")],
+            _DECISION: [(PaperCaregiver, "watch", "assess", "decide")],
             "inverse kinematics": [(kinematics.Arm, "solve")],
             "trajectories: planned": [(BasePath, "__init__"), (ScalarMotion, "move_to", "run_at")],
             "trajectories: sampled": [(RobotMotion, "action")],
             "paths over the floor": [(Navigator, "path")],
+            "skills and the rest": [(policy, "__call__")],
         }
         clocks = {part: Clock() for part in parts}
         kinematics.reach_path.cache_clear()  # inverse kinematics is solved once for each height
         timestep = self._begin()
-        policy = Clock()
-        act = policy.around(self.policy)
         with contextlib.ExitStack() as stack:
             for part, owners in parts.items():
                 for owner, *names in owners:
                     stack.enter_context(clocks[part].of(owner, *names))
             for _ in range(self.steps):
-                timestep = self.env.step(act(timestep))
-        figures = {
+                timestep = env.step(self.policy(timestep))
+        whole = sum(clock.own for clock in clocks.values())
+        calls = {part: len(clock.times) for part, clock in clocks.items()}
+        # These two consist of several methods: count a call for each control step, and for each novice timestep.
+        calls |= {_TASK: self.steps, _DECISION: env.task.timestep}
+        return {
             part: {
-                "share_of_policy": clock.seconds / policy.seconds,
-                "calls": clock.calls,
-                "microseconds_a_call": 1e6 * clock.seconds / max(clock.calls, 1),
+                "share": clock.own / whole,
+                "calls": calls[part],
+                "microseconds_a_call": 1e6 * clock.own / max(calls[part], 1),
             }
             for part, clock in clocks.items()
         }
-        # As a caregiver decides once a novice timestep, count that instead of its methods' calls.
-        figures["caregiver"] |= {"calls": self.env.task.timestep}
-        figures["caregiver"]["microseconds_a_call"] = 1e6 * clocks["caregiver"].seconds / self.env.task.timestep
-        rest = policy.seconds - sum(clock.seconds for clock in clocks.values())
-        figures["skills and the rest"] = {
-            "share_of_policy": rest / policy.seconds,
-            "calls": self.steps,
-            "microseconds_a_call": 1e6 * rest / self.steps,
-        }
-        return figures
 
     def _begin(self):
         self.env.task.reseed(0)
@@ -212,7 +241,7 @@ def closed_loop(effort: Effort, console: Console) -> dict[str, Any]:
     scenes = {house: Scene(house, effort.seconds) for house in _HOUSES}
     for scene in scenes.values():
         scene.record()
-    suite = {name: _suite_task(*name.split(":")) for name in ("manipulator:bring_ball", "humanoid:walk")}
+    suite = {name: _suite_task(*name.split(":")) for name in (_MANIPULATOR, _HUMANOID)}
     runs = {house: [] for house in scenes}
     factors: dict[str, list[float]] = {name: [] for name in suite}
     for _ in range(effort.repeats):
@@ -222,7 +251,7 @@ def closed_loop(effort: Effort, console: Console) -> dict[str, Any]:
             factors[name].append(run(min(effort.seconds, 30.0)))
 
     figures: dict[str, Any] = {"houses": {}, "dm_control": {}}
-    table = make_table("Closed loop: supervise, one core", "house", "x real time", "bare mj_step", "ratio",
+    table = make_table("Closed loop: supervise, one core", "house", "x real time", "prototype", "bare mj_step", "ratio",
                    "physics", "policy", "task", "replay off by")  # fmt: skip
     for house, repeats in runs.items():
         total, physics, policy, bare = (statistics.median(column) for column in list(zip(*repeats, strict=True))[:4])
@@ -235,29 +264,33 @@ def closed_loop(effort: Effort, console: Console) -> dict[str, Any]:
             "share_policy": policy / total,
             "share_task": 1 - (physics + policy) / total,
             "replay_deviation": max(run[4] for run in repeats),
-            "policy_parts": scenes[house].dissect(),
+            "parts": scenes[house].dissect(),
         }
         figures["houses"][house] = row
-        table.add_row(house, f"{row['real_time_factor']:.0f}", f"{row['bare_real_time_factor']:.0f}",
+        table.add_row(house, f"{row['real_time_factor']:.0f}", _prototype(house), f"{row['bare_real_time_factor']:.0f}",
                       f"{row['ratio']:.2f}", *(f"{row[f'share_{part}']:.0%}" for part in ("physics", "policy", "task")),
                       f"{row['replay_deviation']:.1g}")  # fmt: skip
     for name, values in factors.items():
         figures["dm_control"][name] = statistics.median(values)
-        table.add_row(f"dm_control {name}, zero action", f"{figures['dm_control'][name]:.0f}")
+        table.add_row(f"{name}, no action", f"{figures['dm_control'][name]:.0f}", _prototype(name))
     console.print(table)
-    paper, manipulator = figures["houses"]["paper"], figures["dm_control"]["manipulator:bring_ball"]
-    console.print(f"paper is {paper['real_time_factor'] / manipulator:.1f} x as fast as manipulator:bring_ball\n")
+    paper, manipulator = figures["houses"]["paper"], figures["dm_control"][_MANIPULATOR]
+    console.print(f"paper is {paper['real_time_factor'] / manipulator:.1f} x as fast as {_MANIPULATOR}\n")
 
-    title = "Inside the policy (the caregiver: decisions; the rest: calls)"
-    table = make_table(title, "part", *(f"{h}: {c}" for h in _HOUSES for c in ("share", "calls", "us a call")))
-    for part in figures["houses"]["paper"]["policy_parts"]:
-        cells = []
-        for house in _HOUSES:
-            row = figures["houses"][house]["policy_parts"][part]
-            cells += [f"{row['share_of_policy']:.1%}", f"{row['calls']}", f"{row['microseconds_a_call']:.1f}"]
-        table.add_row(part, *cells)
-    console.print(table)
+    for house, row in figures["houses"].items():
+        table = make_table(f"Where the time goes: {house}", "part", "share of the loop", "us a control step", "calls",
+                       "us a call")  # fmt: skip
+        for part, spent in row["parts"].items():
+            call, calls = spent["microseconds_a_call"], spent["calls"]
+            step = call * calls / scenes[house].steps
+            table.add_row(part, f"{spent['share']:.1%}", f"{step:.1f}", f"{calls}", f"{call:.1f}")
+        console.print(table)
     return figures
+
+
+def _prototype(name: str) -> str:
+    """The prototype's figure as text; empty where there is none."""
+    return f"{_PROTOTYPE[name]:g}" if name in _PROTOTYPE else ""
 
 
 def _suite_task(domain: str, task: str) -> Callable[[float], float]:
@@ -305,22 +338,23 @@ def parts(effort: Effort, console: Console) -> dict[str, float]:
     straight.target_position = [3.0]
     corner.control_interface, corner.synchronization = ControlInterface.Velocity, Synchronization.Phase
     corner.current_velocity, corner.target_velocity = [1.0, 0.0], [0.0, 1.0]
-    trajectory = Trajectory(1)
+    trajectory, solver = Trajectory(1), Ruckig(1)
     figures = {
         "mink: inverse kinematics of a pose": solves,
-        "ruckig: calculate, 1 axis to a position": [
-            _seconds(lambda: Ruckig(1).calculate(straight, trajectory)) for _ in range(effort.calls)
+        _SOLVE: iterations.times,
+        _PLAN: [_seconds(lambda: Ruckig(1).calculate(straight, trajectory)) for _ in range(effort.calls)],
+        "ruckig: plan again with the same solver": [
+            _seconds(lambda: solver.calculate(straight, trajectory)) for _ in range(effort.calls)
         ],
-        "ruckig: calculate, corner of 2 axes": [
+        "ruckig: plan, corner of 2 axes": [
             _seconds(lambda: Ruckig(2).calculate(corner, Trajectory(2))) for _ in range(effort.calls)
         ],
-        "ruckig: sample": [_seconds(lambda: trajectory.at_time(1.0)) for _ in range(effort.calls)],
+        _SAMPLE: [_seconds(lambda: trajectory.at_time(1.0)) for _ in range(effort.calls)],
     }
     medians = {name: 1e6 * statistics.median(seconds) for name, seconds in figures.items()}
-    medians["mink: one iteration (solve_ik)"] = 1e6 * iterations.seconds / iterations.calls
-    table = make_table("Parts", "call", "us")
+    table = make_table("Parts", "call", "us", "prototype")
     for name, microseconds in medians.items():
-        table.add_row(name, f"{microseconds:.1f}")
+        table.add_row(name, f"{microseconds:.1f}", _prototype(name))
     console.print(table)
     return medians
 
@@ -350,6 +384,8 @@ def building(effort: Effort, console: Console) -> dict[str, dict[str, float]]:
         figures[name] = dict(zip(("model", "environment", "caregiver_to_first_action"), row, strict=True))
         table.add_row(name, *(f"{seconds:.2f}" for seconds in row))
     console.print(table)
+    verdict = "as it shall be" if first < _BUILDING_GOAL else "TOO SLOW"
+    console.print(f"a 12 x 10 house in less than {_BUILDING_GOAL:g} s, even the first in a process: {verdict}\n")
     return figures
 
 
@@ -363,31 +399,49 @@ def build_first(_: int) -> float:
     return _seconds(lambda: Physics.from_plan(plan))
 
 
-def growth(effort: Effort, console: Console) -> list[dict[str, float]]:
+def growth(effort: Effort, console: Console) -> dict[str, Any]:
     """The closed loop as houses, tables and candles get more."""
-    sizes = ((12, 2, 2), (20, 10, 10), (30, 20, 20), (40, 5, 5), (40, 20, 20), (40, 40, 40))
+    sizes = ((12, 2, 2), (20, 10, 10), (30, 20, 20), (_LARGE, 5, 5), (_LARGE, 20, 20), (_LARGE, 40, 40))
+    scenes = [
+        Scene(generated(side, side, candles, tables, stairwells=4, bins=4), effort.large_seconds)
+        for side, candles, tables in sizes
+    ]
+    for scene in scenes:
+        scene.record()
+    runs = [[] for _ in scenes]
+    for _ in range(effort.repeats):
+        for scene, repeats in zip(scenes, runs, strict=True):
+            repeats.append((*scene.run(), scene.replay()[0]))
     table = make_table("The closed loop as houses grow", "cells", "tables", "candles", "x real time",
                        "us a control step", "physics", "policy", "task", "bare mj_step")  # fmt: skip
-    figures = []
-    for side, candles, tables in sizes:
-        scene = Scene(generated(side, side, candles, tables, stairwells=4, bins=4), effort.large_seconds)
-        scene.record()
-        runs = [(*scene.run(), scene.replay()[0]) for _ in range(effort.repeats)]
-        total, *rest = (1e6 * statistics.median(column) / scene.steps for column in zip(*runs, strict=True))
-        physics, policy, bare = rest
+    rows = []
+    for (side, candles, tables), scene, repeats in zip(sizes, scenes, runs, strict=True):
+        columns = zip(*repeats, strict=True)
+        total, physics, policy, bare = (1e6 * statistics.median(column) / scene.steps for column in columns)
         row = {
             "side": side, "tables": candles + tables, "candles": candles,
             "real_time_factor": 1e6 * scene.env.control_timestep() / total, "microseconds_a_step": total,
             "microseconds_physics": physics, "microseconds_policy": policy,
             "microseconds_task": total - physics - policy, "microseconds_bare": bare,
         }  # fmt: skip
-        figures.append(row)
+        rows.append(row)
         table.add_row(f"{side} x {side}", *(f"{value:.0f}" for value in list(row.values())[1:]))
     console.print(table)
-    least, most = min(figures, key=lambda row: row["tables"]), max(figures, key=lambda row: row["tables"])
-    objects, sides, cost = (most[key] / least[key] for key in ("tables", "side", "microseconds_a_step"))
-    console.print(f"{objects:.0f} x the tables and candles in {sides**2:.0f} x the cells take {cost:.1f} x the time\n")
-    return figures
+
+    def ratios(few: dict[str, float], many: dict[str, float]) -> dict[str, float]:
+        return {
+            "cells": (many["side"] / few["side"]) ** 2,
+            "objects": (many["tables"] + many["candles"]) / (few["tables"] + few["candles"]),
+            "time": many["microseconds_a_step"] / few["microseconds_a_step"],
+        }
+
+    in_all, large = ratios(rows[0], rows[-1]), [row for row in rows if row["side"] == _LARGE]
+    at_large = ratios(large[0], large[-1])
+    verdict = "at most linear, as it shall be" if at_large["time"] <= at_large["objects"] else "MORE THAN LINEAR"
+    for where, ratio in ((f"{in_all['cells']:.0f} x the cells", in_all), (f"{_LARGE} x {_LARGE} cells", at_large)):
+        console.print(f"{ratio['objects']:.0f} x the tables and candles in {where} take {ratio['time']:.1f} x the time")
+    console.print(f"growth with the tables and candles at one size of house: {verdict}\n")
+    return {"houses": rows, "ratios": in_all, "ratios_at_one_size": at_large}
 
 
 def rendering(effort: Effort, console: Console) -> dict[str, float] | None:
@@ -395,17 +449,18 @@ def rendering(effort: Effort, console: Console) -> dict[str, float] | None:
     env = caregiver_mj.load("supervise", "paper", _EPSILON, random=0)
     env.reset()
     height, width = _FRAME
-    table = make_table(f"Rendering, {width} x {height}", "camera", "frames a second")
+    table = make_table(f"Rendering, {width} x {height}", "camera", "frames a second", "ms a frame")
     figures = {}
     try:
         for camera in ("overview", "follow", "robot/wrist"):
             draw = functools.partial(env.physics.render, height, width, camera_id=camera)
             draw()
             figures[camera] = 1 / statistics.median(_seconds(draw) for _ in range(effort.frames))
-            table.add_row(camera, f"{figures[camera]:.1f}")
+            table.add_row(camera, f"{figures[camera]:.1f}", f"{1e3 / figures[camera]:.1f}")
     except RenderingError as error:
         console.print(f"Rendering was skipped: {error}\n")
         return None
+    table.add_row("prototype, as large", f"{1e3 / _PROTOTYPE['rendering']:.1f}", _prototype("rendering"))
     console.print(table)
     return figures
 
@@ -484,6 +539,7 @@ def main() -> None:
         "cores": os.cpu_count(),
         "load_before": load,
         "effort": dataclasses.asdict(effort),
+        "prototype": _PROTOTYPE,
     }
     console.print(f"{os.cpu_count()} cores; load before the start {load:.1f}: figures are low if that is not near 0\n")
     for name in args.only:

@@ -28,6 +28,7 @@ from caregiver_mj.toddler import ToddlerWalk, novice_timestep
 CONTROL_TIMESTEP = 0.02  # seconds; a prototype's grasps held at 50 Hz as well as at 100 Hz
 
 ARM_JOINTS = tuple(f"robot/{name}" for name in kinematics.ARM_JOINTS)
+TODDLER_JOINTS = ("toddler/x", "toddler/y", "toddler/yaw")
 BASE_JOINTS = ("robot/base_x", "robot/base_y", "robot/base_yaw")
 WHEELS = tuple(f"robot/wheel_{where}" for where in ("front_left", "front_right", "rear_left", "rear_right"))
 _WHEEL_RADIUS, _WHEEL_TRACK = 0.075, 0.33  # metres: radius; half length plus half width between the wheels
@@ -82,9 +83,9 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         super()._reload_from_data(data)
         model, raw = self.model.ptr, self.data.ptr
         self._raw = (model, raw)
-        self._qpos, self._qvel = raw.qpos, raw.qvel
+        self._qpos, self._ctrl = raw.qpos, raw.ctrl
         self.has_robot = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, BASE_JOINTS[0]) >= 0
-        self._toddler = model.jnt_qposadr[model.joint("toddler/x").id], model.joint("toddler/x").dofadr[0]
+        self._toddler = _views(model, raw, TODDLER_JOINTS)
         self._toddler_geom = model.geom("toddler/body").id
         self._touch_found = raw.sensordata[model.sensor("toddler_touch").adr[0] :]
         self._things = [_thing_of(model.geom(i).name) for i in range(model.ngeom)]
@@ -92,34 +93,33 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         candles = [model.joint(f"candle_{i}/joint").qposadr[0] for i in range(self.candle_count)]
         self._candle_rows = np.array(candles, int)[:, None] + np.arange(7)
         if self.has_robot:
-            # All joints of the robot follow one another, so slices (views) serve as readouts.
-            self._base = _slice(model, BASE_JOINTS)
-            self._arm = _slice(model, ARM_JOINTS)
-            self._fingers = _slice(model, ("robot/finger_left", "robot/finger_right"))
-            self._wheels = _slice(model, WHEELS)
+            self._base = _views(model, raw, BASE_JOINTS)
+            self._arm = _views(model, raw, ARM_JOINTS)
+            self._fingers = _views(model, raw, ("robot/finger_left", "robot/finger_right"))
+            self._wheels = _views(model, raw, WHEELS)
         self.touches: list[Touch] = []
 
     # -- Readouts --------------------------------------------------------------------------------
 
     def base_position(self) -> np.ndarray:
         """Pose x, y (m) and yaw (rad) of the base, (3,)."""
-        return self._qpos[self._base[0]].copy()
+        return self._base[0].copy()
 
     def base_velocity(self) -> np.ndarray:
         """Its velocity in the world's axes, (3,), m/s and rad/s."""
-        return self._qvel[self._base[1]].copy()
+        return self._base[1].copy()
 
     def arm_position(self) -> np.ndarray:
         """Joint positions (7,), rad."""
-        return self._qpos[self._arm[0]].copy()
+        return self._arm[0].copy()
 
     def arm_velocity(self) -> np.ndarray:
         """Joint velocities (7,), rad/s."""
-        return self._qvel[self._arm[1]].copy()
+        return self._arm[1].copy()
 
     def finger_position(self) -> np.ndarray:
         """How far each finger stands off the middle, (2,), m."""
-        return self._qpos[self._fingers[0]].copy()
+        return self._fingers[0].copy()
 
     def is_gripping(self) -> bool:
         """Whether the fingers are as close together as round a candle, or closer."""
@@ -127,11 +127,11 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
 
     def toddler_position(self) -> np.ndarray:
         """Pose x, y (m) and yaw (rad) of the toddler, (3,)."""
-        return self._qpos[self._toddler[0] : self._toddler[0] + 3].copy()
+        return self._toddler[0].copy()
 
     def toddler_velocity(self) -> np.ndarray:
         """Its velocity, (3,), m/s and rad/s."""
-        return self._qvel[self._toddler[1] : self._toddler[1] + 3].copy()
+        return self._toddler[1].copy()
 
     def candle_poses(self) -> np.ndarray:
         """Position of each candle's foot (m) and its orientation (quaternion), (candles, 7)."""
@@ -144,16 +144,19 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
 
     # -- Writing ---------------------------------------------------------------------------------
 
+    def set_action(self, action: np.ndarray) -> None:
+        """Sets what the robot's actuators shall do, (11,); both fingers get the last value."""
+        self._ctrl[:11], self._ctrl[11] = action, action[10]
+
     def set_toddler(self, walk: ToddlerWalk) -> None:
         """Moves the toddler, which is kinematic, to where its walk has got to."""
-        q, v = self._toddler
-        self._qpos[q], self._qpos[q + 1], self._qpos[q + 2] = *walk.position, walk.yaw
-        self._qvel[v], self._qvel[v + 1], self._qvel[v + 2] = *walk.velocity, walk.yaw_rate
+        position, velocity = self._toddler
+        position[0], position[1], position[2] = *walk.position, walk.yaw
+        velocity[0], velocity[1], velocity[2] = *walk.velocity, walk.yaw_rate
 
     def set_robot(self, base: np.ndarray, arm: np.ndarray) -> None:
         """Puts the robot somewhere, its hand open, for the start of an episode: base pose (3,) and arm joints (7,)."""
-        self._qpos[self._base[0]], self._qpos[self._arm[0]] = base, arm
-        self._qpos[self._fingers[0]] = OPEN
+        self._base[0][:], self._arm[0][:], self._fingers[0][:] = base, arm, OPEN
 
     def set_candle(self, index: int, position: np.ndarray, yaw: float) -> None:
         """Stands a candle somewhere, for the start of an episode."""
@@ -161,13 +164,13 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
 
     def roll_wheels(self) -> None:
         """Turns the wheels as the base moves: mecanum kinematics. They bear no load."""
-        x, y, turn = self._qvel[self._base[1]].tolist()
-        yaw = self._qpos[self._base[0]][2]
+        x, y, turn = self._base[1].tolist()
+        yaw = float(self._base[0][2])
         c, s = math.cos(yaw), math.sin(yaw)
         ahead, aside, turn = (c * x + s * y) / _WHEEL_RADIUS, (c * y - s * x) / _WHEEL_RADIUS, turn * _WHEEL_TRACK
         turn /= _WHEEL_RADIUS
         left, right = ahead - turn, ahead + turn
-        self._qvel[self._wheels[1]] = left - aside, right + aside, left + aside, right - aside
+        self._wheels[1][:] = left - aside, right + aside, left + aside, right - aside
 
     # -- Stepping --------------------------------------------------------------------------------
 
@@ -176,11 +179,15 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         model, data = self._raw
         found = self._touch_found
         self.touches = []
-        with self.check_invalid_state():
-            for _ in range(nstep):
-                mujoco.mj_step(model, data)
-                if found[0]:
-                    self._read_touches()
+        warnings = self._warnings.tolist()
+        for _ in range(nstep):
+            mujoco.mj_step(model, data)
+            if found[0]:
+                self._read_touches()
+        # dm_control's check at every step would take 7 % of the closed loop's time, so it is only asked to report.
+        if self._warnings.tolist() != warnings:
+            with self.check_invalid_state():
+                self._warnings_before[:] = warnings
 
     def _read_touches(self) -> None:
         model, data = self._raw
@@ -204,11 +211,11 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
             self.touches.append(Touch(kind, index, direction, speed))
 
 
-def _slice(model: mujoco.MjModel, joints: tuple[str, ...]) -> tuple[slice, slice]:
-    """The places of consecutive scalar joints in qpos and in qvel."""
+def _views(model: mujoco.MjModel, data: mujoco.MjData, joints: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and velocities of scalar joints that follow one another, as views of the simulation's state."""
     first = model.joint(joints[0])
     q, v = int(first.qposadr[0]), int(first.dofadr[0])
-    return slice(q, q + len(joints)), slice(v, v + len(joints))
+    return data.qpos[q : q + len(joints)], data.qvel[v : v + len(joints)]
 
 
 def _thing_of(geom: str) -> tuple[str, int]:
@@ -273,7 +280,6 @@ class CareTask(base.Task):
         self._candle_offset = candle_offset
         self._adversarial = adversarial
         self.action_shape = (11 if robot else 0,)
-        self._ctrl = np.zeros(12 if robot else 0)
         self._control_steps = 0
 
     @property
@@ -327,14 +333,12 @@ class CareTask(base.Task):
         action = np.asarray(action, float)
         if action.shape != self.action_shape:
             raise CaregiverError(f"an action has the shape {self.action_shape}, not {action.shape}")
-        if not np.isfinite(action).all():
+        if not all(map(math.isfinite, action.tolist())):
             index = int(np.flatnonzero(~np.isfinite(action))[0])
             name = self.action_spec(physics).name.split("\t")[index]
             raise CaregiverError(f"action[{index}] ({name}) is {action[index]}, not a finite number")
         if self.has_robot:
-            self._ctrl[:11] = action
-            self._ctrl[11] = action[10]
-            physics.set_control(self._ctrl)
+            physics.set_action(action)
             physics.roll_wheels()
         if self._control_steps % self._steps_a_move == 0:
             self._begin_move(physics)
@@ -472,16 +476,18 @@ class CareTask(base.Task):
 
     def _count_drops(self, physics: Physics) -> None:
         """Counts candles that have fallen over, or down, since the last look."""
-        if not self.plan.candle_tables:
-            return
-        fallen = {i for i in range(len(self.plan.candle_tables)) if not self.is_standing(physics, i)}
+        fallen = set(np.flatnonzero(~self._standing(physics)).tolist())
         self._figures["candles_dropped"] += len(fallen - self._fallen)
         self._fallen = fallen
 
     def is_standing(self, physics: Physics, candle: int) -> bool:
         """Whether a candle is upright, and no lower than a table."""
-        high = physics.candle_poses()[candle, 2] > layout.TABLE_HEIGHT - 0.05
-        return bool(high and physics.candle_upright()[candle] > _STANDING_COSINE)
+        return bool(self._standing(physics)[candle])
+
+    def _standing(self, physics: Physics) -> np.ndarray:
+        """The same of every candle, (candles,)."""
+        high = physics.candle_poses()[:, 2] > layout.TABLE_HEIGHT - 0.05
+        return high & (physics.candle_upright() > _STANDING_COSINE)
 
     def bears_candle(self, physics: Physics, table: int) -> bool:
         """Whether a candle stands (or lies) on a table."""

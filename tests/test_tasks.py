@@ -381,6 +381,15 @@ def test_control_noise_gives_no_warning(task):
     assert np.abs(env.physics.data.qvel).max() < 200.0
 
 
+def test_a_state_that_is_not_finite_is_an_error_of_its_step_only():
+    env = load("supervise")
+    env.reset()
+    env.physics.data.qpos[0] = np.nan
+    with pytest.raises(control.PhysicsError, match="mjWARN_BADQPOS"):
+        env.physics.step()
+    env.physics.step()
+
+
 def test_control_follows_the_action():
     """Actions of one kind each, a second long, and what they do."""
     env = load("supervise", NO_STAIRS, time_limit=100.0)

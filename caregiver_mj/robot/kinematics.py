@@ -105,9 +105,7 @@ class Arm:
                 break
             step = min(1.0, _IK_STEP / np.abs(velocity).max())
             self._configuration.integrate_inplace(velocity, step)
-        raise CaregiverError(
-            f"the arm cannot reach {position[0]:.3f} m ahead at a height of {position[2]:.3f} m"
-        )
+        raise CaregiverError(f"the arm cannot reach {position[0]:.3f} m ahead at a height of {position[2]:.3f} m")
 
     def pinch(self, q: np.ndarray) -> np.ndarray:
         """Forward kinematics: the pinch point (3,) in metres for joint positions (7,) in radians."""

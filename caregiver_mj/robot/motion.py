@@ -62,8 +62,8 @@ class RobotMotion:
         self.reach_path = kinematics.reach_path(7000)  # all begin with the tucked arm; `plan_reach` aims it
         self._reach = ScalarMotion(self.reach_path.limits, 0.0)
         self._gripper = ScalarMotion(limits.GRIPPER, OPEN)
-        self._joints = self.reach_path.joints(0.0)
         self._action = np.empty(11)
+        self._posture: tuple[kinematics.ReachPath, float] | None = None  # path and reach of the arm in the last action
 
     # -- Goals -----------------------------------------------------------------------------------
 
@@ -236,7 +236,10 @@ class RobotMotion:
         action = self._action
         action[0], action[1] = vx, vy
         action[2] = yaw_rate + _YAW_LAG * yaw_acceleration + _YAW_GAIN * (yaw - base[2])
-        action[3:10] = self.reach_path.joints(self._reach.at(now)[0])
+        posture = (self.reach_path, self._reach.at(now)[0])
+        if posture != self._posture:
+            self._posture = posture
+            action[3:10] = self.reach_path.joints(posture[1])
         action[10] = self._gripper.at(now)[0]
         return action.copy()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections import deque
 from collections.abc import Collection, Sequence
@@ -24,6 +25,7 @@ _HAND_RADIUS = 0.16  # metres: half the hand's width, and what the arm may be of
 _CHILD_CLEARANCE = 0.20  # metres between base and child on a planned path
 
 _RASTER = 0.025  # metres
+_STRIDE, _ENDS = 16, 20  # in a first look along a line: points to skip, and points at its ends within `_LEAVING`
 _NEIGHBOURHOOD = 2.0  # metres round the house that the raster covers, for poses outside of it
 
 
@@ -37,6 +39,8 @@ class Navigator:
             for cell in plan.caregiver_cells
         }
         self._centres = {cell: tuple(plan.position(cell).tolist()) for cell in plan.caregiver_cells}
+        # While the child is far away, way after way leads to the same goal with the same cells closed.
+        self._steps_to = functools.lru_cache(maxsize=64)(self._steps_to)
         self._rasterise()
 
     def path(
@@ -68,21 +72,25 @@ class Navigator:
         """The cells of a shortest 4-connected route, ends included, or None. Landings are no thoroughfares."""
         if goal in closed:
             return None
-        closed = {*closed, *self.plan.stairwells} - {start, goal}
-        came_from: dict[Cell, Cell] = {goal: goal}
+        steps = self._steps_to(goal, frozenset({*closed, *self.plan.stairwells} - {start, goal}))
+        if start not in steps:
+            return None
+        cells = [start]
+        while cells[-1] != goal:
+            cells.append(steps[cells[-1]])
+        return cells
+
+    def _steps_to(self, goal: Cell, closed: frozenset[Cell]) -> dict[Cell, Cell]:
+        """For every cell from which there is a way to a goal, the next cell on a shortest one."""
+        steps = {goal: goal}
         queue = deque([goal])
         while queue:
             cell = queue.popleft()
-            if cell == start:
-                cells = [cell]
-                while cells[-1] != goal:
-                    cells.append(came_from[cells[-1]])
-                return cells
             for neighbour in self._neighbours[cell]:
-                if neighbour not in came_from and neighbour not in closed:
-                    came_from[neighbour] = cell
+                if neighbour not in steps and neighbour not in closed:
+                    steps[neighbour] = cell
                     queue.append(neighbour)
-        return None
+        return steps
 
     def nearest_cell(self, position: Vector) -> Cell:
         """The cell on which a base stands (the nearest one that it can stand on)."""
@@ -100,11 +108,15 @@ class Navigator:
             child: Where the child is, to be given a wide berth.
             shut: Codes of cells that must not be crossed.
         """
+        if self._meets_wall(a, b):
+            return False
         x, y = self._line(a, b)
         # A base that stands too close to something already may leave it, or come to stand there, but no more than that.
-        distance = np.linspace(0.0, math.dist(a, b), len(x))
         for raster in (self._room, self._turning_room):
             slack = self._at(raster, x, y)
+            if slack.min() >= 0.0:
+                continue
+            distance = np.linspace(0.0, math.dist(a, b), len(x))
             allowed = np.where(distance < _LEAVING, min(0.0, slack[0]), 0.0)
             allowed = np.where(distance > distance[-1] - _LEAVING, np.minimum(allowed, slack[-1]), allowed)
             if (slack < allowed - 1e-9).any():
@@ -176,6 +188,17 @@ class Navigator:
                     queue.append(neighbour)
         return min(distance, key=lambda cell: (in_the_way[self.plan.cell_index[cell]], distance[cell]))
 
+    def _meets_wall(self, a: Vector, b: Vector) -> bool:
+        """Whether a few of a line's points already show a wall in the way: most long lines meet one, and soon."""
+        last = int(math.dist(a, b) / _RASTER) + 1
+        for i in range(_ENDS, last - _ENDS, _STRIDE):
+            share = i * (1.0 / last)
+            x, y = a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
+            row, column = int((y - self._origin[1]) / _RASTER), int((x - self._origin[0]) / _RASTER)
+            if self._turning_room[row, column] < -1e-9:
+                return True
+        return False
+
     def _line(self, a: Vector, b: Vector) -> tuple[np.ndarray, np.ndarray]:
         """Points, x and y, along a straight line."""
         share = np.linspace(0.0, 1.0, int(math.dist(a, b) / _RASTER) + 2)
@@ -200,7 +223,7 @@ class Navigator:
         """Tabulates, in metres, how much room there is beyond what the base needs, and the hand when it turns."""
         height, width = self.plan.shape
         half = np.array([width, height]) * self.plan.cell_size / 2 + _NEIGHBOURHOOD
-        self._origin = (-half[0], -half[1])
+        self._origin = tuple((-half).tolist())
         shape = tuple(np.ceil(2 * half[::-1] / _RASTER).astype(int) + 1)
 
         def distance_to(rectangles: np.ndarray) -> np.ndarray:

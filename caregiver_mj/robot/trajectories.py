@@ -46,11 +46,9 @@ class ScalarMotion:
         """Position, velocity and acceleration at a time not before the last goal was set."""
         if self._rest is not None:
             return self._rest, 0.0, 0.0
-        time = now - self._start
-        if self._ends and time >= self._duration:
-            return self.target, 0.0, 0.0
-        position, velocity, acceleration = self._trajectory.at_time(time)
-        return position[0], velocity[0], acceleration[0]
+        if now != self._sampled_at:  # many ask for the same moment
+            self._sampled_at, self._sample = now, self._state_at(now - self._start)
+        return self._sample
 
     def move_to(self, target: float, now: float) -> None:
         """Sets a position to come to rest at."""
@@ -80,13 +78,22 @@ class ScalarMotion:
         """The highest position of the present motion, which may swing out before it turns back."""
         if self._rest is not None:
             return self._rest
-        times = (self._duration * i / _SAMPLES for i in range(_SAMPLES + 1))
-        return max(self._trajectory.at_time(time)[0][0] for time in times)
+        if self._highest is None:
+            times = (self._duration * i / _SAMPLES for i in range(_SAMPLES + 1))
+            self._highest = max(self._trajectory.at_time(time)[0][0] for time in times)
+        return self._highest
 
     @property
     def arrival(self) -> float:
         """When the present motion ends (a past time if it is at rest)."""
         return self._start if self._rest is not None else self._start + self._duration
+
+    def _state_at(self, time: float) -> tuple[float, float, float]:
+        """Position, velocity and acceleration at a time since the start of the trajectory."""
+        if self._ends and time >= self._duration:
+            return self.target, 0.0, 0.0
+        (position,), (velocity,), (acceleration,) = self._trajectory.at_time(time)
+        return position, velocity, acceleration
 
     def _solve(self, now: float, state: tuple[float, float, float], control: ControlInterface) -> None:
         parameters = _parameters([state[0]], [state[1]], [state[2]], self._limits)
@@ -99,6 +106,7 @@ class ScalarMotion:
         self._trajectory = _solve(self._solver, parameters)
         self._duration = self._trajectory.duration
         self._start, self._rest = now, None
+        self._sampled_at, self._highest = math.nan, None  # samples of the old trajectory are void
 
 
 @dataclasses.dataclass(frozen=True)
