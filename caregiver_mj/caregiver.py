@@ -36,6 +36,8 @@ class Observation:
         candle_table: Index of the table on which each candle stands, (B, candles), or NOTHING for one that
             stands on none (it is in the caregiver's hand, or lies on the floor).
         holding: Index of the candle in the caregiver's hand, or NOTHING, (B,).
+        out_of_reach: Whether a candidate is to be passed over because the caregiver could not get to it lately,
+            (B, candidates), or False for none.
     """
 
     novice_cell: np.ndarray
@@ -44,6 +46,7 @@ class Observation:
     caregiver_cell: np.ndarray
     candle_table: np.ndarray
     holding: np.ndarray
+    out_of_reach: np.ndarray | np.bool_ = np.False_
 
 
 @dataclasses.dataclass(frozen=True)
@@ -110,7 +113,8 @@ class Caregiver(abc.ABC):
     def worth_protecting(self, observation: Observation) -> np.ndarray:
         """Which candidates the caregiver can do something about, (B, candidates).
 
-        Every stairwell, and every candle that stands on a table and would be farther from the novice on a bare one.
+        Every stairwell, and every candle that stands on a table and would be farther from the novice on a bare one;
+        but none that is out of reach.
         """
         distance, table = self.table_distances[observation.novice_cell], observation.candle_table
         bare = np.ones(distance.shape, bool)
@@ -118,7 +122,8 @@ class Caregiver(abc.ABC):
         bare[worlds, table[worlds, candles]] = False
         farthest = np.where(bare, distance, 0.0).max(axis=1, initial=0.0)
         candle = self.candidate_distances(observation)[:, self.stairwell_count :] < farthest[:, None]
-        return np.concatenate([np.ones((len(table), self.stairwell_count), bool), candle], axis=1)
+        worth = np.concatenate([np.ones((len(table), self.stairwell_count), bool), candle], axis=1)
+        return worth & ~observation.out_of_reach
 
     def candidate_distances(self, observation: Observation) -> np.ndarray:
         """Novice timesteps to a collision with each candidate, (B, candidates); infinite for a carried candle."""

@@ -19,7 +19,7 @@ from caregiver_mj.floor_plan import ACTIONS, FloorPlan
 from caregiver_mj.robot.driving import Skill, View, is_child_close
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.robot.skills import Block, Pick, Place, StandAside
+from caregiver_mj.robot.skills import Block, Pick, Place, StandAside, hand_is_empty
 
 if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.rendering
     import dm_env
@@ -29,7 +29,7 @@ _CLEAR_DISTANCE = 0.05  # metres of a move after which it is clear where the tod
 _LATEST = 0.5  # ... or the share of a novice timestep after which it will not go anywhere any more
 _SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to
 _STANDING_COSINE = math.cos(math.radians(20))  # of a candle's tilt up to which it counts as standing
-_PATIENCE = 3  # attempts at a grasp before another target gets its turn
+_PASSED_OVER = 10.0  # seconds for which a candidate is passed over after the robot has failed to protect it
 
 
 def _episode_number(observation: dict[str, np.ndarray]) -> int:
@@ -131,7 +131,7 @@ class CaregiverPolicy:
         self.activity = "watch"
         self._skill: Skill | None = None
         self._holding = NOTHING
-        self._failures: dict[int, int] = {}
+        self._passed_over_until = np.zeros(self._stairwells + len(self.plan.candle_tables))
         self._begun, self._is_clear = 0, False
         self._origin = tuple(observation["toddler_position"][:2].tolist())
         self._cell = self._toddler_cell(self._origin)
@@ -195,6 +195,7 @@ class CaregiverPolicy:
             caregiver_cell=np.array([self.plan.cell_index[self._navigator.nearest_cell(view.base[:2])]]),
             candle_table=np.array([self._candle_tables(view, observation)], int).reshape(1, -1),
             holding=np.array([self._holding]),
+            out_of_reach=(self._passed_over_until > view.now)[None],
         )
 
     def _candle_tables(self, view: View, observation: dict[str, np.ndarray]) -> list[int]:
@@ -236,7 +237,7 @@ class CaregiverPolicy:
             self._carry(seen)
             return
         target = int(self._caregiver.decide(seen)[0])
-        if target == NOTHING:
+        if target == NOTHING or seen.out_of_reach[0, target]:
             if self._skill is None:
                 self._skill, self.activity = StandAside(self._navigator), "keep out of the way"
             return
@@ -259,16 +260,28 @@ class CaregiverPolicy:
             self._reached = False
         self._skill, self.target, self.activity = skill, target, activity
 
-    def _carry(self, seen: Observation) -> None:
-        """Takes the candle in the hand to a safe table."""
+    def _carry(self, seen: Observation, refused: int = NOTHING) -> None:
+        """Takes the candle in the hand to a safe table; from one that it could not be brought to, to another."""
         table = int(self._caregiver.safe_table(seen, np.array([self._holding]))[0])
+        if table == refused:
+            bare = set(range(len(self.plan.tables))) - {*seen.candle_table[0].tolist(), refused}
+            far = self._caregiver.table_distances[self._cell]
+            table = max(sorted(bare), key=lambda other: (self._leads_to(other, seen), far[other]), default=table)
         self._skill = Place(self._navigator, self._holding, table)
         self.activity = f"carry candle {self._holding + 1} to table {table + 1}"
+
+    def _leads_to(self, table: int, seen: Observation) -> bool:
+        """Whether a way that the child leaves open leads to a table."""
+        here, child = self.plan.caregiver_cells[seen.caregiver_cell[0]], self.plan.free_cells[self._cell]
+        stands = self.plan.free_neighbours(self.plan.tables[table])
+        return any(self._navigator.route(here, stand, (child,)) for stand in stands)
 
     def _finish(self, view: View, observation: dict[str, np.ndarray]) -> None:
         """Takes note of a skill that is done, and goes on to the next."""
         skill = self._skill
-        if isinstance(skill, Block):
+        if skill.failed:
+            self._passed_over_until[self.target] = view.now + _PASSED_OVER
+        elif isinstance(skill, Block):
             if not self._reached:
                 self.interventions_done += 1
                 self._reached = True
@@ -277,9 +290,8 @@ class CaregiverPolicy:
         if isinstance(skill, Pick) and not skill.failed:
             self._holding = skill.candle
             self._carry(self._observation(view, observation))
-        elif isinstance(skill, Place):
-            self._holding = NOTHING
-            self.interventions_done += not skill.failed
-            self.target = NOTHING
-        elif isinstance(skill, Pick):
-            self.target = NOTHING
+        elif isinstance(skill, Place) and skill.failed and not hand_is_empty(view):
+            self._carry(self._observation(view, observation), refused=skill.table)
+        else:
+            self.interventions_done += isinstance(skill, Place) and not skill.failed
+            self._holding = self.target = NOTHING

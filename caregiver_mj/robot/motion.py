@@ -122,6 +122,7 @@ class RobotMotion:
     def grip(self, width: float) -> None:
         """Sets how far each finger stands off the middle."""
         self._gripper.move_to(width, self.now)
+        self._yaw.set_limits(limits.YAW if width == OPEN else limits.YAW_LOADED)
 
     # -- State of the references -----------------------------------------------------------------
 
