@@ -38,6 +38,8 @@ class Observation:
         holding: Index of the candle in the caregiver's hand, or NOTHING, (B,).
         candle_cell: Index of the free cell on whose floor each candle is, (B, candles), or NOTHING. Left out where
             no candle can be on the floor, as in the grid.
+        out_of_reach: Whether a candidate is to be passed over because the caregiver could not get to it lately,
+            (B, candidates). Left out if there is none.
     """
 
     novice_cell: np.ndarray
@@ -46,11 +48,14 @@ class Observation:
     caregiver_cell: np.ndarray
     candle_table: np.ndarray
     holding: np.ndarray
-    candle_cell: np.ndarray = None
+    candle_cell: np.ndarray | None = None
+    out_of_reach: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         if self.candle_cell is None:
             object.__setattr__(self, "candle_cell", np.full(np.shape(self.candle_table), NOTHING))
+        if self.out_of_reach is None:
+            object.__setattr__(self, "out_of_reach", np.zeros((len(self.novice_cell), 1), bool))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -117,7 +122,8 @@ class Caregiver(abc.ABC):
     def worth_protecting(self, observation: Observation) -> np.ndarray:
         """Which candidates the caregiver can do something about, (B, candidates).
 
-        Every stairwell, and every candle that stands on a table and would be farther from the novice on a bare one.
+        Every stairwell, and every candle that stands on a table and would be farther from the novice on a bare one;
+        but none that is out of reach.
         """
         distance, table = self.table_distances[observation.novice_cell], observation.candle_table
         bare = np.ones(distance.shape, bool)
@@ -125,7 +131,8 @@ class Caregiver(abc.ABC):
         bare[worlds, table[worlds, candles]] = False
         farthest = np.where(bare, distance, 0.0).max(axis=1, initial=0.0)
         candle = self.candidate_distances(observation)[:, self.stairwell_count :] < farthest[:, None]
-        return np.concatenate([np.ones((len(table), self.stairwell_count), bool), candle], axis=1)
+        worth = np.concatenate([np.ones((len(table), self.stairwell_count), bool), candle], axis=1)
+        return worth & ~observation.out_of_reach
 
     def candidate_distances(self, observation: Observation) -> np.ndarray:
         """Novice timesteps to a collision with each candidate, (B, candidates); infinite for a carried candle.

@@ -21,7 +21,7 @@ from caregiver_mj.robot.driving import Skill, View, is_child_close
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
-from caregiver_mj.robot.skills import Block, Pick, Place, Retrieve, StandAside, stands
+from caregiver_mj.robot.skills import Block, Pick, Place, Retrieve, StandAside, hand_is_empty, stands
 
 if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.rendering
     import dm_env
@@ -30,8 +30,8 @@ if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.renderi
 _CLEAR_DISTANCE = 0.05  # metres of a move after which it is clear where the toddler is heading, ...
 _LATEST = 0.5  # ... or the share of a novice timestep after which it will not go anywhere any more
 _SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to
-_GIVEN_UP_TIME = 30.0  # seconds for which a candle that cannot be had is left alone
 _NO_CANDLES, _NO_ORIENTATIONS = np.zeros((0, 3)), np.zeros((0, 4))
+_PASSED_OVER = 10.0  # seconds for which a candidate is passed over after the robot has failed to protect it
 
 
 def _episode_number(observation: dict[str, np.ndarray]) -> int:
@@ -137,7 +137,7 @@ class CaregiverPolicy:
         self.activity = "watch"
         self._skill: Skill | None = None
         self._holding = NOTHING
-        self._given_up: dict[int, float] = {}  # candle -> when to think of it again
+        self._passed_over_until = np.zeros(self._stairwells + len(self.plan.candle_tables))
         self._begun, self._is_clear = 0, False
         self._origin = tuple(observation["toddler_position"][:2].tolist())
         self._cell = self._free_cell(self._origin)
@@ -204,13 +204,11 @@ class CaregiverPolicy:
             candle_table=tables[None],
             holding=np.array([self._holding]),
             candle_cell=cells[None],
+            out_of_reach=(self._passed_over_until > view.now)[None],
         )
 
     def _candle_places(self, view: View) -> tuple[np.ndarray, np.ndarray]:
-        """On which table each candle is and on the floor of which free cell, NOTHING where it is not: (candles,) each.
-
-        Those that the robot has given up are nowhere, lest the caregiver thinks of nothing else.
-        """
+        """On which table, or on which free cell's floor, each candle is; NOTHING for on none: (candles,) each."""
         offset = view.candles[:, None, :2] - self._tables[:, :2]  # (candles, tables, 2)
         over = (np.abs(offset) < layout.TABLE_HALF_SIZE).all(axis=2)
         high = view.candles[:, 2] > layout.TABLE_HEIGHT / 2
@@ -218,9 +216,8 @@ class CaregiverPolicy:
         cells = np.full(len(high), NOTHING)
         for i in np.flatnonzero(~high):
             cells[i] = self._free_cell(tuple(view.candles[i, :2].tolist()))
-        gone = [i for i, time in self._given_up.items() if view.now < time]
-        gone += [self._holding] if self._holding != NOTHING else []
-        tables[gone] = cells[gone] = NOTHING
+        if self._holding != NOTHING:
+            tables[self._holding] = cells[self._holding] = NOTHING
         return tables, cells
 
     # -- Deciding and acting ---------------------------------------------------------------------
@@ -251,7 +248,7 @@ class CaregiverPolicy:
             self._carry(seen)
             return
         target = int(self._caregiver.decide(seen)[0])
-        if target == NOTHING or view.now < self._given_up.get(target - self._stairwells, 0.0):
+        if target == NOTHING or seen.out_of_reach[0, target]:
             if self._skill is None:
                 self._skill, self.activity = StandAside(self._navigator), "keep out of the way"
             return
@@ -276,16 +273,31 @@ class CaregiverPolicy:
             self._reached = False
         self._skill, self.target, self.activity = skill, target, activity
 
-    def _carry(self, seen: Observation) -> None:
-        """Takes the candle in the hand to a safe table."""
+    def _carry(self, seen: Observation, refused: int = NOTHING) -> None:
+        """Takes the candle in the hand to a safe table; from one that it could not be brought to, to another."""
         table = int(self._caregiver.safe_table(seen, np.array([self._holding]))[0])
+        if table == refused:
+            bare = set(range(len(self.plan.tables))) - {*seen.candle_table[0].tolist(), refused}
+            far = self._caregiver.table_distances[self._cell]
+            table = max(sorted(bare), key=lambda other: (self._leads_to(other, seen), far[other]), default=table)
         self._skill = Place(self._navigator, self._holding, table)
         self.activity = f"carry candle {self._holding + 1} to table {table + 1}"
+
+    def _leads_to(self, table: int, seen: Observation) -> bool:
+        """Whether a way that the child leaves open leads to a table."""
+        here, child = self.plan.caregiver_cells[seen.caregiver_cell[0]], self.plan.free_cells[self._cell]
+        stands = self.plan.free_neighbours(self.plan.tables[table])
+        return any(self._navigator.route(here, stand, (child,)) for stand in stands)
 
     def _finish(self, view: View) -> None:
         """Takes note of a skill that is done, and goes on to the next."""
         skill = self._skill
-        if isinstance(skill, Block):
+        if skill.overtaken:
+            self._skill, self.target = None, NOTHING
+            return
+        if skill.failed:
+            self._passed_over_until[self.target] = view.now + _PASSED_OVER
+        elif isinstance(skill, Block):
             if not self._reached:
                 self.interventions_done += 1
                 self._reached = True
@@ -294,11 +306,8 @@ class CaregiverPolicy:
         if isinstance(skill, Pick | Retrieve) and not skill.failed:
             self._holding = skill.candle
             self._carry(self._observation(view))
-        elif isinstance(skill, Place):
-            self._holding = NOTHING
-            self.interventions_done += not skill.failed
-            self.target = NOTHING
+        elif isinstance(skill, Place) and skill.failed and not hand_is_empty(view):
+            self._carry(self._observation(view), refused=skill.table)
         else:
-            self.target = NOTHING
-            if isinstance(skill, Retrieve):
-                self._given_up[skill.candle] = view.now + _GIVEN_UP_TIME
+            self.interventions_done += isinstance(skill, Place) and not skill.failed
+            self._holding = self.target = NOTHING

@@ -23,6 +23,8 @@ _ARRIVED_YAW = 0.012  # radians
 # How far out the hand may be, as a share of its reach, when the base sets off and when it turns: it must meet no wall.
 MAY_DRIVE = 0.62
 _MAY_TURN = 0.30
+# A tucked hand bears a candle 0.45 m out: so far apart, middle to middle, must base and child be to swing it round.
+_TURNING_DISTANCE = 0.68  # metres
 
 # Speed and separation: the base must be able to stop before a child that walks towards it.
 _CHILD_SPEED = 0.62  # m/s, the fastest that a toddler walks towards something
@@ -35,6 +37,13 @@ _COMING_GAP = 0.9  # metres
 FORESIGHT = 2.2  # metres within which paths are planned round the child
 _PASSING, _PASSING_GAP = 0.35, 0.4  # share of the speed that counts so at no distance, and metres where none does
 _GENTLE_GAP = 0.10  # metres to the child below which the base yields to a push
+# How a base to which the child has come too close may still leave: slower than a strike even if it led to the child.
+_CREEP_SPEED = 0.04  # m/s
+_CREEP_TOWARDS = 0.2  # cosine between motion and child, at most: what slides past and does not push
+
+# Seconds without coming nearer to where it shall stand after which a skill gives up: six steps of a toddler. One that
+# only goes by is gone sooner, and no detour in a house takes as long.
+TIME_OUT = 10.0
 
 
 @dataclasses.dataclass
@@ -67,9 +76,13 @@ class Skill:
 
     Attributes:
         interruptible: Whether another skill may take over now.
+        failed: Whether it is done without having achieved what it is for.
+        overtaken: Whether it is done because the world has changed, and its aim with it.
     """
 
     interruptible = True
+    failed = False
+    overtaken = False
     _may_drive = MAY_DRIVE
 
     def __init__(self, navigator: Navigator):
@@ -80,9 +93,11 @@ class Skill:
         self._replan_at = 0.0
         self._stops = False  # before it takes another path
         self._aside_until = -math.inf  # when it may block a child's way again
+        self._nearest = math.inf  # how near it has come to where it shall stand, in cells of the way
+        self._deadline = math.inf  # when it gives up unless it comes nearer
 
     def step(self, view: View, robot: RobotMotion) -> bool:
-        """Acts for one control timestep; returns whether the skill is done."""
+        """Acts for one control timestep; returns whether the skill is done, or has failed."""
         raise NotImplementedError
 
     def replan(self) -> None:
@@ -90,22 +105,35 @@ class Skill:
         self._replan_at = 0.0
 
     def _drive(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell, yaw: float) -> bool:
-        """Drives to a pose; returns whether it is there."""
+        """Drives to a pose; returns whether it is there. Fails if it comes no nearer for `TIME_OUT`."""
         moved = self._asked is None or math.dist(goal, self._asked) > 1e-3
         if (moved or view.now >= self._replan_at) and robot.hand_out <= self._may_drive:
             self._plan(view, robot, goal, cell)
-        if robot.hand_out <= _MAY_TURN:
+        may_turn = math.dist(view.child, view.base[:2]) > _TURNING_DISTANCE
+        if may_turn and robot.hand_out <= _MAY_TURN:
             robot.turn_to(yaw)
         # Where the drive is shorter than the turn, the base sets off later: it would have to wait at the goal instead.
-        waits = self._stops or (not robot.moving and robot.time_left < robot.turn_left(yaw))
+        waits = self._stops or (may_turn and not robot.moving and robot.time_left < robot.turn_left(yaw))
         robot.set_rate(0.0 if waits else allowed_rate(view, robot))
         off = math.dist(goal, view.base[:2])
         turn = abs(math.remainder(yaw - view.base[2], math.tau))
-        return off < _ARRIVED and turn < _ARRIVED_YAW and not robot.moving
+        there = off < _ARRIVED and turn < _ARRIVED_YAW and not robot.moving
+        if there:
+            self._deadline = view.now + TIME_OUT
+        elif view.now > self._deadline:
+            self.failed = True
+        return there
+
+    def _note_progress(self, view: View, cell: Cell) -> None:
+        """Puts the deadline off if the base is nearer to its cell than before, by a way that knows no child."""
+        route = self._navigator.route(self._navigator.nearest_cell(view.base[:2]), cell)
+        if route is not None and len(route) < self._nearest:
+            self._nearest, self._deadline = len(route), view.now + TIME_OUT
 
     def _plan(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell) -> None:
         """Finds a way, keeping to the present one as long as it leads to the goal and past the child."""
         self._asked = goal
+        self._note_progress(view, cell)
         under_way = self._path_goal is not None and math.dist(goal, self._path_goal) < 1e-3
         if under_way and robot.time_left > 0.0 and not self._crosses(view, robot):
             self._replan_at = view.now + 1.0
@@ -145,13 +173,16 @@ class Skill:
         navigator = self._navigator
         closed = child_cells(view, navigator)
         child = navigator.plan.cell_at(np.array(view.child))
-        refuge = navigator.refuge(navigator.nearest_cell(here), child, closed)
-        if refuge is None:
-            return None, None
-        place = tuple(navigator.plan.position(refuge).tolist())
-        if self._path_goal is not None and math.dist(place, self._path_goal) < 1e-3:
-            return None, None  # on its way there already
-        return place, navigator.path(here, place, refuge, view.child, closed)
+        for start in (here, *navigator.ways_out(here, view.child, closed)):
+            refuge = navigator.refuge(navigator.nearest_cell(start), child, closed)
+            if refuge is None:
+                break
+            place = tuple(navigator.plan.position(refuge).tolist())
+            if self._path_goal is not None and math.dist(place, self._path_goal) < 1e-3:
+                break  # on its way there already
+            if points := navigator.path(start, place, refuge, view.child, closed):
+                return place, points if start is here else [here, *points]
+        return None, None
 
     def _crosses(self, view: View, robot: RobotMotion) -> bool:
         """Whether the child stands in the way of the path ahead."""
@@ -190,7 +221,7 @@ def allowed_rate(view: View, robot: RobotMotion) -> float:
     if gap > 2.0:
         return 1.0
     speed = math.hypot(vx, vy)
-    approach = (vx * dx + vy * dy) / math.hypot(dx, dy)
+    approach = towards = (vx * dx + vy * dy) / math.hypot(dx, dy)
     # Close by, a path past the child counts as one that leads towards it: it may turn, and so may the path.
     approach += speed * _PASSING * min(1.0, max(0.0, 1.0 - gap / _PASSING_GAP))
     if approach <= 0.0:
@@ -201,8 +232,8 @@ def allowed_rate(view: View, robot: RobotMotion) -> float:
     a = approach * stopping / 2
     b = approach * delay + _CHILD_SPEED * stopping
     c = _CHILD_SPEED * delay - gap
-    if c >= 0.0:
-        return 0.0
+    if c >= 0.0:  # a base that stood still for good could keep the child where it is
+        return min(1.0, _CREEP_SPEED / speed) if towards <= _CREEP_TOWARDS * speed else 0.0
     return min(1.0, (-b + math.sqrt(b * b - 4 * a * c)) / (2 * a))
 
 

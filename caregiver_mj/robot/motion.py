@@ -132,6 +132,7 @@ class RobotMotion:
     def grip(self, width: float) -> None:
         """Sets how far each finger stands off the middle."""
         self._gripper.move_to(width, self.now)
+        self._yaw.set_limits(limits.YAW if width == OPEN else limits.YAW_LOADED)
 
     # -- State of the references -----------------------------------------------------------------
 
@@ -207,7 +208,7 @@ class RobotMotion:
             return 0.0
         if self.turns_to(yaw):
             return self._yaw.arrival - self.now
-        velocity, acceleration, jerk = dataclasses.astuple(limits.YAW)
+        velocity, acceleration, jerk = dataclasses.astuple(self._yaw.limits)
         return angle / velocity + velocity / acceleration + acceleration / jerk
 
     # -- Following them --------------------------------------------------------------------------

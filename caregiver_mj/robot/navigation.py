@@ -23,6 +23,7 @@ _STANDING_CLOSER = 0.04  # metres of the clearance that a base may use up where 
 _LEAVING = 0.40  # metres from the ends of a path within which it may be closer to things than elsewhere
 _HAND_RADIUS = 0.16  # metres: half the hand's width, and what the arm may be off
 _CHILD_CLEARANCE = 0.20  # metres between base and child on a planned path
+_WAY_OUT, _DIRECTIONS = 0.45, 16  # metres that a base beside the child goes away from it first; and directions to try
 
 _RASTER = 0.025  # metres
 _STRIDE, _ENDS = 16, 20  # in a first look along a line: points to skip, and points at its ends within `_LEAVING`
@@ -58,6 +59,16 @@ class Navigator:
         Returns:
             Points from start to goal, or None if there is no way.
         """
+        path = self._path(start, goal, goal_cell, child, closed)
+        if path is None and child is not None:
+            rests = (self._path(out, goal, goal_cell, child, closed) for out in self.ways_out(start, child, closed))
+            path = next(([start, *rest] for rest in rests if rest), None)
+        return path
+
+    def _path(
+        self, start: Vector, goal: Vector, goal_cell: Cell, child: Vector | None, closed: Collection[Cell]
+    ) -> list[Vector] | None:
+        """Plans a polyline along a shortest route over cells; the arguments are those of `path`."""
         start_cell = self.nearest_cell(start)
         cells = self.route(start_cell, goal_cell, closed)
         if cells is None:
@@ -163,6 +174,30 @@ class Navigator:
             kept.append(points[j])
             i = j
         return kept
+
+    def ways_out(self, start: Vector, child: Vector, closed: Collection[Cell]) -> list[Vector]:
+        """Where a base beside the child can go straight away from it: one place in each cell round about.
+
+        Args:
+            start: Where the base is, metres. Routes over cells are no help where it shares a cell with the child.
+            child: Where the child is.
+            closed: Cells not to be entered.
+
+        Returns:
+            Places, the farthest from the child first; none if it is not that close.
+        """
+        if math.dist(start, child) >= BASE_RADIUS + CHILD_RADIUS + _CHILD_CLEARANCE:
+            return []
+        angles = np.arange(_DIRECTIONS) * math.tau / _DIRECTIONS
+        places = np.array(start) + _WAY_OUT * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        found: dict[Cell, Vector] = {}
+        for place in sorted(map(tuple, places.tolist()), key=lambda place: -math.dist(place, child)):
+            cell = self.plan.cell_at(np.array(place))
+            if cell in found or cell in closed or cell not in self._centres:
+                continue
+            if self.visible(start, place, child):
+                found[cell] = place
+        return list(found.values())
 
     def refuge(self, start: Cell, child: Cell, closed: Collection[Cell]) -> Cell | None:
         """The nearest of the cells in which the robot is least in a child's way, without entering closed cells.

@@ -35,7 +35,7 @@ _HOVER = 0.72  # of the reach: only the fingertips are not
 _ABOVE_DISTANCE, _ABOVE_YAW = 0.60, 0.35  # metres and radians to go
 _HOVER_ACROSS, _HOVER_DISTANCE, _HOVER_YAW = 0.04, 0.30, 0.12  # metres, metres, radians to go
 # The last of the way down begins this little before the base has arrived, so that it is there before the fingers are
-# beside the candle; if the child slows it down, only at the very end.
+# beside the candle; if the child slows it down, or it has stopped short, only at the very end.
 _LAST_TIME, _LAST_DISTANCE, _LAST_YAW = 0.28, 0.14, 0.08  # seconds, metres, radians to go
 _LAST_DISTANCE_SLOWED = 0.01  # metres
 # How far out the hand may be when the base sets off with a candle that is clear of the table. With an empty hand it is
@@ -76,7 +76,10 @@ class Block(Skill):
     def step(self, view: View, robot: RobotMotion) -> bool:
         robot.reach(0.0)
         there = self._drive(view, robot, self._goal, self._cell, robot.yaw)
-        return there or (math.dist(self._goal, view.base[:2]) < 0.03 and not robot.moving)
+        if there or (math.dist(self._goal, view.base[:2]) < 0.03 and not robot.moving):
+            self._deadline = math.inf  # it stays, even if it is pushed
+            return True
+        return self.failed
 
 
 class StandAside(Skill):
@@ -117,7 +120,7 @@ class _AtTable(Skill):
         """
         plan = self._navigator.plan
         table_cell = plan.tables[table]
-        if self._stand is None or (view.now >= self._replan_at and self._stand in child_cells(view, self._navigator)):
+        if self._stand is None or (view.now >= self._replan_at and self._is_barred(view, self._stand)):
             self._stand = self._choose_stand(view, table_cell)
         cell = self._stand
         ahead = (float(table_cell[1] - cell[1]), float(cell[0] - table_cell[0]))  # unit vector in x, y
@@ -127,6 +130,13 @@ class _AtTable(Skill):
             spot[1] - reach * ahead[1] - hand[1] * ahead[0],
         )
         return goal, cell, math.atan2(ahead[1], ahead[0])
+
+    def _is_barred(self, view: View, cell: Cell) -> bool:
+        """Whether the child, if it is near, stands in every way to a cell."""
+        if math.dist(view.child, view.base[:2]) >= FORESIGHT:
+            return False
+        navigator = self._navigator
+        return navigator.route(navigator.nearest_cell(view.base[:2]), cell, child_cells(view, navigator)) is None
 
     def _choose_stand(self, view: View, table_cell: Cell) -> Cell:
         """The free cell beside a table that is quickest to reach, if possible without meeting the child."""
@@ -156,11 +166,12 @@ class _AtTable(Skill):
         c, s = math.cos(yaw), math.sin(yaw)
         along, across, turn = c * dx + s * dy, c * dy - s * dx, abs(math.remainder(yaw - view.base[2], math.tau))
         off = math.hypot(dx, dy)
-        last_distance = _LAST_DISTANCE if robot.is_unhindered else _LAST_DISTANCE_SLOWED
+        last_distance = _LAST_DISTANCE if robot.moving and robot.is_unhindered else _LAST_DISTANCE_SLOWED
         if robot.time_left < _LAST_TIME and off < last_distance and turn < _LAST_YAW:
             robot.reach(1.0)
             return True
-        if abs(across) < _HOVER_ACROSS and -0.02 < along < _HOVER_DISTANCE and turn < _HOVER_YAW:
+        # A base that waits must be able to leave again, and it leaves with the hand in.
+        if robot.moving and abs(across) < _HOVER_ACROSS and -0.02 < along < _HOVER_DISTANCE and turn < _HOVER_YAW:
             robot.reach(_HOVER)
         elif off < _ABOVE_DISTANCE and turn < _ABOVE_YAW and self._hand_is_clear(view, yaw, goal):
             robot.reach(_ABOVE)
@@ -182,7 +193,6 @@ class Pick(_AtTable):
     def __init__(self, navigator: Navigator, candle: int, table: int):
         super().__init__(navigator)
         self.candle, self.table = candle, table
-        self.failed = False
         self._stage: Callable[[View, RobotMotion], bool] = self._approach
         self._until = 0.0
 
@@ -192,10 +202,12 @@ class Pick(_AtTable):
     def _approach(self, view: View, robot: RobotMotion) -> bool:
         x, y, z = view.candles[self.candle].tolist()
         if not stands(view, self.candle) or abs(z - layout.TABLE_HEIGHT) > _OFF_TABLE:
-            self.failed = True  # it has fallen
+            self.overtaken = True  # it has fallen, or somebody else has taken it away
             return True
         goal, cell, yaw = self._stand_at_table(view, self.table, (x, y))
         there = self._drive(view, robot, goal, cell, yaw)
+        if self.failed:
+            return True
         if robot.reached < 1e-6:
             robot.plan_reach(z + GRASP_HEIGHT)
         robot.grip(motion.OPEN)
@@ -221,7 +233,7 @@ class Pick(_AtTable):
     def _lift(self, view: View, robot: RobotMotion) -> bool:
         if robot.reached > _MAY_DRIVE_LOADED:
             return False
-        self.failed = _hand_is_empty(view)
+        self.failed = hand_is_empty(view)
         self.interruptible = True
         return True
 
@@ -248,13 +260,11 @@ class Retrieve(Skill):
 
     Attributes:
         candle: Index of the candle.
-        failed: Whether it cannot be had.
     """
 
     def __init__(self, navigator: Navigator, scene: PlanningScene, candle: int):
         super().__init__(navigator)
         self.candle = candle
-        self.failed = False
         self._scene = scene
         self._stance: _Stance | None = None
         self._pitch_down = 0.0  # radians, of the hand when it lays the candle down
@@ -266,7 +276,7 @@ class Retrieve(Skill):
 
     def step(self, view: View, robot: RobotMotion) -> bool:
         still = self._lies_still(view)
-        holds = robot.closes and not _hand_is_empty(view)
+        holds = robot.closes and not hand_is_empty(view)
         if not self._steps:
             return self._approach(view, robot, still, holds)
         if view.now < self._until or not self._reach(view, robot, self._steps[0][0]):
@@ -292,6 +302,8 @@ class Retrieve(Skill):
             return self.failed
         x, y, yaw = self._stance.base
         there = self._drive(view, robot, (x, y), self._navigator.nearest_cell((x, y)), yaw)
+        if self.failed:
+            return True
         if there and robot.reached == 0.0 and self._child_distance(view) > _CHILD_AWAY:
             self.interruptible = False
             robot.reach_along(self._stance.path)
@@ -432,7 +444,6 @@ class Place(_AtTable):
     def __init__(self, navigator: Navigator, candle: int, table: int):
         super().__init__(navigator)
         self.candle, self.table = candle, table
-        self.failed = False
         self._stage: Callable[[View, RobotMotion], bool] = self._approach
         self._hand = (0.0, 0.0)
 
@@ -440,7 +451,7 @@ class Place(_AtTable):
         return self._stage(view, robot)
 
     def _approach(self, view: View, robot: RobotMotion) -> bool:
-        if _hand_is_empty(view):  # lost on the way
+        if hand_is_empty(view):  # lost on the way
             self.failed = self.interruptible = True
             return True
         spot = tuple(self._navigator.plan.position(self._navigator.plan.tables[self.table]).tolist())
@@ -449,6 +460,8 @@ class Place(_AtTable):
             robot.plan_reach(layout.TABLE_HEIGHT + _PLACE_GAP + height)
         goal, cell, yaw = self._stand_at_table(view, self.table, spot, self._hand)
         there = self._drive(view, robot, goal, cell, yaw)
+        if self.failed:  # with the candle still in the hand
+            return True
         on_last = self._prepare_hand(view, robot, goal, yaw)
         if on_last and there and view.now >= robot.reach_arrival - _RELEASE_TIME:
             robot.grip(motion.OPEN)
@@ -496,6 +509,6 @@ def stands(view: View, candle: int) -> bool:
     return bool(candle_axis(view, candle)[2] > _UPRIGHT)
 
 
-def _hand_is_empty(view: View) -> bool:
+def hand_is_empty(view: View) -> bool:
     """Whether the closed fingers hold nothing: they meet in the middle, which they cannot round a candle."""
     return view.fingers < 2 * CANDLE_RADIUS - 0.01

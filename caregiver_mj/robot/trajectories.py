@@ -40,7 +40,7 @@ class ScalarMotion:
 
     def set_limits(self, limits: Limits) -> None:
         """Changes the limits; a motion under way keeps the old ones until its next goal."""
-        self._limits = limits
+        self.limits = limits
 
     def at(self, now: float) -> tuple[float, float, float]:
         """Position, velocity and acceleration at a time not before the last goal was set."""
@@ -96,7 +96,7 @@ class ScalarMotion:
         return position, velocity, acceleration
 
     def _solve(self, now: float, state: tuple[float, float, float], control: ControlInterface) -> None:
-        parameters = _parameters([state[0]], [state[1]], [state[2]], self._limits)
+        parameters = _parameters([state[0]], [state[1]], [state[2]], self.limits)
         parameters.control_interface = control
         self._ends = control == ControlInterface.Position
         if self._ends:
