@@ -17,7 +17,7 @@ from caregiver_mj.robot.limits import Limits
 from caregiver_mj.robot.trajectories import BasePath, PathError, ScalarMotion, Vector
 
 OPEN = 0.036  # metres that each finger stands off the middle when open
-CLOSED = 0.015  # metres, less than a candle's radius: the difference is what squeezes it
+CLOSED = 0.012  # metres, less than a candle's radius: the difference is what squeezes it
 
 # Feedback of the base: 1/s from position error to velocity. The servos follow a velocity within their lag, in seconds
 # (mass over gain of the servo; see models/robot.xml), which is fed forward.
