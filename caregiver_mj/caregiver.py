@@ -37,7 +37,7 @@ class Observation:
             stands on none (it is in the caregiver's hand, or lies on the floor).
         holding: Index of the candle in the caregiver's hand, or NOTHING, (B,).
         out_of_reach: Whether a candidate is to be passed over because the caregiver could not get to it lately,
-            (B, candidates), or False for none.
+            (B, candidates); by default none is, (B, 1).
     """
 
     novice_cell: np.ndarray
@@ -46,7 +46,11 @@ class Observation:
     caregiver_cell: np.ndarray
     candle_table: np.ndarray
     holding: np.ndarray
-    out_of_reach: np.ndarray | np.bool_ = np.False_
+    out_of_reach: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        if self.out_of_reach is None:
+            object.__setattr__(self, "out_of_reach", np.zeros((len(self.novice_cell), 1), bool))
 
 
 @dataclasses.dataclass(frozen=True)

@@ -272,7 +272,7 @@ class CaregiverPolicy:
 
     def _leads_to(self, table: int, seen: Observation) -> bool:
         """Whether a way that the child leaves open leads to a table."""
-        here, child = self.plan.caregiver_cells[seen.caregiver_cell[0]], self.plan.free_cells[self._cell]
+        here, child = self.plan.caregiver_cells[seen.caregiver_cell[0]], self.plan.free_cells[seen.previous_cell[0]]
         stands = self.plan.free_neighbours(self.plan.tables[table])
         return any(self._navigator.route(here, stand, (child,)) for stand in stands)
 

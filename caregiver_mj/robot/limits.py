@@ -38,7 +38,7 @@ MAX_BASE_SPEED = 5.0 / 3.6  # m/s: the walking speed that the paper gives the ca
 BASE = Limits(velocity=0.97 * MAX_BASE_SPEED, acceleration=3.5, jerk=35.0)  # m
 YAW = Limits(velocity=2.8, acceleration=8.0, jerk=80.0)  # rad
 # A candle slides outwards between the fingers as the base turns, the farther the faster it turns: 14 mm in a half turn
-# with the above, and at 30 mm it is lost.
-YAW_LOADED = Limits(velocity=1.4, acceleration=8.0, jerk=80.0)  # rad
+# with the above, and at 30 mm it is lost. One that has slipped is turned no faster than this.
+YAW_GENTLE = Limits(velocity=1.4, acceleration=8.0, jerk=80.0)  # rad
 GRIPPER_VELOCITY = 0.125  # m/s, each finger: own design, see models/README.md
 GRIPPER = Limits(velocity=0.97 * GRIPPER_VELOCITY, acceleration=4.0, jerk=200.0)  # m

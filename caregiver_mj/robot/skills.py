@@ -38,6 +38,7 @@ _MAY_DRIVE_LOADED = 0.82
 
 _GRIP_TIME = 0.12  # seconds from closing to a firm grip
 _RELEASE_GAP = CANDLE_RADIUS + 0.005  # metres of each finger off the middle, when the candle is let go
+_SLIPPED = 0.008  # metres outwards in the hand from which on a candle has slipped, as it does when the base turns
 _PLACE_GAP = 0.001  # metres above the table at which a candle is let go
 
 
@@ -232,6 +233,8 @@ class Place(_AtTable):
         spot = tuple(self._navigator.plan.position(self._navigator.plan.tables[self.table]).tolist())
         if robot.reached < 1e-6:
             self._hand, height = self._measure(view)
+            if self._hand[0] > _SLIPPED:
+                robot.turn_gently()
             robot.plan_reach(layout.TABLE_HEIGHT + _PLACE_GAP + height)
         goal, cell, yaw = self._stand_at_table(view, self.table, spot, self._hand)
         there = self._drive(view, robot, goal, cell, yaw)
