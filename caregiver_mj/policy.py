@@ -276,7 +276,7 @@ class CaregiverPolicy:
     def _carry(self, seen: Observation, refused: int = NOTHING) -> None:
         """Takes the candle in the hand to a safe table; from one that it could not be brought to, to another."""
         table = int(self._caregiver.safe_table(seen, np.array([self._holding]))[0])
-        if table == refused:
+        if table == refused and not isinstance(self._caregiver, _Instructed):
             bare = set(range(len(self.plan.tables))) - {*seen.candle_table[0].tolist(), refused}
             far = self._caregiver.table_distances[self._cell]
             table = max(sorted(bare), key=lambda other: (self._leads_to(other, seen), far[other]), default=table)
@@ -285,7 +285,7 @@ class CaregiverPolicy:
 
     def _leads_to(self, table: int, seen: Observation) -> bool:
         """Whether a way that the child leaves open leads to a table."""
-        here, child = self.plan.caregiver_cells[seen.caregiver_cell[0]], self.plan.free_cells[self._cell]
+        here, child = self.plan.caregiver_cells[seen.caregiver_cell[0]], self.plan.free_cells[seen.previous_cell[0]]
         stands = self.plan.free_neighbours(self.plan.tables[table])
         return any(self._navigator.route(here, stand, (child,)) for stand in stands)
 

@@ -38,6 +38,7 @@ class Episode:
         near: How the robot moved near the child.
         interventions_done: Interventions that were completed.
         blocked: The child's moves into the robot.
+        dropped: Candles that fell.
     """
 
     house: str
@@ -49,6 +50,7 @@ class Episode:
     near: NearChild
     interventions_done: int
     blocked: int
+    dropped: int
 
 
 @dataclasses.dataclass(frozen=True)
@@ -84,6 +86,7 @@ def run(seconds: float, job: Job) -> Episode:
         near=near_child(log),
         interventions_done=policy.interventions_done,
         blocked=int(figures["moves_blocked"]),
+        dropped=int(figures["candles_dropped"]),
     )
 
 
@@ -92,7 +95,7 @@ def report(results: list[Episode]) -> None:
     console = make_console()
     title = "Near the child (worst of all episodes; fast: mean seconds an episode above 0.25 m/s within 0.5 m)"
     table = make_table(title, "house", "child", "episodes", "strikes", "separation m", "approaching m", "fast s",
-                       "contact m/s", "blocked", "done")  # fmt: skip
+                       "contact m/s", "blocked", "done", "dropped")  # fmt: skip
     houses = dict.fromkeys(row.house for row in results)
     for name, adversarial in ((name, adversarial) for name in (*houses, None) for adversarial in (False, True)):
         rows = [row for row in results if name in (row.house, None) and row.adversarial == adversarial]
@@ -110,6 +113,7 @@ def report(results: list[Episode]) -> None:
             f"{max(n.contact_speed for n in near):.3f}",
             f"{np.mean([row.blocked for row in rows]):.1f}",
             f"{np.mean([row.interventions_done for row in rows]):.1f}",
+            str(sum(row.dropped for row in rows)),
         )
     console.print(table)
     for row in results:

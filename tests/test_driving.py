@@ -1,5 +1,6 @@
 """Robot and child in each other's way, judged by positions and contacts in the physics."""
 
+import dataclasses
 import itertools
 import math
 from collections.abc import Callable
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 import caregiver_mj
-from caregiver_mj.caregiver import NOTHING, Caregiver
+from caregiver_mj.caregiver import NOTHING, Caregiver, Observation, make_caregiver
 from caregiver_mj.floor_plan import ACTIONS, Cell, FloorPlan
 from caregiver_mj.robot import driving, kinematics
 from caregiver_mj.robot.driving import Skill, View, allowed_rate
@@ -207,6 +208,24 @@ def test_child_gets_through_when_nothing_calls_for_the_robot(plan, child, robot)
     assert outcome["toys_reached"] >= alone.task.outcome()["toys_reached"] - 1
     assert outcome["moves_blocked"] <= 2
     assert outcome["strikes"] == 0
+
+
+# -- Passing over ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["paper", "nearest", "random"])
+def test_a_caregiver_passes_over_what_is_out_of_reach(name):
+    plan = FloorPlan.load("paper")
+    caregiver = make_caregiver(name, plan)
+    caregiver.reset(1, [3])
+    nothing, candles = np.array([NOTHING]), np.array([plan.candle_tables])
+    open_to_all = Observation(np.array([20]), np.array([20]), nothing, np.array([5]), candles, nothing)
+    first = int(caregiver.decide(open_to_all)[0])
+    out_of_reach = (np.arange(len(caregiver.candidate_damage)) == first)[None]
+    second = int(caregiver.decide(dataclasses.replace(open_to_all, out_of_reach=out_of_reach))[0])
+    assert first != NOTHING
+    assert second not in (first, NOTHING)
+    assert caregiver.decide(dataclasses.replace(open_to_all, out_of_reach=np.array([[True]])))[0] == NOTHING
 
 
 # -- Giving up ---------------------------------------------------------------------------------------

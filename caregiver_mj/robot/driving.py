@@ -1,7 +1,10 @@
 """How the robot drives: to where a skill wants it, round the child or out of its way, never faster than it could stop.
 
 Skills build on `Skill`, whose `_drive` is called once a control timestep. It plans a path, follows it at the rate that
-the child allows, and yields where robot and child are in each other's way.
+the child allows, yields where robot and child are in each other's way, and gives up what the child keeps closed.
+
+The ideas are those of ISO 13482 (a mobile servant robot avoids, slows down and stops) and of ISO/TS 15066 (speed and
+separation); nothing here claims to comply with them.
 """
 
 from __future__ import annotations
@@ -212,6 +215,10 @@ def allowed_rate(view: View, robot: RobotMotion) -> float:
     Speed and separation monitoring (the idea of ISO/TS 15066, section 5.5.4): while robot and child close in, the
     distance between them must cover what the robot needs to react and brake, and what the child walks meanwhile.
     At a rate r of its planned speed, stopping takes r * speed / deceleration + build-up seconds.
+
+    Where no speed is low enough for that, the base may still leave: at any speed if it goes well away from the child,
+    and at a creep if it slides past. Else the two could keep each other where they are: the child waits for the place
+    in which the base waits for the child to go.
     """
     vx, vy = robot.planned_velocity()
     if vx == 0.0 and vy == 0.0:
@@ -232,7 +239,7 @@ def allowed_rate(view: View, robot: RobotMotion) -> float:
     a = approach * stopping / 2
     b = approach * delay + _CHILD_SPEED * stopping
     c = _CHILD_SPEED * delay - gap
-    if c >= 0.0:  # a base that stood still for good could keep the child where it is
+    if c >= 0.0:
         return min(1.0, _CREEP_SPEED / speed) if towards <= _CREEP_TOWARDS * speed else 0.0
     return min(1.0, (-b + math.sqrt(b * b - 4 * a * c)) / (2 * a))
 

@@ -38,8 +38,8 @@ MAX_BASE_SPEED = 5.0 / 3.6  # m/s: the walking speed that the paper gives the ca
 BASE = Limits(velocity=0.97 * MAX_BASE_SPEED, acceleration=3.5, jerk=35.0)  # m
 YAW = Limits(velocity=2.8, acceleration=8.0, jerk=80.0)  # rad
 # A candle in the hand slides outwards as the base turns: at every physics step it goes on along the tangent of the
-# hand's arc, and friction knows no position to come back to. A half turn with the above costs 14 mm, this one 7; at
-# 30 mm it is lost.
-YAW_LOADED = Limits(velocity=1.4, acceleration=8.0, jerk=80.0)  # rad
+# hand's arc, and friction knows no place to come back to. A half turn with the above costs 14 mm, one with this 7, and
+# at 30 mm the candle is lost. One that has slipped is turned no faster.
+YAW_GENTLE = Limits(velocity=1.4, acceleration=8.0, jerk=80.0)  # rad
 GRIPPER_VELOCITY = 0.125  # m/s, each finger: own design, see models/README.md
 GRIPPER = Limits(velocity=0.97 * GRIPPER_VELOCITY, acceleration=4.0, jerk=200.0)  # m

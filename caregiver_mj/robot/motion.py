@@ -112,6 +112,10 @@ class RobotMotion:
         here = self._yaw.at(self.now)[0]
         self._yaw.move_to(here + math.remainder(yaw - here, math.tau), self.now)
 
+    def turn_gently(self) -> None:
+        """Has the base turn slowly, from its next goal on and until the gripper opens: a candle slips in the hand."""
+        self._yaw.set_limits(limits.YAW_GENTLE)
+
     def plan_reach(self, height: float) -> None:
         """Aims the arm at a height above the floor, for the next time that it reaches out."""
         self.reach_along(kinematics.reach_path(round(1e4 * height)))
@@ -132,7 +136,8 @@ class RobotMotion:
     def grip(self, width: float) -> None:
         """Sets how far each finger stands off the middle."""
         self._gripper.move_to(width, self.now)
-        self._yaw.set_limits(limits.YAW if width == OPEN else limits.YAW_LOADED)
+        if width == OPEN:
+            self._yaw.set_limits(limits.YAW)
 
     # -- State of the references -----------------------------------------------------------------
 

@@ -43,6 +43,7 @@ _LAST_DISTANCE_SLOWED = 0.01  # metres
 _MAY_DRIVE_LOADED = 0.82
 
 _GRIP_TIME = 0.12  # seconds from closing to a firm grip
+_SLIPPED = 0.008  # metres outwards in the hand from which on a candle has slipped, as it does when the base turns
 _PLACE_GAP = 0.001  # metres above the table at which a candle is let go
 # The fingers begin to give way this little before the hand is down: they squeeze less and less, and let go 0.1 s later.
 # Much earlier (0.06 s), and the candle is not yet pressed upright: it rocks for a third of a second.
@@ -457,6 +458,8 @@ class Place(_AtTable):
         spot = tuple(self._navigator.plan.position(self._navigator.plan.tables[self.table]).tolist())
         if robot.reached < 1e-6:
             self._hand, height = self._measure(view)
+            if self._hand[0] > _SLIPPED:
+                robot.turn_gently()
             robot.plan_reach(layout.TABLE_HEIGHT + _PLACE_GAP + height)
         goal, cell, yaw = self._stand_at_table(view, self.table, spot, self._hand)
         there = self._drive(view, robot, goal, cell, yaw)
