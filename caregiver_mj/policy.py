@@ -21,7 +21,7 @@ from caregiver_mj.robot.driving import Skill, View, is_child_close
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
-from caregiver_mj.robot.skills import Block, Pick, Place, Retrieve, StandAside, hand_is_empty, stands
+from caregiver_mj.robot.skills import Block, Pick, Place, Retrieve, StandAside, hand_is_empty, stands_on_table
 
 if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.rendering
     import dm_env
@@ -30,6 +30,7 @@ if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.renderi
 _CLEAR_DISTANCE = 0.05  # metres of a move after which it is clear where the toddler is heading, ...
 _LATEST = 0.5  # ... or the share of a novice timestep after which it will not go anywhere any more
 _SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to
+_CRUISING_SPEED, _PLACING_TIME = 1.1, 1.5  # m/s with corners and stops, and seconds to put a candle down
 _NO_CANDLES, _NO_ORIENTATIONS = np.zeros((0, 3)), np.zeros((0, 4))
 _PASSED_OVER = 10.0  # seconds for which a candidate is passed over after the robot has failed to protect it
 
@@ -93,6 +94,7 @@ class CaregiverPolicy:
         else:
             self._caregiver = make_caregiver(caregiver, self.plan, seed)
         self._timestep = env.control_timestep()
+        self._novice_timestep = task.novice_timestep
         self._robot = RobotMotion(self._timestep)
         self._navigator = Navigator(self.plan)
         self._tables = layout.table_rectangles(self.plan)
@@ -245,7 +247,8 @@ class CaregiverPolicy:
         if self._skill is not None and not self._skill.interruptible:
             return
         if self._holding != NOTHING:
-            self._carry(seen)
+            if isinstance(self._skill, Place):
+                self._hurry(seen)
             return
         target = int(self._caregiver.decide(seen)[0])
         if target == NOTHING or seen.out_of_reach[0, target]:
@@ -263,7 +266,7 @@ class CaregiverPolicy:
         else:
             candle = target - self._stairwells
             table = int(seen.candle_table[0, candle])
-            if table != NOTHING and stands(view, candle):
+            if table != NOTHING and stands_on_table(view, candle):
                 skill, activity = Pick(self._navigator, candle, table), f"fetch candle {candle + 1}"
             else:
                 skill = Retrieve(self._navigator, self._planning_scene, candle)
@@ -280,8 +283,50 @@ class CaregiverPolicy:
             bare = set(range(len(self.plan.tables))) - {*seen.candle_table[0].tolist(), refused}
             far = self._caregiver.table_distances[self._cell]
             table = max(sorted(bare), key=lambda other: (self._leads_to(other, seen), far[other]), default=table)
+        self._place_on(table)
+
+    def _place_on(self, table: int) -> None:
         self._skill = Place(self._navigator, self._holding, table)
         self.activity = f"carry candle {self._holding + 1} to table {table + 1}"
+
+    def _hurry(self, seen: Observation) -> None:
+        """Has the candle in the hand put down earlier if something else needs protecting before that is done.
+
+        It then goes to the table by way of which the robot is there first. On that one the candle must be safer than
+        what is to be protected: farther from the child.
+        """
+        target = int(self._caregiver.decide(seen)[0])
+        on_floor = target >= self._stairwells and seen.candle_table[0, target - self._stairwells] == NOTHING
+        if target == NOTHING or on_floor or isinstance(self._caregiver, _Instructed):
+            return
+        moves = self._caregiver.candidate_distances(seen)[0, target]
+        time_left = moves * self._novice_timestep
+        if self._seconds_by_way_of(self._skill.table, target, seen) <= time_left:
+            return
+        far = self._caregiver.table_distances[self._cell]
+        bare = sorted(set(range(len(self.plan.tables))) - set(seen.candle_table[0].tolist()))
+        seconds = {table: self._seconds_by_way_of(table, target, seen) for table in bare if far[table] > moves}
+        table = min(seconds, key=seconds.get, default=self._skill.table)
+        if table != self._skill.table and seconds[table] <= time_left:
+            self._place_on(table)
+
+    def _seconds_by_way_of(self, table: int, target: int, seen: Observation) -> float:
+        """Roughly how long it takes to put the candle down on a table and to be where a candidate is protected."""
+        to_tables, to_landings = self._walks
+        stands = [self.plan.cell_index[cell] for cell in self.plan.free_neighbours(self.plan.tables[table])]
+        if target < self._stairwells:
+            onwards = to_landings[target, stands].min()
+        else:
+            onwards = to_tables[seen.candle_table[0, target - self._stairwells], stands].min()
+        moves = int(to_tables[table, seen.caregiver_cell[0]]) + int(onwards)
+        return moves * self.plan.cell_size / _CRUISING_SPEED + _PLACING_TIME
+
+    @functools.cached_property
+    def _walks(self) -> tuple[np.ndarray, np.ndarray]:
+        """Moves from each caregiver cell to beside each table, and to each landing: (tables or landings, cells)."""
+        plan = self.plan
+        beside = [[plan.cell_index[cell] for cell in plan.free_neighbours(table)] for table in plan.tables]
+        return plan.distances_from(beside), plan.distances_from([plan.cell_index[cell] for cell in plan.stairwells])
 
     def _leads_to(self, table: int, seen: Observation) -> bool:
         """Whether a way that the child leaves open leads to a table."""
@@ -293,7 +338,7 @@ class CaregiverPolicy:
         """Takes note of a skill that is done, and goes on to the next."""
         skill = self._skill
         if skill.overtaken:
-            self._skill, self.target = None, NOTHING
+            self._skill, self._holding, self.target = None, NOTHING, NOTHING
             return
         if skill.failed:
             self._passed_over_until[self.target] = view.now + _PASSED_OVER

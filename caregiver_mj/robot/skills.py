@@ -49,6 +49,12 @@ _PLACE_GAP = 0.001  # metres above the table at which a candle is let go
 # Much earlier (0.06 s), and the candle is not yet pressed upright: it rocks for a third of a second.
 _RELEASE_TIME = 0.05  # seconds
 _RELEASE_GAP = CANDLE_RADIUS + 0.002  # metres of each finger off the middle, when the hand may withdraw
+_WIDE = 0.034  # metres of each finger off the middle from which on it is open
+_ATTEMPTS = 3  # at a grasp
+# Where a candle is put down if the middle of the table is taken: metres to the side of it, in the order of preference.
+# A hand is that wide, with what it may be off.
+_SPOTS, _HAND_WIDTH = (0.0, 0.06, -0.06, 0.12, -0.12, 0.18, -0.18), 0.13
+_LOOK_INTERVAL = 0.3  # seconds between looks at the table
 
 # Picking up what lies: where the base may stand, and how the hand takes it.
 _DIRECTIONS = 24  # round the candle
@@ -62,7 +68,6 @@ _FIRM_GRIP_TIME = 0.3  # seconds from closing to a grip that has found hold, or 
 _STILL_TIME, _SHIFT = 0.3, 0.003  # seconds for which it must have lain still, and metres by which it may seem to move
 _CHILD_AWAY = 1.2  # metres from the child to the candle, for the hand to go there
 _CHILD_NEAR = 0.6  # metres below which the hand stops where it is
-_ATTEMPTS = 3
 
 
 class Block(Skill):
@@ -196,13 +201,14 @@ class Pick(_AtTable):
         self.candle, self.table = candle, table
         self._stage: Callable[[View, RobotMotion], bool] = self._approach
         self._until = 0.0
+        self._misses = 0
 
     def step(self, view: View, robot: RobotMotion) -> bool:
         return self._stage(view, robot)
 
     def _approach(self, view: View, robot: RobotMotion) -> bool:
         x, y, z = view.candles[self.candle].tolist()
-        if not stands(view, self.candle) or abs(z - layout.TABLE_HEIGHT) > _OFF_TABLE:
+        if not stands_on_table(view, self.candle):
             self.overtaken = True  # it has fallen, or somebody else has taken it away
             return True
         goal, cell, yaw = self._stand_at_table(view, self.table, (x, y))
@@ -232,11 +238,21 @@ class Pick(_AtTable):
         return False
 
     def _lift(self, view: View, robot: RobotMotion) -> bool:
-        if robot.reached > _MAY_DRIVE_LOADED:
-            return False
-        self.failed = hand_is_empty(view)
-        self.interruptible = True
-        return True
+        if hand_is_empty(view):
+            self._misses += 1
+            self.failed = self._misses == _ATTEMPTS
+            self.interruptible = True
+            robot.grip(motion.OPEN)
+            robot.reach(_ABOVE)
+            self._stage = self._open_again
+            return self.failed
+        self.interruptible = robot.reached <= _MAY_DRIVE_LOADED
+        return self.interruptible
+
+    def _open_again(self, view: View, robot: RobotMotion) -> bool:
+        if robot.reached == _ABOVE and view.fingers > 2 * _WIDE:
+            self._stage = self._approach
+        return False
 
 
 @dataclasses.dataclass(frozen=True)
@@ -437,9 +453,8 @@ def _there_and_back(goal: int, grip: float) -> list[tuple[float, float | None]]:
 
 
 class Place(_AtTable):
-    """Puts the candle in the hand down on a table."""
+    """Puts the candle in the hand down on a table: in the middle, or beside what stands there."""
 
-    interruptible = False
     _may_drive = _MAY_DRIVE_LOADED
 
     def __init__(self, navigator: Navigator, candle: int, table: int):
@@ -447,29 +462,55 @@ class Place(_AtTable):
         self.candle, self.table = candle, table
         self._stage: Callable[[View, RobotMotion], bool] = self._approach
         self._hand = (0.0, 0.0)
+        self._spot: Vector | None = None
+        self._spot_seen_from: Cell | None = None
+        self._look_at = 0.0
 
     def step(self, view: View, robot: RobotMotion) -> bool:
         return self._stage(view, robot)
 
     def _approach(self, view: View, robot: RobotMotion) -> bool:
-        if hand_is_empty(view):  # lost on the way
-            self.failed = self.interruptible = True
+        if hand_is_empty(view):
+            self.overtaken = True  # it was lost on the way
             return True
-        spot = tuple(self._navigator.plan.position(self._navigator.plan.tables[self.table]).tolist())
+        if view.now >= self._look_at or self._stand != self._spot_seen_from:
+            self._spot, self._look_at = self._free_spot(view), view.now + _LOOK_INTERVAL
+        self.failed = self._spot is None  # no room on this table
         if robot.reached < 1e-6:
             self._hand, height = self._measure(view)
             if self._hand[0] > _SLIPPED:
                 robot.turn_gently()
             robot.plan_reach(layout.TABLE_HEIGHT + _PLACE_GAP + height)
-        goal, cell, yaw = self._stand_at_table(view, self.table, spot, self._hand)
-        there = self._drive(view, robot, goal, cell, yaw)
+        if not self.failed:
+            goal, cell, yaw = self._stand_at_table(view, self.table, self._spot, self._hand)
+            there = self._drive(view, robot, goal, cell, yaw)
         if self.failed:  # with the candle still in the hand
+            robot.reach(0.0)
             return True
         on_last = self._prepare_hand(view, robot, goal, yaw)
+        self.interruptible = not on_last
         if on_last and there and view.now >= robot.reach_arrival - _RELEASE_TIME:
             robot.grip(motion.OPEN)
             self._stage = self._release
         return False
+
+    def _free_spot(self, view: View) -> Vector | None:
+        """A place on the table with room for the candle and the hand, as near to the middle as can be, or None."""
+        plan = self._navigator.plan
+        table_cell = plan.tables[self.table]
+        if self._stand is None:
+            self._stand = self._choose_stand(view, table_cell)
+        self._spot_seen_from = self._stand
+        middle = plan.position(table_cell)
+        aside = np.array([table_cell[0] - self._stand[0], table_cell[1] - self._stand[1]], float)  # x, y
+        there = np.abs(view.candles[:, :2] - middle).max(axis=1) < layout.TABLE_HALF_SIZE + CANDLE_RADIUS
+        there &= view.candles[:, 2] > layout.TABLE_HEIGHT / 2
+        there[self.candle] = False
+        taken = (view.candles[there, :2] - middle) @ aside
+        for offset in _SPOTS:
+            if (np.abs(taken - offset) >= _HAND_WIDTH).all():
+                return tuple((middle + offset * aside).tolist())
+        return None
 
     def _measure(self, view: View) -> tuple[Vector, float]:
         """The candle's place in the hand, measured again: it may have slipped since the grasp.
@@ -492,6 +533,7 @@ class Place(_AtTable):
 
     def _retreat(self, view: View, robot: RobotMotion) -> bool:
         self.interruptible = robot.reached <= MAY_DRIVE
+        self.overtaken = self.interruptible and not stands_on_table(view, self.candle)  # it has fallen
         return self.interruptible
 
 
@@ -507,9 +549,10 @@ def _turned(vector: np.ndarray, yaw: float) -> np.ndarray:
     return np.array([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1], vector[2]])
 
 
-def stands(view: View, candle: int) -> bool:
-    """Whether a candle is upright, so that it can be gripped from the front."""
-    return bool(candle_axis(view, candle)[2] > _UPRIGHT)
+def stands_on_table(view: View, candle: int) -> bool:
+    """Whether a candle is upright and as high as a table, so that it can be gripped from the front."""
+    height = view.candles[candle, 2]
+    return bool(abs(height - layout.TABLE_HEIGHT) < _OFF_TABLE and candle_axis(view, candle)[2] > _UPRIGHT)
 
 
 def hand_is_empty(view: View) -> bool:
