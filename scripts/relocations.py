@@ -57,7 +57,7 @@ _GOALS = {
     "tilt if done, deg: worst": "5.00",
 }
 _PROTOTYPE = {
-    "done": "200 of 200",
+    "done": "200/200",
     "arrived to lifted, s: median": "0.36",
     "arrived to clear, s: median": "0.32",
     "error if done, mm: worst": "0.5",
@@ -251,7 +251,7 @@ def report(results: list[Relocation]) -> None:
         for percent, words in ((50, "median"), (95, "95 %"), (100, "worst")):
             add(f"{name}: {words}", lambda rows, p=percent: _percentile([values(row) for row in rows], p, digits))
 
-    add("done", lambda rows: f"{sum(not row.failure for row in rows)} of {len(rows)}")
+    add("done", lambda rows: f"{sum(not row.failure for row in rows)}/{len(rows)}")
     add_percentiles("arrived to lifted, s", lambda row: row.lifting, 2)
     add_percentiles("arrived to clear, s", lambda row: row.clearing, 2)
     add_percentiles("error if done, mm", lambda row: math.nan if row.failure else 1000 * row.error, 1)

@@ -202,7 +202,8 @@ class BasePath:
         top = math.sqrt(max(self._limits.velocity**2 - across_peak**2, (0.3 * self._limits.velocity) ** 2))
         options = []
         for reach in (*(r for r in _TURN_IN_LENGTHS if r < 0.95 * length), length):
-            end = 0.0 if reach == length else min(top, self._reachable(max(along, 0.0), 0.6 * reach))
+            # No faster than can be reached in time, or braked from in the rest of the line.
+            end = min(top, self._reachable(max(along, 0.0), 0.6 * reach), self._reachable(0.0, length - reach))
             if self._distance_to_change(max(along, 0.0), end) > 0.9 * reach:
                 continue  # it would overshoot and come back
             parameters.max_velocity = [max(top, abs(along)), self._limits.velocity]
