@@ -29,7 +29,9 @@ _CLEAR_DISTANCE = 0.05  # metres of a move after which it is clear where the tod
 _LATEST = 0.5  # ... or the share of a novice timestep after which it will not go anywhere any more
 _SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to
 _STANDING_COSINE = math.cos(math.radians(20))  # of a candle's tilt up to which it counts as standing
-_PASSED_OVER = 10.0  # seconds for which a candidate is passed over after the robot has failed to protect it
+# Seconds for which a candidate is passed over after the robot has failed to protect it: three steps of a toddler, in
+# which it can do something else and the way may open.
+_PASSED_OVER = 5.0
 
 
 def _episode_number(observation: dict[str, np.ndarray]) -> int:
