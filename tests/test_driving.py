@@ -153,6 +153,18 @@ def test_robot_and_child_that_run_into_each_other_get_free(gap, monkeypatch):
     assert task.outcome()["strikes"] == 0
 
 
+def test_robot_and_child_part_in_an_episode_that_once_stood_still():
+    """From 55 s on they kept each other where they were, for all of the other 280 s."""
+    env = caregiver_mj.load("supervise", "paper", epsilon=0.05, random=1874364848)
+    policy = caregiver_mj.CaregiverPolicy(env)
+    step = env.reset()
+    while env.physics.time() < 90.0:
+        step = env.step(policy(step))
+    outcome = env.task.outcome()
+    assert outcome["moves_blocked"] <= 5
+    assert outcome["strikes"] == 0
+
+
 def test_a_way_out_is_found_between_child_and_table():
     plan = FloorPlan.parse("#######\n#.....#\n#..TB.#\n#.....#\n#######", "wedged")
     navigator = Navigator(plan)
