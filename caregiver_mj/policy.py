@@ -32,7 +32,9 @@ _LATEST = 0.5  # ... or the share of a novice timestep after which it will not g
 _SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to
 _CRUISING_SPEED, _PLACING_TIME = 1.1, 1.5  # m/s with corners and stops, and seconds to put a candle down
 _NO_CANDLES, _NO_ORIENTATIONS = np.zeros((0, 3)), np.zeros((0, 4))
-_PASSED_OVER = 10.0  # seconds for which a candidate is passed over after the robot has failed to protect it
+# Seconds for which a candidate is passed over after the robot has failed to protect it: three steps of a toddler, in
+# which it can do something else and the way may open.
+_PASSED_OVER = 5.0
 
 
 def _episode_number(observation: dict[str, np.ndarray]) -> int:

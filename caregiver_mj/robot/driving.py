@@ -108,7 +108,7 @@ class Skill:
         self._replan_at = 0.0
 
     def _drive(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell, yaw: float) -> bool:
-        """Drives to a pose; returns whether it is there. Fails if it comes no nearer for `TIME_OUT`."""
+        """Drives to a pose; returns whether it is there. Fails if it has come no nearer for `TIME_OUT`, and stops."""
         moved = self._asked is None or math.dist(goal, self._asked) > 1e-3
         if (moved or view.now >= self._replan_at) and robot.hand_out <= self._may_drive:
             self._plan(view, robot, goal, cell)
@@ -123,9 +123,13 @@ class Skill:
         there = off < _ARRIVED and turn < _ARRIVED_YAW and not robot.moving
         if there:
             self._deadline = view.now + TIME_OUT
-        elif view.now > self._deadline:
+        elif view.now > self._deadline and not (robot.moving and self._leads_to(goal)):
             self.failed = True
         return there
+
+    def _leads_to(self, goal: Vector) -> bool:
+        """Whether the present path ends there."""
+        return self._path_goal is not None and math.dist(goal, self._path_goal) < 1e-3
 
     def _note_progress(self, view: View, cell: Cell) -> None:
         """Puts the deadline off if the base is nearer to its cell than before, by a way that knows no child."""
@@ -137,7 +141,7 @@ class Skill:
         """Finds a way, keeping to the present one as long as it leads to the goal and past the child."""
         self._asked = goal
         self._note_progress(view, cell)
-        under_way = self._path_goal is not None and math.dist(goal, self._path_goal) < 1e-3
+        under_way = self._leads_to(goal)
         if under_way and robot.time_left > 0.0 and not self._crosses(view, robot):
             self._replan_at = view.now + 1.0
             return
@@ -181,7 +185,7 @@ class Skill:
             if refuge is None:
                 break
             place = tuple(navigator.plan.position(refuge).tolist())
-            if self._path_goal is not None and math.dist(place, self._path_goal) < 1e-3:
+            if self._leads_to(place):
                 break  # on its way there already
             if points := navigator.path(start, place, refuge, view.child, closed):
                 return place, points if start is here else [here, *points]
