@@ -35,6 +35,7 @@ _NO_CANDLES, _NO_ORIENTATIONS = np.zeros((0, 3)), np.zeros((0, 4))
 # Seconds for which a candidate is passed over after the robot has failed to protect it: three steps of a toddler, in
 # which it can do something else and the way may open.
 _PASSED_OVER = 5.0
+_LEFT_LYING = 60.0  # seconds, the same for a candle that lies where the arm does not get at it
 
 
 def _episode_number(observation: dict[str, np.ndarray]) -> int:
@@ -101,6 +102,7 @@ class CaregiverPolicy:
         self._navigator = Navigator(self.plan)
         self._tables = layout.table_rectangles(self.plan)
         self._stairwells = len(self.plan.stairwells)
+        self.interventions = self.interventions_done = 0
         self._next_cell = self.plan.moves[0]
 
     def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
@@ -213,6 +215,8 @@ class CaregiverPolicy:
 
     def _candle_places(self, view: View) -> tuple[np.ndarray, np.ndarray]:
         """On which table, or on which free cell's floor, each candle is; NOTHING for on none: (candles,) each."""
+        if not len(view.candles):
+            return np.zeros((2, 0), int)
         offset = view.candles[:, None, :2] - self._tables[:, :2]  # (candles, tables, 2)
         over = (np.abs(offset) < layout.TABLE_HALF_SIZE).all(axis=2)
         high = view.candles[:, 2] > layout.TABLE_HEIGHT / 2
@@ -343,7 +347,8 @@ class CaregiverPolicy:
             self._skill, self._holding, self.target = None, NOTHING, NOTHING
             return
         if skill.failed:
-            self._passed_over_until[self.target] = view.now + _PASSED_OVER
+            wait = _LEFT_LYING if isinstance(skill, Retrieve) else _PASSED_OVER
+            self._passed_over_until[self.target] = view.now + wait
         elif isinstance(skill, Block):
             if not self._reached:
                 self.interventions_done += 1

@@ -120,7 +120,7 @@ class Heading:
 
 
 def view(base=(0.0, 0.0, 0.0), child=(9.0, 0.0), now=0.0) -> View:
-    return View(now, base, 0.07, np.zeros(7), child, (0.0, 0.0), np.zeros((0, 3)))
+    return View(now, base, 0.07, np.zeros(7), child, (0.0, 0.0), np.zeros((0, 3)), np.zeros((0, 4)))
 
 
 @pytest.mark.parametrize("speed", [0.02, 0.2, 1.3])

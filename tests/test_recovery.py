@@ -1,16 +1,17 @@
-"""What goes wrong is provoked in physics here: missed grasps, fallen candles, places that are taken, changes of plan."""
+"""What goes wrong, provoked in physics: missed grasps, fallen candles, places that are taken, changes of plan."""
 
 import mujoco
 import numpy as np
 import pytest
 
 import caregiver_mj
-from caregiver_mj.caregiver import Caregiver, Observation
+from caregiver_mj.caregiver import NOTHING, Caregiver, Observation
 from caregiver_mj.floor_plan import FloorPlan
 
 ROOM = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.......#\n#########", "room")
 TABLE_TOP, FLOOR = 0.60, 0.0  # metres
 CANDLE_RADIUS = 0.022
+OPEN_FLOOR = (-0.70, -1.05)  # in that room
 MOVE = 84  # control steps of a novice timestep
 
 
@@ -88,7 +89,7 @@ def assert_relocated(scene: Scene) -> None:
 # -- Missed grasps -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("offset", [0.08, -0.08])
+@pytest.mark.parametrize("offset", [0.13, -0.13])
 def test_missed_grasp_is_noticed_and_tried_again(scene, monkeypatch, offset):
     """The robot sees the candle beside where it is, until its fingers have closed on nothing."""
     sees_wrong = True
@@ -98,10 +99,7 @@ def test_missed_grasp_is_noticed_and_tried_again(scene, monkeypatch, offset):
         nonlocal fooled
         observation = dict(scene.timestep.observation)
         if sees_wrong:
-            x, y, _ = scene.physics.base_position()
-            across = np.array([-(scene.candle()[1] - y), scene.candle()[0] - x])
-            shift = offset * across / np.linalg.norm(across)
-            observation["candle_position"] = observation["candle_position"] + [*shift, 0.0]
+            observation["candle_position"] = observation["candle_position"] + [offset, 0.0, 0.0]
             fooled += 1
         return scene.policy(scene.timestep._replace(observation=observation))
 
@@ -135,25 +133,22 @@ def test_grasp_that_fails_again_and_again_is_given_up(scene, monkeypatch):
 @pytest.mark.parametrize("heading", [0, 100, 215])
 @pytest.mark.parametrize("place", ["floor", "table"])
 def test_candle_is_picked_up_from_where_it_lies(scene, place, heading):
-    x, y, _ = scene.candle()
     if place == "floor":
-        scene.put_candle(x + 1.2, y - 0.9, FLOOR + CANDLE_RADIUS, np.pi / 2, np.radians(heading))
+        scene.put_candle(*OPEN_FLOOR, FLOOR + CANDLE_RADIUS, np.pi / 2, np.radians(heading))
     else:
-        scene.put_candle(x, y, TABLE_TOP + CANDLE_RADIUS, np.pi / 2, np.radians(heading))
+        scene.put_candle(*scene.candle()[:2], TABLE_TOP + CANDLE_RADIUS, np.pi / 2, np.radians(heading))
     assert scene.until_done()
     assert_relocated(scene)
 
 
 def test_candle_that_stands_on_the_floor_is_picked_up(scene):
-    x, y, _ = scene.candle()
-    scene.put_candle(x + 1.2, y - 0.9, FLOOR, 0.0, 0.0)
+    scene.put_candle(*OPEN_FLOOR, FLOOR, 0.0, 0.0)
     assert scene.until_done()
     assert_relocated(scene)
 
 
 def test_candle_that_stands_on_its_head_is_laid_down_and_picked_up(scene):
-    x, y, _ = scene.candle()
-    scene.put_candle(x, y, TABLE_TOP + 0.16, np.pi, 0.0)
+    scene.put_candle(*scene.candle()[:2], TABLE_TOP + 0.16, np.pi, 0.0)
     assert scene.until_done()
     assert_relocated(scene)
 
@@ -182,9 +177,8 @@ def test_candle_that_is_torn_from_the_hand_is_picked_up(scene):
 
 
 def test_hand_waits_over_a_fallen_candle_while_the_child_is_near(scene):
-    x, y, _ = scene.candle()
-    scene.put_candle(x + 1.2, y - 0.9, FLOOR + CANDLE_RADIUS, np.pi / 2, 0.0)
-    scene.put_child(scene.task.plan.cell_at(np.array([x + 1.2, y - 0.15])))
+    scene.put_candle(*OPEN_FLOOR, FLOOR + CANDLE_RADIUS, np.pi / 2, 0.0)
+    scene.put_child((4, 4))
     scene.run(500)
     assert scene.candle()[2] < 0.05
     assert scene.physics.base_velocity() == pytest.approx(0.0, abs=0.01)
@@ -241,23 +235,90 @@ def supervise(plan: FloorPlan, child: tuple[int, int], monkeypatch: pytest.Monke
     return env, policy, timestep
 
 
+HALL = FloorPlan.parse(
+    """
+############
+#B.........#
+#..........#
+#S........S#
+#..........#
+#.....S....#
+############
+""".strip(),
+    "hall",
+)
+
+
 def test_robot_turns_to_a_new_target_at_once_and_without_a_stop(monkeypatch):
-    plan = FloorPlan.parse("############\n#B.........#\n#..........#\n#S........S#\n#..........#\n#.....S....#\n############")
-    caregiver = Switching(plan)
+    caregiver = Switching(HALL)
     caregiver.target = 1
-    env, policy, timestep = supervise(plan, (1, 5), monkeypatch, caregiver)
-    env.physics.set_robot(np.array([*plan.position((3, 3)), 0.0]), env.physics.arm_position())
+    env, policy, timestep = supervise(HALL, (1, 1), monkeypatch, caregiver)
+    env.physics.set_robot(np.array([*HALL.position((3, 2)), 0.0]), env.physics.arm_position())
     timestep = timestep._replace(observation=env.task.get_observation(env.physics))
-    speeds = []
-    for step in range(4 * MOVE):
-        if step == MOVE:
+    landing = HALL.position(HALL.stairwells[2])
+    velocities, left, changed = [], [], None
+    while changed is None or left[-1] > 0.03:
+        if changed is None and velocities and np.hypot(*velocities[-1]) > 1.2:
             caregiver.target = 2
         action = policy(timestep)
-        if step >= MOVE + round(0.5 * MOVE) and policy.target == 2:
-            speeds.append(np.hypot(*action[:2]))
+        if changed is None and policy.target == 2:
+            changed = len(velocities)
+        velocities.append(action[:2])
+        left.append(np.hypot(*(env.physics.base_position()[:2] - landing)))
         timestep = env.step(action)
-        if policy.interventions_done:
-            break
-    landing = plan.position(plan.stairwells[2])
-    assert np.hypot(*(env.physics.base_position()[:2] - landing)) < 0.03
-    assert speeds
+        assert not timestep.last()
+    # It drove east; the new landing is in the south-east.
+    turning = np.array(velocities[changed - 1 :])[:, 1]
+    assert abs(turning[0]) < 1e-3
+    assert (np.diff(turning[:8]) < 0).all()
+    far = np.array(left[changed:]) > 0.6
+    assert far.sum() > 10
+    assert np.hypot(*np.array(velocities[changed:])[far].T).min() > 0.3
+
+
+# -- A candle in the hand when something else calls -----------------------------------------------------
+
+GALLERY = FloorPlan.parse(
+    """
+##################################
+#B...............S...............#
+#................................#
+#................................#
+#.T...........T..C...............#
+#................................#
+##################################
+""".strip(),
+    "gallery",
+)
+
+
+class Fetching(Caregiver):
+    """Fetches the candle, and protects the stairwell once told to."""
+
+    alarm = False
+
+    def decide(self, observation: Observation) -> np.ndarray:
+        fetched = observation.holding[0] != NOTHING or observation.candle_table[0, 0] != 2
+        return np.array([0 if self.alarm else NOTHING if fetched else 1])
+
+
+@pytest.mark.parametrize("alarm", [False, True])
+def test_candle_in_the_hand_is_put_on_a_nearer_table_if_that_saves_the_child(monkeypatch, alarm):
+    """The candle is on its way west, as far from the child as can be, when that heads for the stairs."""
+    caregiver = Fetching(GALLERY)
+    env, policy, timestep = supervise(GALLERY, (1, 31), monkeypatch, caregiver)
+    landing = GALLERY.position(GALLERY.stairwells[0])
+    while not policy.interventions_done:
+        if env.physics.is_gripping() and env.physics.candle_poses()[0, 2] > TABLE_TOP + 0.2 and alarm:
+            caregiver.alarm = True
+            env.task._walk.reset(tuple(GALLERY.position((1, 27)).tolist()), 0.0)
+        timestep = env.step(policy(timestep))
+        assert not timestep.last()
+    near, far = (np.hypot(*(env.physics.candle_poses()[0, :2] - GALLERY.position(GALLERY.tables[i]))) for i in (1, 0))
+    assert (near if alarm else far) < 0.02
+    assert env.task.is_standing(env.physics, 0)
+    if alarm:
+        while np.hypot(*(env.physics.base_position()[:2] - landing)) > 0.03:
+            timestep = env.step(policy(timestep))
+            assert not timestep.last()
+    assert env.task.outcome()["strikes"] == env.task.outcome()["candles_dropped"] == 0

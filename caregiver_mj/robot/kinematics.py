@@ -28,10 +28,14 @@ REACH = 0.70  # metres from the base's centre to a candle on a table
 
 _HOVER = 0.10  # metres over a candle that lies, at which the hand stops
 _UPRIGHT = np.deg2rad(20.0)  # tilt below which a candle is gripped as if it stood
+# Bounds of what can be reached at all, from the arm's dimensions: shoulder (in the base's frame) to wrist, both elbow
+# offsets included, and 0.088 m by which the last axis may be off.
+_SHOULDER, _WRIST_TO_PINCH = np.array([-0.06, 0.0, 0.603]), 0.2204
+_LONGEST = math.hypot(0.316, 0.0825) + math.hypot(0.384, 0.0825) + 0.088
 _WRIST_BENDS = (1.57, 0.8, 0.0)  # radians, of joint 6 from the tucked arm's: guesses for the inverse kinematics
 
 _IK_TOLERANCE = 1e-5  # metres and radians
-_IK_ITERATIONS = 100
+_IK_ITERATIONS = 40
 _IK_STEP = 0.5  # radians, the most that a joint goes in an iteration
 _SEED = np.array([0.0, -0.66, 0.0, -2.25, 0.0, 2.55, np.pi / 4])  # radians, near the tucked arm
 
@@ -179,9 +183,11 @@ def retrieval_path(point: np.ndarray, rotation: np.ndarray, lift: float = 0.0) -
     """
     arm, tucked = shared_arm(), tucked_joints()
     above = np.array([*point[:2], point[2] + _HOVER])
+    wrist = point - _WRIST_TO_PINCH * rotation[:, 2]
     heading = math.atan2(rotation[0, 1], -rotation[1, 1])
-    best = None
-    for bend, turn in itertools.product(_WRIST_BENDS, (heading, -heading, 0.0)):
+    # The nearer of the two ways to turn the hand, and bends of the wrist from the usual one on.
+    guesses = itertools.product(_WRIST_BENDS, (heading, -heading, 0.0))
+    for bend, turn in guesses if math.dist(wrist, _SHOULDER) < _LONGEST else ():
         guess = tucked + np.array([0.0, 0.0, 0.0, 0.0, 0.0, bend, turn])
         try:
             down = arm.solve_pose(point, rotation, guess.clip(*arm.ranges))
@@ -190,13 +196,9 @@ def retrieval_path(point: np.ndarray, rotation: np.ndarray, lift: float = 0.0) -
                 over.insert(0, arm.solve_pose(above + np.array([0.0, 0.0, lift]), rotation, over[0]))
         except CaregiverError:
             continue
-        effort = np.abs(over[0] - tucked).max()
-        if best is None or effort < best[0]:
-            best = effort, *over, down
-    if best is None:
-        x, y, z = point
-        raise CaregiverError(f"the arm cannot grip what lies {x:.2f} m ahead and {y:.2f} m aside, {z:.2f} m high")
-    return ReachPath([tucked, *best[1:]])
+        return ReachPath([tucked, *over, down])
+    x, y, z = point
+    raise CaregiverError(f"the arm cannot grip what lies {x:.2f} m ahead and {y:.2f} m aside, {z:.2f} m high")
 
 
 def hand_rotation(heading: float, pitch: float) -> np.ndarray:

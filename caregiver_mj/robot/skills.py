@@ -27,6 +27,7 @@ from caregiver_mj.robot.trajectories import Vector
 CANDLE_RADIUS, CANDLE_HEIGHT = 0.022, 0.16  # metres
 GRASP_HEIGHT = 0.10  # metres above a candle's foot at which it is gripped
 _UPRIGHT = math.cos(math.radians(20))  # of a candle's tilt up to which it counts as standing
+_BESIDE_TABLE = 0.45  # metres from a table's middle beyond which nothing is on it, wherever exactly it stands
 _OFF_TABLE = 0.03  # metres from a table's height beyond which a candle is not on it
 
 # While the base still drives up to a table, the hand may come out as far as this, once it points the right way:
@@ -53,6 +54,7 @@ _PLACE_GAP = 0.001  # metres above the table at which a candle is let go
 _RELEASE_TIME = 0.05  # seconds
 _RELEASE_GAP = CANDLE_RADIUS + 0.002  # metres of each finger off the middle, when the hand may withdraw
 _WIDE = 0.034  # metres of each finger off the middle from which on it is open
+_LIFTED = 0.01  # metres that a candle must have come up with the hand
 _ATTEMPTS = 3  # at a grasp
 # Where a candle is put down if the middle of the table is taken: metres to the side of it, in the order of preference.
 # A hand is that wide, with what it may be off.
@@ -60,7 +62,7 @@ _SPOTS, _HAND_WIDTH = (0.0, 0.06, -0.06, 0.12, -0.12, 0.18, -0.18), 0.13
 _LOOK_INTERVAL = 0.3  # seconds between looks at the table
 
 # Picking up what lies: where the base may stand, and how the hand takes it.
-_DIRECTIONS = 24  # round the candle
+_DIRECTIONS = 16  # round the candle
 _RETRIEVAL_REACHES = (0.50, 0.55, 0.60, 0.65, 0.70, 0.75)  # metres from the base's centre to the candle
 _LEVEL_PITCHES = (math.radians(90), math.radians(50))  # of a hand that takes the candle out to the open; the 2nd is far
 _OPEN_REACH, _OPEN_ANGLE = 0.50, 0.5  # metres ahead, and radians to both sides that must be free there
@@ -211,7 +213,8 @@ class Pick(_AtTable):
 
     def _approach(self, view: View, robot: RobotMotion) -> bool:
         x, y, z = view.candles[self.candle].tolist()
-        if not stands_on_table(view, self.candle):
+        table = self._navigator.plan.position(self._navigator.plan.tables[self.table])
+        if not stands_on_table(view, self.candle) or math.dist((x, y), table) > _BESIDE_TABLE:
             self.overtaken = True  # it has fallen, or somebody else has taken it away
             return True
         goal, cell, yaw = self._stand_at_table(view, self.table, (x, y), hand=(-_GRASP_DEPTH, 0.0))
@@ -241,7 +244,8 @@ class Pick(_AtTable):
         return False
 
     def _lift(self, view: View, robot: RobotMotion) -> bool:
-        if hand_is_empty(view):
+        up = robot.reached <= _MAY_DRIVE_LOADED
+        if hand_is_empty(view) or (up and view.candles[self.candle, 2] < layout.TABLE_HEIGHT + _LIFTED):
             self._misses += 1
             self.failed = self._misses == _ATTEMPTS
             self.interruptible = True
@@ -249,8 +253,8 @@ class Pick(_AtTable):
             robot.reach(_ABOVE)
             self._stage = self._open_again
             return self.failed
-        self.interruptible = robot.reached <= _MAY_DRIVE_LOADED
-        return self.interruptible
+        self.interruptible = up
+        return up
 
     def _open_again(self, view: View, robot: RobotMotion) -> bool:
         if robot.reached == _ABOVE and view.fingers > 2 * _WIDE:
