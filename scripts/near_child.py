@@ -94,8 +94,8 @@ def report(results: list[Episode]) -> None:
     """Prints what came out."""
     console = make_console()
     title = "Near the child (worst of all episodes; fast: mean seconds an episode above 0.25 m/s within 0.5 m)"
-    table = make_table(title, "house", "child", "episodes", "strikes", "separation m", "approaching m", "fast s",
-                       "contact m/s", "blocked", "done", "dropped")  # fmt: skip
+    table = make_table(title, "house", "child", "runs", "strikes", "gap m", "approach m", "fast s",
+                       "contact m/s", "blocked", "done", "drops")  # fmt: skip
     houses = dict.fromkeys(row.house for row in results)
     for name, adversarial in ((name, adversarial) for name in (*houses, None) for adversarial in (False, True)):
         rows = [row for row in results if name in (row.house, None) and row.adversarial == adversarial]
