@@ -176,6 +176,29 @@ def test_candle_that_is_torn_from_the_hand_is_picked_up(scene):
     assert_relocated(scene)
 
 
+def test_robot_drives_round_a_candle_that_has_fallen_in_its_way(monkeypatch):
+    plan = FloorPlan.parse("###########\n#.........#\n#S........#\n#....C...B#\n#.....T...#\n###########", "round")
+    caregiver = Switching(plan)
+    caregiver.target = 0
+    env, policy, timestep = supervise(plan, (4, 9), monkeypatch, caregiver)
+    env.physics.set_robot(np.array([*plan.position((2, 8)), 0.0]), env.physics.arm_position())
+    lies = np.array([*plan.position((2, 4)), CANDLE_RADIUS])
+    quarter = np.sqrt(0.5)
+    env.physics.data.qpos[env.physics.model.ptr.joint("candle_0/joint").qposadr[0] :][:7] = [
+        *lies,
+        quarter,
+        0,
+        quarter,
+        0,
+    ]
+    timestep = timestep._replace(observation=env.task.get_observation(env.physics))
+    while not policy.interventions_done:
+        timestep = env.step(policy(timestep))
+        assert not timestep.last()
+    assert np.hypot(*(env.physics.base_position()[:2] - plan.position((2, 1)))) < 0.03
+    np.testing.assert_allclose(env.physics.candle_poses()[0, :3], lies, atol=0.01)
+
+
 def test_hand_waits_over_a_fallen_candle_while_the_child_is_near(scene):
     scene.put_candle(*OPEN_FLOOR, FLOOR + CANDLE_RADIUS, np.pi / 2, 0.0)
     scene.put_child((4, 4))

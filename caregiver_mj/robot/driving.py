@@ -14,6 +14,7 @@ import math
 
 import numpy as np
 
+from caregiver_mj import layout
 from caregiver_mj.floor_plan import Cell
 from caregiver_mj.robot import limits
 from caregiver_mj.robot.motion import RobotMotion
@@ -95,6 +96,7 @@ class Skill:
         self._stand: Cell | None = None
         self._replan_at = 0.0
         self._stops = False  # before it takes another path
+        self._litter: set[Cell] = set()  # cells that the present path keeps clear of
         self._aside_until = -math.inf  # when it may block a child's way again
         self._nearest = math.inf  # how near it has come to where it shall stand, in cells of the way
         self._deadline = math.inf  # when it gives up unless it comes nearer
@@ -141,7 +143,9 @@ class Skill:
         """Finds a way, keeping to the present one as long as it leads to the goal and past the child."""
         self._asked = goal
         self._note_progress(view, cell)
-        under_way = self._leads_to(goal)
+        litter = fallen_candle_cells(view, self._navigator) - {cell}
+        under_way = self._leads_to(goal) and litter == self._litter
+        self._litter = litter
         if under_way and robot.time_left > 0.0 and not self._crosses(view, robot):
             self._replan_at = view.now + 1.0
             return
@@ -149,9 +153,10 @@ class Skill:
         here = robot.base_reference()[0]
         # A child far away will be elsewhere when the robot gets there.
         near = math.dist(view.child, here) < FORESIGHT
-        points = navigator.path(
-            here, goal, cell, view.child if near else None, child_cells(view, navigator) if near else ()
-        )
+        child, closed = (view.child, child_cells(view, navigator)) if near else (None, set())
+        points = navigator.path(here, goal, cell, child, closed | litter)
+        if not points and litter:  # then over what lies there
+            points = navigator.path(here, goal, cell, child, closed)
         self._replan_at = view.now + (1.0 if points else 0.3)
         if points:
             self._aside_until = -math.inf
@@ -211,6 +216,12 @@ def is_child_close(view: View) -> bool:
 def child_cells(view: View, navigator: Navigator) -> set[Cell]:
     """The cells of these places."""
     return {navigator.plan.cell_at(np.array(place)) for place in child_places(view)}
+
+
+def fallen_candle_cells(view: View, navigator: Navigator) -> set[Cell]:
+    """The cells on whose floor candles lie."""
+    low = view.candles[:, 2] < layout.TABLE_HEIGHT / 2
+    return {navigator.plan.cell_at(place) for place in view.candles[low, :2]} if low.any() else set()
 
 
 def allowed_rate(view: View, robot: RobotMotion) -> float:
