@@ -20,7 +20,7 @@ from caregiver_mj.floor_plan import ACTIONS, FloorPlan
 from caregiver_mj.robot.driving import Skill, View, is_child_close
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.robot.planning_scene import PlanningScene
+from caregiver_mj.robot.retrieval import RetrievalPlanner
 from caregiver_mj.robot.skills import Block, Pick, Place, Retrieve, StandAside, hand_is_empty, stands_on_table
 
 if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.rendering
@@ -100,6 +100,7 @@ class CaregiverPolicy:
         self._novice_timestep = task.novice_timestep
         self._robot = RobotMotion(self._timestep)
         self._navigator = Navigator(self.plan)
+        self._retrievals = RetrievalPlanner(self._navigator)
         self._tables = layout.table_rectangles(self.plan)
         self._stairwells = len(self.plan.stairwells)
         self.interventions = self.interventions_done = 0
@@ -123,10 +124,6 @@ class CaregiverPolicy:
         action = self._robot.action(view.base)
         self._robot.now += self._timestep
         return action
-
-    @functools.cached_property
-    def _planning_scene(self) -> PlanningScene:
-        return PlanningScene(self.plan)
 
     # -- Seeing ----------------------------------------------------------------------------------
 
@@ -275,7 +272,7 @@ class CaregiverPolicy:
             if table != NOTHING and stands_on_table(view, candle):
                 skill, activity = Pick(self._navigator, candle, table), f"fetch candle {candle + 1}"
             else:
-                skill = Retrieve(self._navigator, self._planning_scene, candle)
+                skill = Retrieve(self._navigator, self._retrievals, candle)
                 activity = f"pick up candle {candle + 1}"
         if target != self.target:
             self.interventions += 1

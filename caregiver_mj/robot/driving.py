@@ -74,6 +74,16 @@ class View:
     candles: np.ndarray
     candle_orientations: np.ndarray
 
+    @property
+    def candle_poses(self) -> np.ndarray:
+        """Position and orientation of each candle, (candles, 7)."""
+        return np.concatenate([self.candles, self.candle_orientations], axis=1)
+
+    def candle_axis(self, candle: int) -> np.ndarray:
+        """Unit vector (3,) from a candle's foot to its top, in the house."""
+        w, x, y, z = self.candle_orientations[candle].tolist()
+        return np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
+
 
 class Skill:
     """Base of all skills: drives to where the skill wants to stand.

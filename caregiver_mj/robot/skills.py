@@ -7,26 +7,20 @@ nothing of danger.
 
 from __future__ import annotations
 
-import dataclasses
-import itertools
 import math
 from collections.abc import Callable
 
 import numpy as np
 
 from caregiver_mj import layout
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.floor_plan import Cell
 from caregiver_mj.robot import kinematics, motion
 from caregiver_mj.robot.driving import FORESIGHT, MAY_DRIVE, Skill, View, child_cells
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.robot.planning_scene import PlanningScene
+from caregiver_mj.robot.retrieval import CANDLE_RADIUS, GRASP_HEIGHT, UPRIGHT, RetrievalPlanner, Stance
 from caregiver_mj.robot.trajectories import Vector
 
-CANDLE_RADIUS, CANDLE_HEIGHT = 0.022, 0.16  # metres
-GRASP_HEIGHT = 0.10  # metres above a candle's foot at which it is gripped
-_UPRIGHT = math.cos(math.radians(20))  # of a candle's tilt up to which it counts as standing
 _BESIDE_TABLE = 0.45  # metres from a table's middle beyond which nothing is on it, wherever exactly it stands
 _OFF_TABLE = 0.03  # metres from a table's height beyond which a candle is not on it
 
@@ -61,16 +55,10 @@ _ATTEMPTS = 3  # at a grasp
 _SPOTS, _HAND_WIDTH = (0.0, 0.06, -0.06, 0.12, -0.12, 0.18, -0.18), 0.13
 _LOOK_INTERVAL = 0.3  # seconds between looks at the table
 
-# Picking up what lies: where the base may stand, and how the hand takes it.
-_DIRECTIONS = 16  # round the candle
-_RETRIEVAL_REACHES = (0.50, 0.55, 0.60, 0.65, 0.70, 0.75)  # metres from the base's centre to the candle
-_LEVEL_PITCHES = (math.radians(90), math.radians(50))  # of a hand that takes the candle out to the open; the 2nd is far
-_OPEN_REACH, _OPEN_ANGLE = 0.50, 0.5  # metres ahead, and radians to both sides that must be free there
-_GRIP_ABOVE = 0.006  # metres over the middle of the lying candle, which keeps the fingertips off the ground
-_LIFTS = (0.0, 0.25)  # metres that the hand goes up with it before it turns; the second is to clear a wall
-_CHECKS = 49  # poses on the arm's way that are checked for collisions
+# Picking up what has fallen.
 _FIRM_GRIP_TIME = 0.3  # seconds from closing to a grip that has found hold, or nothing
 _STILL_TIME, _SHIFT = 0.3, 0.003  # seconds for which it must have lain still, and metres by which it may seem to move
+_CHOICE_INTERVAL = 1.0  # seconds between choices of a place
 _CHILD_AWAY = 1.2  # metres from the child to the candle, for the hand to go there
 _CHILD_NEAR = 0.6  # metres below which the hand stops where it is
 
@@ -262,19 +250,6 @@ class Pick(_AtTable):
         return False
 
 
-@dataclasses.dataclass(frozen=True)
-class _Stance:
-    """Where the base stands (x, y, yaw) to pick a candle up, or to put it down, and the arm's way from there.
-
-    Attributes:
-        upright: Whether the candle stands upright in the tucked hand then.
-    """
-
-    base: tuple[float, float, float]
-    path: kinematics.ReachPath
-    upright: bool
-
-
 class Retrieve(Skill):
     """Picks a candle up from where it lies, on a table or on the floor, and tucks it upright.
 
@@ -286,14 +261,14 @@ class Retrieve(Skill):
         candle: Index of the candle.
     """
 
-    def __init__(self, navigator: Navigator, scene: PlanningScene, candle: int):
+    def __init__(self, navigator: Navigator, planner: RetrievalPlanner, candle: int):
         super().__init__(navigator)
         self.candle = candle
-        self._scene = scene
-        self._stance: _Stance | None = None
-        self._pitch_down = 0.0  # radians, of the hand when it lays the candle down
+        self._planner = planner
+        self._stance: Stance | None = None
+        self._pitch_down: float | None = None  # radians, of the hand when it lays down what it holds
         self._steps: list[tuple[float, float | None]] = []  # of the hand: pose on its path to go to, gripper there
-        self._until = 0.0
+        self._until = self._choose_at = 0.0
         self._failures = 0
         self._seen, self._seen_since = np.full(3, np.inf), 0.0
         self._waits = False
@@ -320,23 +295,34 @@ class Retrieve(Skill):
             robot.grip(motion.OPEN)
         if self._stance is None or not (still or holds):
             robot.set_rate(0.0)
-            if still or holds:
-                self._stance = self._place_to_put_down(view) if holds else self._place_to_pick_up(view)
-                self.failed = self._stance is None and not holds
+            self._stance = self._choose_stance(view, holds) if still or holds else None
             return self.failed
         x, y, yaw = self._stance.base
         there = self._drive(view, robot, (x, y), self._navigator.nearest_cell((x, y)), yaw)
-        if self.failed:
-            return True
-        if there and robot.reached == 0.0 and self._child_distance(view) > _CHILD_AWAY:
+        if self.failed and holds:  # it must be laid down, if not there
+            self.failed, self._stance = False, None
+        elif there and robot.reached == 0.0 and self._child_distance(view) > _CHILD_AWAY:
             self.interruptible = False
             robot.reach_along(self._stance.path)
             self._steps = _there_and_back(self._stance.path.goal, motion.OPEN if holds else motion.CLOSED)
-        return False
+        return self.failed
+
+    def _choose_stance(self, view: View, holds: bool) -> Stance | None:
+        """Looks for a place to pick the candle up, or to lay it down; not all the time, for it takes long."""
+        if view.now < self._choose_at:
+            return None
+        self._choose_at = view.now + _CHOICE_INTERVAL
+        self._nearest = self._deadline = math.inf  # the way there is another one
+        if holds:
+            return self._planner.to_lay_down(view, self.candle, self._pitch_down)
+        stance = self._planner.to_pick_up(view, self.candle)
+        self.failed = stance is None
+        return stance
 
     def _end(self, robot: RobotMotion, holds: bool) -> bool:
         """Decides what to do when the arm is back; returns whether the skill is done."""
-        done = holds and self._stance.upright
+        self._pitch_down = self._stance.pitch_down
+        done = holds and self._pitch_down is None
         self._failures += not holds and robot.closes
         self.failed = self._failures == _ATTEMPTS
         self._stance, self.interruptible = None, done or not holds
@@ -362,95 +348,6 @@ class Retrieve(Skill):
         if np.abs(place - self._seen).max() > _SHIFT:
             self._seen, self._seen_since = place.copy(), view.now
         return view.now - self._seen_since >= _STILL_TIME
-
-    def _place_to_pick_up(self, view: View) -> _Stance | None:
-        """The nearest stance from which the arm gets at the candle, or None."""
-        axis = candle_axis(view, self.candle)
-        on_its_head = axis[2] < -_UPRIGHT
-        point = view.candles[self.candle] + (CANDLE_HEIGHT - GRASP_HEIGHT if on_its_head else GRASP_HEIGHT) * axis
-        if abs(axis[2]) < _UPRIGHT:
-            point[2] += _GRIP_ABOVE
-        stands = self._stands(view, point)
-        if on_its_head:  # gripped like one that stands, and laid down
-            grips = [(kinematics.HAND_PITCH, kinematics.HAND_PITCH + math.pi / 2)]
-        else:
-            for reach, base in stands:
-                grip = kinematics.upright_grip(_turned(axis, -base[2]))
-                path = self._clear_path(view, base, (reach, point[2]), grip)
-                if path is not None:
-                    return _Stance(base, path, upright=True)
-            grips = [(pitch, pitch) for pitch in _LEVEL_PITCHES]
-        for (reach, base), (pitch, self._pitch_down) in itertools.product(stands, grips):
-            ahead = _turned(axis, -base[2])
-            heading = 0.0 if on_its_head else math.atan2(ahead[1], ahead[0])
-            for turn in (0.0, math.pi):
-                grip = kinematics.hand_rotation(heading + turn, pitch)
-                path = self._clear_path(view, base, (reach, point[2]), grip)
-                if path is not None:
-                    return _Stance(base, path, upright=False)
-        return None
-
-    def _place_to_put_down(self, view: View) -> _Stance | None:
-        """The nearest stance from which the candle can be laid on open floor, away from the child, or None."""
-        navigator = self._navigator
-        path = self._path((_OPEN_REACH, CANDLE_RADIUS + _GRIP_ABOVE), kinematics.hand_rotation(0.0, self._pitch_down))
-        here = navigator.nearest_cell(view.base[:2])
-        routes = ((len(route), cell) for cell in navigator.plan.free_cells if (route := navigator.route(here, cell)))
-        for _, cell in sorted(routes):
-            place = tuple(navigator.plan.position(cell).tolist())
-            if not navigator.can_stand(place) or math.dist(place, view.child) < _CHILD_AWAY + _OPEN_REACH:
-                continue
-            for yaw in np.arange(_DIRECTIONS) * math.tau / _DIRECTIONS:
-                # Free to both sides too, so that there is room to pick it up again.
-                bases = [(*place, yaw + aside) for aside in (0.0, -_OPEN_ANGLE, _OPEN_ANGLE)]
-                if path and all(self._is_clear(view, base, path) for base in bases):
-                    return _Stance(bases[0], path, upright=False)
-        return None
-
-    def _stands(self, view: View, point: np.ndarray) -> list[tuple[float, tuple[float, float, float]]]:
-        """Distances from which to reach for a point, and poses of the base for that, the nearest one first."""
-        navigator = self._navigator
-        here = navigator.nearest_cell(view.base[:2])
-        stands = []
-        for yaw in np.arange(_DIRECTIONS) * math.tau / _DIRECTIONS:
-            for reach in _RETRIEVAL_REACHES:
-                place = (point[0] - reach * math.cos(yaw), point[1] - reach * math.sin(yaw))
-                route = navigator.route(here, navigator.nearest_cell(place)) if navigator.can_stand(place) else None
-                if route is not None:
-                    cost = math.dist(place, view.base[:2]) + navigator.plan.cell_size * len(route)
-                    stands.append((cost, reach, (*place, yaw)))
-        return [stand[1:] for stand in sorted(stands)]
-
-    def _clear_path(
-        self, view: View, base: tuple[float, float, float], target: Vector, grip: np.ndarray
-    ) -> kinematics.ReachPath | None:
-        """The arm's way to lift the candle, at a point given by distance ahead and height, if it touches nothing."""
-        if not self._is_clear(view, base, None):
-            return None
-        for lift in _LIFTS:
-            path = self._path(target, grip, lift)
-            if path is None or self._is_clear(view, base, path, lifts=True):
-                return path
-        return None
-
-    def _path(self, target: Vector, grip: np.ndarray, lift: float = 0.0) -> kinematics.ReachPath | None:
-        """The arm's way to a point given by distance ahead and height, None if it is out of reach."""
-        try:
-            return kinematics.retrieval_path(np.array([target[0], 0.0, target[1]]), grip, lift)
-        except CaregiverError:
-            return None
-
-    def _is_clear(
-        self, view: View, base: tuple[float, float, float], path: kinematics.ReachPath | None, lifts: bool = False
-    ) -> bool:
-        """Whether the robot touches nothing along a path of the arm, or tucked; nor the candle that it lifts."""
-        candles = np.concatenate([view.candles, view.candle_orientations], axis=1)
-        if path is None:
-            return self._scene.is_free(base, [kinematics.tucked_joints()], candles, self.candle)
-        way = [path.joints(s) for s in np.linspace(0.0, path.goal, _CHECKS)]
-        return self._scene.is_free(base, way, candles, self.candle) and (
-            not lifts or self._scene.is_free(base, way[::-1], candles, self.candle, held=True)
-        )
 
 
 def _there_and_back(goal: int, grip: float) -> list[tuple[float, float | None]]:
@@ -544,22 +441,10 @@ class Place(_AtTable):
         return self.interruptible
 
 
-def candle_axis(view: View, candle: int) -> np.ndarray:
-    """Unit vector (3,) from a candle's foot to its top, in the house."""
-    w, x, y, z = view.candle_orientations[candle].tolist()
-    return np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
-
-
-def _turned(vector: np.ndarray, yaw: float) -> np.ndarray:
-    """A vector (3,) turned about the vertical."""
-    c, s = math.cos(yaw), math.sin(yaw)
-    return np.array([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1], vector[2]])
-
-
 def stands_on_table(view: View, candle: int) -> bool:
     """Whether a candle is upright and as high as a table, so that it can be gripped from the front."""
     height = view.candles[candle, 2]
-    return bool(abs(height - layout.TABLE_HEIGHT) < _OFF_TABLE and candle_axis(view, candle)[2] > _UPRIGHT)
+    return bool(abs(height - layout.TABLE_HEIGHT) < _OFF_TABLE and view.candle_axis(candle)[2] > UPRIGHT)
 
 
 def hand_is_empty(view: View) -> bool:

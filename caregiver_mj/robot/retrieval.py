@@ -1,0 +1,165 @@
+"""Where to stand, and how to reach, to pick up a candle that has fallen: on a table or on the floor."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import itertools
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.robot import kinematics
+from caregiver_mj.robot.driving import View
+from caregiver_mj.robot.kinematics import ReachPath
+from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.planning_scene import PlanningScene
+from caregiver_mj.robot.trajectories import Vector
+
+CANDLE_RADIUS, CANDLE_HEIGHT = 0.022, 0.16  # metres
+GRASP_HEIGHT = 0.10  # metres above a candle's foot at which it is gripped
+UPRIGHT = math.cos(math.radians(20))  # of a candle's tilt up to which it counts as standing
+
+_DIRECTIONS = 16  # round a point
+_REACHES = (0.50, 0.55, 0.60, 0.65, 0.70, 0.75)  # metres from the base's centre to the candle
+_LEVEL_PITCHES = (math.radians(90), math.radians(50))  # of a hand that takes it level; the second reaches farther
+_GRIP_ABOVE = 0.006  # metres over the middle of the lying candle, which keeps the fingertips off the ground
+_LIFTS = (0.0, 0.25)  # metres that the hand goes up with it before it turns; the second is to clear a wall
+_OPEN_REACH, _OPEN_ANGLE = 0.50, 0.5  # metres ahead, and radians to both sides that must be free where it is laid down
+_CHILD_AWAY = 1.7  # metres from the child to where the base stands then
+_CHECKS = 49  # poses on the arm's way that are checked for collisions
+
+BasePose = tuple[float, float, float]
+
+
+@dataclasses.dataclass(frozen=True)
+class Stance:
+    """Where the base stands to pick a candle up, or to lay it down, and the arm's way from there.
+
+    Attributes:
+        base: Pose (x, y, yaw), metres and radians.
+        path: The arm's way; its last pose is the grip.
+        pitch_down: With what pitch the hand lays the candle down again, radians. None where it need not, because the
+            candle stands upright once the arm is tucked.
+    """
+
+    base: BasePose
+    path: ReachPath
+    pitch_down: float | None = None
+
+
+class RetrievalPlanner:
+    """Finds stances in one house. It knows nothing of time: the candle lies still, and the child is elsewhere."""
+
+    def __init__(self, navigator: Navigator):
+        self._navigator = navigator
+
+    @functools.cached_property
+    def _scene(self) -> PlanningScene:
+        return PlanningScene(self._navigator.plan)  # costly, and seldom needed
+
+    def to_pick_up(self, view: View, candle: int) -> Stance | None:
+        """The nearest stance from which the arm gets at a candle, or None.
+
+        If there is one from which the candle can be gripped such that it stands upright in the tucked hand, it is of
+        these. Else it is one from which it can be taken along level, or if it stands on its head, with its head down.
+        """
+        axis = view.candle_axis(candle)
+        on_its_head = axis[2] < -UPRIGHT
+        point = view.candles[candle] + (CANDLE_HEIGHT - GRASP_HEIGHT if on_its_head else GRASP_HEIGHT) * axis
+        if abs(axis[2]) < UPRIGHT:
+            point[2] += _GRIP_ABOVE
+        stands = list(self._stands(view, candle, point))
+        if not on_its_head:
+            for base, reach in stands:
+                grip = kinematics.upright_grip(_turned(axis, -base[2]))
+                if path := self._lifting_path(view, candle, base, (reach, point[2]), grip):
+                    return Stance(base, path)
+        for base, reach in stands:
+            ahead = _turned(axis, -base[2])
+            heading = 0.0 if on_its_head else math.atan2(ahead[1], ahead[0])
+            pitches = (kinematics.HAND_PITCH,) if on_its_head else _LEVEL_PITCHES
+            for pitch, turn in itertools.product(pitches, (0.0, math.pi)):
+                grip = kinematics.hand_rotation(heading + turn, pitch)
+                if path := self._lifting_path(view, candle, base, (reach, point[2]), grip):
+                    return Stance(base, path, pitch + math.pi / 2 if on_its_head else pitch)
+        return None
+
+    def to_lay_down(self, view: View, candle: int, pitch: float) -> Stance | None:
+        """The nearest stance to lay the candle in the hand on open floor, away from the child, or None.
+
+        Args:
+            view: What is seen.
+            candle: Index of the candle.
+            pitch: Of the hand when it does that, radians.
+        """
+        path = _path((_OPEN_REACH, CANDLE_RADIUS + _GRIP_ABOVE), kinematics.hand_rotation(0.0, pitch))
+        if path is None:
+            return None
+        navigator = self._navigator
+        here = navigator.nearest_cell(view.base[:2])
+        routes = ((len(route), cell) for cell in navigator.plan.free_cells if (route := navigator.route(here, cell)))
+        for _, cell in sorted(routes):
+            place = tuple(navigator.plan.position(cell).tolist())
+            if not navigator.can_stand(place) or math.dist(place, view.child) < _CHILD_AWAY:
+                continue
+            for yaw in _directions():
+                # Free to both sides too, so that there is room to pick it up again.
+                bases = [(*place, yaw + aside) for aside in (0.0, -_OPEN_ANGLE, _OPEN_ANGLE)]
+                if all(self._is_clear(view, candle, base, path) for base in bases):
+                    return Stance(bases[0], path)
+        return None
+
+    def _stands(self, view: View, candle: int, point: np.ndarray) -> Iterator[tuple[BasePose, float]]:
+        """Poses of the base from which to reach for a point, the nearest one first, and how far to reach."""
+        navigator = self._navigator
+        here = navigator.nearest_cell(view.base[:2])
+        stands = []
+        for yaw, reach in itertools.product(_directions(), _REACHES):
+            place = (point[0] - reach * math.cos(yaw), point[1] - reach * math.sin(yaw))
+            route = navigator.route(here, navigator.nearest_cell(place)) if navigator.can_stand(place) else None
+            if route is not None:
+                cost = math.dist(place, view.base[:2]) + navigator.plan.cell_size * len(route)
+                stands.append((cost, (*place, yaw), reach))
+        for _, base, reach in sorted(stands):
+            if self._is_clear(view, candle, base, None):
+                yield base, reach
+
+    def _lifting_path(
+        self, view: View, candle: int, base: BasePose, target: Vector, grip: np.ndarray
+    ) -> ReachPath | None:
+        """The arm's way to lift a candle at a point (distance ahead, height), if neither touches anything."""
+        for lift in _LIFTS:
+            path = _path(target, grip, lift)
+            if path is None or self._is_clear(view, candle, base, path, lifts=True):
+                return path
+        return None
+
+    def _is_clear(self, view: View, candle: int, base: BasePose, path: ReachPath | None, lifts: bool = False) -> bool:
+        """Whether the robot touches nothing along a path of the arm, or tucked; nor the candle that it lifts."""
+        if path is None:
+            return self._scene.is_free(base, [kinematics.tucked_joints()], view.candle_poses, candle)
+        way = [path.joints(s) for s in np.linspace(0.0, path.goal, _CHECKS)]
+        return self._scene.is_free(base, way, view.candle_poses, candle) and (
+            not lifts or self._scene.is_free(base, way[::-1], view.candle_poses, candle, held=True)
+        )
+
+
+def _directions() -> list[float]:
+    return [math.tau * i / _DIRECTIONS for i in range(_DIRECTIONS)]
+
+
+def _path(target: Vector, grip: np.ndarray, lift: float = 0.0) -> ReachPath | None:
+    """The arm's way to a point given by distance ahead and height, None if it is out of reach."""
+    try:
+        return kinematics.retrieval_path(np.array([target[0], 0.0, target[1]]), grip, lift)
+    except CaregiverError:
+        return None
+
+
+def _turned(vector: np.ndarray, yaw: float) -> np.ndarray:
+    """A vector (3,) turned about the vertical."""
+    c, s = math.cos(yaw), math.sin(yaw)
+    return np.array([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1], vector[2]])
