@@ -44,6 +44,7 @@ _LIFTED = layout.TABLE_HEIGHT + 0.02  # metres
 _CLEAR = 0.62  # of the reach: from there on the base may drive
 _SLOW = 1.0  # seconds from arrived to lifted or clear above which a relocation is named
 _AFTERWARDS = 1.0  # seconds that the candle must go on standing
+_PUSH, _PUSH_TIME, _PUSH_HEIGHT = (1.2, 2.5), 0.16, 0.07  # newtons, seconds, metres above the middle of the candle
 _SHAKEN = 1e-4  # metres by which the command to the fingers must change to count
 
 _WIDTH = 100  # characters of the table
@@ -150,7 +151,23 @@ class Touches:
                     self.pairs.add((self._names[one], self._names[two]))
 
 
-def relocate(noise: float, job: tuple[int, int]) -> Relocation:
+class Push:
+    """Knocks a candle over in the first second of an episode: a push near its top, in any direction."""
+
+    def __init__(self, physics: Physics, candle: int, seed: int):
+        self._data = physics.data.ptr
+        self._body = physics.model.ptr.body(f"candle_{candle}/candle").id
+        random = np.random.default_rng(seed)
+        self._start, angle = random.uniform(0.0, 1.0 - _PUSH_TIME), random.uniform(-math.pi, math.pi)
+        force = random.uniform(*_PUSH) * np.array([math.cos(angle), math.sin(angle), 0.0])
+        self._wrench = np.concatenate([force, np.cross([0.0, 0.0, _PUSH_HEIGHT], force)])
+
+    def apply(self) -> None:
+        pushes = 0.0 <= self._data.time - self._start < _PUSH_TIME
+        self._data.xfrc_applied[self._body] = self._wrench if pushes else 0.0
+
+
+def relocate(noise: float, knock: bool, job: tuple[int, int]) -> Relocation:
     """Runs one relocation: in a house, by its number, with a seed."""
     plan = three_houses()[job[0]]
     seed = job[1]
@@ -166,6 +183,7 @@ def relocate(noise: float, job: tuple[int, int]) -> Relocation:
     act = Eyes(policy, noise, seed) if noise else policy
     touches = Touches(physics)
     timestep = env.reset()
+    push = Push(physics, task.goal_candle, seed)
     rows = []  # time, base x, y and speed, command to the fingers, height of the candle, reach, whether it is held
     end = math.inf
     with each_physics_step(physics, touches.look):
@@ -177,10 +195,12 @@ def relocate(noise: float, job: tuple[int, int]) -> Relocation:
             rows.append(
                 (physics.time(), x, y, speed, action[10], candle[2], policy._robot.reached, physics.is_gripping())
             )
+            if knock:
+                push.apply()
             timestep = env.step(action)
             if policy.interventions_done and end == math.inf:
                 end = physics.time() + _AFTERWARDS
-    lifting, clearing = _times(np.array(rows, float))
+    lifting, clearing = (math.nan, math.nan) if knock else _times(np.array(rows, float))
     position = physics.candle_poses()[task.goal_candle, :3]
     figures = task.outcome()
     return Relocation(
@@ -282,11 +302,12 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=500, help="relocations (default: 500)")
     parser.add_argument("--first", type=int, default=0, metavar="SEED", help="seed of the first (default: 0)")
     parser.add_argument("--noise", type=float, default=0.0, help="of perceived candle positions, one sigma, metres")
+    parser.add_argument("--knock", action="store_true", help="have every candle knocked over before the robot comes")
     parser.add_argument("--jobs", type=int, default=2, help="worker processes (default: 2)")
     parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="also write all results to a file")
     args = parser.parse_args()
     jobs = [(seed % len(three_houses()), seed) for seed in range(args.first, args.first + args.count)]
-    found = run_jobs(functools.partial(relocate, args.noise), jobs, args.jobs)
+    found = run_jobs(functools.partial(relocate, args.noise, args.knock), jobs, args.jobs)
     results = [result for _, result in track(found, "relocating", total=len(jobs))]
     results.sort(key=lambda result: result.seed)
     report(results)

@@ -124,7 +124,10 @@ class Skill:
         moved = self._asked is None or math.dist(goal, self._asked) > 1e-3
         if (moved or view.now >= self._replan_at) and robot.hand_out <= self._may_drive:
             self._plan(view, robot, goal, cell)
-        may_turn = math.dist(view.child, view.base[:2]) > _TURNING_DISTANCE
+        # A turn once begun goes on, wherever the base has got to.
+        may_turn = math.dist(view.child, view.base[:2]) > _TURNING_DISTANCE and (
+            robot.turns_to(yaw) or self._navigator.can_turn(view.base[:2])
+        )
         if may_turn and robot.hand_out <= _MAY_TURN:
             robot.turn_to(yaw)
         # Where the drive is shorter than the turn, the base sets off later: it would have to wait at the goal instead.

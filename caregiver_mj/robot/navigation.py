@@ -19,7 +19,7 @@ CHILD_RADIUS = 0.12  # metres
 _CLEARANCE = 0.07  # metres between base and furniture on a planned path; blended corners and tracking need it
 _CUT_CLEARANCE = 0.02  # metres of that which a cut corner may use up
 _HAND_CLEARANCE = 0.52  # metres from the base's centre to a wall: a carried candle turns with the base, 0.45 m out
-_STANDING_CLOSER = 0.04  # metres of the clearance that a base may use up where it stands still
+_STANDING_CLOSER = 0.02  # metres of the clearance that a base may use up where it stands still
 _LEAVING = 0.40  # metres from the ends of a path within which it may be closer to things than elsewhere
 _HAND_RADIUS = 0.16  # metres: half the hand's width, and what the arm may be off
 _CHILD_CLEARANCE = 0.20  # metres between base and child on a planned path
@@ -153,9 +153,12 @@ class Navigator:
         return True
 
     def can_stand(self, point: Vector) -> bool:
-        """Whether the base can stand at a point, and turn there with a candle in its hand."""
-        x, y = np.array([point[0]]), np.array([point[1]])
-        return bool(self._at(self._room, x, y)[0] >= -_STANDING_CLOSER and self._at(self._turning_room, x, y)[0] >= 0.0)
+        """Whether the base has room to stand at a point."""
+        return self._value(self._room, point) >= -_STANDING_CLOSER
+
+    def can_turn(self, point: Vector) -> bool:
+        """Whether the base has room to turn at a point with a candle in its tucked hand."""
+        return self._value(self._turning_room, point) >= 0.0
 
     def hand_clear(self, a: Vector, b: Vector) -> bool:
         """Whether the outstretched hand can move straight from one point to another without touching a wall."""
@@ -238,6 +241,11 @@ class Navigator:
         """Points, x and y, along a straight line."""
         share = np.linspace(0.0, 1.0, int(math.dist(a, b) / _RASTER) + 2)
         return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
+
+    def _value(self, raster: np.ndarray, point: Vector) -> float:
+        """Value of a raster at one point."""
+        row, column = (int((point[i] - self._origin[i]) / _RASTER) for i in (1, 0))
+        return float(raster[row, column])
 
     def _at(self, raster: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Values of a raster at points."""

@@ -14,6 +14,7 @@ from caregiver_mj.robot.motion import OPEN
 
 _ELSEWHERE = 1e3  # metres; the child is left out, for it will be somewhere else
 _RESTING = 0.004  # metres that a candle may be in what it lies on
+_TABLE_MARGIN = 0.03  # metres that a table may be off its place on the map, to either side
 _MARGIN = 0.005  # metres that the robot shall stay away from everything
 
 
@@ -39,6 +40,9 @@ class PlanningScene:
         fingers = [model.joint(f"robot/finger_{side}").qposadr[0] for side in ("left", "right")]
         candles = [model.joint(f"candle_{i}/joint").qposadr[0] for i in range(len(plan.candle_tables))]
         self._candles = np.array(candles, int)[:, None] + np.arange(7)
+        tables = [i for i, name in enumerate(names) if name.startswith("table_") and name.endswith("/top")]
+        model.geom_size[tables, :2] += _TABLE_MARGIN
+        model.geom_rbound[tables] += 2 * _TABLE_MARGIN
         self._hand = self._data.body("robot/hand")
         self._data.qpos[model.joint("toddler/x").qposadr[0]] = _ELSEWHERE
         self._data.qpos[fingers] = OPEN

@@ -25,6 +25,7 @@ UPRIGHT = math.cos(math.radians(20))  # of a candle's tilt up to which it counts
 _DIRECTIONS = 16  # round a point
 _REACHES = (0.50, 0.55, 0.60, 0.65, 0.70, 0.75)  # metres from the base's centre to the candle
 _LEVEL_PITCHES = (math.radians(90), math.radians(50))  # of a hand that takes it level; the second reaches farther
+_NO_TURNING = 2.0  # metres of detour that it is worth to stand where the base can turn
 _GRIP_ABOVE = 0.006  # metres over the middle of the lying candle, which keeps the fingertips off the ground
 _LIFTS = (0.0, 0.25)  # metres that the hand goes up with it before it turns; the second is to clear a wall
 _OPEN_REACH, _OPEN_ANGLE = 0.50, 0.5  # metres ahead, and radians to both sides that must be free where it is laid down
@@ -122,6 +123,7 @@ class RetrievalPlanner:
             route = navigator.route(here, navigator.nearest_cell(place)) if navigator.can_stand(place) else None
             if route is not None:
                 cost = math.dist(place, view.base[:2]) + navigator.plan.cell_size * len(route)
+                cost += 0.0 if navigator.can_turn(place) else _NO_TURNING
                 stands.append((cost, (*place, yaw), reach))
         for _, base, reach in sorted(stands):
             if self._is_clear(view, candle, base, None):
