@@ -198,7 +198,7 @@ class Navigator:
             cell = self.plan.cell_at(np.array(place))
             if cell in found or cell in closed or cell not in self._centres:
                 continue
-            if self.visible(start, place, child):
+            if self.can_stand(place) and self.visible(start, place, child):
                 found[cell] = place
         return list(found.values())
 
