@@ -34,7 +34,7 @@ ARM_PLANNED_JERK = 400.0  # rad/s^3, 25 ms to full acceleration
 
 MAX_BASE_SPEED = 5.0 / 3.6  # m/s: the walking speed that the paper gives the caregiver (section V.C)
 # References keep 3 % below that, which leaves the feedback something to correct with. At 3.5 m/s^2 the base is well
-# within what its servos can do (400 N for 83 kg) and from tipping over (5.5 m/s^2, see models/README.md).
+# within what its servos can do (400 N for 83 kg) and from tipping over (5.2 m/s^2, see models/README.md).
 BASE = Limits(velocity=0.97 * MAX_BASE_SPEED, acceleration=3.5, jerk=35.0)  # m
 YAW = Limits(velocity=2.8, acceleration=8.0, jerk=80.0)  # rad
 # A candle in the hand slides outwards as the base turns: at every physics step it goes on along the tangent of the

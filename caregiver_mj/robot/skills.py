@@ -44,7 +44,7 @@ _GRIP_TIME = 0.12  # seconds from closing to a firm grip
 _SLIPPED = 0.008  # metres outwards in the hand from which on a candle has slipped, as it does when the base turns
 _PLACE_GAP = 0.001  # metres above the table at which a candle is let go
 # The fingers begin to give way this little before the hand is down: they squeeze less and less, and let go 0.1 s later.
-# Much earlier (0.06 s), and the candle is not yet pressed upright: it rocks for a third of a second.
+# Much earlier, and the candle is not yet pressed upright: it rocks for a third of a second.
 _RELEASE_TIME = 0.05  # seconds
 _RELEASE_GAP = CANDLE_RADIUS + 0.002  # metres of each finger off the middle, when the hand may withdraw
 _WIDE = 0.034  # metres of each finger off the middle from which on it is open
