@@ -21,7 +21,7 @@ from caregiver_mj.robot.driving import Skill, View, is_child_close
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.retrieval import RetrievalPlanner
-from caregiver_mj.robot.skills import Block, Pick, Place, Retrieve, StandAside, hand_is_empty, stands_on_table
+from caregiver_mj.robot.skills import Block, Pick, Place, Retrieve, StandAside, stands_on_table
 
 if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.rendering
     import dm_env
@@ -139,6 +139,7 @@ class CaregiverPolicy:
         self.target = NOTHING
         self.activity = "watch"
         self._skill: Skill | None = None
+        self._reached = False  # the stairwell that it blocks
         self._holding = NOTHING
         self._passed_over_until = np.zeros(self._stairwells + len(self.plan.candle_tables))
         self._begun, self._is_clear = 0, False
@@ -216,10 +217,10 @@ class CaregiverPolicy:
             return np.zeros((2, 0), int)
         offset = view.candles[:, None, :2] - self._tables[:, :2]  # (candles, tables, 2)
         over = (np.abs(offset) < layout.TABLE_HALF_SIZE).all(axis=2)
-        high = view.candles[:, 2] > layout.TABLE_HEIGHT / 2
-        tables = np.where(high & over.any(axis=1), over.argmax(axis=1), NOTHING)
-        cells = np.full(len(high), NOTHING)
-        for i in np.flatnonzero(~high):
+        on_table = over.any(axis=1) & (view.candles[:, 2] > layout.TABLE_HEIGHT / 2)
+        tables = np.where(on_table, over.argmax(axis=1), NOTHING)
+        cells = np.full(len(tables), NOTHING)
+        for i in np.flatnonzero(~on_table):
             cells[i] = self._free_cell(tuple(view.candles[i, :2].tolist()))
         if self._holding != NOTHING:
             tables[self._holding] = cells[self._holding] = NOTHING
@@ -344,7 +345,7 @@ class CaregiverPolicy:
             self._skill, self._holding, self.target = None, NOTHING, NOTHING
             return
         if skill.failed:
-            wait = _LEFT_LYING if isinstance(skill, Retrieve) else _PASSED_OVER
+            wait = _LEFT_LYING if isinstance(skill, Retrieve) and skill.out_of_reach else _PASSED_OVER
             self._passed_over_until[self.target] = view.now + wait
         elif isinstance(skill, Block):
             if not self._reached:
@@ -355,7 +356,7 @@ class CaregiverPolicy:
         if isinstance(skill, Pick | Retrieve) and not skill.failed:
             self._holding = skill.candle
             self._carry(self._observation(view))
-        elif isinstance(skill, Place) and skill.failed and not hand_is_empty(view):
+        elif isinstance(skill, Place) and skill.failed:  # it has still got the candle
             self._carry(self._observation(view), refused=skill.table)
         else:
             self.interventions_done += isinstance(skill, Place) and not skill.failed

@@ -231,6 +231,48 @@ def test_candle_is_put_beside_what_stands_on_its_place(monkeypatch):
     assert not scene.touched
 
 
+@pytest.mark.parametrize("heading", [90, 270])
+def test_candle_is_not_put_down_on_one_that_lies_there(monkeypatch, heading):
+    plan = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.C.....#\n#########", "room")
+    scene = Scene(monkeypatch, plan=plan)
+    goal, other = scene.task.goal_candle, 1 - scene.task.goal_candle
+    place = scene.task.table_positions[scene.task.goal_table]
+    angle = np.radians(heading)
+    foot = place - 0.14 * np.array([np.cos(angle), np.sin(angle)])  # its top is where the other one would be put
+    scene.put_candle(*foot, TABLE_TOP + CANDLE_RADIUS, np.pi / 2, angle, candle=other)
+    assert scene.until_done()
+    assert scene.task.is_standing(scene.physics, goal)
+    assert scene.candle(other)[:2] == pytest.approx(foot, abs=5e-3)
+
+
+def test_robot_waits_with_the_candle_at_a_table_without_room(monkeypatch):
+    plan = FloorPlan.parse("##########\n#B.......#\n#..C.C.C.#\n#........#\n#....T...#\n#........#\n##########", "room")
+    scene = Scene(monkeypatch, plan=plan)
+    goal = scene.task.goal_candle
+    others = [candle for candle in range(3) if candle != goal]
+    scene.run(1500, until=lambda: scene.physics.is_gripping() and scene.candle(goal)[2] > TABLE_TOP + 0.2)
+    place = scene.task.table_positions[scene.task.goal_table]
+    for candle, aside in zip(others, ([0.09, 0.09], [-0.09, -0.09]), strict=True):
+        scene.put_candle(*(place + aside), TABLE_TOP, 0.0, 0.0, candle=candle)
+    scene.run(500)
+    assert scene.physics.is_gripping()
+    assert scene.policy.interventions_done == 0
+    np.testing.assert_allclose(scene.physics.base_velocity(), 0.0, atol=0.01)
+    scene.put_candle(3.0, 2.0, 0.0, 0.0, 0.0, candle=others[0])
+    scene.put_candle(-3.0, -2.0, 0.0, 0.0, 0.0, candle=others[1])
+    assert scene.until_done()
+    assert scene.task.is_placed(scene.physics)
+
+
+@pytest.mark.parametrize("off", [0.3, 1.5, 5.0])
+def test_candle_outside_of_the_house_is_left_there(scene, off):
+    x = 4.5 * 0.75 + off  # beyond the eastern wall
+    scene.put_candle(x, 0.0, CANDLE_RADIUS, np.pi / 2, 0.0)
+    scene.run(500)
+    assert scene.policy.activity == "keep out of the way"
+    assert not scene.touched
+
+
 def test_candle_that_somebody_else_takes_away_is_followed(scene):
     scene.run(40)
     assert scene.policy.activity == "fetch candle 1"

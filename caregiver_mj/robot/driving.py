@@ -28,7 +28,7 @@ _ARRIVED_YAW = 0.012  # radians
 MAY_DRIVE = 0.62
 _MAY_TURN = 0.30
 # A tucked hand bears a candle 0.45 m out: so far apart, middle to middle, must base and child be to swing it round.
-_TURNING_DISTANCE = 0.68  # metres
+_TURNING_DISTANCE = 0.60  # metres
 
 # Speed and separation: the base must be able to stop before a child that walks towards it.
 _CHILD_SPEED = 0.62  # m/s, the fastest that a toddler walks towards something

@@ -24,6 +24,8 @@ CLOSED = 0.012  # metres, less than a candle's radius: the difference is what sq
 _POSITION_GAIN = 5.0
 _YAW_GAIN = 8.0
 _GENTLE_SPEED = 0.03  # m/s
+_CATCH_UP_SPEED = 0.3  # m/s, the most of the feedback: what holds the base up may let go of it
+_HELD_UP = 0.15  # metres off its reference beyond which a base is held up by something
 _TOP_SPEED = 0.998 * limits.MAX_BASE_SPEED  # m/s
 _BASE_LAG = 0.0205
 _YAW_LAG = 0.008
@@ -56,7 +58,7 @@ class RobotMotion:
             base: Pose (x, y, yaw) of the base.
         """
         self.now = 0.0
-        self.gentle = False
+        self.gentle = self._watched = False
         self._hold((float(base[0]), float(base[1])))
         self._yaw = ScalarMotion(limits.YAW, float(base[2]))
         self.reach_path = kinematics.reach_path(7000)  # all begin with the tucked arm; `plan_reach` aims it
@@ -95,7 +97,11 @@ class RobotMotion:
         self._playback.run_at(self._rate, self.now, at_once=True)
 
     def set_rate(self, rate: float) -> None:
-        """Sets the share, 0 to 1, of its planned speed at which the base moves along its path."""
+        """Sets the share, 0 to 1, of its planned speed at which the base moves along its path.
+
+        It holds for one control timestep: a base at which nobody looks any more stops.
+        """
+        self._watched = True
         if self._path is None:
             return
         if self._rate == 0.0 and self._playback.at(self.now)[0] == 0.0:
@@ -227,15 +233,22 @@ class RobotMotion:
         Returns:
             Base velocities (3,), arm joint targets (7,) and gripper target (1,), in one array (11,).
         """
+        if not self._watched:
+            self.set_rate(0.0)
+        self._watched = False
         now = self.now
         (x, y), _, _ = self._base_at(now)
+        if math.dist((x, y), base[:2]) > _HELD_UP:  # it must find a new way from where it is
+            self._hold((float(base[0]), float(base[1])))
+            x, y = self._here
         middle = now + self._half_timestep  # an action is held for a timestep: aim at the middle of it
         _, (vx, vy), (ax, ay) = self._base_at(middle)
         yaw = self._yaw.at(now)[0]
         _, yaw_rate, yaw_acceleration = self._yaw.at(middle)
         back_x, back_y = _POSITION_GAIN * (x - base[0]), _POSITION_GAIN * (y - base[1])
-        if self.gentle and (push := math.hypot(back_x, back_y)) > _GENTLE_SPEED:
-            back_x, back_y = back_x * _GENTLE_SPEED / push, back_y * _GENTLE_SPEED / push
+        most = _GENTLE_SPEED if self.gentle else _CATCH_UP_SPEED
+        if (push := math.hypot(back_x, back_y)) > most:
+            back_x, back_y = back_x * most / push, back_y * most / push
         vx, vy = vx + _BASE_LAG * ax + back_x, vy + _BASE_LAG * ay + back_y
         if (speed := math.hypot(vx, vy)) > _TOP_SPEED:  # held up by something, it must not catch up at any speed
             vx, vy = vx * _TOP_SPEED / speed, vy * _TOP_SPEED / speed

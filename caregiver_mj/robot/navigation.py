@@ -153,7 +153,10 @@ class Navigator:
         return True
 
     def can_stand(self, point: Vector) -> bool:
-        """Whether the base has room to stand at a point."""
+        """Whether the base has room to stand at a point, and is meant to."""
+        x, y = self._centres.get(self.plan.cell_at(np.array(point)), (math.inf, math.inf))
+        if max(abs(point[0] - x), abs(point[1] - y)) > self.plan.cell_size / 2:  # outside of the house
+            return False
         return self._value(self._room, point) >= -_STANDING_CLOSER
 
     def can_turn(self, point: Vector) -> bool:

@@ -25,6 +25,7 @@ UPRIGHT = math.cos(math.radians(20))  # of a candle's tilt up to which it counts
 _DIRECTIONS = 16  # round a point
 _REACHES = (0.50, 0.55, 0.60, 0.65, 0.70, 0.75)  # metres from the base's centre to the candle
 _LEVEL_PITCHES = (math.radians(90), math.radians(50))  # of a hand that takes it level; the second reaches farther
+_MOST_STANDS = 40  # that are tried, the nearest ones, lest it takes too long
 _NO_TURNING = 2.0  # metres of detour that it is worth to stand where the base can turn
 _GRIP_ABOVE = 0.006  # metres over the middle of the lying candle, which keeps the fingertips off the ground
 _LIFTS = (0.0, 0.25)  # metres that the hand goes up with it before it turns; the second is to clear a wall
@@ -72,7 +73,7 @@ class RetrievalPlanner:
         point = view.candles[candle] + (CANDLE_HEIGHT - GRASP_HEIGHT if on_its_head else GRASP_HEIGHT) * axis
         if abs(axis[2]) < UPRIGHT:
             point[2] += _GRIP_ABOVE
-        stands = list(self._stands(view, candle, point))
+        stands = list(itertools.islice(self._stands(view, candle, point), _MOST_STANDS))
         if not on_its_head:
             for base, reach in stands:
                 grip = kinematics.upright_grip(_turned(axis, -base[2]))
@@ -99,6 +100,10 @@ class RetrievalPlanner:
         path = _path((_OPEN_REACH, CANDLE_RADIUS + _GRIP_ABOVE), kinematics.hand_rotation(0.0, pitch))
         if path is None:
             return None
+        # The candle is in the hand, and in nobody's way where it is now.
+        gone = view.candles.copy()
+        gone[candle, 2] = -1.0
+        view = dataclasses.replace(view, candles=gone)
         navigator = self._navigator
         here = navigator.nearest_cell(view.base[:2])
         routes = ((len(route), cell) for cell in navigator.plan.free_cells if (route := navigator.route(here, cell)))
@@ -143,9 +148,9 @@ class RetrievalPlanner:
         """Whether the robot touches nothing along a path of the arm, or tucked; nor the candle that it lifts."""
         if path is None:
             return self._scene.is_free(base, [kinematics.tucked_joints()], view.candle_poses, candle)
-        way = [path.joints(s) for s in np.linspace(0.0, path.goal, _CHECKS)]
+        way = [path.joints(s) for s in np.linspace(path.goal, 0.0, _CHECKS)]  # where it is tightest comes first
         return self._scene.is_free(base, way, view.candle_poses, candle) and (
-            not lifts or self._scene.is_free(base, way[::-1], view.candle_poses, candle, held=True)
+            not lifts or self._scene.is_free(base, way, view.candle_poses, candle, held=True)
         )
 
 

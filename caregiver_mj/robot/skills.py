@@ -18,7 +18,7 @@ from caregiver_mj.robot import kinematics, motion
 from caregiver_mj.robot.driving import FORESIGHT, MAY_DRIVE, Skill, View, child_cells
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.robot.retrieval import CANDLE_RADIUS, GRASP_HEIGHT, UPRIGHT, RetrievalPlanner, Stance
+from caregiver_mj.robot.retrieval import CANDLE_HEIGHT, CANDLE_RADIUS, GRASP_HEIGHT, UPRIGHT, RetrievalPlanner, Stance
 from caregiver_mj.robot.trajectories import Vector
 
 _BESIDE_TABLE = 0.45  # metres from a table's middle beyond which nothing is on it, wherever exactly it stands
@@ -54,6 +54,7 @@ _ATTEMPTS = 3  # at a grasp
 # A hand is that wide, with what it may be off.
 _SPOTS, _HAND_WIDTH = (0.0, 0.06, -0.06, 0.12, -0.12, 0.18, -0.18), 0.13
 _LOOK_INTERVAL = 0.3  # seconds between looks at the table
+_FULL_TIME = 1.7  # seconds that it waits at a table without room: one novice timestep
 
 # Picking up what has fallen.
 _FIRM_GRIP_TIME = 0.3  # seconds from closing to a grip that has found hold, or nothing
@@ -259,7 +260,10 @@ class Retrieve(Skill):
 
     Attributes:
         candle: Index of the candle.
+        out_of_reach: Whether it has failed because there is no way to get at the candle.
     """
+
+    out_of_reach = False
 
     def __init__(self, navigator: Navigator, planner: RetrievalPlanner, candle: int):
         super().__init__(navigator)
@@ -275,7 +279,7 @@ class Retrieve(Skill):
 
     def step(self, view: View, robot: RobotMotion) -> bool:
         still = self._lies_still(view)
-        holds = robot.closes and not hand_is_empty(view)
+        holds = robot.closes and has_in_hand(view, self.candle)
         if not self._steps:
             return self._approach(view, robot, still, holds)
         if view.now < self._until or not self._reach(view, robot, self._steps[0][0]):
@@ -291,10 +295,10 @@ class Retrieve(Skill):
     def _approach(self, view: View, robot: RobotMotion, still: bool, holds: bool) -> bool:
         """Drives to where the candle can be picked up (or put down), and begins to reach there."""
         robot.reach(0.0)
+        self.interruptible = not holds
         if not holds:
             robot.grip(motion.OPEN)
         if self._stance is None or not (still or holds):
-            robot.set_rate(0.0)
             self._stance = self._choose_stance(view, holds) if still or holds else None
             return self.failed
         x, y, yaw = self._stance.base
@@ -316,14 +320,14 @@ class Retrieve(Skill):
         if holds:
             return self._planner.to_lay_down(view, self.candle, self._pitch_down)
         stance = self._planner.to_pick_up(view, self.candle)
-        self.failed = stance is None
+        self.failed = self.out_of_reach = stance is None
         return stance
 
     def _end(self, robot: RobotMotion, holds: bool) -> bool:
         """Decides what to do when the arm is back; returns whether the skill is done."""
         self._pitch_down = self._stance.pitch_down
         done = holds and self._pitch_down is None
-        self._failures += not holds and robot.closes
+        self._failures += not (holds or done)  # or it has been laid down once more
         self.failed = self._failures == _ATTEMPTS
         self._stance, self.interruptible = None, done or not holds
         return done or self.failed
@@ -339,8 +343,8 @@ class Retrieve(Skill):
         return robot.reached == pose
 
     def _child_distance(self, view: View) -> float:
-        """Metres between the child's middle and the candle."""
-        return math.dist(view.child, view.candles[self.candle, :2])
+        """Metres between the child's middle and the candle, or the hand if that is nearer."""
+        return min(math.dist(view.child, place[:2]) for place in (view.candles[self.candle], hand_position(view)))
 
     def _lies_still(self, view: View) -> bool:
         """Whether the candle has been in its place for a moment."""
@@ -368,26 +372,30 @@ class Place(_AtTable):
         self._hand = (0.0, 0.0)
         self._spot: Vector | None = None
         self._spot_seen_from: Cell | None = None
-        self._look_at = 0.0
+        self._look_at, self._full_until = 0.0, math.inf
 
     def step(self, view: View, robot: RobotMotion) -> bool:
         return self._stage(view, robot)
 
     def _approach(self, view: View, robot: RobotMotion) -> bool:
-        if hand_is_empty(view):
+        if hand_is_empty(view) or (robot.reached < 1e-6 and not has_in_hand(view, self.candle)):
             self.overtaken = True  # it was lost on the way
             return True
         if view.now >= self._look_at or self._stand != self._spot_seen_from:
             self._spot, self._look_at = self._free_spot(view), view.now + _LOOK_INTERVAL
-        self.failed = self._spot is None  # no room on this table
+        if self._spot is None:  # there is no room on this table, perhaps not for long
+            self._full_until = min(self._full_until, view.now + _FULL_TIME)
+            self.failed = view.now >= self._full_until
+            robot.reach(0.0)
+            return self.failed
+        self._full_until = math.inf
         if robot.reached < 1e-6:
             self._hand, height = self._measure(view)
             if self._hand[0] > _SLIPPED:
                 robot.turn_gently()
             robot.plan_reach(layout.TABLE_HEIGHT + _PLACE_GAP + height)
-        if not self.failed:
-            goal, cell, yaw = self._stand_at_table(view, self.table, self._spot, self._hand)
-            there = self._drive(view, robot, goal, cell, yaw)
+        goal, cell, yaw = self._stand_at_table(view, self.table, self._spot, self._hand)
+        there = self._drive(view, robot, goal, cell, yaw)
         if self.failed:  # with the candle still in the hand
             robot.reach(0.0)
             return True
@@ -407,12 +415,13 @@ class Place(_AtTable):
         self._spot_seen_from = self._stand
         middle = plan.position(table_cell)
         aside = np.array([table_cell[0] - self._stand[0], table_cell[1] - self._stand[1]], float)  # x, y
-        there = np.abs(view.candles[:, :2] - middle).max(axis=1) < layout.TABLE_HALF_SIZE + CANDLE_RADIUS
-        there &= view.candles[:, 2] > layout.TABLE_HEIGHT / 2
-        there[self.candle] = False
-        taken = (view.candles[there, :2] - middle) @ aside
+        taken = []  # from where to where, aside of the middle
+        for i in np.flatnonzero(np.abs(view.candles[:, :2] - middle).max(axis=1) < _BESIDE_TABLE):
+            ends = view.candles[i] + np.outer((0.0, CANDLE_HEIGHT), view.candle_axis(i))
+            if i != self.candle and ends[0, 2] > layout.TABLE_HEIGHT / 2:
+                taken.append(sorted(((ends[:, :2] - middle) @ aside).tolist()))
         for offset in _SPOTS:
-            if (np.abs(taken - offset) >= _HAND_WIDTH).all():
+            if all(offset <= low - _HAND_WIDTH or offset >= high + _HAND_WIDTH for low, high in taken):
                 return tuple((middle + offset * aside).tolist())
         return None
 
@@ -423,11 +432,9 @@ class Place(_AtTable):
             Position of its foot relative to the pinch point (base frame, rounded to 1 mm so that noise moves no
             goals), and how far that is below the pinch point.
         """
-        pinch = kinematics.shared_arm().pinch(view.arm)
-        x, y, z = view.candles[self.candle].tolist()
-        dx, dy, yaw = x - view.base[0], y - view.base[1], view.base[2]
-        c, s = math.cos(yaw), math.sin(yaw)
-        return (round(c * dx + s * dy - pinch[0], 3), round(c * dy - s * dx - pinch[1], 3)), float(pinch[2] - z)
+        dx, dy, dz = (view.candles[self.candle] - hand_position(view)).tolist()
+        c, s = math.cos(view.base[2]), math.sin(view.base[2])
+        return (round(c * dx + s * dy, 3), round(c * dy - s * dx, 3)), -dz
 
     def _release(self, view: View, robot: RobotMotion) -> bool:
         if view.fingers > 2 * _RELEASE_GAP:
@@ -447,6 +454,18 @@ def stands_on_table(view: View, candle: int) -> bool:
     return bool(abs(height - layout.TABLE_HEIGHT) < _OFF_TABLE and view.candle_axis(candle)[2] > UPRIGHT)
 
 
+def hand_position(view: View) -> np.ndarray:
+    """The pinch point between the fingers, in the house, (3,)."""
+    x, y, z = kinematics.shared_arm().pinch(view.arm).tolist()
+    c, s = math.cos(view.base[2]), math.sin(view.base[2])
+    return np.array([view.base[0] + c * x - s * y, view.base[1] + s * x + c * y, z])
+
+
+def has_in_hand(view: View, candle: int) -> bool:
+    """Whether a candle is between the fingers, and they have closed on it."""
+    return not hand_is_empty(view) and math.dist(view.candles[candle], hand_position(view)) < CANDLE_HEIGHT
+
+
 def hand_is_empty(view: View) -> bool:
-    """Whether the closed fingers hold nothing: they meet in the middle, which they cannot round a candle."""
+    """Whether the fingers have closed on nothing: they are nearer to the middle than they can be round a candle."""
     return view.fingers < 2 * CANDLE_RADIUS - 0.01
