@@ -294,14 +294,14 @@ class CaregiverPolicy:
         self.activity = f"carry candle {self._holding + 1} to table {table + 1}"
 
     def _hurry(self, seen: Observation) -> None:
-        """Has the candle in the hand put down earlier if something else needs protecting before that is done.
+        """Has the candle in the hand put down earlier if the child could else be at a stairwell before the robot.
 
-        It then goes to the table by way of which the robot is there first. On that one the candle must be safer than
-        what is to be protected: farther from the child.
+        It then goes to the table by way of which the robot is there first. On that one the candle must be farther from
+        the child than the stairwell is. For another candle, which is no worse than the one in the hand, it is not
+        worth while: that has to be fetched again the sooner.
         """
         target = int(self._caregiver.decide(seen)[0])
-        on_floor = target >= self._stairwells and seen.candle_table[0, target - self._stairwells] == NOTHING
-        if target == NOTHING or on_floor or isinstance(self._caregiver, _Instructed):
+        if target == NOTHING or target >= self._stairwells or isinstance(self._caregiver, _Instructed):
             return
         moves = self._caregiver.candidate_distances(seen)[0, target]
         time_left = moves * self._novice_timestep
@@ -314,15 +314,11 @@ class CaregiverPolicy:
         if table != self._skill.table and seconds[table] <= time_left:
             self._place_on(table)
 
-    def _seconds_by_way_of(self, table: int, target: int, seen: Observation) -> float:
-        """Roughly how long it takes to put the candle down on a table and to be where a candidate is protected."""
+    def _seconds_by_way_of(self, table: int, stairwell: int, seen: Observation) -> float:
+        """Roughly how long it takes to put the candle down on a table and to be in a stairwell."""
         to_tables, to_landings = self._walks
         stands = [self.plan.cell_index[cell] for cell in self.plan.free_neighbours(self.plan.tables[table])]
-        if target < self._stairwells:
-            onwards = to_landings[target, stands].min()
-        else:
-            onwards = to_tables[seen.candle_table[0, target - self._stairwells], stands].min()
-        moves = int(to_tables[table, seen.caregiver_cell[0]]) + int(onwards)
+        moves = int(to_tables[table, seen.caregiver_cell[0]]) + int(to_landings[stairwell, stands].min())
         return moves * self.plan.cell_size / _CRUISING_SPEED + _PLACING_TIME
 
     @functools.cached_property
