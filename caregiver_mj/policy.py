@@ -303,7 +303,9 @@ class CaregiverPolicy:
         target = int(self._caregiver.decide(seen)[0])
         if target == NOTHING or target >= self._stairwells or isinstance(self._caregiver, _Instructed):
             return
-        moves = self._caregiver.candidate_distances(seen)[0, target]
+        moves = self._caregiver.stairwell_distances[self._cell, target]
+        if moves >= self._caregiver.stairwell_distances[seen.previous_cell[0], target]:
+            return  # it is not heading there
         time_left = moves * self._novice_timestep
         if self._seconds_by_way_of(self._skill.table, target, seen) <= time_left:
             return

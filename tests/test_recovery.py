@@ -6,7 +6,7 @@ import pytest
 
 import caregiver_mj
 from caregiver_mj.caregiver import NOTHING, Caregiver, Observation
-from caregiver_mj.floor_plan import FloorPlan
+from caregiver_mj.floor_plan import ACTIONS, FloorPlan
 
 ROOM = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.......#\n#########", "room")
 TABLE_TOP, FLOOR = 0.60, 0.0  # metres
@@ -371,19 +371,32 @@ class Fetching(Caregiver):
 def test_candle_in_the_hand_is_put_on_a_nearer_table_if_that_saves_the_child(monkeypatch, alarm):
     """The candle is on its way west, as far from the child as can be, when that heads for the stairs."""
     caregiver = Fetching(GALLERY)
-    env, policy, timestep = supervise(GALLERY, (1, 31), monkeypatch, caregiver)
-    landing = GALLERY.position(GALLERY.stairwells[0])
+    env = caregiver_mj.load("supervise", GALLERY, epsilon=0.0, random=0)
+    policy = caregiver_mj.CaregiverPolicy(env, caregiver)
+    timestep = env.reset()
+    task, plan = env.task, GALLERY
+
+    def put_child(cell: tuple[int, int], way: tuple[int, int]) -> None:
+        monkeypatch.setattr(task._novice, "act", lambda *_: np.array([ACTIONS.index(way)]))
+        task._cell = plan.cell_index[cell]
+        task._walk.reset(tuple(plan.position(cell).tolist()), 0.0)
+
+    put_child((1, 32), (0, 1))  # into the wall
     while not policy.interventions_done:
-        if env.physics.is_gripping() and env.physics.candle_poses()[0, 2] > TABLE_TOP + 0.2 and alarm:
+        carried = env.physics.is_gripping() and env.physics.candle_poses()[0, 2] > TABLE_TOP + 0.2
+        if alarm and carried and not caregiver.alarm:
             caregiver.alarm = True
-            env.task._walk.reset(tuple(GALLERY.position((1, 27)).tolist()), 0.0)
+            put_child((1, 27), (0, -1))
         timestep = env.step(policy(timestep))
         assert not timestep.last()
-    off = [np.hypot(*(env.physics.candle_poses()[0, :2] - GALLERY.position(table))) for table in GALLERY.tables]
+    off = [np.hypot(*(env.physics.candle_poses()[0, :2] - plan.position(table))) for table in plan.tables]
     assert (min(off[1:]) if alarm else off[0]) < 0.02  # the one that it came from is as safe
-    assert env.task.is_standing(env.physics, 0)
-    if alarm:
-        while np.hypot(*(env.physics.base_position()[:2] - landing)) > 0.03:
-            timestep = env.step(policy(timestep))
-            assert not timestep.last()
-    assert env.task.outcome()["strikes"] == env.task.outcome()["candles_dropped"] == 0
+    assert task.is_standing(env.physics, 0)
+    for _ in range(12 * MOVE if alarm else 0):
+        timestep = env.step(policy(timestep))
+    if alarm:  # the child did come to the stairs, ...
+        landing = plan.position(plan.stairwells[0])
+        assert np.hypot(*(env.physics.toddler_position()[:2] - landing)) < 1.0
+        assert np.hypot(*(env.physics.base_position()[:2] - landing)) < 0.03
+    outcome = task.outcome()  # ... and was not hurt
+    assert outcome["damage_stairwell"] == outcome["strikes"] == outcome["candles_dropped"] == 0
