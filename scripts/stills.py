@@ -1,7 +1,4 @@
-"""Takes the pictures in docs/: the robot picks a candle up, carries it past the toddler, blocks a stairwell.
-
-And in an episode of its own: it picks a candle up that has been knocked to the floor.
-"""
+"""Takes the pictures in docs/: the robot picks a candle up, carries it past the toddler, and blocks a stairwell."""
 
 from __future__ import annotations
 
@@ -18,14 +15,13 @@ from caregiver_mj.rendering import OffscreenRendering  # noqa: F401 (comes befor
 from dm_control.mujoco import engine
 
 _SIZE = (1280, 720)
-_PUSH = (1.5, -4.0, 0.0, 0.3, 0.1, 0.0)  # newtons and newton metres, on the candle
 
 
 def main() -> None:
     """Runs an episode until it has shown all three."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("docs"), help="folder (default: docs)")
-    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--seed", type=int, default=3)
     options = parser.parse_args()
     env = caregiver_mj.load("supervise", house="paper", epsilon=1.0, random=options.seed)
     policy = caregiver_mj.CaregiverPolicy(env)
@@ -47,26 +43,8 @@ def main() -> None:
         if "blocking" in wanted and policy.activity.startswith("block") and moving < 0.01 and near < 1.3:
             _shoot(env, options.out / "blocking.jpg", [*base[:2], 0.4], 2.4, base[2], 120, -33)
             wanted.discard("blocking")
-    if not _retrieving(options.out / "retrieving.jpg"):
-        wanted.add("retrieving")
     if wanted:
-        print(f"not seen: {', '.join(sorted(wanted))}")
-
-
-def _retrieving(path: pathlib.Path) -> bool:
-    """Knocks a candle off its table and takes a picture when the robot has got it; returns whether it has."""
-    env = caregiver_mj.load("relocate_candle", house="paper", epsilon=0.0, random=9)
-    policy = caregiver_mj.CaregiverPolicy(env)
-    timestep = env.reset()
-    push = env.physics.data.xfrc_applied[env.physics.model.name2id(f"candle_{env.task.goal_candle}/candle", "body")]
-    while not timestep.last():
-        push[:] = _PUSH if env.physics.time() < 0.2 else 0.0
-        timestep = env.step(policy(timestep))
-        candle = env.physics.candle_poses()[env.task.goal_candle]
-        if env.physics.is_gripping() and 0.05 < candle[2] < 0.3:
-            _shoot(env, path, [*candle[:2], 0.35], 1.6, env.physics.base_position()[2], 115, -32)
-            return True
-    return False
+        print(f"not seen in this episode: {', '.join(sorted(wanted))}")
 
 
 def _shoot(
