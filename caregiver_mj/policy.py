@@ -30,6 +30,9 @@ if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.renderi
 _CLEAR_DISTANCE = 0.05  # metres of a move after which it is clear where the toddler is heading, ...
 _LATEST = 0.5  # ... or the share of a novice timestep after which it will not go anywhere any more
 _SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to
+# Moves from a stairwell within which a child that heads for it makes the robot put a candle down early. From farther
+# away a toddler seldom goes on; with no such limit the candles end up nearer to it, and all of it does more harm.
+_ALARM = 4
 _CRUISING_SPEED, _PLACING_TIME = 1.1, 1.5  # m/s with corners and stops, and seconds to put a candle down
 _NO_CANDLES, _NO_ORIENTATIONS = np.zeros((0, 3)), np.zeros((0, 4))
 # Seconds for which a candidate is passed over after the robot has failed to protect it: three steps of a toddler, in
@@ -304,8 +307,8 @@ class CaregiverPolicy:
         if target == NOTHING or target >= self._stairwells or isinstance(self._caregiver, _Instructed):
             return
         moves = self._caregiver.stairwell_distances[self._cell, target]
-        if moves >= self._caregiver.stairwell_distances[seen.previous_cell[0], target]:
-            return  # it is not heading there
+        if moves > _ALARM or moves >= self._caregiver.stairwell_distances[seen.previous_cell[0], target]:
+            return  # it is far from there, or does not head there
         time_left = moves * self._novice_timestep
         if self._seconds_by_way_of(self._skill.table, target, seen) <= time_left:
             return

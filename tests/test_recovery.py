@@ -386,7 +386,7 @@ def test_candle_in_the_hand_is_put_on_a_nearer_table_if_that_saves_the_child(mon
         carried = env.physics.is_gripping() and env.physics.candle_poses()[0, 2] > TABLE_TOP + 0.2
         if alarm and carried and not caregiver.alarm:
             caregiver.alarm = True
-            put_child((1, 27), (0, -1))
+            put_child((1, 22), (0, -1))
         timestep = env.step(policy(timestep))
         assert not timestep.last()
     off = [np.hypot(*(env.physics.candle_poses()[0, :2] - plan.position(table))) for table in plan.tables]
