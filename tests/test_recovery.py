@@ -7,6 +7,7 @@ import pytest
 import caregiver_mj
 from caregiver_mj.caregiver import NOTHING, Caregiver, Observation
 from caregiver_mj.floor_plan import ACTIONS, FloorPlan
+from caregiver_mj.robot.audit import Recorder, check_limits
 
 ROOM = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.......#\n#########", "room")
 TABLE_TOP, FLOOR = 0.60, 0.0  # metres
@@ -139,6 +140,15 @@ def test_candle_is_picked_up_from_where_it_lies(scene, place, heading):
         scene.put_candle(*scene.candle()[:2], TABLE_TOP + CANDLE_RADIUS, np.pi / 2, np.radians(heading))
     assert scene.until_done()
     assert_relocated(scene)
+
+
+def test_limits_are_kept_while_a_candle_is_taken_out_to_the_open_and_picked_up(scene):
+    scene.put_candle(*scene.candle()[:2], TABLE_TOP + 0.16, np.pi, 0.0)  # on its head: two grips, in all directions
+    with Recorder(scene.env) as recorder:
+        assert scene.until_done()
+    checks = check_limits(recorder.log())
+    assert all(check.ratio <= 1.0 for check in checks)
+    assert max(check.ratio for check in checks if check.name.startswith("arm acceleration")) > 0.8
 
 
 def test_candle_that_stands_on_the_floor_is_picked_up(scene):
