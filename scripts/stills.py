@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import pathlib
+from collections.abc import Callable
 
 import imageio.v3 as imageio
 import numpy as np
@@ -15,6 +16,7 @@ from caregiver_mj.rendering import OffscreenRendering  # noqa: F401 (comes befor
 from dm_control.mujoco import engine
 
 _SIZE = (1280, 720)
+_SUNS, _SUN_RADIUS = 24, np.deg2rad(1.5)  # pictures of which one is made, and how wide the sun looks, from its middle
 
 
 def main() -> None:
@@ -66,8 +68,22 @@ def _shoot(
     camera = engine.MovableCamera(env.physics, height, width)
     camera.set_pose(look_at, distance, azimuth, down)
     path.parent.mkdir(parents=True, exist_ok=True)
-    imageio.imwrite(path, camera.render(), quality=92)
+    imageio.imwrite(path, _in_soft_light(env.physics, camera.render), quality=92)
     print(path)
+
+
+def _in_soft_light(physics, draw: Callable[[], np.ndarray]) -> np.ndarray:
+    """A picture with soft shadows, which MuJoCo does not draw: the mean of many, for a sun as wide as a hazy one."""
+    direction = physics.data.ptr.light_xdir[physics.model.ptr.light("sun").id]  # a view, which drawing looks at
+    middle = direction.copy()
+    pictures = []
+    for i in range(_SUNS):
+        # Evenly over a disc, by the golden angle.
+        angle, radius = i * np.pi * (3 - np.sqrt(5)), _SUN_RADIUS * np.sqrt((i + 0.5) / _SUNS)
+        direction[:2] = middle[:2] + radius * np.array([np.cos(angle), np.sin(angle)])
+        pictures.append(draw().astype(float))  # drawing writes into the same array again
+    direction[:] = middle
+    return np.mean(pictures, axis=0).round().astype(np.uint8)
 
 
 def _from_middle(look_at: list[float], distance: float, azimuth: float) -> float:
