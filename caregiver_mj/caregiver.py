@@ -122,8 +122,8 @@ class Caregiver(abc.ABC):
     def worth_protecting(self, observation: Observation) -> np.ndarray:
         """Which candidates the caregiver can do something about, (B, candidates).
 
-        Every stairwell, and every candle that stands on a table and would be farther from the novice on a bare one;
-        but none that is out of reach.
+        Every stairwell, and every candle that would be farther from the novice on a bare table than where it is; but
+        none that is out of reach.
         """
         distance, table = self.table_distances[observation.novice_cell], observation.candle_table
         bare = np.ones(distance.shape, bool)

@@ -1,5 +1,6 @@
 """Caregivers: decisions worked by hand in small houses, and the registry."""
 
+import dataclasses
 import importlib.metadata
 import subprocess
 import sys
@@ -316,6 +317,21 @@ def test_every_caregiver_decides_for_each_world_alone_and_only_on_candidates(tex
             if candles:
                 safe = caregiver.safe_table(one, np.zeros(1, int))[0]
                 assert safe not in observation.candle_table[i]
+
+
+def test_a_candle_on_the_floor_is_protected_like_any_other():
+    """From cell 4 it is one move away, the stairwell five."""
+    seen = dataclasses.replace(see(4, candle_table=((NOTHING,),)), candle_cell=np.array([[3]]))
+    assert make_caregiver("paper", CORRIDOR).decide(seen).tolist() == [CANDLE]
+    assert make_caregiver("paper", CORRIDOR).decide(see(4, candle_table=((NOTHING,),))).tolist() == [STAIRWELL]
+
+
+@pytest.mark.parametrize(("novice_cell", "moves"), [(0, 3), (1, 2), (2, 1), (3, 1), (4, 1)])
+def test_a_candle_on_the_floor_is_as_near_as_its_cell(novice_cell, moves):
+    """It lies in cell 3: one runs into it by stepping there, or is there already."""
+    seen = dataclasses.replace(see(novice_cell, candle_table=((NOTHING,),)), candle_cell=np.array([[3]]))
+    caregiver = make_caregiver("nearest", CORRIDOR)
+    assert caregiver.candidate_distances(seen).tolist() == [[novice_cell + 1, moves]]
 
 
 # -- The registry --------------------------------------------------------------------------------

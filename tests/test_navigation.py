@@ -241,3 +241,22 @@ def test_the_hand_meets_walls_but_passes_over_tables():
     navigator = Navigator(HOUSE)
     assert navigator.hand_clear(centre(HOUSE, (7, 5)), centre(HOUSE, (7, 7)))
     assert not navigator.hand_clear(centre(HOUSE, (7, 3)), centre(HOUSE, (7, 5)))
+
+
+def test_where_the_base_can_stand_and_turn():
+    """A corridor of one cell: its walls are 0.25 m thick, so their faces are 0.75 - 0.125 m from its middle."""
+    navigator = Navigator(CORRIDOR)
+    x, y = CORRIDOR.position((1, 3))
+    assert navigator.can_stand((x, y))
+    assert navigator.can_turn((x, y))
+    # 0.27 m of base and 0.05 m of clearance at least, 0.52 m to turn with a candle; the raster is 0.025 m wide.
+    assert navigator.can_stand((x, y + 0.27))
+    assert not navigator.can_stand((x, y + 0.36))
+    assert navigator.can_turn((x, y + 0.07))
+    assert not navigator.can_turn((x, y + 0.14))
+
+
+@pytest.mark.parametrize("away", [(0.0, 1.2), (0.0, 2.5), (-3.0, 0.0), (9.0, 0.0), (50.0, -50.0)])
+def test_the_base_cannot_stand_outside_of_the_house(away):
+    x, y = CORRIDOR.position((1, 3))
+    assert not Navigator(CORRIDOR).can_stand((x + away[0], y + away[1]))

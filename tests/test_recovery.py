@@ -7,7 +7,9 @@ import pytest
 import caregiver_mj
 from caregiver_mj.caregiver import NOTHING, Caregiver, Observation
 from caregiver_mj.floor_plan import ACTIONS, FloorPlan
+from caregiver_mj.robot import kinematics
 from caregiver_mj.robot.audit import Recorder, check_limits
+from caregiver_mj.robot.planning_scene import PlanningScene
 
 ROOM = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.......#\n#########", "room")
 TABLE_TOP, FLOOR = 0.60, 0.0  # metres
@@ -221,6 +223,45 @@ def test_hand_waits_over_a_fallen_candle_while_the_child_is_near(scene):
     scene.put_child(scene.task.plan.free_cells[-1])
     assert scene.until_done()
     assert_relocated(scene)
+
+
+def test_fallen_candle_comes_to_rest(scene, monkeypatch):
+    still = np.array([0.0, 0.0, 0.0, *scene.physics.arm_position(), 0.036])
+    monkeypatch.setattr(scene, "act", lambda: still)
+    scene.push((2.0, 0.0))
+    scene.run(250)
+    joint = scene.physics.model.ptr.joint("candle_0/joint")
+    assert not scene.task.is_standing(scene.physics, 0)
+    assert np.abs(scene.physics.data.qvel[joint.dofadr[0] :][:6]).max() < 1e-3
+
+
+def poses_at(*places: tuple[float, float, float]) -> np.ndarray:
+    """Candles that lie with their tops to the east, (candles, 7)."""
+    quarter = np.sqrt(0.5)
+    return np.array([[*place, quarter, 0.0, quarter, 0.0] for place in places])
+
+
+def test_planning_scene_knows_what_the_robot_and_the_candle_in_its_hand_would_touch():
+    """The robot looks south at a candle half a metre ahead; all of it is moved about in the room."""
+    plan = FloorPlan.parse("########\n#B.....#\n#......#\n#......#\n#......#\n#C....T#\n########", "hall")
+    scene = PlanningScene(plan)
+    axis = np.array([0.0, 1.0, 0.0])  # from foot to top: east, to the left of the robot
+    path = kinematics.retrieval_path(np.array([0.5, 0.0, 0.028]), kinematics.upright_grip(axis))
+    way = [path.joints(s) for s in np.linspace(path.goal, 0.0, 41)]
+
+    def is_free(base: tuple[float, float], held: bool) -> bool:
+        candle = poses_at((base[0] - 0.1, base[1] - 0.5, CANDLE_RADIUS))
+        return scene.is_free((*base, -np.pi / 2), way, candle, 0, held)
+
+    middle, wall = plan.position((2, 4)), plan.position((3, 7))[0] - 0.125
+    assert is_free(middle, held=False)
+    assert is_free(middle, held=True)
+    # The candle's top, 0.06 m beyond the fingers, is at the wall; the hand is 0.1 m wide to either side.
+    near = (wall - 0.11, middle[1])
+    assert not is_free((wall - 0.2, middle[1]), held=False)  # for the base, 0.27 m wide
+    assert not is_free(near, held=True)
+    table = plan.position((5, 6))
+    assert not is_free((table[0], table[1] + 0.27 + 0.25), held=False)
 
 
 # -- Changes of plan ---------------------------------------------------------------------------------

@@ -266,3 +266,16 @@ def test_looking_ahead_changes_nothing():
     before = motion.at(0.3)
     motion.at(10.0)
     assert motion.at(0.3) == before
+
+
+@pytest.mark.parametrize("speed", [0.00025, 0.05, 0.4])
+@pytest.mark.parametrize("reach", [0.5, 0.8, 1.2, 1.8, 2.6])
+@pytest.mark.parametrize("more", [1.055, 1.1, 1.2])
+def test_a_path_entered_at_speed_ends_at_its_goal_and_not_beyond(speed, reach, more):
+    """Lines that go on only a little after the places at which a path may be entered at speed."""
+    length = reach * more
+    path = BasePath([(0.0, 0.0), (length, 0.0)], BASE, velocity=(speed, 0.0))
+    states = [path.at(time) for time in np.arange(0.0, path.duration + 0.1, TIMESTEP)]
+    assert max(position[0] for position, _, _ in states) < length + 0.004
+    assert states[-1][0] == pytest.approx((length, 0.0), abs=1e-6)
+    assert np.abs(np.diff([velocity[0] for _, velocity, _ in states])).max() < BASE.acceleration * TIMESTEP * 1.01

@@ -25,9 +25,9 @@ HAND_PITCH = np.deg2rad(35.0)  # below the horizontal; a level hand hits the tab
 # The pinch point when the arm is tucked, (x, z) in metres. A candle held here passes over a child's head (0.80 m).
 CARRY = (0.42, 0.93)
 REACH = 0.70  # metres from the base's centre to a candle on a table
+UPRIGHT = math.cos(math.radians(20.0))  # of a candle's tilt up to which it is gripped as one that stands
 
 _HOVER = 0.10  # metres over a candle that lies, at which the hand stops
-_UPRIGHT = np.deg2rad(20.0)  # tilt below which a candle is gripped as if it stood
 # Bounds of what can be reached at all, from the arm's dimensions: shoulder (in the base's frame) to wrist, both elbow
 # offsets included, and 0.088 m by which the last axis may be off.
 _SHOULDER, _WRIST_TO_PINCH = np.array([-0.06, 0.0, 0.603]), 0.2204
@@ -221,7 +221,7 @@ def upright_grip(axis: np.ndarray) -> np.ndarray:
     Args:
         axis: Unit vector from the candle's foot to its top in the base's frame, (3,).
     """
-    if axis[2] > math.cos(_UPRIGHT):
+    if axis[2] > UPRIGHT:
         return hand_rotation(0.0, HAND_PITCH)
     return hand_rotation(math.atan2(axis[1], axis[0]), HAND_PITCH + math.acos(axis[2]))
 

@@ -65,7 +65,7 @@ class RobotMotion:
         self._reach = ScalarMotion(self.reach_path.limits, 0.0)
         self._gripper = ScalarMotion(limits.GRIPPER, OPEN)
         self._action = np.empty(11)
-        self._posture: tuple[kinematics.ReachPath, float] | None = None  # path and reach of the arm in the last action
+        self._posture: tuple[ReachPath, float] | None = None  # path and reach of the arm in the last action
 
     # -- Goals -----------------------------------------------------------------------------------
 

@@ -235,8 +235,7 @@ class Navigator:
         for i in range(_ENDS, last - _ENDS, _STRIDE):
             share = i * (1.0 / last)
             x, y = a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
-            row, column = int((y - self._origin[1]) / _RASTER), int((x - self._origin[0]) / _RASTER)
-            if self._turning_room[row, column] < -1e-9:
+            if self._value(self._turning_room, (x, y)) < -1e-9:
                 return True
         return False
 
@@ -247,7 +246,7 @@ class Navigator:
 
     def _value(self, raster: np.ndarray, point: Vector) -> float:
         """Value of a raster at one point."""
-        row, column = (int((point[i] - self._origin[i]) / _RASTER) for i in (1, 0))
+        row, column = int((point[1] - self._origin[1]) / _RASTER), int((point[0] - self._origin[0]) / _RASTER)
         return float(raster[row, column])
 
     def _at(self, raster: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -13,14 +13,13 @@ import numpy as np
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.robot import kinematics
 from caregiver_mj.robot.driving import View
-from caregiver_mj.robot.kinematics import ReachPath
+from caregiver_mj.robot.kinematics import UPRIGHT, ReachPath
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
 from caregiver_mj.robot.trajectories import Vector
 
 CANDLE_RADIUS, CANDLE_HEIGHT = 0.022, 0.16  # metres
 GRASP_HEIGHT = 0.10  # metres above a candle's foot at which it is gripped
-UPRIGHT = math.cos(math.radians(20))  # of a candle's tilt up to which it counts as standing
 
 _DIRECTIONS = 16  # round a point
 _REACHES = (0.50, 0.55, 0.60, 0.65, 0.70, 0.75)  # metres from the base's centre to the candle

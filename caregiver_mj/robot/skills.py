@@ -1,4 +1,4 @@
-"""What the robot can do: block, stand aside, pick, place.
+"""What the robot can do: block, stand aside, pick, retrieve, place.
 
 Each skill is a small state machine over references. Its `step` is called once a control timestep; it looks at a `View`
 of the world, sets goals of the `RobotMotion` and returns whether it is done. Skills know tables, candles and cells, but
@@ -18,7 +18,7 @@ from caregiver_mj.robot import kinematics, motion
 from caregiver_mj.robot.driving import FORESIGHT, MAY_DRIVE, Skill, View, child_cells
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.robot.retrieval import CANDLE_HEIGHT, CANDLE_RADIUS, GRASP_HEIGHT, UPRIGHT, RetrievalPlanner, Stance
+from caregiver_mj.robot.retrieval import CANDLE_HEIGHT, CANDLE_RADIUS, GRASP_HEIGHT, RetrievalPlanner, Stance
 from caregiver_mj.robot.trajectories import Vector
 
 _BESIDE_TABLE = 0.45  # metres from a table's middle beyond which nothing is on it, wherever exactly it stands
@@ -451,7 +451,7 @@ class Place(_AtTable):
 def stands_on_table(view: View, candle: int) -> bool:
     """Whether a candle is upright and as high as a table, so that it can be gripped from the front."""
     height = view.candles[candle, 2]
-    return bool(abs(height - layout.TABLE_HEIGHT) < _OFF_TABLE and view.candle_axis(candle)[2] > UPRIGHT)
+    return bool(abs(height - layout.TABLE_HEIGHT) < _OFF_TABLE and view.candle_axis(candle)[2] > kinematics.UPRIGHT)
 
 
 def hand_position(view: View) -> np.ndarray:
