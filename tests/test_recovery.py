@@ -111,6 +111,9 @@ def test_missed_grasp_is_noticed_and_tried_again(scene, monkeypatch, offset):
     assert scene.run(3000, until=lambda: scene.physics.finger_position().sum() < 0.033)
     np.testing.assert_allclose(scene.candle(), before, atol=0.002)  # it stands where it stood
     sees_wrong = False
+    closed = scene.physics.finger_position().sum()
+    scene.run(4)
+    assert scene.physics.finger_position().sum() > closed  # they open again, at once
     assert scene.until_done()
     assert fooled
     assert scene.policy.interventions == 1  # it did not begin anew, and had not given up
@@ -211,15 +214,29 @@ def test_robot_drives_round_a_candle_that_has_fallen_in_its_way(monkeypatch):
     np.testing.assert_allclose(env.physics.candle_poses()[0, :3], lies, atol=0.01)
 
 
-def test_hand_waits_over_a_fallen_candle_while_the_child_is_near(scene):
+def test_hand_does_not_go_to_a_fallen_candle_while_the_child_is_near(scene):
     scene.put_candle(*OPEN_FLOOR, FLOOR + CANDLE_RADIUS, np.pi / 2, 0.0)
-    scene.put_child((4, 4))
-    scene.run(500)
-    assert scene.candle()[2] < 0.05
-    assert scene.physics.base_velocity() == pytest.approx(0.0, abs=0.01)
+    scene.task._walk.reset((OPEN_FLOOR[0] + 1.0, OPEN_FLOOR[1]), 0.0)
+    scene.run(400)
     tucked = scene.physics.arm_position()
+    assert np.hypot(*(scene.physics.base_position()[:2] - OPEN_FLOOR)) < 0.8  # it stands there and waits
     scene.run(50)
     np.testing.assert_allclose(scene.physics.arm_position(), tucked, atol=1e-3)
+    scene.put_child(scene.task.plan.free_cells[-1])
+    assert scene.until_done()
+    assert_relocated(scene)
+
+
+def test_hand_stops_on_its_way_when_the_child_comes_near(scene):
+    scene.put_candle(*OPEN_FLOOR, FLOOR + CANDLE_RADIUS, np.pi / 2, 0.0)
+    tucked = scene.physics.arm_position()
+    assert scene.run(1000, until=lambda: np.abs(scene.physics.arm_position() - tucked).max() > 0.5)
+    scene.task._walk.reset((OPEN_FLOOR[0] + 0.55, OPEN_FLOOR[1]), 0.0)
+    scene.run(25)  # to come to rest
+    stopped = scene.physics.arm_position()
+    scene.run(100)
+    np.testing.assert_allclose(scene.physics.arm_position(), stopped, atol=1e-3)
+    assert scene.candle()[2] < 0.05
     scene.put_child(scene.task.plan.free_cells[-1])
     assert scene.until_done()
     assert_relocated(scene)
@@ -235,33 +252,23 @@ def test_fallen_candle_comes_to_rest(scene, monkeypatch):
     assert np.abs(scene.physics.data.qvel[joint.dofadr[0] :][:6]).max() < 1e-3
 
 
-def poses_at(*places: tuple[float, float, float]) -> np.ndarray:
-    """Candles that lie with their tops to the east, (candles, 7)."""
-    quarter = np.sqrt(0.5)
-    return np.array([[*place, quarter, 0.0, quarter, 0.0] for place in places])
-
-
-def test_planning_scene_knows_what_the_robot_and_the_candle_in_its_hand_would_touch():
-    """The robot looks south at a candle half a metre ahead; all of it is moved about in the room."""
+@pytest.mark.parametrize(
+    ("gap", "lift", "free", "free_with_candle"),
+    [(0.30, 0.0, True, True), (0.20, 0.0, True, False), (0.20, 0.25, True, True), (0.09, 0.0, False, False)],
+)
+def test_planning_scene_knows_what_the_robot_and_the_candle_in_its_hand_would_touch(gap, lift, free, free_with_candle):
+    """The robot looks east, at a candle before a wall, its foot towards that. In turning it up the foot swings out."""
     plan = FloorPlan.parse("########\n#B.....#\n#......#\n#......#\n#......#\n#C....T#\n########", "hall")
+    x, y = plan.position((3, 7))[0] - 0.125 - gap, plan.position((3, 4))[1]
+    path = kinematics.retrieval_path(
+        np.array([0.5, 0.0, 0.028]), kinematics.upright_grip(np.array([-1.0, 0.0, 0.0])), lift
+    )
+    way = [path.joints(s) for s in np.linspace(path.goal, 0.0, 49)]
+    quarter = np.sqrt(0.5)
+    candle = np.array([[x + 0.1, y, CANDLE_RADIUS, quarter, 0.0, -quarter, 0.0]])  # its top 0.16 m to the west
     scene = PlanningScene(plan)
-    axis = np.array([0.0, 1.0, 0.0])  # from foot to top: east, to the left of the robot
-    path = kinematics.retrieval_path(np.array([0.5, 0.0, 0.028]), kinematics.upright_grip(axis))
-    way = [path.joints(s) for s in np.linspace(path.goal, 0.0, 41)]
-
-    def is_free(base: tuple[float, float], held: bool) -> bool:
-        candle = poses_at((base[0] - 0.1, base[1] - 0.5, CANDLE_RADIUS))
-        return scene.is_free((*base, -np.pi / 2), way, candle, 0, held)
-
-    middle, wall = plan.position((2, 4)), plan.position((3, 7))[0] - 0.125
-    assert is_free(middle, held=False)
-    assert is_free(middle, held=True)
-    # The candle's top, 0.06 m beyond the fingers, is at the wall; the hand is 0.1 m wide to either side.
-    near = (wall - 0.11, middle[1])
-    assert not is_free((wall - 0.2, middle[1]), held=False)  # for the base, 0.27 m wide
-    assert not is_free(near, held=True)
-    table = plan.position((5, 6))
-    assert not is_free((table[0], table[1] + 0.27 + 0.25), held=False)
+    assert scene.is_free((x - 0.5, y, 0.0), way, candle, 0) == free
+    assert scene.is_free((x - 0.5, y, 0.0), way, candle, 0, held=True) == free_with_candle
 
 
 # -- Changes of plan ---------------------------------------------------------------------------------

@@ -154,8 +154,7 @@ class Navigator:
 
     def can_stand(self, point: Vector) -> bool:
         """Whether the base has room to stand at a point, and is meant to."""
-        x, y = self._centres.get(self.plan.cell_at(np.array(point)), (math.inf, math.inf))
-        if max(abs(point[0] - x), abs(point[1] - y)) > self.plan.cell_size / 2:  # outside of the house
+        if self.plan.cell_at(np.array(point)) not in self._centres:  # as those of all points outside of the house
             return False
         return self._value(self._room, point) >= -_STANDING_CLOSER
 
