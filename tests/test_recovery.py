@@ -242,6 +242,16 @@ def test_hand_stops_on_its_way_when_the_child_comes_near(scene):
     assert_relocated(scene)
 
 
+def test_caregiver_sees_a_candle_on_the_floor():
+    env = caregiver_mj.load("supervise", ROOM, epsilon=0.0, random=0)
+    policy = caregiver_mj.CaregiverPolicy(env)
+    timestep = env.reset()
+    observation = dict(timestep.observation)
+    observation["candle_position"] = np.array([[*OPEN_FLOOR, CANDLE_RADIUS]])
+    policy(timestep._replace(observation=observation))
+    assert policy.assessment.reach[0, 0] > 0.0  # it can be run into
+
+
 def test_fallen_candle_comes_to_rest(scene, monkeypatch):
     still = np.array([0.0, 0.0, 0.0, *scene.physics.arm_position(), 0.036])
     monkeypatch.setattr(scene, "act", lambda: still)

@@ -477,6 +477,24 @@ def test_a_gentle_base_is_pushed_away_without_pushing_back():
     assert (back < 0).all()
 
 
+def test_a_robot_told_to_turn_gently_does_until_its_gripper_opens():
+    robot = RobotMotion(0.02)
+    robot.reset((0.0, 0.0, 0.0))
+    fastest = []
+    for _ in range(2):
+        robot.turn_gently()
+        if fastest:
+            robot.grip(0.036)
+        robot.turn_to(robot.yaw + 3.0)
+        rates = []
+        for _ in range(200):
+            rates.append(robot.action((0.0, 0.0, robot.yaw))[2])
+            robot.now += 0.02
+        fastest.append(max(rates))
+    assert fastest[0] < 1.6  # the limit, and the feed-forward of the servo's lag
+    assert fastest[1] > 2.5
+
+
 def test_heading_turns_the_shorter_way():
     robot = RobotMotion(0.02)
     robot.reset((0.0, 0.0, 3.0))
