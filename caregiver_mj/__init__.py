@@ -6,10 +6,10 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.floor_plan import FloorPlan, house_names
+from caregiver_mj.plans.floor_plan import FloorPlan, house_names
 
 if TYPE_CHECKING:
-    from caregiver_mj.policy import CaregiverPolicy
+    from caregiver_mj.policy.policy import CaregiverPolicy
     from caregiver_mj.tasks import ALL_TASKS, load
 
 __all__ = ["ALL_TASKS", "CaregiverError", "CaregiverPolicy", "FloorPlan", "house_names", "load"]
@@ -18,7 +18,7 @@ __all__ = ["ALL_TASKS", "CaregiverError", "CaregiverPolicy", "FloorPlan", "house
 _LAZY = {
     "ALL_TASKS": "caregiver_mj.tasks",
     "load": "caregiver_mj.tasks",
-    "CaregiverPolicy": "caregiver_mj.policy",
+    "CaregiverPolicy": "caregiver_mj.policy.policy",
 }
 
 

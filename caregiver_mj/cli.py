@@ -20,13 +20,14 @@ import rich.progress
 import rich.table
 import rich.text
 
-from caregiver_mj import evaluation, floor_plan
-from caregiver_mj.caregiver import CAREGIVERS
+from caregiver_mj.caregivers.caregiver import CAREGIVERS
+from caregiver_mj.children.novice import check_epsilon
 from caregiver_mj.errors import CaregiverError, RenderingError
-from caregiver_mj.floor_plan import FloorPlan
-from caregiver_mj.novice import check_epsilon
-from caregiver_mj.run_folder import RunFolder, StorageError
-from caregiver_mj.workers import WorkerError
+from caregiver_mj.experiments import evaluation
+from caregiver_mj.experiments.run_folder import RunFolder, StorageError
+from caregiver_mj.experiments.workers import WorkerError
+from caregiver_mj.plans import floor_plan
+from caregiver_mj.plans.floor_plan import FloorPlan
 
 PROGRAM = "caregiver-mj"
 
@@ -264,10 +265,9 @@ def _render(arguments: argparse.Namespace) -> None:
     if not (arguments.seconds > 0 and math.isfinite(arguments.seconds)):
         raise CaregiverError(f"seconds must be a positive length, not {arguments.seconds}")
 
-    # Here, for they take seconds to import. Rendering comes first: it keeps dm_control from asking for a display.
-    from caregiver_mj import rendering, video  # noqa: F401
+    from caregiver_mj.viz import film  # here, for it takes seconds to import
 
-    video.render_episode(
+    film.render_episode(
         arguments.out,
         task=arguments.task,
         house=plan,
@@ -284,15 +284,15 @@ def _render(arguments: argparse.Namespace) -> None:
 
 
 def _report(arguments: argparse.Namespace) -> None:
-    from caregiver_mj import report  # takes seconds to import, for pandas, scipy and matplotlib
+    from caregiver_mj.viz import report  # takes seconds to import, for pandas, scipy and matplotlib
 
     film = arguments.video
     if arguments.render:
         run, *_ = [report.read_run(folder) for folder in arguments.folders]  # all, before it takes a minute
         film = os.path.join(arguments.folders[0], "report.mp4")
-        from caregiver_mj import rendering, video  # noqa: F401 - in this order, see _render
+        from caregiver_mj.viz import film as films
 
-        video.render_episode(film, house=run.plan, caregiver=run.caregiver, seed=run.settings["seed"], **report.FILM)
+        films.render_episode(film, house=run.plan, caregiver=run.caregiver, seed=run.settings["seed"], **report.FILM)
     print(report.write_report(arguments.folders, film))
 
 

@@ -8,11 +8,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from caregiver_mj.caregiver import NOTHING, Caregiver, Observation, PaperCaregiver
-from caregiver_mj.floor_plan import FloorPlan, Target
-from caregiver_mj.grid import CAREGIVER_ACTIONS, GridWorld, Outcome
-from caregiver_mj.novice import NoviceTape
-from caregiver_mj.statistics import ratio_interval
+from caregiver_mj.caregivers.caregiver import NOTHING, Caregiver, Observation, PaperCaregiver
+from caregiver_mj.children.novice import NoviceTape
+from caregiver_mj.experiments.statistics import ratio_interval
+from caregiver_mj.grid.world import CAREGIVER_ACTIONS, GridWorld, Outcome
+from caregiver_mj.plans.floor_plan import FloorPlan, Target
 
 _EPSILONS = (1.0, 0.75, 0.5, 0.25, 0.05)
 _PRIORS = {

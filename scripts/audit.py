@@ -8,7 +8,7 @@ import pathlib
 from display import make_console, make_table
 
 import caregiver_mj
-from caregiver_mj.robot.audit import EpisodeLog, check_limits, near_child
+from caregiver_mj.recording.telemetry import EpisodeLog, check_limits, near_child
 
 
 def main() -> int:

@@ -30,16 +30,16 @@ from rich.console import Console
 from ruckig import ControlInterface, InputParameter, Ruckig, Synchronization, Trajectory
 
 import caregiver_mj
-from caregiver_mj.caregiver import PaperCaregiver
+from caregiver_mj.caregivers.caregiver import PaperCaregiver
 from caregiver_mj.errors import RenderingError
-from caregiver_mj.evaluation import versions
-from caregiver_mj.floor_plan import FloorPlan
+from caregiver_mj.experiments.evaluation import versions
+from caregiver_mj.experiments.workers import run_jobs
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import kinematics, limits
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.trajectories import BasePath, ScalarMotion
 from caregiver_mj.tasks.base import TODDLER_JOINTS, WHEELS, Physics
-from caregiver_mj.workers import run_jobs
 
 _EPSILON = 0.5
 _HOUSES = ("paper", "apartment")
@@ -298,7 +298,7 @@ def _prototype(name: str) -> str:
 
 def _suite_task(domain: str, task: str) -> Callable[[float], float]:
     """One of dm_control's tasks with zero action: a function from simulated seconds to the real-time factor."""
-    from dm_control import suite  # after caregiver_mj.rendering, which caregiver_mj has imported by now
+    from dm_control import suite  # after caregiver_mj.house.rendering, which caregiver_mj has imported by now
 
     env = suite.load(domain, task, task_kwargs={"random": 0})
     action = np.zeros(env.action_spec().shape)

@@ -27,16 +27,17 @@ from rich.progress import track
 from scipy import stats
 
 import caregiver_mj
-from caregiver_mj import colours, evaluation, figures
-from caregiver_mj.caregiver import NOTHING, make_caregiver
-from caregiver_mj.floor_plan import FloorPlan
-from caregiver_mj.grid import CAREGIVER_ACTIONS, GridWorld
-from caregiver_mj.novice import EPISODE_TIMESTEPS, NoviceTape
+from caregiver_mj.caregivers.caregiver import NOTHING, make_caregiver
+from caregiver_mj.children.novice import EPISODE_TIMESTEPS, NoviceTape
+from caregiver_mj.experiments import evaluation
+from caregiver_mj.experiments.statistics import CONFIDENCE, ratio_interval
+from caregiver_mj.experiments.workers import run_jobs
+from caregiver_mj.grid.world import CAREGIVER_ACTIONS, GridWorld
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.driving import Skill
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.skills import Block, Pick, Place
-from caregiver_mj.statistics import CONFIDENCE, ratio_interval
-from caregiver_mj.workers import run_jobs
+from caregiver_mj.viz import colours, figures
 
 _EPSILONS = (1.0, 0.75, 0.5)
 _GOAL = 0.15  # the house may leave this much more damage than the grid, relative, averaged over the epsilons

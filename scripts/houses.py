@@ -7,7 +7,7 @@ import itertools
 
 import numpy as np
 
-from caregiver_mj.floor_plan import FloorPlan
+from caregiver_mj.plans.floor_plan import FloorPlan
 
 _ROOM = 8  # cells from wall to wall
 _RING = ((-1, -1), (-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1))

@@ -18,8 +18,8 @@ from houses import three_houses
 from rich.progress import track
 
 import caregiver_mj
-from caregiver_mj.robot.audit import NearChild, Recorder, near_child, strike_times
-from caregiver_mj.workers import run_jobs
+from caregiver_mj.experiments.workers import run_jobs
+from caregiver_mj.recording.telemetry import NearChild, Recorder, near_child, strike_times
 
 _EPSILONS = (0.5, 0.25, 0.75)
 

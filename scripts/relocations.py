@@ -31,11 +31,11 @@ from houses import three_houses
 from rich.progress import track
 
 import caregiver_mj
-from caregiver_mj import layout
+from caregiver_mj.experiments.workers import run_jobs
+from caregiver_mj.plans import layout
+from caregiver_mj.recording.telemetry import each_physics_step
 from caregiver_mj.robot import motion
-from caregiver_mj.robot.audit import each_physics_step
 from caregiver_mj.tasks.base import Physics
-from caregiver_mj.workers import run_jobs
 
 _EPSILON = 0.5
 _CANDLE_OFFSET, _TABLE_OFFSET = 0.03, 0.04  # metres, at most, in x and in y

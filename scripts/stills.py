@@ -10,7 +10,7 @@ import imageio.v3 as imageio
 import numpy as np
 
 import caregiver_mj
-from caregiver_mj.rendering import OffscreenRendering  # noqa: F401 (comes before dm_control)
+from caregiver_mj.house.rendering import OffscreenRendering  # noqa: F401 (comes before dm_control)
 
 # isort: split
 from dm_control.mujoco import engine

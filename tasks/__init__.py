@@ -5,14 +5,14 @@ from __future__ import annotations
 import os
 
 # Comes before dm_control, which would otherwise bring up GLFW and complain that there is no display.
-import caregiver_mj.rendering  # noqa: F401
+import caregiver_mj.house.rendering  # noqa: F401
 
 # isort: split
 import numpy as np
 from dm_control.rl import control
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.floor_plan import FloorPlan
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.tasks.block_stairs import block_stairs
 from caregiver_mj.tasks.relocate_candle import relocate_candle
 from caregiver_mj.tasks.supervise import supervise

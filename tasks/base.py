@@ -14,16 +14,17 @@ from dm_control.rl import control
 from dm_control.suite import base
 from dm_env import specs
 
-from caregiver_mj import layout, novice
+from caregiver_mj.children import novice
+from caregiver_mj.children.novice import Novice, NoviceTape
+from caregiver_mj.children.walk import ToddlerWalk, novice_timestep
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.floor_plan import ACTIONS, Cell, FloorPlan, Target
-from caregiver_mj.grid import Outcome, caregiver_start
-from caregiver_mj.house import build_house
-from caregiver_mj.novice import Novice, NoviceTape
-from caregiver_mj.rendering import OffscreenRendering
+from caregiver_mj.grid.world import Outcome, caregiver_start
+from caregiver_mj.house.rendering import OffscreenRendering
+from caregiver_mj.house.scene import build_house
+from caregiver_mj.plans import layout
+from caregiver_mj.plans.floor_plan import ACTIONS, Cell, FloorPlan, Target
 from caregiver_mj.robot import kinematics
 from caregiver_mj.robot.motion import OPEN
-from caregiver_mj.toddler import ToddlerWalk, novice_timestep
 
 CONTROL_TIMESTEP = 0.02  # seconds; a prototype's grasps held at 50 Hz as well as at 100 Hz
 
@@ -382,7 +383,7 @@ class CareTask(base.Task):
         return sum(self._damage.values()) + self._timestep_damage[0]
 
     def outcome(self) -> dict[str, float]:
-        """The figures of the episode so far, named as in `caregiver_mj.grid.Outcome`; and drops and strikes."""
+        """The figures of the episode so far, named as in `caregiver_mj.grid.world.Outcome`; and drops and strikes."""
         figures = {field.name: float(self._figures[field.name]) for field in dataclasses.fields(Outcome)}
         figures.update({f"damage_{kind}": damage for kind, damage in self._damage.items()})
         figures["damage"] = sum(self._damage.values())

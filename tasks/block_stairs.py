@@ -9,7 +9,7 @@ from dm_control.rl import control
 from dm_control.utils import rewards
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.floor_plan import FloorPlan
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.navigation import BASE_RADIUS
 from caregiver_mj.tasks import base
 

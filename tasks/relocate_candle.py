@@ -8,9 +8,9 @@ import numpy as np
 from dm_control.rl import control
 from dm_control.utils import rewards
 
-from caregiver_mj import layout
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.floor_plan import FloorPlan
+from caregiver_mj.plans import layout
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.tasks import base
 
 _TIME_LIMIT = 60.0  # seconds

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from dm_control.rl import control
 
-from caregiver_mj import novice
-from caregiver_mj.floor_plan import FloorPlan
+from caregiver_mj.children import novice
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.tasks import base
 
 

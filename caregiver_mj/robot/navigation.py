@@ -10,8 +10,8 @@ from collections.abc import Collection, Sequence
 import numpy as np
 from scipy import ndimage
 
-from caregiver_mj import layout
-from caregiver_mj.floor_plan import ACTIONS, Cell, FloorPlan
+from caregiver_mj.plans import layout
+from caregiver_mj.plans.floor_plan import ACTIONS, Cell, FloorPlan
 from caregiver_mj.robot.trajectories import Vector
 
 BASE_RADIUS = 0.27  # metres

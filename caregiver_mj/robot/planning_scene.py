@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 import mujoco
 import numpy as np
 
-from caregiver_mj.floor_plan import FloorPlan
-from caregiver_mj.house import build_house
+from caregiver_mj.house.scene import build_house
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.kinematics import ARM_JOINTS
 from caregiver_mj.robot.motion import OPEN
 

@@ -12,8 +12,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from caregiver_mj import layout
-from caregiver_mj.floor_plan import Cell
+from caregiver_mj.plans import layout
+from caregiver_mj.plans.floor_plan import Cell
 from caregiver_mj.robot import kinematics, motion
 from caregiver_mj.robot.driving import FORESIGHT, MAY_DRIVE, Skill, View, child_cells
 from caregiver_mj.robot.motion import RobotMotion

@@ -1,0 +1,1 @@
+"""Caregivers: what to protect next."""

@@ -1,0 +1,1 @@
+"""Children: who decides their moves, and how they walk."""

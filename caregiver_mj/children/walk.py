@@ -1,0 +1,113 @@
+"""How the toddler walks in the house: from cell to cell, or into an obstacle until it touches it and back."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from caregiver_mj.plans.floor_plan import DEFAULT_CELL_SIZE
+
+Vector = tuple[float, float]
+
+WALKING_SPEED = 1.6 / 3.6  # m/s, of 1 to 2 year olds (paper, section V.C)
+_BUMP_SPEED = 0.62  # m/s; there and back to the farthest wall fits into a timestep
+_FASTEST = 1.0  # m/s, when it must turn back late
+_TURN_RATE = 8.0  # 1/s, from the error of the heading to the rate of turning
+_FRONTAL = 0.2  # cosine between motion and contact above which something is in the way
+_HALF_WAY = 0.5  # share of the way up to which a blocked toddler turns back
+
+
+def novice_timestep(control_timestep: float, cell_size: float = DEFAULT_CELL_SIZE) -> float:
+    """Seconds in which a toddler walks the length of a cell, rounded to whole control timesteps."""
+    return round(cell_size / WALKING_SPEED / control_timestep) * control_timestep
+
+
+class ToddlerWalk:
+    """The kinematics of one toddler.
+
+    Attributes:
+        position: Where it is, metres.
+        velocity: How it moves, m/s.
+        yaw: Its heading, radians.
+        yaw_rate: rad/s.
+        blocked: Whether something stopped its present move.
+    """
+
+    def __init__(self, duration: float):
+        """Prepares a toddler.
+
+        Args:
+            duration: Seconds a move takes, there or there and back.
+        """
+        self._duration = duration
+
+    def reset(self, position: Vector, yaw: float) -> None:
+        """Puts the toddler somewhere, at rest."""
+        self.position, self.yaw = position, yaw
+        self.velocity, self.yaw_rate = (0.0, 0.0), 0.0
+        self._home = self._goal = position
+        self.blocked = False
+        self._bumps = self._returns = False
+        self._left = 0.0
+
+    def begin(self, home: Vector, goal: Vector, bump: bool) -> None:
+        """Begins a move.
+
+        Args:
+            home: Centre of the toddler's cell, to which it comes back if it has to.
+            goal: Centre of the cell that it heads for.
+            bump: Whether something stands in that cell, so that it will come back in any case.
+        """
+        self._home, self._goal, self._bumps = home, goal, bump
+        self._returns = self.blocked = False
+        self._left = self._duration
+        self._length = math.dist(self.position, goal)
+
+    def step(self, timestep: float, touched: Iterable[Vector]) -> None:
+        """Moves on.
+
+        Args:
+            timestep: Seconds to move.
+            touched: Unit vectors from the toddler towards all that it touches now.
+        """
+        touched = list(touched)
+        velocity = self._towards(self._home if self._returns else self._goal)
+        if not self._returns:
+            stopped = _is_in_the_way(velocity, touched)
+            if self._bumps:
+                turns_back = stopped or self._left <= self._duration / 2
+            else:  # once it is too late to turn back it waits until the way is free
+                self.blocked = stopped
+                turns_back = stopped and math.dist(self.position, self._goal) > (1 - _HALF_WAY) * self._length
+            if turns_back:
+                self._returns = True
+                velocity = self._towards(self._home)
+        if _is_in_the_way(velocity, touched):
+            velocity = (0.0, 0.0)
+        self.velocity = velocity
+        self.position = (self.position[0] + timestep * velocity[0], self.position[1] + timestep * velocity[1])
+        if not self._returns and any(velocity):  # on the way back it backs off, facing what it met
+            turn = math.remainder(math.atan2(velocity[1], velocity[0]) - self.yaw, math.tau)
+            self.yaw_rate = _TURN_RATE * turn
+            self.yaw += timestep * self.yaw_rate
+        else:
+            self.yaw_rate = 0.0
+        self._left -= timestep
+
+    def _towards(self, aim: Vector) -> Vector:
+        """The velocity with which to be at a point in time, but no faster than a toddler can."""
+        dx, dy = aim[0] - self.position[0], aim[1] - self.position[1]
+        distance = math.hypot(dx, dy)
+        if distance < 1e-6 or self._left < 1e-6:
+            return 0.0, 0.0
+        speed = distance / self._left
+        if self._bumps or self._returns:
+            speed = max(speed, min(_BUMP_SPEED, distance / min(self._left, 0.02)))
+        speed = min(speed, _FASTEST)
+        return speed * dx / distance, speed * dy / distance
+
+
+def _is_in_the_way(velocity: Vector, touched: list[Vector]) -> bool:
+    """Whether something that is touched, in the directions given, stops a motion."""
+    speed = math.hypot(*velocity)
+    return any(velocity[0] * x + velocity[1] * y > _FRONTAL * speed for x, y in touched)

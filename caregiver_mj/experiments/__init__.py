@@ -1,0 +1,1 @@
+"""Runs of many episodes, and what they show."""

@@ -1,0 +1,1 @@
+"""The paper's world: a batch of episodes on a grid."""

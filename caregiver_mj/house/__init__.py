@@ -1,0 +1,1 @@
+"""The physical house: its scene and its simulation."""

@@ -1,0 +1,1 @@
+"""Floor plans: what stands where in a house, on the grid and in metres."""

@@ -1,0 +1,412 @@
+"""Caregivers: decisions worked by hand in small houses, and the registry."""
+
+import dataclasses
+import importlib.metadata
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from random_plans import plan_texts
+
+from caregiver_mj.caregivers.caregiver import (
+    CAREGIVERS,
+    ENTRY_POINTS,
+    NOTHING,
+    Caregiver,
+    GuardCaregiver,
+    NearestCaregiver,
+    Observation,
+    PaperCaregiver,
+    RandomCaregiver,
+    make_caregiver,
+)
+from caregiver_mj.children.novice import pick
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans.floor_plan import FloorPlan
+
+NORTH, EAST, SOUTH, WEST = range(4)
+BY_NAME = ("random", "nearest", "guard", "paper")
+
+# A corridor of cells 0 to 4, the landing is cell 5. Tables: 0 bare, 1 with the candle, 2 bare. From cell i
+# the novice is i + 1 moves from the stairwell and from table 0, |i - 2| + 1 from table 1 and 5 - i from table 2.
+CORRIDOR = FloorPlan.parse("#########\n#S.....B#\n##T#C#T##\n#########")
+STAIRWELL, CANDLE = 0, 1
+
+
+def see(novice_cell, candle_table=((1,),), caregiver_cell=4, holding=NOTHING, previous_cell=None, previous_action=None):
+    """An observation of one world or more; single values hold for all worlds."""
+    novice_cell = np.atleast_1d(novice_cell)
+    batch = len(novice_cell)
+
+    def spread(value):
+        return np.broadcast_to(np.asarray(value, int), batch).copy()
+
+    return Observation(
+        novice_cell,
+        spread(novice_cell if previous_cell is None else previous_cell),
+        spread(NOTHING if previous_action is None else previous_action),
+        spread(caregiver_cell),
+        np.broadcast_to(np.asarray(candle_table, int), (batch, np.shape(candle_table)[-1])).copy(),
+        spread(holding),
+    )
+
+
+def all_caregivers(plan, seed=0):
+    return [make_caregiver(name, plan, seed) for name in BY_NAME]
+
+
+# -- The paper's rule ----------------------------------------------------------------------------
+
+
+def test_the_greatest_expected_danger_wins_by_hand():
+    # Stairwell 5/d, candle 4/d; the stairwell's table twin 0 has no candle and is no candidate.
+    #   cell 0: 5/1 > 4/3   cell 1: 5/2 > 4/2   cell 2: 5/3 < 4/1   cell 3: 5/4 < 4/2   cell 4: 5/5 < 4/3
+    caregiver = PaperCaregiver(CORRIDOR)
+    caregiver.reset(5)
+    assert caregiver.decide(see(range(5))).tolist() == [STAIRWELL, STAIRWELL, CANDLE, CANDLE, CANDLE]
+
+
+def test_the_linear_reading_by_hand():
+    # The largest distance is 5: reach 1 - d/5.
+    #   cell 0: 5 * 4/5 > 4 * 2/5   cell 1: 5 * 3/5 > 4 * 3/5   cell 2: 5 * 2/5 < 4 * 4/5   cell 3: 5 * 1/5 < 4 * 3/5
+    caregiver = PaperCaregiver(CORRIDOR, reach="linear")
+    caregiver.reset(4)
+    assert caregiver.decide(see(range(4))).tolist() == [STAIRWELL, STAIRWELL, CANDLE, CANDLE]
+    np.testing.assert_allclose(caregiver.assess(see(range(4))).reach[0], [4 / 5, 2 / 5])
+
+
+def test_the_numbers_behind_a_decision_by_hand():
+    caregiver = PaperCaregiver(CORRIDOR)
+    caregiver.action_prior = np.array([[0.1, 0.6, 0.1, 0.2]] * 5)
+    caregiver.reset(1)
+    observation = see(0, previous_cell=1, previous_action=WEST)
+    caregiver.watch(observation)
+    assessment = caregiver.assess(observation)
+    # One move west: theta 1/5 against rho 1/4: P(safe) = (1/5) / (1/5 + 1/4) = 4/9.
+    # Reach: 1/1 and 1/3 of 4/3. Danger: 5/9 * 3/4 * 5 = 25/12 and 5/9 * 1/4 * 4 = 5/9.
+    np.testing.assert_allclose(assessment.safe, [4 / 9])
+    np.testing.assert_allclose(assessment.reach, [[3 / 4, 1 / 4]])
+    np.testing.assert_allclose(assessment.danger, [[25 / 12, 5 / 9]])
+
+
+def test_moves_add_up_over_an_episode_and_reset_forgets_them():
+    caregiver = PaperCaregiver(CORRIDOR)
+    caregiver.action_prior = np.array([[0.125, 0.5, 0.125, 0.25]] * 5)
+    caregiver.reset(1)
+    caregiver.watch(see(1))  # before the first move: nothing
+    assert caregiver.assess(see(1)).safe[0] == pytest.approx(1 / 2)
+    for action, safe in ((EAST, 2 / 3), (EAST, 4 / 5), (NORTH, 2 / 3), (WEST, 2 / 3)):
+        caregiver.watch(see(1, previous_action=action))
+        assert caregiver.assess(see(1)).safe[0] == pytest.approx(safe)
+    caregiver.reset(1)
+    assert caregiver.assess(see(1)).safe[0] == pytest.approx(1 / 2)
+
+
+def test_equal_dangers_go_to_the_stairwell_whatever_the_rounding():
+    # From column 11 the stairwell is 10 moves away, the candle south of column 18 is 8 and those beside column 23
+    # are 13: 5/10 = 4/8 > 4/13. Divided by the sum of 1/10, 1/8, 1/13 and 1/13, the second comes out 1e-16 greater.
+    north, south = ["#"] * 27, ["#"] * 27
+    north[23] = south[18] = south[23] = "C"
+    south[24] = "T"
+    plan = FloorPlan.parse("\n".join(["#" * 27, "".join(north), "#S" + 23 * "." + "B#", "".join(south), "#" * 27]))
+    observation = see(plan.cell_index[(2, 11)], candle_table=[plan.candle_tables])
+    caregiver = PaperCaregiver(plan)
+    caregiver.reset(1)
+    assert sorted(caregiver.candidate_distances(observation)[0]) == [8, 10, 13, 13]
+    assert caregiver.decide(observation).tolist() == [STAIRWELL]
+
+
+def test_below_the_threshold_nothing_is_done():
+    # At cell 2 the candle's danger is 1/2 * (1 / (1 + 1/3)) * 4 = 3/2.
+    for threshold, decision in ((1.49, CANDLE), (1.51, NOTHING)):
+        caregiver = PaperCaregiver(CORRIDOR, threshold=threshold)
+        caregiver.reset(1)
+        assert caregiver.decide(see(2)).tolist() == [decision]
+
+
+def test_a_novice_that_is_safe_beyond_doubt_is_protected_all_the_same():
+    caregiver = PaperCaregiver(CORRIDOR, prior="mean")
+    caregiver.reset(1)
+    for _ in range(5000):
+        caregiver.watch(see(3, previous_cell=2, previous_action=EAST))
+    assert caregiver.assess(see(3)).safe[0] == 1.0
+    assert caregiver.decide(see(3)).tolist() == [CANDLE]
+
+
+def test_a_carried_candle_is_no_candidate():
+    caregiver = PaperCaregiver(CORRIDOR)
+    caregiver.reset(1)
+    carried = see(2, candle_table=[[NOTHING]], holding=0)
+    assert caregiver.decide(carried).tolist() == [STAIRWELL]
+    np.testing.assert_array_equal(caregiver.assess(carried).reach, [[1.0, 0.0]])
+
+
+def test_a_candle_that_is_safest_where_it_stands_is_left_there():
+    # On table 2 (4 moves from cell 1) it is farther from the novice than on the bare tables 0 (2) and 1 (2).
+    for caregiver in (PaperCaregiver(CORRIDOR), NearestCaregiver(CORRIDOR)):
+        assert caregiver.worth_protecting(see([1, 4], candle_table=[[2]])).tolist() == [[True, False], [True, True]]
+    without_stairs = FloorPlan.parse("#########\n#......B#\n##T#C#T##\n#########")
+    for caregiver in all_caregivers(without_stairs):
+        caregiver.reset(1)
+        assert caregiver.decide(see(1, candle_table=[[2]])).tolist() == [NOTHING]
+
+
+def test_the_safe_table_is_the_bare_one_farthest_on_foot():
+    caregiver = PaperCaregiver(CORRIDOR)
+    # Table 1 bears the candle. Tables 0 and 2 are 1 and 5 moves from cell 0, 5 and 1 from cell 4.
+    assert caregiver.safe_table(see([0, 4]), np.zeros(2, int)).tolist() == [2, 0]
+    # Nor is a table bare that bears another candle.
+    two = FloorPlan.parse("#########\n#S.....B#\n##T#C#C##\n#########")
+    candles = see([0, 4], candle_table=[[1, 2]])
+    assert PaperCaregiver(two).safe_table(candles, np.zeros(2, int)).tolist() == [0, 0]
+
+
+def test_distance_is_on_foot_and_not_as_the_crow_flies():
+    # The east room's table is 2 cells from the novice, behind a wall, and 8 moves on foot.
+    plan = FloorPlan.parse("#######\n#..#T.#\n#C.#..#\n#..#..#\n#.....#\n#T..B.#\n#######")
+    caregiver = PaperCaregiver(plan)
+    start = plan.cell_index[(1, 2)]
+    assert caregiver.table_distances[start].tolist() == [8.0, 2.0, 5.0]
+    assert caregiver.safe_table(see(start, candle_table=[[1]]), np.zeros(1, int)).tolist() == [0]
+
+
+@pytest.mark.parametrize("option", [{"reach": "near"}, {"prior": "median"}])
+def test_unknown_readings_are_refused(option):
+    with pytest.raises(CaregiverError, match=r"must be one of .*, not '(near|median)'"):
+        PaperCaregiver(CORRIDOR, **option)
+
+
+def test_the_action_prior_depends_on_the_seed_alone_and_its_mean_on_the_experts():
+    first, again, other = (PaperCaregiver(CORRIDOR, seed).action_prior for seed in (1, 1, 2))
+    assert (first == again).all()
+    assert (first != other).any()
+    # All experts go east from every cell.
+    mean = PaperCaregiver(CORRIDOR, prior="mean", expert_timesteps=300).action_prior
+    assert (mean.argmax(axis=1) == EAST).all()
+    np.testing.assert_allclose(mean[:, [NORTH, SOUTH, WEST]], mean[:, [NORTH]] * np.ones(3))
+
+
+def test_the_decision_does_not_depend_on_what_is_thought_of_the_novice():
+    """Equation (2) has 1 - P(safe) in every object's danger: it cannot change which is greatest."""
+    observation = see(range(5))
+    decisions = []
+    for seed in range(4):
+        caregiver = PaperCaregiver(CORRIDOR, seed)
+        caregiver.reset(5)
+        for action in np.random.default_rng(seed).integers(4, size=30):
+            caregiver.watch(see(range(5), previous_action=action))
+        decisions.append(caregiver.decide(observation).tolist())
+    assert all(decision == decisions[0] for decision in decisions)
+
+
+# -- Houses that lack something ------------------------------------------------------------------
+
+
+def test_a_house_without_candles():
+    plan = FloorPlan.parse("######\n#S..B#\n#T..S#\n######")
+    for caregiver in all_caregivers(plan):
+        caregiver.reset(2)
+        decision = caregiver.decide(see([0, 1], candle_table=np.zeros((1, 0)), caregiver_cell=2))
+        assert ((decision >= 0) & (decision < 2)).all()
+
+
+def test_a_house_without_stairwells():
+    plan = FloorPlan.parse("#########\n#......B#\n##T#C#T##\n#########")
+    observation = see([0, 3])
+    for caregiver in all_caregivers(plan):
+        caregiver.reset(2)
+        decision = caregiver.decide(observation)
+        assert decision.tolist() == ([NOTHING] * 2 if isinstance(caregiver, GuardCaregiver) else [0, 0])
+
+
+def test_a_house_without_hazards():
+    plan = FloorPlan.parse("####\n#..#\n#.B#\n####")
+    for caregiver in all_caregivers(plan):
+        caregiver.reset(3)
+        observation = see([0, 1, 2], candle_table=np.zeros((1, 0)), caregiver_cell=0)
+        caregiver.watch(observation)
+        assert caregiver.decide(observation).tolist() == [NOTHING] * 3
+
+
+# -- The baselines -------------------------------------------------------------------------------
+
+
+def test_nearest_ignores_the_damage():
+    # From cell 1 stairwell and candle are both 2 moves away, from cell 2 the candle is nearer.
+    caregiver = NearestCaregiver(CORRIDOR)
+    caregiver.reset(3)
+    assert caregiver.decide(see([0, 1, 2])).tolist() == [STAIRWELL, STAIRWELL, CANDLE]
+
+
+def test_guard_keeps_to_the_stairwell_nearest_to_its_start():
+    plan = FloorPlan.parse("#########\n#S.....S#\n##.###B##\n#########")
+    caregiver = GuardCaregiver(plan)
+    nothing = np.zeros((1, 0))
+    caregiver.reset(2)
+    assert caregiver.decide(see([2, 2], nothing, caregiver_cell=[1, 4])).tolist() == [0, 1]
+    assert caregiver.decide(see([2, 2], nothing, caregiver_cell=[4, 1])).tolist() == [0, 1]
+    caregiver.reset(1)
+    assert caregiver.decide(see([2], nothing, caregiver_cell=[4])).tolist() == [1]
+
+
+def test_random_draws_once_a_timestep_and_evenly_among_what_is_worth_protecting():
+    caregiver = RandomCaregiver(CORRIDOR)
+    batch = 4000
+    caregiver.reset(batch, range(batch))
+    observation = see(np.full(batch, 2))
+    first = caregiver.decide(observation)
+    assert (caregiver.decide(observation) == first).all()
+    caregiver.watch(observation)
+    second = caregiver.decide(observation)
+    for decision in (first, second):
+        assert np.mean(decision == CANDLE) == pytest.approx(0.5, abs=4 * 0.5 / np.sqrt(batch))
+    assert np.mean(first == second) == pytest.approx(0.5, abs=4 * 0.5 / np.sqrt(batch))
+    carried = see(np.full(batch, 2), candle_table=[[NOTHING]], holding=0)
+    assert (caregiver.decide(carried) == STAIRWELL).all()
+
+
+def test_random_draws_for_an_episode_by_its_seed_and_not_by_its_place():
+    caregiver = RandomCaregiver(CORRIDOR)
+
+    def decisions(seeds):
+        caregiver.reset(len(seeds), seeds)
+        taken = []
+        for _ in range(300):  # longer than an episode
+            observation = see(np.full(len(seeds), 2))
+            caregiver.watch(observation)
+            taken.append(caregiver.decide(observation))
+        return np.array(taken)
+
+    together = decisions([3, 9, 3, 5])
+    assert (together[:, 0] == together[:, 2]).all()
+    assert (together[:, 0] != together[:, 1]).any()
+    assert (decisions([9])[:, 0] == together[:, 1]).all()
+
+
+@settings(max_examples=30, deadline=None)
+@given(plan_texts(largest=12), st.integers(0, 2**31 - 1))
+def test_every_caregiver_decides_for_each_world_alone_and_only_on_candidates(text, seed):
+    plan = FloorPlan.parse(text)
+    random = np.random.default_rng(seed)
+    batch, candles = 6, len(plan.candle_tables)
+    observation = Observation(
+        novice_cell=pick(random.random(batch), len(plan.free_cells)),
+        previous_cell=pick(random.random(batch), len(plan.free_cells)),
+        previous_action=random.integers(4, size=batch),
+        caregiver_cell=pick(random.random(batch), len(plan.caregiver_cells)),
+        candle_table=np.array([random.permutation(len(plan.tables))[:candles] for _ in range(batch)]).reshape(
+            batch, -1
+        ),
+        holding=np.full(batch, NOTHING),
+    )
+    for caregiver in all_caregivers(plan):
+        caregiver.reset(batch, range(batch))
+        caregiver.watch(observation)
+        decision = caregiver.decide(observation)
+        worth = caregiver.worth_protecting(observation)
+        assert worth.shape == (batch, len(plan.stairwells) + candles)
+        for i in range(batch):
+            assert decision[i] == NOTHING or worth[i, decision[i]]
+            one = Observation(*(getattr(observation, field)[i : i + 1] for field in observation.__dataclass_fields__))
+            caregiver.reset(1, [i])
+            caregiver.watch(one)
+            assert caregiver.decide(one).tolist() == [decision[i]]
+            if candles:
+                safe = caregiver.safe_table(one, np.zeros(1, int))[0]
+                assert safe not in observation.candle_table[i]
+
+
+def test_a_candle_on_the_floor_is_protected_like_any_other():
+    """From cell 4 it is one move away, the stairwell five."""
+    seen = dataclasses.replace(see(4, candle_table=((NOTHING,),)), candle_cell=np.array([[3]]))
+    assert make_caregiver("paper", CORRIDOR).decide(seen).tolist() == [CANDLE]
+    assert make_caregiver("paper", CORRIDOR).decide(see(4, candle_table=((NOTHING,),))).tolist() == [STAIRWELL]
+
+
+@pytest.mark.parametrize(("novice_cell", "moves"), [(0, 3), (1, 2), (2, 1), (3, 1), (4, 1)])
+def test_a_candle_on_the_floor_is_as_near_as_its_cell(novice_cell, moves):
+    """It lies in cell 3: one runs into it by stepping there, or is there already."""
+    seen = dataclasses.replace(see(novice_cell, candle_table=((NOTHING,),)), candle_cell=np.array([[3]]))
+    caregiver = make_caregiver("nearest", CORRIDOR)
+    assert caregiver.candidate_distances(seen).tolist() == [[novice_cell + 1, moves]]
+
+
+# -- The registry --------------------------------------------------------------------------------
+
+
+def test_caregivers_are_made_by_name():
+    assert list(CAREGIVERS)[:5] == ["none", "random", "nearest", "guard", "paper"]
+    assert make_caregiver("none", CORRIDOR) is None
+    for name in BY_NAME:
+        caregiver = make_caregiver(name, CORRIDOR, 3)
+        assert isinstance(caregiver, CAREGIVERS[name])
+        assert (caregiver.plan, caregiver.seed) == (CORRIDOR, 3)
+
+
+def test_an_unknown_name_lists_those_there_are():
+    with pytest.raises(CaregiverError, match="no caregiver 'nanny': there are none, random, nearest, guard, paper"):
+        make_caregiver("nanny", CORRIDOR)
+
+
+@pytest.fixture
+def offered(monkeypatch):
+    """Lets a test offer entry points as an installed package would: a dictionary from name to value."""
+    values = {}
+
+    def entry_points(*, group):
+        assert group == ENTRY_POINTS
+        return importlib.metadata.EntryPoints(importlib.metadata.EntryPoint(n, v, group) for n, v in values.items())
+
+    monkeypatch.setattr(importlib.metadata, "entry_points", entry_points)
+    return values
+
+
+class Nanny(NearestCaregiver):
+    """What another package might offer."""
+
+
+def test_other_packages_caregivers_are_found_when_asked_for(offered):
+    assert "nanny" not in CAREGIVERS
+    offered["nanny"] = f"{__name__}:Nanny"
+    assert "nanny" in CAREGIVERS
+    assert list(CAREGIVERS)[-1] == "nanny"
+    assert isinstance(make_caregiver("nanny", CORRIDOR, 0), Nanny)
+
+
+def test_other_packages_do_not_replace_ours(offered):
+    offered["paper"] = f"{__name__}:Nanny"
+    assert CAREGIVERS["paper"] is PaperCaregiver
+    assert len(CAREGIVERS) == 5
+
+
+@pytest.mark.parametrize(
+    ("value", "problem"),
+    [
+        ("nowhere.to.be:found", r"caregiver 'nanny' \(nowhere.to.be:found\) cannot be loaded: No module"),
+        (f"{__name__}:missing", "cannot be loaded: .*missing"),
+        (f"{__name__}:CORRIDOR", "is not a subclass of caregiver_mj.caregivers.caregiver.Caregiver"),
+    ],
+)
+def test_a_broken_offer_is_an_error_of_ours_and_only_when_used(offered, value, problem):
+    offered["nanny"] = value
+    assert "nanny" in CAREGIVERS
+    with pytest.raises(CaregiverError, match=problem):
+        make_caregiver("nanny", CORRIDOR)
+
+
+def test_importing_the_caregiver_looks_up_no_entry_points():
+    code = (
+        "import importlib.metadata as m\n"
+        "def refuse(*args, **kwargs): raise SystemExit('looked up at import')\n"
+        "m.entry_points = refuse\n"
+        "import caregiver_mj.caregivers.caregiver"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_the_base_class_cannot_be_made():
+    with pytest.raises(TypeError, match="abstract"):
+        Caregiver(CORRIDOR)

@@ -1,0 +1,524 @@
+"""The grid world, held against published figures and against a plain world of one episode, written here."""
+
+import dataclasses
+import functools
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from random_plans import plan_texts
+
+from caregiver_mj.caregivers.caregiver import NOTHING, Caregiver, make_caregiver
+from caregiver_mj.children.novice import EPISODE_TIMESTEPS, NoviceTape
+from caregiver_mj.grid.world import GridWorld, run_episodes
+from caregiver_mj.plans.floor_plan import FloorPlan
+
+STEPS = ((-1, 0), (0, 1), (1, 0), (0, -1))
+EPSILONS = (1.0, 0.75, 0.5, 0.25, 0.05)
+
+
+def tapes(seeds, timesteps=EPISODE_TIMESTEPS):
+    return [NoviceTape.draw(np.random.RandomState(seed), timesteps) for seed in seeds]
+
+
+@pytest.fixture(scope="module")
+def paper():
+    return FloorPlan.load("paper")
+
+
+# -- Figures -------------------------------------------------------------------------------------
+
+# Unassisted novices in the house `paper`: an independent simulation of 4,000 episodes a row.
+#        epsilon: damage, timesteps to threshold, cells visited, toys reached
+ALONE = {
+    1.00: (88.6, 40.7, 9.0, 0.5),
+    0.75: (69.2, 51.1, 15.3, 5.3),
+    0.50: (47.4, 73.8, 23.7, 11.9),
+    0.25: (24.3, 130.5, 28.5, 19.2),
+    0.05: (4.9, 198.0, 28.9, 25.1),
+}
+PUBLISHED_EPISODES = 4000
+ROUNDING = 0.05  # the published figures have one decimal
+
+
+@pytest.mark.parametrize("epsilon", EPSILONS)
+def test_unassisted_novices_come_to_the_published_figures(paper, epsilon):
+    outcome = run_episodes(paper, epsilon, None, range(500))
+    names = ("damage", "timesteps_to_threshold", "cells_visited", "toys_reached")
+    for name, published in zip(names, ALONE[epsilon], strict=True):
+        figure = getattr(outcome, name)
+        error = figure.std(ddof=1) * np.sqrt(1 / len(figure) + 1 / PUBLISHED_EPISODES)
+        assert figure.mean() == pytest.approx(published, abs=3 * error + ROUNDING), name
+
+
+# Damage left at most, timesteps to threshold at least: with the caregiver of the paper, 2,000 episodes a row.
+ASSISTED = {1.0: (0.32, 105), 0.75: (0.28, 142), 0.5: (0.29, 170), 0.25: (0.32, 190), 0.05: (0.38, 198)}
+
+
+@pytest.mark.parametrize("epsilon", EPSILONS)
+def test_the_caregiver_prevents_most_of_the_damage_and_leaves_the_toys(paper, epsilon):
+    alone = run_episodes(paper, epsilon, None, range(1000))
+    assisted = run_episodes(paper, epsilon, make_caregiver("paper", paper), range(1000))
+    left, timesteps = ASSISTED[epsilon]
+    assert assisted.damage.mean() <= left * alone.damage.mean()
+    assert assisted.timesteps_to_threshold.mean() >= timesteps
+    if epsilon < 1:  # random motion reaches half a toy an episode
+        assert assisted.toys_reached.mean() >= 0.97 * alone.toys_reached.mean()
+    assert (assisted.interventions_done <= assisted.interventions).all()
+
+
+# -- A plain world -------------------------------------------------------------------------------
+
+
+class PlainWorld:
+    """One episode at a time, in sets and dictionaries of cells: slow, and obvious.
+
+    It knows the rules of the paper and of `caregiver_mj.grid`, and shares nothing with them but the text of the
+    plan, the novice's draws and the order north, east, south, west.
+    """
+
+    def __init__(self, text, epsilon, assisted):
+        self.at = {(r, c): kind for r, row in enumerate(text.splitlines()) for c, kind in enumerate(row)}
+        self.epsilon, self.assisted = epsilon, assisted
+        self.free = [cell for cell in sorted(self.at) if self.at[cell] == "."]
+        self.stairwells = [cell for cell in sorted(self.at) if self.at[cell] == "S"]
+        self.tables = [cell for cell in sorted(self.at) if self.at[cell] in "CT"]
+        self.bins = [cell for cell in sorted(self.at) if self.at[cell] == "B"]
+        self.walkable = {*self.free, *self.stairwells}
+        self.search = functools.cache(self._search)
+        self.routes = functools.cache(self._routes)
+
+    @staticmethod
+    def around(cell):
+        return [(cell[0] + down, cell[1] + right) for down, right in STEPS]
+
+    def _search(self, starts, closed=None):
+        """The caregiver's moves to the nearest of some cells, from all cells, round a closed one."""
+        moves = {cell: 0 for cell in starts if cell != closed}
+        queue = list(moves)
+        for cell in queue:
+            for there in self.around(cell):
+                if there in self.walkable and there != closed and there not in moves:
+                    moves[there] = moves[cell] + 1
+                    queue.append(there)
+        return moves
+
+    @functools.cache  # noqa: B019 (a few worlds, in tests)
+    def bump(self, thing):
+        """The novice's moves until it bumps into a thing, from all free cells."""
+        moves, queue = {thing: 0}, [thing]
+        for cell in queue:
+            for there in self.around(cell):
+                if self.at[there] == "." and there not in moves:
+                    moves[there] = moves[cell] + 1
+                    queue.append(there)
+        return moves
+
+    def layers(self, start, goal):
+        """Where the novice can be after 0, 1, 2, ... moves of a shortest path."""
+        left, layer = self.bump(goal), {start}
+        while layer:
+            yield layer
+            layer = {n for cell in layer for n in self.around(cell) if left.get(n, 999) == left[cell] - 1 > 0}
+
+    def _routes(self, start):
+        """To how many bins a shortest path of the novice leads over each cell."""
+        return {cell: sum(any(cell in y for y in self.layers(start, b)) for b in self.bins) for cell in self.walkable}
+
+    @functools.cached_property
+    def traps(self):
+        """Where the novice can shut the caregiver in without a cell that it need not pass."""
+        traps = set()
+        for novice in self.free:
+            needed = {min(layer) for goal in self.bins for layer in self.layers(novice, goal) if len(layer) == 1}
+            for cell in self.walkable - {novice}:
+                if set(self.search(frozenset([cell]), novice)) <= needed:
+                    traps.add(cell)
+        return traps
+
+    def begin(self, tape):
+        self.tape, self.time = tape, 0
+        self.novice = self.free[int(tape.start[0] * len(self.free))]
+        others = [cell for cell in self.free if cell != self.novice]
+        self.caregiver = others[int(tape.start[1] * len(others))] if others else self.stairwells[-1]
+        self.goal = self.bins[int(tape.start[2] * len(self.bins))]
+        self.candles = [cell for cell in self.tables if self.at[cell] == "C"]  # each candle's table
+        self.held = self.destination = self.intended = None
+        self.seen = {self.novice}
+        self.over = False
+        self.harm = dict.fromkeys("SCT", 0)
+        self.lasted, self.toys, self.blocked, self.begun, self.done = len(tape.steps), 0, 0, 0, 0
+
+    def step(self):
+        chance, which, toy = self.tape.steps[self.time]
+        self.time += 1
+        self.before = self.novice
+        if chance < self.epsilon:
+            there = self.around(self.novice)[int(which * 4)]
+        else:
+            left = self.bump(self.goal)
+            good = [n for n in self.around(self.novice) if left.get(n, 999) < left[self.novice]]
+            there = good[int(which * len(good))]
+        kind = self.at[there]
+        self.meant = there if kind == "." else self.novice
+        if self.assisted and there == self.caregiver:
+            self.blocked += 1
+        elif kind == ".":
+            self.novice = there
+        elif kind == "S":
+            self.harm["S"] += 5
+        elif kind in "CT" and there in self.candles:
+            self.harm["C"] += 4
+        elif kind in "CT":
+            self.harm["T"] += 1
+        elif there == self.goal:
+            self.toys += 1
+            self.goal = self.bins[int(toy * len(self.bins))]
+        if not self.over:
+            self.seen.add(self.novice)
+            if sum(self.harm.values()) >= 15:
+                self.over, self.lasted = True, self.time
+        if self.assisted:
+            for _ in range(3):
+                self.act()
+
+    def decide(self):
+        """The greatest damage over distance; the sum that normalises the inverse distances is common to all."""
+        bare = [self.bump(t)[self.novice] for t in self.tables if t not in self.candles]
+        dangers = [(Fraction(5, self.bump(s)[self.novice]), ("S", i)) for i, s in enumerate(self.stairwells)]
+        for i, table in enumerate(self.candles):
+            moves = self.bump(table)[self.novice]
+            if moves < max(bare):
+                dangers.append((Fraction(4, moves), ("C", i)))
+        return max(dangers, key=lambda danger: danger[0])[1] if dangers else None
+
+    def act(self):
+        target = ("C", self.held) if self.held is not None else self.decide()
+        if target != self.intended:
+            self.intended, self.counted = target, False
+            self.begun += target is not None
+        if target is None:
+            refuge = self.least(lambda cell: self.routes(self.novice)[cell])
+            self.walk(refuge)
+            return
+        kind, index = target
+        if kind == "S":
+            stand = safe = frozenset([self.stairwells[index]])
+        else:
+            table = self.destination if self.held is not None else self.candles[index]
+            stand = frozenset(cell for cell in self.around(table) if self.at[cell] == ".")
+            safe = stand - self.traps
+        if self.caregiver not in self.search(safe, self.novice):
+            safe = stand
+        moves = self.search(safe, self.novice).get(self.caregiver)
+        if moves is None:
+            self.make_room(stand)
+        elif moves > 0:
+            self.walk(safe)
+        elif kind == "C" and self.held is None:
+            bare = [t for t in self.tables if t not in self.candles]
+            self.destination = max(bare, key=lambda t: self.bump(t)[self.novice])
+            self.held, self.candles[index] = index, None
+        elif kind == "C":
+            self.candles[index], self.held, self.intended = table, None, None
+            self.done += 1
+        if kind == "S" and self.caregiver in stand and not self.counted:
+            self.done, self.counted = self.done + 1, True
+
+    def make_room(self, stand):
+        """The novice stands in the only way: follow it, or step aside if it comes."""
+        open_way, routes = self.search(stand), self.routes(self.novice)
+        from_here = self.search(frozenset([self.caregiver]))
+        if from_here[self.meant] < from_here[self.before]:
+            self.walk(self.least(lambda cell: (routes[cell], open_way[cell])))
+        else:
+            self.walk(self.least(lambda cell: open_way[cell]))
+
+    def least(self, cost):
+        """The cells of least cost among those that the caregiver can reach."""
+        part = self.search(frozenset([self.caregiver]), self.novice)
+        lowest = min(cost(cell) for cell in part)
+        return frozenset(cell for cell in part if cost(cell) == lowest)
+
+    def walk(self, goals):
+        moves = self.search(goals, self.novice)
+        if moves[self.caregiver] > 0:
+            self.caregiver = min(self.around(self.caregiver), key=lambda cell: moves.get(cell, 999))
+
+    def state(self):
+        return self.novice, self.goal, self.caregiver, self.held, tuple(self.candles)
+
+    def figures(self):
+        return {
+            "damage": sum(self.harm.values()),
+            "damage_stairwell": self.harm["S"],
+            "damage_candle": self.harm["C"],
+            "damage_table": self.harm["T"],
+            "timesteps_to_threshold": self.lasted,
+            "cells_visited": len(self.seen),
+            "toys_reached": self.toys,
+            "moves_blocked": self.blocked,
+            "interventions": self.begun,
+            "interventions_done": self.done,
+        }
+
+
+def batched_state(world, i):
+    plan = world.plan
+    held = int(world.holding[i])
+    return (
+        plan.free_cells[world.novice_cell[i]],
+        plan.bins[world.goal[i]],
+        plan.caregiver_cells[world.caregiver_cell[i]],
+        None if held == NOTHING else held,
+        tuple(None if t == NOTHING else plan.tables[t] for t in world.candle_table[i]),
+    )
+
+
+def compare_with_the_plain_world(text, epsilon, assisted, seeds, timesteps):
+    plan = FloorPlan.parse(text)
+    batch = tapes(seeds, timesteps)
+    world = GridWorld(plan, epsilon, make_caregiver("paper", plan) if assisted else None)
+    world.reset(batch)
+    plain_worlds = []
+    for tape in batch:
+        plain = PlainWorld(text, epsilon, assisted)
+        plain.begin(tape)
+        plain_worlds.append(plain)
+    for timestep in range(timesteps):
+        for i, plain in enumerate(plain_worlds):
+            if not assisted:
+                plain.caregiver = plan.caregiver_cells[world.caregiver_cell[i]]  # stands there, and is nowhere
+            assert batched_state(world, i) == plain.state(), f"episode {i} before timestep {timestep}"
+            plain.step()
+        world.step()
+    outcome = dataclasses.asdict(world.outcome())
+    outcome["timesteps_to_threshold"] = np.where(world.stopped, outcome["timesteps_to_threshold"], timesteps)
+    for i, plain in enumerate(plain_worlds):
+        assert {name: figure[i] for name, figure in outcome.items()} == plain.figures()
+
+
+@settings(max_examples=25, deadline=None)
+@given(plan_texts(largest=12), st.sampled_from(EPSILONS), st.lists(st.integers(0, 10**6), min_size=1, max_size=4))
+def test_with_a_caregiver_it_is_the_plain_world_step_by_step(text, epsilon, seeds):
+    compare_with_the_plain_world(text, epsilon, True, seeds, timesteps=60)
+
+
+@settings(max_examples=15, deadline=None)
+@given(plan_texts(), st.sampled_from(EPSILONS), st.lists(st.integers(0, 10**6), min_size=1, max_size=4))
+def test_without_a_caregiver_it_is_the_plain_world_step_by_step(text, epsilon, seeds):
+    compare_with_the_plain_world(text, epsilon, False, seeds, timesteps=100)
+
+
+@pytest.mark.parametrize("epsilon", EPSILONS)
+def test_in_the_paper_house_it_is_the_plain_world_for_whole_episodes(paper, epsilon):
+    compare_with_the_plain_world("\n".join(paper.rows), epsilon, True, range(4), EPISODE_TIMESTEPS)
+
+
+# -- One among many ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["none", "random", "nearest", "guard", "paper"])
+def test_an_episode_is_the_same_alone_and_among_others(paper, name):
+    seeds = [7, 3, 3, 11, 0]
+    together = dataclasses.asdict(run_episodes(paper, 0.5, make_caregiver(name, paper), seeds))
+    for i, seed in enumerate(seeds):
+        alone = dataclasses.asdict(run_episodes(paper, 0.5, make_caregiver(name, paper), [seed]))
+        assert {key: figure[0] for key, figure in alone.items()} == {key: figure[i] for key, figure in together.items()}
+
+
+def test_a_world_can_be_used_again(paper):
+    world = GridWorld(paper, 0.5, make_caregiver("paper", paper))
+    first, other, again = (world.run(tapes(seeds)).damage.tolist() for seeds in (range(5), range(5, 12), range(5)))
+    assert first == again
+    assert len(other) == 7
+
+
+def test_the_novice_draws_the_same_with_and_without_a_caregiver(paper):
+    """Common random numbers: as long as the caregiver does not touch it, the novice does the same."""
+    alone, assisted = (GridWorld(paper, 0.5, caregiver) for caregiver in (None, make_caregiver("guard", paper)))
+    alone.reset(tapes(range(50)))
+    assisted.reset(tapes(range(50)))
+    for _ in range(30):
+        alone.step()
+        assisted.step()
+    untouched = assisted.outcome().moves_blocked == 0
+    assert untouched.sum() > 20
+    assert (alone.novice_cell == assisted.novice_cell)[untouched].all()
+
+
+def test_progress_is_reported_once_a_timestep(paper):
+    calls = []
+    GridWorld(paper, 1.0, None).run(tapes([0], timesteps=12), lambda: calls.append(1))
+    assert len(calls) == 12
+
+
+# -- Invariants ----------------------------------------------------------------------------------
+
+
+@settings(max_examples=15, deadline=None)
+@given(plan_texts(), st.sampled_from(EPSILONS), st.sampled_from(["random", "nearest", "guard", "paper"]))
+def test_nothing_impossible_happens(text, epsilon, name):
+    plan = FloorPlan.parse(text)
+    world = GridWorld(plan, epsilon, make_caregiver(name, plan))
+    world.reset(tapes(range(8)))
+    between = plan.distances_from(range(len(plan.caregiver_cells)))
+    worlds = np.arange(8)
+    for _ in range(80):
+        novice, caregiver = world.novice_cell, world.caregiver_cell
+        world.step()
+        assert (between[novice, world.novice_cell] <= 1).all()
+        assert (between[caregiver, world.caregiver_cell] <= 3).all()
+        assert (world.novice_cell != world.caregiver_cell).all()
+        # Every candle is on a table of its own, or is the one in the hand.
+        for i in worlds:
+            placed = world.candle_table[i][world.candle_table[i] != NOTHING]
+            assert len(set(placed)) == len(placed) == len(plan.candle_tables) - (world.holding[i] != NOTHING)
+    outcome = world.outcome()
+    total = outcome.damage_stairwell + outcome.damage_candle + outcome.damage_table
+    assert (outcome.damage == total).all()
+    assert (outcome.interventions_done <= outcome.interventions).all()
+    assert (outcome.moves_blocked <= 80).all()
+
+
+# -- The caregiver's manners, by hand ------------------------------------------------------------
+
+
+class Fixed(Caregiver):
+    """Wants the same candidate always."""
+
+    target = 0
+
+    def decide(self, observation):
+        return np.full(len(observation.novice_cell), self.target)
+
+
+def place(world, novice, caregiver):
+    """Puts novice and caregiver on cells, as if the novice had stood still."""
+    world.novice_cell[:] = world.previous_cell[:] = world.plan.cell_index[novice]
+    world.caregiver_cell[:] = world.plan.cell_index[caregiver]
+
+
+def moving(world, action, timesteps=1):
+    """Tapes in which the novice makes one move, always."""
+    world.reset([NoviceTape(np.zeros(3), np.tile([0.0, (action + 0.5) / 4, 0.0], (timesteps, 1)))])
+
+
+NORTH, EAST, SOUTH, WEST = range(4)
+
+# A doorway at (2, 4) between two rooms; the stairwell is in the eastern one, the bin in the western.
+DOORWAY = FloorPlan.parse("##########\n#...#...S#\n#.......##\n#B..#...##\n##########")
+
+
+def test_it_goes_at_three_cells_a_timestep_and_blocks():
+    world = GridWorld(DOORWAY, 1.0, Fixed(DOORWAY))
+    moving(world, NORTH, 3)
+    place(world, (1, 1), (2, 2))
+    cells = []
+    for _ in range(3):
+        world.step()
+        cells.append(DOORWAY.caregiver_cells[world.caregiver_cell[0]])
+    assert cells == [(2, 5), (1, 7), (1, 8)]  # 3, 3 and the last one of 7 moves
+    assert world.outcome().interventions_done.tolist() == [1]
+
+
+def test_a_novice_cannot_enter_a_blocked_stairwell():
+    world = GridWorld(DOORWAY, 1.0, Fixed(DOORWAY))
+    moving(world, EAST, 2)
+    place(world, (1, 7), (1, 6))
+    world.step()
+    assert world.outcome().damage.tolist() == [5]
+    place(world, (1, 7), (1, 8))
+    world.step()
+    assert world.outcome().damage.tolist() == [5]
+    assert world.outcome().moves_blocked.tolist() == [1]
+
+
+def test_it_follows_a_novice_that_walks_away_through_a_doorway():
+    world = GridWorld(DOORWAY, 1.0, Fixed(DOORWAY))
+    moving(world, EAST)
+    place(world, (2, 3), (2, 2))
+    world.step()
+    assert DOORWAY.caregiver_cells[world.caregiver_cell[0]] == (2, 3)
+
+
+def test_it_steps_aside_for_a_novice_that_comes_through_a_doorway():
+    world = GridWorld(DOORWAY, 1.0, Fixed(DOORWAY))
+    moving(world, WEST)
+    place(world, (2, 5), (2, 3))
+    world.step()
+    # From the doorway (2, 4) to the bin (3, 1) lead (2, 3), (2, 2), (3, 3)...: the nearest cell aside is (1, 3).
+    assert DOORWAY.caregiver_cells[world.caregiver_cell[0]] == (1, 3)
+
+
+def test_it_steps_aside_for_a_novice_that_bumps_into_it():
+    world = GridWorld(DOORWAY, 1.0, Fixed(DOORWAY))
+    moving(world, WEST)
+    place(world, (2, 4), (2, 3))
+    world.step()
+    assert world.outcome().moves_blocked.tolist() == [1]
+    assert DOORWAY.caregiver_cells[world.caregiver_cell[0]] == (1, 3)
+
+
+def test_with_nothing_to_do_it_keeps_out_of_the_way():
+    fixed = Fixed(DOORWAY)
+    fixed.target = NOTHING
+    world = GridWorld(DOORWAY, 1.0, fixed)
+    moving(world, NORTH)
+    place(world, (2, 4), (2, 2))
+    world.step()  # into the doorway's wall
+    assert DOORWAY.routes_over(world.novice_cell[0])[world.caregiver_cell[0]] == 0
+    assert world.outcome().interventions.tolist() == [0]
+
+
+def test_get_and_place_take_an_action_each_beside_the_tables():
+    plan = FloorPlan.parse("#########\n#.......#\n##C#B#T##\n#########")
+    world = GridWorld(plan, 1.0, Fixed(plan))
+    moving(world, NORTH, 3)
+    place(world, (1, 1), (1, 3))
+    world.step()  # one move to (1, 2), get, one move
+    assert (world.holding[0], plan.caregiver_cells[world.caregiver_cell[0]]) == (0, (1, 3))
+    assert world.candle_table.tolist() == [[NOTHING]]
+    world.step()  # three moves, to (1, 6)
+    assert (world.holding[0], plan.caregiver_cells[world.caregiver_cell[0]]) == (0, (1, 6))
+    world.caregiver.target = NOTHING  # or it would take it again at once
+    world.step()  # place, and out of the way
+    assert world.candle_table.tolist() == [[1]]
+    assert world.outcome().interventions_done.tolist() == [1]
+
+
+@pytest.mark.parametrize(("novice", "held", "cell"), [((1, 4), NOTHING, (2, 1)), ((2, 1), 0, (3, 1))])
+def test_beside_a_table_it_prefers_a_cell_in_which_it_cannot_be_shut_in(novice, held, cell):
+    # The candle is beside the passage to the bin, (3, 1) to (4, 2), and beside (2, 2) in the room.
+    plan = FloorPlan.parse("######\n#....#\n#...T#\n#.C###\n#..B##\n######")
+    world = GridWorld(plan, 1.0, Fixed(plan), caregiver_actions=1)
+    moving(world, WEST if novice == (2, 1) else NORTH)  # into the wall
+    place(world, novice, (3, 1))
+    world.step()
+    # It sets out for (2, 2); shut in, it gets the candle where it is.
+    assert world.holding.tolist() == [held]
+    assert plan.caregiver_cells[world.caregiver_cell[0]] == cell
+
+
+def test_a_carried_candle_does_no_damage_and_its_table_little():
+    plan = FloorPlan.parse("#########\n#.......#\n##C#B#T##\n#########")
+    world = GridWorld(plan, 1.0, None)
+    moving(world, SOUTH, 2)
+    place(world, (1, 2), (1, 7))
+    world.step()
+    world.candle_table[:] = NOTHING
+    world.step()
+    assert world.outcome().damage_candle.tolist() == [4]
+    assert world.outcome().damage_table.tolist() == [1]
+
+
+@pytest.mark.parametrize("text", ["#####\n#S.B#\n##T##\n#####", "####\n#.B#\n####"], ids=["landing", "no landing"])
+@pytest.mark.parametrize("name", ["none", "random", "nearest", "guard", "paper"])
+def test_a_house_of_one_cell_has_episodes_too(text, name):
+    plan = FloorPlan.parse(text)
+    outcome = run_episodes(plan, 0.5, make_caregiver(name, plan), range(3))
+    assert (outcome.toys_reached > 0).all()
+    if plan.stairwells and name != "none":
+        assert (outcome.damage_stairwell == 0).all()  # the caregiver starts on the landing

@@ -1,0 +1,241 @@
+"""The scene of the house: it is complete, quiet when left alone, and its contacts do what they are for."""
+
+import itertools
+
+import mujoco
+import numpy as np
+import pytest
+from random_plans import random_plan
+
+from caregiver_mj.house.scene import build_house
+from caregiver_mj.plans import layout
+from caregiver_mj.plans.floor_plan import WALL, FloorPlan
+
+SMALL = FloorPlan.parse("#####\n#B.S#\n#..C#\n#T..#\n#####", "small")
+WIDE_CELLS = FloorPlan.parse("#######\n#B...C#\n#.....#\n#..S.T#\n#.....#\n#######", "wide_cells", cell_size=1.0)
+LARGE = FloorPlan.parse(random_plan(np.random.default_rng(3), 40, 40, candles=6), "large")
+PLANS = [FloorPlan.load("paper"), FloorPlan.load("apartment"), SMALL, WIDE_CELLS, LARGE]
+
+TODDLER_RADIUS = 0.12  # metres
+# Kinds of elements, how MuJoCo counts them and how it gives access to one.
+KINDS = {
+    "body": ("nbody", "body"),
+    "joint": ("njnt", "joint"),
+    "geom": ("ngeom", "geom"),
+    "camera": ("ncam", "camera"),
+    "light": ("nlight", "light"),
+    "mesh": ("nmesh", "mesh"),
+    "material": ("nmat", "material"),
+    "texture": ("ntex", "texture"),
+}
+
+
+class House:
+    """A compiled house without a robot, and what the tests do with it."""
+
+    def __init__(self, plan: FloorPlan):
+        self.plan = plan
+        self.model = build_house(plan, robot=False).compile()
+        self.data = mujoco.MjData(self.model)
+        joints = [self.model.joint(f"toddler/{name}") for name in ("x", "y", "yaw")]
+        self._qpos = np.array([int(joint.qposadr[0]) for joint in joints])
+        self._dof = np.array([int(joint.dofadr[0]) for joint in joints])
+
+    def step(self, toddler: np.ndarray, velocity: tuple[float, float] = (0, 0), steps: int = 1) -> set[str]:
+        """Puts the toddler somewhere, (2,), steps, and returns the names of what it touched."""
+        self.data.qpos[self._qpos] = [*toddler, 0]
+        self.data.qvel[self._dof] = [*velocity, 0]
+        touched = set()
+        for _ in range(steps):
+            mujoco.mj_step(self.model, self.data)
+            touched |= self.touched()
+        return touched
+
+    def touched(self) -> set[str]:
+        pairs = [[self.model.geom(geom).name for geom in pair] for pair in self.data.contact.geom]
+        return {name for pair in pairs if "toddler/body" in pair for name in pair} - {"toddler/body"}
+
+    @property
+    def toddler_force(self) -> float:
+        return float(np.abs(self.data.qfrc_constraint[self._dof]).max())
+
+    @property
+    def toddler_position(self) -> np.ndarray:
+        return self.data.qpos[self._qpos[:2]]
+
+    def candle(self, index: int):
+        return self.data.body(f"candle_{index}/candle")
+
+
+@pytest.fixture(scope="module", params=PLANS, ids=lambda plan: plan.name)
+def house(request) -> House:
+    return House(request.param)
+
+
+@pytest.fixture
+def paper() -> House:
+    return House(PLANS[0])
+
+
+def names(model: mujoco.MjModel, kind: str) -> list[str]:
+    size, accessor = KINDS[kind]
+    return [getattr(model, accessor)(i).name for i in range(getattr(model, size))]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_element_has_a_name_of_its_own(house: House, kind: str):
+    found = names(house.model, kind)
+    assert found
+    assert all(found)
+    assert len(set(found)) == len(found)
+
+
+def test_objects_stand_where_the_plan_says(house: House):
+    plan, model, data = house.plan, house.model, house.data
+    mujoco.mj_resetData(model, data)
+    mujoco.mj_forward(model, data)
+    for i, (x, y, half_x, half_y) in enumerate(layout.table_rectangles(plan)):
+        top = model.geom(f"table_{i}/top")
+        assert np.allclose(data.geom(f"table_{i}/top").xpos[:2], [x, y])
+        assert np.allclose(top.size[:2], [half_x, half_y])
+        assert data.geom(f"table_{i}/top").xpos[2] + top.size[2] == pytest.approx(layout.TABLE_HEIGHT)
+    for i, (x, y, half_x, half_y) in enumerate(layout.bin_rectangles(plan)):
+        assert np.allclose(data.geom(f"bin_{i}/box").xpos[:2], [x, y])
+        assert np.allclose(model.geom(f"bin_{i}/box").size[:2], [half_x, half_y])
+    for i, table in enumerate(plan.candle_tables):
+        assert np.allclose(house.candle(i).xpos, [*plan.position(plan.tables[table]), layout.TABLE_HEIGHT])
+        assert house.candle(i).xmat.reshape(3, 3)[2, 2] == pytest.approx(1)
+    for i, cell in enumerate(plan.stairwells):
+        assert np.allclose(data.geom(f"stairwell_{i}/trigger").xpos[:2], plan.position(cell))
+    bodies = names(model, "body")
+    for kind, cells in (("table", plan.tables), ("bin", plan.bins), ("stairwell", plan.stairwells)):
+        assert sum(name.startswith(f"{kind}_") for name in bodies) == len(cells)
+
+
+def test_only_what_shall_collide_does(house: House):
+    model = house.model
+    visual = np.isin(model.geom_group, [0, 1, 2])
+    assert visual.any()
+    assert not model.geom_contype[visual].any()
+    assert not model.geom_conaffinity[visual].any()
+    all_names = names(model, "geom")
+    physical = {all_names[i].split("/")[-1].split("_")[0] for i in np.flatnonzero(~visual)}
+    assert physical == {"floor", "wall", "top", "box", "wax", "trigger", "body"}
+
+
+def test_driven_about_nothing_warns_and_candles_stay(house: House):
+    random, plan = np.random.default_rng(0), house.plan
+    mujoco.mj_resetData(house.model, house.data)
+    speed = 0.444  # m/s, a toddler's 1.6 km/h
+    for _ in range(10):
+        start = plan.position(plan.free_cells[random.integers(len(plan.free_cells))])
+        direction = [(0, 1), (1, 0), (0, -1), (-1, 0)][random.integers(4)]
+        for k in range(10):
+            travelled = min(0.05 * k, 0.2)  # never so far that it would reach a table's edge
+            house.step(start + travelled * np.array(direction), speed * np.array(direction), steps=5)
+    assert house.data.time == pytest.approx(500 * house.model.opt.timestep)
+    assert not house.data.warning.number.any()
+    for i, table in enumerate(plan.candle_tables):
+        candle = house.candle(i)
+        assert np.allclose(candle.xpos, [*plan.position(plan.tables[table]), layout.TABLE_HEIGHT], atol=5e-4)
+        assert candle.xmat.reshape(3, 3)[2, 2] > 0.99999
+        assert np.abs(candle.cvel).max() < 1e-6
+
+
+def test_cameras_see_the_house(house: House):
+    model, data = house.model, house.data
+    mujoco.mj_forward(model, data)
+    camera = data.camera("overview")
+    height, width = np.array(house.plan.shape) * house.plan.cell_size / 2
+    corners = np.array(list(itertools.product([-width, width], [-height, height], [0, layout.WALL_HEIGHT])))
+    x, y, z = ((corners - camera.xpos) @ camera.xmat.reshape(3, 3)).T  # z points backwards
+    assert (z < 0).all()
+    top = np.tan(np.radians(model.camera("overview").fovy[0]) / 2)
+    vertical, horizontal = np.abs(y / -z).max() / top, np.abs(x / -z).max() / top
+    assert vertical <= 1
+    assert horizontal <= 4 / 3
+    assert max(vertical, horizontal / (4 / 3)) > 0.9  # and fills the picture
+
+
+def test_follow_camera_follows(paper: House):
+    cell, other = paper.plan.free_cells[0], paper.plan.free_cells[-1]
+    offsets = []
+    for position in (paper.plan.position(cell), paper.plan.position(other)):
+        paper.step(position)
+        mujoco.mj_forward(paper.model, paper.data)
+        offsets.append(paper.data.camera("follow").xpos - paper.data.body("toddler/toddler").xpos)
+        forward = -paper.data.camera("follow").xmat.reshape(3, 3)[:, 2]
+        assert offsets[-1] @ forward == pytest.approx(-np.linalg.norm(offsets[-1]), rel=0.05)  # looks at it
+    assert np.allclose(*offsets)
+
+
+def test_decorations_stay_out_of_the_way(house: House):
+    model, data, plan = house.model, house.data, house.plan
+    mujoco.mj_forward(model, data)
+    for i, name in enumerate(names(model, "geom")):
+        if name.startswith("decoration_"):
+            centre, half = model.geom_aabb[i].reshape(2, 3)
+            corners = centre + half * np.array(list(itertools.product([-1, 1], repeat=3)))
+            for corner in data.geom_xpos[i] + corners @ data.geom_xmat[i].reshape(3, 3).T:
+                assert plan[plan.cell_at(corner)] == WALL, name
+
+
+def test_trigger_reports_overlap_and_exerts_no_force(house: House):
+    for i, cell in enumerate(house.plan.stairwells[:4]):
+        centre = house.plan.position(cell)
+        for direction in ((0, 1), (1, 0), (0, -1), (-1, 0)):
+            for distance, expected in ((0.33, False), (0.321, False), (0.319, True), (0.2, True), (0.0, True)):
+                touched = house.step(centre + distance * np.array(direction))
+                trigger = f"stairwell_{i}/trigger"
+                assert (trigger in touched) == expected
+                if touched == {trigger}:
+                    assert house.toddler_force == 0.0
+
+
+def test_tables_and_walls_stop_the_toddler(paper: House):
+    table, bin_ = paper.plan.tables[1], paper.plan.bins[0]
+    paper_wall = paper.plan.position((4, 5)) - np.array([0, 0.625])  # the face of the wall south of a free cell
+    for face, direction, name in (
+        (paper.plan.position(table) - np.array([layout.TABLE_HALF_SIZE, 0]), (1, 0), "table_1/top"),
+        (paper.plan.position(bin_) + np.array([layout.BIN_HALF_SIZE, 0]), (-1, 0), "bin_0/box"),
+        (paper_wall, (0, -1), "wall_"),
+    ):
+        direction = np.array(direction)
+        start = face - (TODDLER_RADIUS + 0.02) * direction
+        touched = paper.step(start, 0.4 * direction, steps=20)
+        assert any(other.startswith(name) for other in touched), name
+        # It may dent a face that stops it by a few millimetres, no more.
+        assert (paper.toddler_position - face) @ direction < -TODDLER_RADIUS + 0.004
+
+
+def test_toddler_pushes_a_candle_over_and_the_floor_catches_it(paper: House):
+    far = paper.plan.position(paper.plan.free_cells[-1])
+    spot = paper.plan.position(paper.plan.free_cells[0])
+    joint = paper.model.joint("candle_0/joint")
+    paper.data.qpos[joint.qposadr[0] : joint.qposadr[0] + 3] = [*spot, 0.3]
+    paper.step(far, steps=400)
+    assert paper.candle(0).xpos[2] == pytest.approx(0, abs=1e-3)
+    assert paper.candle(0).xmat.reshape(3, 3)[2, 2] > 0.999
+    touched = set()
+    for k in range(30):
+        touched |= paper.step(spot - np.array([0.3 - 0.01 * k, 0]), (0.5, 0), steps=4)
+    assert touched == {"candle_0/wax"}
+    assert paper.candle(0).xmat.reshape(3, 3)[2, 2] < 0.5  # it lies
+    assert paper.candle(0).xpos[2] < 0.03
+    assert not paper.data.warning.number.any()
+
+
+def test_candles_fall_asleep_and_the_toddler_does_not(paper: House):
+    paper.step(paper.plan.position(paper.plan.free_cells[0]), steps=200)
+    tree = paper.model.body_treeid
+    asleep = paper.data.tree_asleep >= 0
+    for i in range(len(paper.plan.candle_tables)):
+        assert asleep[tree[paper.model.body(f"candle_{i}/candle").id]]
+    assert not asleep[tree[paper.model.body("toddler/toddler").id]]
+
+
+def test_scene_is_the_same_every_time_and_small():
+    first, second = (House(PLANS[0]).model for _ in range(2))
+    assert names(first, "geom") == names(second, "geom")
+    assert np.array_equal(first.geom_pos, second.geom_pos)
+    assert first.ngeom < 520  # rendering without a GPU takes its time

@@ -1,0 +1,107 @@
+"""Offscreen rendering comes up headless, at first use, with the backend that the user wants or that works."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+SCENE = (
+    "<mujoco><visual><global offwidth='64' offheight='48'/></visual><worldbody><light pos='0 -2 3'/>"
+    "<geom size='1' rgba='1 0 0 1'/><camera name='side' pos='0 -4 0' xyaxes='1 0 0 0 0 1'/></worldbody></mujoco>"
+)
+RENDER = f"""
+from dm_control import mujoco
+class Physics(rendering.OffscreenRendering, mujoco.Physics):
+    pass
+physics = Physics.from_xml_string({SCENE!r})
+try:
+    frame = physics.render(48, 64, camera_id="side")
+except rendering.RenderingError as error:
+    print("RenderingError", error)
+else:
+    red, green, _ = frame[24, 32]
+    print(type(physics.contexts.gl).__name__, frame.shape, "red" if red > 50 + green else "not red")
+"""
+
+
+def run(code: str, **environment: str | None) -> str:
+    """Runs code in a fresh interpreter and returns what it prints; None takes a variable out of the environment."""
+    wanted = {"MUJOCO_GL": None, "PYOPENGL_PLATFORM": None, **environment}
+    variables = {**os.environ, **wanted}
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={name: value for name, value in variables.items() if value is not None},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+@pytest.fixture
+def no_egl(tmp_path):
+    """A folder in which the linker finds a libEGL and a libOSMesa that cannot be loaded."""
+    for name in ("libEGL.so.1", "libOSMesa.so.8", "libOSMesa.so.6"):
+        (tmp_path / name).touch()
+    return str(tmp_path)
+
+
+def test_import_touches_no_opengl():
+    modules = "[m for m in sys.modules if m.split('.')[0] == 'OpenGL']"
+    libraries = "[line for line in open('/proc/self/maps') if 'libEGL' in line or 'libOSMesa' in line]"
+    code = "import os, sys; import caregiver_mj; from caregiver_mj.house import rendering; import dm_control.mujoco\n"
+    assert run(code + f"print({modules}, {libraries}, os.environ.get('MUJOCO_GL'))") == "[] [] None"
+
+
+@pytest.mark.parametrize("before", ["", "from dm_control import mujoco; "], ids=["first", "after dm_control"])
+def test_renders_without_display(before):
+    printed = run(f"{before}from caregiver_mj.house import rendering{RENDER}", DISPLAY=None, WAYLAND_DISPLAY=None)
+    assert printed in ("EglContext (48, 64, 3) red", "OSMesaContext (48, 64, 3) red")
+
+
+def test_plain_dm_control_renders_too():
+    code = (
+        "from caregiver_mj.house import rendering; from dm_control import mujoco\n"
+        f"print(mujoco.Physics.from_xml_string({SCENE!r}).render(48, 64, camera_id='side').shape)"
+    )
+    assert run(code, DISPLAY=None, WAYLAND_DISPLAY=None) == "(48, 64, 3)"
+
+
+@pytest.mark.parametrize("wish", ["egl", "osmesa"])
+def test_user_choice_wins(wish):
+    printed = run(f"from caregiver_mj.house import rendering{RENDER}", MUJOCO_GL=wish)
+    context = {"egl": "EglContext", "osmesa": "OSMesaContext"}[wish]
+    if printed.startswith("RenderingError"):  # not on this machine; then it must not have tried the other
+        other = {"egl": "osmesa", "osmesa": "egl"}[wish]
+        assert f"({wish}: " in printed
+        assert f"{other}: " not in printed
+    else:
+        assert printed == f"{context} (48, 64, 3) red"
+
+
+def test_user_can_switch_rendering_off():
+    printed = run(f"from caregiver_mj.house import rendering{RENDER}", MUJOCO_GL="off")
+    assert printed.startswith("RenderingError")
+    assert "'off'" in printed
+
+
+def test_falls_back_to_osmesa():
+    # A machine without EGL: the constructor fails, and the next candidate is asked.
+    code = """
+from caregiver_mj.house import rendering
+def fail(*size): raise OSError("libEGL.so.1: no such file")
+class Other:
+    def __init__(self, *size): self.size = size
+rendering._BACKENDS.update(egl=fail, osmesa=Other)
+print(rendering.make_context(64, 48).size)
+"""
+    assert run(code) == "(64, 48)"
+
+
+def test_one_line_says_what_to_install(no_egl):
+    printed = run(f"from caregiver_mj.house import rendering{RENDER}", LD_LIBRARY_PATH=no_egl)
+    assert printed.startswith("RenderingError cannot render: no OpenGL backend works (egl: ")
+    assert printed.endswith("install one (Debian: apt-get install libegl1 libgl1-mesa-dri, or libosmesa6)")
+    assert "\n" not in printed

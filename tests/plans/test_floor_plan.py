@@ -1,0 +1,317 @@
+"""Floor plans: what is refused and why, and the distances, against searches written here."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from random_plans import plan_texts
+
+from caregiver_mj.errors import FloorPlanError
+from caregiver_mj.plans.floor_plan import ACTIONS, UNREACHABLE, FloorPlan, Target, house_names
+
+STEPS = {"north": (-1, 0), "east": (0, 1), "south": (1, 0), "west": (0, -1)}
+
+SMALL = """\
+######
+#....#
+#.CS.#
+#.TB.#
+#T...#
+######
+"""
+
+
+def bfs(cells, start):
+    """Moves from one cell to all others, in a set of walkable cells."""
+    moves = {start: 0}
+    queue = [start]
+    for row, column in queue:
+        for down, right in STEPS.values():
+            there = (row + down, column + right)
+            if there in cells and there not in moves:
+                moves[there] = moves[(row, column)] + 1
+                queue.append(there)
+    return moves
+
+
+# -- What is refused -----------------------------------------------------------------------------
+
+# What is wrong, the plan, where (line and column), what the message says.
+MALFORMED = [
+    ("empty", "\n  \n", (1, 1), "the plan is empty"),
+    ("unknown character", "####\n#.x#\n####", (2, 3), "'x' is none of # (wall), . (free cell), S (stairwell)"),
+    ("lower case", "#####\n#.Tb#\n#####", (2, 4), "'b' is none of"),
+    ("blank inside a row", "#####\n#. B#\n#####", (2, 3), "' ' is none of"),
+    ("indented", " ###\n#.B#\n####", (1, 1), "' ' is none of"),
+    ("short row", "#####\n#.B\n#####", (2, 4), "the row has 3 cells, but the first one has 5"),
+    ("long row", "####\n#.B##\n####", (2, 5), "the row has 5 cells, but the first one has 4"),
+    ("blank line inside", "####\n#.B#\n\n####", (3, 1), "the row has 0 cells, but the first one has 4"),
+    ("door in the north wall", "##.#\n#.B#\n####", (1, 3), "the border must be all wall (#), and here is a free cell"),
+    ("stairwell in the south", "####\n#.B#\n##S#", (3, 3), "the border must be all wall (#), and here is a stairwell"),
+    ("table in the west wall", "####\nT.B#\n####", (2, 1), "the border must be all wall (#), and here is a bare table"),
+    ("bin in the east wall", "####\n#..B\n####", (2, 4), "the border must be all wall (#), and here is a toy bin"),
+    ("no free cell", "####\n#BT#\n####", (1, 1), "the plan has no free cell (.)"),
+    ("all wall", "##\n##", (1, 1), "the plan has no free cell (.)"),
+    ("two halves", "#####\n#.#.#\n#B#B#\n#####", (2, 4), "is not connected to the one at line 2, column 2"),
+    ("joined by a landing only", "#####\n#.S.#\n#B#B#\n#####", (2, 4), "this free cell is not connected to the one"),
+    ("unreachable stairwell", "#####\n#.#S#\n#B###\n#####", (2, 4), "this stairwell (S) cannot be reached"),
+    ("unreachable candle", "#####\n#.#C#\n#BT##\n#####", (2, 4), "this table with a candle (C) cannot be reached"),
+    ("unreachable table", "#####\n#.BT#\n#####", (2, 4), "this bare table (T) cannot be reached"),
+    ("unreachable bin", "######\n#.BTB#\n#.T.##\n#..###\n######", (3, 4), "this free cell is not connected"),
+    ("enclosed bin", "######\n#.BBB#\n#..###\n######", (2, 4), "this toy bin (B) cannot be reached"),
+    ("diagonal only", "#####\n#.B##\n##T##\n#####", (3, 3), "this bare table (T) cannot be reached"),
+]
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "problem"), [row[1:] for row in MALFORMED], ids=[row[0] for row in MALFORMED]
+)
+def test_malformed_plans_are_refused_with_line_and_column(text, place, problem):
+    with pytest.raises(FloorPlanError) as error:
+        FloorPlan.parse(text, "attic")
+    message = str(error.value)
+    assert message.startswith(f"floor plan 'attic' line {place[0]}, column {place[1]}: ")
+    assert problem in message
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("####\n#.T#\n####", "has no toy bin (B) in lines 1 to 3, columns 1 to 4"),
+        ("\n####\n#.C#\n#.B#\n####", "has no bare table (T) in lines 2 to 5, columns 1 to 4"),
+    ],
+)
+def test_a_plan_without_an_indispensable_object_is_refused(text, problem):
+    with pytest.raises(FloorPlanError) as error:
+        FloorPlan.parse(text, "attic")
+    assert problem in str(error.value)
+
+
+def test_lines_are_counted_from_the_top_of_the_file():
+    with pytest.raises(FloorPlanError, match="line 4, column 2: 'x'"):
+        FloorPlan.parse("\n\n####\n#xB#\n####\n")
+
+
+def test_trailing_blanks_line_ends_and_blank_lines_do_not_matter():
+    assert FloorPlan.parse("\r\n\n####  \r\n#.B#\t\r\n####\r\n\n").rows == ("####", "#.B#", "####")
+
+
+@pytest.mark.parametrize("size", [0.0, -0.75, float("nan"), float("inf")])
+def test_cell_size_must_be_positive(size):
+    with pytest.raises(FloorPlanError, match="cell size must be a positive length"):
+        FloorPlan.parse(SMALL, cell_size=size)
+
+
+def test_a_house_without_hazards_needs_no_table():
+    plan = FloorPlan.parse("####\n#.B#\n####")
+    assert plan.stairwells == plan.tables == plan.candle_tables == ()
+
+
+# -- Loading -------------------------------------------------------------------------------------
+
+
+def test_every_house_that_comes_with_the_package_is_valid():
+    assert "paper" in house_names()
+    for name in house_names():
+        assert FloorPlan.load(name).name == name
+
+
+def test_the_paper_house_has_the_objects_its_description_names():
+    plan = FloorPlan.load("paper")
+    counts = [len(objects) for objects in (plan.stairwells, plan.candle_tables, plan.tables, plan.bins)]
+    assert counts == [3, 4, 8, 4]
+
+
+def test_load_reads_a_file_and_calls_it_by_its_stem(tmp_path):
+    file = tmp_path / "attic.txt"
+    file.write_text(SMALL)
+    plan = FloorPlan.load(file, cell_size=0.8)
+    assert (plan.name, plan.cell_size, "\n".join(plan.rows) + "\n") == ("attic", 0.8, SMALL)
+
+
+def test_a_missing_file_is_named_together_with_the_houses_there_are(tmp_path):
+    with pytest.raises(FloorPlanError, match=r"no floor plan '.*nowhere.txt': neither a file nor one of .*paper"):
+        FloorPlan.load(tmp_path / "nowhere.txt")
+
+
+@pytest.mark.parametrize("content", [b"\xff\xfe\x00#", None], ids=["not text", "a folder"])
+def test_an_unreadable_file_is_an_error_of_ours(tmp_path, content):
+    path = tmp_path / "house"
+    path.mkdir() if content is None else path.write_bytes(content)
+    with pytest.raises(FloorPlanError, match="cannot be read"):
+        FloorPlan.load(path)
+
+
+# -- What stands where ---------------------------------------------------------------------------
+
+
+def test_objects_and_states_are_in_reading_order():
+    plan = FloorPlan.parse(SMALL)
+    assert plan.shape == (6, 6)
+    assert plan.free_cells[:6] == ((1, 1), (1, 2), (1, 3), (1, 4), (2, 1), (2, 4))
+    assert plan.free_cells[6:] == ((3, 1), (3, 4), (4, 2), (4, 3), (4, 4))
+    assert plan.caregiver_cells == (*plan.free_cells, (2, 3))
+    assert plan.tables == ((2, 2), (3, 2), (4, 1))
+    assert plan.candle_tables == (0,)
+    assert plan.bins == ((3, 3),)
+
+
+def test_a_candles_table_is_an_index_among_all_tables():
+    plan = FloorPlan.parse("######\n#TCTC#\n#....#\n##B###\n######")
+    assert plan.candle_tables == (1, 3)
+
+
+def test_positions_are_metres_from_the_middle_east_and_north():
+    plan = FloorPlan.parse("#####\n#B.T#\n#...#\n#####", cell_size=0.5)  # 4 rows, 5 columns
+    # Column 3 is 1 cell east of the middle column 2; row 1 is half a cell north of the middle, 1.5 rows down.
+    np.testing.assert_allclose(plan.position((1, 3)), [1 * 0.5, 0.5 * 0.5])
+    np.testing.assert_allclose(plan.position((2, 1)), [-1 * 0.5, -0.5 * 0.5])
+
+
+def test_points_outside_count_to_the_nearest_cell():
+    plan = FloorPlan.parse("#####\n#B.T#\n#...#\n#####")
+    assert plan.cell_at(np.array([-99.0, 99.0])) == (0, 0)
+    assert plan.cell_at(np.array([99.0, -99.0])) == (3, 4)
+
+
+def test_a_plan_is_frozen():
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        FloorPlan.parse("####\n#.B#\n####").name = "other"
+
+
+@settings(max_examples=60, deadline=None)
+@given(plan_texts())
+def test_random_plans_round_trip(text):
+    plan = FloorPlan.parse(text)
+    assert "\n".join(plan.rows) == text
+    for cell in ((r, c) for r in range(plan.shape[0]) for c in range(plan.shape[1])):
+        assert plan[cell] == text.splitlines()[cell[0]][cell[1]]
+        assert plan.cell_at(plan.position(cell)) == cell
+    kinds = {".": plan.free_cells, "S": plan.stairwells, "B": plan.bins}
+    for kind, cells in kinds.items():
+        assert len(cells) == text.count(kind)
+    assert len(plan.tables) == text.count("C") + text.count("T")
+    assert all(plan[plan.tables[i]] == "C" for i in plan.candle_tables)
+
+
+@settings(max_examples=30, deadline=None)
+@given(plan_texts(), st.data())
+def test_one_wrong_character_is_found_where_it_is(text, data):
+    rows = text.splitlines()
+    row = data.draw(st.integers(0, len(rows) - 1))
+    column = data.draw(st.integers(0, len(rows[0]) - 1))
+    rows[row] = rows[row][:column] + "?" + rows[row][column + 1 :]
+    with pytest.raises(FloorPlanError, match=rf"line {row + 1}, column {column + 1}: '\?'"):
+        FloorPlan.parse("\n".join(rows))
+
+
+# -- Moves and distances -------------------------------------------------------------------------
+
+
+def test_moves_by_hand():
+    plan = FloorPlan.parse("#####\n#S.B#\n##.C#\n##T##\n#####")
+    next_cell, target, index = plan.moves
+    assert plan.free_cells == ((1, 2), (2, 2))
+    assert [ACTIONS[a] for a in range(4)] == list(STEPS.values())
+    # North, east, south, west of (1, 2): wall, bin 0, the other cell, stairwell 0.
+    assert target[0].tolist() == [Target.WALL, Target.BIN, Target.FREE, Target.STAIRWELL]
+    assert next_cell[0].tolist() == [0, 0, 1, 0]
+    assert index[0].tolist() == [-1, 0, -1, 0]
+    # Of (2, 2): the other cell, table 0 (with the candle), table 1 (bare), wall.
+    assert target[1].tolist() == [Target.FREE, Target.TABLE, Target.TABLE, Target.WALL]
+    assert next_cell[1].tolist() == [0, 1, 1, 1]
+    assert index[1].tolist() == [-1, 0, 1, -1]
+
+
+@settings(max_examples=25, deadline=None)
+@given(plan_texts())
+def test_walking_distances_are_those_of_a_search_symmetric_and_obey_the_triangle(text):
+    plan = FloorPlan.parse(text)
+    cells = plan.caregiver_cells
+    distance = plan.distances_from(range(len(cells)))
+    assert (distance == distance.T).all()
+    walkable = set(cells)
+    for i in range(0, len(cells), 7):
+        moves = bfs(walkable, cells[i])
+        assert distance[i].tolist() == [moves[cell] for cell in cells]
+        through = distance[:, i, None].astype(int) + distance[i]
+        assert (distance <= through).all()
+
+
+@settings(max_examples=25, deadline=None)
+@given(plan_texts(), st.data())
+def test_distances_round_a_closed_cell_and_to_the_nearest_of_a_group(text, data):
+    plan = FloorPlan.parse(text)
+    cells = plan.caregiver_cells
+    closed = data.draw(st.integers(0, len(plan.free_cells) - 1))
+    group = data.draw(st.lists(st.integers(0, len(cells) - 1), min_size=1, max_size=4))
+    distance = plan.distances_from([group], closed)[0]
+    searches = [bfs(set(cells) - {cells[closed]}, cells[goal]) for goal in group if goal != closed]
+    for i, cell in enumerate(cells):
+        expected = min((moves.get(cell, UNREACHABLE) for moves in searches), default=UNREACHABLE)
+        assert distance[i] == (UNREACHABLE if i == closed else expected)
+
+    part = plan.parts(closed)
+    start = data.draw(st.integers(0, len(cells) - 1).filter(lambda i: i != closed))
+    together = bfs(set(cells) - {cells[closed]}, cells[start])
+    assert {cells[i] for i in np.flatnonzero(part == part[start])} == set(together)
+
+
+@settings(max_examples=30, deadline=None)
+@given(plan_texts())
+def test_bump_distances_are_those_of_a_search_that_enters_no_landing(text):
+    plan = FloorPlan.parse(text)
+    objects = (*plan.stairwells, *plan.tables, *plan.bins)
+    distance = plan.bump_distances(objects)
+    assert distance.shape == (len(plan.free_cells), len(objects))
+    for j, goal in enumerate(objects):
+        moves = bfs({*plan.free_cells, goal}, goal)  # the last move is into the object
+        assert distance[:, j].tolist() == [moves[cell] for cell in plan.free_cells]
+
+
+def test_the_novice_does_not_take_the_short_way_over_a_landing_but_the_caregiver_does():
+    plan = FloorPlan.parse("#######\n#B.S.T#\n##...##\n#######")
+    west = plan.cell_index[(1, 2)]
+    table = plan.bump_distances(plan.tables)[west, 0]
+    assert table == 5  # south, east, east, north, into the table
+    assert plan.distances_from([plan.cell_index[(1, 4)]])[0, west] == 2
+
+
+@settings(max_examples=25, deadline=None)
+@given(plan_texts(largest=12), st.data())
+def test_routes_lead_over_the_cells_of_some_shortest_path(text, data):
+    plan = FloorPlan.parse(text)
+    start = data.draw(st.integers(0, len(plan.free_cells) - 1))
+    routes = dict.fromkeys(plan.caregiver_cells, 0)
+    for goal in plan.bins:
+        left = bfs({*plan.free_cells, goal}, goal)
+        layer = {plan.free_cells[start]}
+        while layer:
+            for cell in layer:
+                routes[cell] += 1
+            layer = {
+                there
+                for row, column in layer
+                for down, right in STEPS.values()
+                if left.get(there := (row + down, column + right), 10**6) == left[(row, column)] - 1 and there != goal
+            }
+    assert plan.routes_over(start).tolist() == list(routes.values())
+
+
+def test_downhill_leads_to_the_lowest_neighbour_or_stays():
+    plan = FloorPlan.parse("#####\n#B..#\n#..T#\n#####")
+    height = np.array([3, 1, 5, 3])  # cells (1, 2), (1, 3), (2, 1), (2, 2)
+    assert plan.downhill(height).tolist() == [1, 1, 3, 3]
+
+
+def test_the_end_of_a_passage_to_a_bin_is_a_trap_and_a_landing_is_none():
+    passage = "######\n#....#\n#....#\n#.####\n#..B##\n######"
+    plan = FloorPlan.parse(passage)
+    # A novice in the room's corner (2, 1) shuts the passage; one inside it leaves the whole room as refuge.
+    traps = {cell for cell, is_trap in zip(plan.caregiver_cells, plan.traps, strict=True) if is_trap}
+    assert traps == {(3, 1), (4, 1), (4, 2)}
+    with_landing = FloorPlan.parse(passage[:-6] + "##S###\n######")
+    assert not with_landing.traps.any()

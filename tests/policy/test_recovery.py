@@ -1,0 +1,470 @@
+"""What goes wrong, provoked in physics: missed grasps, fallen candles, places that are taken, changes of plan."""
+
+import mujoco
+import numpy as np
+import pytest
+
+import caregiver_mj
+from caregiver_mj.caregivers.caregiver import NOTHING, Caregiver, Observation
+from caregiver_mj.plans.floor_plan import ACTIONS, FloorPlan
+from caregiver_mj.recording.telemetry import Recorder, check_limits
+from caregiver_mj.robot import kinematics
+from caregiver_mj.robot.planning_scene import PlanningScene
+
+ROOM = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.......#\n#########", "room")
+TABLE_TOP, FLOOR = 0.60, 0.0  # metres
+CANDLE_RADIUS = 0.022
+OPEN_FLOOR = (-0.70, -1.05)  # in that room
+MOVE = 84  # control steps of a novice timestep
+
+
+class Scene:
+    """A relocation in a room, with a child that stays where it is put."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, seed: int = 0, plan: FloorPlan = ROOM):
+        self.env = caregiver_mj.load("relocate_candle", plan, epsilon=0.0, random=seed)
+        self.policy = caregiver_mj.CaregiverPolicy(self.env)
+        self.timestep = self.env.reset()
+        self.physics, self.task = self.env.physics, self.env.task
+        monkeypatch.setattr(self.task._walk, "step", lambda *_: None)
+        self.put_child(plan.free_cells[-1])
+        self.touched: set[str] = set()  # by the robot, save candles
+
+    def put_child(self, cell: tuple[int, int]) -> None:
+        self.task._walk.reset(tuple(self.task.plan.position(cell).tolist()), 0.0)
+
+    def put_candle(self, x: float, y: float, z: float, tilt: float, heading: float, candle: int = 0) -> None:
+        """Puts a candle somewhere at rest: its foot's middle, and its axis tilted towards a heading, in radians."""
+        lean, turn, pose = np.empty(4), np.empty(4), np.empty(4)
+        mujoco.mju_axisAngle2Quat(lean, np.array([0.0, 1.0, 0.0]), tilt)
+        mujoco.mju_axisAngle2Quat(turn, np.array([0.0, 0.0, 1.0]), heading)
+        mujoco.mju_mulQuat(pose, turn, lean)
+        model, data = self.physics.model.ptr, self.physics.data.ptr
+        joint = model.joint(f"candle_{candle}/joint")
+        data.qpos[joint.qposadr[0] : joint.qposadr[0] + 7] = [x, y, z, *pose]
+        data.qvel[joint.dofadr[0] : joint.dofadr[0] + 6] = 0.0
+        mujoco.mj_forward(model, data)
+
+    def push(self, force: tuple[float, float], candle: int = 0) -> None:
+        """Pushes a candle for a tenth of a second, near its top."""
+        data = self.physics.data.ptr
+        body = self.physics.model.ptr.body(f"candle_{candle}/candle").id
+        data.xfrc_applied[body] = [*force, 0.0, -0.07 * force[1], 0.07 * force[0], 0.0]
+        self.run(5)
+        data.xfrc_applied[body] = 0.0
+
+    def run(self, steps: int, until=lambda: False) -> bool:
+        """Runs for some control steps at most; returns whether the condition came true."""
+        names = [self.physics.model.geom(i).name for i in range(self.physics.model.ngeom)]
+        for _ in range(steps):
+            self.timestep = self.env.step(self.act())
+            for one, two in self.physics.data.contact.geom.tolist():
+                for robot, other in ((names[one], names[two]), (names[two], names[one])):
+                    if robot.startswith("robot/") and not other.startswith("candle_"):
+                        self.touched.add(other)
+            if until():
+                return True
+        return False
+
+    def act(self) -> np.ndarray:
+        return self.policy(self.timestep)
+
+    def until_done(self, seconds: float = 60.0) -> bool:
+        return self.run(round(50 * seconds), until=lambda: self.policy.interventions_done > 0)
+
+    def candle(self, candle: int = 0) -> np.ndarray:
+        return self.physics.candle_poses()[candle, :3]
+
+
+@pytest.fixture
+def scene(monkeypatch) -> Scene:
+    return Scene(monkeypatch)
+
+
+def assert_relocated(scene: Scene) -> None:
+    """The candle stands upright on its table, let go; the robot has touched nothing else, and struck nobody."""
+    assert scene.task.is_placed(scene.physics)
+    assert scene.physics.candle_upright()[0] > np.cos(np.radians(1))
+    assert not scene.touched
+    assert scene.task.outcome()["strikes"] == 0
+
+
+# -- Missed grasps -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("offset", [0.13, -0.13])
+def test_missed_grasp_is_noticed_and_tried_again(scene, monkeypatch, offset):
+    """The robot sees the candle beside where it is, until its fingers have closed on nothing."""
+    sees_wrong = True
+    fooled = 0
+
+    def act() -> np.ndarray:
+        nonlocal fooled
+        observation = dict(scene.timestep.observation)
+        if sees_wrong:
+            observation["candle_position"] = observation["candle_position"] + [offset, 0.0, 0.0]
+            fooled += 1
+        return scene.policy(scene.timestep._replace(observation=observation))
+
+    monkeypatch.setattr(scene, "act", act)
+    before = scene.candle()
+    assert scene.run(3000, until=lambda: scene.physics.finger_position().sum() < 0.033)
+    np.testing.assert_allclose(scene.candle(), before, atol=0.002)  # it stands where it stood
+    sees_wrong = False
+    closed = scene.physics.finger_position().sum()
+    scene.run(4)
+    assert scene.physics.finger_position().sum() > closed  # they open again, at once
+    assert scene.until_done()
+    assert fooled
+    assert scene.policy.interventions == 1  # it did not begin anew, and had not given up
+    assert_relocated(scene)
+
+
+def test_grasp_that_fails_again_and_again_is_given_up(scene, monkeypatch):
+    def act() -> np.ndarray:
+        action = scene.policy(scene.timestep)
+        action[10] = max(action[10], 0.030)  # the fingers do not close
+        return action
+
+    monkeypatch.setattr(scene, "act", act)
+    # It cannot tell by its open fingers that it has nothing: what it lacks is a candle that comes along.
+    assert scene.run(3000, until=lambda: scene.policy.activity == "keep out of the way")
+    assert scene.task.is_standing(scene.physics, 0)
+    assert scene.policy.interventions_done == 0
+
+
+# -- Fallen candles ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("heading", [0, 100, 215])
+@pytest.mark.parametrize("place", ["floor", "table"])
+def test_candle_is_picked_up_from_where_it_lies(scene, place, heading):
+    if place == "floor":
+        scene.put_candle(*OPEN_FLOOR, FLOOR + CANDLE_RADIUS, np.pi / 2, np.radians(heading))
+    else:
+        scene.put_candle(*scene.candle()[:2], TABLE_TOP + CANDLE_RADIUS, np.pi / 2, np.radians(heading))
+    assert scene.until_done()
+    assert_relocated(scene)
+
+
+def test_limits_are_kept_while_a_candle_is_taken_out_to_the_open_and_picked_up(scene):
+    scene.put_candle(*scene.candle()[:2], TABLE_TOP + 0.16, np.pi, 0.0)  # on its head: two grips, in all directions
+    with Recorder(scene.env) as recorder:
+        assert scene.until_done()
+    checks = check_limits(recorder.log())
+    assert all(check.ratio <= 1.0 for check in checks)
+    assert max(check.ratio for check in checks if check.name.startswith("arm acceleration")) > 0.8
+
+
+def test_candle_that_stands_on_the_floor_is_picked_up(scene):
+    scene.put_candle(*OPEN_FLOOR, FLOOR, 0.0, 0.0)
+    assert scene.until_done()
+    assert_relocated(scene)
+
+
+def test_candle_that_stands_on_its_head_is_laid_down_and_picked_up(scene):
+    scene.put_candle(*scene.candle()[:2], TABLE_TOP + 0.16, np.pi, 0.0)
+    assert scene.until_done()
+    assert_relocated(scene)
+
+
+@pytest.mark.parametrize("direction", range(0, 360, 60))
+def test_candle_that_is_knocked_over_while_the_robot_comes_is_picked_up(scene, direction):
+    scene.run(30)
+    angle = np.radians(direction)
+    scene.push((2.0 * np.cos(angle), 2.0 * np.sin(angle)))
+    scene.run(10)
+    assert not scene.task.is_standing(scene.physics, 0)
+    assert scene.until_done()
+    assert_relocated(scene)
+    assert scene.task.outcome()["candles_dropped"] == 1
+
+
+def test_candle_that_is_torn_from_the_hand_is_picked_up(scene):
+    holds = lambda: scene.physics.is_gripping() and scene.candle()[2] > TABLE_TOP + 0.2  # noqa: E731
+    assert scene.run(1000, until=holds)
+    body = scene.physics.model.ptr.body("candle_0/candle").id
+    scene.physics.data.ptr.xfrc_applied[body, :3] = [0.0, 0.0, -150.0]
+    assert scene.run(100, until=lambda: scene.candle()[2] < TABLE_TOP)
+    scene.physics.data.ptr.xfrc_applied[body] = 0.0
+    assert scene.until_done()
+    assert_relocated(scene)
+
+
+def test_robot_drives_round_a_candle_that_has_fallen_in_its_way(monkeypatch):
+    plan = FloorPlan.parse("###########\n#.........#\n#S........#\n#....C...B#\n#.....T...#\n###########", "round")
+    caregiver = Switching(plan)
+    caregiver.target = 0
+    env, policy, timestep = supervise(plan, (4, 9), monkeypatch, caregiver)
+    env.physics.set_robot(np.array([*plan.position((2, 8)), 0.0]), env.physics.arm_position())
+    lies = np.array([*plan.position((2, 4)), CANDLE_RADIUS])
+    quarter = np.sqrt(0.5)
+    env.physics.data.qpos[env.physics.model.ptr.joint("candle_0/joint").qposadr[0] :][:7] = [
+        *lies,
+        quarter,
+        0,
+        quarter,
+        0,
+    ]
+    timestep = timestep._replace(observation=env.task.get_observation(env.physics))
+    while not policy.interventions_done:
+        timestep = env.step(policy(timestep))
+        assert not timestep.last()
+    assert np.hypot(*(env.physics.base_position()[:2] - plan.position((2, 1)))) < 0.03
+    np.testing.assert_allclose(env.physics.candle_poses()[0, :3], lies, atol=0.01)
+
+
+def test_hand_does_not_go_to_a_fallen_candle_while_the_child_is_near(scene):
+    scene.put_candle(*OPEN_FLOOR, FLOOR + CANDLE_RADIUS, np.pi / 2, 0.0)
+    scene.task._walk.reset((OPEN_FLOOR[0] + 1.0, OPEN_FLOOR[1]), 0.0)
+    scene.run(400)
+    tucked = scene.physics.arm_position()
+    assert np.hypot(*(scene.physics.base_position()[:2] - OPEN_FLOOR)) < 0.8  # it stands there and waits
+    scene.run(50)
+    np.testing.assert_allclose(scene.physics.arm_position(), tucked, atol=1e-3)
+    scene.put_child(scene.task.plan.free_cells[-1])
+    assert scene.until_done()
+    assert_relocated(scene)
+
+
+def test_hand_stops_on_its_way_when_the_child_comes_near(scene):
+    scene.put_candle(*OPEN_FLOOR, FLOOR + CANDLE_RADIUS, np.pi / 2, 0.0)
+    tucked = scene.physics.arm_position()
+    assert scene.run(1000, until=lambda: np.abs(scene.physics.arm_position() - tucked).max() > 0.5)
+    scene.task._walk.reset((OPEN_FLOOR[0] + 0.55, OPEN_FLOOR[1]), 0.0)
+    scene.run(25)  # to come to rest
+    stopped = scene.physics.arm_position()
+    scene.run(100)
+    np.testing.assert_allclose(scene.physics.arm_position(), stopped, atol=1e-3)
+    assert scene.candle()[2] < 0.05
+    scene.put_child(scene.task.plan.free_cells[-1])
+    assert scene.until_done()
+    assert_relocated(scene)
+
+
+def test_caregiver_sees_a_candle_on_the_floor():
+    env = caregiver_mj.load("supervise", ROOM, epsilon=0.0, random=0)
+    policy = caregiver_mj.CaregiverPolicy(env)
+    timestep = env.reset()
+    observation = dict(timestep.observation)
+    observation["candle_position"] = np.array([[*OPEN_FLOOR, CANDLE_RADIUS]])
+    policy(timestep._replace(observation=observation))
+    assert policy.assessment.reach[0, 0] > 0.0  # it can be run into
+
+
+def test_fallen_candle_comes_to_rest(scene, monkeypatch):
+    still = np.array([0.0, 0.0, 0.0, *scene.physics.arm_position(), 0.036])
+    monkeypatch.setattr(scene, "act", lambda: still)
+    scene.push((2.0, 0.0))
+    scene.run(250)
+    joint = scene.physics.model.ptr.joint("candle_0/joint")
+    assert not scene.task.is_standing(scene.physics, 0)
+    assert np.abs(scene.physics.data.qvel[joint.dofadr[0] :][:6]).max() < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("gap", "lift", "free", "free_with_candle"),
+    [(0.30, 0.0, True, True), (0.20, 0.0, True, False), (0.20, 0.25, True, True), (0.09, 0.0, False, False)],
+)
+def test_planning_scene_knows_what_the_robot_and_the_candle_in_its_hand_would_touch(gap, lift, free, free_with_candle):
+    """The robot looks east, at a candle before a wall, its foot towards that. In turning it up the foot swings out."""
+    plan = FloorPlan.parse("########\n#B.....#\n#......#\n#......#\n#......#\n#C....T#\n########", "hall")
+    x, y = plan.position((3, 7))[0] - 0.125 - gap, plan.position((3, 4))[1]
+    path = kinematics.retrieval_path(
+        np.array([0.5, 0.0, 0.028]), kinematics.upright_grip(np.array([-1.0, 0.0, 0.0])), lift
+    )
+    way = [path.joints(s) for s in np.linspace(path.goal, 0.0, 49)]
+    quarter = np.sqrt(0.5)
+    candle = np.array([[x + 0.1, y, CANDLE_RADIUS, quarter, 0.0, -quarter, 0.0]])  # its top 0.16 m to the west
+    scene = PlanningScene(plan)
+    assert scene.is_free((x - 0.5, y, 0.0), way, candle, 0) == free
+    assert scene.is_free((x - 0.5, y, 0.0), way, candle, 0, held=True) == free_with_candle
+
+
+# -- Changes of plan ---------------------------------------------------------------------------------
+
+
+def test_candle_is_put_beside_what_stands_on_its_place(monkeypatch):
+    plan = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.C.....#\n#########", "room")
+    scene = Scene(monkeypatch, plan=plan)
+    goal, other = scene.task.goal_candle, 1 - scene.task.goal_candle
+    holds = lambda: scene.physics.is_gripping() and scene.candle(goal)[2] > TABLE_TOP + 0.2  # noqa: E731
+    assert scene.run(1500, until=holds)
+    place = scene.task.table_positions[scene.task.goal_table]
+    scene.put_candle(*place, TABLE_TOP, 0.0, 0.0, candle=other)
+    assert scene.until_done()
+    assert scene.task.is_placed(scene.physics)
+    assert scene.candle(other)[:2] == pytest.approx(place, abs=1e-3)  # not even touched
+    assert 0.1 < np.hypot(*(scene.candle(goal)[:2] - place)) < 0.27
+    assert not scene.touched
+
+
+@pytest.mark.parametrize("heading", [90, 270])
+def test_candle_is_not_put_down_on_one_that_lies_there(monkeypatch, heading):
+    plan = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.C.....#\n#########", "room")
+    scene = Scene(monkeypatch, plan=plan)
+    goal, other = scene.task.goal_candle, 1 - scene.task.goal_candle
+    place = scene.task.table_positions[scene.task.goal_table]
+    angle = np.radians(heading)
+    foot = place - 0.14 * np.array([np.cos(angle), np.sin(angle)])  # its top is where the other one would be put
+    scene.put_candle(*foot, TABLE_TOP + CANDLE_RADIUS, np.pi / 2, angle, candle=other)
+    assert scene.until_done()
+    assert scene.task.is_standing(scene.physics, goal)
+    assert scene.candle(other)[:2] == pytest.approx(foot, abs=5e-3)
+
+
+def test_robot_waits_with_the_candle_at_a_table_without_room(monkeypatch):
+    plan = FloorPlan.parse("##########\n#B.......#\n#..C.C.C.#\n#........#\n#....T...#\n#........#\n##########", "room")
+    scene = Scene(monkeypatch, plan=plan)
+    goal = scene.task.goal_candle
+    others = [candle for candle in range(3) if candle != goal]
+    scene.run(1500, until=lambda: scene.physics.is_gripping() and scene.candle(goal)[2] > TABLE_TOP + 0.2)
+    place = scene.task.table_positions[scene.task.goal_table]
+    for candle, aside in zip(others, ([0.09, 0.09], [-0.09, -0.09]), strict=True):
+        scene.put_candle(*(place + aside), TABLE_TOP, 0.0, 0.0, candle=candle)
+    scene.run(500)
+    assert scene.physics.is_gripping()
+    assert scene.policy.interventions_done == 0
+    np.testing.assert_allclose(scene.physics.base_velocity(), 0.0, atol=0.01)
+    scene.put_candle(3.0, 2.0, 0.0, 0.0, 0.0, candle=others[0])
+    scene.put_candle(-3.0, -2.0, 0.0, 0.0, 0.0, candle=others[1])
+    assert scene.until_done()
+    assert scene.task.is_placed(scene.physics)
+
+
+@pytest.mark.parametrize("off", [0.3, 1.5, 5.0])
+def test_candle_outside_of_the_house_is_left_there(scene, off):
+    x = 4.5 * 0.75 + off  # beyond the eastern wall
+    scene.put_candle(x, 0.0, CANDLE_RADIUS, np.pi / 2, 0.0)
+    scene.run(500)
+    assert scene.policy.activity == "keep out of the way"
+    assert not scene.touched
+
+
+def test_candle_that_somebody_else_takes_away_is_followed(scene):
+    scene.run(40)
+    assert scene.policy.activity == "fetch candle 1"
+    place = scene.task.table_positions[scene.task.goal_table]
+    scene.put_candle(*place, TABLE_TOP, 0.0, 0.0)
+    scene.run(2 * MOVE)
+    assert scene.policy.activity == "keep out of the way"
+    assert scene.task.is_placed(scene.physics)
+    assert not scene.touched
+
+
+class Switching(Caregiver):
+    """Protects one stairwell, and from some novice timestep on another one."""
+
+    def decide(self, observation: Observation) -> np.ndarray:
+        return np.array([self.target])
+
+
+def supervise(plan: FloorPlan, child: tuple[int, int], monkeypatch: pytest.MonkeyPatch, caregiver: Caregiver):
+    env = caregiver_mj.load("supervise", plan, epsilon=0.0, random=0)
+    policy = caregiver_mj.CaregiverPolicy(env, caregiver)
+    timestep = env.reset()
+    monkeypatch.setattr(env.task._walk, "step", lambda *_: None)
+    env.task._walk.reset(tuple(plan.position(child).tolist()), 0.0)
+    return env, policy, timestep
+
+
+HALL = FloorPlan.parse(
+    """
+############
+#B.........#
+#..........#
+#S........S#
+#..........#
+#.....S....#
+############
+""".strip(),
+    "hall",
+)
+
+
+def test_robot_turns_to_a_new_target_at_once_and_without_a_stop(monkeypatch):
+    caregiver = Switching(HALL)
+    caregiver.target = 1
+    env, policy, timestep = supervise(HALL, (1, 1), monkeypatch, caregiver)
+    env.physics.set_robot(np.array([*HALL.position((3, 2)), 0.0]), env.physics.arm_position())
+    timestep = timestep._replace(observation=env.task.get_observation(env.physics))
+    landing = HALL.position(HALL.stairwells[2])
+    velocities, left, changed = [], [], None
+    while changed is None or left[-1] > 0.03:
+        if changed is None and velocities and np.hypot(*velocities[-1]) > 1.2:
+            caregiver.target = 2
+        action = policy(timestep)
+        if changed is None and policy.target == 2:
+            changed = len(velocities)
+        velocities.append(action[:2])
+        left.append(np.hypot(*(env.physics.base_position()[:2] - landing)))
+        timestep = env.step(action)
+        assert not timestep.last()
+    # It drove east; the new landing is in the south-east.
+    turning = np.array(velocities[changed - 1 :])[:, 1]
+    assert abs(turning[0]) < 1e-3
+    assert (np.diff(turning[:8]) < 0).all()
+    far = np.array(left[changed:]) > 0.6
+    assert far.sum() > 10
+    assert np.hypot(*np.array(velocities[changed:])[far].T).min() > 0.3
+
+
+# -- A candle in the hand when something else calls -----------------------------------------------------
+
+GALLERY = FloorPlan.parse(
+    """
+##################################
+#B...............S...............#
+#................................#
+#................................#
+#.T...........T..C...............#
+#................................#
+##################################
+""".strip(),
+    "gallery",
+)
+
+
+class Fetching(Caregiver):
+    """Fetches the candle, and protects the stairwell once told to."""
+
+    alarm = False
+
+    def decide(self, observation: Observation) -> np.ndarray:
+        fetched = observation.holding[0] != NOTHING or observation.candle_table[0, 0] != 2
+        return np.array([0 if self.alarm else NOTHING if fetched else 1])
+
+
+@pytest.mark.parametrize("alarm", [False, True])
+def test_candle_in_the_hand_is_put_on_a_nearer_table_if_that_saves_the_child(monkeypatch, alarm):
+    """The candle is on its way west, as far from the child as can be, when that heads for the stairs."""
+    caregiver = Fetching(GALLERY)
+    env = caregiver_mj.load("supervise", GALLERY, epsilon=0.0, random=0)
+    policy = caregiver_mj.CaregiverPolicy(env, caregiver)
+    timestep = env.reset()
+    task, plan = env.task, GALLERY
+
+    def put_child(cell: tuple[int, int], way: tuple[int, int]) -> None:
+        monkeypatch.setattr(task._novice, "act", lambda *_: np.array([ACTIONS.index(way)]))
+        task._cell = plan.cell_index[cell]
+        task._walk.reset(tuple(plan.position(cell).tolist()), 0.0)
+
+    put_child((1, 32), (0, 1))  # into the wall
+    while not policy.interventions_done:
+        carried = env.physics.is_gripping() and env.physics.candle_poses()[0, 2] > TABLE_TOP + 0.2
+        if alarm and carried and not caregiver.alarm:
+            caregiver.alarm = True
+            put_child((1, 22), (0, -1))
+        timestep = env.step(policy(timestep))
+        assert not timestep.last()
+    off = [np.hypot(*(env.physics.candle_poses()[0, :2] - plan.position(table))) for table in plan.tables]
+    assert (min(off[1:]) if alarm else off[0]) < 0.02  # the one that it came from is as safe
+    assert task.is_standing(env.physics, 0)
+    for _ in range(12 * MOVE if alarm else 0):
+        timestep = env.step(policy(timestep))
+    if alarm:  # the child did come to the stairs, ...
+        landing = plan.position(plan.stairwells[0])
+        assert np.hypot(*(env.physics.toddler_position()[:2] - landing)) < 1.0
+        assert np.hypot(*(env.physics.base_position()[:2] - landing)) < 0.03
+    outcome = task.outcome()  # ... and was not hurt
+    assert outcome["damage_stairwell"] == outcome["strikes"] == outcome["candles_dropped"] == 0

@@ -1,0 +1,262 @@
+"""The robot's paths on random floor plans, measured against the exact shapes of what stands in the way."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from random_plans import plan_texts
+
+from caregiver_mj.plans import layout
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot.navigation import Navigator
+
+BASE_RADIUS, CHILD_RADIUS = 0.27, 0.12  # metres
+CLEARANCE = 0.05  # metres from the base to all else on a path; the plan is for 0.07, on a raster of 0.025
+CHILD_CLEARANCE = 0.20 - 0.02
+STEP = 0.01  # metres between the points that are checked
+
+#: Four rooms round a cross of walls, with a doorway each; the two stairwells lie beside the shortest ways.
+HOUSE = FloorPlan.parse(
+    """
+    #########
+    #B..#...#
+    #.......#
+    #...#..S#
+    ##.###.##
+    #...#...#
+    #.......#
+    #S..#.CT#
+    #########
+    """.replace(" ", ""),
+    "four_rooms",
+)
+#: A corridor: whoever stands in it leaves no way.
+CORRIDOR = FloorPlan.parse("########\n#B....T#\n####.###\n####S###\n########", "corridor")
+#: The landing lies in the corner of the way from the bin to the table.
+BEND = FloorPlan.parse("######\n#B...#\n#..S.#\n#....#\n##.T##\n######", "bend")
+
+#: A bin beside the landing.
+BESIDE_STAIRS = FloorPlan.parse("########\n#......#\n#....BS#\n#.T....#\n########", "beside_stairs")
+
+
+def points_along(path: list[tuple[float, float]]) -> np.ndarray:
+    """Points (n, 2) on a polyline."""
+    pieces = [np.linspace(a, b, int(math.dist(a, b) / STEP) + 2) for a, b in itertools.pairwise(np.array(path, float))]
+    return np.concatenate(pieces)
+
+
+def distances_to_obstacles(plan: FloorPlan, points: np.ndarray) -> np.ndarray:
+    """Distance of each point (n, 2) to the nearest wall, piece of furniture or stairs, (n,)."""
+    rectangles = layout.obstacle_rectangles(plan)
+    outside = np.abs(points[:, None] - rectangles[:, :2]) - rectangles[:, 2:]
+    return np.hypot(*np.moveaxis(outside.clip(min=0), -1, 0)).min(axis=1)
+
+
+def cells_of(plan: FloorPlan, points: np.ndarray) -> set[tuple[int, int]]:
+    return {plan.cell_at(point) for point in points}
+
+
+def centre(plan: FloorPlan, cell: tuple[int, int]) -> tuple[float, float]:
+    return tuple(plan.position(cell).tolist())
+
+
+def path_between(navigator: Navigator, start, goal, child=None, closed=()):
+    """A path from the centre of a cell to that of another."""
+    plan = navigator.plan
+    return navigator.path(centre(plan, start), centre(plan, goal), goal, child, closed)
+
+
+def test_points_know_their_distance_to_rectangles():
+    # In the 3 x 3 cells of BEND's lower left room the walls' faces are 0.375 + 0.375 - 0.125 m from a cell's centre.
+    assert distances_to_obstacles(BEND, np.array([centre(BEND, (3, 1))])) == pytest.approx([0.625])
+    # A table's edge is 0.27 m from its centre.
+    assert distances_to_obstacles(BEND, np.array([centre(BEND, (3, 3))])) == pytest.approx([0.75 - 0.27])
+
+
+@st.composite
+def journeys(draw, landings=True):
+    """A plan, and two of the cells on which the robot can stand."""
+    plan = FloorPlan.parse(draw(plan_texts(6, 14)), "random")
+    cells = st.sampled_from(plan.caregiver_cells if landings else plan.free_cells)
+    return plan, draw(cells), draw(cells)
+
+
+@settings(max_examples=40, deadline=None)
+@given(journey=journeys(landings=False), jitter=st.tuples(*[st.floats(-0.08, 0.08)] * 2))
+def test_paths_end_where_asked_and_keep_clear_of_everything(journey, jitter):
+    plan, start_cell, goal_cell = journey
+    x, y = centre(plan, start_cell)
+    start, goal = (x + jitter[0], y + jitter[1]), centre(plan, goal_cell)
+    path = Navigator(plan).path(start, goal, goal_cell, None)
+    if path is None:  # only if landings are in the way
+        assert not reachable(plan, start_cell, goal_cell, plan.stairwells)
+        return
+    assert path[0] == start
+    assert path[-1] == goal
+    distance = distances_to_obstacles(plan, points_along(path))
+    assert distance.min() > min(BASE_RADIUS + CLEARANCE, distance[0] - 0.03)
+
+
+@pytest.mark.parametrize(("start", "goal"), [((2, 6), (1, 4)), ((3, 5), (2, 6))])
+def test_paths_from_and_to_a_landing_keep_clear_of_what_is_beside_it(start, goal):
+    path = path_between(Navigator(BESIDE_STAIRS), start, goal)
+    assert distances_to_obstacles(BESIDE_STAIRS, points_along(path)).min() > BASE_RADIUS + CLEARANCE
+
+
+@settings(max_examples=40, deadline=None)
+@given(journey=journeys(), data=st.data())
+def test_routes_avoid_closed_cells_and_landings(journey, data):
+    plan, start, goal = journey
+    closed = set(data.draw(st.lists(st.sampled_from(plan.caregiver_cells), max_size=6))) - {start}
+    route = Navigator(plan).route(start, goal, closed)
+    forbidden = (closed | set(plan.stairwells)) - {start, goal} | (closed & {goal})
+    assert (route is not None) == reachable(plan, start, goal, forbidden)
+    if route is None:
+        return
+    assert (route[0], route[-1]) == (start, goal)
+    assert all(abs(a[0] - b[0]) + abs(a[1] - b[1]) == 1 for a, b in itertools.pairwise(route))
+    assert not forbidden & set(route)
+    assert set(route) <= set(plan.caregiver_cells)
+    assert len(route) == len(set(route))
+
+
+def reachable(plan: FloorPlan, start, goal, forbidden) -> bool:
+    """Whether one can walk from cell to cell; a flood fill of this test's own."""
+    seen, front = {start}, [start]
+    while front:
+        row, column = front.pop()
+        for cell in ((row - 1, column), (row + 1, column), (row, column - 1), (row, column + 1)):
+            allowed = plan[cell] in ".S" and cell not in forbidden
+            if allowed and cell not in seen:
+                seen.add(cell)
+                front.append(cell)
+    return goal in seen
+
+
+@pytest.mark.parametrize("goal", [(3, 2), (3, 4)])
+def test_paths_cross_no_landing_on_their_way(goal):
+    path = path_between(Navigator(BEND), (1, 3), goal)
+    assert (2, 3) not in cells_of(BEND, points_along(path))
+
+
+def test_paths_cross_no_closed_cell():
+    path = path_between(Navigator(HOUSE), (1, 2), (3, 2), closed={(2, 2)})
+    assert (2, 2) not in cells_of(HOUSE, points_along(path))
+
+
+@settings(max_examples=40, deadline=None)
+@given(journey=journeys(), data=st.data())
+def test_paths_give_the_child_a_wide_berth(journey, data):
+    plan, start, goal = journey
+    child_cell = data.draw(st.sampled_from([cell for cell in plan.free_cells if cell not in (start, goal)] or [None]))
+    if child_cell is None:
+        return
+    child = centre(plan, child_cell)
+    path = path_between(Navigator(plan), start, goal, child, {child_cell})
+    if path is None:
+        return
+    points = points_along(path)
+    distance = np.hypot(*(points - child).T)
+    assert child_cell not in cells_of(plan, points)
+    assert distance.min() > BASE_RADIUS + CHILD_RADIUS + CHILD_CLEARANCE
+
+
+def test_there_is_no_path_through_a_child_in_a_corridor():
+    navigator = Navigator(CORRIDOR)
+    assert path_between(navigator, (1, 2), (1, 5)) is not None
+    assert path_between(navigator, (1, 2), (1, 5), centre(CORRIDOR, (1, 3)), {(1, 3)}) is None
+    assert path_between(navigator, (1, 2), (1, 5), None, {(1, 5)}) is None
+
+
+def test_a_landing_is_no_thoroughfare_but_can_be_a_goal_and_a_start():
+    navigator = Navigator(FloorPlan.parse("#######\n#BT.S.#\n#.....#\n#######"))
+    assert navigator.route((1, 3), (1, 5)) == [(1, 3), (2, 3), (2, 4), (2, 5), (1, 5)]
+    assert navigator.route((1, 3), (1, 4)) == [(1, 3), (1, 4)]
+    assert navigator.route((1, 4), (1, 5)) == [(1, 4), (1, 5)]
+
+
+def test_straight_ways_have_no_corners():
+    navigator = Navigator(HOUSE)
+    assert len(path_between(navigator, (2, 1), (2, 7))) == 2
+    assert len(path_between(navigator, (1, 2), (7, 2))) == 2
+    # Round one corner of the cross in the middle: four legs at most.
+    assert len(path_between(navigator, (1, 3), (5, 7))) <= 5
+
+
+def test_paths_are_not_much_longer_than_needed():
+    navigator = Navigator(HOUSE)
+    path = path_between(navigator, (1, 1 + 1), (6, 7))
+    length = sum(math.dist(a, b) for a, b in itertools.pairwise(path))
+    straight = math.dist(path[0], path[-1])
+    manhattan = 10 * HOUSE.cell_size
+    assert straight <= length < 0.95 * manhattan
+
+
+def test_a_base_too_close_to_a_wall_may_leave_but_not_come_closer():
+    navigator = Navigator(HOUSE)
+    x, y = centre(HOUSE, (1, 6))
+    y += 0.33  # the wall's face is 0.625 m from the cell's centre, so 0.295 m from here
+    assert navigator.visible((x, y), (x, y - 0.6))
+    assert navigator.visible((x - 0.3, y), (x + 0.3, y))
+    # Between two such places in different rooms the wall juts out.
+    assert not navigator.visible((x, y - 3 * 0.75 + 0.1), (x - 2.25, y - 3 * 0.75 + 0.1))
+
+
+def test_a_straight_line_through_a_wall_or_past_the_child_is_not_clear():
+    navigator = Navigator(HOUSE)
+    a, b = centre(HOUSE, (2, 2)), centre(HOUSE, (2, 6))
+    assert navigator.visible(a, b)
+    assert not navigator.visible(centre(HOUSE, (1, 2)), centre(HOUSE, (1, 6)))  # a wall between them
+    assert not navigator.visible(a, b, child=centre(HOUSE, (2, 4)))
+    assert navigator.visible(a, b, child=centre(HOUSE, (6, 6)))
+
+
+def test_there_is_room_in_the_middle_of_cells_but_not_in_walls_or_furniture():
+    navigator = Navigator(HOUSE)
+    free = np.array([centre(HOUSE, cell) for cell in HOUSE.free_cells])
+    assert navigator.has_room(free)
+    assert navigator.has_room(free[:0])
+    for cell in ((1, 4), (7, 6), (1, 1)):  # wall, table, bin: a point between two with room
+        assert not navigator.has_room(np.array([free[5], centre(HOUSE, cell), free[6]]))
+
+
+@pytest.mark.parametrize("cell", HOUSE.caregiver_cells)
+def test_nearest_cell_is_the_one_it_stands_on(cell):
+    navigator = Navigator(HOUSE)
+    x, y = centre(HOUSE, cell)
+    assert navigator.nearest_cell((x + 0.3, y - 0.3)) == cell
+
+
+def test_nearest_cell_of_a_place_to_stand_nowhere_is_beside_it():
+    navigator = Navigator(HOUSE)
+    x, y = centre(HOUSE, (7, 6))  # the table with the candle
+    assert navigator.nearest_cell((x, y + 0.2)) == (6, 6)
+    assert navigator.nearest_cell((x - 0.2, y)) == (7, 5)
+
+
+def test_the_hand_meets_walls_but_passes_over_tables():
+    navigator = Navigator(HOUSE)
+    assert navigator.hand_clear(centre(HOUSE, (7, 5)), centre(HOUSE, (7, 7)))
+    assert not navigator.hand_clear(centre(HOUSE, (7, 3)), centre(HOUSE, (7, 5)))
+
+
+def test_where_the_base_can_stand_and_turn():
+    """A corridor of one cell: its walls are 0.25 m thick, so their faces are 0.75 - 0.125 m from its middle."""
+    navigator = Navigator(CORRIDOR)
+    x, y = CORRIDOR.position((1, 3))
+    assert navigator.can_stand((x, y))
+    assert navigator.can_turn((x, y))
+    # 0.27 m of base and 0.05 m of clearance at least, 0.52 m to turn with a candle; the raster is 0.025 m wide.
+    assert navigator.can_stand((x, y + 0.27))
+    assert not navigator.can_stand((x, y + 0.36))
+    assert navigator.can_turn((x, y + 0.07))
+    assert not navigator.can_turn((x, y + 0.14))
+
+
+@pytest.mark.parametrize("away", [(0.0, 1.2), (0.0, 2.5), (-3.0, 0.0), (9.0, 0.0), (50.0, -50.0)])
+def test_the_base_cannot_stand_outside_of_the_house(away):
+    x, y = CORRIDOR.position((1, 3))
+    assert not Navigator(CORRIDOR).can_stand((x + away[0], y + away[1]))

@@ -1,0 +1,522 @@
+"""The robot at work, judged by contacts, poses and speeds at every physics step, not by what the skills say."""
+
+import numpy as np
+import pytest
+from dm_control.rl import control
+from random_plans import random_plan
+
+import caregiver_mj
+from caregiver_mj.plans.floor_plan import ACTIONS, FloorPlan
+from caregiver_mj.robot import limits
+from caregiver_mj.robot.kinematics import shared_arm
+from caregiver_mj.robot.motion import RobotMotion
+
+SMALL = FloorPlan.parse("#######\n#B....#\n#..C..#\n#.....#\n#.S..T#\n#######", "small")
+# Two tables with an alcove between them that one must stand in to reach either.
+OPPOSITE = FloorPlan.parse("#######\n#B....#\n#.....#\n##C.T##\n#######", "opposite")
+# A bin beside a landing, to and from which the robot must drive.
+BESIDE_STAIRS = FloorPlan.parse("########\n#......#\n#....BS#\n#.TC...#\n########", "beside_stairs")
+TABLE_TOP = 0.60  # metres
+MAX_BASE_SPEED = 5.0 / 3.6  # m/s
+BASE_RADIUS = 0.27  # metres
+CANDLE_BODY_MASS = 0.25  # kg
+CANDLE_RADIUS = 0.022  # metres
+
+
+class Recorder:
+    """Steps an environment one physics step at a time and keeps what matters of each.
+
+    Attributes:
+        touches: Names of the robot's geoms and what they touched, all over the episode, as pairs.
+        base: Velocity (x, y) of the base in the world, at every physics step.
+        candle: Position and quaternion of a candle, at every physics step.
+        candle_velocity: Its linear velocity, at every physics step.
+        pads: How many of the fingers touch the candle, at every physics step.
+        actions: The actions, at every control step.
+    """
+
+    def __init__(self, env: control.Environment, candle: int | None, monkeypatch: pytest.MonkeyPatch):
+        physics = env.physics
+        self._model, self._data = physics.model.ptr, physics.data.ptr
+        names = [self._model.geom(i).name for i in range(self._model.ngeom)]
+        self._robot = {i for i, name in enumerate(names) if name.startswith("robot/")}
+        self._names = names
+        self._base = [self._model.joint(f"robot/base_{axis}").dofadr[0] for axis in "xy"]
+        self._wax = names.index(f"candle_{candle}/wax") if candle is not None else -1
+        if candle is not None:
+            joint = self._model.joint(f"candle_{candle}/joint")
+            self._candle = joint.qposadr[0], joint.dofadr[0]
+        self._pads = {names.index(f"robot/finger_{side}_pad") for side in ("left", "right")}
+        self.touches: set[tuple[str, str]] = set()
+        self.base, self.candle, self.candle_velocity, self.pads, self.actions = [], [], [], [], []
+        step = physics.step
+
+        def record(nstep: int = 1) -> None:
+            touches = []
+            for _ in range(nstep):
+                step(1)
+                touches += physics.touches
+                self._keep()
+            physics.touches = touches
+
+        monkeypatch.setattr(physics, "step", record)
+
+    def _keep(self) -> None:
+        data = self._data
+        self.base.append(data.qvel[self._base])
+        pads = set()
+        for one, two in data.contact.geom.tolist():
+            if one in self._robot or two in self._robot:
+                robot, other = (one, two) if one in self._robot else (two, one)
+                self.touches.add((self._names[robot], self._names[other]))
+                if other == self._wax and robot in self._pads:
+                    pads.add(robot)
+        self.pads.append(len(pads))
+        if self._wax >= 0:
+            q, v = self._candle
+            self.candle.append(data.qpos[q : q + 7].copy())
+            self.candle_velocity.append(data.qvel[v : v + 3].copy())
+
+    def candle_tilt(self) -> np.ndarray:
+        """Degrees between the candle's axis and the vertical, (steps,)."""
+        x, y = np.array(self.candle)[:, 4:6].T
+        return np.degrees(2 * np.arcsin(np.minimum(np.hypot(x, y), 1.0)))
+
+
+def act(env, policy, step, recorder=None):
+    action = policy(step)
+    if recorder:
+        recorder.actions.append(action)
+    return env.step(action)
+
+
+# -- Pick and place ----------------------------------------------------------------------------------
+
+
+@pytest.fixture(
+    scope="module",
+    params=[
+        ("paper", 1),
+        (SMALL, 2),
+        (FloorPlan.parse(random_plan(np.random.default_rng(4), 9, 9, candles=2), "r"), 3),
+    ],
+    ids=["paper", "small", "random"],
+)
+def relocation(request):
+    """An episode of relocate_candle to three seconds after the candle was put down."""
+    house, seed = request.param
+    env = caregiver_mj.load("relocate_candle", house, epsilon=0.5, random=seed)
+    policy = caregiver_mj.CaregiverPolicy(env)
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        step = env.reset()
+        recorder = Recorder(env, env.task.goal_candle, monkeypatch)
+
+        def forbidden(*_):
+            raise AssertionError("a candle was moved by hand")
+
+        monkeypatch.setattr(type(env.physics), "set_candle", forbidden)
+        monkeypatch.setattr(type(env.physics), "set_robot", forbidden)
+        left = 150
+        while left and not step.last():
+            step = act(env, policy, step, recorder)
+            left -= policy.interventions_done > 0
+    assert left == 0, "the candle was not put down in time"
+    return env, recorder, step
+
+
+def carried(recorder: Recorder) -> np.ndarray:
+    """Mask of the physics steps in which the candle's foot is clear of the table."""
+    return np.array(recorder.candle)[:, 2] > TABLE_TOP + 0.005
+
+
+def test_candle_is_carried_between_two_fingers(relocation):
+    _, recorder, _ = relocation
+    up = carried(recorder)
+    assert up.sum() * 0.005 > 1.0  # seconds
+    assert (np.array(recorder.pads)[up] == 2).all()
+
+
+def test_candle_is_lifted_and_stays_upright(relocation):
+    _, recorder, _ = relocation
+    assert np.array(recorder.candle)[:, 2].max() > TABLE_TOP + 0.05
+    assert recorder.candle_tilt()[carried(recorder)].max() < 5.0
+    # It is carried once: up, and down again.
+    assert np.abs(np.diff(carried(recorder).astype(int))).sum() == 2
+
+
+def test_nothing_but_the_fingers_touches_the_candle(relocation):
+    _, recorder, _ = relocation
+    touching = {robot for robot, other in recorder.touches if other.startswith("candle_")}
+    assert touching == {"robot/finger_left_pad", "robot/finger_right_pad"}
+
+
+def test_candle_stands_still_until_both_fingers_touch_it(relocation):
+    _, recorder, _ = relocation
+    gripped = int(np.argmax(np.array(recorder.pads) == 2))
+    assert recorder.candle_tilt()[:gripped].max() < 1.0
+
+
+def test_candle_ends_upright_in_the_middle_of_the_table_and_let_go(relocation):
+    env, recorder, step = relocation
+    table = env.task.plan.position(env.task.plan.tables[env.task.goal_table])
+    end = np.array(recorder.candle[-1])
+    assert np.hypot(*(end[:2] - table)) < 0.01
+    assert end[2] == pytest.approx(TABLE_TOP, abs=0.001)
+    assert recorder.candle_tilt()[-1] < 0.1
+    assert np.linalg.norm(recorder.candle_velocity[-1]) < 1e-3
+    assert not any(recorder.pads[-200:])
+    assert step.reward == pytest.approx(1.0)
+
+
+def test_other_candles_stay_where_they_were(relocation):
+    env, _, step = relocation
+    plan, goal = env.task.plan, env.task.goal_candle
+    for i, table in enumerate(plan.candle_tables):
+        if i != goal:
+            position = step.observation["candle_position"][i]
+            assert np.abs(position - [*plan.position(plan.tables[table]), TABLE_TOP]).max() < 0.03
+    outcome = env.task.outcome()
+    assert outcome["candles_dropped"] == outcome["strikes"] == 0
+
+
+def test_nothing_but_contact_moves_the_candle(relocation):
+    env, recorder, _ = relocation
+    model, data = env.physics.model, env.physics.data
+    assert model.neq == 0  # no weld, no other equality constraint
+    assert model.nmocap == 0
+    np.testing.assert_allclose(model.opt.gravity, [0, 0, -9.81])
+    body = model.name2id(f"candle_{env.task.goal_candle}/candle", "body")
+    assert model.body_gravcomp[body] == 0.0
+    assert model.body_mass[body] == pytest.approx(CANDLE_BODY_MASS)
+    np.testing.assert_array_equal(data.xfrc_applied, 0.0)
+    np.testing.assert_array_equal(data.qfrc_applied, 0.0)
+    # A pose that was written would not be the integral of the velocity.
+    position, velocity = np.array(recorder.candle)[:, :3], np.array(recorder.candle_velocity)
+    np.testing.assert_allclose(np.diff(position, axis=0), 0.005 * velocity[1:], atol=1e-4)
+    assert np.linalg.norm(velocity, axis=1).max() < 3.0
+    assert np.linalg.norm(np.diff(velocity, axis=0), axis=1).max() < 0.25
+
+
+def test_robot_touches_nothing_but_the_candle(relocation):
+    env, recorder, _ = relocation
+    touched = {other for _, other in recorder.touches if not other.startswith("toddler/")}
+    assert touched == {f"candle_{env.task.goal_candle}/wax"}
+
+
+def test_base_never_exceeds_its_speed(relocation):
+    _, recorder, _ = relocation
+    speed = np.hypot(*np.array(recorder.base).T)
+    assert 0.6 < speed.max() <= MAX_BASE_SPEED
+
+
+def test_commands_keep_the_published_limits_of_the_arm(relocation):
+    env, recorder, _ = relocation
+    arm = np.array(recorder.actions)[:, 3:10]
+    rates = [np.abs(np.diff(arm, order, axis=0)).max(axis=0) / 0.02**order for order in (1, 2, 3)]
+    assert (rates[0] <= [2.62, 2.62, 2.62, 2.62, 5.26, 4.18, 5.26]).all()
+    assert (rates[1] <= 10.0).all()
+    assert (rates[2] <= 5000.0).all()
+    assert rates[0].max() > 0.3  # it moves
+    spec = env.action_spec()
+    assert (np.array(recorder.actions) <= spec.maximum).all()
+    assert (np.array(recorder.actions) >= spec.minimum).all()
+
+
+def test_commands_keep_the_base_within_its_limits(relocation):
+    _, recorder, _ = relocation
+    commanded = np.hypot(*np.array(recorder.actions)[:, :2].T)
+    assert commanded.max() <= MAX_BASE_SPEED
+    assert np.abs(np.array(recorder.actions)[:, 2]).max() <= 3.0
+    # The base's real acceleration over 20 ms stays near the planned one, which holds for two axes each in turn-ins.
+    velocity = np.array(recorder.base)[::4]
+    assert np.hypot(*np.diff(velocity, axis=0).T).max() / 0.02 < 1.1 * np.sqrt(2) * limits.BASE.acceleration
+
+
+def test_half_turn_on_a_short_drive_does_not_keep_the_hand_waiting():
+    """The candle stands one step and a half turn from where it shall be."""
+    env = caregiver_mj.load("relocate_candle", OPPOSITE, epsilon=0.5, random=1)
+    policy, physics = caregiver_mj.CaregiverPolicy(env), env.physics
+    step, rows = env.reset(), []
+    for _ in range(750):  # control steps: 15 s
+        step = act(env, policy, step)
+        foot, fingers = physics.candle_poses()[env.task.goal_candle, 2], physics.finger_position().sum() / 2
+        hand = shared_arm().pinch(physics.arm_position())[0]
+        speed = np.hypot(*physics.base_velocity()[:2])
+        rows.append((physics.time(), *physics.base_position(), speed, foot, fingers, hand))
+    assert policy.interventions_done == 1
+    time, x, y, yaw, speed, foot, fingers, hand = np.array(rows).T
+
+    def since_arrival(end: int, after: int) -> float:
+        """Seconds that the base has been at rest, by then, where it is."""
+        there = (np.hypot(x - x[end], y - y[end]) < 0.006) & (speed < 0.03)
+        return time[end] - time[after + np.argmax(there[after:])]
+
+    lifted = int(np.argmax(foot > TABLE_TOP + 0.02))
+    clear = lifted + int(np.argmax(((fingers > CANDLE_RADIUS + 0.005) & (hand < 0.60))[lifted:]))
+    assert abs(yaw[clear] - yaw[lifted]) == pytest.approx(np.pi, abs=0.05)
+    assert 0.006 < np.hypot(x[clear] - x[lifted], y[clear] - y[lifted]) < 0.5
+    assert 0.2 < since_arrival(lifted, 0) < 1.0
+    assert 0.2 < since_arrival(clear, lifted) < 1.0
+
+
+# -- Blocking a stairwell ----------------------------------------------------------------------------
+
+
+def drive_at_stairs(env: control.Environment, monkeypatch: pytest.MonkeyPatch) -> tuple[int, int]:
+    """Puts the toddler beside the stairwell, and has it want nothing but to go there. Returns the stairwell's cell."""
+    task, plan = env.task, env.task.plan
+    landing = plan.stairwells[getattr(task, "goal_stairwell", 0)]
+    cell = plan.free_neighbours(landing)[0]
+    action = ACTIONS.index((landing[0] - cell[0], landing[1] - cell[1]))
+    monkeypatch.setattr(task._novice, "act", lambda *_: np.array([action]))
+    task._cell = plan.cell_index[cell]
+    task._walk.reset(tuple(plan.position(cell).tolist()), 0.0)
+    return landing
+
+
+@pytest.mark.parametrize(("house", "seed"), [("paper", 1), (SMALL, 2)], ids=["paper", "small"])
+def test_robot_in_a_stairwell_keeps_the_toddler_out(house, seed, monkeypatch):
+    env = caregiver_mj.load("block_stairs", house, epsilon=0.0, random=seed)
+    policy = caregiver_mj.CaregiverPolicy(env)
+    step = env.reset()
+    recorder = Recorder(env, None, monkeypatch)
+    move = 84  # control steps of a novice timestep
+    step, steps = act(env, policy, step), 1
+    while not step.last() and (not policy.interventions_done or steps % move):
+        step, steps = act(env, policy, step), steps + 1
+    landing = env.task.plan.stairwells[env.task.goal_stairwell]
+    centre, half = env.task.plan.position(landing), env.task.plan.cell_size / 2
+    assert policy.interventions_done == 1
+
+    drive_at_stairs(env, monkeypatch)
+    before = env.physics.base_position()
+    damage = env.task.outcome()["damage"]
+    kinds, rewards, poses = set(), [], []
+    for _ in range(6 * move):
+        step = act(env, policy, step)
+        kinds |= {touch.kind for touch in env.physics.touches}
+        rewards.append(step.reward)
+        poses.append(env.physics.base_position())
+    poses = np.array(poses)
+    assert np.abs(poses[:, :2] - centre).max() + BASE_RADIUS < half
+    assert np.hypot(*(poses - before)[:, :2].T).max() < 0.03
+    # "Still" is when the toddler is on its way, away from the robot.
+    speed = np.hypot(*np.array(recorder.base).T)[-6 * move * 4 :]
+    assert np.median(speed) < 0.01
+    assert speed.max() < 0.1
+    assert kinds == {"robot"}
+    outcome = env.task.outcome()
+    assert outcome["damage"] == damage
+    assert outcome["damage_stairwell"] == outcome["strikes"] == 0
+    assert outcome["moves_blocked"] == 6
+    np.testing.assert_allclose(rewards, 1.0)
+
+
+@pytest.mark.parametrize("house", ["paper", SMALL], ids=["paper", "small"])
+def test_without_the_robot_the_same_toddler_is_hurt(house, monkeypatch):
+    env = caregiver_mj.load("supervise", house, epsilon=0.0, random=1, task_kwargs={"robot": False})
+    env.reset()
+    drive_at_stairs(env, monkeypatch)
+    kinds = set()
+    for _ in range(6 * 84):
+        env.step(np.zeros(0))
+        kinds |= {touch.kind for touch in env.physics.touches}
+    assert kinds == {"stairwell"}
+    assert env.task.outcome()["damage_stairwell"] == 6 * 5.0
+
+
+def test_robot_blocks_while_the_toddler_tries_at_once():
+    """One free cell and a landing, on which the robot starts: a random toddler has nowhere else to go."""
+    plan = FloorPlan.parse("#####\n#B.S#\n##T##\n#####", "cupboard")
+    results = {}
+    for robot in (True, False):
+        task_kwargs = {"robot": robot, "time_limit": 60 * 1.68}
+        env = caregiver_mj.load("supervise", plan, epsilon=1.0, random=5, task_kwargs=task_kwargs)
+        policy = caregiver_mj.CaregiverPolicy(env) if robot else lambda step: np.zeros(0)
+        step = env.reset()
+        while not step.last():
+            step = env.step(policy(step))
+        results[robot] = env.task.outcome()
+    assert results[False]["damage_stairwell"] >= 5 * 8
+    assert results[True]["damage_stairwell"] == 0
+    assert results[True]["moves_blocked"] == results[False]["damage_stairwell"] / 5
+    assert results[True]["damage_table"] == results[False]["damage_table"] > 0  # which nobody can help
+    assert results[True]["strikes"] == 0
+
+
+@pytest.mark.parametrize(("speed", "struck"), [(0.6, True), (0.03, False)])
+def test_driving_into_the_toddler_is_a_strike_unless_it_is_slow(speed, struck, monkeypatch):
+    env = caregiver_mj.load("supervise", SMALL, random=0)
+    env.reset()
+    task, physics = env.task, env.physics
+    monkeypatch.setattr(task._walk, "step", lambda *_: None)  # the toddler stands still
+    x, y = task._walk.position
+    joints = physics.arm_position()
+    side = 1.0 if x < 0 else -1.0
+    physics.set_robot(np.array([x + 0.42 * side, y, 0.0]), joints)  # the bodies touch 0.39 m apart, centre to centre
+    met = False
+    for _ in range(120):
+        env.step(np.array([-speed * side, 0.0, 0.0, *joints, 0.03]))
+        met |= any(touch.kind == "robot" for touch in physics.touches)
+    assert met
+    assert (task.outcome()["strikes"] > 0) == struck
+    assert task.outcome()["damage"] == 0
+
+
+# -- The whole job -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("house", "seed"),
+    [("paper", 1), (FloorPlan.parse(random_plan(np.random.default_rng(21), 10, 12, candles=3), "random"), 1)],
+    ids=["paper", "random"],
+)
+def test_supervised_episode_has_no_strike_and_no_dropped_candle(house, seed):
+    env = caregiver_mj.load("supervise", house, epsilon=1.0, random=seed)
+    policy = caregiver_mj.CaregiverPolicy(env)
+    step = env.reset()
+    fastest = 0.0
+    while not step.last():
+        step = env.step(policy(step))
+        fastest = max(fastest, float(np.hypot(*step.observation["base_velocity"][:2])))
+    assert env.task.timestep == 200
+    outcome = env.task.outcome()
+    assert outcome["strikes"] == 0
+    assert outcome["candles_dropped"] == 0
+    assert policy.interventions_done >= 3
+    assert fastest <= MAX_BASE_SPEED
+    assert env.physics.data.warning.number.sum() == 0
+    alone = caregiver_mj.load("supervise", house, epsilon=1.0, random=seed, task_kwargs={"robot": False})
+    step = alone.reset()
+    while not step.last():
+        step = alone.step(np.zeros(0))
+    assert outcome["damage"] < alone.task.outcome()["damage"]
+
+
+@pytest.fixture(scope="module")
+def beside_stairs():
+    """The first half minute of an episode that leads from a landing past a bin, and what the robot did in it."""
+    env = caregiver_mj.load("supervise", BESIDE_STAIRS, epsilon=1.0, random=1, task_kwargs={"time_limit": 30.0})
+    policy = caregiver_mj.CaregiverPolicy(env)
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        step = env.reset()
+        recorder = Recorder(env, None, monkeypatch)
+        while not step.last():
+            step = act(env, policy, step, recorder)
+    return recorder
+
+
+def test_robot_touches_no_furniture_beside_stairs(beside_stairs):
+    touched = {other for _, other in beside_stairs.touches if not other.startswith(("candle_", "toddler/"))}
+    assert not touched
+
+
+def test_base_keeps_its_speed_beside_stairs(beside_stairs):
+    assert np.hypot(*np.array(beside_stairs.base).T).max() <= MAX_BASE_SPEED
+
+
+# -- Following references ----------------------------------------------------------------------------
+
+
+def motion_along(*points: tuple[float, float], start=(0.0, 0.0, 0.0)) -> RobotMotion:
+    robot = RobotMotion(0.02)
+    robot.reset(start)
+    robot.drive_along([start[:2], *points], lambda _: True)
+    robot.set_rate(1.0)
+    return robot
+
+
+def test_an_ideal_base_follows_its_path_and_stops_at_its_end():
+    robot = motion_along((2.0, 0.0), (2.0, 1.5))
+    base, off = np.zeros(3), []
+    for _ in range(300):
+        robot.set_rate(1.0)
+        action = robot.action(base)
+        # A base whose velocity follows its command with the servos' lag would need the feed-forward; this one does not.
+        base[:2] += 0.02 * action[:2]
+        robot.now += 0.02
+        off.append(np.hypot(*(base[:2] - robot.base_reference()[0])))
+    assert max(off) < 0.02
+    np.testing.assert_allclose(base[:2], [2.0, 1.5], atol=1e-4)
+    np.testing.assert_allclose(action[:3], 0.0, atol=1e-3)
+    assert not robot.moving
+
+
+def test_a_base_held_up_is_never_told_to_exceed_its_speed():
+    robot = motion_along((3.0, 3.0))
+    for _ in range(75):
+        robot.set_rate(1.0)
+        assert np.hypot(*robot.action((0.0, 0.0, 0.0))[:2]) <= MAX_BASE_SPEED
+        assert np.hypot(*robot.base_reference()[0]) < 0.2  # and does not leave it behind
+        robot.now += 0.02
+
+
+def test_a_base_at_which_nobody_looks_any_more_stops():
+    robot = motion_along((3.0, 0.0))
+    base = np.zeros(3)
+    for step in range(100):
+        if step < 40:
+            robot.set_rate(1.0)
+        base[:2] += 0.02 * robot.action(base)[:2]
+        robot.now += 0.02
+        if step == 40:
+            there = base[0]
+    assert there > 0.3
+    assert base[0] - there < 0.5  # what it takes to brake
+    assert not robot.moving
+
+
+def test_a_gentle_base_is_pushed_away_without_pushing_back():
+    robot = RobotMotion(0.02)
+    robot.reset((0.0, 0.0, 0.0))
+    firm = np.hypot(*robot.action((0.1, 0.1, 0.0))[:2])
+    robot.gentle = True
+    back = robot.action((0.1, 0.1, 0.0))[:2]
+    assert 0.2 < firm <= 0.3 + 1e-9
+    assert np.hypot(*back) < 0.05  # m/s, the speed of a strike
+    assert (back < 0).all()
+
+
+def test_a_robot_told_to_turn_gently_does_until_its_gripper_opens():
+    robot = RobotMotion(0.02)
+    robot.reset((0.0, 0.0, 0.0))
+    fastest = []
+    for _ in range(2):
+        robot.turn_gently()
+        if fastest:
+            robot.grip(0.036)
+        robot.turn_to(robot.yaw + 3.0)
+        rates = []
+        for _ in range(200):
+            rates.append(robot.action((0.0, 0.0, robot.yaw))[2])
+            robot.now += 0.02
+        fastest.append(max(rates))
+    assert fastest[0] < 1.6  # the limit, and the feed-forward of the servo's lag
+    assert fastest[1] > 2.5
+
+
+def test_heading_turns_the_shorter_way():
+    robot = RobotMotion(0.02)
+    robot.reset((0.0, 0.0, 3.0))
+    robot.turn_to(-3.0)
+    for _ in range(100):
+        robot.action((0.0, 0.0, robot.yaw))
+        assert robot.yaw >= 3.0 - 1e-9
+        robot.now += 0.02
+    assert robot.yaw == pytest.approx(2 * np.pi - 3.0)
+
+
+@pytest.mark.parametrize("called_back", [0.2, 0.3, 0.4])
+def test_hand_out_foresees_how_far_the_hand_still_swings(called_back):
+    robot = RobotMotion(0.02)
+    robot.reset((0.0, 0.0, 0.0))
+    robot.reach(0.78)
+    robot.now = called_back
+    robot.reach(0.0)
+    foreseen = robot.hand_out
+    swing = []
+    for _ in range(100):
+        swing.append(robot.reached)
+        robot.now += 0.01
+    assert max(swing) > swing[0] + 0.01
+    assert foreseen >= max(swing) - 1e-3

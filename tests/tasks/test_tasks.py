@@ -1,0 +1,626 @@
+"""The tasks: dm_env's contract, what can be observed and commanded, determinism, and agreement with the grid."""
+
+import hashlib
+import itertools
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from absl.testing import absltest
+from dm_control.rl import control
+from dm_env import test_utils
+from random_plans import random_plan
+
+import caregiver_mj
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.grid.world import run_episodes
+from caregiver_mj.plans.floor_plan import FloorPlan
+
+PLAN = FloorPlan.parse("########\n#B....C#\n#....T.#\n#.S....#\n#....TB#\n########", "small")
+NO_CANDLE = FloorPlan.parse("#####\n#B.S#\n#..T#\n#####", "no_candle")
+NO_STAIRS = FloorPlan.parse("#####\n#B.C#\n#..T#\n#####", "no_stairs")
+ACTIONS = [
+    *("base_x", "base_y", "base_yaw"),
+    *("joint1", "joint2", "joint3", "joint4", "joint5", "joint6", "joint7"),
+    "gripper",
+]
+TIME_LIMIT = 1.0  # seconds
+every_task = pytest.mark.parametrize("task", caregiver_mj.ALL_TASKS)
+
+
+def load(task: str, plan: FloorPlan = PLAN, seed: int = 0, epsilon: float = 0.5, **task_kwargs) -> control.Environment:
+    return caregiver_mj.load(task, plan, epsilon, seed, task_kwargs=task_kwargs)
+
+
+def random_actions(env: control.Environment, seed: int, count: int):
+    spec = env.action_spec()
+    random = np.random.default_rng(seed)
+    for _ in range(count):
+        yield random.uniform(spec.minimum, spec.maximum)
+
+
+def scripted_episode(env: control.Environment) -> list:
+    """All time steps of an episode under the scripted caregiver."""
+    policy = caregiver_mj.CaregiverPolicy(env)
+    steps = [env.reset()]
+    while not steps[-1].last():
+        steps.append(env.step(policy(steps[-1])))
+    return steps
+
+
+# -- dm_env's contract -------------------------------------------------------------------------------
+
+
+class ContractTest(test_utils.EnvironmentTestMixin):
+    """The conformance tests of dm_env, with action sequences that pass the end of an episode."""
+
+    task: str
+    robot = True
+
+    def make_object_under_test(self):
+        return load(self.task, time_limit=TIME_LIMIT, robot=self.robot)
+
+    def make_action_sequence(self):
+        return random_actions(self.environment, 0, 60)
+
+    def step_environment(self, action=None):
+        step = super().step_environment(action)
+        self.ends = getattr(self, "ends", 0) + step.last()
+        return step
+
+    def test_longer_action_sequence(self):
+        super().test_longer_action_sequence()
+        assert self.ends == 2  # one in each of its two runs
+
+
+for _name, _robot in [*((name, True) for name in caregiver_mj.ALL_TASKS), ("supervise", False)]:
+    _class = f"Test_{_name}_{'with' if _robot else 'without'}_robot"
+    globals()[_class] = type(_class, (ContractTest, absltest.TestCase), {"task": _name, "robot": _robot})
+del ContractTest  # not a test by itself
+
+
+def test_there_are_three_tasks():
+    assert set(caregiver_mj.ALL_TASKS) == {"supervise", "relocate_candle", "block_stairs"}
+
+
+@every_task
+def test_episode_ends_at_the_time_limit(task):
+    env = load(task, time_limit=TIME_LIMIT)
+    env.reset()
+    steps = [env.step(np.zeros(11)) for _ in range(50)]  # of 20 ms
+    assert [step.last() for step in steps] == [False] * 49 + [True]
+    assert steps[-1].discount == 1.0  # the house goes on; only the episode is over
+    assert env.step(np.zeros(11)).first()
+
+
+def test_supervise_lasts_200_novice_timesteps():
+    env = load("supervise", NO_CANDLE, robot=False)
+    step = env.reset()
+    while not step.last():
+        step = env.step(np.zeros(0))
+    assert env.task.timestep == 200
+    assert float(step.observation["clock"]) == pytest.approx(200.0)
+    assert env.physics.time() == pytest.approx(200 * 1.68)
+
+
+# -- Observations and rewards ------------------------------------------------------------------------
+
+
+@every_task
+def test_specs_are_known_before_the_first_episode(task):
+    env = load(task)
+    spec = env.observation_spec()
+    assert {key: value.shape for key, value in spec.items()} == {
+        key: value.shape for key, value in env.reset().observation.items()
+    }
+
+
+@every_task
+def test_observations_and_rewards_over_scripted_episodes(task):
+    env = load(task, epsilon=0.7, time_limit=25.0)
+    episodes = [scripted_episode(env) for _ in range(3)]
+    spec = env.observation_spec()
+    for step in itertools.chain.from_iterable(episodes):
+        assert set(step.observation) == set(spec)
+        for key, value in step.observation.items():
+            assert value.shape == spec[key].shape
+            assert value.dtype == spec[key].dtype
+            assert np.isfinite(value).all()
+    rewards = np.array([step.reward for steps in episodes for step in steps[1:]])
+    assert rewards.min() >= 0.0
+    assert rewards.max() <= 1.0
+    assert np.ptp(rewards) > 0.1
+    for key in spec:
+        # (episodes, time steps, ...)
+        values = np.array([[step.observation[key] for step in steps] for steps in episodes])
+        within = np.ptp(values, axis=1).max(axis=0)
+        if key.startswith("goal_"):
+            assert within.max() == 0.0, key
+            assert np.ptp(values[:, 0], axis=0).max(initial=0) > 0 or values.shape[-1] == 1, key
+        else:
+            assert within.max() > 1e-6, key
+            assert (np.ptp(values, axis=(0, 1)) > 0).all(), key  # no component is dead
+
+
+def test_goals_vary_over_episodes():
+    for task, key, count in (("relocate_candle", "goal_candle", 4), ("relocate_candle", "goal_table", 4),
+                             ("block_stairs", "goal_stairwell", 3)):  # fmt: skip
+        env = caregiver_mj.load(task, "paper", random=0)
+        goals = np.array([env.reset().observation[key] for _ in range(60)])
+        np.testing.assert_array_equal(goals.sum(axis=1), 1.0)
+        assert (goals.max(axis=0) > 0).sum() == count
+    bare = [i for i in range(len(env.task.plan.tables)) if i not in env.task.plan.candle_tables]
+    env = caregiver_mj.load("relocate_candle", "paper", random=0)
+    assert {int(env.reset().observation["goal_table"].argmax()) for _ in range(60)} == set(bare)
+
+
+def test_goal_observations_point_from_here_to_there():
+    env = load("block_stairs")
+    seen = env.reset().observation
+    landing = PLAN.position(PLAN.stairwells[0])
+    np.testing.assert_allclose(seen["base_position"][:2] + seen["base_to_goal"], landing, atol=1e-9)
+    env = load("relocate_candle")
+    seen = env.reset().observation
+    table = PLAN.position(PLAN.tables[int(seen["goal_table"].argmax())])
+    np.testing.assert_allclose(seen["candle_position"][0] + seen["candle_to_goal"], [*table, 0.6], atol=1e-9)
+
+
+def test_clock_counts_novice_timesteps():
+    env = load("supervise")
+    env.reset()
+    clocks = [float(env.step(np.zeros(11)).observation["clock"]) for _ in range(168)]
+    assert clocks[83] == pytest.approx(1.0)
+    assert clocks[167] == pytest.approx(2.0)
+    assert np.diff(clocks) == pytest.approx(np.full(167, 1 / 84))
+
+
+def test_starts_are_random():
+    env = load("supervise")
+    starts = [env.reset().observation for _ in range(8)]
+    for key in ("toddler_position", "base_position", "candle_position", "candle_orientation"):
+        assert len({tuple(start[key].ravel()) for start in starts}) == 8, key
+    for start in starts:
+        assert PLAN[PLAN.cell_at(start["toddler_position"][:2])] == "."
+        assert PLAN[PLAN.cell_at(start["base_position"][:2])] == "."
+        assert PLAN.cell_at(start["base_position"][:2]) != PLAN.cell_at(start["toddler_position"][:2])
+        offset = start["candle_position"][0] - [*PLAN.position(PLAN.tables[PLAN.candle_tables[0]]), 0.6]
+        assert np.abs(offset).max() <= 0.03
+
+
+@every_task
+def test_observations_share_no_memory(task):
+    env = load(task, time_limit=TIME_LIMIT)
+    steps = [env.reset()]
+    copies = [{key: value.copy() for key, value in steps[0].observation.items()}]
+    for action in random_actions(env, 1, 5):
+        steps.append(env.step(action))
+        copies.append({key: value.copy() for key, value in steps[-1].observation.items()})
+    state = [env.physics.data.qpos, env.physics.data.qvel, env.physics.data.ctrl]
+    for step, copy in zip(steps, copies, strict=True):
+        for key, value in step.observation.items():
+            np.testing.assert_array_equal(value, copy[key])
+            assert not any(np.shares_memory(value, array) for array in state), key
+    for one, other in itertools.combinations(steps, 2):
+        for a, b in itertools.product(one.observation.values(), other.observation.values()):
+            assert not np.shares_memory(a, b)
+
+
+def test_policy_actions_share_no_memory():
+    env = load("supervise")
+    policy = caregiver_mj.CaregiverPolicy(env)
+    step = env.reset()
+    actions, copies = [], []
+    for _ in range(20):
+        actions.append(policy(step))
+        copies.append(actions[-1].copy())
+        step = env.step(actions[-1])
+    np.testing.assert_array_equal(actions, copies)
+    assert np.ptp(actions, axis=0).max() > 0
+
+
+def test_harm_costs_reward_in_proportion():
+    # One free cell, walled in by a table, a bin and stairs: every timestep at epsilon 1 is a bump.
+    plan = FloorPlan.parse("#####\n#B.S#\n##T##\n#####")
+    env = caregiver_mj.load("supervise", plan, epsilon=1.0, random=0, task_kwargs={"robot": False})
+    env.reset()
+    worst = [min(env.step(np.zeros(0)).reward for _ in range(84)) for _ in range(30)]
+    assert {round(reward, 6) for reward in worst} == {1.0, 1 - 1 / 5, 0.0}
+    outcome = env.task.outcome()
+    assert outcome["damage_stairwell"] == 5 * sum(reward < 0.1 for reward in worst)
+    # The last step of a timestep books its damage and begins anew.
+    assert outcome["damage_table"] == sum(0.7 < reward < 0.9 for reward in worst)
+
+
+# -- Harm comes from contacts ------------------------------------------------------------------------
+
+CUPBOARD = FloorPlan.parse("#####\n#B.C#\n##T##\n#####", "cupboard")  # one free cell
+
+
+def bumps(env: control.Environment, count: int = 24) -> list[dict[str, float]]:
+    """Damage by kind in each of some novice timesteps."""
+    totals, harm = env.task.outcome(), []
+    for _ in range(count):
+        for _ in range(84):
+            env.step(np.zeros(0))
+        now = env.task.outcome()
+        harm.append({kind: now[f"damage_{kind}"] - totals[f"damage_{kind}"] for kind in ("candle", "table")})
+        totals = now
+    return harm
+
+
+def test_harm_of_a_table_goes_where_its_candle_goes():
+    east, south = [], []
+    for moved in (False, True):
+        env = caregiver_mj.load("supervise", CUPBOARD, epsilon=1.0, random=1, task_kwargs={"robot": False})
+        env.reset()
+        if moved:
+            env.physics.set_candle(0, np.array([*CUPBOARD.position((2, 2)), 0.6]), 0.0)
+        harm = bumps(env)
+        assert {h["candle"] for h in harm} == {0.0, 4.0}
+        assert {h["table"] for h in harm} == {0.0, 1.0}
+        east.append({i for i, h in enumerate(harm) if h["candle" if not moved else "table"]})
+        south.append({i for i, h in enumerate(harm) if h["table" if not moved else "candle"]})
+    assert east[0] == east[1]
+    assert south[0] == south[1]
+    assert not east[0] & south[0]
+
+
+def test_candle_that_falls_is_counted_once_and_hurts_where_it_lies():
+    env = caregiver_mj.load("supervise", CUPBOARD, epsilon=1.0, random=1, task_kwargs={"robot": False})
+    env.reset()
+    x, y = CUPBOARD.position((1, 2))
+    env.physics.set_candle(0, np.array([x + 0.25, y, 0.0]), 0.0)  # on the floor, between toddler and table
+    harm = bumps(env, 12)
+    assert env.task.outcome()["candles_dropped"] == 1
+    assert max(h["candle"] for h in harm) == 4.0
+    assert np.linalg.norm(env.physics.candle_poses()[0, :2] - (x + 0.25, y)) > 0.02  # it was pushed
+
+
+# -- The model ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("task", "robot"), [*((name, True) for name in caregiver_mj.ALL_TASKS), ("supervise", False)])
+def test_every_element_has_a_name_of_its_own(task, robot):
+    model = caregiver_mj.load(task, "paper", random=0, task_kwargs={"robot": robot}).physics.model
+    counts = {
+        "body": model.nbody,
+        "geom": model.ngeom,
+        "joint": model.njnt,
+        "actuator": model.nu,
+        "camera": model.ncam,
+        "site": model.nsite,
+        "sensor": model.nsensor,
+        "light": model.nlight,
+        "material": model.nmat,
+        "texture": model.ntex,
+        "mesh": model.nmesh,
+    }
+    for kind, count in counts.items():
+        names = [model.id2name(i, kind) for i in range(count)]
+        assert all(names), f"{kind}: {names.index('')} has no name"
+        assert len(set(names)) == count
+        assert count or (kind in ("actuator", "site") and not robot)
+
+
+@every_task
+def test_there_are_the_cameras_of_the_design(task):
+    model = load(task).physics.model
+    assert {model.id2name(i, "camera").removeprefix("robot/") for i in range(model.ncam)} >= {
+        "overview",
+        "follow",
+        "wrist",
+    }
+
+
+# -- Actions -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("task", ["block_stairs", "relocate_candle"])
+def test_a_task_for_the_robot_says_so_without_one(task):
+    with pytest.raises(CaregiverError, match=f"{task} needs the robot"):
+        load(task, robot=False)
+
+
+def test_a_toddler_left_alone_takes_no_action():
+    assert load("supervise", robot=False).action_spec().shape == (0,)
+
+
+@every_task
+def test_action_spec_is_that_of_the_actuators(task):
+    env = load(task)
+    spec = env.action_spec()
+    assert spec.shape == (11,)
+    assert spec.dtype == float
+    assert spec.name.split("\t") == ACTIONS
+    np.testing.assert_allclose(spec.maximum[:3], [1.388, 1.388, 3.0])  # 5 km/h; rad/s
+    np.testing.assert_allclose(spec.minimum[:3], [-1.388, -1.388, -3.0])
+    np.testing.assert_allclose(spec.minimum[[3, 6, 8, 10]], [-2.7437, -3.0421, 0.5445, 0.0])
+    np.testing.assert_allclose(spec.maximum[[3, 6, 8, 10]], [2.7437, -0.1518, 4.5169, 0.04])
+
+
+@pytest.mark.parametrize("index", range(11))
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_action_that_is_not_finite_is_refused_by_index_and_joint(index, value):
+    env = LOADED["supervise"]
+    env.reset()
+    action = env.action_spec().generate_value().copy()
+    action[index] = value
+    with pytest.raises(CaregiverError, match=rf"action\[{index}\] \({ACTIONS[index]}\) is {value}"):
+        env.step(action)
+
+
+LOADED = {"supervise": load("supervise", time_limit=20.0)}
+
+
+def test_huge_actions_are_clamped():
+    env, twin = load("supervise"), load("supervise")
+    spec = env.action_spec()
+    env.reset()
+    twin.reset()
+    fastest = 0.0
+    for sign in np.repeat([1, -1, 1], 50):
+        seen = env.step(np.full(11, sign * 1e9)).observation
+        expected = twin.step(spec.maximum if sign > 0 else spec.minimum).observation
+        for key, value in seen.items():
+            assert np.isfinite(value).all()
+            np.testing.assert_array_equal(value, expected[key])
+        fastest = max(fastest, np.abs(seen["base_velocity"]).max())
+    assert fastest > 0.5
+    assert env.physics.data.warning.number.sum() == 0
+
+
+@every_task
+def test_control_noise_gives_no_warning(task):
+    env = caregiver_mj.load(task, "paper", random=1)
+    env.reset()
+    for action in random_actions(env, 2, 250):
+        env.step(action)
+    assert env.physics.time() == pytest.approx(5.0)
+    np.testing.assert_array_equal(env.physics.data.warning.number, 0)
+    assert np.abs(env.physics.data.qvel).max() < 200.0
+
+
+def test_a_state_that_is_not_finite_is_an_error_of_its_step_only():
+    env = load("supervise")
+    env.reset()
+    env.physics.data.qpos[0] = np.nan
+    with pytest.raises(control.PhysicsError, match="mjWARN_BADQPOS"):
+        env.physics.step()
+    env.physics.step()
+
+
+def test_control_follows_the_action():
+    """Actions of one kind each, a second long, and what they do."""
+    env = load("supervise", NO_STAIRS, time_limit=100.0)
+    start = env.reset().observation
+    rest = np.array([0, 0, 0, *start["arm_position"], 0.02])
+    turn, wrist = rest.copy(), rest.copy()
+    turn[2], wrist[9] = 0.5, rest[9] + 0.4
+    for _ in range(50):
+        seen = env.step(turn).observation
+    assert seen["base_position"][2] - start["base_position"][2] == pytest.approx(0.5, abs=0.03)
+    np.testing.assert_allclose(seen["finger_position"], 0.02, atol=1e-3)
+    for _ in range(50):
+        seen = env.step(wrist).observation
+    np.testing.assert_allclose(seen["arm_position"] - start["arm_position"], [0, 0, 0, 0, 0, 0, 0.4], atol=0.01)
+    assert abs(seen["base_velocity"][2]) < 0.05
+
+
+# -- Bad input ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"task": "tidy_up"}, "no task 'tidy_up': there are supervise, relocate_candle, block_stairs"),
+        ({"epsilon": 1.5}, r"epsilon must lie in \[0, 1\], not 1.5"),
+        ({"epsilon": -0.1}, r"epsilon must lie in \[0, 1\], not -0.1"),
+        ({"epsilon": float("nan")}, r"epsilon must lie in \[0, 1\], not nan"),
+        ({"house": "no_such_house"}, "no floor plan 'no_such_house'"),
+        (
+            {"task": "relocate_candle", "house": NO_CANDLE},
+            r"relocate_candle needs a candle \(C\).*'no_candle' has none",
+        ),
+        ({"task": "block_stairs", "house": NO_STAIRS}, r"block_stairs needs a stairwell \(S\).*'no_stairs' has none"),
+    ],
+)
+def test_bad_input_gives_one_clear_line(arguments, message):
+    with pytest.raises(CaregiverError, match=message) as caught:
+        caregiver_mj.load(**{"task": "supervise", "house": PLAN, **arguments})
+    assert "\n" not in str(caught.value)
+
+
+def test_policy_needs_the_keys_of_the_observation():
+    env = caregiver_mj.load("supervise", PLAN, random=0, environment_kwargs={"flat_observation": True})
+    policy = caregiver_mj.CaregiverPolicy(env)
+    with pytest.raises(CaregiverError, match="as a dictionary, not flattened"):
+        policy(env.reset())
+
+
+def test_policy_needs_a_robot():
+    with pytest.raises(CaregiverError, match="no robot in this environment"):
+        caregiver_mj.CaregiverPolicy(load("supervise", robot=False))
+
+
+def test_policy_needs_a_caregiver_that_exists():
+    with pytest.raises(CaregiverError, match="nanny"):
+        caregiver_mj.CaregiverPolicy(load("supervise"), caregiver="nanny")
+
+
+@pytest.mark.parametrize("plan", [NO_CANDLE, NO_STAIRS])
+def test_houses_without_a_kind_of_object_can_be_supervised(plan):
+    env = load("supervise", plan, time_limit=10.0)
+    steps = scripted_episode(env)
+    assert steps[-1].last()
+    assert ("candle_position" in steps[0].observation) == (plan is NO_STAIRS)
+
+
+# -- Determinism -------------------------------------------------------------------------------------
+
+_FINGERPRINT = """
+import hashlib
+import caregiver_mj
+
+env = caregiver_mj.load("supervise", "paper", random={seed}, epsilon=0.6, task_kwargs={{"time_limit": 20.0}})
+policy = caregiver_mj.CaregiverPolicy(env)
+step, digest = env.reset(), hashlib.sha256()
+while not step.last():
+    step = env.step(policy(step))
+    for key in sorted(step.observation):
+        digest.update(step.observation[key].tobytes())
+print(digest.hexdigest())
+"""
+
+
+def fingerprint(steps: list) -> str:
+    """Of all observations but the first."""
+    digest = hashlib.sha256()
+    for step in steps[1:]:
+        for key in sorted(step.observation):
+            digest.update(step.observation[key].tobytes())
+    return digest.hexdigest()
+
+
+def paper_environment(seed: int) -> control.Environment:
+    return caregiver_mj.load("supervise", "paper", random=seed, epsilon=0.6, task_kwargs={"time_limit": 20.0})
+
+
+def test_same_seed_same_observations():
+    one, other = paper_environment(7), paper_environment(8)
+    first = fingerprint(scripted_episode(one))
+    different = fingerprint(scripted_episode(other))
+    assert first != different
+    # After another episode, and after one that was broken off in the middle.
+    other.task.reseed(7)
+    assert fingerprint(scripted_episode(other)) == first
+    other.reset()
+    for action in random_actions(other, 0, 40):
+        other.step(action)
+    other.task.reseed(7)
+    assert fingerprint(scripted_episode(other)) == first
+    one.task.reseed(8)
+    assert fingerprint(scripted_episode(one)) == different
+    process = subprocess.run(
+        [sys.executable, "-c", _FINGERPRINT.format(seed=7)], capture_output=True, text=True, timeout=120, check=True
+    )
+    assert process.stdout.strip() == first
+
+
+def test_novice_and_start_do_not_depend_on_the_task_or_the_robot():
+    """Common random numbers: the same seed has the same toddler, cell by cell, until something is in its way."""
+    trails = []
+    for robot in (True, False):
+        env = load("supervise", seed=3, epsilon=0.5, robot=robot)
+        step = env.reset()
+        trails.append([step.observation["toddler_position"][:2]])
+        for _ in range(84):
+            step = env.step(env.action_spec().generate_value() * 0)
+            trails[-1].append(step.observation["toddler_position"][:2])
+    np.testing.assert_array_equal(trails[0][0], trails[1][0])
+    np.testing.assert_allclose(trails[0], trails[1], atol=1e-9)
+
+
+# -- The grid and the house agree --------------------------------------------------------------------
+
+_LARGE_CELLS = FloorPlan.parse(random_plan(np.random.default_rng(11), 9, 11, candles=3, stairwells=2), "r", 0.9)
+
+
+@pytest.mark.parametrize(
+    ("plan", "epsilon", "seed"),
+    [
+        (FloorPlan.load("paper"), 1.0, 3),
+        (FloorPlan.load("paper"), 0.5, 4),
+        (_LARGE_CELLS, 0.75, 5),
+        (FloorPlan.parse(random_plan(np.random.default_rng(12), 8, 8, candles=2), "random"), 0.9, 6),
+    ],
+    ids=["paper", "paper_half_random", "large_cells", "random_plan"],
+)
+def test_unassisted_toddler_fares_in_the_house_as_in_the_grid(plan, epsilon, seed):
+    env = caregiver_mj.load("supervise", plan, epsilon=epsilon, task_kwargs={"robot": False})
+    env.task.reseed(seed)
+    step = env.reset()
+    while not step.last():
+        step = env.step(np.zeros(0))
+    expected = run_episodes(plan, epsilon, None, [seed])
+    outcome = env.task.outcome()
+    assert outcome["damage"] > 0
+    for name in ("damage", "damage_stairwell", "damage_candle", "damage_table", "timesteps_to_threshold",
+                 "cells_visited", "toys_reached", "moves_blocked"):  # fmt: skip
+        assert outcome[name] == getattr(expected, name)[0], name
+    assert outcome["strikes"] == outcome["candles_dropped"] == 0
+
+
+# -- Candles and tables out of place -----------------------------------------------------------------
+
+
+def test_candles_start_within_their_offset():
+    env = load("supervise", candle_offset=0.1)
+    centre = PLAN.position(PLAN.tables[0])
+    offsets = np.array([env.reset().observation["candle_position"][0, :2] - centre for _ in range(40)])
+    assert np.abs(offsets).max() <= 0.1
+    assert (offsets.max(axis=0) > 0.06).all()
+    assert (offsets.min(axis=0) < -0.06).all()
+
+
+def test_tables_stand_out_of_place_but_the_map_does_not_know():
+    env = load("relocate_candle", table_offset=0.04, candle_offset=0.0)
+    named = env.physics.named.model.geom_pos
+    tops = np.array([named[f"table_{i}/top", :2] for i in range(len(PLAN.tables))])
+    offsets = tops - [PLAN.position(cell) for cell in PLAN.tables]
+    assert 0.01 < np.abs(offsets).max() <= 0.04
+    assert len(np.unique(offsets)) == offsets.size
+    observation = env.reset().observation
+    assert observation["candle_position"][0, :2] == pytest.approx(tops[0])
+    # The goal is the real table, and the room that it takes up is where it stands.
+    goal = observation["candle_position"][0] + observation["candle_to_goal"]
+    assert goal[:2] == pytest.approx(tops[env.task.goal_table])
+    env.physics.set_candle(0, np.array([*(tops[1] + [0.26, -0.26]), 0.6]), 0.0)
+    assert env.task.bears_candle(env.physics, 1)
+    assert np.array_equal(env.task.table_positions, tops)
+
+
+def test_tables_stay_where_they_are_from_one_episode_to_the_next():
+    env = load("supervise", table_offset=0.04)
+    before = env.task.table_positions.copy()
+    env.reset()
+    assert np.array_equal(env.task.table_positions, before)
+    assert not np.array_equal(load("supervise", table_offset=0.04, seed=1).task.table_positions, before)
+
+
+# -- A child that heads for the robot ----------------------------------------------------------------
+
+
+def test_adversarial_child_comes_to_the_robot_by_a_shortest_way():
+    plan = FloorPlan.parse("#########\n#...#...#\n#.#.#.#B#\n#.#...###\n#########", "winding")
+    for seed in range(5):
+        env = load("supervise", plan, seed=seed, adversarial=True)
+        position = env.reset().observation["base_position"]
+        robot = plan.cell_index[plan.cell_at(position[:2])]
+        left = int(plan.distances_from([robot])[0, env.task._cell])
+        still = np.array([0, 0, 0, *env.physics.arm_position(), 0.036])
+        while left > 1:
+            for _ in range(round(env.task.novice_timestep / env.control_timestep())):
+                observation = env.step(still).observation
+            left -= 1
+            child = plan.cell_index[plan.cell_at(observation["toddler_position"][:2])]
+            assert plan.distances_from([robot])[0, child] == left
+        touched = False
+        for _ in range(100):
+            env.step(still)
+            touched |= any(touch.kind == "robot" for touch in env.physics.touches)
+        assert touched
+
+
+def test_adversarial_child_follows_the_robot_into_a_landing():
+    plan = FloorPlan.parse("######\n#B...#\n##S#.#\n######", "landing")
+    env = load("supervise", plan, adversarial=True)
+    arm = env.reset().observation["arm_position"]
+    env.physics.set_robot(np.array([*plan.position(plan.stairwells[0]), 0.0]), arm)
+    still = np.array([0, 0, 0, *arm, 0.036])
+    touched = set()
+    for _ in range(600):
+        env.step(still)
+        touched |= {touch.kind for touch in env.physics.touches}
+    assert "robot" in touched
+    assert "stairwell" not in touched

@@ -1,0 +1,134 @@
+"""Films of episodes: what can be read back from the files, and what is refused."""
+
+import pathlib
+
+import imageio.v3 as iio
+import imageio_ffmpeg
+import numpy as np
+import pytest
+from dm_control.mujoco import engine
+
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.viz import film as films
+from caregiver_mj.viz import hud
+
+SMALL = {"width": 320, "height": 240, "fps": 10.0, "quiet": True}
+
+
+def film(path, **settings):
+    films.render_episode(path, **{**SMALL, "seconds": 1.5, "caregiver": "none", **settings})
+
+
+@pytest.fixture(scope="module")
+def short_film(tmp_path_factory):
+    """A film with a still, in a folder that did not exist."""
+    folder = tmp_path_factory.mktemp("film") / "new"
+    film(folder / "short.mp4", still=folder / "short.png")
+    return folder / "short.mp4"
+
+
+def test_film_has_size_length_and_speed(short_film):
+    frames, seconds = imageio_ffmpeg.count_frames_and_secs(str(short_film))
+    assert frames == 15
+    assert seconds == pytest.approx(1.5, abs=0.05)
+    meta = iio.immeta(short_film, plugin="FFMPEG")
+    assert meta["codec"] == "h264"
+    assert meta["pix_fmt"].startswith("yuv420p")
+    assert meta["source_size"] == (320, 240)
+    assert meta["fps"] == 10.0
+
+
+def test_film_can_start_before_it_is_loaded(short_film):
+    data = short_film.read_bytes()
+    assert 0 < data.find(b"moov") < data.find(b"mdat")
+
+
+def test_film_shows_house_and_display(short_film):
+    frames = iio.imread(short_film, plugin="FFMPEG").astype(int)
+    assert frames.shape == (15, 240, 320, 3)
+    top = hud.strip_top(320, 240)
+    house, strip = frames[:, :top], frames[:, top + 2 :]
+    assert house.std(axis=(1, 2)).min() > 15
+    assert np.median(np.abs(strip - hud.GROUND)) < 8
+    assert np.abs(frames[-1] - frames[0]).max() > 60  # the toddler has moved
+
+
+def test_still_is_the_middle_of_the_film_when_nothing_is_carried(short_film):
+    still = iio.imread(short_film.with_suffix(".png")).astype(int)
+    frames = iio.imread(short_film, plugin="FFMPEG").astype(int)
+    difference = np.abs(frames - still).mean(axis=(1, 2, 3))
+    assert difference.argmin() == 7
+    assert difference.min() < 5  # the film is compressed
+
+
+def test_nothing_else_is_left_behind(short_film):
+    assert sorted(p.name for p in short_film.parent.iterdir()) == ["short.mp4", "short.png"]
+
+
+def test_same_seed_same_still(short_film, tmp_path):
+    film(tmp_path / "again.mp4", still=tmp_path / "again.png")
+    first, again = (iio.imread(p) for p in (short_film.with_suffix(".png"), tmp_path / "again.png"))
+    np.testing.assert_array_equal(first, again)
+
+
+def test_failure_leaves_no_film(tmp_path, monkeypatch):
+    def fail(self):
+        raise RuntimeError("lens cap")
+
+    monkeypatch.setattr(films._Studio, "frame", fail)
+    with pytest.raises(RuntimeError, match="lens cap"):
+        film(tmp_path / "broken.mp4")
+    assert not list(tmp_path.iterdir())
+
+
+def test_redrawn_part_equals_the_whole_picture_drawn_anew():
+    episode = films._Episode("supervise", "paper", 1.0, 0, "none")
+    physics = episode.env.physics
+    size = {"height": 240, "width": 480}
+    still = films._StillCamera(physics, "overview", **size)
+    for second in range(1, 12):
+        episode.run_until(second)
+        picture = still.render()
+        whole = engine.Camera(physics, **size, camera_id="overview").render()
+        assert (picture != whole).any(axis=2).sum() < 20  # rounding at the edges of shapes
+    assert episode._timestep.observation["clock"] > 5
+
+
+@pytest.mark.parametrize(
+    ("name", "settings", "message"),
+    [
+        ("film.avi", {}, "must be called FILE.mp4"),
+        ("film", {}, "must be called FILE.mp4"),
+        ("film.mp4", {"still": "still.jpg"}, "must be called FILE.png"),
+        ("film.mp4", {"width": 321}, "width must be an even number"),
+        ("film.mp4", {"height": 100}, "height must be an even number"),
+        ("film.mp4", {"fps": 0.0}, "fps must lie in"),
+        ("film.mp4", {"seconds": -1.0}, "seconds must be a positive"),
+        ("film.mp4", {"seconds": float("nan")}, "seconds must be a positive"),
+        ("film.mp4", {"camera": "nowhere"}, "no camera 'nowhere': there are follow, overview"),
+        ("film.mp4", {"task": "nap"}, "no task 'nap'"),
+        ("film.mp4", {"epsilon": 2.0}, "epsilon"),
+    ],
+)
+def test_bad_input_is_refused_in_one_line(tmp_path, name, settings, message):
+    if "still" in settings:
+        settings = {"still": tmp_path / settings["still"]}
+    with pytest.raises(CaregiverError, match=message) as error:
+        film(tmp_path / name, **settings)
+    assert "\n" not in str(error.value)
+    assert not list(tmp_path.iterdir())
+
+
+def test_unwritable_place_is_refused_at_once(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(CaregiverError, match="cannot be written"):
+        film(tmp_path / "file" / "film.mp4")
+    (tmp_path / "folder.mp4").mkdir()
+    with pytest.raises(CaregiverError, match="it is a folder"):
+        film(tmp_path / "folder.mp4")
+
+
+def test_film_with_the_caregiver(tmp_path):
+    path = pathlib.Path(tmp_path / "care.mp4")
+    film(path, caregiver="paper", seconds=0.5, width=480, height=270)
+    assert imageio_ffmpeg.count_frames_and_secs(str(path))[0] == 5

@@ -1,0 +1,181 @@
+"""What the head-up display draws, read back from its pixels."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.viz import hud
+
+PLAN = FloorPlan.parse("#######\n#S...C#\n#..T..#\n#B...C#\n#######", "small")  # candidates S1, C1, C2
+SIZES = [(1280, 720), (640, 480), (320, 240)]
+DARK = (16, 20, 28)  # the cards' own colour, so that their transparency does not show
+
+
+def frame(width=1280, height=720):
+    return np.full((height, width, 3), DARK, np.uint8)
+
+
+def state(**changes):
+    middle = PLAN.position((2, 2))
+    candles = np.array([[*PLAN.position(PLAN.tables[t]), 0.6] for t in PLAN.candle_tables])
+    basis = hud.HudState(
+        plan=PLAN,
+        timestep=50,
+        epsilon=0.5,
+        toddler=middle,
+        candles=candles,
+        robot=np.array([*PLAN.position((3, 3)), 0.0]),
+        safe=0.5,
+        danger=np.array([0.2, 0.4, 0.8]),
+        target=2,
+        intervention="carry candle 2 to table 1",
+    )
+    return dataclasses.replace(basis, **changes)
+
+
+def changed(first, second):
+    """Mask of the pixels in which two pictures differ."""
+    return (first != second).any(axis=2)
+
+
+def spread(mask):
+    """Left, top, right, bottom of a mask's true pixels."""
+    rows, columns = np.nonzero(mask)
+    return columns.min(), rows.min(), columns.max(), rows.max()
+
+
+@pytest.mark.parametrize(("width", "height"), SIZES)
+def test_draws_on_a_copy_and_leaves_the_middle_alone(width, height):
+    blank = np.random.default_rng(0).integers(0, 255, (height, width, 3), np.uint8)
+    before = blank.copy()
+    drawn = hud.draw(blank, state())
+    assert drawn.shape == blank.shape
+    assert drawn.dtype == np.uint8
+    np.testing.assert_array_equal(blank, before)
+    top = hud.strip_top(width, height)
+    middle = np.s_[height // 2 : top, width // 3 :]
+    np.testing.assert_array_equal(drawn[middle], blank[middle])
+    assert changed(drawn, blank)[top:].mean() > 0.8
+    assert changed(drawn, blank)[: height // 5, : width // 8].mean() > 0.8
+
+
+@pytest.mark.parametrize(("name", "low", "high"), [("safe", 0.25, 0.75), ("timestep", 50, 150)])
+def test_gauges_fill_in_proportion(name, low, high):
+    def filled(value):
+        drawn = hud.draw(frame(), state(**{name: value}))[hud.strip_top(1280, 720) :, :260]
+        empty = hud.draw(frame(), state(**{name: 0}))[hud.strip_top(1280, 720) :, :260]
+        rows = changed(drawn, empty).sum(axis=1)
+        return rows.max()  # a row of the gauge is longer than any of the number's
+
+    assert filled(high) == pytest.approx(3 * filled(low), abs=6)
+
+
+def test_bars_are_as_high_as_the_danger():
+    def height(danger):
+        drawn = hud.draw(frame(), state(danger=np.array(danger), target=-1))
+        empty = hud.draw(frame(), state(danger=np.zeros(3), target=-1))
+        _, top, _, bottom = spread(changed(drawn, empty))
+        return bottom - top + 1
+
+    assert height([1.0, 0.0, 0.0]) > 30
+    assert height([0.0, 0.5, 0.0]) == pytest.approx(height([1.0, 0.0, 0.0]) / 2, abs=1)
+    # Beyond the usual the scale adapts: the greatest bar is full, the others keep their proportion to it.
+    assert height([0.0, 2.0, 4.0]) == height([1.0, 0.0, 0.0])
+
+
+def test_outlines_show_the_danger_of_a_novice_who_is_surely_unsafe():
+    hazard = np.array([0.0, 0.8, 0.0])
+    empty = hud.draw(frame(), state(danger=np.zeros(3), hazard=np.zeros(3), target=-1))
+    hollow = changed(hud.draw(frame(), state(danger=np.zeros(3), hazard=hazard, target=-1)), empty)
+    half = changed(hud.draw(frame(), state(danger=hazard / 2, hazard=hazard, target=-1)), empty)
+    filled = changed(hud.draw(frame(), state(danger=hazard, hazard=hazard, target=-1)), empty)
+    assert spread(hollow) == spread(half) == spread(filled)
+    assert hollow.sum() < half.sum() < filled.sum()
+    assert half.sum() - hollow.sum() == pytest.approx((filled.sum() - hollow.sum()) / 2, rel=0.05)
+
+
+def test_bars_stand_in_the_order_of_the_candidates():
+    def place(index):
+        danger = np.zeros(3)
+        danger[index] = 1.0
+        drawn = hud.draw(frame(), state(danger=danger, target=-1))
+        return spread(changed(drawn, hud.draw(frame(), state(danger=np.zeros(3), target=-1))))[0]
+
+    assert place(0) < place(1) < place(2)
+
+
+def test_target_stands_out():
+    without = hud.draw(frame(), state(target=-1)).sum(dtype=int)
+    assert hud.draw(frame(), state(target=1)).sum(dtype=int) > without
+
+
+def test_target_is_shown_among_forty():
+    danger = np.linspace(1.0, 0.5, 40)
+    danger[35] = 0.0  # the least dangerous, and yet it is being dealt with
+    some = hud.draw(frame(), state(danger=danger, target=-1))
+    with_target = hud.draw(frame(), state(danger=danger, target=35))
+    strip = np.s_[hud.strip_top(1280, 720) :, 300:950]
+    assert (with_target[strip] == 242).sum() > (some[strip] == 242).sum() + 100  # the bright ground of its name
+
+
+@pytest.mark.parametrize(("width", "height"), SIZES)
+@pytest.mark.parametrize(
+    "danger", [None, np.empty(0), np.array([5.0]), np.linspace(0, 2, 40)], ids=lambda d: str(np.size(d))
+)
+def test_any_number_of_candidates_fits(width, height, danger):
+    drawn = hud.draw(frame(width, height), state(danger=danger, target=0))
+    strip = changed(drawn, frame(width, height))[hud.strip_top(width, height) :]
+    assert strip.any()
+    assert not strip[:, -width // 100 :].any()  # nothing runs out of the card
+
+
+def test_nothing_is_claimed_without_a_caregiver():
+    alone = state(robot=None, safe=None, danger=None, target=-1, intervention="")
+    drawn = hud.draw(frame(), alone)
+    blue = (np.abs(drawn.astype(int) - (86, 180, 233)).max(axis=2) < 30).sum()
+    assert blue == 0  # neither a robot, nor a gauge, nor a deed
+
+
+@pytest.mark.parametrize(("step", "direction"), [((0, 1), (1, 0)), ((-1, 0), (0, -1))], ids=["east", "north"])
+def test_toddler_moves_on_the_plan(step, direction):
+    def where(cell):
+        drawn = hud.draw(frame(), state(toddler=PLAN.position(cell)))[: 720 // 2, : 1280 // 3]
+        yellow = np.abs(drawn.astype(int) - (240, 228, 66)).max(axis=2) < 40
+        return np.median(np.argwhere(yellow), axis=0)[::-1]  # flames have a few such pixels too
+
+    moved = where((2 + step[0], 2 + step[1])) - where((2, 2))
+    size = float(np.abs(moved).max())
+    assert size > 10
+    np.testing.assert_allclose(moved / size, direction, atol=0.1)
+
+
+def test_trail_leads_to_the_toddler_and_fades():
+    cells = [(3, 2), (3, 3), (3, 4), (2, 4)]
+    trail = np.array([PLAN.position(cell) for cell in cells])
+    still = state(toddler=PLAN.position((1, 4)), robot=None)
+    drawn = hud.draw(frame(), dataclasses.replace(still, trail=trail)).astype(int)
+    difference = np.abs(drawn - hud.draw(frame(), still)).sum(axis=2)
+    left, _, right, _ = spread(difference > 0)
+    old, new = difference[:, : left + (right - left) // 4], difference[:, -(-(left + 3 * right) // 4) :]
+    assert 0 < old.max() < new.max()
+
+
+def test_long_words_are_cut_off():
+    drawn = hud.draw(frame(), state(intervention="carry " * 40))
+    np.testing.assert_array_equal(drawn[:, -12:], frame()[:, -12:])
+
+
+def test_insets_lie_below_one_another_at_the_right():
+    width, height = hud.inset_size(1280, 720)
+    red, blue = (np.full((height, width, 3), colour, np.uint8) for colour in ((200, 0, 0), (0, 0, 200)))
+    drawn = hud.draw(frame(), state(), [("first", red), ("second", blue)])
+    first, second = (spread((drawn == colour).all(axis=2)) for colour in ((200, 0, 0), (0, 0, 200)))
+    assert first[3] < second[1]
+    assert second[3] < hud.strip_top(1280, 720)
+    assert first[2] < 1280
+
+
+def test_labels():
+    assert [hud.candidate_label(i, 2) for i in range(4)] == ["S1", "S2", "C1", "C2"]
