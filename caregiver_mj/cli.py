@@ -26,19 +26,19 @@ from caregiver_mj.errors import CaregiverError, RenderingError
 from caregiver_mj.experiments import evaluation
 from caregiver_mj.experiments.run_folder import RunFolder, StorageError
 from caregiver_mj.experiments.workers import WorkerError
-from caregiver_mj.plans import floor_plan
+from caregiver_mj.plans import floor_plan, symbols
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 PROGRAM = "caregiver-mj"
 
 # How `house show` paints each kind of cell: rich style, and what to call it (one, several).
 _CELLS = {
-    floor_plan.WALL: ("white on grey30", "wall", "walls"),
-    floor_plan.FREE: ("grey50", "free cell", "free cells"),
-    floor_plan.STAIRWELL: ("bold white on red3", "stairwell", "stairwells"),
-    floor_plan.CANDLE: ("bold black on orange1", "table with a candle", "tables with a candle"),
-    floor_plan.TABLE: ("black on tan", "bare table", "bare tables"),
-    floor_plan.BIN: ("bold white on green4", "toy bin", "toy bins"),
+    symbols.WALL: ("white on grey30", "wall", "walls"),
+    symbols.FREE: ("grey50", "free cell", "free cells"),
+    symbols.STAIRWELL: ("bold white on red3", "stairwell", "stairwells"),
+    symbols.CANDLE: ("bold black on orange1", "table with a candle", "tables with a candle"),
+    symbols.TABLE: ("black on tan", "bare table", "bare tables"),
+    symbols.BIN: ("bold white on green4", "toy bin", "toy bins"),
 }
 
 
@@ -323,6 +323,6 @@ def _house_check(arguments: argparse.Namespace) -> None:
     counts = []
     for kind, (_, one, several) in _CELLS.items():
         count = len(plan.cells_of(kind))
-        if kind != floor_plan.WALL:
+        if kind != symbols.WALL:
             counts.append(f"{count} {one if count == 1 else several}")
     print(f"OK: {plan.name}, {width} x {height} cells, {', '.join(counts)}")

@@ -12,7 +12,8 @@ from caregiver_mj.caregivers.caregiver import NOTHING, Caregiver, Observation, P
 from caregiver_mj.children.novice import NoviceTape
 from caregiver_mj.experiments.statistics import ratio_interval
 from caregiver_mj.grid.world import CAREGIVER_ACTIONS, GridWorld, Outcome
-from caregiver_mj.plans.floor_plan import FloorPlan, Target
+from caregiver_mj.plans.cell_graph import Target
+from caregiver_mj.plans.floor_plan import FloorPlan
 
 _EPSILONS = (1.0, 0.75, 0.5, 0.25, 0.05)
 _PRIORS = {
@@ -35,7 +36,7 @@ class NearestTable(PaperCaregiver):
     def __init__(self, plan: FloorPlan, seed: int = 0):
         super().__init__(plan, seed)
         beside = [[plan.cell_index[cell] for cell in plan.free_neighbours(table)] for table in plan.tables]
-        walk = plan.distances_from(beside)  # (tables, caregiver cells)
+        walk = plan.graph.distances_from(beside)  # (tables, caregiver cells)
         self._between = np.array([walk[:, cells].min(axis=1) for cells in beside], float)  # (tables, tables)
 
     def safe_table(self, observation: Observation, candle: np.ndarray) -> np.ndarray:
@@ -48,7 +49,7 @@ class LeastExposedTable(PaperCaregiver):
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
         super().__init__(plan, seed, prior="mean")
-        next_cell, target, index = plan.moves
+        next_cell, target, index = plan.graph.moves
         cells = np.arange(len(plan.free_cells))
         chain = np.zeros((len(cells), len(cells)))
         np.add.at(chain, (cells[:, None], next_cell), self.action_prior)

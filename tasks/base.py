@@ -22,7 +22,8 @@ from caregiver_mj.grid.world import Outcome, caregiver_start
 from caregiver_mj.house.rendering import OffscreenRendering
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans import layout
-from caregiver_mj.plans.floor_plan import ACTIONS, Cell, FloorPlan, Target
+from caregiver_mj.plans.cell_graph import ACTIONS, Cell, Target
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import kinematics
 from caregiver_mj.robot.motion import OPEN
 
@@ -273,7 +274,7 @@ class CareTask(base.Task):
         self.novice_timestep = novice_timestep(control_timestep, plan.cell_size)
         self._steps_a_move = round(self.novice_timestep / control_timestep)
         self._walk = ToddlerWalk(self.novice_timestep)
-        _, self._target, self._target_index = plan.moves
+        _, self._target, self._target_index = plan.graph.moves
         self._centres = [tuple(plan.position(cell).tolist()) for cell in plan.free_cells]
         self._table_rectangles = layout.table_rectangles(plan)
         if table_offset:
@@ -418,7 +419,7 @@ class CareTask(base.Task):
         cells = self.plan.caregiver_cells
         robot = physics.base_position()[:2]
         goal = min(range(len(cells)), key=lambda i: math.dist(self.plan.position(cells[i]), robot))
-        distance = self.plan.distances_from([goal])[0].astype(float)
+        distance = self.plan.graph.distances_from([goal])[0].astype(float)
         distance[len(self.plan.free_cells) :] = np.inf  # it knows stairs, ...
         distance[goal] = 0.0  # ... but goes there too if the robot does
         row, column = self.plan.free_cells[self._cell]

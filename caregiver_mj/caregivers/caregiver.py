@@ -87,8 +87,8 @@ class Caregiver(abc.ABC):
         self.plan = plan
         self.seed = seed
         self.stairwell_count = len(plan.stairwells)
-        self.table_distances = plan.bump_distances(plan.tables).astype(float)  # (free cells, tables)
-        self.stairwell_distances = plan.bump_distances(plan.stairwells).astype(float)  # (free cells, stairwells)
+        self.table_distances = plan.graph.bump_distances(plan.tables).astype(float)  # (free cells, tables)
+        self.stairwell_distances = plan.graph.bump_distances(plan.stairwells).astype(float)  # (free cells, stairwells)
 
     def reset(self, batch: int, seeds: Sequence[int] | None = None) -> None:  # noqa: B027 (most remember nothing)
         """Begins B new episodes.
@@ -143,7 +143,7 @@ class Caregiver(abc.ABC):
         cell, table = observation.novice_cell, observation.candle_table
         candles = np.where(table == NOTHING, np.inf, self.table_distances[cell[:, None], table])
         for world, candle in np.argwhere(observation.candle_cell != NOTHING):
-            steps = self.plan.distances_from([observation.candle_cell[world, candle]])[0, cell[world]]
+            steps = self.plan.graph.distances_from([observation.candle_cell[world, candle]])[0, cell[world]]
             candles[world, candle] = max(1, steps)
         return np.concatenate([self.stairwell_distances[cell], candles], axis=1)
 
@@ -271,7 +271,7 @@ class GuardCaregiver(Caregiver):
     def __init__(self, plan: FloorPlan, seed: int = 0):
         super().__init__(plan, seed)
         landings = [plan.cell_index[cell] for cell in plan.stairwells]
-        self._walk = plan.distances_from(landings).T  # (caregiver cells, stairwells)
+        self._walk = plan.graph.distances_from(landings).T  # (caregiver cells, stairwells)
         self.reset(1)
 
     def reset(self, batch: int, seeds: Sequence[int] | None = None) -> None:

@@ -7,7 +7,8 @@ import dataclasses
 import numpy as np
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.plans.floor_plan import ACTIONS, FloorPlan, Target
+from caregiver_mj.plans.cell_graph import ACTIONS, Target
+from caregiver_mj.plans.floor_plan import FloorPlan
 
 EPISODE_TIMESTEPS = 200  # novice timesteps an episode (paper, section V.B)
 
@@ -102,7 +103,7 @@ def expert_trajectories(
     if timesteps < 1:
         raise CaregiverError(f"experts need at least 1 timestep, not {timesteps}")
     expert = Novice(plan, epsilon=0.0)
-    next_cell, target, index = plan.moves
+    next_cell, target, index = plan.graph.moves
     trajectories: list[list[tuple[int, int]]] = []
     left = timesteps
     while left:
@@ -131,8 +132,8 @@ def _shortest_path_actions(plan: FloorPlan) -> tuple[np.ndarray, np.ndarray]:
     Returns:
         How many there are, (free cells, bins), and which, (free cells, bins, 4), padded with zeros.
     """
-    next_cell, target, index = plan.moves
-    distance = plan.bump_distances(plan.bins)  # (free cells, bins)
+    next_cell, target, index = plan.graph.moves
+    distance = plan.graph.bin_distances()  # (free cells, bins)
     bins = np.arange(len(plan.bins))
     count = np.zeros(distance.shape, int)
     actions = np.zeros((*distance.shape, len(ACTIONS)), int)

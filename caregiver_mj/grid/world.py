@@ -24,7 +24,9 @@ from caregiver_mj.children.novice import (
     NoviceTape,
     pick,
 )
-from caregiver_mj.plans.floor_plan import UNREACHABLE, FloorPlan, Target
+from caregiver_mj.plans.cell_graph import UNREACHABLE, Target
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.yielding import yielding
 
 CAREGIVER_ACTIONS = 3  # a novice timestep: 5.0 km/h over 1.6 km/h, rounded down
 
@@ -70,7 +72,7 @@ class GridWorld:
         self.novice = Novice(plan, epsilon)
         self.caregiver = caregiver
         self._caregiver_actions = caregiver_actions
-        self._next_cell, self._target, self._target_index = plan.moves
+        self._next_cell, self._target, self._target_index = plan.graph.moves
         self._paths = _Paths(plan)
         self._stairwell_node = len(plan.free_cells) + np.arange(len(plan.stairwells))
 
@@ -238,10 +240,10 @@ class _Paths:
         self._stand = [[plan.cell_index[c]] for c in plan.stairwells]
         self._stand += [[plan.cell_index[n] for n in plan.free_neighbours(c)] for c in plan.tables]
         # Beside a table better not where the novice could shut it in.
-        self._safe_stand = [[cell for cell in stand if not plan.traps[cell]] for stand in self._stand]
-        self._open_distance = plan.distances_from(self._stand)  # (goals but ASIDE, cells), as if without a novice
-        self._between = plan.distances_from(range(cells))  # (cells, cells), likewise
-        self._intended_cell = plan.moves[0]
+        self._safe_stand = [[cell for cell in stand if not yielding(plan).traps[cell]] for stand in self._stand]
+        self._open_distance = plan.graph.distances_from(self._stand)  # (goals but ASIDE, cells), as if without a novice
+        self._between = plan.graph.distances_from(range(cells))  # (cells, cells), likewise
+        self._intended_cell = plan.graph.moves[0]
         self._known = np.zeros(free, bool)
         # Zero pages until written to, so a large plan costs only the novice cells that occur.
         shape = (free, len(self._stand) + 1, cells)
@@ -266,7 +268,7 @@ class _Paths:
 
     def _learn(self, closed: int) -> None:
         """Fills the tables in for one novice cell."""
-        plan, part, in_the_way = self._plan, self._plan.parts(closed), self._plan.routes_over(closed)
+        plan, part, in_the_way = self._plan, self._plan.graph.parts(closed), yielding(self._plan).routes_over(closed)
 
         def lowest(height: np.ndarray) -> np.ndarray:
             """The lowest cells of every part."""
@@ -274,21 +276,21 @@ class _Paths:
             np.minimum.at(least, part, height)
             return np.flatnonzero(height == least[part])
 
-        aside = plan.downhill(plan.distances_from([lowest(in_the_way)], closed)[0])
+        aside = plan.graph.downhill(plan.graph.distances_from([lowest(in_the_way)], closed)[0])
         self._distance[closed, self.ASIDE] = UNREACHABLE
         self._next_cell[closed, self.ASIDE] = self._next_aside[closed, self.ASIDE] = aside
         if self._stand:
-            distance = plan.distances_from(self._safe_stand, closed)
-            distance = np.where(distance < UNREACHABLE, distance, plan.distances_from(self._stand, closed))
+            distance = plan.graph.distances_from(self._safe_stand, closed)
+            distance = np.where(distance < UNREACHABLE, distance, plan.graph.distances_from(self._stand, closed))
             self._distance[closed, : self.ASIDE] = height = distance
             barred = distance == UNREACHABLE
             if np.delete(barred, closed, axis=1).any():
                 left = self._open_distance.astype(int)
-                close = plan.distances_from([lowest(d) for d in left], closed)
-                clear = plan.distances_from([lowest(d + UNREACHABLE * in_the_way) for d in left], closed)
+                close = plan.graph.distances_from([lowest(d) for d in left], closed)
+                clear = plan.graph.distances_from([lowest(d + UNREACHABLE * in_the_way) for d in left], closed)
                 height = np.where(barred, close, distance)
-                self._next_aside[closed, : self.ASIDE] = plan.downhill(clear)
-            self._next_cell[closed, : self.ASIDE] = plan.downhill(height)
+                self._next_aside[closed, : self.ASIDE] = plan.graph.downhill(clear)
+            self._next_cell[closed, : self.ASIDE] = plan.graph.downhill(height)
         self._known[closed] = True
 
 

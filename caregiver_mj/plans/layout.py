@@ -12,7 +12,9 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
-from caregiver_mj.plans.floor_plan import ACTIONS, BIN, CANDLE, FREE, TABLE, WALL, Cell, FloorPlan
+from caregiver_mj.plans.cell_graph import ACTIONS, Cell
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.symbols import BIN, CANDLE, FREE, TABLE, WALL
 
 WALL_THICKNESS = 0.25  # metres, as of a brick wall
 WALL_HEIGHT = 0.90  # metres; cut low like a doll's house, so that cameras see in

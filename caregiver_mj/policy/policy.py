@@ -23,7 +23,8 @@ from caregiver_mj.caregivers.caregiver import (
 )
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans import layout
-from caregiver_mj.plans.floor_plan import ACTIONS, FloorPlan
+from caregiver_mj.plans.cell_graph import ACTIONS
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.driving import Skill, View, is_child_close
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
@@ -114,7 +115,7 @@ class CaregiverPolicy:
         self._tables = layout.table_rectangles(self.plan)
         self._stairwells = len(self.plan.stairwells)
         self.interventions = self.interventions_done = 0
-        self._next_cell = self.plan.moves[0]
+        self._next_cell = self.plan.graph.moves[0]
 
     def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
         """Answers an observation with an action (11,).
@@ -337,8 +338,8 @@ class CaregiverPolicy:
     def _walks(self) -> tuple[np.ndarray, np.ndarray]:
         """Moves from each caregiver cell to beside each table, and to each landing: (tables or landings, cells)."""
         plan = self.plan
-        beside = [[plan.cell_index[cell] for cell in plan.free_neighbours(table)] for table in plan.tables]
-        return plan.distances_from(beside), plan.distances_from([plan.cell_index[cell] for cell in plan.stairwells])
+        landings = [plan.cell_index[cell] for cell in plan.stairwells]
+        return plan.graph.distances_from(plan.graph.beside(plan.tables)), plan.graph.distances_from(landings)
 
     def _leads_to(self, table: int, seen: Observation) -> bool:
         """Whether a way that the child leaves open leads to a table."""

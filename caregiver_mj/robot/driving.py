@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from caregiver_mj.plans import layout
-from caregiver_mj.plans.floor_plan import Cell
+from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.robot import limits
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import BASE_RADIUS, CHILD_RADIUS, Navigator

@@ -11,7 +11,9 @@ import numpy as np
 from scipy import ndimage
 
 from caregiver_mj.plans import layout
-from caregiver_mj.plans.floor_plan import ACTIONS, Cell, FloorPlan
+from caregiver_mj.plans.cell_graph import ACTIONS, Cell
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.yielding import yielding
 from caregiver_mj.robot.trajectories import Vector
 
 BASE_RADIUS = 0.27  # metres
@@ -217,7 +219,7 @@ class Navigator:
         """
         if child not in self.plan.free_cells:
             return None
-        in_the_way = self.plan.routes_over(self.plan.cell_index[child])
+        in_the_way = yielding(self.plan).routes_over(self.plan.cell_index[child])
         distance = {start: 0}
         queue = deque([start])
         while queue:

@@ -13,7 +13,8 @@ from collections.abc import Callable
 import numpy as np
 
 from caregiver_mj.plans import layout
-from caregiver_mj.plans.floor_plan import Cell
+from caregiver_mj.plans.cell_graph import Cell
+from caregiver_mj.plans.yielding import yielding
 from caregiver_mj.robot import kinematics, motion
 from caregiver_mj.robot.driving import FORESIGHT, MAY_DRIVE, Skill, View, child_cells
 from caregiver_mj.robot.motion import RobotMotion
@@ -144,7 +145,7 @@ class _AtTable(Skill):
         plan = navigator.plan
         cells = plan.free_neighbours(table_cell)
         # Better not where the child could shut the robot in.
-        cells = [cell for cell in cells if not plan.traps[plan.cell_index[cell]]] or cells
+        cells = [cell for cell in cells if not yielding(plan).traps[plan.cell_index[cell]]] or cells
         start = navigator.nearest_cell(view.base[:2])
         near = math.dist(view.child, view.base[:2]) < FORESIGHT
         around = child_cells(view, navigator) if near else ()

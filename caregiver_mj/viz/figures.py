@@ -18,7 +18,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch, Polygon, Rectangle
 
-from caregiver_mj.plans.floor_plan import BIN, CANDLE, STAIRWELL, TABLE, Cell, FloorPlan
+from caregiver_mj.plans.cell_graph import Cell
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.symbols import BIN, CANDLE, STAIRWELL, TABLE
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.colours import Colour
 

@@ -16,7 +16,9 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from caregiver_mj.children.novice import EPISODE_TIMESTEPS
-from caregiver_mj.plans.floor_plan import BIN, STAIRWELL, WALL, Cell, FloorPlan
+from caregiver_mj.plans.cell_graph import Cell
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.symbols import BIN, STAIRWELL, WALL
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.colours import GROUND, Colour, mix
 

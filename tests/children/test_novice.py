@@ -10,7 +10,8 @@ from random_plans import plan_texts
 
 from caregiver_mj.children.novice import EPISODE_TIMESTEPS, Novice, NoviceTape, expert_trajectories, pick
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.plans.floor_plan import ACTIONS, FloorPlan, Target
+from caregiver_mj.plans.cell_graph import ACTIONS, Target
+from caregiver_mj.plans.floor_plan import FloorPlan
 
 NORTH, EAST, SOUTH, WEST = range(4)
 
@@ -76,7 +77,7 @@ def test_the_share_of_shortest_moves_is_one_minus_epsilon_plus_a_quarter_of_it()
 def test_without_chance_it_needs_the_bump_distance_to_its_bin(text, seed):
     plan = FloorPlan.parse(text)
     novice, random = Novice(plan, 0.0), np.random.default_rng(seed)
-    next_cell, target, index = plan.moves
+    next_cell, target, index = plan.graph.moves
     cell = start = random.integers(len(plan.free_cells), size=5)
     goal = random.integers(len(plan.bins), size=5)
     arrival = np.zeros(5, int)
@@ -86,7 +87,7 @@ def test_without_chance_it_needs_the_bump_distance_to_its_bin(text, seed):
         assert (reached | (target[cell, action] == Target.FREE) | (arrival > 0)).all()
         arrival[reached & (arrival == 0)] = timestep
         cell = next_cell[cell, action]
-    assert arrival.tolist() == plan.bump_distances(plan.bins)[start, goal].tolist()
+    assert arrival.tolist() == plan.graph.bump_distances(plan.bins)[start, goal].tolist()
 
 
 def test_starts_and_bins_are_uniform():
@@ -127,8 +128,8 @@ def test_a_longer_tape_begins_like_a_shorter_one():
 @given(plan_texts(largest=12), st.integers(1, 300), st.integers(0, 2**31 - 1))
 def test_experts_walk_shortest_collision_free_routes_for_so_many_timesteps(text, timesteps, seed):
     plan = FloorPlan.parse(text)
-    next_cell, target, index = plan.moves
-    distance = plan.bump_distances(plan.bins)
+    next_cell, target, index = plan.graph.moves
+    distance = plan.graph.bump_distances(plan.bins)
     trajectories = expert_trajectories(plan, np.random.default_rng(seed), timesteps)
     assert sum(len(t) for t in trajectories) == timesteps
     for number, trajectory in enumerate(trajectories):

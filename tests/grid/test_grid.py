@@ -14,6 +14,7 @@ from caregiver_mj.caregivers.caregiver import NOTHING, Caregiver, make_caregiver
 from caregiver_mj.children.novice import EPISODE_TIMESTEPS, NoviceTape
 from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.yielding import yielding
 
 STEPS = ((-1, 0), (0, 1), (1, 0), (0, -1))
 EPSILONS = (1.0, 0.75, 0.5, 0.25, 0.05)
@@ -364,7 +365,7 @@ def test_nothing_impossible_happens(text, epsilon, name):
     plan = FloorPlan.parse(text)
     world = GridWorld(plan, epsilon, make_caregiver(name, plan))
     world.reset(tapes(range(8)))
-    between = plan.distances_from(range(len(plan.caregiver_cells)))
+    between = plan.graph.distances_from(range(len(plan.caregiver_cells)))
     worlds = np.arange(8)
     for _ in range(80):
         novice, caregiver = world.novice_cell, world.caregiver_cell
@@ -469,7 +470,7 @@ def test_with_nothing_to_do_it_keeps_out_of_the_way():
     moving(world, NORTH)
     place(world, (2, 4), (2, 2))
     world.step()  # into the doorway's wall
-    assert DOORWAY.routes_over(world.novice_cell[0])[world.caregiver_cell[0]] == 0
+    assert yielding(DOORWAY).routes_over(world.novice_cell[0])[world.caregiver_cell[0]] == 0
     assert world.outcome().interventions.tolist() == [0]
 
 

@@ -6,7 +6,8 @@ import pytest
 
 import caregiver_mj
 from caregiver_mj.caregivers.caregiver import NOTHING, Caregiver, Observation
-from caregiver_mj.plans.floor_plan import ACTIONS, FloorPlan
+from caregiver_mj.plans.cell_graph import ACTIONS
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.telemetry import Recorder, check_limits
 from caregiver_mj.robot import kinematics
 from caregiver_mj.robot.planning_scene import PlanningScene

@@ -10,7 +10,8 @@ import pytest
 
 import caregiver_mj
 from caregiver_mj.caregivers.caregiver import NOTHING, Caregiver, Observation, make_caregiver
-from caregiver_mj.plans.floor_plan import ACTIONS, Cell, FloorPlan
+from caregiver_mj.plans.cell_graph import ACTIONS, Cell
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import driving, kinematics
 from caregiver_mj.robot.driving import Skill, View, allowed_rate
 from caregiver_mj.robot.motion import RobotMotion

@@ -6,7 +6,8 @@ from dm_control.rl import control
 from random_plans import random_plan
 
 import caregiver_mj
-from caregiver_mj.plans.floor_plan import ACTIONS, FloorPlan
+from caregiver_mj.plans.cell_graph import ACTIONS
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import limits
 from caregiver_mj.robot.kinematics import shared_arm
 from caregiver_mj.robot.motion import RobotMotion

@@ -597,14 +597,14 @@ def test_adversarial_child_comes_to_the_robot_by_a_shortest_way():
         env = load("supervise", plan, seed=seed, adversarial=True)
         position = env.reset().observation["base_position"]
         robot = plan.cell_index[plan.cell_at(position[:2])]
-        left = int(plan.distances_from([robot])[0, env.task._cell])
+        left = int(plan.graph.distances_from([robot])[0, env.task._cell])
         still = np.array([0, 0, 0, *env.physics.arm_position(), 0.036])
         while left > 1:
             for _ in range(round(env.task.novice_timestep / env.control_timestep())):
                 observation = env.step(still).observation
             left -= 1
             child = plan.cell_index[plan.cell_at(observation["toddler_position"][:2])]
-            assert plan.distances_from([robot])[0, child] == left
+            assert plan.graph.distances_from([robot])[0, child] == left
         touched = False
         for _ in range(100):
             env.step(still)

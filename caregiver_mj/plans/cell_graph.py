@@ -1,0 +1,227 @@
+"""Moves and walking distances on the cells of a floor plan; memory and time grow with the number of cells."""
+
+from __future__ import annotations
+
+import enum
+import functools
+from collections import deque
+from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.sparse import csgraph, csr_array
+
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans.symbols import BIN, CANDLE, FREE, STAIRWELL, TABLE, WALL
+
+if TYPE_CHECKING:
+    from caregiver_mj.plans.floor_plan import FloorPlan
+
+Cell = tuple[int, int]  # (row, column)
+
+# The child's action set: north, east, south, west as (row, column) steps.
+ACTIONS: tuple[Cell, ...] = ((-1, 0), (0, 1), (1, 0), (0, -1))
+ACTION_NAMES = ("north", "east", "south", "west")
+
+UNREACHABLE = np.iinfo(np.int16).max  # the distance between cells that no path connects
+
+
+class Target(enum.IntEnum):
+    """What lies in the cell that a child's move leads to."""
+
+    FREE = 0
+    WALL = 1
+    STAIRWELL = 2
+    TABLE = 3
+    BIN = 4
+
+
+_TARGETS = {
+    FREE: Target.FREE,
+    WALL: Target.WALL,
+    STAIRWELL: Target.STAIRWELL,
+    CANDLE: Target.TABLE,
+    TABLE: Target.TABLE,
+    BIN: Target.BIN,
+}
+
+
+class CellGraph:
+    """Who can walk from which cell to which, in a valid floor plan.
+
+    Cells are indices into `FloorPlan.caregiver_cells`; the first of them are the child's, `FloorPlan.free_cells`.
+    """
+
+    def __init__(self, plan: FloorPlan):
+        self._plan = plan
+        self._free, self._cells = len(plan.free_cells), len(plan.caregiver_cells)
+        # The index of the cell at each place of the plan, -1 where nobody can stand.
+        self._index = np.full(plan.shape, -1)
+        rows, columns = np.array(plan.caregiver_cells, int).reshape(-1, 2).T
+        self._index[rows, columns] = np.arange(self._cells)
+        self._places = rows, columns
+
+    # -- Moves -----------------------------------------------------------------------------------
+
+    @functools.cached_property
+    def moves(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """What every move of a child leads to, three arrays of shape (free cells, 4).
+
+        Returns:
+            The cell after the move (the same one if it was a bump), the `Target` in the way, and the index
+            of that object among `stairwells`, `tables` or `bins` (-1 for free cells and walls).
+        """
+        plan = self._plan
+        kinds = np.full(plan.shape, Target.WALL, int)
+        for symbol, kind in _TARGETS.items():
+            kinds[plan.symbols == symbol] = kind
+        objects = np.full(plan.shape, -1)
+        for cells in (plan.stairwells, plan.tables, plan.bins):
+            for i, cell in enumerate(cells):
+                objects[cell] = i
+        (rows, columns), steps = self._places, np.array(ACTIONS).T  # steps: (2, 4)
+        there = rows[: self._free, None] + steps[0], columns[: self._free, None] + steps[1]
+        target = kinds[there]
+        here = np.arange(self._free)[:, None]
+        return np.where(target == Target.FREE, self._index[there], here), target, objects[there]
+
+    @functools.cached_property
+    def neighbours(self) -> tuple[tuple[int, ...], ...]:
+        """For every cell those north, east, south and west of it in which the caregiver can stand."""
+        return tuple(tuple(int(n) for n in around if n >= 0) for around in self._around)
+
+    def beside(self, objects: Sequence[Cell]) -> list[list[int]]:
+        """For each object the free cells beside it, north, east, south and west of it."""
+        return [[self._plan.cell_index[cell] for cell in self._plan.free_neighbours(place)] for place in objects]
+
+    # -- Distances -------------------------------------------------------------------------------
+
+    def distances_from(
+        self, goals: Sequence[int] | Sequence[Sequence[int]], closed: int | Collection[int] = ()
+    ) -> np.ndarray:
+        """Walking distances of the caregiver, in moves, optionally round closed cells.
+
+        Args:
+            goals: Cells, or groups of them, in which the nearest one counts.
+            closed: A cell, or several, that cannot be entered, such as those of children.
+
+        Returns:
+            int16 array (goals, caregiver cells); `UNREACHABLE` where no path leads.
+
+        Raises:
+            CaregiverError: A way is longer than such numbers can be.
+        """
+        return self._distances(goals, self._open_edges(closed), self._cells, closed)
+
+    def bump_distances(self, objects: Sequence[Cell]) -> np.ndarray:
+        """Moves that a child needs to bump into each object: to a free neighbour, and one more.
+
+        Args:
+            objects: Cells of objects.
+
+        Returns:
+            Integer array (free cells, objects).
+        """
+        return self._distances(self.beside(objects), self._child_edges, self._free).T.astype(int) + 1
+
+    def child_distances_from(self, cells: Sequence[int]) -> np.ndarray:
+        """Walking distances of a child from free cells, (cells, free cells). Landings are no way through for it."""
+        return self._distances(cells, self._child_edges, self._free).astype(int)
+
+    def bin_distances(self) -> np.ndarray:
+        """Moves that a child needs to reach into each toy bin, (free cells, bins)."""
+        return self._bin_distances
+
+    def breadth_first(self, start: int, closed: Collection[int] = ()) -> dict[int, int]:
+        """Searches from a cell: for every cell that can be reached, the one before it, nearest cells first.
+
+        Args:
+            start: The cell to begin with, which is its own predecessor, even if it is closed.
+            closed: Cells that cannot be entered.
+        """
+        before = {start: start}
+        queue = deque([start])
+        neighbours = self.neighbours
+        while queue:
+            cell = queue.popleft()
+            for neighbour in neighbours[cell]:
+                if neighbour not in before and neighbour not in closed:
+                    before[neighbour] = cell
+                    queue.append(neighbour)
+        return before
+
+    def parts(self, closed: int | Collection[int] = ()) -> np.ndarray:
+        """Numbers the parts into which closed cells divide the caregiver's cells: (caregiver cells,)."""
+        return csgraph.connected_components(_as_graph(self._open_edges(closed), self._cells))[1]
+
+    def is_connected(self) -> np.ndarray:
+        """Whether a child can walk from the first free cell to each, bool (free cells,)."""
+        part = csgraph.connected_components(_as_graph(self._child_edges, self._free))[1]
+        return part == part[0]
+
+    def downhill(self, height: np.ndarray) -> np.ndarray:
+        """For every caregiver cell the lowest among itself and its neighbours; itself if none is lower.
+
+        Args:
+            height: A number for each cell, such as a distance, (..., caregiver cells).
+
+        Returns:
+            Indices of cells, of that shape.
+        """
+        best = height[..., self._self_and_neighbours].argmin(axis=-1)
+        return self._self_and_neighbours[np.arange(best.shape[-1]), best]
+
+    def _distances(
+        self, goals: Sequence, edges: np.ndarray, cells: int, closed: int | Collection[int] = ()
+    ) -> np.ndarray:
+        # Every goal becomes one more node, from which one-way edges lead to its cells.
+        shut = np.atleast_1d(np.array(list(closed) if isinstance(closed, Collection) else closed, int))
+        entries = [(cells + i, cell) for i, goal in enumerate(goals) for cell in np.atleast_1d(goal)]
+        entry = np.array(entries, int).reshape(-1, 2)
+        edges = np.concatenate([edges, entry[~np.isin(entry[:, 1], shut)]])
+        sources = cells + np.arange(len(goals))
+        distances = csgraph.dijkstra(_as_graph(edges, cells + len(goals)), unweighted=True, indices=sources)
+        distances = distances[:, :cells] - 1
+        finite = np.isfinite(distances)
+        if distances.max(initial=0, where=finite) >= UNREACHABLE:
+            raise CaregiverError(f"floor plan '{self._plan.name}' has ways of more than {UNREACHABLE - 1} moves")
+        return np.where(finite, distances, UNREACHABLE).astype(np.int16)
+
+    # -- Edges -----------------------------------------------------------------------------------
+
+    @functools.cached_property
+    def _around(self) -> np.ndarray:
+        """The cells north, east, south and west of every cell, -1 for want of one: (caregiver cells, 4)."""
+        padded = np.pad(self._index, 1, constant_values=-1)
+        rows, columns = self._places
+        return np.stack([padded[rows + 1 + down, columns + 1 + right] for down, right in ACTIONS], axis=-1)
+
+    @functools.cached_property
+    def _edges(self) -> np.ndarray:
+        """All moves between caregiver cells, (moves, 2)."""
+        cells, actions = np.nonzero(self._around >= 0)
+        return np.stack([cells, self._around[cells, actions]], axis=-1)
+
+    @functools.cached_property
+    def _child_edges(self) -> np.ndarray:
+        return self._edges[(self._edges < self._free).all(axis=1)]
+
+    @functools.cached_property
+    def _bin_distances(self) -> np.ndarray:
+        return self.bump_distances(self._plan.bins)
+
+    def _open_edges(self, closed: int | Collection[int]) -> np.ndarray:
+        if isinstance(closed, Collection):
+            closed = list(closed)
+            return self._edges[~np.isin(self._edges, closed).any(axis=1)] if closed else self._edges
+        return self._edges[(self._edges != closed).all(axis=1)]
+
+    @functools.cached_property
+    def _self_and_neighbours(self) -> np.ndarray:
+        """Every caregiver cell, then the cells north, east, south and west (itself for want of one): (cells, 5)."""
+        here = np.arange(self._cells)[:, None]
+        return np.concatenate([here, np.where(self._around >= 0, self._around, here)], axis=1)
+
+
+def _as_graph(edges: np.ndarray, size: int) -> csr_array:
+    return csr_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(size, size))

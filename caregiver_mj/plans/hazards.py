@@ -1,0 +1,159 @@
+"""Hazards: what a child can be hurt by and a caregiver can do something about, in one table and one order."""
+
+from __future__ import annotations
+
+import dataclasses
+import enum
+import functools
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from caregiver_mj.errors import CaregiverError
+
+NOTHING = -1  # no hazard, no candle, no table, no action
+
+
+@dataclasses.dataclass(frozen=True)
+class DamageWeights:
+    """Damage of one collision with each kind of thing (paper, section V.B). Walls, bins and the caregiver do none.
+
+    Attributes:
+        stairwell: Of a fall down the stairs.
+        candle: Of a bump into a table with a candle; in the house also into a candle anywhere.
+        table: Of a bump into a bare table. It is no `Hazard`, because nobody can do anything about a table.
+    """
+
+    stairwell: float = 5.0
+    candle: float = 4.0
+    table: float = 1.0
+
+    def __post_init__(self) -> None:
+        for field in dataclasses.fields(self):
+            if not (math.isfinite(value := getattr(self, field.name)) and value >= 0):
+                raise CaregiverError(f"the damage of a {field.name} must be a number of at least 0, not {value}")
+
+    @classmethod
+    def parse(cls, text: str) -> DamageWeights:
+        """Reads `STAIRWELL:CANDLE:TABLE`, such as "5:4:1".
+
+        Raises:
+            CaregiverError: It is not three numbers of at least 0.
+        """
+        try:
+            stairwell, candle, table = map(float, text.split(":"))
+        except ValueError:
+            raise CaregiverError(f"damage is STAIRWELL:CANDLE:TABLE, such as 5:4:1, not '{text}'") from None
+        return cls(stairwell, candle, table)
+
+    def __str__(self) -> str:
+        return f"{self.stairwell:g}:{self.candle:g}:{self.table:g}"
+
+    @property
+    def worst(self) -> float:
+        """The greatest of them."""
+        return max(self.stairwell, self.candle, self.table)
+
+
+class HazardKind(enum.StrEnum):
+    """What a hazard is."""
+
+    STAIRWELL = "stairwell"
+    CANDLE = "candle"
+
+
+@dataclasses.dataclass(frozen=True)
+class Hazard:
+    """One thing that can hurt a child.
+
+    Attributes:
+        kind: What it is.
+        index: Its number among those of its kind, from 0, in the floor plan's order.
+        damage: d_o of the paper: damage of one collision with it.
+    """
+
+    kind: HazardKind
+    index: int
+    damage: float
+
+    def __str__(self) -> str:
+        """Its name in sentences, such as "stairwell 1"."""
+        return f"{self.kind} {self.index + 1}"
+
+    @property
+    def label(self) -> str:
+        """Its name where there is little room, such as "S1"."""
+        return f"{self.kind[0].upper()}{self.index + 1}"
+
+
+@dataclasses.dataclass(frozen=True)
+class Hazards(Sequence[Hazard]):
+    """All hazards of a house: first its stairwells, then its candles.
+
+    A number of a hazard is its place in this table. The methods take such numbers, or numbers among one kind, as
+    integers or as integer arrays of any shape, and leave NOTHING as it is.
+
+    Attributes:
+        stairwells: How many stairwells there are.
+        candles: How many candles.
+        weights: Damage of a collision with each kind.
+    """
+
+    stairwells: int
+    candles: int
+    weights: DamageWeights = DamageWeights()
+
+    def __len__(self) -> int:
+        return self.stairwells + self.candles
+
+    def __getitem__(self, number: int) -> Hazard:  # type: ignore[override]
+        if not 0 <= number < len(self):
+            raise IndexError(f"no hazard {number}: there are {len(self)}")
+        if number < self.stairwells:
+            return Hazard(HazardKind.STAIRWELL, int(number), self.weights.stairwell)
+        return Hazard(HazardKind.CANDLE, int(number) - self.stairwells, self.weights.candle)
+
+    def __iter__(self) -> Iterator[Hazard]:
+        return (self[number] for number in range(len(self)))
+
+    @functools.cached_property
+    def damage(self) -> np.ndarray:
+        """d_o of every hazard, (hazards,)."""
+        return np.array([hazard.damage for hazard in self], float)
+
+    def of_stairwell(self, index):
+        """The number of the hazard that a stairwell is."""
+        return np.where(np.equal(index, NOTHING), NOTHING, index) if np.ndim(index) else int(index)
+
+    def of_candle(self, index):
+        """The number of the hazard that a candle is."""
+        if np.ndim(index):
+            return np.where(np.equal(index, NOTHING), NOTHING, np.add(index, self.stairwells))
+        return NOTHING if index == NOTHING else int(index) + self.stairwells
+
+    def stairwell(self, number):
+        """Which stairwell a hazard is, NOTHING if it is none."""
+        found = np.where(self.is_stairwell(number), number, NOTHING)
+        return found if np.ndim(number) else int(found)
+
+    def candle(self, number):
+        """Which candle a hazard is, NOTHING if it is none."""
+        found = np.where(self.is_candle(number), np.subtract(number, self.stairwells), NOTHING)
+        return found if np.ndim(number) else int(found)
+
+    def is_stairwell(self, number):
+        """Whether a hazard is a stairwell."""
+        return np.greater(number, NOTHING) & np.less(number, self.stairwells)
+
+    def is_candle(self, number):
+        """Whether a hazard is a candle."""
+        return np.greater_equal(number, self.stairwells) & np.less(number, len(self))
+
+    def join(self, stairwells: np.ndarray, candles: np.ndarray) -> np.ndarray:
+        """Values of stairwells (..., stairwells) and of candles (..., candles) as values of hazards (..., hazards)."""
+        return np.concatenate([stairwells, candles], axis=-1)
+
+    def split(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The reverse of `join`."""
+        return values[..., : self.stairwells], values[..., self.stairwells :]
