@@ -1,0 +1,75 @@
+"""Who decides the moves of a child: what a behaviour is asked, and the behaviours by name."""
+
+from __future__ import annotations
+
+import abc
+import dataclasses
+
+import numpy as np
+
+from caregiver_mj.children.tape import pick
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans.floor_plan import FloorPlan
+
+
+@dataclasses.dataclass(frozen=True)
+class Sight:
+    """What one child each of B families knows when it chooses its move.
+
+    Attributes:
+        cell: Index of its free cell, (B,).
+        goal: Index of the toy bin that it is to go to, (B,).
+        caregiver_cell: The caregiver's cell, (B,), or NOTHING where there is none.
+        bumped: Whether its last move left it where it was, (B,).
+    """
+
+    cell: np.ndarray
+    goal: np.ndarray
+    caregiver_cell: np.ndarray
+    bumped: np.ndarray
+
+
+class Behaviour(abc.ABC):
+    """Decides the moves of one child, for a batch of families at once.
+
+    All its chance comes from the draws that it is given, so that an episode is the same whatever runs beside it.
+    """
+
+    def __init__(self, plan: FloorPlan, epsilon: float):
+        """Prepares a behaviour.
+
+        Args:
+            plan: The house.
+            epsilon: Share of moves that are random, in [0, 1].
+
+        Raises:
+            CaregiverError: Epsilon is out of range.
+        """
+        self.plan = plan
+        self.epsilon = check_epsilon(epsilon)
+
+    def reset(self, batch: int) -> None:  # noqa: B027 (most remember nothing)
+        """Begins B new episodes."""
+
+    @abc.abstractmethod
+    def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
+        """Chooses the moves.
+
+        Args:
+            sight: What the children know.
+            draws: Uniform draws, (B, 3): the first two are for the move, the last one for the next bin.
+
+        Returns:
+            Indices into `ACTIONS`, (B,).
+        """
+
+    def next_bin(self, draw: np.ndarray) -> np.ndarray:
+        """Bins to go to next (B,), uniform over all bins, from uniform draws (B,)."""
+        return pick(draw, len(self.plan.bins))
+
+
+def check_epsilon(epsilon: float) -> float:
+    """Returns epsilon, or raises CaregiverError unless it lies in [0, 1]."""
+    if not 0.0 <= epsilon <= 1.0:  # also refuses NaN
+        raise CaregiverError(f"epsilon must lie in [0, 1], not {epsilon}")
+    return float(epsilon)

@@ -1,0 +1,116 @@
+"""Which children are in the house: one or several, each with its behaviour."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from caregiver_mj.children.adversary import Adversary
+from caregiver_mj.children.behaviour import Behaviour, check_epsilon
+from caregiver_mj.children.novice import Expert, Novice
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.registry import Registry
+
+CHILDREN: Registry[type[Behaviour]] = Registry(
+    "child",
+    "caregiver_mj.children",
+    "caregiver_mj.children.behaviour.Behaviour",
+    {"novice": Novice, "expert": Expert, "adversary": Adversary},
+)
+NOVICE = "novice"
+
+
+@dataclasses.dataclass(frozen=True)
+class ChildSpec:
+    """Who a child is.
+
+    Attributes:
+        epsilon: Share of its moves that are random.
+        behaviour: Name of what decides its moves, one of `CHILDREN`.
+    """
+
+    epsilon: float = 0.5
+    behaviour: str = NOVICE
+
+    def check(self) -> None:
+        """Raises CaregiverError unless there can be such a child."""
+        check_epsilon(self.epsilon)
+        if self.behaviour not in CHILDREN:
+            raise CaregiverError(f"no child '{self.behaviour}': there are {', '.join(CHILDREN)}")
+        CHILDREN[self.behaviour]  # one that comes from another package may fail to load
+
+    def make(self, plan: FloorPlan) -> Behaviour:
+        """Makes what decides its moves."""
+        self.check()
+        return CHILDREN[self.behaviour](plan, self.epsilon)
+
+    def __str__(self) -> str:
+        return f"{self.epsilon:g}" if self.behaviour == NOVICE else f"{self.behaviour}:{self.epsilon:g}"
+
+
+@dataclasses.dataclass(frozen=True)
+class Family:
+    """The children that are in a house together.
+
+    Attributes:
+        children: At least one.
+    """
+
+    children: tuple[ChildSpec, ...] = (ChildSpec(),)
+
+    @classmethod
+    def of(cls, who: Family | ChildSpec | float | str) -> Family:
+        """Makes a family of what a user may say for one: an epsilon, a text for `parse`, or something made already."""
+        if isinstance(who, Family):
+            return who
+        if isinstance(who, ChildSpec):
+            return cls((who,))
+        return cls.parse(who) if isinstance(who, str) else cls((ChildSpec(float(who)),))
+
+    @classmethod
+    def parse(cls, text: str, behaviour: str = NOVICE) -> Family:
+        """Reads a family: the epsilon of each child, separated by commas, such as "0.5" or "1,.25".
+
+        Args:
+            text: The children; one that has another behaviour has its name before it, as in "adversary:0.5".
+            behaviour: That of children without such a name.
+
+        Raises:
+            CaregiverError: It cannot be read, or there is no such child.
+        """
+        children = []
+        for part in text.split(","):
+            name, colon, epsilon = part.strip().rpartition(":")
+            try:
+                child = ChildSpec(float(epsilon), name if colon else behaviour)
+            except ValueError:
+                raise CaregiverError(
+                    f"a family is the epsilon of each child, such as 0.5 or 1,.25 or adversary:0.5, not '{text}'"
+                ) from None
+            child.check()
+            children.append(child)
+        return cls(tuple(children))
+
+    def check(self) -> None:
+        """Raises CaregiverError unless there can be such a family."""
+        if not self.children:
+            raise CaregiverError("a family must have at least one child")
+        for child in self.children:
+            child.check()
+
+    def times(self, count: int) -> Family:
+        """A family with every child so many times; the draws, and so the moves, of each are its own."""
+        if count < 1:
+            raise CaregiverError(f"there must be at least 1 child, not {count}")
+        return Family(self.children * count)
+
+    @property
+    def epsilon(self) -> float:
+        """Share of random moves, the mean of its children."""
+        return sum(child.epsilon for child in self.children) / len(self.children)
+
+    def __len__(self) -> int:
+        return len(self.children)
+
+    def __str__(self) -> str:
+        return ",".join(map(str, self.children))

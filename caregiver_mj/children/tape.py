@@ -1,0 +1,78 @@
+"""All the chance in a child's episode, drawn beforehand: common random numbers."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+EPISODE_TIMESTEPS = 200  # novice timesteps an episode (paper, section V.B)
+
+
+@dataclasses.dataclass(frozen=True)
+class Tape:
+    """The uniform draws of one child in one episode.
+
+    Because they do not depend on what happens, the same tape gives the same child alone and with any caregiver, in
+    the grid and in the house.
+
+    Attributes:
+        start: For the start cells of child and caregiver, then the first bin: (3,).
+        steps: For every timestep, whether the move is random, which move it is, and which bin is next if one is
+            reached: (timesteps, 3).
+        caregiver_seed: Seed of this episode for a caregiver that draws lots.
+    """
+
+    start: np.ndarray
+    steps: np.ndarray
+    caregiver_seed: int = 0
+
+    @classmethod
+    def draw(cls, random: np.random.RandomState, timesteps: int = EPISODE_TIMESTEPS) -> Tape:
+        """Draws the tape of an only child."""
+        draws = random.random_sample((timesteps + 1, 3))
+        return cls(draws[0], draws[1:], int(random.randint(2**31 - 1)))
+
+    @classmethod
+    def draw_family(
+        cls, random: np.random.RandomState, children: int, timesteps: int = EPISODE_TIMESTEPS
+    ) -> tuple[Tape, ...]:
+        """Draws the tapes of several children. The first one is that of an only child, whoever else there is."""
+        first = cls.draw(random, timesteps)
+        others = (np.random.SeedSequence([first.caregiver_seed, child]) for child in range(1, children))
+        draw = (cls.draw(np.random.RandomState(np.random.MT19937(seed)), timesteps) for seed in others)
+        return (first, *(dataclasses.replace(tape, caregiver_seed=first.caregiver_seed) for tape in draw))
+
+
+def pick(draw: np.ndarray, count: np.ndarray | int) -> np.ndarray:
+    """Uniform choices out of `count` from uniform draws in [0, 1)."""
+    return (draw * count).astype(int)
+
+
+def start_cells(free_cells: int, landings: int, draws: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Where children and caregiver are at first: each uniform over the free cells that are left.
+
+    Args:
+        free_cells: How many free cells there are.
+        landings: How many stairwells.
+        draws: The start draws of every child of B families, (B, children, 3).
+
+    Returns:
+        Free cells of the children, (B, children), and caregiver cells of the caregiver, (B,). Where no free cell is
+        left, a child shares the first one, and the caregiver starts on the last landing, if there is one.
+    """
+    taken: list[np.ndarray] = []
+    for child in range(draws.shape[1]):
+        taken.append(_another(draws[:, child, 0], free_cells, taken, 0))
+    last = free_cells + landings - 1
+    return np.stack(taken, axis=1), _another(draws[:, 0, 1], free_cells, taken, last)
+
+
+def _another(draw: np.ndarray, cells: int, taken: list[np.ndarray], otherwise: int) -> np.ndarray:
+    """Uniform choices (B,) among the cells that are not taken yet."""
+    if cells <= len(taken):
+        return np.full(len(draw), otherwise)
+    cell = pick(draw, cells - len(taken))
+    for other in np.sort(np.array(taken), axis=0):  # the lowest one first, so that each moves those above it up
+        cell = cell + (cell >= other)
+    return cell

@@ -1,0 +1,95 @@
+"""The ledger: what happens to the children of an episode, booked once a novice timestep, in both worlds alike."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.recording.record import DAMAGE_THRESHOLD
+
+KINDS = ("stairwell", "candle", "table")  # of damage
+
+
+class Ledger:
+    """Books a batch of B episodes with K children each.
+
+    Attributes:
+        timestep: Novice timesteps booked so far.
+        harm: Damage of each kind that each child has taken, (B, K, kinds), in the order of `KINDS`.
+        toys: Toy bins that each has reached, (B, K).
+        moves_blocked: Moves of each into the caregiver, (B, K).
+        interventions: Interventions begun, (B,).
+        interventions_done: Interventions completed, (B,).
+        candles_dropped: Candles that fell, (B,).
+        strikes: Contacts with a moving robot, (B,).
+        stopped_at: Timestep at which the threshold of damage was reached, (B,); 0 where it was not.
+        visits: Timesteps that children ended in each free cell, summed over everything, (free cells,).
+        damage_at: Damage that they took in each, likewise.
+    """
+
+    def __init__(self, plan: FloorPlan, cells: np.ndarray, timesteps: int):
+        """Begins B episodes.
+
+        Args:
+            plan: The house.
+            cells: Free cells in which the children start, (B, K).
+            timesteps: Length of an episode, which an episode below the threshold counts as.
+        """
+        batch, children = cells.shape
+        self._timesteps = timesteps
+        self.timestep = 0
+        self.harm = np.zeros((batch, children, len(KINDS)))
+        self.toys, self.moves_blocked = np.zeros((2, batch, children), int)
+        self.interventions, self.interventions_done = np.zeros((2, batch), int)
+        self.candles_dropped, self.strikes = np.zeros((2, batch), int)
+        self.stopped_at = np.zeros(batch, int)
+        self._visited = np.zeros((batch, len(plan.free_cells)), bool)
+        self._visited[np.arange(batch)[:, None], cells] = True
+        self.visits, self.damage_at = np.zeros((2, len(plan.free_cells)))
+
+    def book(
+        self, begun: np.ndarray, ended: np.ndarray, harm: np.ndarray, toys: np.ndarray, blocked: np.ndarray
+    ) -> None:
+        """Books one novice timestep.
+
+        Args:
+            begun: Free cells in which the children began it, (B, K).
+            ended: Those in which they ended it, (B, K).
+            harm: Damage of each kind that each child took in it, (B, K, kinds).
+            toys: Whether each reached its toy bin, (B, K).
+            blocked: Whether the caregiver was in the way of each, (B, K).
+        """
+        self.timestep += 1
+        self.harm += harm
+        self.toys += toys
+        self.moves_blocked += blocked
+        self.damage_at += np.bincount(begun.ravel(), harm.sum(axis=2).ravel(), len(self.damage_at))
+        self.visits += np.bincount(ended.ravel(), minlength=len(self.visits))
+        running = np.flatnonzero(self.stopped_at == 0)
+        self._visited[running[:, None], ended[running]] = True
+        self.stopped_at[(self.stopped_at == 0) & (self.damage >= DAMAGE_THRESHOLD)] = self.timestep
+
+    @property
+    def damage(self) -> np.ndarray:
+        """All damage so far, (B,)."""
+        return self.harm.sum(axis=(1, 2))
+
+    def outcome(self, episode: int = 0) -> dict[str, Any]:
+        """What is measured of an episode so far, named as in `EpisodeRecord`."""
+        by_kind = self.harm[episode].sum(axis=0).tolist()
+        return {
+            "damage": float(self.damage[episode]),
+            **{f"damage_{kind}": damage for kind, damage in zip(KINDS, by_kind, strict=True)},
+            "damage_by_child": self.harm[episode].sum(axis=1).tolist(),
+            "timesteps_to_threshold": int(self.stopped_at[episode]) or self._timesteps,
+            "cells_visited": int(self._visited[episode].sum()),
+            "toys_reached": int(self.toys[episode].sum()),
+            "toys_by_child": self.toys[episode].astype(float).tolist(),
+            "moves_blocked": int(self.moves_blocked[episode].sum()),
+            "interventions": int(self.interventions[episode]),
+            "interventions_done": int(self.interventions_done[episode]),
+            "candles_dropped": int(self.candles_dropped[episode]),
+            "strikes": int(self.strikes[episode]),
+        }

@@ -1,0 +1,123 @@
+"""The record of an episode: every column once, with its type, unit and meaning.
+
+The Parquet schema, the table in the README, the report's words and what both worlds count come from here.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable
+from typing import Any
+
+# ruff: noqa: RUF009 - `_column` only describes a field
+DAMAGE_THRESHOLD = 15.0  # the paper ends an interaction after this much (section V.E)
+
+
+@dataclasses.dataclass(frozen=True)
+class Column:
+    """A column of `episodes.parquet`.
+
+    Attributes:
+        name: Its name.
+        type: Its type: str, int, float, or list[float] (a value for each child).
+        unit: Its unit, empty for names and numbers of things.
+        title: What it is called in tables for people.
+        meaning: What it is.
+        role: "setting" (what was run), "damage", "count" (of events), "child" (a value for each child) or "time".
+        world: The world that it is measured in, if it is only one; 0 in the other.
+    """
+
+    name: str
+    type: str
+    unit: str
+    title: str
+    meaning: str
+    role: str
+    world: str = ""
+
+
+def _column(
+    unit: str, title: str, meaning: str, role: str, world: str = ""
+) -> Any:  # a dataclass field, whatever its type
+    """A field of `EpisodeRecord`."""
+    return dataclasses.field(metadata={"unit": unit, "title": title, "meaning": meaning, "role": role, "world": world})
+
+
+@dataclasses.dataclass(frozen=True)
+class EpisodeRecord:
+    """One episode, as it stands in a row of `episodes.parquet`; `COLUMNS` says what each attribute is."""
+
+    world: str = _column("", "world", "`house`, the physical one, or `grid`", "setting")
+    house: str = _column("", "house", "name of the floor plan", "setting")
+    caregiver: str = _column("", "caregiver", "name of the caregiver, or `none`", "setting")
+    family: str = _column(
+        "", "children", "the epsilon of each child, as it was asked for: `0.5`, or `1,0.25`", "setting"
+    )
+    epsilon: float = _column(
+        "", "random share", "share of moves that are random; with several children their mean", "setting"
+    )
+    children: int = _column("", "number of children", "how many children there are", "setting")
+    episode: int = _column("", "episode", "its number, from 0", "setting")
+    seed: int = _column("", "seed", "seed of its children and of its caregiver", "setting")
+
+    damage: float = _column(
+        "damage", "damage", "all damage in 200 novice timesteps, of all children together", "damage"
+    )
+    damage_stairwell: float = _column("damage", "at stairs", "of that, falls down stairs (5 each)", "damage")
+    damage_candle: float = _column(
+        "damage",
+        "at candles",
+        "bumps into tables with a candle, in the house also into a candle anywhere (4 each)",
+        "damage",
+    )
+    damage_table: float = _column("damage", "at bare tables", "bumps into bare tables (1 each)", "damage")
+    damage_by_child: list[float] = _column("damage", "damage of each child", "all damage of each child", "child")
+
+    timesteps_to_threshold: int = _column(
+        "timesteps", "timesteps", "until 15 damage, at which the paper ends an interaction; else 200", "count"
+    )
+    cells_visited: int = _column("cells", "cells visited", "distinct cells that any child visited until then", "count")
+    toys_reached: int = _column(
+        "bins", "toys reached", "toy bins reached by all children, over all 200 timesteps", "count"
+    )
+    toys_by_child: list[float] = _column("bins", "toys of each child", "toy bins that each child reached", "child")
+    moves_blocked: int = _column(
+        "moves", "moves blocked", "children's moves into the caregiver: how much it was in the way", "count"
+    )
+    interventions: int = _column("", "interventions", "interventions begun", "count")
+    interventions_done: int = _column(
+        "", "interventions done", "of those, completed: a stairwell reached, or a candle put down", "count"
+    )
+    candles_dropped: int = _column("", "candles dropped", "candles that fell over or down", "count", world="house")
+    strikes: int = _column(
+        "",
+        "strikes",
+        "contacts of a child with a part of the robot that moves towards it faster than 0.05 m/s",
+        "count",
+        world="house",
+    )
+
+    sim_seconds: float = _column("s", "simulated time", "how long the episode was in the simulated world", "time")
+    wall_seconds: float = _column("s", "computing time", "how long it took to compute", "time")
+
+
+COLUMNS: tuple[Column, ...] = tuple(
+    Column(field.name, field.type, **field.metadata) for field in dataclasses.fields(EpisodeRecord)
+)
+
+
+def names(*roles: str) -> tuple[str, ...]:
+    """Names of the columns that have one of some roles, in their order."""
+    return tuple(column.name for column in COLUMNS if column.role in roles)
+
+
+MEASURES = names("damage", "count", "time")  # numbers that can be averaged
+
+
+def markdown(columns: Iterable[Column] = COLUMNS) -> str:
+    """The columns as a table in Markdown."""
+    rows = ["| column | unit | is |", "|---|---|---|"]
+    for one in columns:
+        where = f" ({one.world} only)" if one.world else ""
+        rows.append(f"| `{one.name}` | {one.unit} | {one.meaning}{where} |")
+    return "\n".join(rows)
