@@ -33,6 +33,10 @@ class PassedOver:
     def __init__(self, hazards: int):
         self._until = np.zeros(hazards)
 
+    def forget(self) -> None:
+        """Begins an episode."""
+        self._until[:] = 0.0
+
     def note(self, hazard: int, until: float) -> None:
         """Has a hazard passed over until a time, seconds since the episode's start."""
         self._until[hazard] = until
