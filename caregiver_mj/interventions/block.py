@@ -43,9 +43,5 @@ class Block(Verb):
         from caregiver_mj.interventions.routine import Routine  # here, for the grid does without the robot
         from caregiver_mj.robot import skills
 
-        class Blocking(Routine):
-            goes_on = True  # it stands there until something else is to be done
-
-        stairwell = means.plan.hazards.stairwell(intervention.hazard)
-        skill = skills.Block(means.navigator, stairwell)
-        return Blocking(means, intervention, skill, self.describe(means.plan, intervention))
+        skill = skills.Block(means.navigator, means.plan.hazards.stairwell(intervention.hazard))
+        return Routine(means, intervention, skill, self.describe(means.plan, intervention), goes_on=True)

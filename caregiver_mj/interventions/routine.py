@@ -80,12 +80,11 @@ class Routine:
         goes_on: Whether it goes on after it is done, until something else is decided.
     """
 
-    goes_on = False
     holding = NOTHING
 
-    def __init__(self, means: Means, intervention: Intervention, skill: Skill, activity: str):
+    def __init__(self, means: Means, intervention: Intervention, skill: Skill, activity: str, goes_on: bool = False):
         self.means, self.intervention = means, intervention
-        self.skill, self.activity = skill, activity
+        self.skill, self.activity, self.goes_on = skill, activity, goes_on
 
     @property
     def interruptible(self) -> bool:
