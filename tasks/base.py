@@ -166,13 +166,10 @@ class CareTask(base.Task):
         """What has been measured in the episode so far, named as the columns of `EpisodeRecord`."""
         return self.ledger.outcome()
 
-    def note_intervention(self) -> None:
-        """Takes note that the caregiver has begun an intervention."""
-        self.ledger.interventions[0] += 1
-
-    def note_intervention_done(self) -> None:
-        """Takes note that the caregiver has completed one."""
-        self.ledger.interventions_done[0] += 1
+    def note_interventions(self, begun: int, done: int) -> None:
+        """Takes note of how many interventions the caregiver has begun now, and how many it has completed."""
+        self.ledger.interventions[0] += begun
+        self.ledger.interventions_done[0] += done
 
     def is_standing(self, physics: Physics, candle: int) -> bool:
         """Whether a candle is upright, and no lower than a table."""

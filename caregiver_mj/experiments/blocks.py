@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from caregiver_mj.caregivers.caregiver import make_caregiver
+from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.children.walk import WALKING_SPEED
@@ -86,8 +86,11 @@ def _run_in_house(settings: Settings, block: Block, seeds: list[int]) -> _Measur
 def _house(plan: FloorPlan, family: Family, caregiver: str, seed: int) -> tuple[Any, Any]:
     """A house, and the policy of the caregiver in it (None for "none"). Building them takes a second."""
     from caregiver_mj import tasks  # here, for the grid does without MuJoCo
-    from caregiver_mj.policy.policy import CaregiverPolicy
 
     robot = caregiver != "none"
     env = tasks.load("supervise", plan, family, np.random.RandomState(0), task_kwargs={"robot": robot})
-    return env, CaregiverPolicy(env, caregiver=caregiver, seed=seed) if robot else None
+    if not robot:
+        return env, None
+    from caregiver_mj.policy.policy import CaregiverPolicy
+
+    return env, CaregiverPolicy(env, caregiver=caregiver, seed=seed)

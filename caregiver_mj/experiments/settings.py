@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-from caregiver_mj.caregivers.caregiver import CAREGIVERS
+from caregiver_mj.caregivers.registry import CAREGIVERS
 from caregiver_mj.children.family import Family, Who
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.versions import versions
