@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import mujoco
@@ -17,11 +18,9 @@ from dm_env import specs
 from caregiver_mj.children.walk import ToddlerWalk
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.robot_body import ACTION_SIZE, RobotBody, joint_views
-from caregiver_mj.house.scene import build_house, child_prefix
+from caregiver_mj.house.scene import build_house, child_joints
 from caregiver_mj.house.touch import Touch, TouchReader
 from caregiver_mj.plans.floor_plan import FloorPlan
-
-_CHILD_JOINTS = ("x", "y", "yaw")
 
 
 class Physics(OffscreenRendering, dm_mujoco.Physics):
@@ -47,11 +46,9 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         model, raw = self.model.ptr, self.data.ptr
         self._raw, self._qpos = (model, raw), raw.qpos
         joints = {model.joint(i).name for i in range(model.njnt)}
-        children = 0
-        while f"{child_prefix(children)}{_CHILD_JOINTS[0]}" in joints:
-            children += 1
-        names = tuple(child_prefix(k) + joint for k in range(children) for joint in _CHILD_JOINTS)
-        positions, velocities = joint_views(model, raw, names)
+        children = next(k for k in itertools.count() if child_joints(k)[0] not in joints)
+        names = itertools.chain.from_iterable(map(child_joints, range(children)))
+        positions, velocities = joint_views(model, raw, tuple(names))
         self._toddler_positions, self._toddler_velocities = positions.reshape(-1, 3), velocities.reshape(-1, 3)
         self.touch_reader = TouchReader(model, raw, children)
         candles = sum(name.startswith("candle_") for name in joints)

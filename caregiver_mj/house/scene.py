@@ -100,6 +100,11 @@ def child_prefix(child: int) -> str:
     return f"toddler_{child}/" if child else "toddler/"
 
 
+def child_joints(child: int) -> tuple[str, ...]:
+    """Names of its joints: x, y and yaw."""
+    return tuple(child_prefix(child) + joint for joint in ("x", "y", "yaw"))
+
+
 def _child(number: int) -> mujoco.MjSpec:
     """The model of a child, in clothes of its own."""
     model = _model("toddler")
