@@ -78,9 +78,9 @@ def document(found: list[dict[str, Any]], command: str) -> str:
     parts = [
         "# Two children\n",
         _fill(
-            "One careless child and one careful one (epsilon 1 and 0.25), or two alike (0.5 and 0.5). Damage is "
-            "summed over both. `paper` adds up, over the children, the expected danger of equation (2); `paper-max` takes "
-            "the greatest. `paper-alike` and `paper-max-alike` are the same without the factor 1 - P(safe), so that both "
+            "One careless child and one careful one (epsilon 1 and 0.25), or two alike (0.5 and 0.5). Damage is summed "
+            "over both. `paper` adds up, over the children, the expected danger of equation (2); `paper-max` takes the "
+            "greatest. `paper-alike` and `paper-max-alike` are the same without the factor 1 - P(safe), so that both "
             "children count alike. All of this page is printed by"
         ),
         f"    {command}\n",
