@@ -20,56 +20,60 @@ REACH = 0.70  # metres from the base's centre to a candle on a table
 
 def is_drivable(plan: FloorPlan) -> bool:
     """Whether the robot gets everywhere in a house: to every free cell, landing and table, and away again."""
-    legs = _legs(plan)
-    free = len(plan.free_cells)
-    on_floor = legs[(legs < free).all(axis=1)]  # landings are no way through
-    if _parts(on_floor, free).max() > 0:
-        return False
-    landings = legs[(legs < free).sum(axis=1) == 1].max(axis=1, initial=0)
-    if not np.isin(np.arange(free, len(plan.caregiver_cells)), landings).all():
-        return False
-    return all(stands.any() for stands in _stands(plan))
-
-
-def _stands(plan: FloorPlan) -> list[np.ndarray]:
-    """For each table whether the robot can work at it from each of the free cells beside it: bool (cells,)."""
     tall = np.concatenate([layout.wall_rectangles(plan), layout.stair_rectangles(plan)])
-    everything, traps = layout.obstacle_rectangles(plan), yielding(plan).traps
-    found = []
-    for table, beside in zip(plan.tables, plan.graph.beside(plan.tables), strict=True):
-        cells = np.array([plan.position(plan.caregiver_cells[cell]) for cell in beside])
-        middle = plan.position(table)
-        bases = middle + (cells - middle) * REACH / plan.cell_size
-        nothing = np.zeros((len(bases), 2))
-        has_room = _clearance(bases, nothing, everything) >= STANDING
-        can_turn = _clearance(bases, nothing, tall) >= TURNING
-        found.append(has_room & can_turn & ~traps[beside])
-    return found
+    low = layout.furniture_rectangles(plan)
+    free = len(plan.free_cells)
+    legs = _legs(plan, np.concatenate([tall, low]))
+    on_floor = legs[(legs < free).all(axis=1)]  # landings are no way through
+    graph = coo_array((np.ones(len(on_floor)), on_floor.T), shape=(free, free))
+    if csgraph.connected_components(graph, directed=False)[0] > 1:
+        return False
+    to_landings = legs[(legs < free).any(axis=1)].max(axis=1, initial=0)
+    if not np.isin(np.arange(free, len(plan.caregiver_cells)), to_landings).all():
+        return False
+    return set(_tables_within_reach(plan, tall, low)) == set(range(len(plan.tables)))
 
 
-def _legs(plan: FloorPlan) -> np.ndarray:
+def _tables_within_reach(plan: FloorPlan, tall: np.ndarray, low: np.ndarray) -> list[int]:
+    """The tables at which the robot can work from some free cell beside them, and turn there with a candle.
+
+    Args:
+        plan: The house.
+        tall: Rectangles (n, 4) of what is as high as a carried candle.
+        low: Those of what is not.
+    """
+    beside = plan.graph.beside(plan.tables)
+    stands = [(table, cell) for table, cells in enumerate(beside) for cell in cells if not yielding(plan).traps[cell]]
+    if not stands:
+        return []
+    middles = np.array([plan.position(plan.tables[table]) for table, _ in stands])
+    cells = np.array([plan.position(plan.caregiver_cells[cell]) for _, cell in stands])
+    bases = middles + (cells - middles) * REACH / plan.cell_size
+    to_tall, to_low = _clearance(bases, np.zeros(2), tall), _clearance(bases, np.zeros(2), low)
+    fits = (to_tall >= max(STANDING, TURNING)) & (to_low >= STANDING)
+    return [table for (table, _), fit in zip(stands, fits, strict=True) if fit]
+
+
+def _legs(plan: FloorPlan, obstacles: np.ndarray) -> np.ndarray:
     """Moves between neighbouring caregiver cells that the base has room for, (moves, 2)."""
-    pairs = [
-        (cell, neighbour)
-        for cell, neighbours in enumerate(plan.graph.neighbours)
-        for neighbour in neighbours
-        if cell < neighbour
-    ]
+    neighbours = enumerate(plan.graph.neighbours)
+    pairs = [(cell, neighbour) for cell, around in neighbours for neighbour in around if cell < neighbour]
     legs = np.array(pairs, int).reshape(-1, 2)
     ends = np.array([plan.position(cell) for cell in plan.caregiver_cells])[legs]  # (moves, 2 ends, 2)
-    clearance = _clearance(ends.mean(axis=1), np.abs(ends[:, 1] - ends[:, 0]) / 2, layout.obstacle_rectangles(plan))
-    return legs[clearance >= DRIVING]
-
-
-def _parts(edges: np.ndarray, count: int) -> np.ndarray:
-    """Numbers what is connected by edges (n, 2): (count,)."""
-    return csgraph.connected_components(coo_array((np.ones(len(edges)), edges.T), shape=(count, count)), directed=False)[1]
+    halves = np.abs(ends[:, 1] - ends[:, 0]) / 2
+    return legs[_clearance(ends.mean(axis=1), halves, obstacles) >= DRIVING]
 
 
 def _clearance(centres: np.ndarray, halves: np.ndarray, obstacles: np.ndarray) -> np.ndarray:
-    """Distance of straight ways along the axes (n, 2), given by their middle and half lengths, to rectangles: (n,)."""
+    """Distance of straight ways along the axes to the nearest obstacle, (n,), in metres.
+
+    Args:
+        centres: Their middles, (n, 2).
+        halves: Half their extent along x and y, (n, 2).
+        obstacles: Rectangles (m, 4).
+    """
     nearest = np.full(len(centres), np.inf)
     for x, y, half_x, half_y in obstacles:
-        gap = np.abs(centres - [x, y]) - halves - [half_x, half_y]
-        np.minimum(nearest, np.hypot(*gap.clip(min=0).T), out=nearest)
+        gap = np.maximum(np.abs(centres - [x, y]) - halves - [half_x, half_y], 0)
+        np.minimum(nearest, np.hypot(gap[:, 0], gap[:, 1]), out=nearest)
     return nearest

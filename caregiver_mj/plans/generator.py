@@ -18,10 +18,11 @@ from caregiver_mj.plans.furnishing import furnish
 from caregiver_mj.plans.rooms import Shell, build_shell, draw
 from caregiver_mj.plans.symbols import BIN, CANDLE, STAIRWELL, TABLE
 
-SMALLEST, LARGEST = 5, 200  # rows or columns, outer walls included
+SMALLEST, LARGEST = 5, 100  # rows or columns, outer walls included
 SEEDS = 2**32
 
-_TRIES = 60
+_TRIES = (3, 60)  # at least and at most; in between they are the fewer, the larger the house
+_TRIED_CELLS = 30_000  # within outer walls, in all tries together
 _ROOM_SIDES = (3, 2, 1)  # cells that a room's shorter side has at least, in the first tries and in later ones
 
 # What a house has if nothing is asked for: the least and the most in a small one and in a large one, whose areas
@@ -29,13 +30,13 @@ _ROOM_SIDES = (3, 2, 1)  # cells that a room's shorter side has at least, in the
 _SIDES = (10, 18)  # rows or columns
 _AREAS = (8 * 8, 16 * 16)
 _USUAL = {
-    "rooms": ((2, 2), (4, 6)),
+    "rooms": ((2, 4), (4, 6)),
     "stairwells": ((1, 2), (1, 4)),
     "candles": ((2, 3), (2, 6)),
     "tables": ((2, 3), (2, 6)),
     "bins": ((2, 3), (2, 5)),
 }
-_ROOMY = 8  # cells of a very small house for each room, and for each thing of a kind
+_ROOMY, _THINGS = 16, 12  # cells of a very small house for each room, and for each thing of a kind
 _LEAST = {"rooms": 1, "stairwells": 0, "candles": 0, "tables": 0, "bins": 1}
 
 
@@ -111,7 +112,8 @@ class Request:
         counts = {}
         for field, (small, large) in _USUAL.items():
             chance = draw(random, 2**32)  # always drawn: one wish does not change what else is drawn
-            low, high = (_between(area, *ends) for ends in zip(small, large, strict=True))
+            most = max(1, area // (_ROOMY if field == "rooms" else _THINGS))
+            low, high = (min(most, _between(area, *ends)) for ends in zip(small, large, strict=True))
             counts[field] = low + chance * (high - low + 1) // 2**32
         if self.tables == 0:
             counts["candles"] = 0  # there would be nowhere to take them
@@ -161,10 +163,12 @@ def design(request: Request) -> tuple[FloorPlan, Shell]:
     full = request.settled()
     width, height = full.size
     counts = {STAIRWELL: full.stairwells, CANDLE: full.candles, TABLE: full.tables, BIN: full.bins}
-    if sum(counts.values()) + full.rooms <= (width - 2) * (height - 2):
-        for attempt in range(_TRIES):
+    area = (width - 2) * (height - 2)
+    if sum(counts.values()) + full.rooms <= area:
+        tries = int(np.clip(_TRIED_CELLS // area, *_TRIES))
+        for attempt in range(tries):
             random = np.random.RandomState([request.seed, attempt])
-            smallest = _ROOM_SIDES[attempt * len(_ROOM_SIDES) // _TRIES]
+            smallest = _ROOM_SIDES[attempt * len(_ROOM_SIDES) // tries]
             shell = build_shell(random, (height, width), full.rooms, smallest)
             symbols = None if shell is None else furnish(random, shell, counts)
             if symbols is not None:
@@ -177,5 +181,4 @@ def design(request: Request) -> tuple[FloorPlan, Shell]:
 
 def _between(area: int, small: int, large: int) -> int:
     """A number between those for a small and for a large area, in proportion, or beyond them; at least 1."""
-    number = small + round((large - small) * (area - _AREAS[0]) / (_AREAS[1] - _AREAS[0]))
-    return max(1, min(number, area // _ROOMY))
+    return max(1, small + round((large - small) * (area - _AREAS[0]) / (_AREAS[1] - _AREAS[0])))

@@ -9,7 +9,7 @@ import numpy as np
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.symbols import FREE, WALL
 
-CORRIDOR_SHARE, SIDE_ROOM_SHARE = 45, 50  # percent of houses with a corridor; of these, with rooms beyond its end
+CORRIDOR_SHARE, SIDE_ROOM_SHARE = 60, 50  # percent of houses of four rooms with a corridor; of these, with rooms beyond its end
 TWO_CELLS_SHARE, LOOP_SHARE = 35, 15  # percent of doorways of two cells; of walls with a doorway that is not needed
 _WIDE_WALL = 4  # cells of wall between two rooms in which there may be a doorway of two
 _SLIMMEST = 3  # times that a room is as long as wide at most, where that can be helped
@@ -97,7 +97,7 @@ def build_shell(random: np.random.RandomState, shape: tuple[int, int], rooms: in
         The walls, or None if that did not work out.
     """
     found = [Room(1, 1, shape[0] - 2, shape[1] - 2)]
-    if rooms > 2 and draw(random, 100) < CORRIDOR_SHARE:
+    if rooms > 3 and draw(random, 100) < CORRIDOR_SHARE:
         found = _with_corridor(random, found[0], rooms, smallest) or found
     while len(found) < rooms:
         large = [room for room in found if not room.is_corridor and max(room.sides) > 2 * smallest]
