@@ -22,12 +22,14 @@ from caregiver_mj.caregivers.caregiver import (
     make_caregiver,
 )
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.driving import Skill, View, is_child_close
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.planning_scene import PlanningScene
 from caregiver_mj.robot.retrieval import RetrievalPlanner
 from caregiver_mj.robot.skills import Block, Pick, Place, Retrieve, StandAside, stands_on_table
 
@@ -111,7 +113,7 @@ class CaregiverPolicy:
         self._novice_timestep = task.novice_timestep
         self._robot = RobotMotion(self._timestep)
         self._navigator = Navigator(self.plan)
-        self._retrievals = RetrievalPlanner(self._navigator)
+        self._retrievals = RetrievalPlanner(self._navigator, lambda: PlanningScene(build_house(self.plan), self.plan))
         self._tables = layout.table_rectangles(self.plan)
         self._stairwells = len(self.plan.stairwells)
         self.interventions = self.interventions_done = 0

@@ -19,7 +19,8 @@ from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.robot import limits
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import BASE_RADIUS, CHILD_RADIUS, Navigator
-from caregiver_mj.robot.trajectories import PathError, Vector
+from caregiver_mj.robot.se2 import Vector
+from caregiver_mj.robot.trajectories import PathError
 
 # How near the base must be to where it shall stand.
 _ARRIVED = 0.006  # metres

@@ -14,7 +14,8 @@ import numpy as np
 from caregiver_mj.robot import kinematics, limits
 from caregiver_mj.robot.kinematics import ReachPath
 from caregiver_mj.robot.limits import Limits
-from caregiver_mj.robot.trajectories import BasePath, PathError, ScalarMotion, Vector
+from caregiver_mj.robot.se2 import Vector
+from caregiver_mj.robot.trajectories import BasePath, PathError, ScalarMotion
 
 OPEN = 0.036  # metres that each finger stands off the middle when open
 CLOSED = 0.012  # metres, less than a candle's radius: the difference is what squeezes it

@@ -14,7 +14,7 @@ from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.yielding import yielding
-from caregiver_mj.robot.trajectories import Vector
+from caregiver_mj.robot.se2 import Vector
 
 BASE_RADIUS = 0.27  # metres
 CHILD_RADIUS = 0.12  # metres

@@ -15,12 +15,12 @@ import numpy as np
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.yielding import yielding
-from caregiver_mj.robot import kinematics, motion
+from caregiver_mj.robot import kinematics, motion, se2
 from caregiver_mj.robot.driving import FORESIGHT, MAY_DRIVE, Skill, View, child_cells
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.retrieval import CANDLE_HEIGHT, CANDLE_RADIUS, GRASP_HEIGHT, RetrievalPlanner, Stance
-from caregiver_mj.robot.trajectories import Vector
+from caregiver_mj.robot.se2 import Vector
 
 _BESIDE_TABLE = 0.45  # metres from a table's middle beyond which nothing is on it, wherever exactly it stands
 _OFF_TABLE = 0.03  # metres from a table's height beyond which a candle is not on it
@@ -163,10 +163,8 @@ class _AtTable(Skill):
         if not robot.turns_to(yaw):  # it cannot before the hand is in
             robot.reach(0.0)
             return False
-        dx, dy = goal[0] - view.base[0], goal[1] - view.base[1]
-        c, s = math.cos(yaw), math.sin(yaw)
-        along, across, turn = c * dx + s * dy, c * dy - s * dx, abs(math.remainder(yaw - view.base[2], math.tau))
-        off = math.hypot(dx, dy)
+        along, across = se2.to_local((*view.base[:2], yaw), goal)
+        off, turn = math.dist(goal, view.base[:2]), abs(math.remainder(yaw - view.base[2], math.tau))
         last_distance = _LAST_DISTANCE if robot.moving and robot.is_unhindered else _LAST_DISTANCE_SLOWED
         if robot.time_left < _LAST_TIME and off < last_distance and turn < _LAST_YAW:
             robot.reach(1.0)
@@ -182,10 +180,8 @@ class _AtTable(Skill):
 
     def _hand_is_clear(self, view: View, yaw: float, goal: Vector) -> bool:
         """Whether the outstretched hand meets no wall on the rest of the base's way."""
-        out = kinematics.REACH
-        ahead = (out * math.cos(view.base[2]), out * math.sin(view.base[2]))
-        final = (goal[0] + out * math.cos(yaw), goal[1] + out * math.sin(yaw))
-        return self._navigator.hand_clear((view.base[0] + ahead[0], view.base[1] + ahead[1]), final)
+        out = (kinematics.REACH, 0.0)
+        return self._navigator.hand_clear(se2.to_world(view.base, out), se2.to_world((*goal, yaw), out))
 
 
 class Pick(_AtTable):
@@ -433,9 +429,10 @@ class Place(_AtTable):
             Position of its foot relative to the pinch point (base frame, rounded to 1 mm so that noise moves no
             goals), and how far that is below the pinch point.
         """
-        dx, dy, dz = (view.candles[self.candle] - hand_position(view)).tolist()
-        c, s = math.cos(view.base[2]), math.sin(view.base[2])
-        return (round(c * dx + s * dy, 3), round(c * dy - s * dx, 3)), -dz
+        x, y, z = hand_position(view).tolist()
+        foot = view.candles[self.candle].tolist()
+        ahead, aside = se2.to_local((x, y, view.base[2]), (foot[0], foot[1]))
+        return (round(ahead, 3), round(aside, 3)), z - foot[2]
 
     def _release(self, view: View, robot: RobotMotion) -> bool:
         if view.fingers > 2 * _RELEASE_GAP:
@@ -458,8 +455,7 @@ def stands_on_table(view: View, candle: int) -> bool:
 def hand_position(view: View) -> np.ndarray:
     """The pinch point between the fingers, in the house, (3,)."""
     x, y, z = kinematics.shared_arm().pinch(view.arm).tolist()
-    c, s = math.cos(view.base[2]), math.sin(view.base[2])
-    return np.array([view.base[0] + c * x - s * y, view.base[1] + s * x + c * y, z])
+    return np.array([*se2.to_world(view.base, (x, y)), z])
 
 
 def has_in_hand(view: View, candle: int) -> bool:
