@@ -131,7 +131,7 @@ class Watch:
         """Seconds that the base would drive if there were no child, from rest."""
         x, y, yaw = self._physics.base_position()
         cell = skill._cell if isinstance(skill, Block) else skill._stand
-        points = self._navigator.path((x, y), skill._asked, cell, None)
+        points = self._navigator.path((x, y), skill._asked, cell)
         if points is None:
             return math.nan
         motion = RobotMotion(self._timestep)

@@ -26,12 +26,14 @@ from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.robot.driving import Skill, View, is_child_close
+from caregiver_mj.robot.driving import Skill
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
 from caregiver_mj.robot.retrieval import RetrievalPlanner
-from caregiver_mj.robot.skills import Block, Pick, Place, Retrieve, StandAside, stands_on_table
+from caregiver_mj.robot.separation import is_child_close
+from caregiver_mj.robot.skills import Block, Pick, Place, Retrieve, StandAside
+from caregiver_mj.robot.view import ChildView, View
 
 if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.house.rendering
     import dm_env
@@ -170,8 +172,7 @@ class CaregiverPolicy:
             base=tuple(base),
             fingers=left + right,
             arm=observation["arm_position"],
-            child=(child[0], child[1]),
-            child_velocity=(velocity[0], velocity[1]),
+            children=(ChildView((child[0], child[1]), (velocity[0], velocity[1])),),
             candles=observation.get("candle_position", _NO_CANDLES),
             candle_orientations=observation.get("candle_orientation", _NO_ORIENTATIONS),
         )
@@ -183,11 +184,12 @@ class CaregiverPolicy:
         something: cell and action are those that the grid would have after this move.
         """
         move = math.floor(clock + 1e-6)
+        child = view.children[0].position
         if move != self._begun:
-            self._begun, self._origin, self._is_clear = move, view.child, False
+            self._begun, self._origin, self._is_clear = move, child, False
         if self._is_clear:
             return False
-        dx, dy = view.child[0] - self._origin[0], view.child[1] - self._origin[1]
+        dx, dy = child[0] - self._origin[0], child[1] - self._origin[1]
         distance = math.hypot(dx, dy)
         if distance < _CLEAR_DISTANCE and clock - move < _LATEST:
             return False
@@ -283,7 +285,7 @@ class CaregiverPolicy:
         else:
             candle = target - self._stairwells
             table = int(seen.candle_table[0, candle])
-            if table != NOTHING and stands_on_table(view, candle):
+            if table != NOTHING and view.stands_on_table(candle):
                 skill, activity = Pick(self._navigator, candle, table), f"fetch candle {candle + 1}"
             else:
                 skill = Retrieve(self._navigator, self._retrievals, candle)

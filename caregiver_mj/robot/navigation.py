@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 from collections import deque
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 import numpy as np
 from scipy import ndimage
@@ -15,9 +15,9 @@ from caregiver_mj.plans.cell_graph import ACTIONS, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.yielding import yielding
 from caregiver_mj.robot.se2 import Vector
+from caregiver_mj.robot.view import CHILD_RADIUS
 
 BASE_RADIUS = 0.27  # metres
-CHILD_RADIUS = 0.12  # metres
 _CLEARANCE = 0.07  # metres between base and furniture on a planned path; blended corners and tracking need it
 _CUT_CLEARANCE = 0.02  # metres of that which a cut corner may use up
 _HAND_CLEARANCE = 0.52  # metres from the base's centre to a wall: a carried candle turns with the base, 0.45 m out
@@ -47,7 +47,12 @@ class Navigator:
         self._rasterise()
 
     def path(
-        self, start: Vector, goal: Vector, goal_cell: Cell, child: Vector | None, closed: Collection[Cell] = ()
+        self,
+        start: Vector,
+        goal: Vector,
+        goal_cell: Cell,
+        children: Sequence[Vector] = (),
+        closed: Collection[Cell] = (),
     ) -> list[Vector] | None:
         """Plans a polyline.
 
@@ -55,20 +60,21 @@ class Navigator:
             start: Present position of the base, metres.
             goal: Where it shall go, metres.
             goal_cell: The cell in which (or at whose border) the goal lies.
-            child: Where the child is, to be given a wide berth; None to plan as if there were none.
+            children: Where children are that are to be given a wide berth.
             closed: Cells not to be entered.
 
         Returns:
             Points from start to goal, or None if there is no way.
         """
-        path = self._path(start, goal, goal_cell, child, closed)
-        if path is None and child is not None:
-            rests = (self._path(out, goal, goal_cell, child, closed) for out in self.ways_out(start, child, closed))
+        path = self._path(start, goal, goal_cell, children, closed)
+        if path is None:
+            ways_out = self.ways_out(start, children, closed)
+            rests = (self._path(out, goal, goal_cell, children, closed) for out in ways_out)
             path = next(([start, *rest] for rest in rests if rest), None)
         return path
 
     def _path(
-        self, start: Vector, goal: Vector, goal_cell: Cell, child: Vector | None, closed: Collection[Cell]
+        self, start: Vector, goal: Vector, goal_cell: Cell, children: Sequence[Vector], closed: Collection[Cell]
     ) -> list[Vector] | None:
         """Plans a polyline along a shortest route over cells; the arguments are those of `path`."""
         start_cell = self.nearest_cell(start)
@@ -79,7 +85,7 @@ class Navigator:
         shut = np.array([self._code(cell) for cell in {*closed, *self.plan.stairwells} - ends], int)
         # The first point is the centre of the cell in which the base stands: the way out if nothing else is in sight.
         points = [start, *(self._centres[cell] for cell in cells[:-1]), goal]
-        return self._pull_tight(points, child, shut)
+        return self._pull_tight(points, children, shut)
 
     def route(self, start: Cell, goal: Cell, closed: Collection[Cell] = ()) -> list[Cell] | None:
         """The cells of a shortest 4-connected route, ends included, or None. Landings are no thoroughfares."""
@@ -112,13 +118,13 @@ class Navigator:
             return cell
         return min(self._centres, key=lambda c: math.dist(self._centres[c], position))
 
-    def visible(self, a: Vector, b: Vector, child: Vector | None = None, shut: np.ndarray | None = None) -> bool:
+    def visible(self, a: Vector, b: Vector, children: Sequence[Vector] = (), shut: np.ndarray | None = None) -> bool:
         """Whether the base can go straight from one point to another.
 
         Args:
             a: A point, metres.
             b: Another one.
-            child: Where the child is, to be given a wide berth.
+            children: Where children are that are to be given a wide berth.
             shut: Codes of cells that must not be crossed.
         """
         if self._meets_wall(a, b):
@@ -136,11 +142,12 @@ class Navigator:
                 return False
         if shut is not None and shut.size and np.isin(self._codes(x, y), shut).any():
             return False
-        if child is None:
-            return True
         wanted = BASE_RADIUS + CHILD_RADIUS + _CHILD_CLEARANCE
-        distance = np.hypot(x - child[0], y - child[1])
-        return bool(distance.min() >= min(wanted, distance[0] - 1e-6))
+        for child in children:
+            distance = np.hypot(x - child[0], y - child[1])
+            if distance.min() < min(wanted, distance[0] - 1e-6):
+                return False
+        return True
 
     def has_room(self, points: np.ndarray) -> bool:
         """Whether the base fits at all points (n, 2), be it with less clearance than a straight path keeps."""
@@ -168,58 +175,65 @@ class Navigator:
         """Whether the outstretched hand can move straight from one point to another without touching a wall."""
         return bool(self._at(self._turning_room, *self._line(a, b)).min() >= _HAND_RADIUS - _HAND_CLEARANCE)
 
-    def _pull_tight(self, points: Sequence[Vector], child: Vector | None, shut: np.ndarray) -> list[Vector] | None:
-        """Leaves out the points between which one can go straight; None if the child stands in between."""
+    def _pull_tight(
+        self, points: Sequence[Vector], children: Sequence[Vector], shut: np.ndarray
+    ) -> list[Vector] | None:
+        """Leaves out the points between which one can go straight; None if a child stands in between."""
         kept = [points[0]]
         i = 0
         while i < len(points) - 1:
             j = len(points) - 1
-            while j > i + 1 and not self.visible(points[i], points[j], child, shut):
+            while j > i + 1 and not self.visible(points[i], points[j], children, shut):
                 j -= 1
-            if j == i + 1 and not self.visible(points[i], points[j], child) and self.visible(points[i], points[j]):
+            if j == i + 1 and not self.visible(points[i], points[j], children) and self.visible(points[i], points[j]):
                 return None
             kept.append(points[j])
             i = j
         return kept
 
-    def ways_out(self, start: Vector, child: Vector, closed: Collection[Cell]) -> list[Vector]:
-        """Where a base beside the child can go straight away from it: one place in each cell round about.
+    def ways_out(self, start: Vector, children: Sequence[Vector], closed: Collection[Cell]) -> list[Vector]:
+        """Where a base beside a child can go straight away from it: one place in each cell round about.
 
         Args:
-            start: Where the base is, metres. Routes over cells are no help where it shares a cell with the child.
-            child: Where the child is.
+            start: Where the base is, metres. Routes over cells are no help where it shares a cell with a child.
+            children: Where the children are.
             closed: Cells not to be entered.
 
         Returns:
-            Places, the farthest from the child first; none if it is not that close.
+            Places, the farthest from all children first; none if no child is that close.
         """
-        if math.dist(start, child) >= BASE_RADIUS + CHILD_RADIUS + _CHILD_CLEARANCE:
+
+        def distance(place: Vector) -> float:
+            return min((math.dist(place, child) for child in children), default=math.inf)
+
+        if distance(start) >= BASE_RADIUS + CHILD_RADIUS + _CHILD_CLEARANCE:
             return []
         angles = np.arange(_DIRECTIONS) * math.tau / _DIRECTIONS
         places = np.array(start) + _WAY_OUT * np.stack([np.cos(angles), np.sin(angles)], axis=1)
         found: dict[Cell, Vector] = {}
-        for place in sorted(map(tuple, places.tolist()), key=lambda place: -math.dist(place, child)):
+        for place in sorted(map(tuple, places.tolist()), key=distance, reverse=True):
             cell = self.plan.cell_at(np.array(place))
             if cell in found or cell in closed or cell not in self._centres:
                 continue
-            if self.can_stand(place) and self.visible(start, place, child):
+            if self.can_stand(place) and self.visible(start, place, children):
                 found[cell] = place
         return list(found.values())
 
-    def refuge(self, start: Cell, child: Cell, closed: Collection[Cell]) -> Cell | None:
-        """The nearest of the cells in which the robot is least in a child's way, without entering closed cells.
+    def refuge(self, start: Cell, children: Iterable[Cell], closed: Collection[Cell]) -> Cell | None:
+        """The nearest of the cells in which the robot is least in the children's way, without entering closed cells.
 
         Args:
             start: Where the robot is.
-            child: Where the child is.
+            children: Where each child is.
             closed: Cells not to be entered.
 
         Returns:
-            The cell, or None if the child's cell is not known.
+            The cell, or None if no child is in a cell where children can be.
         """
-        if child not in self.plan.free_cells:
+        known = [self.plan.cell_index[child] for child in children if child in self.plan.free_cells]
+        if not known:
             return None
-        in_the_way = yielding(self.plan).routes_over(self.plan.cell_index[child])
+        in_the_way = sum(yielding(self.plan).routes_over(child) for child in known)
         distance = {start: 0}
         queue = deque([start])
         while queue:

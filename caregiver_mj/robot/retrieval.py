@@ -12,14 +12,12 @@ import numpy as np
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.robot import kinematics, se2
-from caregiver_mj.robot.driving import View
+from caregiver_mj.robot.hand import GRASP_HEIGHT
 from caregiver_mj.robot.kinematics import UPRIGHT, ReachPath
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
 from caregiver_mj.robot.se2 import Pose, Vector
-
-CANDLE_RADIUS, CANDLE_HEIGHT = 0.022, 0.16  # metres
-GRASP_HEIGHT = 0.10  # metres above a candle's foot at which it is gripped
+from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, View
 
 _DIRECTIONS = 16  # round a point
 _REACHES = (0.50, 0.55, 0.60, 0.65, 0.70, 0.75)  # metres from the base's centre to the candle
@@ -29,7 +27,7 @@ _NO_TURNING = 2.0  # metres of detour that it is worth to stand where the base c
 _GRIP_ABOVE = 0.006  # metres over the middle of the lying candle, which keeps the fingertips off the ground
 _LIFTS = (0.0, 0.25)  # metres that the hand goes up with it before it turns; the second is to clear a wall
 _OPEN_REACH, _OPEN_ANGLE = 0.50, 0.5  # metres ahead, and radians to both sides that must be free where it is laid down
-_CHILD_AWAY = 1.7  # metres from the child to where the base stands then
+_CHILD_AWAY = 1.7  # metres from a child to where the base stands then
 _CHECKS = 49  # poses on the arm's way that are checked for collisions
 
 
@@ -50,7 +48,7 @@ class Stance:
 
 
 class RetrievalPlanner:
-    """Finds stances in one house. It knows nothing of time: the candle lies still, and the child is elsewhere."""
+    """Finds stances in one house. It knows nothing of time: the candle lies still, and children are elsewhere."""
 
     def __init__(self, navigator: Navigator, make_scene: Callable[[], PlanningScene]):
         """Prepares a planner.
@@ -93,7 +91,7 @@ class RetrievalPlanner:
         return None
 
     def to_lay_down(self, view: View, candle: int, pitch: float) -> Stance | None:
-        """The nearest stance to lay the candle in the hand on open floor, away from the child, or None.
+        """The nearest stance to lay the candle in the hand on open floor, away from children, or None.
 
         Args:
             view: What is seen.
@@ -112,7 +110,7 @@ class RetrievalPlanner:
         routes = ((len(route), cell) for cell in navigator.plan.free_cells if (route := navigator.route(here, cell)))
         for _, cell in sorted(routes):
             place = tuple(navigator.plan.position(cell).tolist())
-            if not navigator.can_stand(place) or math.dist(place, view.child) < _CHILD_AWAY:
+            if not navigator.can_stand(place) or view.child_distance(place) < _CHILD_AWAY:
                 continue
             for yaw in _directions():
                 # Free to both sides too, so that there is room to pick it up again.

@@ -16,14 +16,16 @@ from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.yielding import yielding
 from caregiver_mj.robot import kinematics, motion, se2
-from caregiver_mj.robot.driving import FORESIGHT, MAY_DRIVE, Skill, View, child_cells
+from caregiver_mj.robot.driving import MAY_DRIVE, Skill
+from caregiver_mj.robot.hand import GRASP_HEIGHT, hand_is_empty, hand_position, has_in_hand
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.robot.retrieval import CANDLE_HEIGHT, CANDLE_RADIUS, GRASP_HEIGHT, RetrievalPlanner, Stance
+from caregiver_mj.robot.retrieval import RetrievalPlanner, Stance
 from caregiver_mj.robot.se2 import Vector
+from caregiver_mj.robot.separation import child_cells, near_children
+from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, View
 
 _BESIDE_TABLE = 0.45  # metres from a table's middle beyond which nothing is on it, wherever exactly it stands
-_OFF_TABLE = 0.03  # metres from a table's height beyond which a candle is not on it
 
 # While the base still drives up to a table, the hand may come out as far as this, once it points the right way:
 _ABOVE = 0.62  # of the reach: all of the hand is then higher than a candle; and when the base is nearly in line
@@ -95,8 +97,9 @@ class StandAside(Skill):
         navigator = self._navigator
         if self._cell is None or view.now >= self._replan_at:
             here = navigator.nearest_cell(view.base[:2])
-            child = navigator.plan.cell_at(np.array(view.child))
-            self._cell = navigator.refuge(here, child, child_cells(view, navigator)) or here
+            plan = navigator.plan
+            children = [plan.cell_at(child.position) for child in view.children]
+            self._cell = navigator.refuge(here, children, child_cells(view.children, plan)) or here
         goal = tuple(navigator.plan.position(self._cell).tolist())
         self._drive(view, robot, goal, self._cell, robot.yaw)
         return False
@@ -133,22 +136,23 @@ class _AtTable(Skill):
         return goal, cell, math.atan2(ahead[1], ahead[0])
 
     def _is_barred(self, view: View, cell: Cell) -> bool:
-        """Whether the child, if it is near, stands in every way to a cell."""
-        if math.dist(view.child, view.base[:2]) >= FORESIGHT:
+        """Whether children that are near stand in every way to a cell."""
+        near = near_children(view, view.base[:2])
+        if not near:
             return False
         navigator = self._navigator
-        return navigator.route(navigator.nearest_cell(view.base[:2]), cell, child_cells(view, navigator)) is None
+        start = navigator.nearest_cell(view.base[:2])
+        return navigator.route(start, cell, child_cells(near, navigator.plan)) is None
 
     def _choose_stand(self, view: View, table_cell: Cell) -> Cell:
-        """The free cell beside a table that is quickest to reach, if possible without meeting the child."""
+        """The free cell beside a table that is quickest to reach, if possible without meeting a child."""
         navigator = self._navigator
         plan = navigator.plan
         cells = plan.free_neighbours(table_cell)
-        # Better not where the child could shut the robot in.
+        # Better not where a child could shut the robot in.
         cells = [cell for cell in cells if not yielding(plan).traps[plan.cell_index[cell]]] or cells
         start = navigator.nearest_cell(view.base[:2])
-        near = math.dist(view.child, view.base[:2]) < FORESIGHT
-        around = child_cells(view, navigator) if near else ()
+        around = child_cells(near_children(view, view.base[:2]), plan)
 
         def cost(cell: Cell) -> float:
             route = navigator.route(start, cell, around)
@@ -200,7 +204,7 @@ class Pick(_AtTable):
     def _approach(self, view: View, robot: RobotMotion) -> bool:
         x, y, z = view.candles[self.candle].tolist()
         table = self._navigator.plan.position(self._navigator.plan.tables[self.table])
-        if not stands_on_table(view, self.candle) or math.dist((x, y), table) > _BESIDE_TABLE:
+        if not view.stands_on_table(self.candle) or math.dist((x, y), table) > _BESIDE_TABLE:
             self.overtaken = True  # it has fallen, or somebody else has taken it away
             return True
         goal, cell, yaw = self._stand_at_table(view, self.table, (x, y), hand=(-_GRASP_DEPTH, 0.0))
@@ -340,8 +344,8 @@ class Retrieve(Skill):
         return robot.reached == pose
 
     def _child_distance(self, view: View) -> float:
-        """Metres between the child's middle and the candle, or the hand if that is nearer."""
-        return min(math.dist(view.child, place[:2]) for place in (view.candles[self.candle], hand_position(view)))
+        """Metres between the nearest child's middle and the candle, or the hand if that is nearer."""
+        return min(view.child_distance(place[:2]) for place in (view.candles[self.candle], hand_position(view)))
 
     def _lies_still(self, view: View) -> bool:
         """Whether the candle has been in its place for a moment."""
@@ -442,27 +446,5 @@ class Place(_AtTable):
 
     def _retreat(self, view: View, robot: RobotMotion) -> bool:
         self.interruptible = robot.reached <= MAY_DRIVE
-        self.overtaken = self.interruptible and not stands_on_table(view, self.candle)  # it has fallen
+        self.overtaken = self.interruptible and not view.stands_on_table(self.candle)  # it has fallen
         return self.interruptible
-
-
-def stands_on_table(view: View, candle: int) -> bool:
-    """Whether a candle is upright and as high as a table, so that it can be gripped from the front."""
-    height = view.candles[candle, 2]
-    return bool(abs(height - layout.TABLE_HEIGHT) < _OFF_TABLE and view.candle_axis(candle)[2] > kinematics.UPRIGHT)
-
-
-def hand_position(view: View) -> np.ndarray:
-    """The pinch point between the fingers, in the house, (3,)."""
-    x, y, z = kinematics.shared_arm().pinch(view.arm).tolist()
-    return np.array([*se2.to_world(view.base, (x, y)), z])
-
-
-def has_in_hand(view: View, candle: int) -> bool:
-    """Whether a candle is between the fingers, and they have closed on it."""
-    return not hand_is_empty(view) and math.dist(view.candles[candle], hand_position(view)) < CANDLE_HEIGHT
-
-
-def hand_is_empty(view: View) -> bool:
-    """Whether the fingers have closed on nothing: they are nearer to the middle than they can be round a candle."""
-    return view.fingers < 2 * CANDLE_RADIUS - 0.01

@@ -13,9 +13,11 @@ from caregiver_mj.caregivers.caregiver import NOTHING, Caregiver, Observation, m
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import driving, kinematics
-from caregiver_mj.robot.driving import Skill, View, allowed_rate
+from caregiver_mj.robot.driving import Skill
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.separation import allowed_rate
+from caregiver_mj.robot.view import ChildView, View
 
 NORTH = ACTIONS.index((-1, 0))
 STRIKE_SPEED = 0.05  # m/s
@@ -110,27 +112,18 @@ def park(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
 # -- Getting free ------------------------------------------------------------------------------------
 
 
-class Heading:
-    """A robot that is about to drive in some direction at some speed."""
-
-    def __init__(self, vx: float, vy: float):
-        self._velocity = vx, vy
-
-    def planned_velocity(self):
-        return self._velocity
-
-
 def view(base=(0.0, 0.0, 0.0), child=(9.0, 0.0), now=0.0) -> View:
-    return View(now, base, 0.07, np.zeros(7), child, (0.0, 0.0), np.zeros((0, 3)), np.zeros((0, 4)))
+    children = (ChildView(child, (0.0, 0.0)),)
+    return View(now, base, 0.07, np.zeros(7), children, np.zeros((0, 3)), np.zeros((0, 4)))
 
 
 @pytest.mark.parametrize("speed", [0.02, 0.2, 1.3])
 def test_a_base_that_is_touched_leaves_freely_slides_slowly_and_never_comes_closer(speed):
     touched = view(child=(TOUCHING, 0.0))
-    assert allowed_rate(touched, Heading(-speed, 0.0)) == 1.0
-    assert 0.0 < speed * allowed_rate(touched, Heading(0.0, speed)) < STRIKE_SPEED
+    assert allowed_rate(touched, (-speed, 0.0)) == 1.0
+    assert 0.0 < speed * allowed_rate(touched, (0.0, speed)) < STRIKE_SPEED
     for towards in (1.0, 0.5):
-        assert allowed_rate(touched, Heading(towards * speed, math.sqrt(1 - towards**2) * speed)) == 0.0
+        assert allowed_rate(touched, (towards * speed, math.sqrt(1 - towards**2) * speed)) == 0.0
 
 
 @pytest.mark.parametrize("gap", [0.0, 0.03, 0.07])
@@ -174,7 +167,7 @@ def test_a_way_out_is_found_between_child_and_table():
     child = (start[0] - TOUCHING, y)
     goal = tuple(plan.position((1, 3)).tolist())
     # The cell's centre, by which all ways lead round the table, is nearer to the child than the base is now.
-    path = navigator.path(start, goal, (1, 3), child, {(2, 2)})
+    path = navigator.path(start, goal, (1, 3), [child], {(2, 2)})
     assert path is not None
     assert path[0] == start
     assert path[-1] == goal

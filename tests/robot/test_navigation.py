@@ -63,10 +63,10 @@ def centre(plan: FloorPlan, cell: tuple[int, int]) -> tuple[float, float]:
     return tuple(plan.position(cell).tolist())
 
 
-def path_between(navigator: Navigator, start, goal, child=None, closed=()):
+def path_between(navigator: Navigator, start, goal, children=(), closed=()):
     """A path from the centre of a cell to that of another."""
     plan = navigator.plan
-    return navigator.path(centre(plan, start), centre(plan, goal), goal, child, closed)
+    return navigator.path(centre(plan, start), centre(plan, goal), goal, children, closed)
 
 
 def test_points_know_their_distance_to_rectangles():
@@ -90,7 +90,7 @@ def test_paths_end_where_asked_and_keep_clear_of_everything(journey, jitter):
     plan, start_cell, goal_cell = journey
     x, y = centre(plan, start_cell)
     start, goal = (x + jitter[0], y + jitter[1]), centre(plan, goal_cell)
-    path = Navigator(plan).path(start, goal, goal_cell, None)
+    path = Navigator(plan).path(start, goal, goal_cell)
     if path is None:  # only if landings are in the way
         assert not reachable(plan, start_cell, goal_cell, plan.stairwells)
         return
@@ -155,7 +155,7 @@ def test_paths_give_the_child_a_wide_berth(journey, data):
     if child_cell is None:
         return
     child = centre(plan, child_cell)
-    path = path_between(Navigator(plan), start, goal, child, {child_cell})
+    path = path_between(Navigator(plan), start, goal, [child], {child_cell})
     if path is None:
         return
     points = points_along(path)
@@ -167,8 +167,8 @@ def test_paths_give_the_child_a_wide_berth(journey, data):
 def test_there_is_no_path_through_a_child_in_a_corridor():
     navigator = Navigator(CORRIDOR)
     assert path_between(navigator, (1, 2), (1, 5)) is not None
-    assert path_between(navigator, (1, 2), (1, 5), centre(CORRIDOR, (1, 3)), {(1, 3)}) is None
-    assert path_between(navigator, (1, 2), (1, 5), None, {(1, 5)}) is None
+    assert path_between(navigator, (1, 2), (1, 5), [centre(CORRIDOR, (1, 3))], {(1, 3)}) is None
+    assert path_between(navigator, (1, 2), (1, 5), closed={(1, 5)}) is None
 
 
 def test_a_landing_is_no_thoroughfare_but_can_be_a_goal_and_a_start():
@@ -210,8 +210,8 @@ def test_a_straight_line_through_a_wall_or_past_the_child_is_not_clear():
     a, b = centre(HOUSE, (2, 2)), centre(HOUSE, (2, 6))
     assert navigator.visible(a, b)
     assert not navigator.visible(centre(HOUSE, (1, 2)), centre(HOUSE, (1, 6)))  # a wall between them
-    assert not navigator.visible(a, b, child=centre(HOUSE, (2, 4)))
-    assert navigator.visible(a, b, child=centre(HOUSE, (6, 6)))
+    assert not navigator.visible(a, b, [centre(HOUSE, (2, 4))])
+    assert navigator.visible(a, b, [centre(HOUSE, (6, 6))])
 
 
 def test_there_is_room_in_the_middle_of_cells_but_not_in_walls_or_furniture():
