@@ -136,7 +136,7 @@ class Watch:
             return math.nan
         motion = RobotMotion(self._timestep)
         motion.reset((x, y, yaw))
-        motion.drive_along(points, self._navigator.has_room)
+        motion.drive_along(points, self._navigator.clearance.has_room)
         return motion.time_left
 
     def _part(self, skill: Skill) -> tuple[str, float]:

@@ -10,7 +10,7 @@ from dm_control.utils import rewards
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.robot.navigation import BASE_RADIUS
+from caregiver_mj.robot.clearance import BASE_RADIUS
 from caregiver_mj.tasks import base
 
 _TIME_LIMIT = 60.0  # seconds

@@ -80,7 +80,7 @@ class Skill:
             self._plan(view, robot, goal, cell)
         # A turn once begun goes on, wherever the base has got to.
         may_turn = view.child_distance(view.base[:2]) > _TURNING_DISTANCE and (
-            robot.turns_to(yaw) or self._navigator.can_turn(view.base[:2])
+            robot.turns_to(yaw) or self._navigator.clearance.can_turn(view.base[:2])
         )
         if may_turn and robot.hand_out <= _MAY_TURN:
             robot.turn_to(yaw)
@@ -138,7 +138,7 @@ class Skill:
         self._stops = robot.moving and allowed_rate(view, robot.planned_velocity()) < _SWITCHING_RATE
         if not self._stops:
             try:
-                robot.drive_along(points, navigator.has_room)
+                robot.drive_along(points, navigator.clearance.has_room)
             except PathError:
                 self._stops = True
         if self._stops:

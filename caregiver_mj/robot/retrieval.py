@@ -110,7 +110,7 @@ class RetrievalPlanner:
         routes = ((len(route), cell) for cell in navigator.plan.free_cells if (route := navigator.route(here, cell)))
         for _, cell in sorted(routes):
             place = tuple(navigator.plan.position(cell).tolist())
-            if not navigator.can_stand(place) or view.child_distance(place) < _CHILD_AWAY:
+            if not navigator.clearance.can_stand(place) or view.child_distance(place) < _CHILD_AWAY:
                 continue
             for yaw in _directions():
                 # Free to both sides too, so that there is room to pick it up again.
@@ -121,15 +121,15 @@ class RetrievalPlanner:
 
     def _stands(self, view: View, candle: int, point: np.ndarray) -> Iterator[tuple[Pose, float]]:
         """Poses of the base from which to reach for a point, the nearest one first, and how far to reach."""
-        navigator = self._navigator
+        navigator, clearance = self._navigator, self._navigator.clearance
         here = navigator.nearest_cell(view.base[:2])
         stands = []
         for yaw, reach in itertools.product(_directions(), _REACHES):
             place = se2.to_world((point[0], point[1], yaw), (-reach, 0.0))
-            route = navigator.route(here, navigator.nearest_cell(place)) if navigator.can_stand(place) else None
+            route = navigator.route(here, navigator.nearest_cell(place)) if clearance.can_stand(place) else None
             if route is not None:
                 cost = math.dist(place, view.base[:2]) + navigator.plan.cell_size * len(route)
-                cost += 0.0 if navigator.can_turn(place) else _NO_TURNING
+                cost += 0.0 if clearance.can_turn(place) else _NO_TURNING
                 stands.append((cost, (*place, yaw), reach))
         for _, base, reach in sorted(stands):
             if self._is_clear(view, candle, base, None):

@@ -13,7 +13,7 @@ from collections.abc import Iterable
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import limits
-from caregiver_mj.robot.navigation import BASE_RADIUS
+from caregiver_mj.robot.clearance import BASE_RADIUS
 from caregiver_mj.robot.se2 import Pose, Vector
 from caregiver_mj.robot.view import CHILD_RADIUS, ChildView, View
 

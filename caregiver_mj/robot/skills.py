@@ -185,7 +185,7 @@ class _AtTable(Skill):
     def _hand_is_clear(self, view: View, yaw: float, goal: Vector) -> bool:
         """Whether the outstretched hand meets no wall on the rest of the base's way."""
         out = (kinematics.REACH, 0.0)
-        return self._navigator.hand_clear(se2.to_world(view.base, out), se2.to_world((*goal, yaw), out))
+        return self._navigator.clearance.hand_clear(se2.to_world(view.base, out), se2.to_world((*goal, yaw), out))
 
 
 class Pick(_AtTable):

@@ -217,10 +217,10 @@ def test_a_straight_line_through_a_wall_or_past_the_child_is_not_clear():
 def test_there_is_room_in_the_middle_of_cells_but_not_in_walls_or_furniture():
     navigator = Navigator(HOUSE)
     free = np.array([centre(HOUSE, cell) for cell in HOUSE.free_cells])
-    assert navigator.has_room(free)
-    assert navigator.has_room(free[:0])
+    assert navigator.clearance.has_room(free)
+    assert navigator.clearance.has_room(free[:0])
     for cell in ((1, 4), (7, 6), (1, 1)):  # wall, table, bin: a point between two with room
-        assert not navigator.has_room(np.array([free[5], centre(HOUSE, cell), free[6]]))
+        assert not navigator.clearance.has_room(np.array([free[5], centre(HOUSE, cell), free[6]]))
 
 
 @pytest.mark.parametrize("cell", HOUSE.caregiver_cells)
@@ -239,24 +239,24 @@ def test_nearest_cell_of_a_place_to_stand_nowhere_is_beside_it():
 
 def test_the_hand_meets_walls_but_passes_over_tables():
     navigator = Navigator(HOUSE)
-    assert navigator.hand_clear(centre(HOUSE, (7, 5)), centre(HOUSE, (7, 7)))
-    assert not navigator.hand_clear(centre(HOUSE, (7, 3)), centre(HOUSE, (7, 5)))
+    assert navigator.clearance.hand_clear(centre(HOUSE, (7, 5)), centre(HOUSE, (7, 7)))
+    assert not navigator.clearance.hand_clear(centre(HOUSE, (7, 3)), centre(HOUSE, (7, 5)))
 
 
 def test_where_the_base_can_stand_and_turn():
     """A corridor of one cell: its walls are 0.25 m thick, so their faces are 0.75 - 0.125 m from its middle."""
     navigator = Navigator(CORRIDOR)
     x, y = CORRIDOR.position((1, 3))
-    assert navigator.can_stand((x, y))
-    assert navigator.can_turn((x, y))
+    assert navigator.clearance.can_stand((x, y))
+    assert navigator.clearance.can_turn((x, y))
     # 0.27 m of base and 0.05 m of clearance at least, 0.52 m to turn with a candle; the raster is 0.025 m wide.
-    assert navigator.can_stand((x, y + 0.27))
-    assert not navigator.can_stand((x, y + 0.36))
-    assert navigator.can_turn((x, y + 0.07))
-    assert not navigator.can_turn((x, y + 0.14))
+    assert navigator.clearance.can_stand((x, y + 0.27))
+    assert not navigator.clearance.can_stand((x, y + 0.36))
+    assert navigator.clearance.can_turn((x, y + 0.07))
+    assert not navigator.clearance.can_turn((x, y + 0.14))
 
 
 @pytest.mark.parametrize("away", [(0.0, 1.2), (0.0, 2.5), (-3.0, 0.0), (9.0, 0.0), (50.0, -50.0)])
 def test_the_base_cannot_stand_outside_of_the_house(away):
     x, y = CORRIDOR.position((1, 3))
-    assert not Navigator(CORRIDOR).can_stand((x + away[0], y + away[1]))
+    assert not Navigator(CORRIDOR).clearance.can_stand((x + away[0], y + away[1]))
