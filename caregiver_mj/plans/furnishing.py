@@ -7,7 +7,7 @@ import enum
 import numpy as np
 from scipy import ndimage
 
-from caregiver_mj.plans.cell_graph import ACTIONS, Cell
+from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.rooms import Room, Shell, draw, pick
 from caregiver_mj.plans.symbols import BIN, CANDLE, FREE, STAIRWELL, TABLE, WALL
 
