@@ -26,13 +26,13 @@ from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.robot.driving import Skill
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
 from caregiver_mj.robot.retrieval import RetrievalPlanner
 from caregiver_mj.robot.separation import is_child_close
-from caregiver_mj.robot.skills import Block, Pick, Place, Retrieve, StandAside
+from caregiver_mj.robot.skills import Block, Pick, Place, Retrieve, Skill, StandAside
+from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import ChildView, View
 
 if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.house.rendering
@@ -252,7 +252,7 @@ class CaregiverPolicy:
             self._decide(view, seen, observed=new_move)
         if self._skill is None:
             return
-        if self._skill.step(view, self._robot):
+        if self._skill.step(view, self._robot).ended:
             self._finish(view)
 
     def _decide(self, view: View, seen: Observation, observed: bool) -> None:
@@ -263,7 +263,7 @@ class CaregiverPolicy:
             self._caregiver.watch(seen)
         if isinstance(self._caregiver, PaperCaregiver):
             self.assessment = self._caregiver.assess(seen)
-        if self._skill is not None and not self._skill.interruptible:
+        if self._skill is not None and not self._skill.status.interruptible:
             return
         if self._holding != NOTHING:
             if isinstance(self._skill, Place):
@@ -353,12 +353,12 @@ class CaregiverPolicy:
 
     def _finish(self, view: View) -> None:
         """Takes note of a skill that is done, and goes on to the next."""
-        skill = self._skill
-        if skill.overtaken:
+        skill, status = self._skill, self._skill.status
+        if status is Status.OVERTAKEN:
             self._skill, self._holding, self.target = None, NOTHING, NOTHING
             return
-        if skill.failed:
-            wait = _LEFT_LYING if isinstance(skill, Retrieve) and skill.out_of_reach else _PASSED_OVER
+        if status.failed:
+            wait = _LEFT_LYING if status is Status.OUT_OF_REACH else _PASSED_OVER
             self._passed_over_until[self.target] = view.now + wait
         elif isinstance(skill, Block):
             if not self._reached:
@@ -366,11 +366,11 @@ class CaregiverPolicy:
                 self._reached = True
             return  # goes on standing there
         self._skill = None
-        if isinstance(skill, Pick | Retrieve) and not skill.failed:
+        if isinstance(skill, Pick | Retrieve) and not status.failed:
             self._holding = skill.candle
             self._carry(self._observation(view))
-        elif isinstance(skill, Place) and skill.failed:  # it has still got the candle
+        elif isinstance(skill, Place) and status.failed:  # it has still got the candle
             self._carry(self._observation(view), refused=skill.table)
         else:
-            self.interventions_done += isinstance(skill, Place) and not skill.failed
+            self.interventions_done += isinstance(skill, Place) and not status.failed
             self._holding = self.target = NOTHING

@@ -10,6 +10,7 @@ from caregiver_mj.robot import kinematics, se2
 from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, View
 
 GRASP_HEIGHT = 0.10  # metres above a candle's foot at which it is gripped
+ATTEMPTS = 3  # at a grasp
 
 _GIVES = 0.01  # metres by which the fingers, both together, may be nearer to each other than a candle is thick
 

@@ -160,6 +160,16 @@ class RobotMotion:
         return self._path.duration - self._playback.at(self.now)[0]
 
     @property
+    def is_driving(self) -> bool:
+        """Whether the base has a path to follow, be it that it waits on it."""
+        return self._path is not None
+
+    @property
+    def rate(self) -> float:
+        """The share, 0 to 1, of its planned speed at which the base goes along its path now; 0 without a path."""
+        return 0.0 if self._path is None else self._playback.at(self.now)[1]
+
+    @property
     def is_unhindered(self) -> bool:
         """Whether the base goes along its path as fast as planned."""
         return self._path is None or self._playback.at(self.now)[1] > 0.99

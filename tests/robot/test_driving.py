@@ -12,10 +12,11 @@ import caregiver_mj
 from caregiver_mj.caregivers.caregiver import NOTHING, Caregiver, Observation, make_caregiver
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.robot import driving, kinematics
-from caregiver_mj.robot.driving import Skill
+from caregiver_mj.robot import kinematics
+from caregiver_mj.robot.driver import Driver
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.patience import TIME_OUT
 from caregiver_mj.robot.separation import allowed_rate
 from caregiver_mj.robot.view import ChildView, View
 
@@ -182,11 +183,11 @@ def test_a_way_out_is_found_between_child_and_table():
 
 @pytest.mark.parametrize(("distance", "turns"), [(0.6, False), (0.75, True)])
 def test_the_hand_is_not_swung_round_beside_the_child(distance, turns):
-    skill, robot = Skill(Navigator(OPEN)), RobotMotion(0.02)
+    driver, robot = Driver(Navigator(OPEN)), RobotMotion(0.02)
     x, y = OPEN.position((2, 4)).tolist()
     robot.reset((x, y, 0.0))
     for _ in range(100):
-        skill._drive(view((x, y, robot.yaw), (x + distance, y), robot.now), robot, (x, y), (2, 4), 1.0)
+        driver.drive(view((x, y, robot.yaw), (x + distance, y), robot.now), robot, (x, y), (2, 4), 1.0)
         robot.action((x, y, robot.yaw))
         robot.now += 0.02
     assert robot.yaw == pytest.approx(1.0 if turns else 0.0)
@@ -298,6 +299,6 @@ def test_a_candle_in_the_hand_goes_to_another_table(monkeypatch):
 def test_a_robot_in_a_stairwell_stays_however_long(monkeypatch):
     scene = Scene(ONE_WAY, Determined(ONE_WAY, 1, 0), (2, 4), (2, 8))
     park(scene, monkeypatch)
-    scene.run(2 * driving.TIME_OUT)
+    scene.run(2 * TIME_OUT)
     assert scene.is_at((2, 9))
     assert scene.policy.interventions == scene.policy.interventions_done == 1
