@@ -28,6 +28,7 @@ from caregiver_mj.experiments.run_folder import RunFolder, StorageError
 from caregiver_mj.experiments.workers import WorkerError
 from caregiver_mj.plans import floor_plan, symbols
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.generator import generate
 
 PROGRAM = "caregiver-mj"
 
@@ -135,8 +136,8 @@ def _parser() -> argparse.ArgumentParser:
     film.add_argument("--render", action="store_true", help="film the house first, into DIR/report.mp4")
     command.set_defaults(run=_report)
 
-    house = commands.add_parser("house", help="look at a floor plan")
-    plans = house.add_subparsers(metavar="show|check", required=True)
+    house = commands.add_parser("house", help="look at a floor plan, or make one")
+    plans = house.add_subparsers(metavar="show|check|make", required=True)
     for name, run, text in (
         ("show", _house_show, "print a floor plan in colour, with its objects counted"),
         ("check", _house_check, "say whether a floor plan is valid"),
@@ -144,7 +145,25 @@ def _parser() -> argparse.ArgumentParser:
         command = plans.add_parser(name, help=text, description=text)
         command.add_argument("house", metavar="NAME|FILE", help=_houses())
         command.set_defaults(run=run)
+    _add_house_make(plans)
     return parser
+
+
+def _add_house_make(plans: Any) -> None:
+    text = "make a house and print its floor plan; what is not given is drawn from the seed"
+    command = plans.add_parser("make", help=text, description=text)
+    _add_seed(command)
+    command.add_argument("--size", metavar="WxH", help="columns and rows, outer walls included")
+    for option, what in (
+        ("--rooms", "how many rooms, a corridor included"),
+        ("--stairwells", "how many stairwells"),
+        ("--candles", "how many tables with a candle"),
+        ("--tables", "how many bare tables"),
+        ("--bins", "how many toy bins"),
+    ):
+        command.add_argument(option, type=int, metavar=option[2].upper(), help=what)
+    command.add_argument("--out", metavar="FILE", help="write it to a file instead")
+    command.set_defaults(run=_house_make)
 
 
 def _add_house(command: argparse.ArgumentParser) -> None:
@@ -152,7 +171,7 @@ def _add_house(command: argparse.ArgumentParser) -> None:
 
 
 def _houses() -> str:
-    return f"{', '.join(floor_plan.house_names())}, or a text file"
+    return f"{', '.join(floor_plan.house_names())}, house-SEED, train-N/I, test-N/I, or a text file"
 
 
 def _add_seed(command: argparse.ArgumentParser) -> None:
@@ -326,3 +345,24 @@ def _house_check(arguments: argparse.Namespace) -> None:
         if kind != symbols.WALL:
             counts.append(f"{count} {one if count == 1 else several}")
     print(f"OK: {plan.name}, {width} x {height} cells, {', '.join(counts)}")
+
+
+def _house_make(arguments: argparse.Namespace) -> None:
+    size = None
+    if arguments.size is not None:
+        try:
+            width, height = map(int, arguments.size.split("x"))
+        except ValueError:
+            raise CaregiverError(f"house make: --size is WxH, such as 14x12, not '{arguments.size}'") from None
+        size = width, height
+    counts = {name: getattr(arguments, name) for name in ("rooms", "stairwells", "candles", "tables", "bins")}
+    plan = generate(arguments.seed, size, **counts)
+    if arguments.out is None:
+        print(plan.text)
+        return
+    try:
+        with open(arguments.out, "w", encoding="utf-8") as file:
+            file.write(f"{plan.text}\n")
+    except OSError as error:
+        raise CaregiverError(f"house make: '{arguments.out}' cannot be written: {error.strerror}") from None
+    print(arguments.out)
