@@ -128,9 +128,20 @@ class CellGraph:
         """Walking distances of a child from free cells, (cells, free cells). Landings are no way through for it."""
         return self._distances(cells, self._child_edges, self._free).astype(int)
 
+    @functools.cached_property
     def bin_distances(self) -> np.ndarray:
         """Moves that a child needs to reach into each toy bin, (free cells, bins)."""
-        return self._bin_distances
+        return self.bump_distances(self._plan.bins)
+
+    @functools.cached_property
+    def table_distances(self) -> np.ndarray:
+        """Moves that a child needs to bump into each table, (free cells, tables)."""
+        return self.bump_distances(self._plan.tables)
+
+    @functools.cached_property
+    def stairwell_distances(self) -> np.ndarray:
+        """Moves after which a child falls down each stairwell, (free cells, stairwells)."""
+        return self.bump_distances(self._plan.stairwells)
 
     def breadth_first(self, start: int, closed: Collection[int] = ()) -> dict[int, int]:
         """Searches from a cell: for every cell that can be reached, the one before it, nearest cells first.
@@ -205,10 +216,6 @@ class CellGraph:
     @functools.cached_property
     def _child_edges(self) -> np.ndarray:
         return self._edges[(self._edges < self._free).all(axis=1)]
-
-    @functools.cached_property
-    def _bin_distances(self) -> np.ndarray:
-        return self.bump_distances(self._plan.bins)
 
     def _open_edges(self, closed: int | Collection[int]) -> np.ndarray:
         if isinstance(closed, Collection):

@@ -37,7 +37,7 @@ class Yielding:
 
     def _on_shortest_path(self, child_cell: int, distance: np.ndarray) -> np.ndarray:
         """Whether a free cell is on some shortest path from the child to a toy bin: bool (free cells, bins)."""
-        to_bins = self._plan.graph.bin_distances()
+        to_bins = self._plan.graph.bin_distances
         return distance[:, None] + to_bins == to_bins[child_cell]
 
     @functools.cached_property
