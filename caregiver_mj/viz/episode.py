@@ -75,7 +75,7 @@ class Episode:
         family = Family.of(children)
         random = np.random.RandomState(seed if number is None else episode_seed(seed, number))
         robot = caregiver != "none"
-        env = load(task, house=house, epsilon=_as_asked(family), random=random, task_kwargs={"robot": robot})
+        env = load(task, house=house, epsilon=family, random=random, task_kwargs={"robot": robot})
         return cls(env, CaregiverPolicy(env, caregiver=caregiver, seed=seed) if robot else None, family)
 
     def run_until(self, seconds: float) -> bool:

@@ -37,7 +37,8 @@ def _write_children(image: Image.Image, area: Area, x: int, state: HudState) -> 
     for number, child in enumerate(state.children):
         text = f"{number + 1}: {child.damage:g}"
         if x + width_of(text, area.small) > area.right:
-            break
+            write(image, (x, area.bottom), "...", area.small, LABEL)
+            return area.right
         write(image, (x, area.bottom), text, area.small, colours.of_child(number))
         x += width_of(text, area.small) + area.scale.px(8)
     return x

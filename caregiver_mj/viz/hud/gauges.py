@@ -13,7 +13,6 @@ from caregiver_mj.viz.hud.state import ChildState, HudState
 from caregiver_mj.viz.hud.text import width_of, write
 
 _SAFE = "P(SAFE)"
-_WIDEST = "8 0.88"  # as wide as a child's number and value
 
 
 def draw_gauges(image: Image.Image, area: Area, state: HudState) -> None:
@@ -40,9 +39,9 @@ def _gauge(image: Image.Image, area: Area, top: int, label: str, value: str, sha
 
 def _gauges(image: Image.Image, area: Area, top: int, children: tuple[ChildState, ...]) -> None:
     """One label, and beside it a narrow gauge for each child: its number, its value if there is room, and its bar."""
-    small, gap, line = area.small, area.scale.px(10), top + area.medium
+    small, gap, line = area.small, area.scale.px(8), top + area.medium
     start, label = area.left, width_of(_SAFE, small) + gap
-    if label + len(children) * (width_of(_WIDEST, small) + gap) <= area.width + gap:
+    if label + len(children) * (width_of("8", small) + gap) <= area.width:
         write(image, (start, line), _SAFE, small, LABEL)
         start += label
     pitch = (area.right - start + gap) / len(children)
@@ -50,10 +49,15 @@ def _gauges(image: Image.Image, area: Area, top: int, children: tuple[ChildState
         left, right = round(start + place * pitch), round(start + (place + 1) * pitch) - gap
         number, colour = str(place + 1), colours.of_child(place)
         write(image, (left, line), number, small, colour)
-        value = "" if child.safe is None else f"{child.safe:.2f}"
-        if width_of(f"{number} {value}", small) <= right - left:
-            write(image, (right, line), value, small, TEXT, align=1)
+        value = _value(child.safe, small, right - left - width_of(f"{number} ", small))
+        write(image, (right, line), value, small, TEXT, align=1)
         _bar(image, area, line, left, right, child.safe or 0.0, colour)
+
+
+def _value(safe: float | None, size: int, width: int) -> str:
+    """A probability as exactly as there is room for."""
+    wordings = () if safe is None else (f"{safe:.2f}", f"{safe:.2f}".lstrip("0"), f"{safe:.1f}".lstrip("0"))
+    return next((wording for wording in wordings if width_of(wording, size) <= width), "")
 
 
 def _bar(image: Image.Image, area: Area, line: int, left: int, right: int, share: float, colour: Colour) -> None:
