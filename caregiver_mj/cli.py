@@ -21,7 +21,7 @@ import rich.table
 import rich.text
 
 from caregiver_mj.caregivers.caregiver import CAREGIVERS
-from caregiver_mj.children.novice import check_epsilon
+from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError, RenderingError
 from caregiver_mj.experiments import evaluation
 from caregiver_mj.experiments.run_folder import RunFolder, StorageError
@@ -112,13 +112,17 @@ def _parser() -> argparse.ArgumentParser:
     command = commands.add_parser(
         "render",
         help="film an episode in the physical house",
+        description="Films an episode of the run that `evaluate` does with the same seed, children and caregiver.",
         formatter_class=argparse.ArgumentDefaultsHelpFormatter,
     )
     command.add_argument("--task", default="supervise", help="name of the task")
     _add_house(command)
-    command.add_argument("--epsilon", type=float, default=0.5, help="the novice's share of random moves")
+    command.add_argument(
+        "--epsilon", default="0.5", help="the novice's share of random moves; of several children, as in 1,.25"
+    )
     command.add_argument("--caregiver", default="paper", metavar="NAME", help=" ".join(CAREGIVERS))
-    _add_seed(command)
+    _add_seed(command, "of the run to which the episode belongs")
+    command.add_argument("--episode", type=int, default=0, metavar="N", help="its number in that run")
     command.add_argument("--seconds", type=float, default=30.0, help="length of the film at most")
     command.add_argument("--out", required=True, metavar="FILE.mp4", help="the film")
     command.add_argument("--still", metavar="FILE.png", help="also a picture of a telling moment")
@@ -132,7 +136,7 @@ def _parser() -> argparse.ArgumentParser:
     command.add_argument("folders", nargs="+", metavar="DIR", help="of a run; more, of other worlds, are set beside it")
     film = command.add_mutually_exclusive_group()
     film.add_argument("--video", metavar="FILE.mp4", help="the film to show; else the first in a DIR, if there is one")
-    film.add_argument("--render", action="store_true", help="film the house first, into DIR/report.mp4")
+    film.add_argument("--render", action="store_true", help="film episode 0 of the run in the house: DIR/report.mp4")
     command.set_defaults(run=_report)
 
     house = commands.add_parser("house", help="look at a floor plan")
@@ -155,8 +159,8 @@ def _houses() -> str:
     return f"{', '.join(floor_plan.house_names())}, or a text file"
 
 
-def _add_seed(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--seed", type=int, default=0, help="all chance comes from it")
+def _add_seed(command: argparse.ArgumentParser, text: str = "all chance comes from it") -> None:
+    command.add_argument("--seed", type=int, default=0, help=text)
 
 
 # -- evaluate ----------------------------------------------------------------------------------------
@@ -257,11 +261,11 @@ def _against_none(summary: dict[str, Any]) -> list[dict[str, Any]]:
 
 def _render(arguments: argparse.Namespace) -> None:
     plan = FloorPlan.load(arguments.house)
-    check_epsilon(arguments.epsilon)
+    family = Family.parse(arguments.epsilon)
     if arguments.caregiver not in CAREGIVERS:
         raise CaregiverError(f"no caregiver '{arguments.caregiver}': there are {', '.join(CAREGIVERS)}")
-    if arguments.seed < 0:
-        raise CaregiverError(f"the seed must not be negative: {arguments.seed}")
+    if arguments.seed < 0 or arguments.episode < 0:
+        raise CaregiverError(f"seed and episode must not be negative: {arguments.seed}, {arguments.episode}")
     if not (arguments.seconds > 0 and math.isfinite(arguments.seconds)):
         raise CaregiverError(f"seconds must be a positive length, not {arguments.seconds}")
 
@@ -271,8 +275,9 @@ def _render(arguments: argparse.Namespace) -> None:
         arguments.out,
         task=arguments.task,
         house=plan,
-        epsilon=arguments.epsilon,
+        epsilon=family,
         seed=arguments.seed,
+        episode=arguments.episode,
         seconds=arguments.seconds,
         caregiver=arguments.caregiver,
         still=arguments.still,
@@ -286,14 +291,7 @@ def _render(arguments: argparse.Namespace) -> None:
 def _report(arguments: argparse.Namespace) -> None:
     from caregiver_mj.viz import report  # takes seconds to import, for pandas, scipy and matplotlib
 
-    film = arguments.video
-    if arguments.render:
-        run, *_ = [report.read_run(folder) for folder in arguments.folders]  # all, before it takes a minute
-        film = os.path.join(arguments.folders[0], "report.mp4")
-        from caregiver_mj.viz import film as films
-
-        films.render_episode(film, house=run.plan, caregiver=run.caregiver, seed=run.settings["seed"], **report.FILM)
-    print(report.write_report(arguments.folders, film))
+    print(report.write_report(arguments.folders, arguments.video, render=arguments.render))
 
 
 # -- house -------------------------------------------------------------------------------------------

@@ -53,8 +53,9 @@ def write_report(
         shown = make_film(runs, folders[0])
     else:
         shown = Film(pathlib.Path(film), pathlib.Path(film).name) if film else found_film(folders)
+    film_on_page = None if shown is None else {"name": shown.caption, "data": shown.data()}
     sections, beside = [_section(run) for run in runs], side_by_side(runs)
-    page = _page(sections, beside, shown)
+    page = _page(sections, beside, film_on_page)
     pictures = [picture for section in sections for picture in section["pictures"]]
     return _write(pathlib.Path(folders[0]), page, _markdown(sections, beside), [*pictures, *_pictures(beside)])
 
@@ -78,7 +79,7 @@ def _section(run: Run) -> dict[str, Any]:
     }
 
 
-def _page(sections: list[dict[str, Any]], beside: dict[str, Any] | None, film: Film | None) -> str:
+def _page(sections: list[dict[str, Any]], beside: dict[str, Any] | None, film: dict[str, str] | None) -> str:
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("caregiver_mj.viz.report"), autoescape=True, trim_blocks=True, lstrip_blocks=True
     )
@@ -87,7 +88,7 @@ def _page(sections: list[dict[str, Any]], beside: dict[str, Any] | None, film: F
     return environment.get_template("report.html").render(
         sections=sections,
         beside=beside,
-        film=None if film is None else {"name": film.caption, "data": film.data()},
+        film=film,
         paper=published.PAPER,
         cited=any(section["cited"] for section in sections),
         nouns=SEVERAL if several else SINGLE,

@@ -64,7 +64,8 @@ def in_lines(family: str) -> str:
     """The name of a family as it stands under its bars."""
     first, _, last = family_name(family).rpartition(" ")
     if len(members(family)) > 1:
-        first = textwrap.fill(first, _NARROW, break_long_words=False)
+        tied = first.replace(" %", "\N{NO-BREAK SPACE}%")
+        first = textwrap.fill(tied, _NARROW, break_long_words=False).replace("\N{NO-BREAK SPACE}", " ")
     return f"{first}\n{last}"
 
 
