@@ -10,7 +10,7 @@ from caregiver_mj.interventions.routine import PASSED_OVER, Means, Routine
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.robot import skills
 from caregiver_mj.robot.status import Status
-from caregiver_mj.robot.view import View, stands_on_table
+from caregiver_mj.robot.view import View
 
 if TYPE_CHECKING:
     from caregiver_mj.caregivers.percept import Percept
@@ -31,7 +31,7 @@ class Relocating(Routine):
     def __init__(self, means: Means, intervention: Intervention, view: View, percept: Percept):
         self.candle = candle = means.plan.hazards.candle(intervention.hazard)
         table = int(percept.candle_table[0, candle])
-        if table != NOTHING and stands_on_table(view, candle):
+        if table != NOTHING and view.stands_on_table(candle):
             skill: skills.Skill = skills.Pick(means.navigator, candle, table)
             activity = f"fetch candle {candle + 1}"
         else:

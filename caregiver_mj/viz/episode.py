@@ -13,7 +13,7 @@ from dm_control.rl import control
 
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.evaluation import episode_seed
+from caregiver_mj.experiments.seeds import episode_random, episode_seed
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.tasks import load
@@ -73,7 +73,7 @@ class Episode:
         if seed < 0 or (number is not None and number < 0):
             raise CaregiverError(f"neither seed nor episode may be negative: {seed}, {number}")
         family = Family.of(children)
-        random = np.random.RandomState(seed if number is None else episode_seed(seed, number))
+        random = episode_random(seed if number is None else episode_seed(seed, number))
         robot = caregiver != "none"
         env = load(task, house=house, epsilon=family, random=random, task_kwargs={"robot": robot})
         return cls(env, CaregiverPolicy(env, caregiver=caregiver, seed=seed) if robot else None, family)

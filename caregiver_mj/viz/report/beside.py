@@ -60,7 +60,7 @@ def _all_families(runs: Sequence[Run]) -> list[str]:
 
 def _apart(runs: Sequence[Run], left: Sequence[np.ndarray]) -> np.ndarray | None:
     """How much more is left in the house than in the grid, (families,), if these are the two runs."""
-    shares = {run.settings["world"]: one for run, one in zip(runs, left, strict=True)}
+    shares = {run.settings.world: one for run, one in zip(runs, left, strict=True)}
     return shares["house"] / shares["grid"] - 1 if len(runs) == 2 and len(shares) == 2 else None
 
 

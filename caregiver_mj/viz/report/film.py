@@ -69,13 +69,13 @@ def make_film(runs: Sequence[Run], folder: str | os.PathLike[str], render: Calla
     family = filmed_family(run)
     path = pathlib.Path(folder) / FILM_NAME
     render(path, **episode_of(run, family), **_PICTURE)
-    whose = "of the run" if run.settings["world"] == "house" else "with the children of the run in the grid"
+    whose = "of the run" if run.settings.world == "house" else "with the children of the run in the grid"
     return Film(path, f"Episode 0 {whose}, {family_name(family)}, caregiver {run.caregiver}")
 
 
 def filmed_run(runs: Sequence[Run]) -> Run:
     """The run to film: the first one in the house, else the first one, whose children can walk there too."""
-    return next((run for run in runs if run.settings["world"] == "house"), runs[0])
+    return next((run for run in runs if run.settings.world == "house"), runs[0])
 
 
 def filmed_family(run: Run) -> str:
@@ -93,7 +93,7 @@ def episode_of(run: Run, family: str) -> dict[str, Any]:
     return {
         "house": run.plan,
         "epsilon": family,
-        "seed": run.settings["seed"],
+        "seed": run.settings.seed,
         "episode": 0,
         "caregiver": run.caregiver,
     }

@@ -39,9 +39,9 @@ def headline(run: Run) -> dict[str, Any]:
             for column, when in _FACTS.items()
         ],
         "deeds": {c: number(run.mean(run.caregiver, c)) for c in ("moves_blocked", "interventions_done")},
-        "mishaps": mishaps if run.settings["world"] == "house" else None,
+        "mishaps": mishaps if run.settings.world == "house" else None,
         "guarded_episodes": len(guarded_episodes),
-        "few": run.settings["episodes"] < FEW,
+        "few": run.settings.episodes < FEW,
     }
 
 

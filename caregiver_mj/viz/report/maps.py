@@ -29,5 +29,5 @@ def maps(run: Run) -> list[Picture]:
 def mean_map(run: Run, caregiver: str, column: str) -> np.ndarray:
     """What an episode adds to a map's column on average, over all families, for each free cell."""
     cells = run.maps[run.maps.caregiver == caregiver].groupby(["row", "column"])[column].sum()
-    values = cells / (run.settings["episodes"] * len(run.families))
+    values = cells / (run.settings.episodes * len(run.families))
     return values.loc[list(run.plan.free_cells)].to_numpy()

@@ -13,7 +13,7 @@ import pandas as pd
 
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.plans import floor_plan
+from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.viz.report import words
@@ -26,8 +26,7 @@ class Run:
     """A finished run.
 
     Attributes:
-        settings: The content of run.json.
-        plan: The house.
+        settings: What ran.
         families: The children, a family after the other, as text: "0.5", or "1,0.25".
         episodes: A row an episode.
         summary: What matters of the content of summary.json.
@@ -35,8 +34,7 @@ class Run:
         caregiver: The caregiver that the report is about: `paper` if it ran.
     """
 
-    settings: dict[str, Any]
-    plan: FloorPlan
+    settings: Settings
     families: tuple[str, ...]
     episodes: pd.DataFrame
     summary: dict[str, Any]
@@ -44,14 +42,19 @@ class Run:
     caregiver: str
 
     @property
+    def plan(self) -> FloorPlan:
+        """The house."""
+        return self.settings.plan
+
+    @property
     def name(self) -> str:
         """Tells the run from others, in file names."""
-        world, house = self.settings["world"], self.plan.name
+        world, house = self.settings.world, self.plan.name.replace("/", "-")
         return world if house == "paper" else f"{world}_{house}"
 
     @property
     def title(self) -> str:
-        world = _WORLDS[self.settings["world"]]
+        world = _WORLDS[self.settings.world]
         return world if self.plan.name == "paper" else f"{world} ({self.plan.name})"
 
     @property
@@ -67,7 +70,7 @@ class Run:
     @property
     def baselines(self) -> tuple[str, ...]:
         """The other caregivers that do something."""
-        return tuple(c for c in self.settings["caregivers"] if c not in ("none", self.caregiver))
+        return tuple(c for c in self.settings.caregivers if c not in ("none", self.caregiver))
 
     def row(self, caregiver: str, family: str) -> dict[str, Any]:
         """The summary's row of a caregiver and a family."""
@@ -86,14 +89,11 @@ class Run:
     def command(self) -> str:
         """The command that gives the same rows again."""
         settings = self.settings
-        house = self.plan.name
-        if house not in floor_plan.house_names() or FloorPlan.load(house).rows != self.plan.rows:
-            house += ".txt"
-        command = ["caregiver-mj", "evaluate", "--world", settings["world"], "--house", house]
+        command = ["caregiver-mj", "evaluate", "--world", settings.world, "--house", _asked_house(self.plan)]
         if self.plan.damage != DamageWeights():
             command += ["--damage", str(self.plan.damage)]
-        command += ["--caregiver", *settings["caregivers"], "--epsilon", *self.families]
-        return shlex.join([*command, "--episodes", str(settings["episodes"]), "--seed", str(settings["seed"])])
+        command += ["--caregiver", *settings.caregivers, "--epsilon", *self.families]
+        return shlex.join([*command, "--episodes", str(settings.episodes), "--seed", str(settings.seed)])
 
 
 def read_run(folder: str | os.PathLike[str]) -> Run:
@@ -113,7 +113,7 @@ def read_run(folder: str | os.PathLike[str]) -> Run:
         run = _read(path)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise CaregiverError(f"the run in '{folder}' cannot be read: {error}") from error
-    caregivers = run.settings["caregivers"]
+    caregivers = run.settings.caregivers
     if not {run.caregiver, "none"} <= set(caregivers) or run.caregiver == "none":
         raise CaregiverError(
             f"the run in '{folder}' has {' and '.join(caregivers)}: a report compares `none` with a caregiver"
@@ -121,18 +121,26 @@ def read_run(folder: str | os.PathLike[str]) -> Run:
     return run
 
 
+def _asked_house(plan: FloorPlan) -> str:
+    """What to call a house on the command line: by its name if that gives it, else by that of a file."""
+    try:
+        return plan.name if FloorPlan.load(plan.name).rows == plan.rows else f"{plan.name}.txt"
+    except CaregiverError:
+        return f"{plan.name}.txt"
+
+
 def _read(path: pathlib.Path) -> Run:
-    settings = json.loads((path / "run.json").read_text("utf-8"))
-    damage = DamageWeights.parse(settings["damage"]) if "damage" in settings else DamageWeights()
-    summary = json.loads((path / "summary.json").read_text("utf-8"))
+    record, summary = (json.loads((path / f"{name}.json").read_text("utf-8")) for name in ("run", "summary"))
+    # Runs of an older version have single novices, and the paper's damages.
+    record.setdefault("families", [str(Family.of(epsilon)) for epsilon in record["epsilons"]])
+    record.setdefault("damage", {})
     for row in [*summary["rows"], *summary["comparisons"]]:
-        row.setdefault("family", str(Family.of(row["epsilon"])))  # runs of an older version have single novices only
-    families = settings["families"] if "families" in settings else map(Family.of, settings["epsilons"])
-    caregivers = settings["caregivers"]
+        row.setdefault("family", str(Family.of(row["epsilon"])))
+    settings = Settings.of_record(record)
+    caregivers = settings.caregivers
     return Run(
         settings=settings,
-        plan=FloorPlan.parse("\n".join(settings["plan"]), settings["house"], settings["cell_size"], damage),
-        families=tuple(map(str, families)),
+        families=tuple(map(str, settings.families)),
         episodes=pd.read_parquet(path / "episodes.parquet"),
         summary={key: summary[key] for key in ("rows", "comparisons", "versions")},
         maps=pd.read_parquet(path / "maps.parquet"),

@@ -84,7 +84,7 @@ def comparison_table(run: Run) -> Table:
 
 def measures_table(run: Run) -> Table:
     """The mean of every measure."""
-    measured = [c for c in COLUMNS if c.role in ("damage", "count") and c.world in ("", run.settings["world"])]
+    measured = [c for c in COLUMNS if c.role in ("damage", "count") and c.world in ("", run.settings.world)]
     rows = [
         (
             f"{family_name(row['family'])}, {row['caregiver']}",

@@ -1,0 +1,195 @@
+"""Rooms, corridors and doorways of generated houses: walls by recursive splitting, and ways through them."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from caregiver_mj.plans.cell_graph import Cell
+from caregiver_mj.plans.symbols import FREE, WALL
+
+CORRIDOR_SHARE, SIDE_ROOM_SHARE = 60, 50  # percent of houses of four rooms with a corridor; of these, with rooms beyond its end
+TWO_CELLS_SHARE, LOOP_SHARE = 35, 15  # percent of doorways of two cells; of walls with a doorway that is not needed
+_WIDE_WALL = 4  # cells of wall between two rooms in which there may be a doorway of two
+_SLIMMEST = 3  # times that a room is as long as wide at most, where that can be helped
+_DETOUR = 150  # how much worse a doorway is that leads neither to the corridor nor to the largest room (chance: 100)
+
+
+@dataclasses.dataclass(frozen=True)
+class Room:
+    """The cells between walls, a rectangle; first and last row and column are part of it."""
+
+    top: int
+    left: int
+    bottom: int
+    right: int
+    is_corridor: bool = False
+
+    @property
+    def sides(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return self.bottom - self.top + 1, self.right - self.left + 1
+
+    @property
+    def area(self) -> int:
+        """Cells."""
+        return self.sides[0] * self.sides[1]
+
+    @property
+    def inside(self) -> tuple[slice, slice]:
+        """The room's part of an array (rows, columns)."""
+        return slice(self.top, self.bottom + 1), slice(self.left, self.right + 1)
+
+    def part(self, axis: int, first: int, length: int, is_corridor: bool = False) -> Room:
+        """A part of it.
+
+        Args:
+            axis: 0 for some of its rows, 1 for some of its columns.
+            first: The first of them, counted from the room's own first.
+            length: How many.
+            is_corridor: Whether that is a corridor.
+        """
+        if axis == 0:
+            return Room(self.top + first, self.left, self.top + first + length - 1, self.right, is_corridor)
+        return Room(self.top, self.left + first, self.bottom, self.left + first + length - 1, is_corridor)
+
+
+@dataclasses.dataclass(frozen=True)
+class Shell:
+    """A house without furniture.
+
+    Attributes:
+        shape: Rows and columns, outer walls included.
+        rooms: The rooms; corridors are some of them.
+        doorways: For each doorway its cells, one or two.
+    """
+
+    shape: tuple[int, int]
+    rooms: tuple[Room, ...]
+    doorways: tuple[tuple[Cell, ...], ...]
+
+    def symbols(self) -> np.ndarray:
+        """Its floor plan, characters (rows, columns)."""
+        grid = np.full(self.shape, WALL)
+        for room in self.rooms:
+            grid[room.inside] = FREE
+        for cell in self.doorway_cells:
+            grid[cell] = FREE
+        return grid
+
+    @property
+    def doorway_cells(self) -> list[Cell]:
+        """The cells of all doorways."""
+        return [cell for doorway in self.doorways for cell in doorway]
+
+
+def build_shell(random: np.random.RandomState, shape: tuple[int, int], rooms: int, smallest: int) -> Shell | None:
+    """Draws the walls of a house.
+
+    Args:
+        random: Where the chance comes from.
+        shape: Rows and columns, outer walls included.
+        rooms: How many rooms there shall be, a corridor included.
+        smallest: Cells that the shorter side of a room has at least.
+
+    Returns:
+        The walls, or None if that did not work out.
+    """
+    found = [Room(1, 1, shape[0] - 2, shape[1] - 2)]
+    if rooms > 3 and draw(random, 100) < CORRIDOR_SHARE:
+        found = _with_corridor(random, found[0], rooms, smallest) or found
+    while len(found) < rooms:
+        large = [room for room in found if not room.is_corridor and max(room.sides) > 2 * smallest]
+        if not large:
+            return None
+        room = pick(random, large, [room.area * max(room.sides) ** 2 for room in large])
+        found.remove(room)
+        found += _halves(random, room, smallest)
+    if min(found[0].sides) < 1:
+        return None
+    return Shell(shape, tuple(found), _doorways(random, shape, found))
+
+
+def draw(random: np.random.RandomState, below: int) -> int:
+    """A whole number from 0 on, below another one; the same on all machines."""
+    return int(random.randint(below, dtype=np.int64))
+
+
+def pick(random: np.random.RandomState, things: list, weights: list[int]):
+    """One of several things, by whole weights."""
+    totals = np.cumsum(weights)
+    return things[int(np.searchsorted(totals, draw(random, int(totals[-1])), side="right"))]
+
+
+def _halves(random: np.random.RandomState, room: Room, smallest: int) -> list[Room]:
+    """Splits a room by a wall across its longer side (of two that are about as long, either)."""
+    rows, columns = room.sides
+    axis = int(columns > rows)
+    if abs(rows - columns) <= 1 and min(rows, columns) > 2 * smallest:
+        axis = draw(random, 2)
+    length, across = room.sides[axis], room.sides[1 - axis]
+    least = min(max(smallest, across // _SLIMMEST), (length - 1) // 2)
+    wall = least + draw(random, length - 2 * least)
+    return [room.part(axis, 0, wall), room.part(axis, wall + 1, length - wall - 1)]
+
+
+def _with_corridor(random: np.random.RandomState, house: Room, rooms: int, smallest: int) -> list[Room] | None:
+    """Lays a corridor along a house, with rooms to both sides, or to one if the house is narrow; None without space."""
+    axis = int(house.sides[0] > house.sides[1])  # across the corridor
+    beyond = []
+    if rooms > 4 and house.sides[1 - axis] > 4 * smallest and draw(random, 100) < SIDE_ROOM_SHARE:
+        length = house.sides[1 - axis]
+        wall = smallest + draw(random, length // 2 - smallest)
+        parts = [house.part(1 - axis, 0, wall), house.part(1 - axis, wall + 1, length - wall - 1)]
+        if draw(random, 2):
+            parts = [house.part(1 - axis, length - wall, wall), house.part(1 - axis, 0, length - wall - 1)]
+        beyond, house = parts[:1], parts[1]
+    across, width = house.sides[axis], 1 + (draw(random, 100) < 70)
+    spare = across - 2 * smallest - 2 - width
+    if spare >= 0:
+        first = smallest + 1 + draw(random, spare + 1)
+        sides = [house.part(axis, 0, first - 1), house.part(axis, first + width + 1, across - first - width - 1)]
+    elif across > smallest + width:
+        first = draw(random, 2) * (across - width)
+        sides = [house.part(axis, 0 if first else width + 1, across - width - 1)]
+    else:
+        return None
+    return [*beyond, house.part(axis, first, width, is_corridor=True), *sides]
+
+
+def _doorways(random: np.random.RandomState, shape: tuple[int, int], rooms: list[Room]) -> tuple[tuple[Cell, ...], ...]:
+    """Opens walls so that there is a way to every room, most of them from the corridor or the largest room."""
+    walls = _walls_between(shape, rooms)
+    hub = max(range(len(rooms)), key=lambda i: (rooms[i].is_corridor, rooms[i].area))
+    costs = {pair: draw(random, 100) + _DETOUR * (hub not in pair) for pair in sorted(walls)}
+    part = list(range(len(rooms)))  # rooms with the same number are connected
+    doorways = []
+    for pair in sorted(costs, key=lambda pair: (costs[pair], pair)):
+        one, other = part[pair[0]], part[pair[1]]
+        if one != other or draw(random, 100) < LOOP_SHARE:
+            doorways.append(_doorway(random, walls[pair]))
+            part = [one if number == other else number for number in part]
+    return tuple(doorways)
+
+
+def _doorway(random: np.random.RandomState, wall: list[Cell]) -> tuple[Cell, ...]:
+    """Cells of a straight wall, next to one of its ends or anywhere."""
+    width = 1 + (len(wall) >= _WIDE_WALL and draw(random, 100) < TWO_CELLS_SHARE)
+    last = len(wall) - width
+    first = pick(random, [0, last, draw(random, last + 1)], [1, 1, 2])
+    return tuple(wall[first : first + width])
+
+
+def _walls_between(shape: tuple[int, int], rooms: list[Room]) -> dict[tuple[int, int], list[Cell]]:
+    """For each pair of rooms with a common wall the cells of it that have one room before and the other behind."""
+    owner = np.full(shape, -1)
+    for i, room in enumerate(rooms):
+        owner[room.inside] = i
+    walls: dict[tuple[int, int], list[Cell]] = {}
+    for row, column in np.argwhere(owner[1:-1, 1:-1] < 0) + 1:
+        for down, right in ((1, 0), (0, 1)):
+            one, other = owner[row - down, column - right], owner[row + down, column + right]
+            if -1 not in (one, other):
+                walls.setdefault((min(one, other), max(one, other)), []).append((int(row), int(column)))
+    return walls
