@@ -57,6 +57,8 @@ def fails(capsys, argv):
         (["render", "--out", "film.mp4", "--seconds", "0"], ["seconds", "0"]),
         (["render", "--out", "film.mp4", "--seconds", "inf"], ["seconds", "inf"]),
         (["render", "--out", "film.mp4", "--seed", "-1"], ["seed", "-1"]),
+        (["render", "--out", "film.mp4", "--episode", "-1"], ["episode", "-1"]),
+        (["render", "--out", "film.mp4", "--epsilon", "1,half"], ["1,half"]),
         (["render", "--out", "film.mp4", "--caregiver", "nanny"], ["nanny"]),
         (["house", "check", "igloo"], ["igloo"]),
         (["house", "show", "two\nlines"], ["two lines"]),
