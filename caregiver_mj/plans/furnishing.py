@@ -37,7 +37,7 @@ _HABITS = {
 
 
 def furnish(random: np.random.RandomState, shell: Shell, counts: dict[str, int]) -> np.ndarray | None:
-    """Puts things into a house such that every room stays one, and a free cell remains beside each thing.
+    """Puts things into a house such that none of them divides a room, and a free cell remains beside each thing.
 
     Args:
         random: Where the chance comes from.
@@ -47,15 +47,15 @@ def furnish(random: np.random.RandomState, shell: Shell, counts: dict[str, int])
     Returns:
         Characters (rows, columns), or None if no place was found for something.
     """
-    room = _Furnished(shell)
+    house = _Furnished(shell)
     things = [STAIRWELL] * counts[STAIRWELL] + [BIN] * counts[BIN]
     tables = [CANDLE] * counts[CANDLE] + [TABLE] * counts[TABLE]
     for kind in [*things, *random.permutation(tables).tolist()]:
-        cell = room.find(random, kind)
+        cell = house.find(random, kind)
         if cell is None:
             return None
-        room.grid[cell] = kind
-    return room.grid
+        house.grid[cell] = kind
+    return house.grid
 
 
 class _Furnished:

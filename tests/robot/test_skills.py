@@ -368,7 +368,7 @@ def test_driving_into_the_toddler_is_a_strike_unless_it_is_slow(speed, struck, m
 
 @pytest.mark.parametrize(
     ("house", "seed"),
-    [("paper", 1), ("house-21-12x10-candles3", 1)],
+    [("paper", 1), ("house-25-12x10-candles3", 1)],
 )
 def test_supervised_episode_has_no_strike_and_no_dropped_candle(house, seed):
     env = caregiver_mj.load("supervise", house, epsilon=1.0, random=seed)
