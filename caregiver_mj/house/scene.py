@@ -17,6 +17,9 @@ from scipy import ndimage
 
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import DEFAULT_CELL_SIZE, FloorPlan
+from caregiver_mj.robot.embodiment import Embodiment
+from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.robot_model import read_spec
 
 # The overview camera looks north and down, and shows the whole house in pictures of 4:3 and anything wider.
 _OVERVIEW_ELEVATION = np.radians(60.0)
@@ -49,12 +52,15 @@ _GEOM_ATTRIBUTES = ("type", "size", "group", "rgba", "contype", "conaffinity")
 _GEOM_ATTRIBUTES += ("condim", "friction", "solref", "solimp", "margin", "gap")
 
 
-def build_house(plan: FloorPlan, robot: bool = True, table_positions: np.ndarray | None = None) -> mujoco.MjSpec:
+def build_house(
+    plan: FloorPlan, robot: bool | str | Embodiment = True, table_positions: np.ndarray | None = None
+) -> mujoco.MjSpec:
     """Builds the scene of a house.
 
     Args:
         plan: The floor plan.
-        robot: Whether the robot is in it; its base joints have their zero at the house's origin.
+        robot: Which robot is in it, by its name or as such; True for the default one, False for none. Its base joints
+            have their zero at the house's origin.
         table_positions: Where the tables' centres are, (tables, 2), metres, if not in the middle of their cells.
 
     Returns:
@@ -77,8 +83,9 @@ def build_house(plan: FloorPlan, robot: bool = True, table_positions: np.ndarray
         spec.attach(_model("candle"), prefix=f"candle_{i}/", frame=frame)
     _add_stairwells(spec, plan)
     spec.attach(_model("toddler"), prefix="toddler/", frame=spec.worldbody.add_frame())
-    if robot:
-        spec.attach(_model("robot"), prefix="robot/", frame=spec.worldbody.add_frame())
+    if robot is not False:
+        model = find_embodiment(None if robot is True else robot).model
+        spec.attach(read_spec(model), prefix="robot/", frame=spec.worldbody.add_frame())
     _add_cameras(spec, plan)
     return spec
 

@@ -26,6 +26,7 @@ from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.driving import Skill, View, is_child_close
+from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.retrieval import RetrievalPlanner
@@ -109,7 +110,7 @@ class CaregiverPolicy:
             self._caregiver = make_caregiver(caregiver, self.plan, seed)
         self._timestep = env.control_timestep()
         self._novice_timestep = task.novice_timestep
-        self._robot = RobotMotion(self._timestep)
+        self._robot = RobotMotion(find_embodiment(), self._timestep)
         self._navigator = Navigator(self.plan)
         self._retrievals = RetrievalPlanner(self._navigator)
         self._tables = layout.table_rectangles(self.plan)
