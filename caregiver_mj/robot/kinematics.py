@@ -135,6 +135,8 @@ def arm_of(embodiment: Embodiment) -> Arm:
 
 
 def __getattr__(name: str):
+    if name.startswith("_"):
+        raise AttributeError(name)
     from caregiver_mj.robot import former
 
     return getattr(former, name)

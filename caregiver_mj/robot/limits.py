@@ -70,6 +70,8 @@ class RobotLimits:
 
 
 def __getattr__(name: str):
+    if name.startswith("_"):
+        raise AttributeError(name)
     from caregiver_mj.robot import former
 
     return getattr(former, name)

@@ -181,6 +181,8 @@ class RobotMotion(BaseMotion):
 
 
 def __getattr__(name: str):
+    if name.startswith("_"):
+        raise AttributeError(name)
     from caregiver_mj.robot import former
 
     return getattr(former, name)
