@@ -10,6 +10,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.registry import Registry
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.embodiments.mobile_fr3 import mobile_fr3
+from caregiver_mj.robot.embodiments.mobile_ur5e import mobile_ur5e
 
 DEFAULT = "mobile_fr3"
 
@@ -26,7 +27,7 @@ EMBODIMENTS = _Makers(
     "robot",
     "caregiver_mj.embodiments",
     "caregiver_mj.robot.embodiment.Embodiment",
-    {"mobile_fr3": mobile_fr3},
+    {"mobile_fr3": mobile_fr3, "mobile_ur5e": mobile_ur5e},
 )
 
 
