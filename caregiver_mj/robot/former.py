@@ -1,9 +1,9 @@
 # ruff: noqa: D103
 """Former names of the default robot's numbers, until every caller says which robot it means."""
 
-from caregiver_mj.robot import hand, kinematics, reach
+from caregiver_mj.robot import grips, kinematics, reach
 from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.robot.hand import UPRIGHT, hand_rotation  # noqa: F401
+from caregiver_mj.robot.grips import UPRIGHT, hand_rotation  # noqa: F401
 from caregiver_mj.robot.reach import ReachPath  # noqa: F401
 
 _ROBOT = find_embodiment()
@@ -35,4 +35,4 @@ def retrieval_path(point, rotation, lift=0.0):
 
 
 def upright_grip(axis):
-    return hand.upright_grip(axis, HAND_PITCH)
+    return grips.upright_grip(axis, HAND_PITCH)

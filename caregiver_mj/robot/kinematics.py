@@ -16,7 +16,7 @@ import numpy as np
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.robot.embodiment import Embodiment
-from caregiver_mj.robot.hand import hand_rotation
+from caregiver_mj.robot.grips import hand_rotation
 from caregiver_mj.robot.robot_model import read_spec
 
 _TOLERANCE = 1e-5  # metres and radians

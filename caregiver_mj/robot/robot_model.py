@@ -36,7 +36,7 @@ class RobotModel:
         """
         self._model, self._names = read_spec(file).compile(), names
         self._file = file.name
-        joints = {self._model.joint(i).name for i in range(self._model.njnt)}
+        joints = [self._model.joint(i).name for i in range(self._model.njnt)]
         missing = [name for name in (*names.base, *names.arm, *names.fingers, *names.wheels) if name not in joints]
         if missing:
             raise CaregiverError(f"robot {self._file} has no joint {', '.join(missing)}: it has {', '.join(joints)}")

@@ -11,7 +11,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.audit import check_limits
 from caregiver_mj.recording.telemetry import Recorder
 from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.robot.hand import upright_grip
+from caregiver_mj.robot.grips import upright_grip
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.planning_scene import PlanningScene
 from caregiver_mj.robot.reach import retrieval_path

@@ -6,7 +6,7 @@ import pytest
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.robot.hand import hand_rotation, upright_grip
+from caregiver_mj.robot.grips import hand_rotation, upright_grip
 from caregiver_mj.robot.kinematics import Arm
 from caregiver_mj.robot.reach import reach_path, retrieval_path
 from caregiver_mj.robot.robot_model import read_spec

@@ -51,7 +51,7 @@ POSTURES = Postures(
     carry=(0.38, 0.93),
     reach=0.66,
     hand_pitch=math.radians(15.0),  # its wrist is slender, and above the hand
-    lying_reaches=(0.40, 0.45, 0.50, 0.55, 0.60),
+    lying_reaches=(0.40, 0.45, 0.50, 0.55, 0.60, 0.65, 0.70, 0.75),
     lying_pitches=(math.radians(90), math.radians(60)),
     floor_reach=0.45,
 )
