@@ -39,6 +39,7 @@ from caregiver_mj.experiments.workers import run_jobs
 from caregiver_mj.grid.world import CAREGIVER_ACTIONS, GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.record import names
+from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.skills import Block, Pick, Place, Skill
 from caregiver_mj.viz import colours, figures
@@ -137,7 +138,7 @@ class Watch:
         points = self._navigator.path((x, y), skill.driver.goal, skill.driver.cell)
         if points is None:
             return math.nan
-        motion = RobotMotion(self._timestep)
+        motion = RobotMotion(find_embodiment(), self._timestep)
         motion.reset((x, y, yaw))
         motion.drive_along(points, self._navigator.clearance.has_room)
         return motion.time_left

@@ -14,6 +14,7 @@ from caregiver_mj.plans.cell_graph import ACTIONS, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import kinematics
 from caregiver_mj.robot.driver import Driver
+from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.patience import TIME_OUT
@@ -183,7 +184,7 @@ def test_a_way_out_is_found_between_child_and_table():
 
 @pytest.mark.parametrize(("distance", "turns"), [(0.6, False), (0.75, True)])
 def test_the_hand_is_not_swung_round_beside_the_child(distance, turns):
-    driver, robot = Driver(Navigator(OPEN)), RobotMotion(0.02)
+    driver, robot = Driver(Navigator(OPEN)), RobotMotion(find_embodiment(), 0.02)
     x, y = OPEN.position((2, 4)).tolist()
     robot.reset((x, y, 0.0))
     for _ in range(100):
