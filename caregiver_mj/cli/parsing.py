@@ -40,12 +40,12 @@ def read_house(arguments: argparse.Namespace) -> FloorPlan:
 
 def houses() -> str:
     """What may be said for a house."""
-    return f"{', '.join(floor_plan.house_names())}, or a text file"
+    return f"{', '.join(floor_plan.house_names())}, house-SEED, train-N/I, test-N/I, or a text file"
 
 
-def add_seed(command: argparse.ArgumentParser) -> None:
-    """Adds the seed."""
-    command.add_argument("--seed", type=int, default=0, help="all chance comes from it")
+def add_seed(command: argparse.ArgumentParser, text: str = "all chance comes from it") -> None:
+    """Adds the seed, and says what it is of."""
+    command.add_argument("--seed", type=int, default=0, help=text)
 
 
 def add_children(command: argparse.ArgumentParser) -> None:

@@ -7,11 +7,14 @@ import enum
 import numpy as np
 from scipy import ndimage
 
-from caregiver_mj.plans.cell_graph import ACTIONS, Cell
-from caregiver_mj.plans.rooms import Room, Shell, draw, pick
+from caregiver_mj.plans.cell_graph import Cell
+from caregiver_mj.plans.chance import draw, pick
+from caregiver_mj.plans.rooms import Room
+from caregiver_mj.plans.shell import Shell
 from caregiver_mj.plans.symbols import BIN, CANDLE, FREE, STAIRWELL, TABLE, WALL
 
-_RING: tuple[Cell, ...] = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))  # from north, clockwise
+# What lies round a cell, from north, clockwise.
+_RING: tuple[Cell, ...] = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))
 _NEAR_DOORWAY = 3  # cells from a doorway within which one passes on the way to it
 _SPACIOUS = 4  # cells that the shorter side of a room has at least, to have a table in its middle
 

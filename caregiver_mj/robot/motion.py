@@ -14,7 +14,8 @@ import numpy as np
 from caregiver_mj.robot import kinematics, limits
 from caregiver_mj.robot.kinematics import ReachPath
 from caregiver_mj.robot.limits import Limits
-from caregiver_mj.robot.trajectories import BasePath, PathError, ScalarMotion, Vector
+from caregiver_mj.robot.se2 import Vector
+from caregiver_mj.robot.trajectories import BasePath, PathError, ScalarMotion
 
 OPEN = 0.036  # metres that each finger stands off the middle when open
 CLOSED = 0.012  # metres, less than a candle's radius: the difference is what squeezes it
@@ -157,6 +158,16 @@ class RobotMotion:
         if self._path is None:
             return 0.0
         return self._path.duration - self._playback.at(self.now)[0]
+
+    @property
+    def is_driving(self) -> bool:
+        """Whether the base has a path to follow, be it that it waits on it."""
+        return self._path is not None
+
+    @property
+    def rate(self) -> float:
+        """The share, 0 to 1, of its planned speed at which the base goes along its path now; 0 without a path."""
+        return 0.0 if self._path is None else self._playback.at(self.now)[1]
 
     @property
     def is_unhindered(self) -> bool:

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Sequence
 import mujoco
 import numpy as np
 
-from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.kinematics import ARM_JOINTS
 from caregiver_mj.robot.motion import OPEN
@@ -22,11 +21,16 @@ class PlanningScene:
     """Collision checks against walls, furniture, floor and candles, with MuJoCo's own geometry of them.
 
     Nothing moves in it: poses are set and contacts looked at. It is costly to make (as costly as the house itself), so
-    it is made when it is first needed.
+    make it when it is first needed.
     """
 
-    def __init__(self, plan: FloorPlan):
-        spec = build_house(plan)
+    def __init__(self, spec: mujoco.MjSpec, plan: FloorPlan):
+        """Compiles the scene.
+
+        Args:
+            spec: The house with robot, toddler and candles, named as in the simulation. It becomes the scene's own.
+            plan: Its floor plan.
+        """
         spec.option.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)  # a body asleep has no contacts
         self._model = model = spec.compile()
         self._data = mujoco.MjData(model)

@@ -13,8 +13,7 @@ from collections.abc import Sequence
 from ruckig import ControlInterface, InputParameter, Result, Ruckig, RuckigError, Synchronization, Trajectory
 
 from caregiver_mj.robot.limits import Limits
-
-Vector = tuple[float, float]
+from caregiver_mj.robot.se2 import Vector
 
 _HOLD = 1e-9  # ruckig refuses targets that are closer than rounding; so near, hold
 _OVERSHOOT = 0.003  # metres beyond the end of a line that are none

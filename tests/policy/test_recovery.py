@@ -7,6 +7,7 @@ from scripted_child import STAY, Scripted
 
 import caregiver_mj
 from caregiver_mj.caregivers import Caregiver, Percept
+from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
@@ -278,7 +279,7 @@ def test_planning_scene_knows_what_the_robot_and_the_candle_in_its_hand_would_to
     way = [path.joints(s) for s in np.linspace(path.goal, 0.0, 49)]
     quarter = np.sqrt(0.5)
     candle = np.array([[x + 0.1, y, CANDLE_RADIUS, quarter, 0.0, -quarter, 0.0]])  # its top 0.16 m to the west
-    scene = PlanningScene(plan)
+    scene = PlanningScene(build_house(plan), plan)
     assert scene.is_free((x - 0.5, y, 0.0), way, candle, 0) == free
     assert scene.is_free((x - 0.5, y, 0.0), way, candle, 0, held=True) == free_with_candle
 

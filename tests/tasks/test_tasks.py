@@ -10,7 +10,6 @@ import pytest
 from absl.testing import absltest
 from dm_control.rl import control
 from dm_env import test_utils
-from random_plans import random_plan
 
 import caregiver_mj
 from caregiver_mj.children.family import ChildSpec
@@ -528,20 +527,20 @@ def test_novice_and_start_do_not_depend_on_the_task_or_the_robot():
 
 # -- The grid and the house agree --------------------------------------------------------------------
 
-_LARGE_CELLS = FloorPlan.parse(random_plan(np.random.default_rng(11), 9, 11, candles=3, stairwells=2), "r", 0.9)
+_LARGE_CELLS = FloorPlan.load("house-11-11x9-stairwells2-candles3", cell_size=0.9)
 
 
 @pytest.mark.parametrize(
     ("plan", "epsilon", "seed"),
     [
         (FloorPlan.load("paper", damage=DamageWeights(2.0, 7.0, 0.5)), "1,.5,adversary:0", 8),
-        (FloorPlan.parse(random_plan(np.random.default_rng(13), 7, 7, candles=1), "crowded"), ",".join(["1"] * 6), 9),
+        (FloorPlan.load("house-13-8x8-candles1"), ",".join(["1"] * 6), 9),
         (FloorPlan.load("paper"), 1.0, 3),
         (FloorPlan.load("paper"), 0.5, 4),
         (_LARGE_CELLS, 0.75, 5),
-        (FloorPlan.parse(random_plan(np.random.default_rng(12), 8, 8, candles=2), "random"), 0.9, 6),
+        (FloorPlan.load("house-12-8x8-candles2"), 0.9, 6),
     ],
-    ids=["three_children", "crowded", "paper", "paper_half_random", "large_cells", "random_plan"],
+    ids=["three_children", "crowded", "paper", "paper_half_random", "large_cells", "generated"],
 )
 def test_unassisted_toddler_fares_in_the_house_as_in_the_grid(plan, epsilon, seed):
     env = caregiver_mj.load("supervise", plan, epsilon=epsilon, task_kwargs={"robot": False})
