@@ -8,7 +8,9 @@ import pathlib
 from display import make_console, make_table
 
 import caregiver_mj
-from caregiver_mj.recording.telemetry import EpisodeLog, check_limits, near_child
+from caregiver_mj.recording.audit import check_limits, near_child
+from caregiver_mj.recording.telemetry import EpisodeLog
+from caregiver_mj.robot.embodiments import find_embodiment
 
 
 def main() -> int:
@@ -31,7 +33,7 @@ def main() -> int:
 
     title = f"Limits in {len(log.commands) * log.control_timestep:.0f} s"
     table = make_table(title, "", "worst", "limit", "unit", "ratio", "where", "at s")
-    checks = check_limits(log)
+    checks = check_limits(log, find_embodiment())
     for check in checks:
         row = (check.name, f"{check.worst:.4g}", f"{check.limit:.4g}", check.unit, f"{check.ratio:.3f}", check.where)
         table.add_row(*row, f"{check.time:.2f}", style="" if check.ratio <= 1 else "bold red")

@@ -25,7 +25,6 @@ import mujoco
 import numpy as np
 import psutil
 from display import make_console, make_table
-from houses import generated
 from rich.console import Console
 from ruckig import ControlInterface, InputParameter, Ruckig, Synchronization, Trajectory
 
@@ -38,6 +37,7 @@ from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.robot_body import WHEELS
 from caregiver_mj.house.scene import child_joints
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.generator import generate
 from caregiver_mj.robot import kinematics, limits
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
@@ -368,7 +368,7 @@ def building(effort: Effort, console: Console) -> dict[str, dict[str, float]]:
     """How long it takes to build a house, and everything round it."""
     plans = {
         "12 x 10, 2 candles": _small_plan,
-        "40 x 40, 40 candles": lambda: generated(40, 40, candles=40, tables=40, stairwells=6, bins=6),
+        "40 x 40, 40 candles": lambda: generate(0, (40, 40), candles=40, tables=40, stairwells=6, bins=6),
     }
     table = make_table("Building a house", "house", "model s", "environment s", "caregiver s")
     # Pictures of wood and grass are painted once in a process.
@@ -395,7 +395,7 @@ def building(effort: Effort, console: Console) -> dict[str, dict[str, float]]:
 
 
 def _small_plan() -> FloorPlan:
-    return generated(10, 12, candles=2, tables=3)
+    return generate(0, (12, 10), rooms=2, stairwells=2, candles=2, tables=3, bins=3)
 
 
 def build_first(_: int) -> float:
@@ -408,7 +408,7 @@ def growth(effort: Effort, console: Console) -> dict[str, Any]:
     """The closed loop as houses, tables and candles get more."""
     sizes = ((12, 2, 2), (20, 10, 10), (30, 20, 20), (_LARGE, 5, 5), (_LARGE, 20, 20), (_LARGE, 40, 40))
     scenes = [
-        Scene(generated(side, side, candles, tables, stairwells=4, bins=4), effort.large_seconds)
+        Scene(generate(0, (side, side), stairwells=4, candles=candles, tables=tables, bins=4), effort.large_seconds)
         for side, candles, tables in sizes
     ]
     for scene in scenes:

@@ -39,9 +39,9 @@ from caregiver_mj.experiments.workers import run_jobs
 from caregiver_mj.grid.world import CAREGIVER_ACTIONS, GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.record import names
-from caregiver_mj.robot.driving import Skill
+from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.motion import RobotMotion
-from caregiver_mj.robot.skills import Block, Pick, Place
+from caregiver_mj.robot.skills import Block, Pick, Place, Skill
 from caregiver_mj.viz import colours, figures
 
 _EPSILONS = (1.0, 0.75, 0.5)
@@ -98,7 +98,7 @@ class Watch:
         if self._phase is None:
             self.seconds["guard" if isinstance(skill, Block) else "idle"] += self._timestep
             return
-        if self._phase["clear"] is None and skill._asked is not None:
+        if self._phase["clear"] is None and skill.driver.goal is not None:
             self._phase["clear"] = self._clear_time(skill)
         part, rate = self._part(skill)
         self._phase[part] += self._timestep
@@ -113,7 +113,7 @@ class Watch:
         navigator = self._navigator
         start = navigator.nearest_cell(self._physics.base_position()[:2])
         if isinstance(skill, Block):
-            goals = [skill._cell]
+            goals = [skill.cell]
         else:
             goals = navigator.plan.free_neighbours(navigator.plan.tables[skill.table])
         routes = [route for goal in goals if (route := navigator.route(start, goal)) is not None]
@@ -125,7 +125,7 @@ class Watch:
         phase = self._phase
         if phase is None:
             return
-        phase["end"] = "done" if done else "failed" if getattr(self._skill, "failed", False) else "given up"
+        phase["end"] = "done" if done else "failed" if self._skill.status.failed else "given up"
         if phase["clear"] is None:
             phase["clear"] = math.nan if phase["house"] else 0.0  # 0: it was there already
         self.seconds[phase["phase"] if done else "unfinished"] += phase["house"]
@@ -135,26 +135,25 @@ class Watch:
     def _clear_time(self, skill: Skill) -> float:
         """Seconds that the base would drive if there were no child, from rest."""
         x, y, yaw = self._physics.base_position()
-        cell = skill._cell if isinstance(skill, Block) else skill._stand
-        points = self._navigator.path((x, y), skill._asked, cell, None)
+        points = self._navigator.path((x, y), skill.driver.goal, skill.driver.cell)
         if points is None:
             return math.nan
-        motion = RobotMotion(self._timestep)
+        motion = RobotMotion(find_embodiment(), self._timestep)
         motion.reset((x, y, yaw))
-        motion.drive_along(points, self._navigator.has_room)
+        motion.drive_along(points, self._navigator.clearance.has_room)
         return motion.time_left
 
     def _part(self, skill: Skill) -> tuple[str, float]:
         """What this timestep is for, and the share of its planned speed at which the base drives."""
-        robot = self._policy._robot
-        if not isinstance(skill, Block) and skill._stage.__func__ is not type(skill)._approach:
+        robot, driver = self._policy._robot, skill.driver
+        if not skill.is_approaching:
             return "hand", 1.0
-        if skill._aside_until > robot.now:
+        if driver.stands_aside(robot.now):
             return "aside", 1.0
-        if robot._path is None:
-            off = math.dist(skill._asked, self._physics.base_position()[:2]) if skill._asked else 0.0
+        if not robot.is_driving:
+            off = math.dist(driver.goal, self._physics.base_position()[:2]) if driver.goal else 0.0
             return ("hand", 1.0) if off < _ARRIVED else ("stopped", 0.0)
-        rate = robot._playback.at(robot.now)[1]
+        rate = robot.rate
         return "full" if rate >= _FULL_RATE else "slowed" if rate >= _STOPPED_RATE else "stopped", rate
 
 

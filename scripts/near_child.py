@@ -20,7 +20,8 @@ from rich.progress import track
 import caregiver_mj
 from caregiver_mj.children.family import ChildSpec
 from caregiver_mj.experiments.workers import run_jobs
-from caregiver_mj.recording.telemetry import NearChild, Recorder, near_child, strike_times
+from caregiver_mj.recording.audit import NearChild, near_child, strike_times
+from caregiver_mj.recording.telemetry import Recorder
 
 _EPSILONS = (0.5, 0.25, 0.75)
 

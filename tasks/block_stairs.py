@@ -9,7 +9,7 @@ from dm_control.utils import rewards
 
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans.hazards import HazardKind
-from caregiver_mj.robot.navigation import BASE_RADIUS
+from caregiver_mj.robot.clearance import BASE_RADIUS
 from caregiver_mj.tasks import base
 
 _FAR = 3.0  # metres from the landing at which the reward is 0.1

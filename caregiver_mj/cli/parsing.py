@@ -40,7 +40,7 @@ def read_house(arguments: argparse.Namespace) -> FloorPlan:
 
 def houses() -> str:
     """What may be said for a house."""
-    return f"{', '.join(floor_plan.house_names())}, or a text file"
+    return f"{', '.join(floor_plan.house_names())}, house-SEED, train-N/I, test-N/I, or a text file"
 
 
 def add_seed(command: argparse.ArgumentParser, text: str = "all chance comes from it") -> None:

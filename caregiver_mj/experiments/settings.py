@@ -43,10 +43,9 @@ class Settings:
     @classmethod
     def of_record(cls, record: dict[str, Any]) -> Settings:
         """The settings of a run, from what `record` has made of them."""
+        damage = DamageWeights.parse(record["damage"])
         return cls(
-            plan=FloorPlan.parse(
-                "\n".join(record["plan"]), record["house"], record["cell_size"], DamageWeights(**record["damage"])
-            ),
+            plan=FloorPlan.parse("\n".join(record["plan"]), record["house"], record["cell_size"], damage),
             world=record["world"],
             caregivers=tuple(record["caregivers"]),
             families=tuple(map(Family.parse, record["families"])),
@@ -80,7 +79,7 @@ class Settings:
             "house": self.plan.name,
             "plan": list(self.plan.rows),
             "cell_size": self.plan.cell_size,
-            "damage": dataclasses.asdict(self.plan.damage),
+            "damage": str(self.plan.damage),
             "caregivers": list(self.caregivers),
             "families": list(map(str, self.families)),
             "epsilons": [family.epsilon for family in self.families],

@@ -18,6 +18,9 @@ from scipy import ndimage
 
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import DEFAULT_CELL_SIZE, FloorPlan
+from caregiver_mj.robot.embodiment import Embodiment
+from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.robot_model import read_spec
 
 # The overview camera looks north and down, and shows the whole house in pictures of 4:3 and anything wider.
 _OVERVIEW_ELEVATION = np.radians(60.0)
@@ -58,13 +61,17 @@ _GEOM_ATTRIBUTES += ("condim", "friction", "solref", "solimp", "margin", "gap")
 
 
 def build_house(
-    plan: FloorPlan, robot: bool = True, table_positions: np.ndarray | None = None, children: int = 1
+    plan: FloorPlan,
+    robot: bool | str | Embodiment = True,
+    table_positions: np.ndarray | None = None,
+    children: int = 1,
 ) -> mujoco.MjSpec:
     """Builds the scene of a house.
 
     Args:
         plan: The floor plan.
-        robot: Whether the robot is in it; its base joints have their zero at the house's origin.
+        robot: Which robot is in it, by its name or as such; True for the default one, False for none. Its base joints
+            have their zero at the house's origin.
         table_positions: Where the tables' centres are, (tables, 2), metres, if not in the middle of their cells.
         children: How many children are in it. They do not collide with each other.
 
@@ -89,8 +96,9 @@ def build_house(
     _add_stairwells(spec, plan)
     for k in range(children):
         spec.attach(_child(k), prefix=child_prefix(k), frame=spec.worldbody.add_frame())
-    if robot:
-        spec.attach(_model("robot"), prefix="robot/", frame=spec.worldbody.add_frame())
+    if robot is not False:
+        model = find_embodiment(None if robot is True else robot).model
+        spec.attach(read_spec(model), prefix="robot/", frame=spec.worldbody.add_frame())
     _add_cameras(spec, plan)
     return spec
 

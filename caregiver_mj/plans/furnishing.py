@@ -7,11 +7,14 @@ import enum
 import numpy as np
 from scipy import ndimage
 
-from caregiver_mj.plans.cell_graph import ACTIONS, Cell
-from caregiver_mj.plans.rooms import Room, Shell, draw, pick
+from caregiver_mj.plans.cell_graph import Cell
+from caregiver_mj.plans.chance import draw, pick
+from caregiver_mj.plans.rooms import Room
+from caregiver_mj.plans.shell import Shell
 from caregiver_mj.plans.symbols import BIN, CANDLE, FREE, STAIRWELL, TABLE, WALL
 
-_RING: tuple[Cell, ...] = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))  # from north, clockwise
+# What lies round a cell, from north, clockwise.
+_RING: tuple[Cell, ...] = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))
 _NEAR_DOORWAY = 3  # cells from a doorway within which one passes on the way to it
 _SPACIOUS = 4  # cells that the shorter side of a room has at least, to have a table in its middle
 
@@ -34,7 +37,7 @@ _HABITS = {
 
 
 def furnish(random: np.random.RandomState, shell: Shell, counts: dict[str, int]) -> np.ndarray | None:
-    """Puts things into a house such that every room stays one, and a free cell remains beside each thing.
+    """Puts things into a house such that none of them divides a room, and a free cell remains beside each thing.
 
     Args:
         random: Where the chance comes from.
@@ -44,15 +47,15 @@ def furnish(random: np.random.RandomState, shell: Shell, counts: dict[str, int])
     Returns:
         Characters (rows, columns), or None if no place was found for something.
     """
-    room = _Furnished(shell)
+    house = _Furnished(shell)
     things = [STAIRWELL] * counts[STAIRWELL] + [BIN] * counts[BIN]
     tables = [CANDLE] * counts[CANDLE] + [TABLE] * counts[TABLE]
     for kind in [*things, *random.permutation(tables).tolist()]:
-        cell = room.find(random, kind)
+        cell = house.find(random, kind)
         if cell is None:
             return None
-        room.grid[cell] = kind
-    return room.grid
+        house.grid[cell] = kind
+    return house.grid
 
 
 class _Furnished:

@@ -1,4 +1,4 @@
-"""Rooms, corridors and doorways of generated houses: walls by recursive splitting, and ways through them."""
+"""Rooms of generated houses: recursive splitting into rooms of varied sizes, sometimes along a corridor."""
 
 from __future__ import annotations
 
@@ -6,14 +6,12 @@ import dataclasses
 
 import numpy as np
 
-from caregiver_mj.plans.cell_graph import Cell
-from caregiver_mj.plans.symbols import FREE, WALL
+from caregiver_mj.plans.chance import draw, pick
 
-CORRIDOR_SHARE, SIDE_ROOM_SHARE = 60, 50  # percent of houses of four rooms with a corridor; of these, with rooms beyond its end
-TWO_CELLS_SHARE, LOOP_SHARE = 35, 15  # percent of doorways of two cells; of walls with a doorway that is not needed
-_WIDE_WALL = 4  # cells of wall between two rooms in which there may be a doorway of two
+_CORRIDOR_SHARE = 60  # percent of houses of more than three rooms with a corridor
+_BEYOND_SHARE = 50  # percent of those of more than four rooms with rooms beyond the corridor's end
+_WIDE_CORRIDOR_SHARE = 70  # percent of corridors of two cells; the others have one
 _SLIMMEST = 3  # times that a room is as long as wide at most, where that can be helped
-_DETOUR = 150  # how much worse a doorway is that leads neither to the corridor nor to the largest room (chance: 100)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -55,71 +53,29 @@ class Room:
         return Room(self.top, self.left + first, self.bottom, self.left + first + length - 1, is_corridor)
 
 
-@dataclasses.dataclass(frozen=True)
-class Shell:
-    """A house without furniture.
-
-    Attributes:
-        shape: Rows and columns, outer walls included.
-        rooms: The rooms; corridors are some of them.
-        doorways: For each doorway its cells, one or two.
-    """
-
-    shape: tuple[int, int]
-    rooms: tuple[Room, ...]
-    doorways: tuple[tuple[Cell, ...], ...]
-
-    def symbols(self) -> np.ndarray:
-        """Its floor plan, characters (rows, columns)."""
-        grid = np.full(self.shape, WALL)
-        for room in self.rooms:
-            grid[room.inside] = FREE
-        for cell in self.doorway_cells:
-            grid[cell] = FREE
-        return grid
-
-    @property
-    def doorway_cells(self) -> list[Cell]:
-        """The cells of all doorways."""
-        return [cell for doorway in self.doorways for cell in doorway]
-
-
-def build_shell(random: np.random.RandomState, shape: tuple[int, int], rooms: int, smallest: int) -> Shell | None:
-    """Draws the walls of a house.
+def split(random: np.random.RandomState, shape: tuple[int, int], count: int, smallest: int) -> list[Room] | None:
+    """Divides a house into rooms with walls of one cell between them.
 
     Args:
         random: Where the chance comes from.
         shape: Rows and columns, outer walls included.
-        rooms: How many rooms there shall be, a corridor included.
-        smallest: Cells that the shorter side of a room has at least.
+        count: How many rooms there shall be, a corridor included.
+        smallest: Cells that the shorter side of a room has at least; that of a corridor may be less.
 
     Returns:
-        The walls, or None if that did not work out.
+        The rooms, or None if there is no space for so many.
     """
-    found = [Room(1, 1, shape[0] - 2, shape[1] - 2)]
-    if rooms > 3 and draw(random, 100) < CORRIDOR_SHARE:
-        found = _with_corridor(random, found[0], rooms, smallest) or found
-    while len(found) < rooms:
-        large = [room for room in found if not room.is_corridor and max(room.sides) > 2 * smallest]
+    rooms = [Room(1, 1, shape[0] - 2, shape[1] - 2)]
+    if count > 3 and draw(random, 100) < _CORRIDOR_SHARE:
+        rooms = _with_corridor(random, rooms[0], count, smallest) or rooms
+    while len(rooms) < count:
+        large = [room for room in rooms if not room.is_corridor and max(room.sides) > 2 * smallest]
         if not large:
             return None
         room = pick(random, large, [room.area * max(room.sides) ** 2 for room in large])
-        found.remove(room)
-        found += _halves(random, room, smallest)
-    if min(found[0].sides) < 1:
-        return None
-    return Shell(shape, tuple(found), _doorways(random, shape, found))
-
-
-def draw(random: np.random.RandomState, below: int) -> int:
-    """A whole number from 0 on, below another one; the same on all machines."""
-    return int(random.randint(below, dtype=np.int64))
-
-
-def pick(random: np.random.RandomState, things: list, weights: list[int]):
-    """One of several things, by whole weights."""
-    totals = np.cumsum(weights)
-    return things[int(np.searchsorted(totals, draw(random, int(totals[-1])), side="right"))]
+        rooms.remove(room)
+        rooms += _halves(random, room, smallest)
+    return rooms
 
 
 def _halves(random: np.random.RandomState, room: Room, smallest: int) -> list[Room]:
@@ -138,14 +94,14 @@ def _with_corridor(random: np.random.RandomState, house: Room, rooms: int, small
     """Lays a corridor along a house, with rooms to both sides, or to one if the house is narrow; None without space."""
     axis = int(house.sides[0] > house.sides[1])  # across the corridor
     beyond = []
-    if rooms > 4 and house.sides[1 - axis] > 4 * smallest and draw(random, 100) < SIDE_ROOM_SHARE:
+    if rooms > 4 and house.sides[1 - axis] > 4 * smallest and draw(random, 100) < _BEYOND_SHARE:
         length = house.sides[1 - axis]
         wall = smallest + draw(random, length // 2 - smallest)
         parts = [house.part(1 - axis, 0, wall), house.part(1 - axis, wall + 1, length - wall - 1)]
         if draw(random, 2):
             parts = [house.part(1 - axis, length - wall, wall), house.part(1 - axis, 0, length - wall - 1)]
         beyond, house = parts[:1], parts[1]
-    across, width = house.sides[axis], 1 + (draw(random, 100) < 70)
+    across, width = house.sides[axis], 1 + (draw(random, 100) < _WIDE_CORRIDOR_SHARE)
     spare = across - 2 * smallest - 2 - width
     if spare >= 0:
         first = smallest + 1 + draw(random, spare + 1)
@@ -156,40 +112,3 @@ def _with_corridor(random: np.random.RandomState, house: Room, rooms: int, small
     else:
         return None
     return [*beyond, house.part(axis, first, width, is_corridor=True), *sides]
-
-
-def _doorways(random: np.random.RandomState, shape: tuple[int, int], rooms: list[Room]) -> tuple[tuple[Cell, ...], ...]:
-    """Opens walls so that there is a way to every room, most of them from the corridor or the largest room."""
-    walls = _walls_between(shape, rooms)
-    hub = max(range(len(rooms)), key=lambda i: (rooms[i].is_corridor, rooms[i].area))
-    costs = {pair: draw(random, 100) + _DETOUR * (hub not in pair) for pair in sorted(walls)}
-    part = list(range(len(rooms)))  # rooms with the same number are connected
-    doorways = []
-    for pair in sorted(costs, key=lambda pair: (costs[pair], pair)):
-        one, other = part[pair[0]], part[pair[1]]
-        if one != other or draw(random, 100) < LOOP_SHARE:
-            doorways.append(_doorway(random, walls[pair]))
-            part = [one if number == other else number for number in part]
-    return tuple(doorways)
-
-
-def _doorway(random: np.random.RandomState, wall: list[Cell]) -> tuple[Cell, ...]:
-    """Cells of a straight wall, next to one of its ends or anywhere."""
-    width = 1 + (len(wall) >= _WIDE_WALL and draw(random, 100) < TWO_CELLS_SHARE)
-    last = len(wall) - width
-    first = pick(random, [0, last, draw(random, last + 1)], [1, 1, 2])
-    return tuple(wall[first : first + width])
-
-
-def _walls_between(shape: tuple[int, int], rooms: list[Room]) -> dict[tuple[int, int], list[Cell]]:
-    """For each pair of rooms with a common wall the cells of it that have one room before and the other behind."""
-    owner = np.full(shape, -1)
-    for i, room in enumerate(rooms):
-        owner[room.inside] = i
-    walls: dict[tuple[int, int], list[Cell]] = {}
-    for row, column in np.argwhere(owner[1:-1, 1:-1] < 0) + 1:
-        for down, right in ((1, 0), (0, 1)):
-            one, other = owner[row - down, column - right], owner[row + down, column + right]
-            if -1 not in (one, other):
-                walls.setdefault((min(one, other), max(one, other)), []).append((int(row), int(column)))
-    return walls

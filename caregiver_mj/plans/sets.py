@@ -11,7 +11,8 @@ import re
 
 from caregiver_mj.errors import FloorPlanError
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.generator import Request, generate
+from caregiver_mj.plans.generator import generate
+from caregiver_mj.plans.request import Request
 
 LARGEST_SET = 1000  # houses
 FIRST_SEEDS = {"train": 100_000, "test": 200_000}

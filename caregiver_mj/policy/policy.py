@@ -22,6 +22,7 @@ from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.policy.executive import Executive
 from caregiver_mj.policy.perception import Perception
 from caregiver_mj.robot import separation
+from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
@@ -60,9 +61,12 @@ class CaregiverPolicy:
         self.caregiver = _caregiver(caregiver, task, seed)
         self._task = task  # to be told the episode's seed, and to tell it what has been done; never to look at
         self._timestep = env.control_timestep()
-        self.robot = RobotMotion(self._timestep)
+        embodiment = find_embodiment()
+        self.robot = RobotMotion(embodiment, self._timestep)
         navigator = Navigator(self.plan)
-        retrievals = RetrievalPlanner(navigator, lambda: PlanningScene(build_house(self.plan), self.plan))
+        retrievals = RetrievalPlanner(
+            navigator, lambda: PlanningScene(build_house(self.plan, embodiment), self.plan, embodiment)
+        )
         self._perception = Perception(self.plan)
         self.executive = Executive(self.plan, self.caregiver, navigator, retrievals, task.novice_timestep)
 

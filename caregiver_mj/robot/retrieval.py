@@ -6,20 +6,18 @@ import dataclasses
 import functools
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.robot import kinematics
-from caregiver_mj.robot.driving import View
+from caregiver_mj.robot import kinematics, se2
+from caregiver_mj.robot.hand import GRASP_HEIGHT
 from caregiver_mj.robot.kinematics import UPRIGHT, ReachPath
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
-from caregiver_mj.robot.trajectories import Vector
-
-CANDLE_RADIUS, CANDLE_HEIGHT = 0.022, 0.16  # metres
-GRASP_HEIGHT = 0.10  # metres above a candle's foot at which it is gripped
+from caregiver_mj.robot.se2 import Pose, Vector
+from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, View
 
 _DIRECTIONS = 16  # round a point
 _REACHES = (0.50, 0.55, 0.60, 0.65, 0.70, 0.75)  # metres from the base's centre to the candle
@@ -29,10 +27,8 @@ _NO_TURNING = 2.0  # metres of detour that it is worth to stand where the base c
 _GRIP_ABOVE = 0.006  # metres over the middle of the lying candle, which keeps the fingertips off the ground
 _LIFTS = (0.0, 0.25)  # metres that the hand goes up with it before it turns; the second is to clear a wall
 _OPEN_REACH, _OPEN_ANGLE = 0.50, 0.5  # metres ahead, and radians to both sides that must be free where it is laid down
-_CHILD_AWAY = 1.7  # metres from the child to where the base stands then
+_CHILD_AWAY = 1.7  # metres from a child to where the base stands then
 _CHECKS = 49  # poses on the arm's way that are checked for collisions
-
-BasePose = tuple[float, float, float]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -46,20 +42,26 @@ class Stance:
             candle stands upright once the arm is tucked.
     """
 
-    base: BasePose
+    base: Pose
     path: ReachPath
     pitch_down: float | None = None
 
 
 class RetrievalPlanner:
-    """Finds stances in one house. It knows nothing of time: the candle lies still, and the child is elsewhere."""
+    """Finds stances in one house. It knows nothing of time: the candle lies still, and children are elsewhere."""
 
-    def __init__(self, navigator: Navigator):
-        self._navigator = navigator
+    def __init__(self, navigator: Navigator, make_scene: Callable[[], PlanningScene]):
+        """Prepares a planner.
+
+        Args:
+            navigator: Of the house.
+            make_scene: Makes the house's planning scene. That is costly, and seldom needed: it is called then only.
+        """
+        self._navigator, self._make_scene = navigator, make_scene
 
     @functools.cached_property
     def _scene(self) -> PlanningScene:
-        return PlanningScene(self._navigator.plan)  # costly, and seldom needed
+        return self._make_scene()
 
     def to_pick_up(self, view: View, candle: int) -> Stance | None:
         """The nearest stance from which the arm gets at a candle, or None.
@@ -89,7 +91,7 @@ class RetrievalPlanner:
         return None
 
     def to_lay_down(self, view: View, candle: int, pitch: float) -> Stance | None:
-        """The nearest stance to lay the candle in the hand on open floor, away from the child, or None.
+        """The nearest stance to lay the candle in the hand on open floor, away from children, or None.
 
         Args:
             view: What is seen.
@@ -108,7 +110,7 @@ class RetrievalPlanner:
         routes = ((len(route), cell) for cell in navigator.plan.free_cells if (route := navigator.route(here, cell)))
         for _, cell in sorted(routes):
             place = tuple(navigator.plan.position(cell).tolist())
-            if not navigator.can_stand(place) or math.dist(place, view.child) < _CHILD_AWAY:
+            if not navigator.clearance.can_stand(place) or view.child_distance(place) < _CHILD_AWAY:
                 continue
             for yaw in _directions():
                 # Free to both sides too, so that there is room to pick it up again.
@@ -117,25 +119,23 @@ class RetrievalPlanner:
                     return Stance(bases[0], path)
         return None
 
-    def _stands(self, view: View, candle: int, point: np.ndarray) -> Iterator[tuple[BasePose, float]]:
+    def _stands(self, view: View, candle: int, point: np.ndarray) -> Iterator[tuple[Pose, float]]:
         """Poses of the base from which to reach for a point, the nearest one first, and how far to reach."""
-        navigator = self._navigator
+        navigator, clearance = self._navigator, self._navigator.clearance
         here = navigator.nearest_cell(view.base[:2])
         stands = []
         for yaw, reach in itertools.product(_directions(), _REACHES):
-            place = (point[0] - reach * math.cos(yaw), point[1] - reach * math.sin(yaw))
-            route = navigator.route(here, navigator.nearest_cell(place)) if navigator.can_stand(place) else None
+            place = se2.to_world((point[0], point[1], yaw), (-reach, 0.0))
+            route = navigator.route(here, navigator.nearest_cell(place)) if clearance.can_stand(place) else None
             if route is not None:
                 cost = math.dist(place, view.base[:2]) + navigator.plan.cell_size * len(route)
-                cost += 0.0 if navigator.can_turn(place) else _NO_TURNING
+                cost += 0.0 if clearance.can_turn(place) else _NO_TURNING
                 stands.append((cost, (*place, yaw), reach))
         for _, base, reach in sorted(stands):
             if self._is_clear(view, candle, base, None):
                 yield base, reach
 
-    def _lifting_path(
-        self, view: View, candle: int, base: BasePose, target: Vector, grip: np.ndarray
-    ) -> ReachPath | None:
+    def _lifting_path(self, view: View, candle: int, base: Pose, target: Vector, grip: np.ndarray) -> ReachPath | None:
         """The arm's way to lift a candle at a point (distance ahead, height), if neither touches anything."""
         for lift in _LIFTS:
             path = _path(target, grip, lift)
@@ -143,7 +143,7 @@ class RetrievalPlanner:
                 return path
         return None
 
-    def _is_clear(self, view: View, candle: int, base: BasePose, path: ReachPath | None, lifts: bool = False) -> bool:
+    def _is_clear(self, view: View, candle: int, base: Pose, path: ReachPath | None, lifts: bool = False) -> bool:
         """Whether the robot touches nothing along a path of the arm, or tucked; nor the candle that it lifts."""
         if path is None:
             return self._scene.is_free(base, [kinematics.tucked_joints()], view.candle_poses, candle)
@@ -167,5 +167,4 @@ def _path(target: Vector, grip: np.ndarray, lift: float = 0.0) -> ReachPath | No
 
 def _turned(vector: np.ndarray, yaw: float) -> np.ndarray:
     """A vector (3,) turned about the vertical."""
-    c, s = math.cos(yaw), math.sin(yaw)
-    return np.array([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1], vector[2]])
+    return np.array([*se2.rotate(yaw, (vector[0], vector[1])), vector[2]])

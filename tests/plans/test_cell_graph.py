@@ -153,7 +153,7 @@ def test_ways_too_long_for_their_numbers_are_refused_in_one_line():
     lane[1, 1] = "B"
     plan = FloorPlan.parse("\n".join(map("".join, lane)), "lane")
     with pytest.raises(CaregiverError, match=r"^floor plan 'lane' has ways of more than 32766 moves$"):
-        plan.graph.bin_distances
+        _ = plan.graph.bin_distances
 
 
 # -- Searches ------------------------------------------------------------------------------------

@@ -94,7 +94,7 @@ def test_walks_to_many_objects_take_little_more_memory_than_their_result():
 @pytest.mark.parametrize("draw", [empty, comb, scattered])
 def test_traps_of_large_plans_take_memory_in_proportion_to_cells_and_bins(draw):
     plan = FloorPlan.parse(text(draw(100)))
-    plan.graph.bin_distances
+    _ = plan.graph.bin_distances
     used = most_memory(lambda: yielding(plan).traps)
     assert used < BYTES_PER_CELL * 100**2 + 40 * plan.graph.bin_distances.size
 

@@ -6,11 +6,16 @@ import pytest
 
 import caregiver_mj
 from caregiver_mj.caregivers.caregiver import NOTHING, Caregiver, Observation
+from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.recording.telemetry import Recorder, check_limits
-from caregiver_mj.robot import kinematics
+from caregiver_mj.recording.audit import check_limits
+from caregiver_mj.recording.telemetry import Recorder
+from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.grips import upright_grip
+from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.planning_scene import PlanningScene
+from caregiver_mj.robot.reach import retrieval_path
 
 ROOM = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.......#\n#########", "room")
 TABLE_TOP, FLOOR = 0.60, 0.0  # metres
@@ -152,7 +157,7 @@ def test_limits_are_kept_while_a_candle_is_taken_out_to_the_open_and_picked_up(s
     scene.put_candle(*scene.candle()[:2], TABLE_TOP + 0.16, np.pi, 0.0)  # on its head: two grips, in all directions
     with Recorder(scene.env) as recorder:
         assert scene.until_done()
-    checks = check_limits(recorder.log())
+    checks = check_limits(recorder.log(), find_embodiment())
     assert all(check.ratio <= 1.0 for check in checks)
     assert max(check.ratio for check in checks if check.name.startswith("arm acceleration")) > 0.8
 
@@ -271,13 +276,13 @@ def test_planning_scene_knows_what_the_robot_and_the_candle_in_its_hand_would_to
     """The robot looks east, at a candle before a wall, its foot towards that. In turning it up the foot swings out."""
     plan = FloorPlan.parse("########\n#B.....#\n#......#\n#......#\n#......#\n#C....T#\n########", "hall")
     x, y = plan.position((3, 7))[0] - 0.125 - gap, plan.position((3, 4))[1]
-    path = kinematics.retrieval_path(
-        np.array([0.5, 0.0, 0.028]), kinematics.upright_grip(np.array([-1.0, 0.0, 0.0])), lift
-    )
+    arm = arm_of(find_embodiment())
+    grip = upright_grip(np.array([-1.0, 0.0, 0.0]), arm.embodiment.postures.hand_pitch)
+    path = retrieval_path(arm, np.array([0.5, 0.0, 0.028]), grip, lift)
     way = [path.joints(s) for s in np.linspace(path.goal, 0.0, 49)]
     quarter = np.sqrt(0.5)
     candle = np.array([[x + 0.1, y, CANDLE_RADIUS, quarter, 0.0, -quarter, 0.0]])  # its top 0.16 m to the west
-    scene = PlanningScene(plan)
+    scene = PlanningScene(build_house(plan), plan, find_embodiment())
     assert scene.is_free((x - 0.5, y, 0.0), way, candle, 0) == free
     assert scene.is_free((x - 0.5, y, 0.0), way, candle, 0, held=True) == free_with_candle
 

@@ -12,10 +12,14 @@ import caregiver_mj
 from caregiver_mj.caregivers.caregiver import NOTHING, Caregiver, Observation, make_caregiver
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.robot import driving, kinematics
-from caregiver_mj.robot.driving import Skill, View, allowed_rate
+from caregiver_mj.robot import kinematics
+from caregiver_mj.robot.driver import Driver
+from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.patience import TIME_OUT
+from caregiver_mj.robot.separation import allowed_rate
+from caregiver_mj.robot.view import ChildView, View
 
 NORTH = ACTIONS.index((-1, 0))
 STRIKE_SPEED = 0.05  # m/s
@@ -110,27 +114,18 @@ def park(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
 # -- Getting free ------------------------------------------------------------------------------------
 
 
-class Heading:
-    """A robot that is about to drive in some direction at some speed."""
-
-    def __init__(self, vx: float, vy: float):
-        self._velocity = vx, vy
-
-    def planned_velocity(self):
-        return self._velocity
-
-
 def view(base=(0.0, 0.0, 0.0), child=(9.0, 0.0), now=0.0) -> View:
-    return View(now, base, 0.07, np.zeros(7), child, (0.0, 0.0), np.zeros((0, 3)), np.zeros((0, 4)))
+    children = (ChildView(child, (0.0, 0.0)),)
+    return View(now, base, 0.07, np.zeros(7), children, np.zeros((0, 3)), np.zeros((0, 4)))
 
 
 @pytest.mark.parametrize("speed", [0.02, 0.2, 1.3])
 def test_a_base_that_is_touched_leaves_freely_slides_slowly_and_never_comes_closer(speed):
     touched = view(child=(TOUCHING, 0.0))
-    assert allowed_rate(touched, Heading(-speed, 0.0)) == 1.0
-    assert 0.0 < speed * allowed_rate(touched, Heading(0.0, speed)) < STRIKE_SPEED
+    assert allowed_rate(touched, (-speed, 0.0)) == 1.0
+    assert 0.0 < speed * allowed_rate(touched, (0.0, speed)) < STRIKE_SPEED
     for towards in (1.0, 0.5):
-        assert allowed_rate(touched, Heading(towards * speed, math.sqrt(1 - towards**2) * speed)) == 0.0
+        assert allowed_rate(touched, (towards * speed, math.sqrt(1 - towards**2) * speed)) == 0.0
 
 
 @pytest.mark.parametrize("gap", [0.0, 0.03, 0.07])
@@ -174,7 +169,7 @@ def test_a_way_out_is_found_between_child_and_table():
     child = (start[0] - TOUCHING, y)
     goal = tuple(plan.position((1, 3)).tolist())
     # The cell's centre, by which all ways lead round the table, is nearer to the child than the base is now.
-    path = navigator.path(start, goal, (1, 3), child, {(2, 2)})
+    path = navigator.path(start, goal, (1, 3), [child], {(2, 2)})
     assert path is not None
     assert path[0] == start
     assert path[-1] == goal
@@ -189,11 +184,11 @@ def test_a_way_out_is_found_between_child_and_table():
 
 @pytest.mark.parametrize(("distance", "turns"), [(0.6, False), (0.75, True)])
 def test_the_hand_is_not_swung_round_beside_the_child(distance, turns):
-    skill, robot = Skill(Navigator(OPEN)), RobotMotion(0.02)
+    driver, robot = Driver(Navigator(OPEN)), RobotMotion(find_embodiment(), 0.02)
     x, y = OPEN.position((2, 4)).tolist()
     robot.reset((x, y, 0.0))
     for _ in range(100):
-        skill._drive(view((x, y, robot.yaw), (x + distance, y), robot.now), robot, (x, y), (2, 4), 1.0)
+        driver.drive(view((x, y, robot.yaw), (x + distance, y), robot.now), robot, (x, y), (2, 4), 1.0)
         robot.action((x, y, robot.yaw))
         robot.now += 0.02
     assert robot.yaw == pytest.approx(1.0 if turns else 0.0)
@@ -305,6 +300,6 @@ def test_a_candle_in_the_hand_goes_to_another_table(monkeypatch):
 def test_a_robot_in_a_stairwell_stays_however_long(monkeypatch):
     scene = Scene(ONE_WAY, Determined(ONE_WAY, 1, 0), (2, 4), (2, 8))
     park(scene, monkeypatch)
-    scene.run(2 * driving.TIME_OUT)
+    scene.run(2 * TIME_OUT)
     assert scene.is_at((2, 9))
     assert scene.policy.interventions == scene.policy.interventions_done == 1

@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 from dm_control.rl import control
-from random_plans import random_plan
 
 import caregiver_mj
 from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.robot import limits
-from caregiver_mj.robot.kinematics import shared_arm
+from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.motion import RobotMotion
 
 SMALL = FloorPlan.parse("#######\n#B....#\n#..C..#\n#.....#\n#.S..T#\n#######", "small")
@@ -99,9 +98,9 @@ def act(env, policy, step, recorder=None):
     params=[
         ("paper", 1),
         (SMALL, 2),
-        (FloorPlan.parse(random_plan(np.random.default_rng(4), 9, 9, candles=2), "r"), 3),
+        ("house-4-9x9-candles2", 3),
     ],
-    ids=["paper", "small", "random"],
+    ids=["paper", "small", "generated"],
 )
 def relocation(request):
     """An episode of relocate_candle to three seconds after the candle was put down."""
@@ -230,7 +229,8 @@ def test_commands_keep_the_base_within_its_limits(relocation):
     assert np.abs(np.array(recorder.actions)[:, 2]).max() <= 3.0
     # The base's real acceleration over 20 ms stays near the planned one, which holds for two axes each in turn-ins.
     velocity = np.array(recorder.base)[::4]
-    assert np.hypot(*np.diff(velocity, axis=0).T).max() / 0.02 < 1.1 * np.sqrt(2) * limits.BASE.acceleration
+    planned = find_embodiment().limits.base.acceleration
+    assert np.hypot(*np.diff(velocity, axis=0).T).max() / 0.02 < 1.1 * np.sqrt(2) * planned
 
 
 def test_half_turn_on_a_short_drive_does_not_keep_the_hand_waiting():
@@ -241,7 +241,7 @@ def test_half_turn_on_a_short_drive_does_not_keep_the_hand_waiting():
     for _ in range(750):  # control steps: 15 s
         step = act(env, policy, step)
         foot, fingers = physics.candle_poses()[env.task.goal_candle, 2], physics.finger_position().sum() / 2
-        hand = shared_arm().pinch(physics.arm_position())[0]
+        hand = arm_of(find_embodiment()).pinch(physics.arm_position())[0]
         speed = np.hypot(*physics.base_velocity()[:2])
         rows.append((physics.time(), *physics.base_position(), speed, foot, fingers, hand))
     assert policy.interventions_done == 1
@@ -369,8 +369,7 @@ def test_driving_into_the_toddler_is_a_strike_unless_it_is_slow(speed, struck, m
 
 @pytest.mark.parametrize(
     ("house", "seed"),
-    [("paper", 1), (FloorPlan.parse(random_plan(np.random.default_rng(21), 10, 12, candles=3), "random"), 1)],
-    ids=["paper", "random"],
+    [("paper", 1), ("house-25-12x10-candles3", 1)],
 )
 def test_supervised_episode_has_no_strike_and_no_dropped_candle(house, seed):
     env = caregiver_mj.load("supervise", house, epsilon=1.0, random=seed)
@@ -420,7 +419,7 @@ def test_base_keeps_its_speed_beside_stairs(beside_stairs):
 
 
 def motion_along(*points: tuple[float, float], start=(0.0, 0.0, 0.0)) -> RobotMotion:
-    robot = RobotMotion(0.02)
+    robot = RobotMotion(find_embodiment(), 0.02)
     robot.reset(start)
     robot.drive_along([start[:2], *points], lambda _: True)
     robot.set_rate(1.0)
@@ -468,7 +467,7 @@ def test_a_base_at_which_nobody_looks_any_more_stops():
 
 
 def test_a_gentle_base_is_pushed_away_without_pushing_back():
-    robot = RobotMotion(0.02)
+    robot = RobotMotion(find_embodiment(), 0.02)
     robot.reset((0.0, 0.0, 0.0))
     firm = np.hypot(*robot.action((0.1, 0.1, 0.0))[:2])
     robot.gentle = True
@@ -479,7 +478,7 @@ def test_a_gentle_base_is_pushed_away_without_pushing_back():
 
 
 def test_a_robot_told_to_turn_gently_does_until_its_gripper_opens():
-    robot = RobotMotion(0.02)
+    robot = RobotMotion(find_embodiment(), 0.02)
     robot.reset((0.0, 0.0, 0.0))
     fastest = []
     for _ in range(2):
@@ -497,7 +496,7 @@ def test_a_robot_told_to_turn_gently_does_until_its_gripper_opens():
 
 
 def test_heading_turns_the_shorter_way():
-    robot = RobotMotion(0.02)
+    robot = RobotMotion(find_embodiment(), 0.02)
     robot.reset((0.0, 0.0, 3.0))
     robot.turn_to(-3.0)
     for _ in range(100):
@@ -509,7 +508,7 @@ def test_heading_turns_the_shorter_way():
 
 @pytest.mark.parametrize("called_back", [0.2, 0.3, 0.4])
 def test_hand_out_foresees_how_far_the_hand_still_swings(called_back):
-    robot = RobotMotion(0.02)
+    robot = RobotMotion(find_embodiment(), 0.02)
     robot.reset((0.0, 0.0, 0.0))
     robot.reach(0.78)
     robot.now = called_back
