@@ -32,14 +32,16 @@ from ruckig import ControlInterface, InputParameter, Ruckig, Synchronization, Tr
 import caregiver_mj
 from caregiver_mj.caregivers.caregiver import PaperCaregiver
 from caregiver_mj.errors import RenderingError
-from caregiver_mj.experiments.evaluation import versions
+from caregiver_mj.experiments.versions import versions
 from caregiver_mj.experiments.workers import run_jobs
+from caregiver_mj.house.physics import Physics
+from caregiver_mj.house.robot_body import WHEELS
+from caregiver_mj.house.scene import child_joints
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import kinematics, limits
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.trajectories import BasePath, ScalarMotion
-from caregiver_mj.tasks.base import TODDLER_JOINTS, WHEELS, Physics
 
 _EPSILON = 0.5
 _HOUSES = ("paper", "apartment")
@@ -157,7 +159,7 @@ class Scene:
         """Runs the episode once, and keeps what drives the physics in it."""
         physics = self.env.physics
         model, data, step = physics.model.ptr, physics.data.ptr, physics.step
-        joints = [model.joint(name) for name in TODDLER_JOINTS]
+        joints = [model.joint(name) for name in child_joints(0)]
         self._q = np.array([joint.qposadr[0] for joint in joints])
         # The task writes the wheels' speeds as well; with them the replay is the same to the last bit.
         self._v = np.array([joint.dofadr[0] for joint in (*joints, *(model.joint(name) for name in WHEELS))])
@@ -199,7 +201,7 @@ class Scene:
         env, policy = self.env, type(self.policy)
         parts = {
             "physics": [(env.physics, "step")],
-            "contacts of the toddler": [(env.physics, "_read_touches")],
+            "contacts of the toddler": [(env.physics.touch_reader, "read")],
             _TASK: [(env.task, "before_step", "after_step", "get_reward", "get_observation", "get_termination")],
             "dm_control's environment": [(env, "step")],
             _DECISION: [(PaperCaregiver, "watch", "assess", "decide")],

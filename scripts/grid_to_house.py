@@ -28,12 +28,17 @@ from scipy import stats
 
 import caregiver_mj
 from caregiver_mj.caregivers.caregiver import NOTHING, make_caregiver
-from caregiver_mj.children.novice import EPISODE_TIMESTEPS, NoviceTape
-from caregiver_mj.experiments import evaluation
+from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
+from caregiver_mj.children.walk import WALKING_SPEED
+from caregiver_mj.experiments.blocks import run_block
+from caregiver_mj.experiments.evaluation import evaluate
+from caregiver_mj.experiments.seeds import episode_random, episode_seed, episode_tapes
+from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.statistics import CONFIDENCE, ratio_interval
 from caregiver_mj.experiments.workers import run_jobs
 from caregiver_mj.grid.world import CAREGIVER_ACTIONS, GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.recording.record import names
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.skills import Block, Pick, Place, Skill
 from caregiver_mj.viz import colours, figures
@@ -158,7 +163,7 @@ class WatchedGrid(GridWorld):
         phases: A row a phase: actions that it took, and those of the shortest way without a novice.
     """
 
-    def reset(self, tapes: Sequence[NoviceTape]) -> None:
+    def reset(self, tapes: Sequence[tuple[Tape, ...]]) -> None:
         super().reset(tapes)
         self.phases: list[dict[str, Any]] = []
         self._under_way: list[tuple[int, bool] | None] = [None] * len(tapes)  # target, and whether it is in the hand
@@ -191,7 +196,7 @@ class WatchedGrid(GridWorld):
 
 def _action_time(plan: FloorPlan) -> float:
     """Seconds of an action of the grid's caregiver."""
-    return plan.cell_size / evaluation._NOVICE_SPEED / CAREGIVER_ACTIONS
+    return plan.cell_size / WALKING_SPEED / CAREGIVER_ACTIONS
 
 
 @functools.lru_cache(maxsize=1)  # jobs of one epsilon follow each other
@@ -204,7 +209,7 @@ def run(plan: FloorPlan, job: tuple[float, int]) -> tuple[dict[str, float], list
     """Runs one episode, by epsilon and number, in the house: its figures, its phases, and what its time went into."""
     epsilon, episode = job
     env, policy = _house(plan, epsilon)
-    env.task.reseed(np.random.RandomState(evaluation.episode_seed(0, episode)))
+    env.task.reseed(episode_random(episode_seed(0, episode)))
     timestep = env.reset()
     watch = Watch(env, policy)
     while not timestep.last():
@@ -212,18 +217,18 @@ def run(plan: FloorPlan, job: tuple[float, int]) -> tuple[dict[str, float], list
         watch.look()
         timestep = env.step(action)
     watch.finish()
-    outcome = {name: float(env.task.outcome()[name]) for name in evaluation.DAMAGES}
+    outcome = {name: float(env.task.outcome()[name]) for name in names("damage")}
     return outcome | {"done": policy.interventions_done}, watch.phases, dict(watch.seconds)
 
 
 def run_grid(plan: FloorPlan, episodes: int) -> pd.DataFrame:
     """The same episodes in the grid, without and with the caregiver."""
-    return evaluation.evaluate(evaluation.Settings(plan, "grid", epsilons=_EPSILONS, episodes=episodes)).episodes
+    return evaluate(Settings(plan, "grid", families=_EPSILONS, episodes=episodes)).episodes
 
 
 def grid_delays(plan: FloorPlan, episodes: int) -> dict[str, float]:
     """Seconds by which the grid's caregiver, too, is slower than on the shortest way: the mean for each phase."""
-    tapes = [NoviceTape.draw(np.random.RandomState(evaluation.episode_seed(0, i))) for i in range(episodes)]
+    tapes = [episode_tapes(episode_seed(0, i), 1) for i in range(episodes)]
     phases = []
     for epsilon in _EPSILONS:
         world = WatchedGrid(plan, epsilon, make_caregiver("paper", plan, 0))
@@ -289,8 +294,8 @@ def measure(house: str, episodes: int, jobs: int) -> Results:
     work = [(epsilon, episode) for epsilon in _EPSILONS for episode in range(episodes)]
     found = run_jobs(functools.partial(run, plan), work, jobs)
     results = dict(track(found, "in the house, with the caregiver", total=len(work), console=console))
-    settings = evaluation.Settings(plan, "house", ("none",), _EPSILONS, episodes)
-    found = run_jobs(functools.partial(evaluation.run_block, settings), settings.blocks(), jobs)
+    settings = Settings(plan, "house", ("none",), _EPSILONS, episodes)
+    found = run_jobs(functools.partial(run_block, settings), settings.blocks(), jobs)
     alone = dict(track(found, "in the house, alone", total=len(work), console=console))
     alone_house = pd.DataFrame([row for block in settings.blocks() for row in alone[block]["rows"]])
 

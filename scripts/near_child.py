@@ -18,6 +18,7 @@ from houses import three_houses
 from rich.progress import track
 
 import caregiver_mj
+from caregiver_mj.children.family import ChildSpec
 from caregiver_mj.experiments.workers import run_jobs
 from caregiver_mj.recording.telemetry import NearChild, Recorder, near_child, strike_times
 
@@ -66,9 +67,8 @@ class Job:
 def run(seconds: float, job: Job) -> Episode:
     """Runs an episode."""
     plan = three_houses()[job.house]
-    env = caregiver_mj.load(
-        "supervise", plan, job.epsilon, random=job.seed, task_kwargs={"adversarial": job.adversarial}
-    )
+    child = ChildSpec(job.epsilon, "adversary") if job.adversarial else job.epsilon
+    env = caregiver_mj.load("supervise", plan, child, random=job.seed)
     policy = caregiver_mj.CaregiverPolicy(env)
     timestep = env.reset()
     with Recorder(env) as recorder:

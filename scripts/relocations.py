@@ -32,10 +32,10 @@ from rich.progress import track
 
 import caregiver_mj
 from caregiver_mj.experiments.workers import run_jobs
+from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans import layout
 from caregiver_mj.recording.telemetry import each_physics_step
 from caregiver_mj.robot import motion
-from caregiver_mj.tasks.base import Physics
 
 _EPSILON = 0.5
 _CANDLE_OFFSET, _TABLE_OFFSET = 0.03, 0.04  # metres, at most, in x and in y

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from caregiver_mj import cli
+from caregiver_mj import FloorPlan, cli
 
 GRID = ["evaluate", "--world", "grid"]
 PLAN = """\
@@ -57,9 +57,18 @@ def fails(capsys, argv):
         (["render", "--out", "film.mp4", "--seconds", "0"], ["seconds", "0"]),
         (["render", "--out", "film.mp4", "--seconds", "inf"], ["seconds", "inf"]),
         (["render", "--out", "film.mp4", "--seed", "-1"], ["seed", "-1"]),
+        (["render", "--out", "film.mp4", "--episode", "-1"], ["episode", "-1"]),
+        (["render", "--out", "film.mp4", "--epsilon", "1,half"], ["1,half"]),
         (["render", "--out", "film.mp4", "--caregiver", "nanny"], ["nanny"]),
         (["house", "check", "igloo"], ["igloo"]),
         (["house", "show", "two\nlines"], ["two lines"]),
+        (["house", "check", "test-100/100"], ["test-100/0 to test-100/99"]),
+        (["house", "make", "--seed", "-1"], ["seed", "-1"]),
+        (["house", "make", "--size", "10"], ["--size", "14x12", "'10'"]),
+        (["house", "make", "--size", "10x2"], ["5 to 100", "2"]),
+        (["house", "make", "--bins", "0"], ["bins", "at least 1"]),
+        (["house", "make", "--bins", "many"], ["--bins", "many"]),
+        (["house", "make", "--size", "8x8", "--rooms", "12"], ["house-0-8x8-rooms12", "rooms 12", "8 x 8"]),
     ],
 )
 def test_bad_arguments(capsys, argv, words):
@@ -156,6 +165,32 @@ def test_house_commands(capsys):
     out = capsys.readouterr().out
     assert "# . . . # . S . . . . . #" in out
     assert "3 stairwells" in out
+
+
+def test_a_house_is_made_again_from_its_seed_its_name_and_its_file(capsys, tmp_path):
+    assert cli.main(["house", "make", "--seed", "17"]) == 0
+    text = capsys.readouterr().out
+    assert text == f"{FloorPlan.load('house-17').text}\n"
+    file = tmp_path / "ours.txt"
+    assert cli.main(["house", "make", "--seed", "17", "--out", str(file)]) == 0
+    assert capsys.readouterr().out == f"{file}\n"
+    assert file.read_text() == text
+    assert cli.main(["house", "check", str(file)]) == 0
+    assert capsys.readouterr().out.startswith("OK: ours, ")
+
+
+def test_a_house_is_made_as_asked_for(capsys):
+    wishes = {"rooms": 3, "stairwells": 2, "candles": 1, "tables": 3, "bins": 2}
+    options = [word for option, count in wishes.items() for word in (f"--{option}", str(count))]
+    assert cli.main(["house", "make", "--size", "14x12", *options]) == 0
+    plan = FloorPlan.parse(capsys.readouterr().out)
+    assert plan.shape == (12, 14)
+    assert (len(plan.stairwells), len(plan.candle_tables), len(plan.tables), len(plan.bins)) == (2, 1, 4, 2)
+    assert cli.main(["house", "check", "house-0-14x12-rooms3-stairwells2-candles1-tables3-bins2"]) == 0
+
+
+def test_a_house_that_cannot_be_written(capsys, tmp_path):
+    assert "cannot be written" in fails(capsys, ["house", "make", "--out", tmp_path])
 
 
 def test_help_lists_the_commands(capsys):

@@ -1,1 +1,7 @@
 """Caregivers: what to protect next."""
+
+from caregiver_mj.caregivers.caregiver import Caregiver
+from caregiver_mj.caregivers.percept import Assessment, Percept
+from caregiver_mj.caregivers.registry import CAREGIVERS, make_caregiver
+
+__all__ = ["CAREGIVERS", "Assessment", "Caregiver", "Percept", "make_caregiver"]

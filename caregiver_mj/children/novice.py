@@ -44,7 +44,7 @@ def shortest_path_actions(plan: FloorPlan) -> tuple[np.ndarray, np.ndarray]:
         How many there are, (free cells, bins), and which, (free cells, bins, 4), padded with zeros.
     """
     next_cell, target, index = plan.graph.moves
-    distance = plan.graph.bin_distances()  # (free cells, bins)
+    distance = plan.graph.bin_distances  # (free cells, bins)
     bins = np.arange(len(plan.bins))
     count = np.zeros(distance.shape, int)
     actions = np.zeros((*distance.shape, len(ACTIONS)), int)

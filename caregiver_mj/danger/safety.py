@@ -4,7 +4,7 @@ Experts show how one usually moves through the house: their trajectories give th
 moves are likely under that prior behaves safely; one whose moves look random does not. How likely the novice is to
 reach an object, and how much a collision with it hurts, then gives the *expected danger* of that object.
 
-Every function takes a batch of novices: arrays whose first dimension is B.
+The functions take batches of novices: arrays whose first dimensions, written as ..., are theirs.
 """
 
 from __future__ import annotations
@@ -85,28 +85,36 @@ def probability_safe(log_ratio: np.ndarray, prior: float = PRIOR_SAFE) -> np.nda
     log(prior / (1 - prior)) + sum_k [log theta(a^k) - log rho(a^k)].
 
     Args:
-        log_ratio: Sum of `log_likelihood_ratio` over each trajectory, (B,).
+        log_ratio: Sum of `log_likelihood_ratio` over each trajectory, (...).
         prior: P(safe), strictly between 0 and 1.
 
     Returns:
-        Probabilities (B,).
+        Probabilities (...).
     """
-    log_odds = np.log(prior) - np.log1p(-prior) + log_ratio
-    return np.exp(-np.logaddexp(0.0, -log_odds))
+    return np.exp(-np.logaddexp(0.0, -_log_odds(log_ratio, prior)))
+
+
+def log_probability_unsafe(log_ratio: np.ndarray, prior: float = PRIOR_SAFE) -> np.ndarray:
+    """log(1 - P(safe|tau)), (...), which stays exact where P(safe) has long rounded to 1; as `probability_safe`."""
+    return -np.logaddexp(0.0, _log_odds(log_ratio, prior))
+
+
+def _log_odds(log_ratio: np.ndarray, prior: float) -> np.ndarray:
+    return np.log(prior) - np.log1p(-prior) + log_ratio
 
 
 def reach_inverse(distance: np.ndarray) -> np.ndarray:
     """P(reach_o|tau) as inverse distance, normalised over the objects (section IV, first reading).
 
     Args:
-        distance: Moves until the novice collides with each object, (B, objects), at least 1. Infinite for an
+        distance: Moves until the novice collides with each object, (..., objects), at least 1. Infinite for an
             object that cannot be collided with now, such as a candle in the caregiver's hand.
 
     Returns:
-        Array (B, objects); rows sum to 1 (to 0 where no object can be reached).
+        Array (..., objects); rows sum to 1 (to 0 where no object can be reached).
     """
     nearness = 1.0 / distance
-    total = nearness.sum(axis=1, keepdims=True)
+    total = nearness.sum(axis=-1, keepdims=True)
     return np.divide(nearness, total, out=np.zeros_like(nearness), where=total > 0)
 
 
@@ -118,7 +126,7 @@ def reach_linear(distance: np.ndarray, largest: float) -> np.ndarray:
         largest: d_max, the largest distance there can be in this house.
 
     Returns:
-        Array (B, objects) of values in [0, 1].
+        Array (..., objects) of values in [0, 1].
     """
     return np.clip(1.0 - distance / largest, 0.0, 1.0)
 
@@ -126,15 +134,15 @@ def reach_linear(distance: np.ndarray, largest: float) -> np.ndarray:
 def expected_danger(safe: np.ndarray, reach: np.ndarray, damage: np.ndarray) -> np.ndarray:
     """E(d_o|tau) = (1 - P(safe|tau)) P(reach_o|tau) d_o, equation (2).
 
-    The first factor is common to all objects: with one novice it never changes which object is the most
-    dangerous, only how that danger compares with a threshold.
+    The first factor is common to all objects of one novice: it never changes which of them is the most dangerous, only
+    how that danger compares with a threshold, or with the danger that another novice is in.
 
     Args:
-        safe: P(safe|tau), (B,).
-        reach: P(reach_o|tau), (B, objects).
+        safe: P(safe|tau), (...).
+        reach: P(reach_o|tau), (..., objects).
         damage: d_o, (objects,).
 
     Returns:
-        Array (B, objects).
+        Array (..., objects).
     """
-    return (1.0 - safe)[:, None] * reach * damage
+    return (1.0 - safe)[..., None] * reach * damage

@@ -1,8 +1,9 @@
 """The house as a MuJoCo scene, built from a floor plan and the files in `models/`.
 
 Names: what stands several times in the house is numbered in the order of the floor plan and its elements are
-prefixed, as `table_0/top`, `candle_2/wax`, `bin_1/box`, `stairwell_0/trigger`; the rest are `toddler/...`,
-`robot/...` and, for the house itself, `floor`, `wall_0` and so on. Cameras: `overview`, `follow`.
+prefixed, as `table_0/top`, `candle_2/wax`, `bin_1/box`, `stairwell_0/trigger`; the rest are `robot/...`, for the
+children `toddler/...`, `toddler_1/...`, `toddler_2/...` and so on, and for the house itself `floor`, `wall_0` and so
+on. Cameras: `overview`, `follow`.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ _OVERVIEW_FOVY = 30.0  # degrees; a long lens, so that near walls do not hide th
 _OVERVIEW_ASPECT = 4 / 3
 _OVERVIEW_MARGIN = 1.04  # size of the picture relative to that of the house
 
-_FOLLOW_OFFSET = (0.0, -1.75, 2.3)  # metres from the toddler; the line of sight passes over walls
+_FOLLOW_OFFSET = (0.0, -1.75, 2.3)  # metres from the first child; the line of sight passes over walls
 _FOLLOW_FOVY = 50.0  # degrees
 
 _NEAREST = 0.02  # metres; nothing nearer to a camera is drawn, and the gripper's camera is very near
@@ -44,21 +45,31 @@ _RUGS = ("rug_blue", "rug_red", "rug_green", "rug_ochre")
 _DECORATIONS = ("bookshelf", "picture", "plant", "sideboard")
 _DECORATED_SHARE = 0.25  # of the places where one could be
 
+# What further children wear, in turn; the first one's clothes are those of its model. So they can be told apart.
+_CLOTHES = (
+    {"shirt": (0.55, 0.78, 0.60, 1.0), "dungarees": (0.62, 0.30, 0.36, 1.0), "hair": (0.20, 0.14, 0.10, 1.0)},
+    {"shirt": (0.86, 0.52, 0.62, 1.0), "dungarees": (0.33, 0.45, 0.38, 1.0), "hair": (0.80, 0.62, 0.34, 1.0)},
+    {"shirt": (0.55, 0.72, 0.90, 1.0), "dungarees": (0.85, 0.60, 0.30, 1.0), "hair": (0.60, 0.30, 0.16, 1.0)},
+)
+
 # What makes a geom collide as it does; its look does not matter, for it is not drawn.
 _GEOM_ATTRIBUTES = ("type", "size", "group", "rgba", "contype", "conaffinity")
 _GEOM_ATTRIBUTES += ("condim", "friction", "solref", "solimp", "margin", "gap")
 
 
-def build_house(plan: FloorPlan, robot: bool = True, table_positions: np.ndarray | None = None) -> mujoco.MjSpec:
+def build_house(
+    plan: FloorPlan, robot: bool = True, table_positions: np.ndarray | None = None, children: int = 1
+) -> mujoco.MjSpec:
     """Builds the scene of a house.
 
     Args:
         plan: The floor plan.
         robot: Whether the robot is in it; its base joints have their zero at the house's origin.
         table_positions: Where the tables' centres are, (tables, 2), metres, if not in the middle of their cells.
+        children: How many children are in it. They do not collide with each other.
 
     Returns:
-        A specification to compile. The toddler's joints have their zero at the house's origin too.
+        A specification to compile. The children's joints have their zero at the house's origin too.
     """
     spec = _model("scene")
     _add_ground(spec, plan)
@@ -76,11 +87,31 @@ def build_house(plan: FloorPlan, robot: bool = True, table_positions: np.ndarray
         frame = spec.worldbody.add_frame(pos=[*table_positions[table], layout.TABLE_HEIGHT])
         spec.attach(_model("candle"), prefix=f"candle_{i}/", frame=frame)
     _add_stairwells(spec, plan)
-    spec.attach(_model("toddler"), prefix="toddler/", frame=spec.worldbody.add_frame())
+    for k in range(children):
+        spec.attach(_child(k), prefix=child_prefix(k), frame=spec.worldbody.add_frame())
     if robot:
         spec.attach(_model("robot"), prefix="robot/", frame=spec.worldbody.add_frame())
     _add_cameras(spec, plan)
     return spec
+
+
+def child_prefix(child: int) -> str:
+    """What the names of a child's elements begin with."""
+    return f"toddler_{child}/" if child else "toddler/"
+
+
+def child_joints(child: int) -> tuple[str, ...]:
+    """Names of its joints: x, y and yaw."""
+    return tuple(child_prefix(child) + joint for joint in ("x", "y", "yaw"))
+
+
+def _child(number: int) -> mujoco.MjSpec:
+    """The model of a child, in clothes of its own."""
+    model = _model("toddler")
+    if number:
+        for material, rgba in _CLOTHES[(number - 1) % len(_CLOTHES)].items():
+            model.material(material).rgba = rgba
+    return model
 
 
 def _model(name: str) -> mujoco.MjSpec:

@@ -25,6 +25,8 @@ ACTION_NAMES = ("north", "east", "south", "west")
 
 UNREACHABLE = np.iinfo(np.int16).max  # the distance between cells that no path connects
 
+_AT_ONCE = 2**20  # distances that are worked out at a time, for what is worked out takes more memory than what is kept
+
 
 class Target(enum.IntEnum):
     """What lies in the cell that a child's move leads to."""
@@ -128,9 +130,20 @@ class CellGraph:
         """Walking distances of a child from free cells, (cells, free cells). Landings are no way through for it."""
         return self._distances(cells, self._child_edges, self._free).astype(int)
 
+    @functools.cached_property
     def bin_distances(self) -> np.ndarray:
         """Moves that a child needs to reach into each toy bin, (free cells, bins)."""
-        return self._bin_distances
+        return self.bump_distances(self._plan.bins)
+
+    @functools.cached_property
+    def table_distances(self) -> np.ndarray:
+        """Moves that a child needs to bump into each table, (free cells, tables)."""
+        return self.bump_distances(self._plan.tables)
+
+    @functools.cached_property
+    def stairwell_distances(self) -> np.ndarray:
+        """Moves after which a child falls down each stairwell, (free cells, stairwells)."""
+        return self.bump_distances(self._plan.stairwells)
 
     def breadth_first(self, start: int, closed: Collection[int] = ()) -> dict[int, int]:
         """Searches from a cell: for every cell that can be reached, the one before it, nearest cells first.
@@ -174,6 +187,16 @@ class CellGraph:
     def _distances(
         self, goals: Sequence, edges: np.ndarray, cells: int, closed: int | Collection[int] = ()
     ) -> np.ndarray:
+        distances = np.empty((len(goals), cells), np.int16)
+        step = max(1, _AT_ONCE // cells)
+        for first in range(0, len(goals), step):
+            some = slice(first, first + step)
+            distances[some] = self._some_distances(goals[some], edges, cells, closed)
+        return distances
+
+    def _some_distances(
+        self, goals: Sequence, edges: np.ndarray, cells: int, closed: int | Collection[int]
+    ) -> np.ndarray:
         # Every goal becomes one more node, from which one-way edges lead to its cells.
         shut = np.atleast_1d(np.array(list(closed) if isinstance(closed, Collection) else closed, int))
         entries = [(cells + i, cell) for i, goal in enumerate(goals) for cell in np.atleast_1d(goal)]
@@ -185,7 +208,7 @@ class CellGraph:
         finite = np.isfinite(distances)
         if distances.max(initial=0, where=finite) >= UNREACHABLE:
             raise CaregiverError(f"floor plan '{self._plan.name}' has ways of more than {UNREACHABLE - 1} moves")
-        return np.where(finite, distances, UNREACHABLE).astype(np.int16)
+        return np.where(finite, distances, UNREACHABLE)
 
     # -- Edges -----------------------------------------------------------------------------------
 
@@ -205,10 +228,6 @@ class CellGraph:
     @functools.cached_property
     def _child_edges(self) -> np.ndarray:
         return self._edges[(self._edges < self._free).all(axis=1)]
-
-    @functools.cached_property
-    def _bin_distances(self) -> np.ndarray:
-        return self.bump_distances(self._plan.bins)
 
     def _open_edges(self, closed: int | Collection[int]) -> np.ndarray:
         if isinstance(closed, Collection):

@@ -76,20 +76,25 @@ class Ledger:
         """All damage so far, (B,)."""
         return self.harm.sum(axis=(1, 2))
 
-    def outcome(self, episode: int = 0) -> dict[str, Any]:
-        """What is measured of an episode so far, named as in `EpisodeRecord`."""
-        by_kind = self.harm[episode].sum(axis=0).tolist()
+    def totals(self) -> dict[str, np.ndarray]:
+        """What is measured of every episode so far, over all its children, (B,) each; named as in `EpisodeRecord`."""
+        by_kind = self.harm.sum(axis=1).T
         return {
-            "damage": float(self.damage[episode]),
+            "damage": self.damage,
             **{f"damage_{kind}": damage for kind, damage in zip(KINDS, by_kind, strict=True)},
+            "timesteps_to_threshold": np.where(self.stopped_at > 0, self.stopped_at, self._timesteps),
+            "cells_visited": self._visited.sum(axis=1),
+            "toys_reached": self.toys.sum(axis=1),
+            "moves_blocked": self.moves_blocked.sum(axis=1),
+            "interventions": self.interventions,
+            "interventions_done": self.interventions_done,
+            "candles_dropped": self.candles_dropped,
+            "strikes": self.strikes,
+        }
+
+    def outcome(self, episode: int = 0) -> dict[str, Any]:
+        """What is measured of one episode so far, also of each child; named as in `EpisodeRecord`."""
+        return {name: values[episode].item() for name, values in self.totals().items()} | {
             "damage_by_child": self.harm[episode].sum(axis=1).tolist(),
-            "timesteps_to_threshold": int(self.stopped_at[episode]) or self._timesteps,
-            "cells_visited": int(self._visited[episode].sum()),
-            "toys_reached": int(self.toys[episode].sum()),
             "toys_by_child": self.toys[episode].astype(float).tolist(),
-            "moves_blocked": int(self.moves_blocked[episode].sum()),
-            "interventions": int(self.interventions[episode]),
-            "interventions_done": int(self.interventions_done[episode]),
-            "candles_dropped": int(self.candles_dropped[episode]),
-            "strikes": int(self.strikes[episode]),
         }

@@ -51,7 +51,7 @@ class EpisodeRecord:
     house: str = _column("", "house", "name of the floor plan", "setting")
     caregiver: str = _column("", "caregiver", "name of the caregiver, or `none`", "setting")
     family: str = _column(
-        "", "children", "the epsilon of each child, as it was asked for: `0.5`, or `1,0.25`", "setting"
+        "", "children", "epsilon of each child, as `0.5` or `1,0.25`; with its name if it is no novice", "setting"
     )
     epsilon: float = _column(
         "", "random share", "share of moves that are random; with several children their mean", "setting"
@@ -63,7 +63,7 @@ class EpisodeRecord:
     damage: float = _column(
         "damage", "damage", "all damage in 200 novice timesteps, of all children together", "damage"
     )
-    damage_stairwell: float = _column("damage", "at stairs", "of that, falls down stairs (5 each)", "damage")
+    damage_stairwell: float = _column("damage", "at stairs", "of that, falls down stairs (by default 5 each)", "damage")
     damage_candle: float = _column(
         "damage",
         "at candles",

@@ -11,24 +11,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_plans import plan_texts
 
-from caregiver_mj.caregivers.caregiver import (
-    CAREGIVERS,
-    ENTRY_POINTS,
-    NOTHING,
-    Caregiver,
-    GuardCaregiver,
-    NearestCaregiver,
-    Observation,
-    PaperCaregiver,
-    RandomCaregiver,
-    make_caregiver,
-)
-from caregiver_mj.children.novice import pick
+from caregiver_mj.caregivers import CAREGIVERS, Caregiver, Percept, make_caregiver
+from caregiver_mj.caregivers.baselines import GuardCaregiver, NearestCaregiver, RandomCaregiver
+from caregiver_mj.caregivers.paper import PaperCaregiver
+from caregiver_mj.children.tape import pick
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.interventions.intervention import BLOCK, RELOCATE, STAND_ASIDE, Intervention
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
 
 NORTH, EAST, SOUTH, WEST = range(4)
-BY_NAME = ("random", "nearest", "guard", "paper")
+BY_NAME = ("random", "nearest", "guard", "paper", "paper-max", "paper-alike", "paper-max-alike")
 
 # A corridor of cells 0 to 4, the landing is cell 5. Tables: 0 bare, 1 with the candle, 2 bare. From cell i
 # the novice is i + 1 moves from the stairwell and from table 0, |i - 2| + 1 from table 1 and 5 - i from table 2.
@@ -36,18 +29,18 @@ CORRIDOR = FloorPlan.parse("#########\n#S.....B#\n##T#C#T##\n#########")
 STAIRWELL, CANDLE = 0, 1
 
 
-def see(novice_cell, candle_table=((1,),), caregiver_cell=4, holding=NOTHING, previous_cell=None, previous_action=None):
-    """An observation of one world or more; single values hold for all worlds."""
-    novice_cell = np.atleast_1d(novice_cell)
-    batch = len(novice_cell)
+def see(child_cell, candle_table=((1,),), caregiver_cell=4, holding=NOTHING, previous_cell=None, previous_action=None):
+    """A percept of one world or more with one child each; single values hold for all worlds."""
+    child_cell = np.atleast_1d(child_cell)
+    batch = len(child_cell)
 
     def spread(value):
         return np.broadcast_to(np.asarray(value, int), batch).copy()
 
-    return Observation(
-        novice_cell,
-        spread(novice_cell if previous_cell is None else previous_cell),
-        spread(NOTHING if previous_action is None else previous_action),
+    return Percept(
+        child_cell[:, None],
+        spread(child_cell if previous_cell is None else previous_cell)[:, None],
+        spread(NOTHING if previous_action is None else previous_action)[:, None],
         spread(caregiver_cell),
         np.broadcast_to(np.asarray(candle_table, int), (batch, np.shape(candle_table)[-1])).copy(),
         spread(holding),
@@ -66,7 +59,7 @@ def test_the_greatest_expected_danger_wins_by_hand():
     #   cell 0: 5/1 > 4/3   cell 1: 5/2 > 4/2   cell 2: 5/3 < 4/1   cell 3: 5/4 < 4/2   cell 4: 5/5 < 4/3
     caregiver = PaperCaregiver(CORRIDOR)
     caregiver.reset(5)
-    assert caregiver.decide(see(range(5))).tolist() == [STAIRWELL, STAIRWELL, CANDLE, CANDLE, CANDLE]
+    assert caregiver.choose(see(range(5))).tolist() == [STAIRWELL, STAIRWELL, CANDLE, CANDLE, CANDLE]
 
 
 def test_the_linear_reading_by_hand():
@@ -74,22 +67,22 @@ def test_the_linear_reading_by_hand():
     #   cell 0: 5 * 4/5 > 4 * 2/5   cell 1: 5 * 3/5 > 4 * 3/5   cell 2: 5 * 2/5 < 4 * 4/5   cell 3: 5 * 1/5 < 4 * 3/5
     caregiver = PaperCaregiver(CORRIDOR, reach="linear")
     caregiver.reset(4)
-    assert caregiver.decide(see(range(4))).tolist() == [STAIRWELL, STAIRWELL, CANDLE, CANDLE]
-    np.testing.assert_allclose(caregiver.assess(see(range(4))).reach[0], [4 / 5, 2 / 5])
+    assert caregiver.choose(see(range(4))).tolist() == [STAIRWELL, STAIRWELL, CANDLE, CANDLE]
+    np.testing.assert_allclose(caregiver.assess(see(range(4))).reach[0, 0], [4 / 5, 2 / 5])
 
 
 def test_the_numbers_behind_a_decision_by_hand():
     caregiver = PaperCaregiver(CORRIDOR)
     caregiver.action_prior = np.array([[0.1, 0.6, 0.1, 0.2]] * 5)
     caregiver.reset(1)
-    observation = see(0, previous_cell=1, previous_action=WEST)
-    caregiver.watch(observation)
-    assessment = caregiver.assess(observation)
+    percept = see(0, previous_cell=1, previous_action=WEST)
+    caregiver.watch(percept)
+    assessment = caregiver.assess(percept)
     # One move west: theta 1/5 against rho 1/4: P(safe) = (1/5) / (1/5 + 1/4) = 4/9.
     # Reach: 1/1 and 1/3 of 4/3. Danger: 5/9 * 3/4 * 5 = 25/12 and 5/9 * 1/4 * 4 = 5/9.
-    np.testing.assert_allclose(assessment.safe, [4 / 9])
-    np.testing.assert_allclose(assessment.reach, [[3 / 4, 1 / 4]])
-    np.testing.assert_allclose(assessment.danger, [[25 / 12, 5 / 9]])
+    np.testing.assert_allclose(assessment.safe, [[4 / 9]])
+    np.testing.assert_allclose(assessment.reach, [[[3 / 4, 1 / 4]]])
+    np.testing.assert_allclose(assessment.danger, [[[25 / 12, 5 / 9]]])
 
 
 def test_moves_add_up_over_an_episode_and_reset_forgets_them():
@@ -97,12 +90,12 @@ def test_moves_add_up_over_an_episode_and_reset_forgets_them():
     caregiver.action_prior = np.array([[0.125, 0.5, 0.125, 0.25]] * 5)
     caregiver.reset(1)
     caregiver.watch(see(1))  # before the first move: nothing
-    assert caregiver.assess(see(1)).safe[0] == pytest.approx(1 / 2)
+    assert caregiver.assess(see(1)).safe[0, 0] == pytest.approx(1 / 2)
     for action, safe in ((EAST, 2 / 3), (EAST, 4 / 5), (NORTH, 2 / 3), (WEST, 2 / 3)):
         caregiver.watch(see(1, previous_action=action))
-        assert caregiver.assess(see(1)).safe[0] == pytest.approx(safe)
+        assert caregiver.assess(see(1)).safe[0, 0] == pytest.approx(safe)
     caregiver.reset(1)
-    assert caregiver.assess(see(1)).safe[0] == pytest.approx(1 / 2)
+    assert caregiver.assess(see(1)).safe[0, 0] == pytest.approx(1 / 2)
 
 
 def test_equal_dangers_go_to_the_stairwell_whatever_the_rounding():
@@ -112,11 +105,11 @@ def test_equal_dangers_go_to_the_stairwell_whatever_the_rounding():
     north[23] = south[18] = south[23] = "C"
     south[24] = "T"
     plan = FloorPlan.parse("\n".join(["#" * 27, "".join(north), "#S" + 23 * "." + "B#", "".join(south), "#" * 27]))
-    observation = see(plan.cell_index[(2, 11)], candle_table=[plan.candle_tables])
+    percept = see(plan.cell_index[(2, 11)], candle_table=[plan.candle_tables])
     caregiver = PaperCaregiver(plan)
     caregiver.reset(1)
-    assert sorted(caregiver.candidate_distances(observation)[0]) == [8, 10, 13, 13]
-    assert caregiver.decide(observation).tolist() == [STAIRWELL]
+    assert sorted(caregiver.hazard_distances(percept)[0, 0]) == [8, 10, 13, 13]
+    assert caregiver.choose(percept).tolist() == [STAIRWELL]
 
 
 def test_below_the_threshold_nothing_is_done():
@@ -124,7 +117,7 @@ def test_below_the_threshold_nothing_is_done():
     for threshold, decision in ((1.49, CANDLE), (1.51, NOTHING)):
         caregiver = PaperCaregiver(CORRIDOR, threshold=threshold)
         caregiver.reset(1)
-        assert caregiver.decide(see(2)).tolist() == [decision]
+        assert caregiver.choose(see(2)).tolist() == [decision]
 
 
 def test_a_novice_that_is_safe_beyond_doubt_is_protected_all_the_same():
@@ -132,16 +125,16 @@ def test_a_novice_that_is_safe_beyond_doubt_is_protected_all_the_same():
     caregiver.reset(1)
     for _ in range(5000):
         caregiver.watch(see(3, previous_cell=2, previous_action=EAST))
-    assert caregiver.assess(see(3)).safe[0] == 1.0
-    assert caregiver.decide(see(3)).tolist() == [CANDLE]
+    assert caregiver.assess(see(3)).safe[0, 0] == 1.0
+    assert caregiver.choose(see(3)).tolist() == [CANDLE]
 
 
 def test_a_carried_candle_is_no_candidate():
     caregiver = PaperCaregiver(CORRIDOR)
     caregiver.reset(1)
     carried = see(2, candle_table=[[NOTHING]], holding=0)
-    assert caregiver.decide(carried).tolist() == [STAIRWELL]
-    np.testing.assert_array_equal(caregiver.assess(carried).reach, [[1.0, 0.0]])
+    assert caregiver.choose(carried).tolist() == [STAIRWELL]
+    np.testing.assert_array_equal(caregiver.assess(carried).reach, [[[1.0, 0.0]]])
 
 
 def test_a_candle_that_is_safest_where_it_stands_is_left_there():
@@ -151,17 +144,17 @@ def test_a_candle_that_is_safest_where_it_stands_is_left_there():
     without_stairs = FloorPlan.parse("#########\n#......B#\n##T#C#T##\n#########")
     for caregiver in all_caregivers(without_stairs):
         caregiver.reset(1)
-        assert caregiver.decide(see(1, candle_table=[[2]])).tolist() == [NOTHING]
+        assert caregiver.choose(see(1, candle_table=[[2]])).tolist() == [NOTHING]
 
 
 def test_the_safe_table_is_the_bare_one_farthest_on_foot():
     caregiver = PaperCaregiver(CORRIDOR)
     # Table 1 bears the candle. Tables 0 and 2 are 1 and 5 moves from cell 0, 5 and 1 from cell 4.
-    assert caregiver.safe_table(see([0, 4]), np.zeros(2, int)).tolist() == [2, 0]
+    assert caregiver.destination(see([0, 4]), np.zeros(2, int)).tolist() == [2, 0]
     # Nor is a table bare that bears another candle.
     two = FloorPlan.parse("#########\n#S.....B#\n##T#C#C##\n#########")
     candles = see([0, 4], candle_table=[[1, 2]])
-    assert PaperCaregiver(two).safe_table(candles, np.zeros(2, int)).tolist() == [0, 0]
+    assert PaperCaregiver(two).destination(candles, np.zeros(2, int)).tolist() == [0, 0]
 
 
 def test_distance_is_on_foot_and_not_as_the_crow_flies():
@@ -170,7 +163,7 @@ def test_distance_is_on_foot_and_not_as_the_crow_flies():
     caregiver = PaperCaregiver(plan)
     start = plan.cell_index[(1, 2)]
     assert caregiver.table_distances[start].tolist() == [8.0, 2.0, 5.0]
-    assert caregiver.safe_table(see(start, candle_table=[[1]]), np.zeros(1, int)).tolist() == [0]
+    assert caregiver.destination(see(start, candle_table=[[1]]), np.zeros(1, int)).tolist() == [0]
 
 
 @pytest.mark.parametrize("option", [{"reach": "near"}, {"prior": "median"}])
@@ -191,14 +184,14 @@ def test_the_action_prior_depends_on_the_seed_alone_and_its_mean_on_the_experts(
 
 def test_the_decision_does_not_depend_on_what_is_thought_of_the_novice():
     """Equation (2) has 1 - P(safe) in every object's danger: it cannot change which is greatest."""
-    observation = see(range(5))
+    percept = see(range(5))
     decisions = []
     for seed in range(4):
         caregiver = PaperCaregiver(CORRIDOR, seed)
         caregiver.reset(5)
         for action in np.random.default_rng(seed).integers(4, size=30):
             caregiver.watch(see(range(5), previous_action=action))
-        decisions.append(caregiver.decide(observation).tolist())
+        decisions.append(caregiver.choose(percept).tolist())
     assert all(decision == decisions[0] for decision in decisions)
 
 
@@ -209,16 +202,16 @@ def test_a_house_without_candles():
     plan = FloorPlan.parse("######\n#S..B#\n#T..S#\n######")
     for caregiver in all_caregivers(plan):
         caregiver.reset(2)
-        decision = caregiver.decide(see([0, 1], candle_table=np.zeros((1, 0)), caregiver_cell=2))
+        decision = caregiver.choose(see([0, 1], candle_table=np.zeros((1, 0)), caregiver_cell=2))
         assert ((decision >= 0) & (decision < 2)).all()
 
 
 def test_a_house_without_stairwells():
     plan = FloorPlan.parse("#########\n#......B#\n##T#C#T##\n#########")
-    observation = see([0, 3])
+    percept = see([0, 3])
     for caregiver in all_caregivers(plan):
         caregiver.reset(2)
-        decision = caregiver.decide(observation)
+        decision = caregiver.choose(percept)
         assert decision.tolist() == ([NOTHING] * 2 if isinstance(caregiver, GuardCaregiver) else [0, 0])
 
 
@@ -226,9 +219,9 @@ def test_a_house_without_hazards():
     plan = FloorPlan.parse("####\n#..#\n#.B#\n####")
     for caregiver in all_caregivers(plan):
         caregiver.reset(3)
-        observation = see([0, 1, 2], candle_table=np.zeros((1, 0)), caregiver_cell=0)
-        caregiver.watch(observation)
-        assert caregiver.decide(observation).tolist() == [NOTHING] * 3
+        percept = see([0, 1, 2], candle_table=np.zeros((1, 0)), caregiver_cell=0)
+        caregiver.watch(percept)
+        assert caregiver.choose(percept).tolist() == [NOTHING] * 3
 
 
 # -- The baselines -------------------------------------------------------------------------------
@@ -238,7 +231,7 @@ def test_nearest_ignores_the_damage():
     # From cell 1 stairwell and candle are both 2 moves away, from cell 2 the candle is nearer.
     caregiver = NearestCaregiver(CORRIDOR)
     caregiver.reset(3)
-    assert caregiver.decide(see([0, 1, 2])).tolist() == [STAIRWELL, STAIRWELL, CANDLE]
+    assert caregiver.choose(see([0, 1, 2])).tolist() == [STAIRWELL, STAIRWELL, CANDLE]
 
 
 def test_guard_keeps_to_the_stairwell_nearest_to_its_start():
@@ -246,26 +239,26 @@ def test_guard_keeps_to_the_stairwell_nearest_to_its_start():
     caregiver = GuardCaregiver(plan)
     nothing = np.zeros((1, 0))
     caregiver.reset(2)
-    assert caregiver.decide(see([2, 2], nothing, caregiver_cell=[1, 4])).tolist() == [0, 1]
-    assert caregiver.decide(see([2, 2], nothing, caregiver_cell=[4, 1])).tolist() == [0, 1]
+    assert caregiver.choose(see([2, 2], nothing, caregiver_cell=[1, 4])).tolist() == [0, 1]
+    assert caregiver.choose(see([2, 2], nothing, caregiver_cell=[4, 1])).tolist() == [0, 1]
     caregiver.reset(1)
-    assert caregiver.decide(see([2], nothing, caregiver_cell=[4])).tolist() == [1]
+    assert caregiver.choose(see([2], nothing, caregiver_cell=[4])).tolist() == [1]
 
 
 def test_random_draws_once_a_timestep_and_evenly_among_what_is_worth_protecting():
     caregiver = RandomCaregiver(CORRIDOR)
     batch = 4000
     caregiver.reset(batch, range(batch))
-    observation = see(np.full(batch, 2))
-    first = caregiver.decide(observation)
-    assert (caregiver.decide(observation) == first).all()
-    caregiver.watch(observation)
-    second = caregiver.decide(observation)
+    percept = see(np.full(batch, 2))
+    first = caregiver.choose(percept)
+    assert (caregiver.choose(percept) == first).all()
+    caregiver.watch(percept)
+    second = caregiver.choose(percept)
     for decision in (first, second):
         assert np.mean(decision == CANDLE) == pytest.approx(0.5, abs=4 * 0.5 / np.sqrt(batch))
     assert np.mean(first == second) == pytest.approx(0.5, abs=4 * 0.5 / np.sqrt(batch))
     carried = see(np.full(batch, 2), candle_table=[[NOTHING]], holding=0)
-    assert (caregiver.decide(carried) == STAIRWELL).all()
+    assert (caregiver.choose(carried) == STAIRWELL).all()
 
 
 def test_random_draws_for_an_episode_by_its_seed_and_not_by_its_place():
@@ -275,9 +268,9 @@ def test_random_draws_for_an_episode_by_its_seed_and_not_by_its_place():
         caregiver.reset(len(seeds), seeds)
         taken = []
         for _ in range(300):  # longer than an episode
-            observation = see(np.full(len(seeds), 2))
-            caregiver.watch(observation)
-            taken.append(caregiver.decide(observation))
+            percept = see(np.full(len(seeds), 2))
+            caregiver.watch(percept)
+            taken.append(caregiver.choose(percept))
         return np.array(taken)
 
     together = decisions([3, 9, 3, 5])
@@ -287,51 +280,142 @@ def test_random_draws_for_an_episode_by_its_seed_and_not_by_its_place():
 
 
 @settings(max_examples=30, deadline=None)
-@given(plan_texts(largest=12), st.integers(0, 2**31 - 1))
-def test_every_caregiver_decides_for_each_world_alone_and_only_on_candidates(text, seed):
+@given(plan_texts(largest=12), st.integers(0, 2**31 - 1), st.integers(1, 3))
+def test_every_caregiver_decides_for_each_world_alone_and_only_on_hazards(text, seed, children):
     plan = FloorPlan.parse(text)
     random = np.random.default_rng(seed)
     batch, candles = 6, len(plan.candle_tables)
-    observation = Observation(
-        novice_cell=pick(random.random(batch), len(plan.free_cells)),
-        previous_cell=pick(random.random(batch), len(plan.free_cells)),
-        previous_action=random.integers(4, size=batch),
+    percept = Percept(
+        child_cell=pick(random.random((batch, children)), len(plan.free_cells)),
+        previous_cell=pick(random.random((batch, children)), len(plan.free_cells)),
+        previous_action=random.integers(-1, 4, size=(batch, children)),
         caregiver_cell=pick(random.random(batch), len(plan.caregiver_cells)),
         candle_table=np.array([random.permutation(len(plan.tables))[:candles] for _ in range(batch)]).reshape(
             batch, -1
         ),
         holding=np.full(batch, NOTHING),
+        candle_cell=np.full((batch, candles), NOTHING),
+        out_of_reach=random.random((batch, len(plan.hazards))) < 0.2,
     )
     for caregiver in all_caregivers(plan):
-        caregiver.reset(batch, range(batch))
-        caregiver.watch(observation)
-        decision = caregiver.decide(observation)
-        worth = caregiver.worth_protecting(observation)
-        assert worth.shape == (batch, len(plan.stairwells) + candles)
+        caregiver.reset(batch, range(batch), children)
+        caregiver.watch(percept)
+        decision = caregiver.choose(percept)
+        worth = caregiver.worth_protecting(percept)
+        assert worth.shape == (batch, len(plan.hazards))
         for i in range(batch):
-            assert decision[i] == NOTHING or worth[i, decision[i]]
-            one = Observation(*(getattr(observation, field)[i : i + 1] for field in observation.__dataclass_fields__))
-            caregiver.reset(1, [i])
+            is_worth = decision[i] == NOTHING or worth[i, decision[i]]
+            assert is_worth or isinstance(caregiver, GuardCaregiver)  # which stays at its post
+            one = Percept(*(getattr(percept, field)[i : i + 1] for field in percept.__dataclass_fields__))
+            caregiver.reset(1, [i], children)
             caregiver.watch(one)
-            assert caregiver.decide(one).tolist() == [decision[i]]
+            assert caregiver.choose(one).tolist() == [decision[i]]
             if candles:
-                safe = caregiver.safe_table(one, np.zeros(1, int))[0]
-                assert safe not in observation.candle_table[i]
+                safe = caregiver.destination(one, np.zeros(1, int))[0]
+                assert safe not in percept.candle_table[i]
+
+
+# -- Several children ------------------------------------------------------------------------------
+
+
+def two(first, second, **others):
+    """A percept of one world with two children."""
+    one, other = see(first, **others), see(second, **others)
+    names = ("child_cell", "previous_cell", "previous_action")
+    both = {name: np.concatenate([getattr(one, name), getattr(other, name)], axis=1) for name in names}
+    return dataclasses.replace(one, **both)
+
+
+def test_dangers_to_several_children_add_up_by_hand():
+    # Distances to stairwell and candle: child in cell 1: 2, 2; child in cell 4: 5, 3. Reach: 1/2, 1/2 and 3/8, 5/8.
+    # Both as likely safe as not: sums 5 (1/2 + 3/8) = 4.375 against 4 (1/2 + 5/8) = 4.5; the greatest are 2.5 and 2.5.
+    percept = two(1, 4)
+    caregiver = PaperCaregiver(CORRIDOR)
+    caregiver.reset(1, children=2)
+    assessment = caregiver.assess(percept)
+    np.testing.assert_allclose(assessment.reach, [[[1 / 2, 1 / 2], [3 / 8, 5 / 8]]])
+    np.testing.assert_allclose(assessment.danger, assessment.reach * [5, 4] / 2)
+    np.testing.assert_allclose(assessment.urgency, [[4.375, 4.5]])
+    assert caregiver.choose(percept).tolist() == [CANDLE]
+    greatest = PaperCaregiver(CORRIDOR, over_children="max")
+    greatest.reset(1, children=2)
+    np.testing.assert_allclose(greatest.assess(percept).urgency, [[2.5, 2.5]])
+    assert greatest.choose(percept).tolist() == [STAIRWELL]
+
+
+def test_the_child_that_is_not_safe_is_attended_to():
+    """The one in cell 0 is beside the stairs, the one in cell 2 beside the candle: whoever behaves worse decides."""
+    for careless, decision in ((0, STAIRWELL), (1, CANDLE)):
+        weighing, alike = PaperCaregiver(CORRIDOR), PaperCaregiver(CORRIDOR, weighs_safety=False)
+        for caregiver in (weighing, alike):
+            caregiver.action_prior = np.array([[0.05, 0.85, 0.05, 0.05]] * 5)
+            caregiver.reset(1, children=2)
+            actions = [EAST, EAST]
+            actions[careless] = WEST
+            for _ in range(4):
+                moved = dataclasses.replace(two(0, 2), previous_action=np.array([actions]))
+                caregiver.watch(moved)
+        assert weighing.choose(two(0, 2)).tolist() == [decision]
+        assert alike.choose(two(0, 2)).tolist() == [STAIRWELL]
+
+
+def test_children_that_are_both_safe_beyond_doubt_are_told_apart_all_the_same():
+    caregiver = PaperCaregiver(CORRIDOR, prior="mean")
+    caregiver.reset(1, children=2)
+    for timestep in range(5000):
+        actions = [EAST, EAST if timestep else NORTH]
+        caregiver.watch(dataclasses.replace(two(0, 2), previous_action=np.array([actions])))
+    assessment = caregiver.assess(two(0, 2))
+    assert assessment.safe.tolist() == [[1.0, 1.0]]
+    assert assessment.danger.sum() == 0.0
+    assert caregiver.choose(two(0, 2)).tolist() == [CANDLE]
+
+
+def test_the_candle_goes_to_the_table_farthest_from_the_nearest_child():
+    # Bare tables 0 and 2: child in cell 0 is 1 and 5 moves from them, the one in cell 3 4 and 2.
+    caregiver = PaperCaregiver(CORRIDOR)
+    assert caregiver.destination(two(0, 3), np.zeros(1, int)).tolist() == [2]
+    assert caregiver.destination(two(1, 4), np.zeros(1, int)).tolist() == [0]
+
+
+# -- From a hazard to an intervention ---------------------------------------------------------------
+
+
+def test_the_answer_is_a_whole_intervention():
+    caregiver = PaperCaregiver(CORRIDOR)
+    caregiver.reset(1)
+    assert list(caregiver.decide(see(0))) == [Intervention(BLOCK, STAIRWELL)]
+    assert list(caregiver.decide(see(4))) == [Intervention(RELOCATE, CANDLE, 0)]
+    nothing = caregiver.protect(see(0), np.array([NOTHING]))
+    assert list(nothing) == [Intervention(STAND_ASIDE)]
+
+
+@pytest.mark.parametrize(("answer", "problem"), [([99], "-1 to 1, not"), (0, "1 integers"), ([0.5], "1 integers")])
+def test_an_answer_that_is_none_is_refused_by_name(answer, problem):
+    class Confused(NearestCaregiver):
+        def choose(self, percept):
+            return np.array(answer)
+
+    with pytest.raises(CaregiverError, match=rf"Confused.choose must answer with {problem}"):
+        Confused(CORRIDOR).decide(see(0))
+
+
+# -- Candles on the floor ---------------------------------------------------------------------------
 
 
 def test_a_candle_on_the_floor_is_protected_like_any_other():
     """From cell 4 it is one move away, the stairwell five."""
     seen = dataclasses.replace(see(4, candle_table=((NOTHING,),)), candle_cell=np.array([[3]]))
-    assert make_caregiver("paper", CORRIDOR).decide(seen).tolist() == [CANDLE]
-    assert make_caregiver("paper", CORRIDOR).decide(see(4, candle_table=((NOTHING,),))).tolist() == [STAIRWELL]
+    assert make_caregiver("paper", CORRIDOR).choose(seen).tolist() == [CANDLE]
+    assert make_caregiver("paper", CORRIDOR).choose(see(4, candle_table=((NOTHING,),))).tolist() == [STAIRWELL]
 
 
-@pytest.mark.parametrize(("novice_cell", "moves"), [(0, 3), (1, 2), (2, 1), (3, 1), (4, 1)])
-def test_a_candle_on_the_floor_is_as_near_as_its_cell(novice_cell, moves):
+@pytest.mark.parametrize(("child_cell", "moves"), [(0, 3), (1, 2), (2, 1), (3, 1), (4, 1)])
+def test_a_candle_on_the_floor_is_as_near_as_its_cell(child_cell, moves):
     """It lies in cell 3: one runs into it by stepping there, or is there already."""
-    seen = dataclasses.replace(see(novice_cell, candle_table=((NOTHING,),)), candle_cell=np.array([[3]]))
+    seen = dataclasses.replace(see(child_cell, candle_table=((NOTHING,),)), candle_cell=np.array([[3]]))
     caregiver = make_caregiver("nearest", CORRIDOR)
-    assert caregiver.candidate_distances(seen).tolist() == [[novice_cell + 1, moves]]
+    assert caregiver.hazard_distances(seen).tolist() == [[[child_cell + 1, moves]]]
 
 
 # -- The registry --------------------------------------------------------------------------------
@@ -339,6 +423,7 @@ def test_a_candle_on_the_floor_is_as_near_as_its_cell(novice_cell, moves):
 
 def test_caregivers_are_made_by_name():
     assert list(CAREGIVERS)[:5] == ["none", "random", "nearest", "guard", "paper"]
+    assert set(BY_NAME) == set(CAREGIVERS) - {"none"}
     assert make_caregiver("none", CORRIDOR) is None
     for name in BY_NAME:
         caregiver = make_caregiver(name, CORRIDOR, 3)
@@ -357,7 +442,7 @@ def offered(monkeypatch):
     values = {}
 
     def entry_points(*, group):
-        assert group == ENTRY_POINTS
+        assert group == "caregiver_mj.caregivers"
         return importlib.metadata.EntryPoints(importlib.metadata.EntryPoint(n, v, group) for n, v in values.items())
 
     monkeypatch.setattr(importlib.metadata, "entry_points", entry_points)
@@ -379,7 +464,7 @@ def test_other_packages_caregivers_are_found_when_asked_for(offered):
 def test_other_packages_do_not_replace_ours(offered):
     offered["paper"] = f"{__name__}:Nanny"
     assert CAREGIVERS["paper"] is PaperCaregiver
-    assert len(CAREGIVERS) == 5
+    assert list(CAREGIVERS).count("paper") == 1
 
 
 @pytest.mark.parametrize(

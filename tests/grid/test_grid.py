@@ -1,6 +1,5 @@
 """The grid world, held against published figures and against a plain world of one episode, written here."""
 
-import dataclasses
 import functools
 from fractions import Fraction
 
@@ -10,10 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_plans import plan_texts
 
-from caregiver_mj.caregivers.caregiver import NOTHING, Caregiver, make_caregiver
-from caregiver_mj.children.novice import EPISODE_TIMESTEPS, NoviceTape
+from caregiver_mj.caregivers import Caregiver, make_caregiver
+from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
 from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.yielding import yielding
 
 STEPS = ((-1, 0), (0, 1), (1, 0), (0, -1))
@@ -21,7 +21,7 @@ EPSILONS = (1.0, 0.75, 0.5, 0.25, 0.05)
 
 
 def tapes(seeds, timesteps=EPISODE_TIMESTEPS):
-    return [NoviceTape.draw(np.random.RandomState(seed), timesteps) for seed in seeds]
+    return [Tape.draw_family(np.random.RandomState(seed), 1, timesteps) for seed in seeds]
 
 
 @pytest.fixture(scope="module")
@@ -46,10 +46,10 @@ ROUNDING = 0.05  # the published figures have one decimal
 
 @pytest.mark.parametrize("epsilon", EPSILONS)
 def test_unassisted_novices_come_to_the_published_figures(paper, epsilon):
-    outcome = run_episodes(paper, epsilon, None, range(500))
+    totals = run_episodes(paper, epsilon, None, range(500)).totals()
     names = ("damage", "timesteps_to_threshold", "cells_visited", "toys_reached")
     for name, published in zip(names, ALONE[epsilon], strict=True):
-        figure = getattr(outcome, name)
+        figure = totals[name]
         error = figure.std(ddof=1) * np.sqrt(1 / len(figure) + 1 / PUBLISHED_EPISODES)
         assert figure.mean() == pytest.approx(published, abs=3 * error + ROUNDING), name
 
@@ -60,14 +60,14 @@ ASSISTED = {1.0: (0.32, 105), 0.75: (0.28, 142), 0.5: (0.29, 170), 0.25: (0.32, 
 
 @pytest.mark.parametrize("epsilon", EPSILONS)
 def test_the_caregiver_prevents_most_of_the_damage_and_leaves_the_toys(paper, epsilon):
-    alone = run_episodes(paper, epsilon, None, range(1000))
-    assisted = run_episodes(paper, epsilon, make_caregiver("paper", paper), range(1000))
+    alone = run_episodes(paper, epsilon, None, range(1000)).totals()
+    assisted = run_episodes(paper, epsilon, make_caregiver("paper", paper), range(1000)).totals()
     left, timesteps = ASSISTED[epsilon]
-    assert assisted.damage.mean() <= left * alone.damage.mean()
-    assert assisted.timesteps_to_threshold.mean() >= timesteps
+    assert assisted["damage"].mean() <= left * alone["damage"].mean()
+    assert assisted["timesteps_to_threshold"].mean() >= timesteps
     if epsilon < 1:  # random motion reaches half a toy an episode
-        assert assisted.toys_reached.mean() >= 0.97 * alone.toys_reached.mean()
-    assert (assisted.interventions_done <= assisted.interventions).all()
+        assert assisted["toys_reached"].mean() >= 0.97 * alone["toys_reached"].mean()
+    assert (assisted["interventions_done"] <= assisted["interventions"]).all()
 
 
 # -- A plain world -------------------------------------------------------------------------------
@@ -270,8 +270,8 @@ def batched_state(world, i):
     plan = world.plan
     held = int(world.holding[i])
     return (
-        plan.free_cells[world.novice_cell[i]],
-        plan.bins[world.goal[i]],
+        plan.free_cells[world.child_cell[i, 0]],
+        plan.bins[world.goal[i, 0]],
         plan.caregiver_cells[world.caregiver_cell[i]],
         None if held == NOTHING else held,
         tuple(None if t == NOTHING else plan.tables[t] for t in world.candle_table[i]),
@@ -284,7 +284,7 @@ def compare_with_the_plain_world(text, epsilon, assisted, seeds, timesteps):
     world = GridWorld(plan, epsilon, make_caregiver("paper", plan) if assisted else None)
     world.reset(batch)
     plain_worlds = []
-    for tape in batch:
+    for (tape,) in batch:
         plain = PlainWorld(text, epsilon, assisted)
         plain.begin(tape)
         plain_worlds.append(plain)
@@ -295,10 +295,10 @@ def compare_with_the_plain_world(text, epsilon, assisted, seeds, timesteps):
             assert batched_state(world, i) == plain.state(), f"episode {i} before timestep {timestep}"
             plain.step()
         world.step()
-    outcome = dataclasses.asdict(world.outcome())
-    outcome["timesteps_to_threshold"] = np.where(world.stopped, outcome["timesteps_to_threshold"], timesteps)
+    totals = world.ledger.totals()
     for i, plain in enumerate(plain_worlds):
-        assert {name: figure[i] for name, figure in outcome.items()} == plain.figures()
+        figures = plain.figures()
+        assert {name: totals[name][i] for name in figures} == figures
 
 
 @settings(max_examples=25, deadline=None)
@@ -321,13 +321,14 @@ def test_in_the_paper_house_it_is_the_plain_world_for_whole_episodes(paper, epsi
 # -- One among many ------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("family", ["0.5", "1,0.25", "adversary:0,0.5"])
 @pytest.mark.parametrize("name", ["none", "random", "nearest", "guard", "paper"])
-def test_an_episode_is_the_same_alone_and_among_others(paper, name):
+def test_an_episode_is_the_same_alone_and_among_others(paper, name, family):
     seeds = [7, 3, 3, 11, 0]
-    together = dataclasses.asdict(run_episodes(paper, 0.5, make_caregiver(name, paper), seeds))
+    together = run_episodes(paper, family, make_caregiver(name, paper), seeds)
     for i, seed in enumerate(seeds):
-        alone = dataclasses.asdict(run_episodes(paper, 0.5, make_caregiver(name, paper), [seed]))
-        assert {key: figure[0] for key, figure in alone.items()} == {key: figure[i] for key, figure in together.items()}
+        alone = run_episodes(paper, family, make_caregiver(name, paper), [seed])
+        assert alone.outcome() == together.outcome(i)
 
 
 def test_a_world_can_be_used_again(paper):
@@ -345,9 +346,9 @@ def test_the_novice_draws_the_same_with_and_without_a_caregiver(paper):
     for _ in range(30):
         alone.step()
         assisted.step()
-    untouched = assisted.outcome().moves_blocked == 0
+    untouched = assisted.ledger.moves_blocked[:, 0] == 0
     assert untouched.sum() > 20
-    assert (alone.novice_cell == assisted.novice_cell)[untouched].all()
+    assert (alone.child_cell == assisted.child_cell)[untouched].all()
 
 
 def test_progress_is_reported_once_a_timestep(paper):
@@ -368,20 +369,19 @@ def test_nothing_impossible_happens(text, epsilon, name):
     between = plan.graph.distances_from(range(len(plan.caregiver_cells)))
     worlds = np.arange(8)
     for _ in range(80):
-        novice, caregiver = world.novice_cell, world.caregiver_cell
+        novice, caregiver = world.child_cell[:, 0], world.caregiver_cell
         world.step()
-        assert (between[novice, world.novice_cell] <= 1).all()
+        assert (between[novice, world.child_cell[:, 0]] <= 1).all()
         assert (between[caregiver, world.caregiver_cell] <= 3).all()
-        assert (world.novice_cell != world.caregiver_cell).all()
+        assert (world.child_cell[:, 0] != world.caregiver_cell).all()
         # Every candle is on a table of its own, or is the one in the hand.
         for i in worlds:
             placed = world.candle_table[i][world.candle_table[i] != NOTHING]
             assert len(set(placed)) == len(placed) == len(plan.candle_tables) - (world.holding[i] != NOTHING)
-    outcome = world.outcome()
-    total = outcome.damage_stairwell + outcome.damage_candle + outcome.damage_table
-    assert (outcome.damage == total).all()
-    assert (outcome.interventions_done <= outcome.interventions).all()
-    assert (outcome.moves_blocked <= 80).all()
+    totals = world.ledger.totals()
+    assert (totals["damage"] == sum(totals[f"damage_{kind}"] for kind in ("stairwell", "candle", "table"))).all()
+    assert (totals["interventions_done"] <= totals["interventions"]).all()
+    assert (totals["moves_blocked"] <= 80).all()
 
 
 # -- The caregiver's manners, by hand ------------------------------------------------------------
@@ -392,19 +392,19 @@ class Fixed(Caregiver):
 
     target = 0
 
-    def decide(self, observation):
-        return np.full(len(observation.novice_cell), self.target)
+    def choose(self, percept):
+        return np.full(len(percept.child_cell), self.target)
 
 
 def place(world, novice, caregiver):
     """Puts novice and caregiver on cells, as if the novice had stood still."""
-    world.novice_cell[:] = world.previous_cell[:] = world.plan.cell_index[novice]
+    world.child_cell[:] = world.previous_cell[:] = world.plan.cell_index[novice]
     world.caregiver_cell[:] = world.plan.cell_index[caregiver]
 
 
 def moving(world, action, timesteps=1):
     """Tapes in which the novice makes one move, always."""
-    world.reset([NoviceTape(np.zeros(3), np.tile([0.0, (action + 0.5) / 4, 0.0], (timesteps, 1)))])
+    world.reset([[Tape(np.zeros(3), np.tile([0.0, (action + 0.5) / 4, 0.0], (timesteps, 1)))]])
 
 
 NORTH, EAST, SOUTH, WEST = range(4)
@@ -422,7 +422,7 @@ def test_it_goes_at_three_cells_a_timestep_and_blocks():
         world.step()
         cells.append(DOORWAY.caregiver_cells[world.caregiver_cell[0]])
     assert cells == [(2, 5), (1, 7), (1, 8)]  # 3, 3 and the last one of 7 moves
-    assert world.outcome().interventions_done.tolist() == [1]
+    assert world.ledger.totals()["interventions_done"].tolist() == [1]
 
 
 def test_a_novice_cannot_enter_a_blocked_stairwell():
@@ -430,11 +430,11 @@ def test_a_novice_cannot_enter_a_blocked_stairwell():
     moving(world, EAST, 2)
     place(world, (1, 7), (1, 6))
     world.step()
-    assert world.outcome().damage.tolist() == [5]
+    assert world.ledger.totals()["damage"].tolist() == [5]
     place(world, (1, 7), (1, 8))
     world.step()
-    assert world.outcome().damage.tolist() == [5]
-    assert world.outcome().moves_blocked.tolist() == [1]
+    assert world.ledger.totals()["damage"].tolist() == [5]
+    assert world.ledger.totals()["moves_blocked"].tolist() == [1]
 
 
 def test_it_follows_a_novice_that_walks_away_through_a_doorway():
@@ -459,7 +459,7 @@ def test_it_steps_aside_for_a_novice_that_bumps_into_it():
     moving(world, WEST)
     place(world, (2, 4), (2, 3))
     world.step()
-    assert world.outcome().moves_blocked.tolist() == [1]
+    assert world.ledger.totals()["moves_blocked"].tolist() == [1]
     assert DOORWAY.caregiver_cells[world.caregiver_cell[0]] == (1, 3)
 
 
@@ -470,8 +470,8 @@ def test_with_nothing_to_do_it_keeps_out_of_the_way():
     moving(world, NORTH)
     place(world, (2, 4), (2, 2))
     world.step()  # into the doorway's wall
-    assert yielding(DOORWAY).routes_over(world.novice_cell[0])[world.caregiver_cell[0]] == 0
-    assert world.outcome().interventions.tolist() == [0]
+    assert yielding(DOORWAY).routes_over(int(world.child_cell[0, 0]))[world.caregiver_cell[0]] == 0
+    assert world.ledger.totals()["interventions"].tolist() == [0]
 
 
 def test_get_and_place_take_an_action_each_beside_the_tables():
@@ -487,7 +487,7 @@ def test_get_and_place_take_an_action_each_beside_the_tables():
     world.caregiver.target = NOTHING  # or it would take it again at once
     world.step()  # place, and out of the way
     assert world.candle_table.tolist() == [[1]]
-    assert world.outcome().interventions_done.tolist() == [1]
+    assert world.ledger.totals()["interventions_done"].tolist() == [1]
 
 
 @pytest.mark.parametrize(("novice", "held", "cell"), [((1, 4), NOTHING, (2, 1)), ((2, 1), 0, (3, 1))])
@@ -511,15 +511,85 @@ def test_a_carried_candle_does_no_damage_and_its_table_little():
     world.step()
     world.candle_table[:] = NOTHING
     world.step()
-    assert world.outcome().damage_candle.tolist() == [4]
-    assert world.outcome().damage_table.tolist() == [1]
+    assert world.ledger.totals()["damage_candle"].tolist() == [4]
+    assert world.ledger.totals()["damage_table"].tolist() == [1]
 
 
 @pytest.mark.parametrize("text", ["#####\n#S.B#\n##T##\n#####", "####\n#.B#\n####"], ids=["landing", "no landing"])
 @pytest.mark.parametrize("name", ["none", "random", "nearest", "guard", "paper"])
 def test_a_house_of_one_cell_has_episodes_too(text, name):
     plan = FloorPlan.parse(text)
-    outcome = run_episodes(plan, 0.5, make_caregiver(name, plan), range(3))
-    assert (outcome.toys_reached > 0).all()
+    totals = run_episodes(plan, 0.5, make_caregiver(name, plan), range(3)).totals()
+    assert (totals["toys_reached"] > 0).all()
     if plan.stairwells and name != "none":
-        assert (outcome.damage_stairwell == 0).all()  # the caregiver starts on the landing
+        assert (totals["damage_stairwell"] == 0).all()  # the caregiver starts on the landing
+
+
+# -- Several children ------------------------------------------------------------------------------
+
+
+@settings(max_examples=15, deadline=None)
+@given(plan_texts(), st.sampled_from(["1,0.25", "0.5,0.5", "1,1,0"]), st.sampled_from(["none", "nearest", "paper"]))
+def test_children_are_never_in_one_cell_nor_in_the_caregivers(text, family, name):
+    plan = FloorPlan.parse(text)
+    children = family.count(",") + 1
+    if len(plan.free_cells) <= children:
+        return
+    world = GridWorld(plan, family, make_caregiver(name, plan))
+    world.reset([Tape.draw_family(np.random.RandomState(seed), children) for seed in range(6)])
+    for _ in range(60):
+        world.step()
+        cells = np.concatenate([world.child_cell, world.caregiver_cell[:, None]], axis=1)
+        if name == "none":
+            cells = world.child_cell
+        assert all(len(set(row)) == len(row) for row in cells.tolist())
+    totals = world.ledger.totals()
+    for i in range(6):
+        outcome = world.ledger.outcome(i)
+        assert sum(outcome["damage_by_child"]) == outcome["damage"] == totals["damage"][i]
+        assert sum(outcome["toys_by_child"]) == outcome["toys_reached"]
+
+
+def test_the_first_child_is_an_only_child_as_long_as_nobody_is_in_its_way(paper):
+    one, other = GridWorld(paper, "0.5", None), GridWorld(paper, "0.5,0.5", None)
+    seeds = range(40)
+    one.reset([Tape.draw_family(np.random.RandomState(seed), 1) for seed in seeds])
+    other.reset([Tape.draw_family(np.random.RandomState(seed), 2) for seed in seeds])
+    apart = np.ones(40, bool)
+    between = paper.graph.distances_from(range(len(paper.free_cells)))
+    for _ in range(10):
+        apart &= between[other.child_cell[:, 0], other.child_cell[:, 1]] > 2
+        one.step()
+        other.step()
+        assert (one.child_cell[:, 0] == other.child_cell[:, 0])[apart].all()
+    assert apart.sum() > 5
+
+
+def test_a_child_waits_before_a_cell_in_which_another_one_is():
+    world = GridWorld(DOORWAY, "1,1", None)
+    west = Tape(np.zeros(3), np.tile([0.0, (WEST + 0.5) / 4, 0.0], (2, 1)))
+    world.reset([[west, west]])
+    world.child_cell[:] = [[DOORWAY.cell_index[cell] for cell in ((1, 1), (1, 2))]]
+    world.step()  # the first one bumps into the wall, the second one waits
+    assert [DOORWAY.free_cells[cell] for cell in world.child_cell[0]] == [(1, 1), (1, 2)]
+    assert world.previous_action.tolist() == [[WEST, NOTHING]]
+    assert world.ledger.totals()["damage"].tolist() == world.ledger.totals()["moves_blocked"].tolist() == [0]
+    world.child_cell[:] = [[DOORWAY.cell_index[cell] for cell in ((1, 2), (1, 3))]]
+    world.step()  # the first one makes room
+    assert [DOORWAY.free_cells[cell] for cell in world.child_cell[0]] == [(1, 1), (1, 2)]
+
+
+@pytest.mark.parametrize("children", [1, 2])
+def test_the_caregiver_keeps_to_paths_that_no_child_closes(children):
+    """Two ways lead to the stairs; a child that bumps into the wall stands in each."""
+    plan = FloorPlan.parse("#########\n#.......#\n#.##B##.#\n#.#####S#\n#.......#\n#########")
+    world = GridWorld(plan, ",".join(["1"] * children), Fixed(plan))
+    north = Tape(np.zeros(3), np.tile([0.0, (NORTH + 0.5) / 4, 0.0], (5, 1)))
+    world.reset([[north] * children])
+    world.child_cell[:] = world.previous_cell[:] = [[plan.cell_index[cell] for cell in ((1, 5), (4, 4))][:children]]
+    world.caregiver_cell[:] = plan.cell_index[(1, 3)]
+    for _ in range(5):
+        world.step()
+    cell = plan.caregiver_cells[world.caregiver_cell[0]]
+    assert (cell == (3, 7)) == (children == 1)
+    assert world.ledger.totals()["interventions_done"].tolist() == [children == 1]

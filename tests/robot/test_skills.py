@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from dm_control.rl import control
-from random_plans import random_plan
 
 import caregiver_mj
 from caregiver_mj.plans.cell_graph import ACTIONS
@@ -99,9 +98,9 @@ def act(env, policy, step, recorder=None):
     params=[
         ("paper", 1),
         (SMALL, 2),
-        (FloorPlan.parse(random_plan(np.random.default_rng(4), 9, 9, candles=2), "r"), 3),
+        ("house-4-9x9-candles2", 3),
     ],
-    ids=["paper", "small", "random"],
+    ids=["paper", "small", "generated"],
 )
 def relocation(request):
     """An episode of relocate_candle to three seconds after the candle was put down."""
@@ -369,8 +368,7 @@ def test_driving_into_the_toddler_is_a_strike_unless_it_is_slow(speed, struck, m
 
 @pytest.mark.parametrize(
     ("house", "seed"),
-    [("paper", 1), (FloorPlan.parse(random_plan(np.random.default_rng(21), 10, 12, candles=3), "random"), 1)],
-    ids=["paper", "random"],
+    [("paper", 1), ("house-21-12x10-candles3", 1)],
 )
 def test_supervised_episode_has_no_strike_and_no_dropped_candle(house, seed):
     env = caregiver_mj.load("supervise", house, epsilon=1.0, random=seed)

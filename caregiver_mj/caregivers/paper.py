@@ -1,0 +1,123 @@
+"""The paper's rule: protect the object of greatest expected danger (sections III and IV)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from caregiver_mj.caregivers.caregiver import Caregiver, first_of_greatest
+from caregiver_mj.caregivers.percept import Assessment, Percept
+from caregiver_mj.children.expert import EXPERT_TIMESTEPS, expert_trajectories
+from caregiver_mj.danger import safety
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
+
+_OPTIONS = {"reach": ("inverse", "linear"), "prior": ("draw", "mean"), "over_children": ("sum", "max")}
+
+
+class PaperCaregiver(Caregiver):
+    """Protects the children from the hazard of greatest expected danger, equation (2), over all of them.
+
+    The paper has one child; of several, the dangers that a hazard is to each are added up, or the greatest one counts.
+    """
+
+    def __init__(
+        self,
+        plan: FloorPlan,
+        seed: int = 0,
+        *,
+        reach: str = "inverse",
+        prior: str = "draw",
+        hyperprior: float = safety.HYPERPRIOR,
+        expert_timesteps: int = EXPERT_TIMESTEPS,
+        threshold: float = 0.0,
+        over_children: str = "sum",
+        weighs_safety: bool = True,
+    ):
+        """Learns the action prior from experts.
+
+        Args:
+            plan: The house.
+            seed: Seed of the expert trajectories and the Dirichlet draw.
+            reach: Reading of P(reach): "inverse" or "linear" distance.
+            prior: theta_s as a "draw" from Dir(alpha_s), or its "mean".
+            hyperprior: alpha_s^0(a).
+            expert_timesteps: Length of all expert trajectories together.
+            threshold: Expected danger below which nothing is done.
+            over_children: How the dangers to several children are put together: their "sum", or the "max".
+            weighs_safety: Whether the factor 1 - P(safe) tells between children; without it all count alike.
+
+        Raises:
+            CaregiverError: An option has none of its values.
+        """
+        super().__init__(plan, seed)
+        for what, value in (("reach", reach), ("prior", prior), ("over_children", over_children)):
+            if value not in _OPTIONS[what]:
+                raise CaregiverError(f"{what} must be one of {', '.join(_OPTIONS[what])}, not {value!r}")
+        random = np.random.default_rng(seed)
+        experts = expert_trajectories(plan, random, expert_timesteps)
+        alpha = safety.action_counts(experts, len(plan.free_cells), hyperprior)
+        self.action_prior = (
+            safety.action_prior_draw(alpha, random) if prior == "draw" else safety.action_prior_mean(alpha)
+        )
+        self._reach, self._threshold = reach, threshold
+        self._over_children, self._weighs_safety = over_children, weighs_safety
+        # Candles can come to stand on any table, so the largest distance is that over all tables.
+        self._largest_distance = max(
+            d.max() for d in (self.table_distances, self.stairwell_distances, np.ones(1)) if d.size
+        )
+        self.reset(1)
+
+    def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
+        self._log_ratio = np.zeros((batch, children))
+
+    def watch(self, percept: Percept) -> None:
+        moved = percept.previous_action != NOTHING
+        ratio = safety.log_likelihood_ratio(self.action_prior, percept.previous_cell, percept.previous_action)
+        self._log_ratio += np.where(moved, ratio, 0.0)
+
+    def assess(self, percept: Percept) -> Assessment:
+        """P(safe|tau), P(reach|tau) and expected danger as they stand now."""
+        distance = self.hazard_distances(percept)
+        if self._reach == "inverse":
+            reach = safety.reach_inverse(distance)
+        else:
+            reach = safety.reach_linear(distance, self._largest_distance)
+        safe, damage = safety.probability_safe(self._log_ratio), self.plan.hazards.damage
+        danger = safety.expected_danger(safe, reach, damage)
+        # 1 - P(safe) may round to 0 after a long safe walk. What tells between children is how they compare, so it is
+        # taken in log space, over the greatest one; a single child's is then exactly 1 and tells nothing.
+        unsafe = safety.log_probability_unsafe(self._log_ratio)
+        weight = np.exp(unsafe - unsafe.max(axis=1, keepdims=True))
+        weighted = (weight if self._weighs_safety else np.ones_like(weight))[..., None] * reach * damage
+        urgency = weighted.sum(axis=1) if self._over_children == "sum" else weighted.max(axis=1)
+        return Assessment(safe, reach, danger, urgency)
+
+    def choose(self, percept: Percept) -> np.ndarray:
+        assessment = self.assess(percept)
+        target, most = first_of_greatest(np.where(self.worth_protecting(percept), assessment.urgency, 0.0))
+        danger = np.where(most > 0, (1.0 - assessment.safe).max(axis=1) * most, -np.inf)
+        return np.where(danger >= self._threshold, target, NOTHING)
+
+
+class PaperMaxCaregiver(PaperCaregiver):
+    """The rule with the greatest danger to any child instead of the sum over them."""
+
+    def __init__(self, plan: FloorPlan, seed: int = 0):
+        super().__init__(plan, seed, over_children="max")
+
+
+class PaperAlikeCaregiver(PaperCaregiver):
+    """The rule without the factor 1 - P(safe): all children count alike, however they behave."""
+
+    def __init__(self, plan: FloorPlan, seed: int = 0):
+        super().__init__(plan, seed, weighs_safety=False)
+
+
+class PaperMaxAlikeCaregiver(PaperCaregiver):
+    """The rule without the factor, with the greatest danger to any child."""
+
+    def __init__(self, plan: FloorPlan, seed: int = 0):
+        super().__init__(plan, seed, over_children="max", weighs_safety=False)

@@ -1,0 +1,40 @@
+"""The caregivers by name."""
+
+from __future__ import annotations
+
+from caregiver_mj.caregivers.baselines import GuardCaregiver, NearestCaregiver, RandomCaregiver
+from caregiver_mj.caregivers.caregiver import Caregiver
+from caregiver_mj.caregivers.paper import (
+    PaperAlikeCaregiver,
+    PaperCaregiver,
+    PaperMaxAlikeCaregiver,
+    PaperMaxCaregiver,
+)
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.registry import Registry
+
+CAREGIVERS: Registry[type[Caregiver]] = Registry(
+    "caregiver",
+    "caregiver_mj.caregivers",
+    "caregiver_mj.caregivers.caregiver.Caregiver",
+    {
+        "none": None,
+        "random": RandomCaregiver,
+        "nearest": NearestCaregiver,
+        "guard": GuardCaregiver,
+        "paper": PaperCaregiver,
+        "paper-max": PaperMaxCaregiver,
+        "paper-alike": PaperAlikeCaregiver,
+        "paper-max-alike": PaperMaxAlikeCaregiver,
+    },
+)
+
+
+def make_caregiver(name: str, plan: FloorPlan, seed: int = 0) -> Caregiver | None:
+    """Makes a caregiver by name; "none" gives None.
+
+    Raises:
+        CaregiverError: There is none of that name, or another package's cannot be loaded.
+    """
+    maker = CAREGIVERS[name]
+    return maker(plan, seed) if maker else None

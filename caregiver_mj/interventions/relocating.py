@@ -1,0 +1,112 @@
+"""How the robot relocates a candle: pick it up, carry it, put it down; and what it does when that goes wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from caregiver_mj.interventions.intervention import BLOCK, Intervention
+from caregiver_mj.interventions.routine import PASSED_OVER, Means, Routine
+from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.robot import skills
+from caregiver_mj.robot.status import Status
+from caregiver_mj.robot.view import View
+
+if TYPE_CHECKING:
+    from caregiver_mj.caregivers.percept import Percept
+
+# Moves from a stairwell within which a child that heads for it makes the robot put a candle down early. From farther
+# away a toddler seldom goes on; with no such limit the candles end up nearer to it, and all of it does more harm.
+_ALARM = 4
+_CRUISING_SPEED, _PLACING_TIME = 1.1, 1.5  # m/s with corners and stops, and seconds to put a candle down
+
+
+class Relocating(Routine):
+    """One candle on its way.
+
+    Attributes:
+        candle: Index of the candle.
+    """
+
+    def __init__(self, means: Means, intervention: Intervention, view: View, percept: Percept):
+        self.candle = candle = means.plan.hazards.candle(intervention.hazard)
+        table = int(percept.candle_table[0, candle])
+        if table != NOTHING and view.stands_on_table(candle):
+            skill: skills.Skill = skills.Pick(means.navigator, candle, table)
+            activity = f"fetch candle {candle + 1}"
+        else:
+            skill = skills.Retrieve(means.navigator, means.retrievals, candle)
+            activity = f"pick up candle {candle + 1}"
+        super().__init__(means, intervention, skill, activity)
+
+    def after(self, status: Status, view: View, see: Callable[[], Percept]) -> Status:
+        if not isinstance(self.skill, skills.Place):
+            if status is not Status.DONE:
+                return status
+            self.holding = self.candle
+            self._carry(see())
+            return Status.RUNNING
+        if status is Status.FAILED:  # it has still got the candle
+            self.means.passed_over.note(self.intervention.hazard, view.now + PASSED_OVER)
+            self._carry(see(), refused=self.skill.table)
+            return Status.RUNNING
+        self.holding = NOTHING
+        return status
+
+    def hear(self, percept: Percept, wanted: Intervention) -> None:
+        """Has the candle put down earlier if a child could else be at a stairwell before the robot.
+
+        It then goes to the table by way of which the robot is there first. On that one the candle must be farther from
+        every child than the stairwell is from the one in danger. For another candle, which is no worse than the one in
+        the hand, it is not worth while: that has to be fetched again the sooner.
+        """
+        if wanted.verb != BLOCK or self.means.takes_orders:
+            return
+        graph, stairwell = self.means.plan.graph, self.means.plan.hazards.stairwell(wanted.hazard)
+        now = graph.stairwell_distances[percept.child_cell[0], stairwell]
+        before = graph.stairwell_distances[percept.previous_cell[0], stairwell]
+        if not (heads_there := (now <= _ALARM) & (now < before)).any():
+            return
+        moves = int(now[heads_there].min())
+        time_left = moves * self.means.novice_timestep
+        if self._seconds_by_way_of(self.skill.table, stairwell, percept) <= time_left:
+            return
+        far = graph.table_distances[percept.child_cell[0]].min(axis=0)
+        tables = (table for table in self._bare_tables(percept) if far[table] > moves)
+        seconds = {table: self._seconds_by_way_of(table, stairwell, percept) for table in tables}
+        table = min(seconds, key=seconds.get, default=self.skill.table)
+        if table != self.skill.table and seconds[table] <= time_left:
+            self._place_on(table)
+
+    def _carry(self, percept: Percept, refused: int = NOTHING) -> None:
+        """Takes the candle where the caregiver wants it; from a table that it could not be brought to, to another."""
+        table = self.means.destination(percept, self.candle)
+        if table == refused and not self.means.takes_orders:
+            far = self.means.plan.graph.table_distances[percept.child_cell[0]].min(axis=0)
+            bare = (other for other in self._bare_tables(percept) if other != refused)
+            table = max(bare, key=lambda other: (self._is_open(other, percept), far[other]), default=table)
+        self._place_on(table)
+
+    def _place_on(self, table: int) -> None:
+        self.skill = skills.Place(self.means.navigator, self.candle, table)
+        self.activity = f"carry candle {self.candle + 1} to table {table + 1}"
+
+    def _bare_tables(self, percept: Percept) -> list[int]:
+        return sorted(set(range(len(self.means.plan.tables))) - set(percept.candle_table[0].tolist()))
+
+    def _is_open(self, table: int, percept: Percept) -> bool:
+        """Whether a way that the children leave open leads to a table."""
+        plan = self.means.plan
+        here = plan.caregiver_cells[percept.caregiver_cell[0]]
+        children = [plan.free_cells[cell] for cell in percept.previous_cell[0]]
+        stands = plan.free_neighbours(plan.tables[table])
+        return any(self.means.navigator.route(here, stand, children) for stand in stands)
+
+    def _seconds_by_way_of(self, table: int, stairwell: int, percept: Percept) -> float:
+        """Roughly how long it takes to put the candle down on a table and to be in a stairwell."""
+        plan = self.means.plan
+        (stands,) = plan.graph.beside([plan.tables[table]])
+        landing = plan.cell_index[plan.stairwells[stairwell]]
+        to_table, to_landing = plan.graph.distances_from([stands, landing])
+        moves = int(to_table[percept.caregiver_cell[0]]) + int(to_landing[stands].min())
+        return moves * plan.cell_size / _CRUISING_SPEED + _PLACING_TIME

@@ -1,0 +1,130 @@
+"""The executive: has the caregiver's decisions carried out by the robot, one intervention after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from caregiver_mj.caregivers.caregiver import Caregiver
+from caregiver_mj.caregivers.percept import Assessment, Percept
+from caregiver_mj.interventions.intervention import STAND_ASIDE, Intervention
+from caregiver_mj.interventions.registry import verb_of
+from caregiver_mj.interventions.routine import LEFT_LYING, PASSED_OVER, Means, PassedOver, Routine
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.robot.motion import RobotMotion
+from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.retrieval import RetrievalPlanner
+from caregiver_mj.robot.status import Status
+from caregiver_mj.robot.view import View
+
+See = Callable[[int, np.ndarray], Percept]  # by the candle in the hand, and which hazards are passed over
+
+
+class Executive:
+    """One caregiver in charge of one robot.
+
+    Attributes:
+        routine: What is being carried out, or None.
+        assessment: The numbers behind the last decision, if the caregiver has such.
+        begun: Interventions begun in this episode.
+        done: Interventions completed.
+    """
+
+    def __init__(
+        self,
+        plan: FloorPlan,
+        caregiver: Caregiver,
+        navigator: Navigator,
+        retrievals: RetrievalPlanner,
+        novice_timestep: float,
+    ):
+        self._plan, self._caregiver = plan, caregiver
+        self._means = Means(
+            plan=plan,
+            navigator=navigator,
+            retrievals=retrievals,
+            novice_timestep=novice_timestep,
+            passed_over=PassedOver(len(plan.hazards)),
+            destination=lambda percept, candle: int(caregiver.destination(percept, np.array([candle]))[0]),
+            takes_orders=caregiver.takes_orders,
+        )
+        self.reset()
+
+    def reset(self) -> None:
+        """Begins an episode; the caregiver is reset by whoever knows the episode's seed."""
+        self.routine: Routine | None = None
+        self.assessment: Assessment | None = None
+        self.begun = self.done = 0
+        self._means.passed_over.forget()
+        self._was_done = False  # the present intervention, which goes on nevertheless
+
+    @property
+    def holding(self) -> int:
+        """Index of the candle in the hand, or NOTHING."""
+        return self.routine.holding if self.routine else NOTHING
+
+    def act(self, view: View, robot: RobotMotion, see: See, new_move: bool, all_known: bool) -> None:
+        """Acts for one control timestep.
+
+        Args:
+            view: What the robot sees.
+            robot: The robot's references.
+            see: Makes the caregiver's percept of this moment.
+            new_move: Whether it has just become clear what a child is about to do.
+            all_known: Whether that is now clear of all of them.
+        """
+
+        def percept() -> Percept:
+            return see(self.holding, self._means.passed_over.now(view.now))
+
+        if new_move and self.routine:
+            self.routine.skill.replan()
+        if new_move or view.now == 0.0 or self.routine is None:
+            self._decide(view, percept(), observed=all_known)
+        if self.routine:
+            self._note(self.routine.step(view, robot, percept), view)
+
+    def _decide(self, view: View, percept: Percept, observed: bool) -> None:
+        """Asks the caregiver what to do, and sets about it unless the robot's hands are full."""
+        if observed:
+            self._caregiver.watch(percept)
+        self.assessment = self._caregiver.assess(percept)
+        if self.routine and not self.routine.interruptible:
+            return
+        wanted = self._caregiver.decide(percept)[0]
+        if self.holding != NOTHING:
+            self.routine.hear(percept, wanted)
+            return
+        if wanted.hazard != NOTHING and percept.out_of_reach[0, wanted.hazard]:
+            wanted = Intervention(STAND_ASIDE)
+        if self.routine is None or self._is_another(wanted):
+            self._begin(wanted, view, percept)
+
+    def _is_another(self, wanted: Intervention) -> bool:
+        """Whether something else is to be done now. Idleness does not interrupt what is under way."""
+        now = self.routine.intervention
+        if verb_of(now.verb).counts and not verb_of(wanted.verb).counts:
+            return False
+        return (now.verb, now.hazard) != (wanted.verb, wanted.hazard)
+
+    def _begin(self, wanted: Intervention, view: View, percept: Percept) -> None:
+        verb = verb_of(wanted.verb)
+        self.routine = verb.routine(self._means, wanted, view, percept)
+        self.begun += verb.counts
+        self._was_done = False
+
+    def _note(self, status: Status, view: View) -> None:
+        """Takes note of how the present intervention has ended, if it has."""
+        if not status.ended:
+            return
+        if status is Status.DONE:
+            self.done += not self._was_done and verb_of(self.routine.intervention.verb).counts
+            self._was_done = True
+            if self.routine.goes_on:
+                return
+        elif status in (Status.FAILED, Status.OUT_OF_REACH) and self.routine.intervention.hazard != NOTHING:
+            wait = LEFT_LYING if status is Status.OUT_OF_REACH else PASSED_OVER
+            self._means.passed_over.note(self.routine.intervention.hazard, view.now + wait)
+        self.routine = None

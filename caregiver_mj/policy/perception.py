@@ -1,0 +1,159 @@
+"""What is seen: from a task's observation to the robot's view, and to the caregiver's percept.
+
+A few centimetres show where a toddler is heading, and the floor plan tells whether it will get there or bump into
+something: so its cell and action are known as those that the grid would have after this move.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+
+from caregiver_mj.caregivers.percept import Percept
+from caregiver_mj.plans import layout
+from caregiver_mj.plans.cell_graph import ACTIONS, Cell
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.robot.se2 import Vector
+from caregiver_mj.robot.view import ChildView, View
+
+_CLEAR_DISTANCE = 0.05  # metres of a move after which it is clear where the toddler is heading, ...
+_LATEST = 0.5  # ... or the share of a novice timestep after which it will not go anywhere any more
+_SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to
+_NO_CANDLES, _NO_ORIENTATIONS = np.zeros((0, 3)), np.zeros((0, 4))
+
+
+@dataclasses.dataclass
+class _Sighting:
+    """One child as it was last made out.
+
+    Attributes:
+        origin: Where its present move began, metres.
+        is_clear: Whether it is clear where that leads.
+        cell: The free cell in which it is, or will be after the move.
+        previous: The cell in which it made its last move, and that move.
+    """
+
+    origin: Vector
+    is_clear: bool
+    cell: int
+    previous: tuple[int, int]
+
+
+class Perception:
+    """What one robot sees in one house."""
+
+    def __init__(self, plan: FloorPlan):
+        self._plan = plan
+        self._next_cell = plan.graph.moves[0]
+        self._tables = layout.table_rectangles(plan)
+        self._centres = {cell: tuple(plan.position(cell).tolist()) for cell in plan.caregiver_cells}
+        self._begun = 0
+        self._children: list[_Sighting] = []
+
+    def reset(self, observation: dict[str, np.ndarray]) -> None:
+        """Begins an episode with its first observation."""
+        self._begun = 0
+        self._children = []
+        for x, y, _ in np.atleast_2d(observation["toddler_position"]).tolist():
+            cell = self.free_cell((x, y))
+            self._children.append(_Sighting((x, y), False, cell, (cell, NOTHING)))
+
+    def look(self, observation: dict[str, np.ndarray], now: float) -> View:
+        """The robot's view, from an observation at a time in seconds since the episode's start."""
+        positions = np.atleast_2d(observation["toddler_position"]).tolist()
+        velocities = np.atleast_2d(observation["toddler_velocity"]).tolist()
+        left, right = observation["finger_position"].tolist()
+        return View(
+            now=now,
+            base=tuple(observation["base_position"].tolist()),
+            fingers=left + right,
+            arm=observation["arm_position"],
+            children=tuple(
+                ChildView((x, y), (vx, vy)) for (x, y, _), (vx, vy, _) in zip(positions, velocities, strict=True)
+            ),
+            candles=observation.get("candle_position", _NO_CANDLES),
+            candle_orientations=observation.get("candle_orientation", _NO_ORIENTATIONS),
+        )
+
+    def watch(self, view: View, clock: float) -> tuple[bool, bool]:
+        """Follows the children, at a time in novice timesteps.
+
+        Returns:
+            Whether it has just become clear what the present move of a child is; and whether that of the last one has,
+            so that all of them are known.
+        """
+        move = math.floor(clock + 1e-6)
+        if move != self._begun:
+            self._begun = move
+            for sighting, child in zip(self._children, view.children, strict=True):
+                sighting.origin, sighting.is_clear = child.position, False
+        new = False
+        for sighting, child in zip(self._children, view.children, strict=True):
+            if not sighting.is_clear and self._make_out(sighting, child, late=clock - move >= _LATEST):
+                new = True
+        return new, new and all(sighting.is_clear for sighting in self._children)
+
+    def _make_out(self, sighting: _Sighting, child: ChildView, late: bool) -> bool:
+        """Takes in where a child is heading, if that is clear by now."""
+        dx, dy = child.position[0] - sighting.origin[0], child.position[1] - sighting.origin[1]
+        distance = math.hypot(dx, dy)
+        if distance < _CLEAR_DISTANCE and not late:
+            return False
+        sighting.is_clear = True
+        cell, action = self.free_cell(sighting.origin), NOTHING
+        sighting.cell = cell
+        if distance > _SMALLEST_MOVE:
+            action = max(range(len(ACTIONS)), key=lambda a: dx * ACTIONS[a][1] - dy * ACTIONS[a][0])
+            sighting.cell = int(self._next_cell[cell, action])
+        sighting.previous = (cell, action)
+        return True
+
+    def percept(self, view: View, holding: int, out_of_reach: np.ndarray) -> Percept:
+        """The world as the caregiver knows it.
+
+        Args:
+            view: What the robot sees.
+            holding: Index of the candle in its hand, or NOTHING.
+            out_of_reach: Whether each hazard is to be passed over, (hazards,).
+        """
+        tables, cells = self._candle_places(view, holding)
+        return Percept(
+            child_cell=np.array([[child.cell for child in self._children]]),
+            previous_cell=np.array([[child.previous[0] for child in self._children]]),
+            previous_action=np.array([[child.previous[1] for child in self._children]]),
+            caregiver_cell=np.array([self._plan.cell_index[self._nearest(view.base[:2], self._plan.caregiver_cells)]]),
+            candle_table=tables[None],
+            holding=np.array([holding]),
+            candle_cell=cells[None],
+            out_of_reach=out_of_reach[None],
+        )
+
+    def free_cell(self, position: Vector) -> int:
+        """Index of the free cell at, or nearest to, a position."""
+        return self._plan.cell_index[self._nearest(position, self._plan.free_cells)]
+
+    def _nearest(self, position: Vector, cells: tuple[Cell, ...]) -> Cell:
+        """The cell at a position if it is one of some, else the nearest one of these."""
+        cell = self._plan.cell_at(np.array(position))
+        index = self._plan.cell_index.get(cell)
+        if index is not None and index < len(cells):
+            return cell
+        return min(cells, key=lambda c: math.dist(self._centres[c], position))
+
+    def _candle_places(self, view: View, holding: int) -> tuple[np.ndarray, np.ndarray]:
+        """On which table, or on which free cell's floor, each candle is; NOTHING for on none: (candles,) each."""
+        if not len(view.candles):
+            return np.zeros((2, 0), int)
+        offset = view.candles[:, None, :2] - self._tables[:, :2]  # (candles, tables, 2)
+        over = (np.abs(offset) < layout.TABLE_HALF_SIZE).all(axis=2)
+        on_table = over.any(axis=1) & (view.candles[:, 2] > layout.TABLE_HEIGHT / 2)
+        tables = np.where(on_table, over.argmax(axis=1), NOTHING)
+        cells = np.full(len(tables), NOTHING)
+        for i in np.flatnonzero(~on_table):
+            cells[i] = self.free_cell(tuple(view.candles[i, :2].tolist()))
+        if holding != NOTHING:
+            tables[holding] = cells[holding] = NOTHING
+        return tables, cells

@@ -1,0 +1,93 @@
+"""The rooms of the package: imports run one way, and the picture in the README shows them as they are."""
+
+import html
+import importlib.util
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+ROOT = pathlib.Path(__file__).parents[1]
+NOUNS = "caregiver_mj.errors"
+
+
+@pytest.fixture(scope="module")
+def rooms():
+    spec = importlib.util.spec_from_file_location("rooms", ROOT / "scripts" / "rooms.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def imports(rooms):
+    return rooms.graph()
+
+
+def lint(folder):
+    """Runs import-linter on a package that is put together in a folder."""
+    shutil.copy(ROOT / "pyproject.toml", folder)
+    program = pathlib.Path(sys.executable).with_name("lint-imports")
+    command = (
+        [program]
+        if program.exists()
+        else [sys.executable, "-c", "from importlinter.cli import lint_imports_command as c; c()"]
+    )
+    environment = os.environ | {"PYTHONPATH": str(folder)}
+    return subprocess.run(
+        [*command, "--no-cache"], cwd=folder, env=environment, capture_output=True, text=True, check=False
+    )
+
+
+def test_imports_run_one_way(rooms, tmp_path):
+    rooms.assemble(tmp_path)
+    found = lint(tmp_path)
+    assert found.returncode == 0, found.stdout + found.stderr
+    assert "2 kept, 0 broken" in found.stdout
+
+
+@pytest.mark.parametrize(
+    ("room", "line"),
+    [
+        ("robot", "import caregiver_mj.caregivers.caregiver"),
+        ("danger", "import caregiver_mj.grid.world"),
+        ("tasks", "import caregiver_mj.grid.world"),
+        ("plans", "def f():\n    import caregiver_mj.viz.colours"),
+    ],
+)
+def test_an_import_the_wrong_way_is_found(rooms, tmp_path, room, line):
+    rooms.assemble(tmp_path)
+    folder = tmp_path / "caregiver_mj" / room
+    source = folder.resolve()
+    folder.unlink()
+    shutil.copytree(source, folder, ignore=shutil.ignore_patterns("__pycache__"))
+    (folder / "offender.py").write_text(line + "\n")
+    assert lint(tmp_path).returncode == 1
+
+
+def test_the_danger_model_needs_numpy_and_scipy_alone(imports):
+    found = set()
+    for module in imports.modules:
+        if module.startswith("caregiver_mj.danger"):
+            found |= imports.find_modules_directly_imported_by(module)
+    outside = {name.split(".")[0] for name in found if not name.startswith("caregiver_mj.danger")}
+    standard = set(sys.stdlib_module_names)
+    assert "numpy" in outside
+    assert outside <= {"numpy", "scipy"} | standard
+
+
+def test_nothing_inside_imports_the_front_door(imports):
+    assert imports.find_modules_that_directly_import("caregiver_mj") == set()
+
+
+def test_the_picture_shows_the_rooms_as_they_are(rooms, imports):
+    """If not: run scripts/rooms.py."""
+    picture = html.unescape(rooms.PICTURE.read_text(encoding="utf-8"))
+    found = rooms.arrows(imports)
+    assert rooms.describe(found) in picture
+    for layer in rooms.layers():
+        for room in layer:
+            assert f">{room}</text>" in picture
