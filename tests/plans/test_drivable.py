@@ -79,7 +79,7 @@ def check_with_navigator(plan):
         assert navigator.clearance.can_stand(goals[0])
         for goal in goals if cell in somewhere else goals[1:]:
             for start, end, last in ((places[home][0], goal, cell), (goal, places[home][0], home)):
-                path = navigator.path(start, end, last, None)
+                path = navigator.path(start, end, last)
                 assert path is not None, (plan.name, cell)
                 assert room_along(path, obstacles) > BASE_RADIUS + CLEARANCE, (plan.name, cell)
 
