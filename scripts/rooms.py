@@ -84,7 +84,7 @@ def draw(found: set[tuple[str, str]]) -> Figure:
     rows = layers()
     place = {room: (_ACROSS[room], -i * _DOWN) for i, row in enumerate(rows) for room in row}
     figure = Figure(figsize=(7.5, 0.56 * len(rows)), layout="constrained")
-    axes = figure.add_subplot(aspect="equal", xlim=(-5.0, 6.0), ylim=(-len(rows) * _DOWN + 0.5, 0.5))
+    axes = figure.add_subplot(aspect="equal", xlim=(-5.6, 6.0), ylim=(-len(rows) * _DOWN + 0.5, 0.5))
     axes.axis("off")
     boxes = {}
     for room, (x, y) in place.items():
