@@ -133,7 +133,7 @@ def _read(path: pathlib.Path) -> Run:
     record, summary = (json.loads((path / f"{name}.json").read_text("utf-8")) for name in ("run", "summary"))
     # Runs of an older version have single novices, and the paper's damages.
     record.setdefault("families", [str(Family.of(epsilon)) for epsilon in record.get("epsilons", ())])
-    record.setdefault("damage", {})
+    record.setdefault("damage", str(DamageWeights()))
     for row in [*summary["rows"], *summary["comparisons"]]:
         row.setdefault("family", str(Family.of(row["epsilon"])))
     settings = Settings.of_record(record)
