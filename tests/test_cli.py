@@ -38,6 +38,16 @@ def fails(capsys, argv):
         ([*GRID, "--wrong"], ["--wrong"]),
         ([*GRID, "--epsilon", "half"], ["--epsilon", "half"]),
         ([*GRID, "--epsilon"], ["--epsilon"]),
+        ([*GRID, "--epsilon", "1,half"], ["--epsilon", "1,half"]),
+        ([*GRID, "--epsilon", "1,2"], ["epsilon", "2.0", "[0, 1]"]),
+        ([*GRID, "--epsilon", "angel:1"], ["angel", "novice", "adversary"]),
+        ([*GRID, "--epsilon", "1,.5,.25", "--children", "2"], ["1,.5,.25", "3 children", "2", "--children"]),
+        ([*GRID, "--children", "0"], ["--children", "0"]),
+        ([*GRID, "--children", "two"], ["--children", "two"]),
+        ([*GRID, "--child", "angel"], ["angel", "novice", "expert", "adversary"]),
+        ([*GRID, "--damage", "5:4"], ["STAIRWELL:CANDLE:TABLE", "5:4"]),
+        ([*GRID, "--damage", "5:-4:1"], ["candle", "-4"]),
+        ([*GRID, "--damage", "5:4:inf"], ["table", "inf"]),
         ([*GRID, "--epsilon", "0.5", "1.5"], ["epsilon", "1.5", "[0, 1]"]),
         ([*GRID, "--epsilon", "-0.1"], ["epsilon", "-0.1"]),
         ([*GRID, "--epsilon", "nan"], ["epsilon", "nan"]),
@@ -54,6 +64,9 @@ def fails(capsys, argv):
         (["render"], ["--out"]),
         (["render", "--out", "film.gif"], ["film.gif", ".mp4"]),
         (["render", "--out", "film.mp4", "--epsilon", "2"], ["epsilon", "2"]),
+        (["render", "--out", "film.mp4", "--epsilon", "1,.5", "--children", "3"], ["1,.5", "2 children", "3"]),
+        (["render", "--out", "film.mp4", "--child", "angel"], ["angel"]),
+        (["render", "--out", "film.mp4", "--damage", "1"], ["STAIRWELL:CANDLE:TABLE"]),
         (["render", "--out", "film.mp4", "--seconds", "0"], ["seconds", "0"]),
         (["render", "--out", "film.mp4", "--seconds", "inf"], ["seconds", "inf"]),
         (["render", "--out", "film.mp4", "--seed", "-1"], ["seed", "-1"]),
@@ -156,6 +169,49 @@ def test_table(capsys):
     assert paper[1] == "paper"
     assert none[6] == "1.00"  # left: epsilon, name, mean, ±, sd, normalised, left
     assert float(paper[6]) == pytest.approx(float(paper[2]) / float(none[2]), abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("argv", "families", "epsilons"),
+    [
+        (["--epsilon", "1,.25", ".5"], ["1,0.25", "0.5"], [0.625, 0.5]),
+        (["--epsilon", "1,.25", ".5", "--children", "2"], ["1,0.25", "0.5,0.5"], [0.625, 0.5]),
+        (["--epsilon", "1", "--children", "3"], ["1,1,1"], [1.0]),
+        (["--epsilon", "1", "1.0", "1,0", "1,.0"], ["1", "1,0"], [1.0, 0.5]),
+        (["--epsilon", "1,novice:1", "--child", "expert"], ["expert:1,1"], [1.0]),
+    ],
+)
+def test_families(capsys, argv, families, epsilons):
+    assert cli.main([*GRID, "--caregiver", "none", "--episodes", "2", *argv, "--json"]) == 0
+    out, err = capsys.readouterr()
+    rows = json.loads(out)["rows"]
+    assert [row["family"] for row in rows] == families
+    assert [row["epsilon"] for row in rows] == epsilons
+    assert ("epsilon of each" in err) == any("," in family for family in families)
+    for family in families:
+        assert any(line.split()[:1] == [family] for line in err.splitlines())
+
+
+def test_damage_is_what_was_asked_for(capsys, tmp_path):
+    argv = [*GRID, "--caregiver", "none", "--episodes", "3", "--epsilon", "1", "--json"]
+    means = []
+    for damage in ("5:4:1", "10:8:2", "0:0:0"):
+        folder = tmp_path / damage.replace(":", "_")
+        assert cli.main([*argv, "--damage", damage, "--out", str(folder)]) == 0
+        means.append(json.loads(capsys.readouterr().out)["rows"][0]["damage_mean"])
+        assert json.loads((folder / "run.json").read_text())["damage"] == damage
+    assert means[0] > 0
+    assert means == [means[0], 2 * means[0], 0]
+    message = fails(capsys, [*argv, "--damage", "1:1:1", "--out", tmp_path / "5_4_1", "--resume"])
+    assert "damage is 5:4:1 there and 1:1:1 here" in message
+
+
+def test_a_run_of_other_children_is_not_continued(capsys, tmp_path):
+    argv = [*GRID, "--caregiver", "none", "--episodes", "2", "--out", str(tmp_path)]
+    assert cli.main([*argv, "--epsilon", "1,.5"]) == 0
+    capsys.readouterr()
+    message = fails(capsys, [*argv, "--epsilon", "1,adversary:.5", "--resume"])
+    assert "families is ['1,0.5'] there and ['1,adversary:0.5'] here" in message
 
 
 def test_house_commands(capsys):

@@ -81,9 +81,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
     return settings
 
 
-def _evaluate(
-    settings: Settings, folder: RunFolder | None, arguments: argparse.Namespace
-) -> evaluation.Evaluation:
+def _evaluate(settings: Settings, folder: RunFolder | None, arguments: argparse.Namespace) -> evaluation.Evaluation:
     """Runs it, with a progress bar on standard error; a run that breaks off says how to go on."""
     finished = 0
     total = len(settings.caregivers) * len(settings.families) * settings.episodes

@@ -75,9 +75,7 @@ class RobotBody:
         self._wheels[1][:] = left - aside, right + aside, left + aside, right - aside
 
 
-def joint_views(
-    model: mujoco.MjModel, data: mujoco.MjData, joints: tuple[str, ...]
-) -> tuple[np.ndarray, np.ndarray]:
+def joint_views(model: mujoco.MjModel, data: mujoco.MjData, joints: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Positions and velocities of scalar joints that follow one another, as views of the simulation's state."""
     first = model.joint(joints[0])
     q, v = int(first.qposadr[0]), int(first.dofadr[0])
