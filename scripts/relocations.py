@@ -35,7 +35,8 @@ from caregiver_mj.experiments.workers import run_jobs
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans import layout
 from caregiver_mj.recording.telemetry import each_physics_step
-from caregiver_mj.robot import motion
+from caregiver_mj.robot.embodiments import DEFAULT, EMBODIMENTS
+from caregiver_mj.robot.handling import Grasp
 
 _EPSILON = 0.5
 _CANDLE_OFFSET, _TABLE_OFFSET = 0.03, 0.04  # metres, at most, in x and in y
@@ -167,7 +168,7 @@ class Push:
         self._data.xfrc_applied[self._body] = self._wrench if pushes else 0.0
 
 
-def relocate(noise: float, knock: bool, job: tuple[int, int]) -> Relocation:
+def relocate(embodiment: str, noise: float, knock: bool, job: tuple[int, int]) -> Relocation:
     """Runs one relocation: in a house, by its number, with a seed."""
     plan = three_houses()[job[0]]
     seed = job[1]
@@ -176,7 +177,7 @@ def relocate(noise: float, knock: bool, job: tuple[int, int]) -> Relocation:
         plan,
         _EPSILON,
         random=seed,
-        task_kwargs={"candle_offset": _CANDLE_OFFSET, "table_offset": _TABLE_OFFSET},
+        task_kwargs={"candle_offset": _CANDLE_OFFSET, "table_offset": _TABLE_OFFSET, "embodiment": embodiment},
     )
     task, physics = env.task, env.physics
     policy = caregiver_mj.CaregiverPolicy(env)
@@ -192,15 +193,16 @@ def relocate(noise: float, knock: bool, job: tuple[int, int]) -> Relocation:
             candle = physics.candle_poses()[task.goal_candle]
             x, y, _ = physics.base_position()
             speed = math.hypot(*physics.base_velocity()[:2])
+            fingers = action[task.embodiment.layout.gripper.start]
             rows.append(
-                (physics.time(), x, y, speed, action[10], candle[2], policy._robot.reached, physics.is_gripping())
+                (physics.time(), x, y, speed, fingers, candle[2], policy.robot.reached, physics.is_gripping())
             )
             if knock:
                 push.apply()
             timestep = env.step(action)
             if policy.interventions_done and end == math.inf:
                 end = physics.time() + _AFTERWARDS
-    lifting, clearing = (math.nan, math.nan) if knock else _times(np.array(rows, float))
+    lifting, clearing = (math.nan, math.nan) if knock else _times(np.array(rows, float), task.embodiment.grasp)
     position = physics.candle_poses()[task.goal_candle, :3]
     figures = task.outcome()
     return Relocation(
@@ -218,7 +220,7 @@ def relocate(noise: float, knock: bool, job: tuple[int, int]) -> Relocation:
     )
 
 
-def _times(rows: np.ndarray) -> tuple[float, float]:
+def _times(rows: np.ndarray, grip: Grasp) -> tuple[float, float]:
     """Seconds from arrived to lifted and from arrived to clear, NaN for what did not happen."""
     time, x, y, speed, fingers, height, reach, held = rows.T
 
@@ -231,9 +233,9 @@ def _times(rows: np.ndarray) -> tuple[float, float]:
         near = np.hypot(x - x[at], y - y[at]) < _ARRIVED
         return first(near & (speed < _ARRIVED_SPEED), start)
 
-    grasp = first(fingers < motion.OPEN - _SHAKEN, 0)
+    grasp = first(fingers < grip.open - _SHAKEN, 0)
     lifted = first(height > _LIFTED, grasp)
-    release = first(fingers > motion.CLOSED + _SHAKEN, lifted)
+    release = first(fingers > grip.closed + _SHAKEN, lifted)
     clear = first((reach <= _CLEAR) & (held == 0.0), release)
     lifting = math.nan if lifted is None else float(time[lifted] - time[arrived(grasp, 0)])
     clearing = math.nan if clear is None else float(time[clear] - time[arrived(release, lifted)])
@@ -301,13 +303,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--count", type=int, default=500, help="relocations (default: 500)")
     parser.add_argument("--first", type=int, default=0, metavar="SEED", help="seed of the first (default: 0)")
+    parser.add_argument("--embodiment", default=DEFAULT, metavar="NAME", help=" ".join(EMBODIMENTS))
     parser.add_argument("--noise", type=float, default=0.0, help="of perceived candle positions, one sigma, metres")
     parser.add_argument("--knock", action="store_true", help="have every candle knocked over before the robot comes")
     parser.add_argument("--jobs", type=int, default=2, help="worker processes (default: 2)")
     parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="also write all results to a file")
     args = parser.parse_args()
     jobs = [(seed % len(three_houses()), seed) for seed in range(args.first, args.first + args.count)]
-    found = run_jobs(functools.partial(relocate, args.noise, args.knock), jobs, args.jobs)
+    found = run_jobs(functools.partial(relocate, args.embodiment, args.noise, args.knock), jobs, args.jobs)
     results = [result for _, result in track(found, "relocating", total=len(jobs))]
     results.sort(key=lambda result: result.seed)
     report(results)

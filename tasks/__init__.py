@@ -48,15 +48,16 @@ def load(
         epsilon: Share of the novice's moves that are random, in [0, 1]. For several children that of each, as in
             "1,.25", or a `Family`, or a list of children.
         random: Source of all randomness, or a seed for one; None for a fresh one.
-        task_kwargs: Further arguments of the task, such as `robot=False`; `family` takes the place of epsilon, and
-            `time_limit`, in seconds, that of the task's own.
+        task_kwargs: Further arguments of the task: `embodiment`, the robot's name, or `robot=False`, and so on; `family`
+            takes the place of epsilon, and `time_limit`, in seconds, that of the task's own.
         environment_kwargs: Further arguments of `dm_control.rl.control.Environment`.
 
     Returns:
         A `dm_env.Environment`.
 
     Raises:
-        CaregiverError: There is no such task, the house is not valid or not fit for it, or epsilon out of range.
+        CaregiverError: There is no such task or robot, the house is not valid or not fit for the task, or epsilon out
+            of range.
     """
     if task not in TASKS:
         raise CaregiverError(f"no task '{task}': there are {', '.join(TASKS)}")
@@ -71,7 +72,7 @@ def load(
     made = kind(plan, **options)
     seconds = seconds or made.time_limit or EPISODE_TIMESTEPS * made.novice_timestep
     return control.Environment(
-        Physics.from_plan(plan, made.has_robot, made.table_positions, len(made.children)),
+        Physics.from_plan(plan, made.has_robot and made.embodiment, made.table_positions, len(made.children)),
         made,
         time_limit=seconds,
         control_timestep=made.control_timestep,

@@ -19,6 +19,8 @@ from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import HazardKind
 from caregiver_mj.recording.ledger import Ledger
+from caregiver_mj.robot.embodiment import Embodiment
+from caregiver_mj.robot.embodiments import find_embodiment
 
 CONTROL_TIMESTEP = 0.02  # seconds; a prototype's grasps held at 50 Hz as well as at 100 Hz
 _CANDLE_OFFSET = 0.02  # metres off the table's centre at the start, at most, in x and in y
@@ -34,7 +36,8 @@ class CareTask(base.Task):
         candles: What looks after the candles.
         ledger: What has happened in this episode, a batch of one.
         caregiver_seed: This episode's seed for a caregiver that draws lots.
-        has_robot: Whether the robot is in the house.
+        embodiment: Which robot it is about.
+        has_robot: Whether that is in the house.
         control_timestep: Seconds between actions.
         novice_timestep: Seconds of a novice timestep.
     """
@@ -51,6 +54,7 @@ class CareTask(base.Task):
         family: Who | Sequence[Who],
         random: np.random.RandomState | int | None = None,
         robot: bool = True,
+        embodiment: Embodiment | str | None = None,
         control_timestep: float = CONTROL_TIMESTEP,
         candle_offset: float = _CANDLE_OFFSET,
         table_offset: float = 0.0,
@@ -61,14 +65,18 @@ class CareTask(base.Task):
             plan: The house.
             family: The children, as `Family.of` takes them.
             random: Source of all randomness, or a seed for one.
-            robot: Whether the robot is in the house.
+            robot: Whether there is a robot in the house.
+            embodiment: Which one, or its name; the default one if None.
             control_timestep: Seconds between actions.
             candle_offset: How far off a table's centre a candle starts, at most, in x and in y, metres.
             table_offset: How far off its place in the plan a table stands, at most, likewise; drawn once.
+
+        Raises:
+            CaregiverError: There is no robot of that name.
         """
         super().__init__(random=random)
         self.plan, self.family = plan, Family.of(family)
-        self.has_robot = robot
+        self.has_robot, self.embodiment = robot, find_embodiment(embodiment)
         self.control_timestep = control_timestep
         self.novice_timestep = novice_timestep(control_timestep, plan.cell_size)
         self.children = Children(plan, self.family.make(plan), self.novice_timestep)

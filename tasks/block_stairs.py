@@ -9,7 +9,6 @@ from dm_control.utils import rewards
 
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans.hazards import HazardKind
-from caregiver_mj.robot.clearance import BASE_RADIUS
 from caregiver_mj.tasks import base
 
 _FAR = 3.0  # metres from the landing at which the reward is 0.1
@@ -44,6 +43,6 @@ class BlockStairs(base.CareTask):
 
     def get_reward(self, physics: Physics) -> float:
         """1 while the whole base is in the landing's cell, less the farther it is from there."""
-        inside = self.plan.cell_size / 2 - BASE_RADIUS
+        inside = self.plan.cell_size / 2 - self.embodiment.footprint
         distance = float(np.abs(self._landing - physics.base_position()[:2]).max())
         return float(rewards.tolerance(distance, bounds=(0, inside), margin=_FAR))

@@ -17,10 +17,12 @@ from dm_env import specs
 
 from caregiver_mj.children.walk import ToddlerWalk
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.house.robot_body import ACTION_SIZE, RobotBody, joint_views
+from caregiver_mj.house.robot_body import RobotBody, joint_views
 from caregiver_mj.house.scene import build_house, child_joints
 from caregiver_mj.house.touch import Touch, TouchReader
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot.embodiment import Embodiment
+from caregiver_mj.robot.embodiments import find_embodiment
 
 
 class Physics(OffscreenRendering, dm_mujoco.Physics):
@@ -29,17 +31,43 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
     Attributes:
         touches: All contacts of the children during the last `step`.
         touch_reader: What reads them.
-        has_robot: Whether the robot is in the house.
+        embodiment: The robot in the house, or None.
     """
+
+    embodiment: Embodiment | None = None
+
+    def __init__(self, data: wrapper.MjData, embodiment: Embodiment | None = None):
+        self.embodiment = embodiment
+        super().__init__(data)
 
     @classmethod
     def from_plan(
-        cls, plan: FloorPlan, robot: bool = True, table_positions: np.ndarray | None = None, children: int = 1
+        cls,
+        plan: FloorPlan,
+        robot: bool | str | Embodiment = True,
+        table_positions: np.ndarray | None = None,
+        children: int = 1,
     ) -> Physics:
         """Builds the house of a floor plan; the arguments are those of `build_house`."""
-        spec = build_house(plan, robot, table_positions, children)
+        embodiment = None if robot is False else find_embodiment(None if robot is True else robot)
+        spec = build_house(plan, embodiment or False, table_positions, children)
         TouchReader.add_sensors(spec, children)
-        return cls.from_model(wrapper.MjModel(spec.compile()))
+        return cls(wrapper.MjData(wrapper.MjModel(spec.compile())), embodiment)
+
+    # dm_control copies and pickles a simulation by its data alone, which do not say which robot it is.
+
+    def copy(self, share_model: bool = False) -> Physics:
+        copied = super().copy(share_model)
+        copied._embody(self.embodiment)
+        return copied
+
+    def __getstate__(self) -> tuple[wrapper.MjData, Embodiment | None]:
+        return super().__getstate__(), self.embodiment
+
+    def __setstate__(self, state: tuple[wrapper.MjData, Embodiment | None]) -> None:
+        data, embodiment = state
+        super().__setstate__(data)
+        self._embody(embodiment)
 
     def _reload_from_data(self, data) -> None:
         super()._reload_from_data(data)
@@ -54,10 +82,17 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         candles = sum(name.startswith("candle_") for name in joints)
         first = [model.joint(f"candle_{i}/joint").qposadr[0] for i in range(candles)]
         self._candle_rows = np.array(first, int)[:, None] + np.arange(7)
-        self.has_robot = RobotBody.is_in(model)
-        if self.has_robot:
-            self._robot = RobotBody(model, raw)
+        self._embody(self.embodiment)
         self.touches: list[Touch] = []
+
+    def _embody(self, embodiment: Embodiment | None) -> None:
+        self.embodiment = embodiment
+        self._robot = None if embodiment is None else RobotBody(embodiment, *self._raw)
+
+    @property
+    def has_robot(self) -> bool:
+        """Whether there is a robot in the house."""
+        return self._robot is not None
 
     # -- Readouts --------------------------------------------------------------------------------
 
@@ -70,11 +105,11 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         return self._robot.base[1].copy()
 
     def arm_position(self) -> np.ndarray:
-        """Joint positions (7,), rad."""
+        """Joint positions (joints,), rad."""
         return self._robot.arm[0].copy()
 
     def arm_velocity(self) -> np.ndarray:
-        """Joint velocities (7,), rad/s."""
+        """Joint velocities (joints,), rad/s."""
         return self._robot.arm[1].copy()
 
     def finger_position(self) -> np.ndarray:
@@ -107,18 +142,18 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         return 1.0 - 2.0 * (x * x + y * y)
 
     def action_spec(self) -> specs.BoundedArray:
-        """What an action is made of: see `RobotBody.action_spec`."""
-        return RobotBody.action_spec(self.model.ptr)
+        """What an action is made of, see `RobotBody.action_spec`; of nothing where there is no robot."""
+        return self._robot.action_spec() if self.has_robot else specs.BoundedArray((0,), float, [], [], name="")
 
     # -- Writing ---------------------------------------------------------------------------------
 
     def set_action(self, action: np.ndarray) -> None:
-        """Sets what the robot's actuators shall do until the next action, (11,), or (0,) where there is no robot.
+        """Sets what the robot's actuators shall do until the next action, (0,) where there is no robot.
 
         Raises:
             CaregiverError: The action has another shape, or a value that is not finite.
         """
-        action, count = np.asarray(action, float), ACTION_SIZE if self.has_robot else 0
+        action, count = np.asarray(action, float), self.embodiment.layout.size if self.has_robot else 0
         if action.shape != (count,):
             raise CaregiverError(f"an action has the shape {(count,)}, not {action.shape}")
         if not all(map(math.isfinite, action.tolist())):
@@ -135,7 +170,7 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         self._toddler_velocities[child] = *walk.velocity, walk.yaw_rate
 
     def set_robot(self, base: np.ndarray, arm: np.ndarray | None = None) -> None:
-        """Puts the robot somewhere, its hand open: base pose (3,) and arm joints (7,), tucked if not given."""
+        """Puts the robot somewhere, its hand open: base pose (3,) and arm joints (joints,), tucked if not given."""
         self._robot.place(base, arm)
 
     def set_candle(self, index: int, position: np.ndarray, yaw: float) -> None:

@@ -22,7 +22,6 @@ from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.policy.executive import Executive
 from caregiver_mj.policy.perception import Perception
 from caregiver_mj.robot import separation
-from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
@@ -61,9 +60,9 @@ class CaregiverPolicy:
         self.caregiver = _caregiver(caregiver, task, seed)
         self._task = task  # to be told the episode's seed, and to tell it what has been done; never to look at
         self._timestep = env.control_timestep()
-        embodiment = find_embodiment()
+        embodiment = task.embodiment
         self.robot = RobotMotion(embodiment, self._timestep)
-        navigator = Navigator(self.plan)
+        navigator = Navigator(self.plan, embodiment)
         retrievals = RetrievalPlanner(
             navigator, lambda: PlanningScene(build_house(self.plan, embodiment), self.plan, embodiment)
         )
@@ -71,7 +70,7 @@ class CaregiverPolicy:
         self.executive = Executive(self.plan, self.caregiver, navigator, retrievals, task.novice_timestep)
 
     def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
-        """Answers an observation with an action (11,).
+        """Answers an observation with an action.
 
         Raises:
             CaregiverError: The observation is flat; the caregiver needs its keys.
@@ -88,7 +87,7 @@ class CaregiverPolicy:
             view, self.robot, lambda *known: self._perception.percept(view, *known), new_move, all_known
         )
         self._task.note_interventions(self.interventions - begun, self.interventions_done - done)
-        self.robot.gentle = separation.is_child_close(view)
+        self.robot.gentle = separation.is_child_close(view, self.robot.robot)
         action = self.robot.action(view.base)
         self.robot.now += self._timestep
         return action

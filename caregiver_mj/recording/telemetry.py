@@ -101,7 +101,7 @@ class Recorder:
         self._physics = env.physics
         self._control_timestep = env.control_timestep()
         self._model, self._data = model, _ = env.physics.model.ptr, env.physics.data.ptr
-        self._base = [model.joint(f"robot/base_{axis}").dofadr[0] for axis in ("x", "y", "yaw")]
+        self._base = [model.joint(f"robot/{name}").dofadr[0] for name in env.task.embodiment.names.base]
         geoms = [model.geom(i) for i in range(model.ngeom)]
         self._parts = [geom.id for geom in geoms if geom.name.startswith("robot/") and geom.contype[0]]
         self._child = model.geom("toddler/body").id

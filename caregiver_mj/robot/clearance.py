@@ -9,15 +9,9 @@ from scipy import ndimage
 
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.se2 import Vector
 
-BASE_RADIUS = 0.27  # metres
-
-_CLEARANCE = 0.07  # metres between base and furniture on a planned path; blended corners and tracking need it
-_CUT_CLEARANCE = 0.02  # metres of that which a cut corner may use up
-_STANDING_CLOSER = 0.02  # metres of that which a base may use up where it stands still
-_HAND_CLEARANCE = 0.52  # metres from the base's centre to a wall: a carried candle turns with the base, 0.45 m out
-_HAND_RADIUS = 0.16  # metres: half the hand's width, and what the arm may be off
 _LEAVING = 0.40  # metres from the ends of a path within which it may be closer to things than elsewhere
 
 _RASTER = 0.025  # metres
@@ -27,18 +21,19 @@ _ROUNDING = 1e-9  # metres
 
 
 class Clearance:
-    """The room in one house, from its floor plan alone."""
+    """The room that a robot has in one house, from its floor plan alone."""
 
-    def __init__(self, plan: FloorPlan):
+    def __init__(self, plan: FloorPlan, robot: Embodiment):
         self._plan = plan
+        self._needs = needs = robot.clearances
         height, width = plan.shape
         self._half = np.array([width, height]) * plan.cell_size / 2 + _NEIGHBOURHOOD
         self._origin = tuple((-self._half).tolist())
         # Metres beyond what the base needs, and beyond what the hand needs when it turns with the base.
-        self._room = self._distance_to(layout.obstacle_rectangles(plan)) - BASE_RADIUS - _CLEARANCE
+        self._room = self._distance_to(layout.obstacle_rectangles(plan)) - robot.footprint - needs.furniture
         # Stairs go down between panels as high as walls.
         high = np.concatenate([layout.wall_rectangles(plan), layout.stair_rectangles(plan)])
-        self._turning_room = self._distance_to(high) - _HAND_CLEARANCE
+        self._turning_room = self._distance_to(high) - needs.turning
 
     def line(self, a: Vector, b: Vector) -> tuple[np.ndarray, np.ndarray] | None:
         """Points, x and y, along a straight line on which the base has room; None if it has not.
@@ -66,7 +61,7 @@ class Clearance:
         for raster in (self._room, self._turning_room):
             slack = self._at(raster, points[:, 0], points[:, 1])
             ends = np.minimum(np.hypot(*(points - points[0]).T), np.hypot(*(points - points[-1]).T)) < _LEAVING
-            allowed = np.where(ends, min(-_CUT_CLEARANCE, slack[0], slack[-1]), -_CUT_CLEARANCE)
+            allowed = np.where(ends, min(-self._needs.corner, slack[0], slack[-1]), -self._needs.corner)
             if (slack < allowed - _ROUNDING).any():
                 return False
         return True
@@ -75,7 +70,7 @@ class Clearance:
         """Whether the base has room to stand at a point, and is meant to."""
         if self._plan.cell_at(point) not in self._plan.cell_index:  # as those of all points outside of the house
             return False
-        return self._value(self._room, point) >= -_STANDING_CLOSER
+        return self._value(self._room, point) >= -self._needs.standing
 
     def can_turn(self, point: Vector) -> bool:
         """Whether the base has room to turn at a point with a candle in its tucked hand."""
@@ -83,7 +78,8 @@ class Clearance:
 
     def hand_clear(self, a: Vector, b: Vector) -> bool:
         """Whether the outstretched hand can move straight from one point to another without touching a wall."""
-        return bool(self._at(self._turning_room, *_points_between(a, b)).min() >= _HAND_RADIUS - _HAND_CLEARANCE)
+        room = self._at(self._turning_room, *_points_between(a, b)).min()
+        return bool(room >= self._needs.hand - self._needs.turning)
 
     def _meets_wall(self, a: Vector, b: Vector) -> bool:
         """Whether a few of a line's points already show a wall in the way: most long lines meet one, and soon."""

@@ -14,21 +14,15 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.patience import Patience
+from caregiver_mj.robot.ruckig_calls import PathError
 from caregiver_mj.robot.se2 import Vector
 from caregiver_mj.robot.separation import allowed_rate, child_cells, comes, is_in_the_way, near_children
 from caregiver_mj.robot.status import Status
-from caregiver_mj.robot.trajectories import PathError
 from caregiver_mj.robot.view import View
 
 # How near the base must be to where it shall stand.
 _ARRIVED = 0.006  # metres
 _ARRIVED_YAW = 0.012  # radians
-# How far out the hand may be, as a share of its reach, when the base sets off: clear of a candle that it has let go, or
-# with one that is clear of the table. And when it turns: it must meet no wall.
-MAY_DRIVE, MAY_DRIVE_LOADED = 0.62, 0.82
-_MAY_TURN = 0.30
-# A tucked hand bears a candle 0.45 m out: so far apart, middle to middle, must base and child be to swing it round.
-_TURNING_DISTANCE = 0.60  # metres
 
 _SWITCHING_RATE = 0.6  # a base that a child has slowed down below this stops before it takes another path
 # Seconds until it looks at its way again: while it has one, while children leave it none, and while it stops.
@@ -48,18 +42,20 @@ class Driver:
         patience: How long it goes on without coming nearer.
     """
 
-    def __init__(self, navigator: Navigator, may_drive: float = MAY_DRIVE):
+    def __init__(self, navigator: Navigator, loaded: bool = False):
         """Prepares a driver.
 
         Args:
-            navigator: Of the house.
-            may_drive: How far out the hand may be, as a share of its reach, when the base sets off.
+            navigator: Of the house and the robot.
+            loaded: Whether there is a candle in the hand.
         """
         self.goal: Vector | None = None
         self.cell: Cell | None = None
         self.aside_until = -math.inf
         self.patience = Patience()
-        self._navigator, self._may_drive = navigator, may_drive
+        approach = navigator.robot.approach
+        self._navigator, self._embodiment = navigator, navigator.robot
+        self._may_drive = approach.drive_loaded if loaded else approach.drive  # so far out may the hand be
         self._path_goal: Vector | None = None  # where the present path ends
         self._replan_at = 0.0
         self._stops = False  # before it takes another path
@@ -82,14 +78,14 @@ class Driver:
         if (moved or self.looks_again(view.now)) and robot.hand_out <= self._may_drive:
             self._plan(view, robot, goal, cell)
         # A turn once begun goes on, wherever the base has got to.
-        may_turn = view.child_distance(view.base[:2]) > _TURNING_DISTANCE and (
+        may_turn = view.child_distance(view.base[:2]) > self._embodiment.clearances.child_turning and (
             robot.turns_to(yaw) or self._navigator.clearance.can_turn(view.base[:2])
         )
-        if may_turn and robot.hand_out <= _MAY_TURN:
+        if may_turn and robot.hand_out <= self._embodiment.approach.turn:
             robot.turn_to(yaw)
         # Where the drive is shorter than the turn, the base sets off later: it would have to wait at the goal instead.
         waits = self._stops or (may_turn and not robot.moving and robot.time_left < robot.turn_left(yaw))
-        robot.set_rate(0.0 if waits else allowed_rate(view, robot.planned_velocity()))
+        robot.set_rate(0.0 if waits else allowed_rate(view, self._embodiment, robot.planned_velocity()))
         off = math.dist(goal, view.base[:2])
         turn = abs(math.remainder(yaw - view.base[2], math.tau))
         if off < _ARRIVED and turn < _ARRIVED_YAW and not robot.moving:
@@ -122,7 +118,8 @@ class Driver:
         litter = _fallen_candle_cells(view, self._navigator.plan) - {cell}
         under_way = self._leads_to(goal) and litter == self._litter
         self._litter = litter
-        if under_way and robot.time_left > 0.0 and not is_in_the_way(view, robot.points_ahead(_LOOK_AHEAD)):
+        ahead = robot.points_ahead(_LOOK_AHEAD)
+        if under_way and robot.time_left > 0.0 and not is_in_the_way(view, self._embodiment, ahead):
             self._replan_at = view.now + _REPLAN_INTERVAL
             return
         here = robot.base_reference()[0]
@@ -131,7 +128,7 @@ class Driver:
         if points:
             self.aside_until = -math.inf
         else:
-            if comes(view):
+            if comes(view, self._embodiment):
                 self.aside_until = view.now + _PATIENCE
             if self.stands_aside(view.now):
                 goal, points = self._step_aside(view, here)
@@ -157,7 +154,7 @@ class Driver:
 
     def _take(self, points: list[Vector], goal: Vector, view: View, robot: RobotMotion) -> None:
         """Takes a way to a goal, or stops first if the base cannot turn into it."""
-        self._stops = robot.moving and allowed_rate(view, robot.planned_velocity()) < _SWITCHING_RATE
+        self._stops = robot.moving and allowed_rate(view, self._embodiment, robot.planned_velocity()) < _SWITCHING_RATE
         if not self._stops:
             try:
                 robot.drive_along(points, self._navigator.clearance.has_room)

@@ -6,24 +6,25 @@ import math
 
 import numpy as np
 
-from caregiver_mj.robot import kinematics, se2
+from caregiver_mj.robot import se2
+from caregiver_mj.robot.embodiment import Embodiment
+from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, View
 
-GRASP_HEIGHT = 0.10  # metres above a candle's foot at which it is gripped
 ATTEMPTS = 3  # at a grasp
 
 _GIVES = 0.01  # metres by which the fingers, both together, may be nearer to each other than a candle is thick
 
 
-def hand_position(view: View) -> np.ndarray:
-    """The pinch point between the fingers, in the house, (3,)."""
-    x, y, z = kinematics.shared_arm().pinch(view.arm).tolist()
+def hand_position(view: View, robot: Embodiment) -> np.ndarray:
+    """The pinch point between a robot's fingers, in the house, (3,)."""
+    x, y, z = arm_of(robot).pinch(view.arm).tolist()
     return np.array([*se2.to_world(view.base, (x, y)), z])
 
 
-def has_in_hand(view: View, candle: int) -> bool:
+def has_in_hand(view: View, robot: Embodiment, candle: int) -> bool:
     """Whether a candle is between the fingers, and they have closed on it."""
-    return not hand_is_empty(view) and math.dist(view.candles[candle], hand_position(view)) < CANDLE_HEIGHT
+    return not hand_is_empty(view) and math.dist(view.candles[candle], hand_position(view, robot)) < CANDLE_HEIGHT
 
 
 def hand_is_empty(view: View) -> bool:

@@ -132,11 +132,3 @@ class Arm:
 def arm_of(embodiment: Embodiment) -> Arm:
     """The arm of a robot, one for everyone: it is costly to make and remembers nothing between calls."""
     return Arm(embodiment)
-
-
-def __getattr__(name: str):
-    if name.startswith("_"):
-        raise AttributeError(name)
-    from caregiver_mj.robot import former
-
-    return getattr(former, name)

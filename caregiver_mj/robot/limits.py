@@ -67,11 +67,3 @@ class RobotLimits:
     gripper: Limits
     base_speed: float
     finger_speed: float
-
-
-def __getattr__(name: str):
-    if name.startswith("_"):
-        raise AttributeError(name)
-    from caregiver_mj.robot import former
-
-    return getattr(former, name)

@@ -178,11 +178,3 @@ class RobotMotion(BaseMotion):
         if (speed := math.hypot(vx, vy)) > top:  # held up by something, it must not catch up at any speed
             vx, vy = vx * top / speed, vy * top / speed
         return vx, vy, yaw_rate + servos.yaw_lag * yaw_acceleration + servos.yaw_gain * (yaw - base[2])
-
-
-def __getattr__(name: str):
-    if name.startswith("_"):
-        raise AttributeError(name)
-    from caregiver_mj.robot import former
-
-    return getattr(former, name)

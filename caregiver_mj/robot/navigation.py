@@ -9,7 +9,8 @@ import numpy as np
 
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.robot.clearance import BASE_RADIUS, Clearance
+from caregiver_mj.robot.clearance import Clearance
+from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.routes import Routes
 from caregiver_mj.robot.se2 import Vector
 from caregiver_mj.robot.view import CHILD_RADIUS
@@ -19,15 +20,18 @@ _WAY_OUT, _DIRECTIONS = 0.45, 16  # metres that a base beside a child goes away 
 
 
 class Navigator(Routes):
-    """Plans the base's paths in one house, from its floor plan alone.
+    """Plans the paths of a robot's base in one house, from its floor plan alone.
 
     Attributes:
+        robot: The robot.
         clearance: How much room there is where.
     """
 
-    def __init__(self, plan: FloorPlan):
+    def __init__(self, plan: FloorPlan, robot: Embodiment):
         super().__init__(plan)
-        self.clearance = Clearance(plan)
+        self.robot = robot
+        self.clearance = Clearance(plan, robot)
+        self._berth = robot.footprint + CHILD_RADIUS + _CHILD_CLEARANCE  # metres, middle to middle
 
     def path(
         self,
@@ -85,10 +89,9 @@ class Navigator(Routes):
         x, y = line
         if shut is not None and shut.size and np.isin(self._codes(x, y), shut).any():
             return False
-        wanted = BASE_RADIUS + CHILD_RADIUS + _CHILD_CLEARANCE
         for child in children:
             distance = np.hypot(x - child[0], y - child[1])
-            if distance.min() < min(wanted, distance[0] - 1e-6):
+            if distance.min() < min(self._berth, distance[0] - 1e-6):
                 return False
         return True
 
@@ -123,7 +126,7 @@ class Navigator(Routes):
         def distance(place: Vector) -> float:
             return min((math.dist(place, child) for child in children), default=math.inf)
 
-        if distance(start) >= BASE_RADIUS + CHILD_RADIUS + _CHILD_CLEARANCE:
+        if distance(start) >= self._berth:
             return []
         angles = np.arange(_DIRECTIONS) * math.tau / _DIRECTIONS
         places = np.array(start) + _WAY_OUT * np.stack([np.cos(angles), np.sin(angles)], axis=1)

@@ -11,22 +11,20 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.robot import kinematics, se2
-from caregiver_mj.robot.hand import GRASP_HEIGHT
-from caregiver_mj.robot.kinematics import UPRIGHT, ReachPath
+from caregiver_mj.robot import se2
+from caregiver_mj.robot.grips import UPRIGHT, hand_rotation, upright_grip
+from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
+from caregiver_mj.robot.reach import ReachPath, retrieval_path
 from caregiver_mj.robot.se2 import Pose, Vector
 from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, View
 
 _DIRECTIONS = 16  # round a point
-_REACHES = (0.50, 0.55, 0.60, 0.65, 0.70, 0.75)  # metres from the base's centre to the candle
-_LEVEL_PITCHES = (math.radians(90), math.radians(50))  # of a hand that takes it level; the second reaches farther
 _MOST_STANDS = 40  # that are tried, the nearest ones, lest it takes too long
 _NO_TURNING = 2.0  # metres of detour that it is worth to stand where the base can turn
-_GRIP_ABOVE = 0.006  # metres over the middle of the lying candle, which keeps the fingertips off the ground
 _LIFTS = (0.0, 0.25)  # metres that the hand goes up with it before it turns; the second is to clear a wall
-_OPEN_REACH, _OPEN_ANGLE = 0.50, 0.5  # metres ahead, and radians to both sides that must be free where it is laid down
+_OPEN_ANGLE = 0.5  # radians to both sides that must be free where it is laid down
 _CHILD_AWAY = 1.7  # metres from a child to where the base stands then
 _CHECKS = 49  # poses on the arm's way that are checked for collisions
 
@@ -54,10 +52,11 @@ class RetrievalPlanner:
         """Prepares a planner.
 
         Args:
-            navigator: Of the house.
+            navigator: Of the house and the robot.
             make_scene: Makes the house's planning scene. That is costly, and seldom needed: it is called then only.
         """
         self._navigator, self._make_scene = navigator, make_scene
+        self._robot, self._arm = navigator.robot, arm_of(navigator.robot)
 
     @functools.cached_property
     def _scene(self) -> PlanningScene:
@@ -71,21 +70,22 @@ class RetrievalPlanner:
         """
         axis = view.candle_axis(candle)
         on_its_head = axis[2] < -UPRIGHT
-        point = view.candles[candle] + (CANDLE_HEIGHT - GRASP_HEIGHT if on_its_head else GRASP_HEIGHT) * axis
+        height, usual_pitch = self._robot.grasp.height, self._robot.postures.hand_pitch
+        point = view.candles[candle] + (CANDLE_HEIGHT - height if on_its_head else height) * axis
         if abs(axis[2]) < UPRIGHT:
-            point[2] += _GRIP_ABOVE
+            point[2] += self._robot.grasp.above_lying
         stands = list(itertools.islice(self._stands(view, candle, point), _MOST_STANDS))
         if not on_its_head:
             for base, reach in stands:
-                grip = kinematics.upright_grip(_turned(axis, -base[2]))
+                grip = upright_grip(_turned(axis, -base[2]), usual_pitch)
                 if path := self._lifting_path(view, candle, base, (reach, point[2]), grip):
                     return Stance(base, path)
         for base, reach in stands:
             ahead = _turned(axis, -base[2])
             heading = 0.0 if on_its_head else math.atan2(ahead[1], ahead[0])
-            pitches = (kinematics.HAND_PITCH,) if on_its_head else _LEVEL_PITCHES
+            pitches = (usual_pitch,) if on_its_head else self._robot.postures.lying_pitches
             for pitch, turn in itertools.product(pitches, (0.0, math.pi)):
-                grip = kinematics.hand_rotation(heading + turn, pitch)
+                grip = hand_rotation(heading + turn, pitch)
                 if path := self._lifting_path(view, candle, base, (reach, point[2]), grip):
                     return Stance(base, path, pitch + math.pi / 2 if on_its_head else pitch)
         return None
@@ -98,7 +98,8 @@ class RetrievalPlanner:
             candle: Index of the candle.
             pitch: Of the hand when it does that, radians.
         """
-        path = _path((_OPEN_REACH, CANDLE_RADIUS + _GRIP_ABOVE), kinematics.hand_rotation(0.0, pitch))
+        spot = self._robot.postures.floor_reach, CANDLE_RADIUS + self._robot.grasp.above_lying
+        path = self._path(spot, hand_rotation(0.0, pitch))
         if path is None:
             return None
         # The candle is in the hand, and in nobody's way where it is now.
@@ -124,7 +125,7 @@ class RetrievalPlanner:
         navigator, clearance = self._navigator, self._navigator.clearance
         here = navigator.nearest_cell(view.base[:2])
         stands = []
-        for yaw, reach in itertools.product(_directions(), _REACHES):
+        for yaw, reach in itertools.product(_directions(), self._robot.postures.lying_reaches):
             place = se2.to_world((point[0], point[1], yaw), (-reach, 0.0))
             route = navigator.route(here, navigator.nearest_cell(place)) if clearance.can_stand(place) else None
             if route is not None:
@@ -138,7 +139,7 @@ class RetrievalPlanner:
     def _lifting_path(self, view: View, candle: int, base: Pose, target: Vector, grip: np.ndarray) -> ReachPath | None:
         """The arm's way to lift a candle at a point (distance ahead, height), if neither touches anything."""
         for lift in _LIFTS:
-            path = _path(target, grip, lift)
+            path = self._path(target, grip, lift)
             if path is None or self._is_clear(view, candle, base, path, lifts=True):
                 return path
         return None
@@ -146,23 +147,22 @@ class RetrievalPlanner:
     def _is_clear(self, view: View, candle: int, base: Pose, path: ReachPath | None, lifts: bool = False) -> bool:
         """Whether the robot touches nothing along a path of the arm, or tucked; nor the candle that it lifts."""
         if path is None:
-            return self._scene.is_free(base, [kinematics.tucked_joints()], view.candle_poses, candle)
+            return self._scene.is_free(base, [self._arm.tucked], view.candle_poses, candle)
         way = [path.joints(s) for s in np.linspace(path.goal, 0.0, _CHECKS)]  # where it is tightest comes first
         return self._scene.is_free(base, way, view.candle_poses, candle) and (
             not lifts or self._scene.is_free(base, way, view.candle_poses, candle, held=True)
         )
 
+    def _path(self, target: Vector, grip: np.ndarray, lift: float = 0.0) -> ReachPath | None:
+        """The arm's way to a point given by distance ahead and height, None if it is out of reach."""
+        try:
+            return retrieval_path(self._arm, np.array([target[0], 0.0, target[1]]), grip, lift)
+        except CaregiverError:
+            return None
+
 
 def _directions() -> list[float]:
     return [math.tau * i / _DIRECTIONS for i in range(_DIRECTIONS)]
-
-
-def _path(target: Vector, grip: np.ndarray, lift: float = 0.0) -> ReachPath | None:
-    """The arm's way to a point given by distance ahead and height, None if it is out of reach."""
-    try:
-        return kinematics.retrieval_path(np.array([target[0], 0.0, target[1]]), grip, lift)
-    except CaregiverError:
-        return None
 
 
 def _turned(vector: np.ndarray, yaw: float) -> np.ndarray:

@@ -12,8 +12,7 @@ from collections.abc import Iterable
 
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.robot import limits
-from caregiver_mj.robot.clearance import BASE_RADIUS
+from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.se2 import Pose, Vector
 from caregiver_mj.robot.view import CHILD_RADIUS, ChildView, View
 
@@ -36,24 +35,24 @@ _IN_THE_WAY_GAP = 0.05  # metres between base and child on a path below which th
 _SOON = 0.8  # seconds within which a child goes on as it walks now
 
 
-def gap(view: View) -> float:
-    """Metres between the base and the nearest child."""
-    return min(_gap(view.base, child) for child in view.children)
+def gap(view: View, robot: Embodiment) -> float:
+    """Metres between the robot's base and the nearest child."""
+    return min(_gap(view.base, robot, child) for child in view.children)
 
 
-def is_child_close(view: View) -> bool:
+def is_child_close(view: View, robot: Embodiment) -> bool:
     """Whether a child is so close that the base must not push back when it is pushed."""
-    return gap(view) < _GENTLE_GAP
+    return gap(view, robot) < _GENTLE_GAP
 
 
-def comes(view: View) -> bool:
+def comes(view: View, robot: Embodiment) -> bool:
     """Whether a child walks towards the robot, or has just run into it."""
-    return any(_comes(view.base, child) for child in view.children)
+    return any(_comes(view.base, robot, child) for child in view.children)
 
 
-def is_in_the_way(view: View, points: Iterable[Vector]) -> bool:
+def is_in_the_way(view: View, robot: Embodiment, points: Iterable[Vector]) -> bool:
     """Whether a child stands, or will stand shortly, where the base would pass through some points."""
-    near = BASE_RADIUS + CHILD_RADIUS + _IN_THE_WAY_GAP
+    near = robot.footprint + CHILD_RADIUS + _IN_THE_WAY_GAP
     places = child_places(view.children)
     return any(math.dist(point, place) < near for point in points for place in places)
 
@@ -77,7 +76,7 @@ def child_cells(children: Iterable[ChildView], plan: FloorPlan) -> set[Cell]:
     return {plan.cell_at(place) for place in child_places(children)}
 
 
-def allowed_rate(view: View, velocity: Vector) -> float:
+def allowed_rate(view: View, robot: Embodiment, velocity: Vector) -> float:
     """The share of its planned velocity, m/s, at which the base can still stop before it touches any child.
 
     Speed and separation monitoring (the idea of ISO/TS 15066, section 5.5.4): while robot and child close in, the
@@ -90,12 +89,12 @@ def allowed_rate(view: View, velocity: Vector) -> float:
     """
     if velocity[0] == 0.0 and velocity[1] == 0.0:
         return 1.0
-    return min(_allowed_rate(view.base, child, velocity) for child in view.children)
+    return min(_allowed_rate(view.base, robot, child, velocity) for child in view.children)
 
 
-def _allowed_rate(base: Pose, child: ChildView, velocity: Vector) -> float:
+def _allowed_rate(base: Pose, robot: Embodiment, child: ChildView, velocity: Vector) -> float:
     """The same for one child, for a velocity that is not zero."""
-    room = _gap(base, child) - _SEPARATION
+    room = _gap(base, robot, child) - _SEPARATION
     if room > _FAR:
         return 1.0
     (vx, vy), speed = velocity, math.hypot(*velocity)
@@ -106,8 +105,9 @@ def _allowed_rate(base: Pose, child: ChildView, velocity: Vector) -> float:
     if approach <= 0.0:
         return 1.0
     # approach * r * (stopping / 2 + reaction) + child * (stopping + reaction) = room, solved for r
-    stopping = speed / limits.BASE.acceleration
-    delay = _REACTION + limits.BASE.acceleration / limits.BASE.jerk
+    limits = robot.limits.base
+    stopping = speed / limits.acceleration
+    delay = _REACTION + limits.acceleration / limits.jerk
     a = approach * stopping / 2
     b = approach * delay + _CHILD_SPEED * stopping
     c = _CHILD_SPEED * delay - room
@@ -116,14 +116,14 @@ def _allowed_rate(base: Pose, child: ChildView, velocity: Vector) -> float:
     return min(1.0, (-b + math.sqrt(b * b - 4 * a * c)) / (2 * a))
 
 
-def _comes(base: Pose, child: ChildView) -> bool:
+def _comes(base: Pose, robot: Embodiment, child: ChildView) -> bool:
     """Whether a child walks towards the robot, or has just run into it."""
-    room = _gap(base, child)
+    room = _gap(base, robot, child)
     dx, dy = base[0] - child.position[0], base[1] - child.position[1]
     towards = (dx * child.velocity[0] + dy * child.velocity[1]) / math.hypot(dx, dy)
     return room < _TOUCHING_GAP or (room < _COMING_GAP and towards > _COMING_SPEED)
 
 
-def _gap(base: Pose, child: ChildView) -> float:
+def _gap(base: Pose, robot: Embodiment, child: ChildView) -> float:
     """Metres between base and child."""
-    return math.dist(child.position, base[:2]) - BASE_RADIUS - CHILD_RADIUS
+    return math.dist(child.position, base[:2]) - robot.footprint - CHILD_RADIUS

@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from caregiver_mj.plans import layout
-from caregiver_mj.robot.kinematics import UPRIGHT
+from caregiver_mj.robot.grips import UPRIGHT
 from caregiver_mj.robot.se2 import Pose, Vector
 
 CHILD_RADIUS = 0.12  # metres
@@ -38,7 +38,7 @@ class View:
         now: Seconds since the episode's start.
         base: Pose (x, y, yaw) of its base.
         fingers: How far the fingers stand off the middle, both together.
-        arm: Joint positions (7,).
+        arm: Joint positions (joints,), radians.
         children: All children in the house, one at least.
         candles: Position of each candle's foot, (candles, 3).
         candle_orientations: Its orientation, a quaternion (w, x, y, z), (candles, 4).

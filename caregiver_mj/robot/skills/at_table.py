@@ -8,8 +8,7 @@ from collections.abc import Callable
 
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.yielding import yielding
-from caregiver_mj.robot import kinematics, se2
-from caregiver_mj.robot.driver import MAY_DRIVE
+from caregiver_mj.robot import se2
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.se2 import Vector
@@ -20,16 +19,8 @@ from caregiver_mj.robot.view import View
 
 BESIDE_TABLE = 0.45  # metres from a table's middle beyond which nothing is on it, wherever exactly it stands
 
-# While the base still drives up to a table, the hand may come out as far as this, once it points the right way:
-ABOVE = 0.62  # of the reach: all of the hand is then higher than a candle; and when the base is nearly in line
-_HOVER = 0.72  # of the reach: only the fingertips are not
-_ABOVE_DISTANCE, _ABOVE_YAW = 0.60, 0.35  # metres and radians to go
-_HOVER_ACROSS, _HOVER_DISTANCE, _HOVER_YAW = 0.04, 0.30, 0.12  # metres, metres, radians to go
-_HOVER_BEYOND = 0.02  # metres by which the base may have gone too far
-# The last of the way down begins this little before the base has arrived, so that it is there before the fingers are
-# beside the candle; if a child slows it down, or it has stopped short, only at the very end.
-_LAST_TIME, _LAST_DISTANCE, _LAST_YAW = 0.28, 0.14, 0.08  # seconds, metres, radians to go
-_LAST_DISTANCE_SLOWED = 0.01  # metres
+_HOVER_BEYOND = 0.02  # metres by which the base may have gone too far for the hand to hover
+_LAST_DISTANCE_SLOWED = 0.01  # metres to go at which a base that is slowed down, or has stopped short, has arrived
 
 
 class AtTable(Skill):
@@ -41,8 +32,8 @@ class AtTable(Skill):
         stand: The cell beside the table in which to stand; None before it is chosen.
     """
 
-    def __init__(self, navigator: Navigator, candle: int, table: int, may_drive: float = MAY_DRIVE):
-        super().__init__(navigator, may_drive)
+    def __init__(self, navigator: Navigator, candle: int, table: int, loaded: bool = False):
+        super().__init__(navigator, loaded)
         self.candle, self.table = candle, table
         self.stand: Cell | None = None
         self._stage: Callable[[View, RobotMotion], Status] = self._approach
@@ -72,7 +63,7 @@ class AtTable(Skill):
         if self.stand is None or (self.driver.looks_again(view.now) and self._is_barred(view, self.stand)):
             self.stand = self._choose_stand(view)
         x, y = self._ahead(self.stand)
-        reach = kinematics.REACH + hand[0]
+        reach = self.embodiment.postures.reach + hand[0]
         goal = (spot[0] - reach * x + hand[1] * y, spot[1] - reach * y - hand[1] * x)
         return goal, self.stand, math.atan2(y, x)
 
@@ -109,27 +100,29 @@ class AtTable(Skill):
 
     def _prepare_hand(self, view: View, robot: RobotMotion, goal: Vector, yaw: float) -> bool:
         """Brings the hand out while the base still drives up; returns whether it is on the last of its way."""
+        approach = self.embodiment.approach
         if not robot.turns_to(yaw):  # it cannot before the hand is in
             robot.reach(0.0)
             return False
         along, across = se2.to_local((*view.base[:2], yaw), goal)
         off, turn = math.dist(goal, view.base[:2]), abs(math.remainder(yaw - view.base[2], math.tau))
-        last_distance = _LAST_DISTANCE if robot.moving and robot.is_unhindered else _LAST_DISTANCE_SLOWED
-        if robot.time_left < _LAST_TIME and off < last_distance and turn < _LAST_YAW:
+        last_distance = approach.last_distance if robot.moving and robot.is_unhindered else _LAST_DISTANCE_SLOWED
+        if robot.time_left < approach.last_time and off < last_distance and turn < approach.last_yaw:
             robot.reach(1.0)
             return True
-        in_line = abs(across) < _HOVER_ACROSS and -_HOVER_BEYOND < along < _HOVER_DISTANCE and turn < _HOVER_YAW
+        in_line = abs(across) < approach.hover_across and turn < approach.hover_yaw
+        near = -_HOVER_BEYOND < along < approach.hover_distance
         # A base that waits must be able to leave again, and it leaves with the hand in.
-        if robot.moving and in_line:
-            robot.reach(_HOVER)
-        elif off < _ABOVE_DISTANCE and turn < _ABOVE_YAW and self._hand_is_clear(view, yaw, goal):
-            robot.reach(ABOVE)
+        if robot.moving and in_line and near:
+            robot.reach(approach.hover)
+        elif off < approach.above_distance and turn < approach.above_yaw and self._hand_is_clear(view, yaw, goal):
+            robot.reach(approach.above)
         elif robot.hand_out > 0.0:
             robot.reach(0.0)
         return False
 
     def _hand_is_clear(self, view: View, yaw: float, goal: Vector) -> bool:
         """Whether the outstretched hand meets no wall on the rest of the base's way."""
-        out = (kinematics.REACH, 0.0)
+        out = (self.embodiment.postures.reach, 0.0)
         here, there = se2.to_world(view.base, out), se2.to_world((*goal, yaw), out)
         return self._navigator.clearance.hand_clear(here, there)

@@ -5,21 +5,15 @@ from __future__ import annotations
 import math
 
 from caregiver_mj.plans import layout
-from caregiver_mj.robot import motion
-from caregiver_mj.robot.driver import MAY_DRIVE_LOADED
-from caregiver_mj.robot.hand import ATTEMPTS, GRASP_HEIGHT, hand_is_empty
+from caregiver_mj.robot.hand import ATTEMPTS, hand_is_empty
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.robot.skills.at_table import ABOVE, BESIDE_TABLE, AtTable
+from caregiver_mj.robot.skills.at_table import BESIDE_TABLE, AtTable
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
 
-# Metres that the candle shall be nearer than the middle of the fingers: with 12 mm more it is held, with 12 mm less it
-# may be lost on the way. So what is perceived wrongly can be off as far either way.
-_GRASP_DEPTH = 0.003
-_GRIP_TIME = 0.12  # seconds from closing to a firm grip
 _LIFTED = 0.01  # metres that a candle must have come up with the hand
-_WIDE = 0.034  # metres of each finger off the middle from which on it is open
+_AJAR = 0.002  # metres by which each finger may fall short of being open
 
 
 class Pick(AtTable):
@@ -35,13 +29,13 @@ class Pick(AtTable):
         table = self._navigator.plan.position(self._navigator.plan.tables[self.table])
         if not view.stands_on_table(self.candle) or math.dist((x, y), table) > BESIDE_TABLE:
             return Status.OVERTAKEN  # it has fallen, or somebody else has taken it away
-        goal, cell, yaw = self._stand_at_table(view, (x, y), hand=(-_GRASP_DEPTH, 0.0))
+        goal, cell, yaw = self._stand_at_table(view, (x, y), hand=(-self.embodiment.grasp.depth, 0.0))
         arrival = self.driver.drive(view, robot, goal, cell, yaw)
         if arrival is Status.FAILED:
             return arrival
         if robot.reached < 1e-6:
-            robot.plan_reach(z + GRASP_HEIGHT)
-        robot.grip(motion.OPEN)
+            robot.plan_reach(z + self.embodiment.grasp.height)
+        robot.grip(self.embodiment.grasp.open)
         on_last = self._prepare_hand(view, robot, goal, yaw)
         if on_last and arrival is Status.DONE and robot.reached == 1.0:
             self._until = robot.reach_arrival
@@ -51,8 +45,8 @@ class Pick(AtTable):
     def _reach_out(self, view: View, robot: RobotMotion) -> Status:
         if view.now < self._until:
             return Status.RUNNING
-        robot.grip(motion.CLOSED)
-        self._until = view.now + _GRIP_TIME
+        robot.grip(self.embodiment.grasp.closed)
+        self._until = view.now + self.embodiment.grasp.grip_time
         self._stage = self._grasp
         return Status.COMMITTED
 
@@ -63,16 +57,18 @@ class Pick(AtTable):
         return Status.COMMITTED
 
     def _lift(self, view: View, robot: RobotMotion) -> Status:
-        up = robot.reached <= MAY_DRIVE_LOADED
+        approach = self.embodiment.approach
+        up = robot.reached <= approach.drive_loaded
         if hand_is_empty(view) or (up and view.candles[self.candle, 2] < layout.TABLE_HEIGHT + _LIFTED):
             self._misses += 1
-            robot.grip(motion.OPEN)
-            robot.reach(ABOVE)
+            robot.grip(self.embodiment.grasp.open)
+            robot.reach(approach.above)
             self._stage = self._open_again
             return Status.FAILED if self._misses == ATTEMPTS else Status.RUNNING
         return Status.DONE if up else Status.COMMITTED
 
     def _open_again(self, view: View, robot: RobotMotion) -> Status:
-        if robot.reached == ABOVE and view.fingers > 2 * _WIDE:
+        wide = 2 * (self.embodiment.grasp.open - _AJAR)
+        if robot.reached == self.embodiment.approach.above and view.fingers > wide:
             self._stage = self._approach
         return Status.RUNNING

@@ -8,8 +8,7 @@ import numpy as np
 
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
-from caregiver_mj.robot import motion, se2
-from caregiver_mj.robot.driver import MAY_DRIVE, MAY_DRIVE_LOADED
+from caregiver_mj.robot import se2
 from caregiver_mj.robot.hand import hand_is_empty, hand_position, has_in_hand
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
@@ -20,13 +19,9 @@ from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, View
 
 _SLIPPED = 0.008  # metres outwards in the hand from which on a candle has slipped, as it does when the base turns
 _PLACE_GAP = 0.001  # metres above the table at which a candle is let go
-# The fingers begin to give way this little before the hand is down: they squeeze less and less, and let go 0.1 s later.
-# Much earlier, and the candle is not yet pressed upright: it rocks for a third of a second.
-_RELEASE_TIME = 0.05  # seconds
 _RELEASE_GAP = CANDLE_RADIUS + 0.002  # metres of each finger off the middle, when the hand may withdraw
 # Where a candle is put down if the middle of the table is taken: metres to the side of it, in the order of preference.
-# A hand is that wide, with what it may be off.
-_SPOTS, _HAND_WIDTH = (0.0, 0.06, -0.06, 0.12, -0.12, 0.18, -0.18), 0.13
+_SPOTS = (0.0, 0.06, -0.06, 0.12, -0.12, 0.18, -0.18)
 _LOOK_INTERVAL = 0.3  # seconds between looks at the table
 _FULL_TIME = 1.7  # seconds that it waits at a table without room: one novice timestep
 
@@ -38,14 +33,14 @@ class Place(AtTable):
     """
 
     def __init__(self, navigator: Navigator, candle: int, table: int):
-        super().__init__(navigator, candle, table, MAY_DRIVE_LOADED)
+        super().__init__(navigator, candle, table, loaded=True)
         self._hand = (0.0, 0.0)
         self._spot: Vector | None = None
         self._spot_seen_from: Cell | None = None
         self._look_at, self._full_until = 0.0, math.inf
 
     def _approach(self, view: View, robot: RobotMotion) -> Status:
-        if hand_is_empty(view) or (robot.reached < 1e-6 and not has_in_hand(view, self.candle)):
+        if hand_is_empty(view) or (robot.reached < 1e-6 and not has_in_hand(view, self.embodiment, self.candle)):
             return Status.OVERTAKEN  # it was lost on the way
         if view.now >= self._look_at or self.stand != self._spot_seen_from:
             self._spot, self._look_at = self._free_spot(view), view.now + _LOOK_INTERVAL
@@ -65,8 +60,8 @@ class Place(AtTable):
             robot.reach(0.0)
             return arrival
         on_last = self._prepare_hand(view, robot, goal, yaw)
-        if on_last and arrival is Status.DONE and view.now >= robot.reach_arrival - _RELEASE_TIME:
-            robot.grip(motion.OPEN)
+        if on_last and arrival is Status.DONE and view.now >= robot.reach_arrival - self.embodiment.grasp.release_time:
+            robot.grip(self.embodiment.grasp.open)
             self._stage = self._release
         return Status.COMMITTED if on_last else Status.RUNNING
 
@@ -77,7 +72,7 @@ class Place(AtTable):
         return Status.COMMITTED
 
     def _retreat(self, view: View, robot: RobotMotion) -> Status:
-        if robot.reached > MAY_DRIVE:
+        if robot.reached > self.embodiment.approach.drive:
             return Status.COMMITTED
         return Status.DONE if view.stands_on_table(self.candle) else Status.OVERTAKEN  # it has fallen
 
@@ -94,8 +89,9 @@ class Place(AtTable):
             ends = view.candles[i] + np.outer((0.0, CANDLE_HEIGHT), view.candle_axis(i))
             if i != self.candle and ends[0, 2] > layout.TABLE_HEIGHT / 2:
                 taken.append(sorted(((ends[:, :2] - middle) @ aside).tolist()))
+        width = self.embodiment.clearances.hand_width
         for offset in _SPOTS:
-            if all(offset <= low - _HAND_WIDTH or offset >= high + _HAND_WIDTH for low, high in taken):
+            if all(offset <= low - width or offset >= high + width for low, high in taken):
                 return tuple((middle + offset * aside).tolist())
         return None
 
@@ -106,7 +102,7 @@ class Place(AtTable):
             Position of its foot relative to the pinch point (base frame, rounded to 1 mm so that noise moves no
             goals), and how far that is below the pinch point.
         """
-        x, y, z = hand_position(view).tolist()
+        x, y, z = hand_position(view, self.embodiment).tolist()
         foot = view.candles[self.candle].tolist()
         ahead, aside = se2.to_local((x, y, view.base[2]), (foot[0], foot[1]))
         return (round(ahead, 3), round(aside, 3)), z - foot[2]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from caregiver_mj.robot import motion
 from caregiver_mj.robot.hand import ATTEMPTS, hand_position, has_in_hand
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
@@ -49,7 +48,7 @@ class Retrieve(Skill):
 
     def _act(self, view: View, robot: RobotMotion) -> Status:
         still = self._lies_still(view)
-        holds = robot.closes and has_in_hand(view, self.candle)
+        holds = robot.closes and has_in_hand(view, self.embodiment, self.candle)
         if not self._steps:
             return self._approach(view, robot, still, holds)
         if view.now < self._until or not self._reach(view, robot, self._steps[0][0]):
@@ -66,7 +65,7 @@ class Retrieve(Skill):
         """Drives to where the candle can be picked up (or put down), and begins to reach there."""
         robot.reach(0.0)
         if not holds:
-            robot.grip(motion.OPEN)
+            robot.grip(self.embodiment.grasp.open)
         if self._stance is None or not (still or holds):
             return self._choose_stance(view, still, holds)
         x, y, yaw = self._stance.base
@@ -77,7 +76,8 @@ class Retrieve(Skill):
             self._stance = None  # it must be laid down, if not there
         elif arrival is Status.DONE and robot.reached == 0.0 and self._child_distance(view) > _CHILD_AWAY:
             robot.reach_along(self._stance.path)
-            self._steps = _there_and_back(self._stance.path.goal, motion.OPEN if holds else motion.CLOSED)
+            grasp = self.embodiment.grasp
+            self._steps = _there_and_back(self._stance.path.goal, grasp.open if holds else grasp.closed)
             return Status.COMMITTED
         return _unless_in_hand(holds)
 
@@ -114,7 +114,8 @@ class Retrieve(Skill):
 
     def _child_distance(self, view: View) -> float:
         """Metres between the nearest child's middle and the candle, or the hand if that is nearer."""
-        return min(view.child_distance(place[:2]) for place in (view.candles[self.candle], hand_position(view)))
+        places = view.candles[self.candle], hand_position(view, self.embodiment)
+        return min(view.child_distance(place[:2]) for place in places)
 
     def _lies_still(self, view: View) -> bool:
         """Whether the candle has been in its place for a moment."""

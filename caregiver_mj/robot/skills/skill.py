@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import abc
 
-from caregiver_mj.robot.driver import MAY_DRIVE, Driver
+from caregiver_mj.robot.driver import Driver
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.status import Status
@@ -15,18 +15,20 @@ class Skill(abc.ABC):
     """Something that the robot can do.
 
     Attributes:
+        embodiment: The robot that does it.
         driver: Drives it to where it wants to stand.
         status: What its last step has come to; RUNNING before the first.
     """
 
-    def __init__(self, navigator: Navigator, may_drive: float = MAY_DRIVE):
+    def __init__(self, navigator: Navigator, loaded: bool = False):
         """Prepares a skill.
 
         Args:
-            navigator: Of the house.
-            may_drive: How far out the hand may be, as a share of its reach, when the base sets off.
+            navigator: Of the house and the robot.
+            loaded: Whether there is a candle in the hand.
         """
-        self.driver = Driver(navigator, may_drive)
+        self.embodiment = navigator.robot
+        self.driver = Driver(navigator, loaded)
         self.status = Status.RUNNING
         self._navigator = navigator
 
