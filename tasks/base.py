@@ -29,6 +29,9 @@ _CANDLE_OFFSET = 0.02  # metres off the table's centre at the start, at most, in
 class CareTask(base.Task):
     """An episode in a house: children walk about, a robot acts. Tasks add a goal and a reward.
 
+    It has more attributes than most classes because dm_control hands one object through the whole episode: what is
+    public below is for tasks, policies and tests to read.
+
     Attributes:
         plan: The floor plan.
         family: Who the children are.

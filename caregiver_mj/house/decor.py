@@ -21,6 +21,7 @@ _DECORATED_SHARE = 0.25  # of the places where one could be
 
 
 def add_walls(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
+    """Adds the walls, to collide with and to look at."""
     height = layout.WALL_HEIGHT
     for i, wall in enumerate(layout.wall_rectangles(plan)):
         # Collision geoms of the world itself, so that MuJoCo's midphase culls among them.
@@ -36,6 +37,7 @@ def add_walls(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
 
 
 def add_doorways(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
+    """Adds thresholds and jambs."""
     half_wall = layout.wall_thickness(plan) / 2
     half_width = plan.cell_size - half_wall
     for i, (cell, (down, _)) in enumerate(layout.doorways(plan)):
@@ -51,6 +53,7 @@ def add_doorways(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
 
 
 def add_rugs(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
+    """Adds a rug to every room that has the space."""
     landing = np.zeros(plan.shape, bool)
     for cell in plan.stairwells:
         landing[cell] = True

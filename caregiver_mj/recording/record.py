@@ -45,7 +45,10 @@ def _column(
 
 @dataclasses.dataclass(frozen=True)
 class EpisodeRecord:
-    """One episode, as it stands in a row of `episodes.parquet`; `COLUMNS` says what each attribute is."""
+    """One episode, as it stands in a row of `episodes.parquet`: an attribute a column, however many there are.
+
+    `COLUMNS` says what each of them is.
+    """
 
     world: str = _column("", "world", "`house`, the physical one, or `grid`", "setting")
     house: str = _column("", "house", "name of the floor plan", "setting")
