@@ -48,7 +48,7 @@ def load(
         epsilon: Share of the novice's moves that are random, in [0, 1]. For several children that of each, as in
             "1,.25", or a `Family`, or a list of children.
         random: Source of all randomness, or a seed for one; None for a fresh one.
-        task_kwargs: Further arguments of the task: `embodiment`, the robot's name, or `robot=False`, and so on; `family`
+        task_kwargs: Further arguments of the task, such as the robot's name, `embodiment`, or `robot=False`; `family`
             takes the place of epsilon, and `time_limit`, in seconds, that of the task's own.
         environment_kwargs: Further arguments of `dm_control.rl.control.Environment`.
 

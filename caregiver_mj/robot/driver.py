@@ -25,6 +25,8 @@ _ARRIVED = 0.006  # metres
 _ARRIVED_YAW = 0.012  # radians
 
 _SWITCHING_RATE = 0.6  # a base that a child has slowed down below this stops before it takes another path
+# Seconds until it looks at its way again: while it has one, while children leave it none, and while it stops.
+_REPLAN_INTERVAL, _BARRED_INTERVAL, _STOPPING_INTERVAL = 1.0, 0.3, 0.04
 _LOOK_AHEAD = 1.5  # seconds of the path that are looked at for children in the way
 _PATIENCE = 1.7  # seconds for which the robot gets out of the way of a child that comes: one novice timestep
 
@@ -112,43 +114,54 @@ class Driver:
     def _plan(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell) -> None:
         """Finds a way, keeping to the present one as long as it leads to the goal and past the children."""
         self.goal, self.cell = goal, cell
-        navigator = self._navigator
-        route = navigator.route(navigator.nearest_cell(view.base[:2]), cell)  # as if there were no child
-        if route is not None:
-            self.patience.note(len(route), view.now)
-        litter = _fallen_candle_cells(view, navigator.plan) - {cell}
+        self._note_progress(view, cell)
+        litter = _fallen_candle_cells(view, self._navigator.plan) - {cell}
         under_way = self._leads_to(goal) and litter == self._litter
         self._litter = litter
         ahead = robot.points_ahead(_LOOK_AHEAD)
         if under_way and robot.time_left > 0.0 and not is_in_the_way(view, self._embodiment, ahead):
-            self._replan_at = view.now + 1.0
+            self._replan_at = view.now + _REPLAN_INTERVAL
             return
         here = robot.base_reference()[0]
-        near = near_children(view, here)
-        children, closed = [child.position for child in near], child_cells(near, navigator.plan)
-        points = navigator.path(here, goal, cell, children, closed | litter)
-        if not points and litter:  # then over what lies there
-            points = navigator.path(here, goal, cell, children, closed)
-        self._replan_at = view.now + (1.0 if points else 0.3)
+        points = self._way_past_children(view, here, goal, cell)
+        self._replan_at = view.now + (_REPLAN_INTERVAL if points else _BARRED_INTERVAL)
         if points:
             self.aside_until = -math.inf
-        else:  # the children leave no way
+        else:
             if comes(view, self._embodiment):
                 self.aside_until = view.now + _PATIENCE
             if self.stands_aside(view.now):
                 goal, points = self._step_aside(view, here)
-            elif not under_way:  # follow them, as closely as they let the robot
-                points = navigator.path(here, goal, cell)
-        if not points:
-            return
+            elif not under_way:  # follow the children, as closely as they let the robot
+                points = self._navigator.path(here, goal, cell)
+        if points:
+            self._take(points, goal, view, robot)
+
+    def _note_progress(self, view: View, cell: Cell) -> None:
+        """Takes in how near the base is to its cell, by a way that knows no children."""
+        route = self._navigator.route(self._navigator.nearest_cell(view.base[:2]), cell)
+        if route is not None:
+            self.patience.note(len(route), view.now)
+
+    def _way_past_children(self, view: View, here: Vector, goal: Vector, cell: Cell) -> list[Vector] | None:
+        """A way round the children that are near, and if possible round what lies on the floor; None if they bar it."""
+        near = near_children(view, here)
+        children, closed = [child.position for child in near], child_cells(near, self._navigator.plan)
+        points = self._navigator.path(here, goal, cell, children, closed | self._litter)
+        if not points and self._litter:
+            points = self._navigator.path(here, goal, cell, children, closed)
+        return points
+
+    def _take(self, points: list[Vector], goal: Vector, view: View, robot: RobotMotion) -> None:
+        """Takes a way to a goal, or stops first if the base cannot turn into it."""
         self._stops = robot.moving and allowed_rate(view, self._embodiment, robot.planned_velocity()) < _SWITCHING_RATE
         if not self._stops:
             try:
-                robot.drive_along(points, navigator.clearance.has_room)
+                robot.drive_along(points, self._navigator.clearance.has_room)
             except PathError:
                 self._stops = True
         if self._stops:
-            self._path_goal, self._replan_at = None, view.now + 0.04
+            self._path_goal, self._replan_at = None, view.now + _STOPPING_INTERVAL
         else:
             self._path_goal = goal
 

@@ -48,7 +48,6 @@ class Visit(Verb):
     def routine(self, means, intervention, view, percept):
         from caregiver_mj.interventions.routine import Routine
         from caregiver_mj.robot.skills import Skill
-        from caregiver_mj.robot.status import Status
 
         plan, navigator = means.plan, means.navigator
         (cell, *_) = plan.free_neighbours(plan.bins[intervention.destination])
@@ -57,8 +56,7 @@ class Visit(Verb):
         class GoThere(Skill):
             def _act(self, view, robot):
                 robot.reach(0.0)
-                there = self.driver.drive(view, robot, goal, cell, robot.yaw)
-                return Status.DONE if there else Status.RUNNING
+                return self.driver.drive(view, robot, goal, cell, robot.yaw)
 
         return Routine(means, intervention, GoThere(navigator), self.describe(plan, intervention), goes_on=True)
 

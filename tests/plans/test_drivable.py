@@ -71,15 +71,15 @@ def check_with_navigator(plan):
         for cell in plan.free_neighbours(table):
             middle = plan.position(table)
             stand = tuple((middle + (plan.position(cell) - middle) * REACH / plan.cell_size).tolist())
-            if navigator.can_stand(stand) and navigator.can_turn(stand):
+            if navigator.clearance.can_stand(stand) and navigator.clearance.can_turn(stand):
                 stands.append(stand)
                 places[cell].append(stand)
         assert stands, (plan.name, table)
     for cell, goals in places.items():
-        assert navigator.can_stand(goals[0])
+        assert navigator.clearance.can_stand(goals[0])
         for goal in goals if cell in somewhere else goals[1:]:
             for start, end, last in ((places[home][0], goal, cell), (goal, places[home][0], home)):
-                path = navigator.path(start, end, last, None)
+                path = navigator.path(start, end, last)
                 assert path is not None, (plan.name, cell)
                 assert room_along(path, obstacles) > BASE_RADIUS + CLEARANCE, (plan.name, cell)
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from dm_control.rl import control
+from scripted_child import STAY, Scripted
 
 import caregiver_mj
 from caregiver_mj.plans.cell_graph import ACTIONS
@@ -263,21 +264,20 @@ def test_half_turn_on_a_short_drive_does_not_keep_the_hand_waiting():
 # -- Blocking a stairwell ----------------------------------------------------------------------------
 
 
-def drive_at_stairs(env: control.Environment, monkeypatch: pytest.MonkeyPatch) -> tuple[int, int]:
-    """Puts the toddler beside the stairwell, and has it want nothing but to go there. Returns the stairwell's cell."""
+def drive_at_stairs(env: control.Environment) -> None:
+    """Puts the toddler beside the stairwell, and has it want nothing but to go there."""
     task, plan = env.task, env.task.plan
     landing = plan.stairwells[getattr(task, "goal_stairwell", 0)]
     cell = plan.free_neighbours(landing)[0]
-    action = ACTIONS.index((landing[0] - cell[0], landing[1] - cell[1]))
-    monkeypatch.setattr(task._novice, "act", lambda *_: np.array([action]))
-    task._cell = plan.cell_index[cell]
-    task._walk.reset(tuple(plan.position(cell).tolist()), 0.0)
-    return landing
+    (child,) = task.children
+    child.behaviour.move = ACTIONS.index((landing[0] - cell[0], landing[1] - cell[1]))
+    child.put(cell)
 
 
 @pytest.mark.parametrize(("house", "seed"), [("paper", 1), (SMALL, 2)], ids=["paper", "small"])
 def test_robot_in_a_stairwell_keeps_the_toddler_out(house, seed, monkeypatch):
-    env = caregiver_mj.load("block_stairs", house, epsilon=0.0, random=seed)
+    plan = house if isinstance(house, FloorPlan) else FloorPlan.load(house)
+    env = caregiver_mj.load("block_stairs", plan, Scripted(plan, None), random=seed)
     policy = caregiver_mj.CaregiverPolicy(env)
     step = env.reset()
     recorder = Recorder(env, None, monkeypatch)
@@ -289,7 +289,7 @@ def test_robot_in_a_stairwell_keeps_the_toddler_out(house, seed, monkeypatch):
     centre, half = env.task.plan.position(landing), env.task.plan.cell_size / 2
     assert policy.interventions_done == 1
 
-    drive_at_stairs(env, monkeypatch)
+    drive_at_stairs(env)
     before = env.physics.base_position()
     damage = env.task.outcome()["damage"]
     kinds, rewards, poses = set(), [], []
@@ -314,10 +314,11 @@ def test_robot_in_a_stairwell_keeps_the_toddler_out(house, seed, monkeypatch):
 
 
 @pytest.mark.parametrize("house", ["paper", SMALL], ids=["paper", "small"])
-def test_without_the_robot_the_same_toddler_is_hurt(house, monkeypatch):
-    env = caregiver_mj.load("supervise", house, epsilon=0.0, random=1, task_kwargs={"robot": False})
+def test_without_the_robot_the_same_toddler_is_hurt(house):
+    plan = house if isinstance(house, FloorPlan) else FloorPlan.load(house)
+    env = caregiver_mj.load("supervise", plan, Scripted(plan), random=1, task_kwargs={"robot": False})
     env.reset()
-    drive_at_stairs(env, monkeypatch)
+    drive_at_stairs(env)
     kinds = set()
     for _ in range(6 * 84):
         env.step(np.zeros(0))
@@ -346,12 +347,11 @@ def test_robot_blocks_while_the_toddler_tries_at_once():
 
 
 @pytest.mark.parametrize(("speed", "struck"), [(0.6, True), (0.03, False)])
-def test_driving_into_the_toddler_is_a_strike_unless_it_is_slow(speed, struck, monkeypatch):
-    env = caregiver_mj.load("supervise", SMALL, random=0)
+def test_driving_into_the_toddler_is_a_strike_unless_it_is_slow(speed, struck):
+    env = caregiver_mj.load("supervise", SMALL, Scripted(SMALL, STAY), random=0)
     env.reset()
     task, physics = env.task, env.physics
-    monkeypatch.setattr(task._walk, "step", lambda *_: None)  # the toddler stands still
-    x, y = task._walk.position
+    x, y = task.children[0].position
     joints = physics.arm_position()
     side = 1.0 if x < 0 else -1.0
     physics.set_robot(np.array([x + 0.42 * side, y, 0.0]), joints)  # the bodies touch 0.39 m apart, centre to centre

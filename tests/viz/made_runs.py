@@ -5,7 +5,9 @@ import json
 import numpy as np
 import pandas as pd
 
-from caregiver_mj.experiments import statistics
+from caregiver_mj.experiments.run_folder import RunFolder
+from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.experiments.summary import summarise
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.record import MEASURES
 
@@ -25,7 +27,7 @@ CAREGIVERS = ("none", "paper", "guard")
 
 
 def write_run(folder, world="grid", plan=PAPER, caregivers=CAREGIVERS, mark=0, families=None):
-    """Writes a finished run.
+    """Writes a finished run into a folder.
 
     Args:
         folder: Where to.
@@ -47,21 +49,8 @@ def write_run(folder, world="grid", plan=PAPER, caregivers=CAREGIVERS, mark=0, f
         maps.append(cells.assign(visits=200.0 * EPISODES / len(cells), damage=sum(damages) / len(cells), **key))
         rows += [_row(key, episode, damage, len(children), mark) for episode, damage in enumerate(damages)]
     episodes = pd.DataFrame(rows)
-    settings = {
-        "world": world,
-        "house": plan.name,
-        "plan": list(plan.rows),
-        "cell_size": plan.cell_size,
-        "caregivers": list(caregivers),
-        "families": list(names.values()),
-        "episodes": EPISODES,
-        "seed": 7,
-    }
-    folder.mkdir(parents=True, exist_ok=True)
-    episodes.to_parquet(folder / "episodes.parquet")
-    pd.concat(maps).to_parquet(folder / "maps.parquet")
-    (folder / "run.json").write_text(json.dumps(settings))
-    (folder / "summary.json").write_text(json.dumps(_summary(episodes, caregivers)))
+    settings = Settings(plan, world, caregivers, tuple(names.values()), EPISODES, seed=7)
+    RunFolder(folder, settings.record()).finish(episodes, summarise(settings, episodes), pd.concat(maps))
     return folder
 
 
@@ -74,25 +63,10 @@ def _row(key, episode, damage, children, mark):
     return row | {"damage_by_child": [share * damage for share in shares], "toys_by_child": [2.0, 1.0][:children]}
 
 
-def _summary(episodes, caregivers):
-    pairs = [(caregiver, "none") for caregiver in caregivers if caregiver != "none"]
-    pairs += [("paper", baseline) for baseline in caregivers if baseline not in ("none", "paper")]
-    summary = {
-        "rows": statistics.summarise(episodes, MEASURES),
-        "comparisons": [row for pair in pairs for row in statistics.compare(episodes, *pair)],
-        "versions": {"caregiver_mj": "0.1.0"},
-        "seed": 7,
-    }
-    family_of = dict(zip(episodes.epsilon, episodes.family, strict=True))
-    for row in [*summary["rows"], *summary["comparisons"]]:
-        row.setdefault("family", family_of[row["epsilon"]])
-    return summary
-
-
 def as_older_version(folder):
     """Takes out of a run what there was not before there were families."""
     settings = json.loads((folder / "run.json").read_text())
-    settings["epsilons"] = [float(family) for family in settings.pop("families")]
+    del settings["families"], settings["damage"]
     (folder / "run.json").write_text(json.dumps(settings))
     summary = json.loads((folder / "summary.json").read_text())
     for row in [*summary["rows"], *summary["comparisons"]]:

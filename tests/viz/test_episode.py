@@ -24,11 +24,12 @@ def house(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def rows(house, tmp_path_factory):
-    """Two episodes with a caregiver that draws lots, in the physical house."""
+    """Two episodes of an only child and of two, with a caregiver that draws lots, in the physical house."""
     out = tmp_path_factory.mktemp("run") / "run"
-    command = ["evaluate", "--world", "house", "--house", str(house), "--caregiver", "random", "--epsilon", "1"]
+    command = ["evaluate", "--world", "house", "--house", str(house), "--caregiver", "random"]
+    command += ["--epsilon", "1", "1,0.25"]
     assert cli.main([*command, "--episodes", "2", "--seed", str(SEED), "--out", str(out)]) == 0
-    return pd.read_parquet(out / "episodes.parquet").set_index("episode")
+    return pd.read_parquet(out / "episodes.parquet").set_index(["family", "episode"])
 
 
 def run_to_its_end(episode):
@@ -67,18 +68,21 @@ def test_a_filmed_episode_is_that_of_the_run(house, rows, tmp_path):
     settings = {"house": house, "epsilon": 1.0, "caregiver": "random", "seed": SEED}
     small = {"width": 320, "height": 240, "fps": 1.0, "seconds": 400.0, "quiet": True}
     render_episode(tmp_path / "film.mp4", **settings, **small, studio=Blank)
-    assert rows.damage[0] > 0
-    assert_is_row(Blank.seen, rows.loc[0])
+    assert rows.damage["1", 0] > 0
+    assert_is_row(Blank.seen, rows.loc["1", 0])
 
 
-def test_any_episode_of_a_run_can_be_filmed(house, rows):
-    second = run_to_its_end(Episode.load(house=house, children=1.0, seed=SEED, number=1, caregiver="random"))
-    assert_is_row(second, rows.loc[1])
-    assert rows.loc[0, "seed"] != rows.loc[1, "seed"]
+@pytest.mark.parametrize("family", ["1", "1,0.25"])
+def test_any_episode_of_a_run_can_be_filmed(house, rows, family):
+    second = run_to_its_end(Episode.load(house=house, children=family, seed=SEED, number=1, caregiver="random"))
+    assert_is_row(second, rows.loc[family, 1])
+    shown = [child.damage for child in second.hud_state(1).children]
+    assert shown == list(rows.loc[family, 1].damage_by_child)
+    assert rows.seed[family, 0] != rows.seed[family, 1]
 
 
 def test_an_episode_can_be_told_by_its_own_seed(house, rows):
-    alone = Episode.load(house=house, children=1.0, seed=int(rows.seed[0]), number=None, caregiver="none")
+    alone = Episode.load(house=house, children=1.0, seed=int(rows.seed["1", 0]), number=None, caregiver="none")
     watched = Episode.load(house=house, children=1.0, seed=SEED, number=0, caregiver="random")
     assert alone.hud_state(1).children[0].position.tolist() == watched.hud_state(1).children[0].position.tolist()
 
@@ -107,6 +111,24 @@ def test_the_display_is_told_what_happens(house):
     assert shown.intervention == episode.policy.activity
     expected = {"cell": 0, "candle": 1}  # the stairwell and the candle
     assert shown.mark is None or expected[shown.mark[0]] == shown.target
+
+
+def test_the_display_is_told_of_each_child(house):
+    episode = Episode.load(house=house, children="1,0.25", seed=SEED, caregiver="paper")
+    for second in range(1, 21):
+        assert episode.run_until(second)
+    shown, outcome = episode.hud_state(trail_length=5), episode.env.task.outcome()
+    observation = episode.env.task.get_observation(episode.env.physics)
+    assert shown.family == "1,0.25"
+    np.testing.assert_allclose([child.position for child in shown.children], observation["toddler_position"][:, :2])
+    assert [child.damage for child in shown.children] == outcome["damage_by_child"]
+    for child in shown.children:
+        assert child.trail.shape == (5, 2)
+        np.testing.assert_array_equal(child.trail[-1], child.position)
+    assessment = episode.policy.assessment
+    assert [child.safe for child in shown.children] == assessment.safe[0].tolist()
+    # What decides is the sum of the dangers to the children.
+    np.testing.assert_allclose(shown.danger, assessment.danger[0].sum(axis=0))
 
 
 def test_nobody_knows_anything_without_a_caregiver(house):

@@ -132,8 +132,8 @@ def _asked_house(plan: FloorPlan) -> str:
 def _read(path: pathlib.Path) -> Run:
     record, summary = (json.loads((path / f"{name}.json").read_text("utf-8")) for name in ("run", "summary"))
     # Runs of an older version have single novices, and the paper's damages.
-    record.setdefault("families", [str(Family.of(epsilon)) for epsilon in record["epsilons"]])
-    record.setdefault("damage", {})
+    record.setdefault("families", [str(Family.of(epsilon)) for epsilon in record.get("epsilons", ())])
+    record.setdefault("damage", str(DamageWeights()))
     for row in [*summary["rows"], *summary["comparisons"]]:
         row.setdefault("family", str(Family.of(row["epsilon"])))
     settings = Settings.of_record(record)

@@ -76,7 +76,7 @@ def comparison_table(run: Run) -> Table:
     note = (
         f"With the caregiver less without, paired: episode i has the same {run.nouns.who} both times. In brackets the "
         "95 % bootstrap interval of the mean difference; p by Wilcoxon's signed-rank test, two-sided, "
-        f"{run.settings['episodes']} pairs each, not corrected for the {len(rows) * len(statistics.COMPARED)} tests."
+        f"{run.settings.episodes} pairs each, not corrected for the {len(rows) * len(statistics.COMPARED)} tests."
     )
     columns = (run.nouns.who, *(TITLES[column] for column in statistics.COMPARED))
     return Table(f"Differences that the caregiver makes — {run.title}", columns, rows, note)
