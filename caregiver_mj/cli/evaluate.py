@@ -10,7 +10,7 @@ import rich.console
 import rich.progress
 
 from caregiver_mj.caregivers.registry import CAREGIVERS
-from caregiver_mj.cli.parsing import PROGRAM, add_children, add_house, add_seed, read_family, read_house
+from caregiver_mj.cli.parsing import PROGRAM, add_children, add_embodiment, add_house, add_seed, read_family, read_house
 from caregiver_mj.cli.table import table
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import evaluation
@@ -40,6 +40,7 @@ def add_to(commands: argparse._SubParsersAction) -> None:
         "children that are in the house together",
     )
     add_children(command)
+    add_embodiment(command)
     command.add_argument("--episodes", type=int, default=20, metavar="N", help="for each caregiver and epsilon")
     add_seed(command)
     command.add_argument("--jobs", type=int, default=1, metavar="N", help="worker processes")
@@ -72,6 +73,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
         families=tuple(dict.fromkeys(read_family(str(epsilon), arguments) for epsilon in arguments.epsilon)),
         episodes=arguments.episodes,
         seed=arguments.seed,
+        embodiment=arguments.embodiment,
     )
     settings.check()
     if arguments.jobs < 1:

@@ -10,6 +10,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans import floor_plan
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
+from caregiver_mj.robot.embodiment import DEFAULT
 
 PROGRAM = "caregiver-mj"
 
@@ -36,6 +37,11 @@ def add_house(command: argparse.ArgumentParser) -> None:
 def read_house(arguments: argparse.Namespace) -> FloorPlan:
     """The house that `add_house`'s options say."""
     return FloorPlan.load(arguments.house, damage=DamageWeights.parse(arguments.damage))
+
+
+def add_embodiment(command: argparse.ArgumentParser) -> None:
+    """Adds which robot it is."""
+    command.add_argument("--embodiment", default=DEFAULT, metavar="NAME", help="the robot in the house")
 
 
 def houses() -> str:

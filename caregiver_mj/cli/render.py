@@ -6,7 +6,7 @@ import argparse
 import math
 
 from caregiver_mj.caregivers.registry import CAREGIVERS
-from caregiver_mj.cli.parsing import add_children, add_house, add_seed, read_family, read_house
+from caregiver_mj.cli.parsing import add_children, add_embodiment, add_house, add_seed, read_family, read_house
 from caregiver_mj.errors import CaregiverError
 
 
@@ -28,6 +28,7 @@ def add_to(commands: argparse._SubParsersAction) -> None:
     )
     add_children(command)
     command.add_argument("--caregiver", default="paper", metavar="NAME", help=" ".join(CAREGIVERS))
+    add_embodiment(command)
     add_seed(command, "of the run to which the episode belongs")
     command.add_argument("--episode", type=int, default=0, metavar="N", help="its number in that run")
     command.add_argument("--seconds", type=float, default=30.0, help="length of the film at most")
@@ -56,6 +57,7 @@ def _run(arguments: argparse.Namespace) -> None:
         episode=arguments.episode,
         seconds=arguments.seconds,
         caregiver=arguments.caregiver,
+        embodiment=arguments.embodiment,
         still=arguments.still,
     )
     print(arguments.out)

@@ -68,7 +68,7 @@ def _run_in_grid(settings: Settings, block: Block, seeds: list[int]) -> _Measure
 
 
 def _run_in_house(settings: Settings, block: Block, seeds: list[int]) -> _Measured:
-    env, policy = _house(settings.plan, block.family, block.caregiver, settings.seed)
+    env, policy = _house(settings.plan, block.family, block.caregiver, settings.seed, settings.embodiment)
     measured, visits, damage = [], 0.0, 0.0
     for seed in seeds:
         start = time.perf_counter()
@@ -83,12 +83,13 @@ def _run_in_house(settings: Settings, block: Block, seeds: list[int]) -> _Measur
 
 
 @functools.lru_cache(maxsize=1)  # blocks of one caregiver and family follow each other
-def _house(plan: FloorPlan, family: Family, caregiver: str, seed: int) -> tuple[Any, Any]:
+def _house(plan: FloorPlan, family: Family, caregiver: str, seed: int, embodiment: str) -> tuple[Any, Any]:
     """A house, and the policy of the caregiver in it (None for "none"). Building them takes a second."""
     from caregiver_mj import tasks  # here, for the grid does without MuJoCo
 
     robot = caregiver != "none"
-    env = tasks.load("supervise", plan, family, np.random.RandomState(0), task_kwargs={"robot": robot})
+    kwargs = {"robot": robot, "embodiment": embodiment}
+    env = tasks.load("supervise", plan, family, np.random.RandomState(0), task_kwargs=kwargs)
     if not robot:
         return env, None
     from caregiver_mj.policy.policy import CaregiverPolicy

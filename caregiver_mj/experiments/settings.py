@@ -11,6 +11,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.versions import versions
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
+from caregiver_mj.robot.embodiment import DEFAULT
 
 WORLDS = ("house", "grid")
 EPSILONS = (1.0, 0.75, 0.5, 0.25, 0.05)  # the paper's five novices
@@ -28,6 +29,7 @@ class Settings:
         families: The children; each may be given as `Family.of` takes it, such as by an epsilon.
         episodes: Episodes for each caregiver and family.
         seed: Seed of the episodes, and of what is random in the caregivers.
+        embodiment: Name of the robot in the house.
     """
 
     plan: FloorPlan
@@ -36,6 +38,7 @@ class Settings:
     families: tuple[Who, ...] = EPSILONS
     episodes: int = 20
     seed: int = 0
+    embodiment: str = DEFAULT
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "families", tuple(map(Family.of, self.families)))
@@ -51,12 +54,17 @@ class Settings:
             families=tuple(map(Family.parse, record["families"])),
             episodes=record["episodes"],
             seed=record["seed"],
+            embodiment=record["embodiment"],
         )
 
     def check(self) -> None:
         """Raises CaregiverError unless this can be run."""
         if self.world not in WORLDS:
             raise CaregiverError(f"no world '{self.world}': there are {', '.join(WORLDS)}")
+        if self.world == "house":
+            from caregiver_mj.robot.embodiments import find_embodiment  # here, for the grid does without MuJoCo
+
+            find_embodiment(self.embodiment)
         for name in self.caregivers:
             if name not in CAREGIVERS:
                 raise CaregiverError(f"no caregiver '{name}': there are {', '.join(CAREGIVERS)}")
@@ -85,6 +93,7 @@ class Settings:
             "epsilons": [family.epsilon for family in self.families],
             "episodes": self.episodes,
             "seed": self.seed,
+            "embodiment": self.embodiment,
             "versions": versions(),
         }
 

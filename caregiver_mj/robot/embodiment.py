@@ -19,6 +19,8 @@ from importlib.resources.abc import Traversable
 from caregiver_mj.robot.handling import Approach, Bends, Clearances, Grasp, Postures
 from caregiver_mj.robot.limits import RobotLimits
 
+DEFAULT = "mobile_fr3"  # the robot where no other is named
+
 
 @dataclasses.dataclass(frozen=True)
 class Names:

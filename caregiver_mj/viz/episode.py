@@ -16,6 +16,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.seeds import episode_random, episode_seed
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.policy import CaregiverPolicy
+from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.tasks import load
 from caregiver_mj.viz import moment
 from caregiver_mj.viz.hud import HudState
@@ -56,6 +57,7 @@ class Episode:
         seed: int = 0,
         number: int | None = 0,
         caregiver: str = "paper",
+        embodiment: str = DEFAULT,
     ) -> Episode:
         """Begins an episode of a run: the same, step for step, as an evaluation with this seed has.
 
@@ -66,6 +68,7 @@ class Episode:
             seed: Seed of the run.
             number: Number of the episode; None if the seed is that of a single episode, which belongs to no run.
             caregiver: Name of the caregiver; without a robot for "none".
+            embodiment: Name of the robot.
 
         Raises:
             CaregiverError: Something of that is not possible.
@@ -75,7 +78,8 @@ class Episode:
         family = Family.of(children)
         random = episode_random(seed if number is None else episode_seed(seed, number))
         robot = caregiver != "none"
-        env = load(task, house=house, epsilon=family, random=random, task_kwargs={"robot": robot})
+        kwargs = {"robot": robot, "embodiment": embodiment}
+        env = load(task, house=house, epsilon=family, random=random, task_kwargs=kwargs)
         return cls(env, CaregiverPolicy(env, caregiver=caregiver, seed=seed) if robot else None, family)
 
     def run_until(self, seconds: float) -> bool:

@@ -16,6 +16,7 @@ from PIL import Image
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.viz.encoder import film_writer, writable
 from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.studio import Studio
@@ -43,6 +44,7 @@ def render_episode(
     episode: int | None = 0,
     seconds: float = 30.0,
     caregiver: str = "paper",
+    embodiment: str = DEFAULT,
     width: int = DEFAULT_SIZE[0],
     height: int = DEFAULT_SIZE[1],
     fps: float = DEFAULT_FPS,
@@ -66,6 +68,7 @@ def render_episode(
             `seed` of a run; the caregiver gets the same one.
         seconds: Length of the film; less if the episode is over before.
         caregiver: Name of the caregiver; without a robot for "none".
+        embodiment: Name of the robot.
         width: Width of the picture in pixels, even.
         height: Height of the picture in pixels, even.
         fps: Frames a second.
@@ -81,7 +84,7 @@ def render_episode(
     """
     path, still = writable(path, ".mp4"), None if still is None else writable(still, ".png")
     _check_picture(width, height, fps, seconds)
-    filmed = Episode.load(task, house, epsilon, seed, episode, caregiver)
+    filmed = Episode.load(task, house, epsilon, seed, episode, caregiver, embodiment)
     best: tuple[float, np.ndarray | None] = (math.inf, None)
     count = max(1, round(seconds * fps))
     with (

@@ -15,8 +15,10 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.generator import generate
 from caregiver_mj.plans.sets import house_set
 from caregiver_mj.plans.yielding import yielding
-from caregiver_mj.robot.navigation import BASE_RADIUS, Navigator
+from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.navigation import Navigator
 
+ROBOT = find_embodiment()
 CLEARANCE = 0.05  # metres from the base to all else on a path, as in the tests of navigation
 STEP = 0.02  # metres between the points that are checked
 
@@ -61,7 +63,7 @@ def test_the_robot_gets_everywhere_in_the_houses_of_the_sets(name):
 
 def check_with_navigator(plan):
     """Sends the robot from a cell to others, every landing and table, and back, and measures what room it has."""
-    navigator = Navigator(plan)
+    navigator = Navigator(plan, ROBOT)
     obstacles = layout.obstacle_rectangles(plan)
     home = plan.free_cells[0]
     somewhere = {*plan.free_cells[:: len(plan.free_cells) // 8 + 1], *plan.stairwells}
@@ -81,7 +83,7 @@ def check_with_navigator(plan):
             for start, end, last in ((places[home][0], goal, cell), (goal, places[home][0], home)):
                 path = navigator.path(start, end, last)
                 assert path is not None, (plan.name, cell)
-                assert room_along(path, obstacles) > BASE_RADIUS + CLEARANCE, (plan.name, cell)
+                assert room_along(path, obstacles) > ROBOT.footprint + CLEARANCE, (plan.name, cell)
 
 
 def room_along(path, obstacles):

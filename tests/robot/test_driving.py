@@ -14,7 +14,6 @@ from caregiver_mj.caregivers import Caregiver, Percept, make_caregiver
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from caregiver_mj.robot import kinematics
 from caregiver_mj.robot.driver import Driver
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.motion import RobotMotion
@@ -23,6 +22,7 @@ from caregiver_mj.robot.patience import TIME_OUT
 from caregiver_mj.robot.separation import allowed_rate
 from caregiver_mj.robot.view import ChildView, View
 
+ROBOT = find_embodiment()
 STRIKE_SPEED = 0.05  # m/s
 TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
 GIVES_UP = 10.0  # seconds
@@ -101,7 +101,7 @@ def place(env, child: Cell, robot: Cell | None) -> None:
         task.children[0].put(child)
         physics.set_toddler(task.children[0].walk)
         if robot is not None:
-            physics.set_robot(np.array([*task.plan.position(robot), 0.0]), kinematics.tucked_joints())
+            physics.set_robot(np.array([*task.plan.position(robot), 0.0]))
 
     task.initialize_episode = initialize_episode
 
@@ -117,10 +117,10 @@ def view(base=(0.0, 0.0, 0.0), child=(9.0, 0.0), now=0.0) -> View:
 @pytest.mark.parametrize("speed", [0.02, 0.2, 1.3])
 def test_a_base_that_is_touched_leaves_freely_slides_slowly_and_never_comes_closer(speed):
     touched = view(child=(TOUCHING, 0.0))
-    assert allowed_rate(touched, (-speed, 0.0)) == 1.0
-    assert 0.0 < speed * allowed_rate(touched, (0.0, speed)) < STRIKE_SPEED
+    assert allowed_rate(touched, ROBOT, (-speed, 0.0)) == 1.0
+    assert 0.0 < speed * allowed_rate(touched, ROBOT, (0.0, speed)) < STRIKE_SPEED
     for towards in (1.0, 0.5):
-        assert allowed_rate(touched, (towards * speed, math.sqrt(1 - towards**2) * speed)) == 0.0
+        assert allowed_rate(touched, ROBOT, (towards * speed, math.sqrt(1 - towards**2) * speed)) == 0.0
 
 
 @pytest.mark.parametrize("gap", [0.0, 0.03, 0.07])
@@ -135,7 +135,7 @@ def test_robot_and_child_that_run_into_each_other_get_free(gap, monkeypatch):
         x, y = OPEN.position((2, 4))
         task.children[0].put_at(x, y + 0.064 - TOUCHING - gap)
         physics.set_toddler(task.children[0].walk)
-        physics.set_robot(np.array([x, y + 0.064, 0.0]), kinematics.tucked_joints())
+        physics.set_robot(np.array([x, y + 0.064, 0.0]))
 
     monkeypatch.setattr(task, "initialize_episode", initialize_episode)
     scene.child.move = NORTH
@@ -158,7 +158,7 @@ def test_robot_and_child_part_in_an_episode_that_once_stood_still():
 
 def test_a_way_out_is_found_between_child_and_table():
     plan = FloorPlan.parse("#######\n#.....#\n#..TB.#\n#.....#\n#######", "wedged")
-    navigator = Navigator(plan)
+    navigator = Navigator(plan, ROBOT)
     x, y = plan.position((2, 2))
     start = (x + 0.06, y)
     child = (start[0] - TOUCHING, y)
@@ -179,7 +179,7 @@ def test_a_way_out_is_found_between_child_and_table():
 
 @pytest.mark.parametrize(("distance", "turns"), [(0.6, False), (0.75, True)])
 def test_the_hand_is_not_swung_round_beside_the_child(distance, turns):
-    driver, robot = Driver(Navigator(OPEN)), RobotMotion(find_embodiment(), 0.02)
+    driver, robot = Driver(Navigator(OPEN, ROBOT)), RobotMotion(ROBOT, 0.02)
     x, y = OPEN.position((2, 4)).tolist()
     robot.reset((x, y, 0.0))
     for _ in range(100):

@@ -8,11 +8,9 @@ from typing import Any
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.registry import Registry
-from caregiver_mj.robot.embodiment import Embodiment
+from caregiver_mj.robot.embodiment import DEFAULT, Embodiment
 from caregiver_mj.robot.embodiments.mobile_fr3 import mobile_fr3
 from caregiver_mj.robot.embodiments.mobile_ur5e import mobile_ur5e
-
-DEFAULT = "mobile_fr3"
 
 
 class _Makers(Registry[Callable[[], Embodiment]]):
@@ -37,7 +35,7 @@ def find_embodiment(which: Embodiment | str | None = None) -> Embodiment:
     Raises:
         CaregiverError: There is no robot of that name, or it cannot be made.
     """
-    return which if isinstance(which, Embodiment) else _made(which or DEFAULT)
+    return which if isinstance(which, Embodiment) else _made(DEFAULT if which is None else which)
 
 
 @functools.cache

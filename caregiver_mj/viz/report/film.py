@@ -96,4 +96,5 @@ def episode_of(run: Run, family: str) -> dict[str, Any]:
         "seed": run.settings.seed,
         "episode": 0,
         "caregiver": run.caregiver,
+        "embodiment": run.settings.embodiment,
     }

@@ -16,6 +16,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
+from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.viz.report import words
 
 _WORLDS = {"grid": "Grid", "house": "Physical house"}
@@ -92,6 +93,8 @@ class Run:
         command = ["caregiver-mj", "evaluate", "--world", settings.world, "--house", _asked_house(self.plan)]
         if self.plan.damage != DamageWeights():
             command += ["--damage", str(self.plan.damage)]
+        if settings.embodiment != DEFAULT:
+            command += ["--embodiment", settings.embodiment]
         command += ["--caregiver", *settings.caregivers, "--epsilon", *self.families]
         return shlex.join([*command, "--episodes", str(settings.episodes), "--seed", str(settings.seed)])
 
@@ -131,9 +134,10 @@ def _asked_house(plan: FloorPlan) -> str:
 
 def _read(path: pathlib.Path) -> Run:
     record, summary = (json.loads((path / f"{name}.json").read_text("utf-8")) for name in ("run", "summary"))
-    # Runs of an older version have single novices, and the paper's damages.
+    # Runs of an older version have single novices, the paper's damages, and the one robot that there was.
     record.setdefault("families", [str(Family.of(epsilon)) for epsilon in record.get("epsilons", ())])
     record.setdefault("damage", str(DamageWeights()))
+    record.setdefault("embodiment", DEFAULT)
     for row in [*summary["rows"], *summary["comparisons"]]:
         row.setdefault("family", str(Family.of(row["epsilon"])))
     settings = Settings.of_record(record)
