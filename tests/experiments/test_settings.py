@@ -39,6 +39,7 @@ def test_families_may_be_said_by_their_epsilon():
         ({"families": (Family((ChildSpec(0.5, "angel"),)),)}, "no child 'angel'"),
         ({"episodes": 0}, "episodes must be at least 1, not 0"),
         ({"seed": -1}, "the seed must not be negative: -1"),
+        ({"embodiment": "butler"}, "no robot 'butler': there are mobile_fr3, mobile_ur5e"),
     ],
 )
 def test_bad_settings_are_refused(wrong, words):
@@ -61,6 +62,7 @@ SEVERAL = Settings(
     (0.1, "1,adversary:.25"),
     episodes=7,
     seed=9,
+    embodiment="mobile_ur5e",
 )
 
 
@@ -81,6 +83,7 @@ def test_the_record_says_everything():
         {"caregivers": ("none",)},
         {"episodes": 8},
         {"seed": 8},
+        {"embodiment": "mobile_fr3"},
     ],
 )
 def test_other_settings_have_another_record(change):
