@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 from dm_env import specs
 
-from caregiver_mj.robot.embodiment import Embodiment
+from caregiver_mj.robot.embodiment import Embodiment, Layout
 from caregiver_mj.robot.kinematics import arm_of
 
 _LOOSE = 0.024  # metres of each finger off the middle above which it does not touch a candle
@@ -33,7 +33,8 @@ class RobotBody:
             joint_views(model, data, [f"robot/{joint}" for joint in joints])
             for joints in (names.base, names.arm, names.fingers, names.wheels)
         )
-        self._model, self._ctrl = model, data.ctrl
+        self._model = model
+        self._ctrl = [data.ctrl[part] for part in _parts(embodiment.actuators)]
 
     def action_spec(self) -> specs.BoundedArray:
         """Base velocities (m/s, rad/s), arm joint targets (rad) and gripper target (m), laid out as the robot's."""
@@ -52,10 +53,8 @@ class RobotBody:
 
     def set_action(self, action: np.ndarray) -> None:
         """Sets what the actuators shall do; both fingers get the gripper's value."""
-        layout, actuators = self.embodiment.layout, self.embodiment.actuators
-        self._ctrl[actuators.base] = action[layout.base]
-        self._ctrl[actuators.arm] = action[layout.arm]
-        self._ctrl[actuators.gripper] = action[layout.gripper]
+        for actuators, part in zip(self._ctrl, _parts(self.embodiment.layout), strict=True):
+            actuators[:] = action[part]
 
     def place(self, base: np.ndarray, arm: np.ndarray | None = None) -> None:
         """Puts the robot somewhere, its hand open: base pose (3,) and arm joints (joints,), tucked if not given."""
@@ -68,6 +67,10 @@ class RobotBody:
         yaw = float(self.base[0][2])
         c, s = math.cos(yaw), math.sin(yaw)
         self.wheels[1][:] = self.embodiment.wheels.rates(c * x + s * y, c * y - s * x, turn)
+
+
+def _parts(layout: Layout) -> tuple[slice, slice, slice]:
+    return layout.base, layout.arm, layout.gripper
 
 
 def _indices(part: slice) -> range:

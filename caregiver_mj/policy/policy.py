@@ -82,11 +82,11 @@ class CaregiverPolicy:
             self._reset(observation)
         view = self._perception.look(observation, self.robot.now)
         new_move, all_known = self._perception.watch(view, float(observation["clock"]))
-        begun, done = self.interventions, self.interventions_done
-        self.executive.act(
-            view, self.robot, lambda *known: self._perception.percept(view, *known), new_move, all_known
-        )
-        self._task.note_interventions(self.interventions - begun, self.interventions_done - done)
+        executive = self.executive
+        begun, done = executive.begun, executive.done
+        executive.act(view, self.robot, lambda *known: self._perception.percept(view, *known), new_move, all_known)
+        if begun != executive.begun or done != executive.done:
+            self._task.note_interventions(executive.begun - begun, executive.done - done)
         self.robot.gentle = separation.is_child_close(view, self.robot.robot)
         action = self.robot.action(view.base)
         self.robot.now += self._timestep

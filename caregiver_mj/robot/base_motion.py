@@ -39,6 +39,7 @@ class BaseMotion:
             limits: Bounds of the base's speed, acceleration and jerk.
         """
         self._base_limits = limits
+        self._looked_up: tuple[float, tuple[Vector, Vector, Vector]] | None = None  # the last moment, and its motion
 
     def drive_along(self, points: Sequence[Vector], is_clear: Callable[[np.ndarray], bool]) -> None:
         """Takes a new path, from the motion that is under way now.
@@ -60,7 +61,7 @@ class BaseMotion:
         else:
             if moves:
                 raise PathError("no room to turn into the path")
-        self._path = path
+        self._path, self._looked_up = path, None
         # The path begins with the present velocity, so it is played back at full rate from the first moment; from rest
         # the rate may start anywhere, and starts at nothing until `set_rate` says how much the child allows.
         self._playback = ScalarMotion(self._rate_limits(self._base_limits.velocity), 0.0)
@@ -76,11 +77,11 @@ class BaseMotion:
         if self._path is None:
             return
         if self._rate == 0.0 and self._playback.at(self.now)[0] == 0.0:
-            self._rate = rate
+            self._rate, self._looked_up = rate, None
             self._playback.run_at(rate, self.now, at_once=True)
         # The solver is asked for worthwhile changes only.
         elif abs(rate - self._rate) > 0.04 or (rate in (0.0, 1.0) and rate != self._rate):
-            self._rate = rate
+            self._rate, self._looked_up = rate, None
             self._playback.set_limits(self._rate_limits(math.hypot(*self.planned_velocity())))
             self._playback.run_at(rate, self.now)
 
@@ -130,6 +131,11 @@ class BaseMotion:
         return self._path.at(self._playback.at(self.now)[0] + 0.1)[1]
 
     def _base_at(self, time: float) -> tuple[Vector, Vector, Vector]:
+        if self._looked_up is None or self._looked_up[0] != time:  # many ask for the same moment
+            self._looked_up = time, self._look_up(time)
+        return self._looked_up[1]
+
+    def _look_up(self, time: float) -> tuple[Vector, Vector, Vector]:
         if self._path is None:
             return self._here, (0.0, 0.0), (0.0, 0.0)
         along, rate, change = self._playback.at(time)
@@ -143,6 +149,7 @@ class BaseMotion:
 
     def _hold(self, position: Vector) -> None:
         self._here, self._path, self._rate = position, None, 1.0
+        self._looked_up = None
 
     def _rate_limits(self, speed: float) -> Limits:
         """Bounds of the rate of playback that keep those of the base, on a path of this speed."""

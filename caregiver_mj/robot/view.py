@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,8 +18,7 @@ CANDLE_RADIUS, CANDLE_HEIGHT = 0.022, 0.16  # metres
 _OFF_TABLE = 0.03  # metres from a table's height beyond which a candle is not on it
 
 
-@dataclasses.dataclass(frozen=True)
-class ChildView:
+class ChildView(NamedTuple):
     """What the robot sees of one child.
 
     Attributes:
