@@ -9,7 +9,8 @@ from caregiver_mj.caregivers.caregiver import NOTHING, Caregiver, Observation
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.recording.telemetry import Recorder, check_limits
+from caregiver_mj.recording.audit import check_limits
+from caregiver_mj.recording.telemetry import Recorder
 from caregiver_mj.robot import kinematics
 from caregiver_mj.robot.planning_scene import PlanningScene
 
