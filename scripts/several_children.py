@@ -1,6 +1,6 @@
-"""Two children at once: see caregiver_mj/studies/several_children.py."""
+"""Two children at once: see caregiver_mj/studies/several_children/."""
 
-from caregiver_mj.studies.several_children import main
+from caregiver_mj.studies.several_children.command import main
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

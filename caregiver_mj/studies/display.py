@@ -1,4 +1,4 @@
-"""Tables on screen, for the measurements in this folder."""
+"""Tables on screen."""
 
 from __future__ import annotations
 
