@@ -15,6 +15,7 @@ from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.interventions.registry import verb_of
 from caregiver_mj.interventions.verb import Mark
+from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.viz.hud.state import ChildState, HudState
 
 if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.house.rendering
@@ -68,7 +69,7 @@ def hud_state(
         robot=observation.get("base_position"),
         danger=danger,
         unsafe_danger=unsafe_danger,
-        target=policy.target if policy else HudState.target,
+        target=policy.target if policy else NOTHING,
         mark=_mark(policy) if policy else None,
         intervention=policy.activity if policy else "",
     )
