@@ -9,7 +9,6 @@ from unittest import mock
 import mujoco
 import numpy as np
 
-from caregiver_mj.house.robot_body import WHEELS
 from caregiver_mj.house.scene import child_joints
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.policy import CaregiverPolicy
@@ -56,7 +55,8 @@ class Scene:
         joints = [model.joint(name) for name in child_joints(0)]
         self._q = np.array([joint.qposadr[0] for joint in joints])
         # The task writes the wheels' speeds as well; with them the replay is the same to the last bit.
-        self._v = np.array([joint.dofadr[0] for joint in (*joints, *(model.joint(name) for name in WHEELS))])
+        wheels = [model.joint(f"robot/{name}") for name in self.env.task.embodiment.names.wheels]
+        self._v = np.array([joint.dofadr[0] for joint in (*joints, *wheels)])
         self._tape: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
 
         def taped(nstep: int) -> None:

@@ -70,7 +70,7 @@ def run_watched(plan: FloorPlan, job: tuple[float, int]) -> _Watched:
 @functools.lru_cache(maxsize=1)  # jobs of one epsilon follow each other
 def _house(plan: FloorPlan, epsilon: float) -> tuple[Any, CaregiverPolicy, Navigator]:
     env = load("supervise", plan, epsilon, random=np.random.RandomState(0))
-    return env, CaregiverPolicy(env), Navigator(plan)
+    return env, CaregiverPolicy(env), Navigator(plan, env.task.embodiment)
 
 
 def _run_grid(plan: FloorPlan, episodes: int) -> pd.DataFrame:
