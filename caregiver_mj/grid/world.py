@@ -181,7 +181,7 @@ class GridWorld:
     # -- The caregiver ---------------------------------------------------------------------------
 
     def act_caregiver(self, caregiver: Caregiver) -> None:
-        """One action of the caregiver in every world. It is the place to look on from before and after, in a subclass."""
+        """One action of the caregiver in every world; a subclass may look at what is before and after it."""
         percept = self.percept()
         before, self.orders = self.orders, self.orders.where(self.holding != NOTHING, caregiver.decide(percept))
         parties = [(verb, np.flatnonzero(self.orders.verb == name)) for name, verb in VERBS.items()]

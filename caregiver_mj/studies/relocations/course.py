@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -68,21 +69,26 @@ class Course:
 
     def times(self) -> tuple[float, float]:
         """Seconds from arrived to lifted and from arrived to clear, NaN for what did not happen."""
-        rows = np.array([dataclasses.astuple(moment) for moment in self._moments], float)
-        time, x, y, speed, fingers, height, reach, held = rows.T
+        return times(self._moments)
 
-        def arrived(at: int, start: int) -> int:
-            """When the base was first where it is at some time, since another time."""
-            near = np.hypot(x - x[at], y - y[at]) < _ARRIVED
-            return _first(near & (speed < _ARRIVED_SPEED), start)
 
-        grasp = _first(fingers < motion.OPEN - _SHAKEN, 0)
-        lifted = _first(height > LIFTED, grasp)
-        release = _first(fingers > motion.CLOSED + _SHAKEN, lifted)
-        clear = _first((reach <= _CLEAR) & (held == 0.0), release)
-        lifting = math.nan if lifted is None else float(time[lifted] - time[arrived(grasp, 0)])
-        clearing = math.nan if clear is None else float(time[clear] - time[arrived(release, lifted)])
-        return lifting, clearing
+def times(moments: Sequence[Moment]) -> tuple[float, float]:
+    """Seconds from arrived to lifted and from arrived to clear, NaN for what did not happen."""
+    rows = np.array([dataclasses.astuple(moment) for moment in moments], float)
+    time, x, y, speed, fingers, height, reach, held = rows.T
+
+    def arrived(at: int, start: int) -> int:
+        """When the base was first where it is at some time, since another time."""
+        near = np.hypot(x - x[at], y - y[at]) < _ARRIVED
+        return _first(near & (speed < _ARRIVED_SPEED), start)
+
+    grasp = _first(fingers < motion.OPEN - _SHAKEN, 0)
+    lifted = _first(height > LIFTED, grasp)
+    release = _first(fingers > motion.CLOSED + _SHAKEN, lifted)
+    clear = _first((reach <= _CLEAR) & (held == 0.0), release)
+    lifting = math.nan if lifted is None else float(time[lifted] - time[arrived(grasp, 0)])
+    clearing = math.nan if clear is None else float(time[clear] - time[arrived(release, lifted)])
+    return lifting, clearing
 
 
 def _first(condition: np.ndarray, start: int | None) -> int | None:

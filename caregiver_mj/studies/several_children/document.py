@@ -7,7 +7,7 @@ from typing import Any
 from caregiver_mj.studies.documents import fill, table
 from caregiver_mj.studies.several_children.measure import MEANS, PAIRS
 
-_PLACE = ("world", "house", "family")
+_PLACE, _TITLES = ("world", "house", "family"), ("world", "house", "children")
 
 
 def document(found: list[dict[str, Any]], command: str) -> str:
@@ -54,7 +54,7 @@ def _factor_table(found: list[dict[str, Any]]) -> str:
     for place in dict.fromkeys(map(_place, found)):
         factors = [at[*place, ours]["factor"] for ours, _ in PAIRS]
         rows.append((*place, *(_interval(factor, 2, "+") for factor in factors), verdict(factors[0])))
-    titles = ("world", "house", "children", "sum over children", "greatest of them", "verdict on the sum")
+    titles = (*_TITLES, "sum over children", "greatest of them", "verdict on the sum")
     return table(titles, rows)
 
 
@@ -66,7 +66,7 @@ def _figures_table(found: list[dict[str, Any]]) -> str:
         means = (f"{row[column]:.{digits}f}" for column, digits in MEANS.items())
         damage = (f"{row['damage']:.1f}", each, _interval(row["left"], 2))
         rows.append((*_place(row), f"`{row['caregiver']}`", *damage, *means))
-    titles = ("world", "house", "children", "caregiver", "damage", "of each child", "left", "toys", "blocked", "strikes")
+    titles = (*_TITLES, "caregiver", "damage", "of each child", "left", "toys", "blocked", "strikes")
     return table(titles, rows)
 
 
