@@ -20,9 +20,7 @@ _SIZES = ((12, 2, 2), (20, 10, 10), (30, 20, 20), (_LARGE, 5, 5), (_LARGE, 20, 2
 def growth(effort: Effort, console: Console) -> dict[str, Any]:
     """Measures all sizes in turn, over and over."""
     scenes = [
-        Scene(
-            generate(0, (side, side), stairwells=4, candles=candles, tables=tables, bins=4), effort.large_seconds
-        )
+        Scene(generate(0, (side, side), stairwells=4, candles=candles, tables=tables, bins=4), effort.large_seconds)
         for side, candles, tables in _SIZES
     ]
     for scene in scenes:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans import layout
+from caregiver_mj.robot.handling import Grasp
 from caregiver_mj.robot.motion import RobotMotion
 
 LIFTED = layout.TABLE_HEIGHT + 0.02  # metres
@@ -68,22 +70,31 @@ class Course:
 
     def times(self) -> tuple[float, float]:
         """Seconds from arrived to lifted and from arrived to clear, NaN for what did not happen."""
-        rows = np.array([dataclasses.astuple(moment) for moment in self._moments], float)
-        time, x, y, speed, fingers, height, reach, held = rows.T
-        grip = self._robot.robot.grasp
+        return times(self._moments, self._robot.robot.grasp)
 
-        def arrived(at: int, start: int) -> int:
-            """When the base was first where it is at some time, since another time."""
-            near = np.hypot(x - x[at], y - y[at]) < _ARRIVED
-            return _first(near & (speed < _ARRIVED_SPEED), start)
 
-        grasp = _first(fingers < grip.open - _SHAKEN, 0)
-        lifted = _first(height > LIFTED, grasp)
-        release = _first(fingers > grip.closed + _SHAKEN, lifted)
-        clear = _first((reach <= _CLEAR) & (held == 0.0), release)
-        lifting = math.nan if lifted is None else float(time[lifted] - time[arrived(grasp, 0)])
-        clearing = math.nan if clear is None else float(time[clear] - time[arrived(release, lifted)])
-        return lifting, clearing
+def times(moments: Sequence[Moment], grasp: Grasp) -> tuple[float, float]:
+    """Seconds from arrived to lifted and from arrived to clear, NaN for what did not happen.
+
+    Args:
+        moments: All moments of a relocation.
+        grasp: How the robot takes a candle.
+    """
+    rows = np.array([dataclasses.astuple(moment) for moment in moments], float)
+    time, x, y, speed, fingers, height, reach, held = rows.T
+
+    def arrived(at: int, start: int) -> int:
+        """When the base was first where it is at some time, since another time."""
+        near = np.hypot(x - x[at], y - y[at]) < _ARRIVED
+        return _first(near & (speed < _ARRIVED_SPEED), start)
+
+    closing = _first(fingers < grasp.open - _SHAKEN, 0)
+    lifted = _first(height > LIFTED, closing)
+    release = _first(fingers > grasp.closed + _SHAKEN, lifted)
+    clear = _first((reach <= _CLEAR) & (held == 0.0), release)
+    lifting = math.nan if lifted is None else float(time[lifted] - time[arrived(closing, 0)])
+    clearing = math.nan if clear is None else float(time[clear] - time[arrived(release, lifted)])
+    return lifting, clearing
 
 
 def _first(condition: np.ndarray, start: int | None) -> int | None:
