@@ -10,7 +10,6 @@ import pytest
 from rich.console import Console
 
 from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.robot.motion import CLOSED, OPEN
 from caregiver_mj.studies.houses import HOUSES, load_house
 from caregiver_mj.studies.relocations.command import main
 from caregiver_mj.studies.relocations.course import LIFTED, Moment, times
@@ -18,9 +17,8 @@ from caregiver_mj.studies.relocations.eyes import Eyes
 from caregiver_mj.studies.relocations.relocation import Conditions, Relocation, relocate
 from caregiver_mj.studies.relocations.report import report
 
-REST = Moment(time=0.0, x=0.0, y=0.0, speed=0.0, fingers=OPEN, height=0.6, reach=0.0, held=False)
-
 GRASP = find_embodiment().grasp
+REST = Moment(time=0.0, x=0.0, y=0.0, speed=0.0, fingers=GRASP.open, height=0.6, reach=0.0, held=False)
 
 
 def test_houses_are_known_by_their_names():
@@ -48,13 +46,13 @@ TAKES = (
     {"x": 1.0, "speed": 1.0},  # 1: it drives
     {"x": 2.0, "speed": 0.0},  # 2: it has arrived
     {},  # 3
-    {"fingers": CLOSED, "held": True},  # 4: it grasps
+    {"fingers": GRASP.closed, "held": True},  # 4: it grasps
     {"height": LIFTED + 0.01, "reach": 1.0},  # 5: the candle is up
 )
 PUTS = (
     {"x": 3.0, "speed": 1.0},  # 6
     {"x": 4.0, "speed": 0.0, "height": 0.6},  # 7: there
-    {"fingers": OPEN, "held": False},  # 8: let go
+    {"fingers": GRASP.open, "held": False},  # 8: let go
     {"reach": 0.7},  # 9
     {"reach": 0.6},  # 10: clear
 )
