@@ -20,7 +20,7 @@ class Sight:
         cell: Index of its free cell, (B,).
         goal: Index of the toy bin that it is to go to, (B,).
         caregiver_cell: The caregiver's cell, (B,), or NOTHING where there is none.
-        bumped: Whether its last move left it where it was, (B,).
+        bumped: Whether its last move left it where it was, (B,); not if it meant to stay there.
     """
 
     cell: np.ndarray
@@ -60,7 +60,7 @@ class Behaviour(abc.ABC):
             draws: Uniform draws, (B, 3): the first two are for the move, the last one for the next bin.
 
         Returns:
-            Indices into `ACTIONS`, (B,).
+            Indices into `ACTIONS`, (B,), or NOTHING for a child that stays where it is.
         """
 
     def next_bin(self, draw: np.ndarray) -> np.ndarray:
