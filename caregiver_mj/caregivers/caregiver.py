@@ -32,10 +32,12 @@ class Caregiver(abc.ABC):
         takes_orders: Whether it only passes on what it was told, which leaves no choice to the one who carries it out.
         yields: Whether it steps aside, or follows, where a child bars its way, and keeps out of the children's way when
             there is nothing to do. One that does not stays where it is.
+        in_house: Whether the robot can do what it wants; what it cannot do yet, only the grid carries out.
     """
 
     takes_orders = False
     yields = True
+    in_house = True
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
         self.plan = plan

@@ -31,3 +31,4 @@ class PaperStillCaregiver(PaperCaregiver):
     """
 
     yields = False
+    in_house = False
