@@ -41,6 +41,7 @@ class RobotMotion(BaseMotion):
         super().__init__(robot.limits.base)
         self.robot = robot
         self._half_timestep = control_timestep / 2
+        self._first, self._last = robot.layout.base.start, robot.layout.gripper.start
         self._top_speed = _TOP_SHARE * robot.limits.base_speed
 
     def reset(self, base: Sequence[float]) -> None:
@@ -150,13 +151,13 @@ class RobotMotion(BaseMotion):
         if not self._watched:
             self.set_rate(0.0)
         self._watched = False
-        layout, action = self.robot.layout, self._action
-        action[layout.base] = self._base_action(base)
+        action, first = self._action, self._first
+        action[first], action[first + 1], action[first + 2] = self._base_action(base)
         posture = (self.reach_path, self._reach.at(self.now)[0])
         if posture != self._posture:
             self._posture = posture
-            action[layout.arm] = self.reach_path.joints(posture[1])
-        action[layout.gripper] = self._gripper.at(self.now)[0]
+            action[self.robot.layout.arm] = self.reach_path.joints(posture[1])
+        action[self._last] = self._gripper.at(self.now)[0]
         return action.copy()
 
     def _base_action(self, base: Sequence[float]) -> tuple[float, float, float]:
