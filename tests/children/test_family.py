@@ -112,7 +112,8 @@ def test_children_of_other_packages(monkeypatch):
     entry = importlib.metadata.EntryPoint("sleepy", f"{__name__}:Sleepy", "caregiver_mj.children")
     points = importlib.metadata.EntryPoints([entry])
     monkeypatch.setattr(importlib.metadata, "entry_points", lambda group: points.select(group=group))
-    assert list(CHILDREN) == ["novice", "expert", "adversary", "sleepy"]
+    assert list(CHILDREN)[:3] == ["novice", "expert", "adversary"]
+    assert list(CHILDREN)[-1] == "sleepy"
     (made,) = Family.of("sleepy:0.5").make(PLAN)
-    assert isinstance(made, Sleepy | Behaviour)
+    assert isinstance(made, Sleepy)
     assert str(Family.of("sleepy:0.5")) == "sleepy:0.5"
