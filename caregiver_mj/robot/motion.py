@@ -41,6 +41,7 @@ class RobotMotion(BaseMotion):
         super().__init__(robot.limits.base)
         self.robot = robot
         self._half_timestep = control_timestep / 2
+        self._top_speed = _TOP_SHARE * robot.limits.base_speed
 
     def reset(self, base: Sequence[float]) -> None:
         """Begins an episode at rest, with the arm tucked and the gripper open.
@@ -174,7 +175,7 @@ class RobotMotion(BaseMotion):
         if (push := math.hypot(back_x, back_y)) > most:
             back_x, back_y = back_x * most / push, back_y * most / push
         vx, vy = vx + servos.base_lag * ax + back_x, vy + servos.base_lag * ay + back_y
-        top = _TOP_SHARE * self.robot.limits.base_speed
+        top = self._top_speed
         if (speed := math.hypot(vx, vy)) > top:  # held up by something, it must not catch up at any speed
             vx, vy = vx * top / speed, vy * top / speed
         return vx, vy, yaw_rate + servos.yaw_lag * yaw_acceleration + servos.yaw_gain * (yaw - base[2])

@@ -54,7 +54,7 @@ class View:
 
     def child_distance(self, place: Vector) -> float:
         """Metres from a place to the middle of the nearest child."""
-        return min(math.dist(child.position, place) for child in self.children)
+        return min([math.dist(child.position, place) for child in self.children])
 
     @property
     def candle_poses(self) -> np.ndarray:

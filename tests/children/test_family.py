@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from scripted_child import Scripted
 
 from caregiver_mj.children.adversary import Adversary
-from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.family import CHILDREN, ChildSpec, Family
 from caregiver_mj.children.novice import Expert, Novice
 from caregiver_mj.errors import CaregiverError

@@ -1,5 +1,8 @@
 """What follows from how a skill fares."""
 
+import copy
+import pickle
+
 import pytest
 
 from caregiver_mj.robot.status import Status
@@ -20,5 +23,6 @@ def test_what_a_status_says(status, ended, interruptible, failed):
     assert (status.ended, status.interruptible, status.failed) == (ended, interruptible, failed)
 
 
-def test_no_status_is_forgotten_here():
-    assert len(Status) == 6
+@pytest.mark.parametrize("again", [copy.copy, copy.deepcopy, lambda status: pickle.loads(pickle.dumps(status))])
+def test_a_copy_is_the_status_itself(again):
+    assert again(Status.OVERTAKEN) is Status.OVERTAKEN
