@@ -138,6 +138,9 @@ def _read(path: pathlib.Path) -> Run:
     record.setdefault("families", [str(Family.of(epsilon)) for epsilon in record.get("epsilons", ())])
     record.setdefault("damage", str(DamageWeights()))
     record.setdefault("embodiment", DEFAULT)
+    if "plan" in record:  # there was only one
+        plan = {"name": record["house"], "cell_size": record["cell_size"], "rows": record["plan"]}
+        record |= {"plans": [plan], "houses": ""}
     for row in [*summary["rows"], *summary["comparisons"]]:
         row.setdefault("family", str(Family.of(row["epsilon"])))
     settings = Settings.of_record(record)
