@@ -23,7 +23,7 @@ from caregiver_mj.cli.table import table
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import evaluation
 from caregiver_mj.experiments.run_folder import RunFolder, StorageError
-from caregiver_mj.experiments.settings import EPSILONS, Settings
+from caregiver_mj.experiments.settings import EPSILONS, FLOOR, Settings
 from caregiver_mj.experiments.workers import WorkerError
 
 
@@ -38,7 +38,9 @@ def add_to(commands: argparse._SubParsersAction) -> None:
     )
     command.add_argument("--world", default="house", help="house (physical) or grid (the paper's)")
     add_houses(command)
-    command.add_argument("--caregiver", nargs="+", default=["none", "paper"], metavar="NAME", help=" ".join(CAREGIVERS))
+    command.add_argument(
+        "--caregiver", nargs="+", default=["none", "paper"], metavar="NAME", help=f"{' '.join(CAREGIVERS)} {FLOOR}"
+    )
     command.add_argument(
         "--epsilon",
         nargs="+",

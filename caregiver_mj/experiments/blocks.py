@@ -19,7 +19,8 @@ from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.experiments.run_folder import Result
 from caregiver_mj.experiments.seeds import episode_random, episode_seed, episode_tapes
-from caregiver_mj.experiments.settings import Block, Settings
+from caregiver_mj.experiments.settings import FLOOR, Block, Settings
+from caregiver_mj.grid.floor import FloorWorld
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.record import EpisodeRecord
@@ -33,7 +34,7 @@ _Measured = tuple[list[dict[str, Any]], tuple[np.ndarray, np.ndarray]]
 def run_block(settings: Settings, block: Block) -> Result:
     """Runs the episodes of a block: their rows, with the columns of `EpisodeRecord` as keys, and each family's maps."""
     plan = settings.plan_of[block.house] if block.house else settings.plan
-    run = _run_in_grid if settings.world == "grid" else _run_in_house
+    run = _run_in_grid if settings.world == "grid" or block.caregiver == FLOOR else _run_in_house
     seeds = [episode_seed(settings.seed, episode) for episode in block.numbers]
     outcomes, maps = run(settings, plan, block, seeds)
     which = [(family, i) for family in block.families for i in range(len(seeds))]
@@ -64,7 +65,10 @@ def run_block(settings: Settings, block: Block) -> Result:
 def _run_in_grid(settings: Settings, plan: FloorPlan, block: Block, seeds: list[int]) -> _Measured:
     start = time.perf_counter()
     children = side_by_side(plan, block.families, len(seeds))
-    world = GridWorld(plan, children, make_caregiver(block.caregiver, plan, settings.seed))
+    if block.caregiver == FLOOR:
+        world: GridWorld = FloorWorld(plan, children)
+    else:
+        world = GridWorld(plan, children, make_caregiver(block.caregiver, plan, settings.seed))
     ledger = world.run([episode_tapes(seed, len(children)) for seed in seeds] * len(block.families))
     times = {
         "sim_seconds": EPISODE_TIMESTEPS * plan.cell_size / WALKING_SPEED,

@@ -16,6 +16,7 @@ from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.robot.embodiment import DEFAULT
 
 WORLDS = ("house", "grid")
+FLOOR = "floor"  # in the place of a caregiver: what the best of them could not prevent
 EPSILONS = (1.0, 0.75, 0.5, 0.25, 0.05)  # the paper's five novices
 GRID_BLOCK = 1000  # episodes at once: enough to be fast, and a few seconds' work to lose
 _MOST_FAMILIES = 10  # in a block, whose name has them all
@@ -28,7 +29,8 @@ class Settings:
     Attributes:
         plans: The houses, with what a collision costs; or a single one.
         world: "house", the physical one, or "grid".
-        caregivers: Names of caregivers.
+        caregivers: Names of caregivers, and FLOOR, which stands for the damage that blocking and relocating cannot
+            prevent. It is a child's alone, and so reckoned in the grid for both worlds.
         families: The children; each may be given as `Family.of` takes it, such as by an epsilon.
         episodes: Episodes for each caregiver and family.
         seed: Seed of the episodes, and of what is random in the caregivers.
@@ -99,8 +101,10 @@ class Settings:
 
             find_embodiment(self.embodiment)
         for name in self.caregivers:
+            if name == FLOOR:
+                continue
             if name not in CAREGIVERS:
-                raise CaregiverError(f"no caregiver '{name}': there are {', '.join(CAREGIVERS)}")
+                raise CaregiverError(f"no caregiver '{name}': there are {', '.join(CAREGIVERS)}, and {FLOOR}")
             CAREGIVERS.get(name)  # one that comes from another package may fail to load
         for family in self.families:
             family.check()

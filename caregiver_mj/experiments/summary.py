@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.experiments.settings import FLOOR, Settings
 from caregiver_mj.experiments.versions import versions
 from caregiver_mj.recording.record import MEASURES
 
@@ -17,7 +17,7 @@ def summarise(settings: Settings, episodes: pd.DataFrame) -> dict[str, Any]:
     from caregiver_mj.experiments import statistics  # scipy.stats takes a second to import
 
     pairs = [(caregiver, "none") for caregiver in settings.caregivers if caregiver != "none"]
-    pairs += [("paper", baseline) for baseline in settings.caregivers if baseline not in ("none", "paper")]
+    pairs += [("paper", baseline) for baseline in settings.caregivers if baseline not in ("none", "paper", FLOOR)]
     return {
         "rows": statistics.summarise(episodes, MEASURES),
         "comparisons": [

@@ -107,7 +107,8 @@ def test_the_paper_is_cited_for_its_own_house_as_it_is(tmp_path):
     write_run(tmp_path)
     assert compares_with(report.read_run(tmp_path))
     settings = json.loads((tmp_path / "run.json").read_text())
-    for change in ({"plan": TINY.rows}, {"damage": "10:4:1"}):
+    tiny = {"name": "paper", "cell_size": 0.75, "rows": TINY.rows}
+    for change in ({"plans": [tiny]}, {"damage": "10:4:1"}):
         (tmp_path / "run.json").write_text(json.dumps(settings | change))
         assert not compares_with(report.read_run(tmp_path))
     assert "--damage 10:4:1" in report.read_run(tmp_path).command()

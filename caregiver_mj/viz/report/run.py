@@ -13,7 +13,7 @@ import pandas as pd
 
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.experiments.settings import FLOOR, Settings
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.robot.embodiment import DEFAULT
@@ -71,7 +71,7 @@ class Run:
     @property
     def baselines(self) -> tuple[str, ...]:
         """The other caregivers that do something."""
-        return tuple(c for c in self.settings.caregivers if c not in ("none", self.caregiver))
+        return tuple(c for c in self.settings.caregivers if c not in ("none", FLOOR, self.caregiver))
 
     def row(self, caregiver: str, family: str) -> dict[str, Any]:
         """The summary's row of a caregiver and a family."""
@@ -151,5 +151,7 @@ def _read(path: pathlib.Path) -> Run:
         episodes=pd.read_parquet(path / "episodes.parquet"),
         summary={key: summary[key] for key in ("rows", "comparisons", "versions")},
         maps=pd.read_parquet(path / "maps.parquet"),
-        caregiver="paper" if "paper" in caregivers else next((c for c in caregivers if c != "none"), "none"),
+        caregiver="paper"
+        if "paper" in caregivers
+        else next((c for c in caregivers if c not in ("none", FLOOR)), "none"),
     )
