@@ -100,18 +100,23 @@ def solve(above: np.ndarray, below: np.ndarray, low: np.ndarray, high: np.ndarra
         high: Upper one, likewise.
 
     Returns:
-        Lower and upper ends, (columns,); infinite where the samples give none.
+        Lower and upper ends, (columns,); infinite where the samples give none. Where the denominator may be zero, so
+        that arbitrarily large and negative ratios are possible alike, the lower end is that of ratios from zero on.
     """
     size = above.shape[-1]
     x, y = below.mean(-1), above.mean(-1)
     xx, yy = below.var(-1) / (size - 1), above.var(-1) / (size - 1)  # squared standard errors
     xy = ((above - y[:, None]) * (below - x[:, None])).mean(-1) / (size - 1)
 
-    def root(t: np.ndarray, side: int) -> np.ndarray:
-        # (y - R x)² = t² (yy - 2 R xy + R² xx), of whose roots one is on each side of y / x
-        with np.errstate(divide="ignore", invalid="ignore"):
-            a, b, c = x**2 - t**2 * xx, x * y - t**2 * xy, y**2 - t**2 * yy
-            found = (b - np.sign(t) * np.sqrt(np.maximum(b**2 - a * c, 0.0))) / a
-        return np.where(np.isfinite(t) & (a > 0), found, side * np.inf)
+    def roots(t: np.ndarray) -> tuple[np.ndarray, ...]:
+        # (y - R x)² = t² (yy - 2 R xy + R² xx), that is a R² - 2 b R + c = 0, in two forms; t > 0 left of y / x
+        a, b, c = x**2 - t**2 * xx, x * y - t**2 * xy, y**2 - t**2 * yy
+        half = np.sign(t) * np.sqrt(np.maximum(b**2 - a * c, 0.0))
+        return a, c, (b - half) / a, c / (b + half)
 
-    return root(high, -1), root(low, 1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        a, c, left, left_too = roots(high)
+        left = np.where(a > 0, left, np.where((c > 0) & (high > 0), left_too, -np.inf))
+        a, _, right, _ = roots(low)
+        right = np.where(a > 0, right, np.inf)
+    return np.where(np.isfinite(high), left, -np.inf), np.where(np.isfinite(low), right, np.inf)

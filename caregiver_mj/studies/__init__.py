@@ -1,0 +1,1 @@
+"""Studies: what the docs say that has been measured, each a command of its own."""
