@@ -22,7 +22,7 @@ CONFIDENCE = 0.95
 
 _MOST, _LEAST = 9_999, 999  # resamples
 _BLOCK = 2_000_000  # numbers at once, 16 MB
-_FLAT = 1e-12  # a variance of rounding errors, relative
+_FLAT = 1e-12  # a square that is one of rounding errors, relative
 
 
 def resamples(size: int) -> int:
@@ -112,11 +112,11 @@ def solve(above: np.ndarray, below: np.ndarray, low: np.ndarray, high: np.ndarra
         # (y - R x)² = t² (yy - 2 R xy + R² xx), that is a R² - 2 b R + c = 0, in two forms; t > 0 left of y / x
         a, b, c = x**2 - t**2 * xx, x * y - t**2 * xy, y**2 - t**2 * yy
         half = np.sign(t) * np.sqrt(np.maximum(b**2 - a * c, 0.0))
-        return a, c, (b - half) / a, c / (b + half)
+        return a > _FLAT * x**2, c > _FLAT * y**2, (b - half) / a, c / (b + half)
 
     with np.errstate(divide="ignore", invalid="ignore"):
-        a, c, left, left_too = roots(high)
-        left = np.where(a > 0, left, np.where((c > 0) & (high > 0), left_too, -np.inf))
-        a, _, right, _ = roots(low)
-        right = np.where(a > 0, right, np.inf)
+        below_sure, above_sure, left, left_too = roots(high)
+        left = np.where(below_sure, left, np.where(above_sure & (high > 0), left_too, -np.inf))
+        below_sure, _, right, _ = roots(low)
+        right = np.where(below_sure, right, np.inf)
     return np.where(np.isfinite(high), left, -np.inf), np.where(np.isfinite(low), right, np.inf)
