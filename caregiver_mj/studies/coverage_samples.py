@@ -12,7 +12,7 @@ from caregiver_mj.experiments.two_level import over_houses
 from caregiver_mj.studies.coverage_methods import IN_USE, METHODS, Ends
 from caregiver_mj.studies.coverage_pools import Pool
 
-_BLOCK = 50  # samples at once
+_BLOCK = 100  # samples at once
 
 
 def misses(low: np.ndarray, high: np.ndarray, truth: float) -> dict[str, float]:
