@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import importlib.metadata
 from collections.abc import Iterator, Mapping
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from caregiver_mj.errors import CaregiverError
 
-Kind = TypeVar("Kind", bound=type)
+Kind = TypeVar("Kind")
 
 
 class Registry(Mapping[str, "Kind | None"], Generic[Kind]):
@@ -36,9 +36,13 @@ class Registry(Mapping[str, "Kind | None"], Generic[Kind]):
             found = entry.load()
         except Exception as error:  # whatever somebody else's module raises
             raise CaregiverError(f"{self.what} '{name}' ({entry.value}) cannot be loaded: {error}") from error
-        if not (isinstance(found, type) and any(_name(base) == self._base for base in found.__mro__)):
-            raise CaregiverError(f"{self.what} '{name}' ({entry.value}) is not a subclass of {self._base}")
+        self.check(name, entry.value, found)
         return found
+
+    def check(self, name: str, value: str, found: Any) -> None:
+        """Raises CaregiverError unless what an entry point (a name and its value) has led to can be used."""
+        if not (isinstance(found, type) and any(_name(base) == self._base for base in found.__mro__)):
+            raise CaregiverError(f"{self.what} '{name}' ({value}) is not a subclass of {self._base}")
 
     def __contains__(self, name: object) -> bool:
         return name in list(self)  # without loading it

@@ -1,6 +1,6 @@
-"""Prints docs/coverage.md: how often 95 % intervals cover the truth."""
+"""How often 95 % intervals cover the truth: see caregiver_mj/studies/coverage/."""
 
-from caregiver_mj.studies.coverage import main
+from caregiver_mj.studies.coverage.command import main
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

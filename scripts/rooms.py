@@ -16,7 +16,12 @@ ROOT = pathlib.Path(__file__).parents[1]
 PICTURE = ROOT / "docs" / "rooms.svg"
 _PACKAGE = "caregiver_mj"
 _WIDTH, _HEIGHT = 2.3, 0.62  # of a room's box, in units of the drawing
-_ACROSS, _DOWN = 3.0, 1.0  # between the middles of rooms
+_DOWN = 1.05  # between the middles of layers
+_ACROSS = {  # where the rooms stand in their layers: such that no arrow runs through another room
+    "cli": 1.6, "studies": -1.6, "viz": 0.0, "experiments": 0.0, "policy": -3.6, "tasks": -0.6, "house": -2.0,
+    "grid": 2.6, "caregivers": 3.2, "interventions": 4.6, "recording": -1.4, "robot": 3.4, "children": -4.2,
+    "danger": -1.2, "plans": 1.4, "registry": -2.6, "errors": 0.6,
+}  # fmt: skip
 
 
 def layers() -> list[list[str]]:
@@ -77,42 +82,22 @@ def describe(found: set[tuple[str, str]]) -> str:
 def draw(found: set[tuple[str, str]]) -> Figure:
     """Draws rooms and arrows."""
     rows = layers()
-    place = {}
-    for i, row in enumerate(rows):
-        for j, room in enumerate(row):
-            place[room] = (j - (len(row) - 1) / 2) * _ACROSS, -i * _DOWN
-    figure = Figure(figsize=(7.5, 0.62 * len(rows)), layout="constrained")
-    axes = figure.add_subplot(aspect="equal", xlim=(-5, 5), ylim=(-len(rows) * _DOWN + 0.4, 0.6))
+    place = {room: (_ACROSS[room], -i * _DOWN) for i, row in enumerate(rows) for room in row}
+    figure = Figure(figsize=(7.5, 0.56 * len(rows)), layout="constrained")
+    axes = figure.add_subplot(aspect="equal", xlim=(-5.6, 6.0), ylim=(-len(rows) * _DOWN + 0.5, 0.5))
     axes.axis("off")
-    for (a, b), curve in ((arrow, _curve(place, *arrow)) for arrow in sorted(found)):
-        axes.add_patch(
-            FancyArrowPatch(
-                place[a],
-                place[b],
-                connectionstyle=f"arc3,rad={curve}",
-                arrowstyle="-|>",
-                mutation_scale=11,
-                color="#8a94a6",
-                linewidth=1.1,
-                shrinkA=14,
-                shrinkB=14,
-            )
-        )
+    boxes = {}
     for room, (x, y) in place.items():
-        box = FancyBboxPatch(
+        boxes[room] = FancyBboxPatch(
             (x - _WIDTH / 2, y - _HEIGHT / 2), _WIDTH, _HEIGHT, boxstyle="round,pad=0,rounding_size=.15",
             facecolor="#e8f1f8", edgecolor="#30638e", linewidth=1.2, zorder=3,
         )  # fmt: skip
-        axes.add_patch(box)
+        axes.add_patch(boxes[room])
         axes.text(x, y, room, ha="center", va="center", fontsize=10, zorder=4)
+    for a, b in sorted(found):
+        style = {"arrowstyle": "-|>", "mutation_scale": 11, "color": "#8a94a6", "linewidth": 1.1}
+        axes.add_patch(FancyArrowPatch(place[a], place[b], patchA=boxes[a], patchB=boxes[b], **style))
     return figure
-
-
-def _curve(place: dict[str, tuple[float, float]], a: str, b: str) -> float:
-    """How much an arrow bends, so that it does not run through the rooms in between."""
-    (x, y), (u, v) = place[a], place[b]
-    straight = y - v <= 1.5 * _DOWN or x != u
-    return 0.0 if straight else 0.45 * (-1 if (ord(a[0]) + ord(b[0])) % 2 else 1)
 
 
 def main() -> None:

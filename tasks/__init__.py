@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 
 # Comes before dm_control, which would otherwise bring up GLFW and complain that there is no display.
 import caregiver_mj.house.rendering  # noqa: F401
@@ -11,21 +12,30 @@ import caregiver_mj.house.rendering  # noqa: F401
 import numpy as np
 from dm_control.rl import control
 
+from caregiver_mj.children.family import Who
+from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.tasks.block_stairs import block_stairs
-from caregiver_mj.tasks.relocate_candle import relocate_candle
-from caregiver_mj.tasks.supervise import supervise
+from caregiver_mj.tasks.base import CareTask
+from caregiver_mj.tasks.block_stairs import BlockStairs
+from caregiver_mj.tasks.relocate_candle import RelocateCandle
+from caregiver_mj.tasks.supervise import Supervise
 
-_TASKS = {"supervise": supervise, "relocate_candle": relocate_candle, "block_stairs": block_stairs}
+# A task of your own is a class in a module of its own, and a line here.
+TASKS: dict[str, type[CareTask]] = {
+    "supervise": Supervise,
+    "relocate_candle": RelocateCandle,
+    "block_stairs": BlockStairs,
+}
 
-ALL_TASKS = tuple(_TASKS)
+ALL_TASKS = tuple(TASKS)
 
 
 def load(
     task: str,
     house: str | os.PathLike[str] | FloorPlan = "paper",
-    epsilon: float = 0.5,
+    epsilon: Who | Sequence[Who] = 0.5,
     random: np.random.RandomState | int | None = None,
     task_kwargs: dict | None = None,
     environment_kwargs: dict | None = None,
@@ -35,18 +45,36 @@ def load(
     Args:
         task: One of `ALL_TASKS`.
         house: A floor plan, the name of one that comes with the package, or a path of one.
-        epsilon: Share of the novice's moves that are random, in [0, 1].
+        epsilon: Share of the novice's moves that are random, in [0, 1]. For several children that of each, as in
+            "1,.25", or a `Family`, or a list of children.
         random: Source of all randomness, or a seed for one; None for a fresh one.
-        task_kwargs: Further arguments of the task, such as `robot=False`.
+        task_kwargs: Further arguments of the task: `embodiment`, the robot's name, or `robot=False`, and so on;
+            `family` takes the place of epsilon, and `time_limit`, in seconds, that of the task's own.
         environment_kwargs: Further arguments of `dm_control.rl.control.Environment`.
 
     Returns:
         A `dm_env.Environment`.
 
     Raises:
-        CaregiverError: There is no such task, the house is not valid or not fit for it, or epsilon out of range.
+        CaregiverError: There is no such task or robot, the house is not valid or not fit for the task, or epsilon out
+            of range.
     """
-    if task not in _TASKS:
-        raise CaregiverError(f"no task '{task}': there are {', '.join(ALL_TASKS)}")
+    if task not in TASKS:
+        raise CaregiverError(f"no task '{task}': there are {', '.join(TASKS)}")
     plan = house if isinstance(house, FloorPlan) else FloorPlan.load(house)
-    return _TASKS[task](plan, epsilon, random, environment_kwargs=environment_kwargs, **(task_kwargs or {}))
+    kind, options = TASKS[task], {"family": epsilon, "random": random, **(task_kwargs or {})}
+    if kind.needs and not any(hazard.kind == kind.needs for hazard in plan.hazards):
+        symbol = kind.needs[0].upper()
+        raise CaregiverError(f"{task} needs a {kind.needs} ({symbol}), and floor plan '{plan.name}' has none")
+    if kind.needs_robot and not options.get("robot", True):
+        raise CaregiverError(f"{task} needs the robot")
+    seconds = options.pop("time_limit", None)
+    made = kind(plan, **options)
+    seconds = seconds or made.time_limit or EPISODE_TIMESTEPS * made.novice_timestep
+    return control.Environment(
+        Physics.from_plan(plan, made.has_robot and made.embodiment, made.table_positions, len(made.children)),
+        made,
+        time_limit=seconds,
+        control_timestep=made.control_timestep,
+        **(environment_kwargs or {}),
+    )

@@ -1,41 +1,18 @@
-"""Relocate candle: take the candle that is asked for to the table that is asked for, past a toddler."""
+"""Relocate candle: take the candle that is asked for to the table that is asked for, past the children."""
 
 from __future__ import annotations
 
 import collections
 
 import numpy as np
-from dm_control.rl import control
 from dm_control.utils import rewards
 
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans import layout
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import HazardKind
 from caregiver_mj.tasks import base
 
-_TIME_LIMIT = 60.0  # seconds
 _NEAR, _FAR = 0.10, 3.0  # metres from the goal at which the reward for nearness is 1, and 0.1
-
-
-def relocate_candle(
-    plan: FloorPlan,
-    epsilon: float = 0.5,
-    random: np.random.RandomState | int | None = None,
-    time_limit: float = _TIME_LIMIT,
-    environment_kwargs: dict | None = None,
-    **task_kwargs,
-) -> control.Environment:
-    """Returns the relocate_candle task.
-
-    Raises:
-        CaregiverError: There is no candle in the house, or no robot.
-    """
-    if not plan.candle_tables:
-        raise CaregiverError(f"relocate_candle needs a candle (C), and floor plan '{plan.name}' has none")
-    task = RelocateCandle(plan, epsilon, random, **task_kwargs)
-    if not task.has_robot:
-        raise CaregiverError("relocate_candle needs the robot")
-    return base.make_environment(task, time_limit, environment_kwargs)
 
 
 class RelocateCandle(base.CareTask):
@@ -46,18 +23,22 @@ class RelocateCandle(base.CareTask):
         goal_table: Index of the table.
     """
 
+    needs = HazardKind.CANDLE
+    needs_robot = True
+    time_limit = 60.0  # seconds
     goal_given = True
+
     goal_candle = goal_table = 0
     _goal = np.zeros(3)
 
-    def initialize_episode(self, physics: base.Physics) -> None:
+    def initialize_episode(self, physics: Physics) -> None:
         super().initialize_episode(physics)
         bare = sorted(set(range(len(self.plan.tables))) - set(self.plan.candle_tables))
         self.goal_candle = int(self.random.randint(len(self.plan.candle_tables)))
         self.goal_table = int(self.random.choice(bare))
         self._goal = np.array([*self.table_positions[self.goal_table], layout.TABLE_HEIGHT])
 
-    def get_observation(self, physics: base.Physics) -> collections.OrderedDict:
+    def get_observation(self, physics: Physics) -> collections.OrderedDict:
         """As in all tasks, and what is asked for."""
         observation = super().get_observation(physics)
         observation["goal_candle"] = np.eye(len(self.plan.candle_tables))[self.goal_candle]
@@ -65,14 +46,14 @@ class RelocateCandle(base.CareTask):
         observation["candle_to_goal"] = self._goal - physics.candle_poses()[self.goal_candle, :3]
         return observation
 
-    def get_reward(self, physics: base.Physics) -> float:
+    def get_reward(self, physics: Physics) -> float:
         """Half for how near the candle is to the table while upright, half for standing on it, let go."""
         offset = self._goal - physics.candle_poses()[self.goal_candle, :3]
         upright = max(0.0, float(physics.candle_upright()[self.goal_candle]))
         near = rewards.tolerance(float(np.linalg.norm(offset)), bounds=(0, _NEAR), margin=_FAR)
         return 0.5 * float(near) * upright + 0.5 * self.is_placed(physics)
 
-    def is_placed(self, physics: base.Physics) -> bool:
+    def is_placed(self, physics: Physics) -> bool:
         """Whether the candle stands on the table, out of the robot's hand."""
         offset = self._goal - physics.candle_poses()[self.goal_candle, :3]
         on_table = np.abs(offset[:2]).max() < layout.TABLE_HALF_SIZE and abs(offset[2]) < 0.01

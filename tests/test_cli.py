@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from caregiver_mj import cli
+from caregiver_mj import FloorPlan, cli
 
 GRID = ["evaluate", "--world", "grid"]
 PLAN = """\
@@ -38,6 +38,16 @@ def fails(capsys, argv):
         ([*GRID, "--wrong"], ["--wrong"]),
         ([*GRID, "--epsilon", "half"], ["--epsilon", "half"]),
         ([*GRID, "--epsilon"], ["--epsilon"]),
+        ([*GRID, "--epsilon", "1,half"], ["--epsilon", "1,half"]),
+        ([*GRID, "--epsilon", "1,2"], ["epsilon", "2.0", "[0, 1]"]),
+        ([*GRID, "--epsilon", "angel:1"], ["angel", "novice", "adversary"]),
+        ([*GRID, "--epsilon", "1,.5,.25", "--children", "2"], ["1,.5,.25", "3 children", "2", "--children"]),
+        ([*GRID, "--children", "0"], ["--children", "0"]),
+        ([*GRID, "--children", "two"], ["--children", "two"]),
+        ([*GRID, "--child", "angel"], ["angel", "novice", "expert", "adversary"]),
+        ([*GRID, "--damage", "5:4"], ["STAIRWELL:CANDLE:TABLE", "5:4"]),
+        ([*GRID, "--damage", "5:-4:1"], ["candle", "-4"]),
+        ([*GRID, "--damage", "5:4:inf"], ["table", "inf"]),
         ([*GRID, "--epsilon", "0.5", "1.5"], ["epsilon", "1.5", "[0, 1]"]),
         ([*GRID, "--epsilon", "-0.1"], ["epsilon", "-0.1"]),
         ([*GRID, "--epsilon", "nan"], ["epsilon", "nan"]),
@@ -54,12 +64,24 @@ def fails(capsys, argv):
         (["render"], ["--out"]),
         (["render", "--out", "film.gif"], ["film.gif", ".mp4"]),
         (["render", "--out", "film.mp4", "--epsilon", "2"], ["epsilon", "2"]),
+        (["render", "--out", "film.mp4", "--epsilon", "1,.5", "--children", "3"], ["1,.5", "2 children", "3"]),
+        (["render", "--out", "film.mp4", "--child", "angel"], ["angel"]),
+        (["render", "--out", "film.mp4", "--damage", "1"], ["STAIRWELL:CANDLE:TABLE"]),
         (["render", "--out", "film.mp4", "--seconds", "0"], ["seconds", "0"]),
         (["render", "--out", "film.mp4", "--seconds", "inf"], ["seconds", "inf"]),
         (["render", "--out", "film.mp4", "--seed", "-1"], ["seed", "-1"]),
+        (["render", "--out", "film.mp4", "--episode", "-1"], ["episode", "-1"]),
+        (["render", "--out", "film.mp4", "--epsilon", "1,half"], ["1,half"]),
         (["render", "--out", "film.mp4", "--caregiver", "nanny"], ["nanny"]),
         (["house", "check", "igloo"], ["igloo"]),
         (["house", "show", "two\nlines"], ["two lines"]),
+        (["house", "check", "test-100/100"], ["test-100/0 to test-100/99"]),
+        (["house", "make", "--seed", "-1"], ["seed", "-1"]),
+        (["house", "make", "--size", "10"], ["--size", "14x12", "'10'"]),
+        (["house", "make", "--size", "10x2"], ["5 to 100", "2"]),
+        (["house", "make", "--bins", "0"], ["bins", "at least 1"]),
+        (["house", "make", "--bins", "many"], ["--bins", "many"]),
+        (["house", "make", "--size", "8x8", "--rooms", "12"], ["house-0-8x8-rooms12", "rooms 12", "8 x 8"]),
     ],
 )
 def test_bad_arguments(capsys, argv, words):
@@ -149,6 +171,49 @@ def test_table(capsys):
     assert float(paper[6]) == pytest.approx(float(paper[2]) / float(none[2]), abs=0.01)
 
 
+@pytest.mark.parametrize(
+    ("argv", "families", "epsilons"),
+    [
+        (["--epsilon", "1,.25", ".5"], ["1,0.25", "0.5"], [0.625, 0.5]),
+        (["--epsilon", "1,.25", ".5", "--children", "2"], ["1,0.25", "0.5,0.5"], [0.625, 0.5]),
+        (["--epsilon", "1", "--children", "3"], ["1,1,1"], [1.0]),
+        (["--epsilon", "1", "1.0", "1,0", "1,.0"], ["1", "1,0"], [1.0, 0.5]),
+        (["--epsilon", "1,novice:1", "--child", "expert"], ["expert:1,1"], [1.0]),
+    ],
+)
+def test_families(capsys, argv, families, epsilons):
+    assert cli.main([*GRID, "--caregiver", "none", "--episodes", "2", *argv, "--json"]) == 0
+    out, err = capsys.readouterr()
+    rows = json.loads(out)["rows"]
+    assert [row["family"] for row in rows] == families
+    assert [row["epsilon"] for row in rows] == epsilons
+    assert ("epsilon of each" in err) == any("," in family for family in families)
+    for family in families:
+        assert any(line.split()[:1] == [family] for line in err.splitlines())
+
+
+def test_damage_is_what_was_asked_for(capsys, tmp_path):
+    argv = [*GRID, "--caregiver", "none", "--episodes", "3", "--epsilon", "1", "--json"]
+    means = []
+    for damage in ("5:4:1", "10:8:2", "0:0:0"):
+        folder = tmp_path / damage.replace(":", "_")
+        assert cli.main([*argv, "--damage", damage, "--out", str(folder)]) == 0
+        means.append(json.loads(capsys.readouterr().out)["rows"][0]["damage_mean"])
+        assert json.loads((folder / "run.json").read_text())["damage"] == damage
+    assert means[0] > 0
+    assert means == [means[0], 2 * means[0], 0]
+    message = fails(capsys, [*argv, "--damage", "1:1:1", "--out", tmp_path / "5_4_1", "--resume"])
+    assert "damage is 5:4:1 there and 1:1:1 here" in message
+
+
+def test_a_run_of_other_children_is_not_continued(capsys, tmp_path):
+    argv = [*GRID, "--caregiver", "none", "--episodes", "2", "--out", str(tmp_path)]
+    assert cli.main([*argv, "--epsilon", "1,.5"]) == 0
+    capsys.readouterr()
+    message = fails(capsys, [*argv, "--epsilon", "1,adversary:.5", "--resume"])
+    assert "families is ['1,0.5'] there and ['1,adversary:0.5'] here" in message
+
+
 def test_house_commands(capsys):
     assert cli.main(["house", "check", "paper"]) == 0
     assert capsys.readouterr().out.startswith("OK: paper, 13 x 10 cells, 59 free cells, 3 stairwells, ")
@@ -156,6 +221,32 @@ def test_house_commands(capsys):
     out = capsys.readouterr().out
     assert "# . . . # . S . . . . . #" in out
     assert "3 stairwells" in out
+
+
+def test_a_house_is_made_again_from_its_seed_its_name_and_its_file(capsys, tmp_path):
+    assert cli.main(["house", "make", "--seed", "17"]) == 0
+    text = capsys.readouterr().out
+    assert text == f"{FloorPlan.load('house-17').text}\n"
+    file = tmp_path / "ours.txt"
+    assert cli.main(["house", "make", "--seed", "17", "--out", str(file)]) == 0
+    assert capsys.readouterr().out == f"{file}\n"
+    assert file.read_text() == text
+    assert cli.main(["house", "check", str(file)]) == 0
+    assert capsys.readouterr().out.startswith("OK: ours, ")
+
+
+def test_a_house_is_made_as_asked_for(capsys):
+    wishes = {"rooms": 3, "stairwells": 2, "candles": 1, "tables": 3, "bins": 2}
+    options = [word for option, count in wishes.items() for word in (f"--{option}", str(count))]
+    assert cli.main(["house", "make", "--size", "14x12", *options]) == 0
+    plan = FloorPlan.parse(capsys.readouterr().out)
+    assert plan.shape == (12, 14)
+    assert (len(plan.stairwells), len(plan.candle_tables), len(plan.tables), len(plan.bins)) == (2, 1, 4, 2)
+    assert cli.main(["house", "check", "house-0-14x12-rooms3-stairwells2-candles1-tables3-bins2"]) == 0
+
+
+def test_a_house_that_cannot_be_written(capsys, tmp_path):
+    assert "cannot be written" in fails(capsys, ["house", "make", "--out", tmp_path])
 
 
 def test_help_lists_the_commands(capsys):

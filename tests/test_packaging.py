@@ -63,7 +63,7 @@ def test_wheel_holds_every_file(wheel):
     wanted = set()
     for folder, package in FOLDERS.items():
         for path in (ROOT / folder).rglob("*"):
-            if path.suffix in (".py", ".xml", ".txt", ".png", ".html") or path.name == "README.md":
+            if path.suffix in (".py", ".xml", ".txt", ".png", ".html", ".css") or path.name == "README.md":
                 wanted.add(f"{package.replace('.', '/')}/{path.relative_to(ROOT / folder).as_posix()}")
     assert "caregiver_mj/models/houses/paper.txt" in wanted
     assert wanted <= names

@@ -60,7 +60,7 @@ class Behaviour(abc.ABC):
             draws: Uniform draws, (B, 3): the first two are for the move, the last one for the next bin.
 
         Returns:
-            Indices into `ACTIONS`, (B,).
+            Indices into `ACTIONS`, (B,), or NOTHING for a child that stays where it is.
         """
 
     def next_bin(self, draw: np.ndarray) -> np.ndarray:

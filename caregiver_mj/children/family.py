@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
+from typing import TypeAlias
+
+import numpy as np
 
 from caregiver_mj.children.adversary import Adversary
 from caregiver_mj.children.behaviour import Behaviour, check_epsilon
@@ -45,7 +49,12 @@ class ChildSpec:
         return CHILDREN[self.behaviour](plan, self.epsilon)
 
     def __str__(self) -> str:
-        return f"{self.epsilon:g}" if self.behaviour == NOVICE else f"{self.behaviour}:{self.epsilon:g}"
+        """Its name in tables and files, of which `Family.parse` makes the same child again."""
+        share = np.format_float_positional(self.epsilon, trim="-")
+        return share if self.behaviour == NOVICE else f"{self.behaviour}:{share}"
+
+
+Who: TypeAlias = "Family | ChildSpec | Behaviour | float | str"  # what may be said for one child or several
 
 
 @dataclasses.dataclass(frozen=True)
@@ -53,19 +62,30 @@ class Family:
     """The children that are in a house together.
 
     Attributes:
-        children: At least one.
+        children: At least one. A ready-made behaviour may stand for a child, in one house only.
     """
 
-    children: tuple[ChildSpec, ...] = (ChildSpec(),)
+    children: tuple[ChildSpec | Behaviour, ...] = (ChildSpec(),)
 
     @classmethod
-    def of(cls, who: Family | ChildSpec | float | str) -> Family:
-        """Makes a family of what a user may say for one: an epsilon, a text for `parse`, or something made already."""
+    def of(cls, who: Who | Sequence[Who]) -> Family:
+        """Makes a family of what a user may say for one.
+
+        Args:
+            who: An epsilon, a text for `parse`, a child or a family that is made already, or several of these.
+
+        Raises:
+            CaregiverError: There is no such family.
+        """
         if isinstance(who, Family):
             return who
-        if isinstance(who, ChildSpec):
+        if isinstance(who, str):
+            return cls.parse(who)
+        if isinstance(who, ChildSpec | Behaviour):
             return cls((who,))
-        return cls.parse(who) if isinstance(who, str) else cls((ChildSpec(float(who)),))
+        if isinstance(who, Sequence):
+            return cls(tuple(child for one in who for child in cls.of(one).children))
+        return cls((ChildSpec(float(who)),))
 
     @classmethod
     def parse(cls, text: str, behaviour: str = NOVICE) -> Family:
@@ -96,7 +116,17 @@ class Family:
         if not self.children:
             raise CaregiverError("a family must have at least one child")
         for child in self.children:
-            child.check()
+            if isinstance(child, ChildSpec):
+                child.check()
+
+    def make(self, plan: FloorPlan) -> tuple[Behaviour, ...]:
+        """Makes what decides the moves of each child.
+
+        Raises:
+            CaregiverError: There can be no such family.
+        """
+        self.check()
+        return tuple(child.make(plan) if isinstance(child, ChildSpec) else child for child in self.children)
 
     def times(self, count: int) -> Family:
         """A family with every child so many times; the draws, and so the moves, of each are its own."""

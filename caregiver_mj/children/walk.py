@@ -63,6 +63,10 @@ class ToddlerWalk:
         self._left = self._duration
         self._length = math.dist(self.position, goal)
 
+    def stay(self) -> None:
+        """Begins a move of standing still."""
+        self.begin(self.position, self.position, bump=False)
+
     def step(self, timestep: float, touched: Iterable[Vector]) -> None:
         """Moves on.
 

@@ -6,7 +6,7 @@ It holds::
     episodes/*.json     finished episodes, a file a block
     episodes.parquet    all of them, a row an episode, once the run is finished
     summary.json        the table
-    maps.parquet        where novices went and were hurt, a row a free cell
+    maps.parquet        where children went and were hurt, a row a free cell
 
 Whatever kills a run, what is in its folder is whole and can be continued.
 """
@@ -19,9 +19,11 @@ import pathlib
 from typing import TYPE_CHECKING, Any
 
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.recording.record import COLUMNS
 
 if TYPE_CHECKING:
-    import pandas as pd
+    import pandas as pd  # imported where used: workers do without
+    import pyarrow as pa
 
 Row = dict[str, Any]
 Result = dict[str, Any]  # of a block, as JSON: its "rows", and "maps" by name
@@ -84,9 +86,18 @@ class RunFolder:
 
     def finish(self, episodes: pd.DataFrame, summary: dict[str, Any], maps: pd.DataFrame) -> None:
         """Writes the results of the whole run."""
-        _write(self.path / "episodes.parquet", episodes.to_parquet(index=False))
+        _write(self.path / "episodes.parquet", episodes.to_parquet(index=False, schema=_schema(episodes)))
         _write(self.path / "maps.parquet", maps.to_parquet(index=False))
         _write(self.path / "summary.json", _as_json(summary))
+
+
+def _schema(episodes: pd.DataFrame) -> pa.Schema:
+    """Types of the columns, as `COLUMNS` has them, however few episodes there are."""
+    import pyarrow as pa
+
+    types = {"str": pa.string(), "int": pa.int64(), "float": pa.float64(), "list[float]": pa.list_(pa.float64())}
+    known = {column.name: types[column.type] for column in COLUMNS}
+    return pa.schema([(name, known[name]) for name in episodes.columns])
 
 
 def _as_json(value: Any, indent: int | None = 1) -> bytes:

@@ -11,11 +11,11 @@ from scipy import stats
 
 CONFIDENCE = 0.95
 COMPARED = ("damage", "timesteps_to_threshold", "cells_visited", "toys_reached")
-_KEYS = ["world", "house", "caregiver", "epsilon"]
+_PLACE, _WHO = ["world", "house"], ["family", "epsilon"]
 
 
 def summarise(episodes: pd.DataFrame, columns: tuple[str, ...]) -> list[dict[str, Any]]:
-    """One row for each combination of world, house, caregiver and epsilon, in order of appearance.
+    """One row for each combination of world, house, caregiver and family, in order of appearance.
 
     Args:
         episodes: A row an episode.
@@ -29,11 +29,12 @@ def summarise(episodes: pd.DataFrame, columns: tuple[str, ...]) -> list[dict[str
     worst = episodes["damage"].max()
     figures = episodes[list(columns)].astype(float)
     figures.insert(0, "damage_normalised", episodes["damage"] / worst if worst > 0 else 0.0)
+    keys = [*_PLACE, "caregiver", *_WHO]
     rows = []
-    for key, group in episodes.groupby(_KEYS, sort=False):
+    for key, group in episodes.groupby(keys, sort=False):
         data = figures.loc[group.index]
         low, high = mean_interval(data.to_numpy())
-        row = dict(zip(_KEYS, key, strict=True)) | {"episodes": len(group)}
+        row = dict(zip(keys, key, strict=True)) | {"episodes": len(group)}
         for i, column in enumerate(data):
             row[f"{column}_mean"] = float(data[column].mean())
             row[f"{column}_sd"] = float(data[column].std(ddof=1)) if len(group) > 1 else 0.0
@@ -43,7 +44,7 @@ def summarise(episodes: pd.DataFrame, columns: tuple[str, ...]) -> list[dict[str
 
 
 def compare(episodes: pd.DataFrame, caregiver: str, baseline: str) -> list[dict[str, Any]]:
-    """Sets a caregiver against another one, episode by episode: episode i has the same novice under both.
+    """Sets a caregiver against another one, episode by episode: episode i has the same children under both.
 
     Args:
         episodes: A row an episode.
@@ -51,11 +52,11 @@ def compare(episodes: pd.DataFrame, caregiver: str, baseline: str) -> list[dict[
         baseline: Name of the other.
 
     Returns:
-        For each world, house and epsilon: `damage_left`, the ratio of mean damages, and for each column of `COMPARED`
+        For each world, house and family: `damage_left`, the ratio of mean damages, and for each column of `COMPARED`
         the `<column>_difference_mean` (caregiver less baseline), both with `_ci_low` and `_ci_high`, and the
         `<column>_p` of Wilcoxon's signed-rank test. None where there is no such number.
     """
-    keys = ["world", "house", "epsilon"]
+    keys = [*_PLACE, *_WHO]
     rows = []
     for key, group in episodes.groupby(keys, sort=False):
         ours, theirs = (

@@ -20,33 +20,36 @@ from caregiver_mj.errors import CaregiverError
 Job = TypeVar("Job")
 Result = TypeVar("Result")
 
-_DEATHS = 3  # workers that a job may kill before it is given up
+DEATHS = 3  # workers that a job may kill before it is given up
 
 
 class WorkerError(CaregiverError):
     """A job failed in its worker, or killed it again and again."""
 
 
-def run_jobs(function: Callable[[Job], Result], jobs: Sequence[Job], processes: int) -> Iterator[tuple[Job, Result]]:
+def run_jobs(
+    function: Callable[[Job], Result], jobs: Sequence[Job], processes: int, deaths: int = DEATHS
+) -> Iterator[tuple[Job, Result]]:
     """Runs a function over jobs in worker processes.
 
     Args:
         function: What to run, as importable from a new process. Its result must depend on the job alone.
         jobs: Hashable jobs, given out in this order.
         processes: How many workers; 1 runs the jobs in this process.
+        deaths: How many workers a job may kill before it is given up.
 
     Yields:
         Each job with its result, as they finish.
 
     Raises:
-        WorkerError: The function raised an exception in a worker, or a job's worker died `_DEATHS` times.
+        WorkerError: The function raised an exception in a worker, or a job has killed too many.
     """
     if processes == 1:
         for job in jobs:
             yield job, function(job)
         return
     waiting = collections.deque(jobs)
-    deaths: collections.Counter[Job] = collections.Counter()
+    killed: collections.Counter[Job] = collections.Counter()
     busy: dict[multiprocessing.connection.Connection, _Worker] = {}
     try:
         while waiting or busy:
@@ -62,9 +65,9 @@ def run_jobs(function: Callable[[Job], Result], jobs: Sequence[Job], processes: 
                 except (EOFError, OSError):  # it died, perhaps in the middle of a message
                     del busy[connection]
                     worker.stop()
-                    deaths[job] += 1
-                    if deaths[job] == _DEATHS:
-                        raise WorkerError(f"{job}: its worker process died {_DEATHS} times") from None
+                    killed[job] += 1
+                    if killed[job] == deaths:
+                        raise WorkerError(f"{job}: its worker process died {deaths} times") from None
                     waiting.appendleft(job)
                     continue
                 if failure:

@@ -101,7 +101,7 @@ class GridWorld:
         if self.caregiver:
             self.caregiver.watch(self.percept())
             for _ in range(self._caregiver_actions):
-                self._act_caregiver(self.caregiver)
+                self.act_caregiver(self.caregiver)
 
     def run(self, tapes: Sequence[Sequence[Tape]], progress: Callable[[], None] = lambda: None) -> Ledger:
         """Runs whole episodes, one for each family of tapes.
@@ -180,7 +180,8 @@ class GridWorld:
 
     # -- The caregiver ---------------------------------------------------------------------------
 
-    def _act_caregiver(self, caregiver: Caregiver) -> None:
+    def act_caregiver(self, caregiver: Caregiver) -> None:
+        """One action of the caregiver in every world. A subclass can look on from here, before and after."""
         percept = self.percept()
         before, self.orders = self.orders, self.orders.where(self.holding != NOTHING, caregiver.decide(percept))
         parties = [(verb, np.flatnonzero(self.orders.verb == name)) for name, verb in VERBS.items()]

@@ -52,4 +52,4 @@ class DoNothing(Verb):
         from caregiver_mj.interventions.routine import Routine
         from caregiver_mj.robot import skills
 
-        return Routine(means, intervention, skills.Rest(), self.describe(means.plan, intervention))
+        return Routine(means, intervention, skills.Rest(means.navigator), self.describe(means.plan, intervention))

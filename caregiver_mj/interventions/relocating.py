@@ -10,7 +10,7 @@ from caregiver_mj.interventions.routine import PASSED_OVER, Means, Routine
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.robot import skills
 from caregiver_mj.robot.status import Status
-from caregiver_mj.robot.view import View, stands_on_table
+from caregiver_mj.robot.view import View
 
 if TYPE_CHECKING:
     from caregiver_mj.caregivers.percept import Percept
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 # Moves from a stairwell within which a child that heads for it makes the robot put a candle down early. From farther
 # away a toddler seldom goes on; with no such limit the candles end up nearer to it, and all of it does more harm.
 _ALARM = 4
-_CRUISING_SPEED, _PLACING_TIME = 1.1, 1.5  # m/s with corners and stops, and seconds to put a candle down
+# Of the base's highest speed what is left with corners and stops, and seconds to put a candle down.
+_CRUISING_SHARE, _PLACING_TIME = 0.792, 1.5
 
 
 class Relocating(Routine):
@@ -31,7 +32,7 @@ class Relocating(Routine):
     def __init__(self, means: Means, intervention: Intervention, view: View, percept: Percept):
         self.candle = candle = means.plan.hazards.candle(intervention.hazard)
         table = int(percept.candle_table[0, candle])
-        if table != NOTHING and stands_on_table(view, candle):
+        if table != NOTHING and view.stands_on_table(candle):
             skill: skills.Skill = skills.Pick(means.navigator, candle, table)
             activity = f"fetch candle {candle + 1}"
         else:
@@ -109,4 +110,5 @@ class Relocating(Routine):
         landing = plan.cell_index[plan.stairwells[stairwell]]
         to_table, to_landing = plan.graph.distances_from([stands, landing])
         moves = int(to_table[percept.caregiver_cell[0]]) + int(to_landing[stands].min())
-        return moves * plan.cell_size / _CRUISING_SPEED + _PLACING_TIME
+        cruising = _CRUISING_SHARE * self.means.navigator.robot.limits.base_speed
+        return moves * plan.cell_size / cruising + _PLACING_TIME

@@ -25,6 +25,8 @@ ACTION_NAMES = ("north", "east", "south", "west")
 
 UNREACHABLE = np.iinfo(np.int16).max  # the distance between cells that no path connects
 
+_AT_ONCE = 2**20  # distances that are worked out at a time, for what is worked out takes more memory than what is kept
+
 
 class Target(enum.IntEnum):
     """What lies in the cell that a child's move leads to."""
@@ -185,6 +187,16 @@ class CellGraph:
     def _distances(
         self, goals: Sequence, edges: np.ndarray, cells: int, closed: int | Collection[int] = ()
     ) -> np.ndarray:
+        distances = np.empty((len(goals), cells), np.int16)
+        step = max(1, _AT_ONCE // cells)
+        for first in range(0, len(goals), step):
+            some = slice(first, first + step)
+            distances[some] = self._some_distances(goals[some], edges, cells, closed)
+        return distances
+
+    def _some_distances(
+        self, goals: Sequence, edges: np.ndarray, cells: int, closed: int | Collection[int]
+    ) -> np.ndarray:
         # Every goal becomes one more node, from which one-way edges lead to its cells.
         shut = np.atleast_1d(np.array(list(closed) if isinstance(closed, Collection) else closed, int))
         entries = [(cells + i, cell) for i, goal in enumerate(goals) for cell in np.atleast_1d(goal)]
@@ -196,7 +208,7 @@ class CellGraph:
         finite = np.isfinite(distances)
         if distances.max(initial=0, where=finite) >= UNREACHABLE:
             raise CaregiverError(f"floor plan '{self._plan.name}' has ways of more than {UNREACHABLE - 1} moves")
-        return np.where(finite, distances, UNREACHABLE).astype(np.int16)
+        return np.where(finite, distances, UNREACHABLE)
 
     # -- Edges -----------------------------------------------------------------------------------
 

@@ -25,7 +25,8 @@ import numpy as np
 from caregiver_mj.errors import FloorPlanError
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell, CellGraph
 from caregiver_mj.plans.hazards import DamageWeights, Hazards
-from caregiver_mj.plans.symbols import BIN, CANDLE, FREE, LEGEND, STAIRWELL, TABLE, WALL
+from caregiver_mj.plans.symbols import BIN, CANDLE, FREE, STAIRWELL, TABLE
+from caregiver_mj.plans.validation import validate
 
 DEFAULT_CELL_SIZE = 0.75  # metres; a toddler's timestep at 1.6 km/h is then 1.69 s
 
@@ -57,25 +58,33 @@ class FloorPlan:
         cell_size: float = DEFAULT_CELL_SIZE,
         damage: DamageWeights = DamageWeights(),
     ) -> FloorPlan:
-        """Reads a plan that comes with the package, or one of your own from a file.
+        """Gives a plan that comes with the package, a generated one, or one of your own from a file.
 
         Args:
-            name_or_path: One of `house_names()`, or the path of a text file.
+            name_or_path: One of `house_names()`, the name of a generated house (`house-17`, see
+                `caregiver_mj.plans.generator`), that of a house in a set (`test-100/17`, see
+                `caregiver_mj.plans.sets`), or the path of a text file.
             cell_size: Side of a cell in metres.
             damage: What a collision costs.
 
         Raises:
             FloorPlanError: There is no such plan, the file cannot be read, or the plan is malformed.
         """
+        from caregiver_mj.plans import sets  # here, for what it makes are plans
+
         if str(name_or_path) in house_names():
             resource = _houses_folder() / f"{name_or_path}.txt"
             return cls.parse(resource.read_text(encoding="utf-8"), str(name_or_path), cell_size, damage)
+        made = sets.house(str(name_or_path))
+        if made is not None:
+            return cls.parse(made.text, made.name, cell_size, damage)
         path = pathlib.Path(name_or_path)
         try:
             text = path.read_text(encoding="utf-8")
         except FileNotFoundError:
             raise FloorPlanError(
-                f"no floor plan '{name_or_path}': neither a file nor one of {', '.join(house_names())}"
+                f"no floor plan '{name_or_path}': neither a file nor one of {', '.join(house_names())}, "
+                "nor generated as house-17 or test-100/17 are"
             ) from None
         except (OSError, UnicodeDecodeError) as error:
             raise FloorPlanError(f"floor plan '{name_or_path}' cannot be read: {error}") from None
@@ -108,7 +117,7 @@ class FloorPlan:
         if not (np.isfinite(cell_size) and cell_size > 0):
             raise FloorPlanError(f"floor plan '{name}': the cell size must be a positive length, not {cell_size} m")
         plan = cls(name, tuple(lines[first : last + 1]), float(cell_size), damage)
-        _validate(plan, first_line=first + 1)
+        validate(plan, first_line=first + 1)
         return plan
 
     # -- What stands where -----------------------------------------------------------------------
@@ -120,6 +129,11 @@ class FloorPlan:
 
     def __getitem__(self, cell: Cell) -> str:
         return self.rows[cell[0]][cell[1]]
+
+    @property
+    def text(self) -> str:
+        """The plan as text, which `parse` accepts."""
+        return "\n".join(self.rows)
 
     @functools.cached_property
     def symbols(self) -> np.ndarray:
@@ -201,41 +215,3 @@ def house_names() -> tuple[str, ...]:
 
 def _houses_folder():
     return importlib.resources.files("caregiver_mj.models") / "houses"
-
-
-def _validate(plan: FloorPlan, first_line: int) -> None:
-    """Raises FloorPlanError at the first thing that is wrong with a plan."""
-
-    def fail(cell: Cell, problem: str) -> None:
-        row, column = cell
-        raise FloorPlanError(f"floor plan '{plan.name}' line {row + first_line}, column {column + 1}: {problem}")
-
-    height, width = len(plan.rows), len(plan.rows[0])
-    for r, row in enumerate(plan.rows):
-        if not set(row) <= set(LEGEND):
-            c, kind = next((c, kind) for c, kind in enumerate(row) if kind not in LEGEND)
-            fail((r, c), f"{kind!r} is none of " + ", ".join(f"{k} ({n})" for k, n in LEGEND.items()))
-        if len(row) != width:
-            fail((r, min(len(row), width)), f"the row has {len(row)} cells, but the first one has {width}")
-    border = np.ones(plan.shape, bool)
-    border[1:-1, 1:-1] = False
-    for cell in np.argwhere(border & (plan.symbols != WALL)).tolist():
-        kind = plan[tuple(cell)]
-        fail(cell, f"the border must be all wall (#), and here is a {LEGEND[kind]} ({kind})")
-
-    if not plan.free_cells:
-        fail((0, 0), "the plan has no free cell (.)")
-    start = plan.free_cells[0]
-    for cell in np.flatnonzero(~plan.graph.is_connected()).tolist():
-        origin = f"line {start[0] + first_line}, column {start[1] + 1}"
-        fail(plan.free_cells[cell], f"this free cell is not connected to the one at {origin}")
-    for cell in plan.cells_of(STAIRWELL, CANDLE, TABLE, BIN):
-        if not plan.free_neighbours(cell):
-            fail(cell, f"this {LEGEND[plan[cell]]} ({plan[cell]}) cannot be reached: no free cell is beside it")
-    everywhere = f"in lines {first_line} to {first_line + height - 1}, columns 1 to {width}"
-    if not plan.bins:
-        raise FloorPlanError(f"floor plan '{plan.name}' has no toy bin (B) {everywhere}: the child has nowhere to go")
-    if plan.candle_tables and len(plan.candle_tables) == len(plan.tables):
-        raise FloorPlanError(
-            f"floor plan '{plan.name}' has no bare table (T) {everywhere}: there is nowhere to take a candle"
-        )

@@ -48,7 +48,8 @@ class DamageWeights:
         return cls(stairwell, candle, table)
 
     def __str__(self) -> str:
-        return f"{self.stairwell:g}:{self.candle:g}:{self.table:g}"
+        """What `parse` makes the same weights of again."""
+        return ":".join(np.format_float_positional(getattr(self, f.name), trim="-") for f in dataclasses.fields(self))
 
     @property
     def worst(self) -> float:

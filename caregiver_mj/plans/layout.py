@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
+from caregiver_mj.plans import furniture
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.symbols import BIN, CANDLE, FREE, TABLE, WALL
@@ -19,9 +20,19 @@ from caregiver_mj.plans.symbols import BIN, CANDLE, FREE, TABLE, WALL
 WALL_THICKNESS = 0.25  # metres, as of a brick wall
 WALL_HEIGHT = 0.90  # metres; cut low like a doll's house, so that cameras see in
 
-TABLE_HALF_SIZE = 0.27  # metres
-TABLE_HEIGHT = 0.60  # metres
-BIN_HALF_SIZE = 0.22  # metres
+
+def __getattr__(name: str) -> float:
+    """Sizes of the furniture in metres, read from its models when they are first asked for and not at import."""
+    if name == "TABLE_HALF_SIZE":
+        value = furniture.table().half_size
+    elif name == "TABLE_HEIGHT":
+        value = furniture.table().height
+    elif name == "BIN_HALF_SIZE":
+        value = furniture.toy_bin().half_size
+    else:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    globals()[name] = value
+    return value
 
 
 def wall_thickness(plan: FloorPlan) -> float:
@@ -36,12 +47,12 @@ def wall_rectangles(plan: FloorPlan) -> np.ndarray:
 
 def table_rectangles(plan: FloorPlan) -> np.ndarray:
     """Footprints of all tables in the order of `plan.tables`, (n, 4)."""
-    return _squares(plan, plan.tables, TABLE_HALF_SIZE)
+    return _squares(plan, plan.tables, furniture.table().half_size)
 
 
 def bin_rectangles(plan: FloorPlan) -> np.ndarray:
     """Footprints of all toy bins in the order of `plan.bins`, (n, 4)."""
-    return _squares(plan, plan.bins, BIN_HALF_SIZE)
+    return _squares(plan, plan.bins, furniture.toy_bin().half_size)
 
 
 def furniture_rectangles(plan: FloorPlan) -> np.ndarray:

@@ -6,7 +6,10 @@ import functools
 
 import numpy as np
 
+from caregiver_mj.plans.cut_cells import divisions
 from caregiver_mj.plans.floor_plan import FloorPlan
+
+_SAMPLES = 32  # cells of a part of the house that are looked at before all of it
 
 
 @functools.lru_cache(maxsize=16)
@@ -35,11 +38,6 @@ class Yielding:
         routes[: len(distance)] = self._on_shortest_path(child_cell, distance).sum(axis=1)
         return routes
 
-    def _on_shortest_path(self, child_cell: int, distance: np.ndarray) -> np.ndarray:
-        """Whether a free cell is on some shortest path from the child to a toy bin: bool (free cells, bins)."""
-        to_bins = self._plan.graph.bin_distances
-        return distance[:, None] + to_bins == to_bins[child_cell]
-
     @functools.cached_property
     def traps(self) -> np.ndarray:
         """Whether a child can shut the caregiver in where every cell bars its way: bool (caregiver cells,).
@@ -48,18 +46,53 @@ class Yielding:
         """
         plan = self._plan
         traps = np.zeros(len(plan.caregiver_cells), bool)
-        for child_cell in range(len(plan.free_cells)):
-            part = plan.graph.parts(child_cell)
-            if part.max() > 1:  # more than the child's cell and the rest
-                # A cell bars the way if it is the only one so far away on the shortest paths to some bin.
-                far = plan.graph.child_distances_from([child_cell])[0]
-                on_path = self._on_shortest_path(child_cell, far)
-                alternatives = np.zeros((far.max() + 1, len(plan.bins)), int)
-                np.add.at(alternatives, far, on_path)
-                bars = np.zeros(len(traps), bool)
-                bars[: len(far)] = (on_path & (alternatives[far] == 1)).any(axis=1)
-                has_refuge = np.zeros(part.max() + 1, bool)
-                has_refuge[part[~bars]] = True
-                has_refuge[part[child_cell]] = True
-                traps |= ~has_refuge[part]
+        refuges: list[int] = []  # the last cells that were found to be one
+        parts = [part for part in divisions(plan.graph.neighbours) if part.by < len(plan.free_cells)]
+        for part in sorted(parts, key=lambda part: part.size, reverse=True):
+            cells = part.cells
+            if traps[cells].all():
+                continue
+            refuge = self._refuge(part.by, cells, refuges)
+            if refuge is None:
+                traps[cells] = True
+            else:
+                refuges = [refuge, *refuges][:_SAMPLES]
         return traps
+
+    def _refuge(self, child_cell: int, cells: np.ndarray, guesses: list[int]) -> int | None:
+        """One of some cells in which a caregiver does not bar the way of a child that cuts them off, or None.
+
+        Args:
+            child_cell: Index of the child's free cell.
+            cells: The caregiver cells that it cuts off.
+            guesses: Cells to look at first, whether they are among these or not.
+        """
+        free = len(self._plan.free_cells)
+        if cells.max() >= free:
+            return int(cells.max())  # a landing is in nobody's way
+        # A cell through which not even a straight way would be short enough needs no search.
+        guessed = cells[np.isin(cells, guesses)] if guesses else cells[:0]
+        samples = np.concatenate([guessed, cells[:: 1 + len(cells) // _SAMPLES]])
+        places = self._places
+        straight = np.abs(places[samples] - places[child_cell]).sum(axis=1)
+        to_bins = self._plan.graph.bin_distances
+        aside = (straight[:, None] + to_bins[samples] > to_bins[child_cell]).all(axis=1)
+        if aside.any():
+            return int(samples[aside.argmax()])
+        # A cell bars the way if it is the only one so far away on the shortest paths to some bin.
+        far = self._plan.graph.child_distances_from([child_cell])[0]
+        on_path = self._on_shortest_path(child_cell, far)
+        alternatives = np.zeros((far.max() + 1, len(self._plan.bins)), int)
+        np.add.at(alternatives, far, on_path)
+        bars = (on_path[cells] & (alternatives[far[cells]] == 1)).any(axis=1)
+        return None if bars.all() else int(cells[bars.argmin()])
+
+    def _on_shortest_path(self, child_cell: int, distance: np.ndarray) -> np.ndarray:
+        """Whether a free cell is on some shortest path from the child to a toy bin: bool (free cells, bins)."""
+        to_bins = self._plan.graph.bin_distances
+        return distance[:, None] + to_bins == to_bins[child_cell]
+
+    @functools.cached_property
+    def _places(self) -> np.ndarray:
+        """Row and column of the free cells, (free cells, 2)."""
+        return np.array(self._plan.free_cells)

@@ -16,7 +16,8 @@ from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from caregiver_mj.robot.view import ChildView, Vector, View
+from caregiver_mj.robot.se2 import Vector
+from caregiver_mj.robot.view import ChildView, View
 
 _CLEAR_DISTANCE = 0.05  # metres of a move after which it is clear where the toddler is heading, ...
 _LATEST = 0.5  # ... or the share of a novice timestep after which it will not go anywhere any more
@@ -56,23 +57,20 @@ class Perception:
         """Begins an episode with its first observation."""
         self._begun = 0
         self._children = []
-        for x, y, _ in np.atleast_2d(observation["toddler_position"]).tolist():
+        for x, y, _ in _each(observation["toddler_position"]):
             cell = self.free_cell((x, y))
             self._children.append(_Sighting((x, y), False, cell, (cell, NOTHING)))
 
     def look(self, observation: dict[str, np.ndarray], now: float) -> View:
         """The robot's view, from an observation at a time in seconds since the episode's start."""
-        positions = np.atleast_2d(observation["toddler_position"]).tolist()
-        velocities = np.atleast_2d(observation["toddler_velocity"]).tolist()
+        poses, rates = _each(observation["toddler_position"]), _each(observation["toddler_velocity"])
         left, right = observation["finger_position"].tolist()
         return View(
             now=now,
             base=tuple(observation["base_position"].tolist()),
             fingers=left + right,
             arm=observation["arm_position"],
-            children=tuple(
-                ChildView((x, y), (vx, vy)) for (x, y, _), (vx, vy, _) in zip(positions, velocities, strict=True)
-            ),
+            children=tuple([ChildView((x, y), (vx, vy)) for (x, y, _), (vx, vy, _) in zip(poses, rates, strict=True)]),
             candles=observation.get("candle_position", _NO_CANDLES),
             candle_orientations=observation.get("candle_orientation", _NO_ORIENTATIONS),
         )
@@ -156,3 +154,8 @@ class Perception:
         if holding != NOTHING:
             tables[holding] = cells[holding] = NOTHING
         return tables, cells
+
+
+def _each(poses: np.ndarray) -> list[list[float]]:
+    """The poses of all children, which are in an observation without a dimension of their own if there is only one."""
+    return [poses.tolist()] if poses.ndim == 1 else poses.tolist()

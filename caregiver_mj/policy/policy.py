@@ -60,14 +60,17 @@ class CaregiverPolicy:
         self.caregiver = _caregiver(caregiver, task, seed)
         self._task = task  # to be told the episode's seed, and to tell it what has been done; never to look at
         self._timestep = env.control_timestep()
-        self.robot = RobotMotion(self._timestep)
-        navigator = Navigator(self.plan)
-        retrievals = RetrievalPlanner(navigator, lambda: PlanningScene(build_house(self.plan), self.plan))
+        embodiment = task.embodiment
+        self.robot = RobotMotion(embodiment, self._timestep)
+        navigator = Navigator(self.plan, embodiment)
+        retrievals = RetrievalPlanner(
+            navigator, lambda: PlanningScene(build_house(self.plan, embodiment), self.plan, embodiment)
+        )
         self._perception = Perception(self.plan)
         self.executive = Executive(self.plan, self.caregiver, navigator, retrievals, task.novice_timestep)
 
     def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
-        """Answers an observation with an action (11,).
+        """Answers an observation with an action.
 
         Raises:
             CaregiverError: The observation is flat; the caregiver needs its keys.
@@ -79,12 +82,12 @@ class CaregiverPolicy:
             self._reset(observation)
         view = self._perception.look(observation, self.robot.now)
         new_move, all_known = self._perception.watch(view, float(observation["clock"]))
-        begun, done = self.interventions, self.interventions_done
-        self.executive.act(
-            view, self.robot, lambda *known: self._perception.percept(view, *known), new_move, all_known
-        )
-        self._task.note_interventions(self.interventions - begun, self.interventions_done - done)
-        self.robot.gentle = separation.is_child_close(view)
+        executive = self.executive
+        begun, done = executive.begun, executive.done
+        executive.act(view, self.robot, lambda *known: self._perception.percept(view, *known), new_move, all_known)
+        if begun != executive.begun or done != executive.done:
+            self._task.note_interventions(executive.begun - begun, executive.done - done)
+        self.robot.gentle = separation.is_child_close(view, self.robot.robot)
         action = self.robot.action(view.base)
         self.robot.now += self._timestep
         return action

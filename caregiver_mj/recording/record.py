@@ -45,13 +45,16 @@ def _column(
 
 @dataclasses.dataclass(frozen=True)
 class EpisodeRecord:
-    """One episode, as it stands in a row of `episodes.parquet`; `COLUMNS` says what each attribute is."""
+    """One episode, as it stands in a row of `episodes.parquet`: an attribute a column, however many there are.
+
+    `COLUMNS` says what each of them is.
+    """
 
     world: str = _column("", "world", "`house`, the physical one, or `grid`", "setting")
     house: str = _column("", "house", "name of the floor plan", "setting")
     caregiver: str = _column("", "caregiver", "name of the caregiver, or `none`", "setting")
     family: str = _column(
-        "", "children", "the epsilon of each child, as it was asked for: `0.5`, or `1,0.25`", "setting"
+        "", "children", "epsilon of each child, as `0.5` or `1,0.25`; with its name if it is no novice", "setting"
     )
     epsilon: float = _column(
         "", "random share", "share of moves that are random; with several children their mean", "setting"
@@ -63,7 +66,7 @@ class EpisodeRecord:
     damage: float = _column(
         "damage", "damage", "all damage in 200 novice timesteps, of all children together", "damage"
     )
-    damage_stairwell: float = _column("damage", "at stairs", "of that, falls down stairs (5 each)", "damage")
+    damage_stairwell: float = _column("damage", "at stairs", "of that, falls down stairs (by default 5 each)", "damage")
     damage_candle: float = _column(
         "damage",
         "at candles",

@@ -1,7 +1,7 @@
-"""Audits: whether the robot kept its limits in an episode, and how it moved near the child.
+"""What the robot did in an episode, logged at every physics step by a `Recorder` that looks on.
 
-Nothing of this is in the hot path. A `Recorder` looks on at every physics step; the checks read its log afterwards,
-and judge by what the servos were told and the simulation measured, not by what the skills meant to do.
+Nothing of this is in the hot path. The log has what the servos were told and the simulation measured, not what the
+skills meant to do; `audit` judges by it.
 """
 
 from __future__ import annotations
@@ -15,20 +15,12 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from caregiver_mj.robot import limits
-from caregiver_mj.robot.kinematics import ARM_JOINTS
-
 if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.house.rendering
     import dm_env
     from dm_control.rl import control
 
-_ARM, _GRIPPER = slice(3, 10), slice(10, 12)  # of the actuators
 _FAR = 1.0  # metres from the child beyond which distances are not measured
 _REACH = 1.2  # metres from the base's centre within which all of the robot is
-
-_MOVES = 0.05  # m/s above which a part of the robot counts as moving; a contact at more than that is a strike
-_NEAR = 0.5  # metres from the child within which the robot should be slow, ...
-_SLOW = 0.25  # m/s: ... the reduced speed of ISO 10218-1
 
 
 @dataclasses.dataclass(frozen=True)
@@ -38,7 +30,7 @@ class EpisodeLog:
     Attributes:
         control_timestep: Seconds.
         physics_timestep: Seconds.
-        commands: What the actuators were told, in the order of `models/robot.xml`, (n, 12).
+        commands: What the actuators were told, in the order of the robot's model, (n, actuators).
         base_velocity: Velocity of the base in the world, m/s and rad/s, (m, 3).
         distance: From each part of the robot that can touch something to the child, metres, (m, parts); infinite if
             far away.
@@ -109,7 +101,7 @@ class Recorder:
         self._physics = env.physics
         self._control_timestep = env.control_timestep()
         self._model, self._data = model, _ = env.physics.model.ptr, env.physics.data.ptr
-        self._base = [model.joint(f"robot/base_{axis}").dofadr[0] for axis in ("x", "y", "yaw")]
+        self._base = [model.joint(f"robot/{name}").dofadr[0] for name in env.task.embodiment.names.base]
         geoms = [model.geom(i) for i in range(model.ngeom)]
         self._parts = [geom.id for geom in geoms if geom.name.startswith("robot/") and geom.contype[0]]
         self._child = model.geom("toddler/body").id
@@ -163,93 +155,3 @@ class Recorder:
         line = (ends[3:] - ends[:3]) * (1.0 if distance > 0 else -1.0)
         length = mujoco.mju_norm3(line)
         return distance, mujoco.mju_norm3(point), float(point @ line / length) if length > 1e-9 else 0.0
-
-
-@dataclasses.dataclass(frozen=True)
-class Check:
-    """The worst that came of one limit.
-
-    Attributes:
-        name: What is limited.
-        unit: Its unit.
-        worst: The value that came closest to its limit, or exceeded it most.
-        limit: That limit.
-        time: When that was, seconds since the start.
-        where: Which joint or finger it was, if there are several.
-    """
-
-    name: str
-    unit: str
-    worst: float
-    limit: float
-    time: float
-    where: str = ""
-
-    @property
-    def ratio(self) -> float:
-        """The worst value over the limit: at most 1 if it was kept."""
-        return self.worst / self.limit
-
-
-def check_limits(log: EpisodeLog) -> list[Check]:
-    """Compares an episode with the robot's limits as published, not with the lower ones that it plans for.
-
-    Velocity, acceleration and jerk of the arm are finite differences of the commanded joint positions at the control
-    timestep; before the first command it was at rest there.
-    """
-    step = log.control_timestep
-    joints = np.concatenate([log.commands[:1, _ARM]] * 3 + [log.commands[:, _ARM]])  # (n + 3, 7)
-    fingers = np.concatenate([log.commands[:1, _GRIPPER], log.commands[:, _GRIPPER]])
-    arm = [np.diff(joints, order, axis=0)[3 - order :] / step**order for order in (1, 2, 3)]  # (n, 7) each
-    speed = np.hypot(*log.base_velocity[:, :2].T)[:, None]
-    gripper = np.full(2, limits.GRIPPER_VELOCITY)
-    return [
-        _worst("arm velocity, commanded", "rad/s", arm[0], limits.ARM_VELOCITY, step, ARM_JOINTS),
-        _worst("arm acceleration, commanded", "rad/s^2", arm[1], limits.ARM_ACCELERATION, step, ARM_JOINTS),
-        _worst("arm jerk, commanded", "rad/s^3", arm[2], limits.ARM_JERK, step, ARM_JOINTS),
-        _worst("base speed, measured", "m/s", speed, np.array([limits.MAX_BASE_SPEED]), log.physics_timestep),
-        _worst("finger speed, commanded", "m/s", np.diff(fingers, axis=0) / step, gripper, step, ("left", "right")),
-    ]
-
-
-@dataclasses.dataclass(frozen=True)
-class NearChild:
-    """How the robot moved near the child in an episode.
-
-    Attributes:
-        separation: The least distance between the child and a part of the robot that moved, metres. It is 0 or less
-            where the child ran into the robot.
-        approach_separation: The least distance to a part that moved towards the child, metres.
-        fast_seconds: How long a part was within 0.5 m of the child and faster than 0.25 m/s.
-        contact_speed: How fast, at the most, a part that touched the child moved towards it, m/s; 0 without contact.
-    """
-
-    separation: float
-    approach_separation: float
-    fast_seconds: float
-    contact_speed: float
-
-
-def near_child(log: EpisodeLog) -> NearChild:
-    """Measures how the robot moved near the child."""
-    fast = (log.distance < _NEAR) & (log.speed > _SLOW)
-    return NearChild(
-        separation=float(log.distance.min(where=log.speed > _MOVES, initial=np.inf)),
-        approach_separation=float(log.distance.min(where=log.approach > _MOVES, initial=np.inf)),
-        fast_seconds=float(fast.any(axis=1).sum() * log.physics_timestep),
-        contact_speed=float(log.contact_speed.max(initial=0.0)),
-    )
-
-
-def strike_times(log: EpisodeLog) -> np.ndarray:
-    """When a part of the robot touched the child while it moved towards it, seconds, at every physics step of it."""
-    return np.flatnonzero(log.contact_speed > _MOVES) * log.physics_timestep
-
-
-def _worst(
-    name: str, unit: str, values: np.ndarray, bounds: np.ndarray, timestep: float, names: tuple[str, ...] = ("",)
-) -> Check:
-    """The check of values (steps, things) with bounds (things,)."""
-    size = np.abs(values)
-    row, column = np.unravel_index(np.argmax(size / bounds), size.shape)
-    return Check(name, unit, float(size[row, column]), float(bounds[column]), float(row * timestep), names[column])

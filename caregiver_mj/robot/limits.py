@@ -1,4 +1,4 @@
-"""Limits of the robot, with their sources. Commands stay within them at all times."""
+"""Bounds of the robot's motion. Commands stay within them at all times; the numbers are each embodiment's own."""
 
 from __future__ import annotations
 
@@ -22,24 +22,48 @@ class Limits:
     jerk: float
 
 
-# Franka Research 3 data sheet ("Robot and interface specifications"): joint velocity in rad/s, acceleration in
-# rad/s^2, jerk in rad/s^3.
-ARM_VELOCITY = np.array([2.62, 2.62, 2.62, 2.62, 5.26, 4.18, 5.26])
-ARM_ACCELERATION = np.full(7, 10.0)
-ARM_JERK = np.full(7, 5000.0)
-# The arm is planned for less than is published: gentler, and rounding cannot carry it over.
-ARM_VELOCITY_SHARE = 0.9
-ARM_ACCELERATION_SHARE = 0.97
-ARM_PLANNED_JERK = 400.0  # rad/s^3, 25 ms to full acceleration
+@dataclasses.dataclass(frozen=True, eq=False)
+class ArmLimits:
+    """Bounds of an arm's joints: as published, and the part of them that is planned for.
 
-MAX_BASE_SPEED = 5.0 / 3.6  # m/s: the walking speed that the paper gives the caregiver (section V.C)
-# References keep 3 % below that, which leaves the feedback something to correct with. At 3.5 m/s^2 the base is well
-# within what its servos can do (400 N for 83 kg) and from tipping over (5.2 m/s^2, see models/README.md).
-BASE = Limits(velocity=0.97 * MAX_BASE_SPEED, acceleration=3.5, jerk=35.0)  # m
-YAW = Limits(velocity=2.8, acceleration=8.0, jerk=80.0)  # rad
-# A candle in the hand slides outwards as the base turns: at every physics step it goes on along the tangent of the
-# hand's arc, and friction knows no place to come back to. A half turn with the above costs 14 mm, one with this 7, and
-# at 30 mm the candle is lost. One that has slipped is turned no faster.
-YAW_GENTLE = Limits(velocity=1.4, acceleration=8.0, jerk=80.0)  # rad
-GRIPPER_VELOCITY = 0.125  # m/s, each finger: own design, see models/README.md
-GRIPPER = Limits(velocity=0.97 * GRIPPER_VELOCITY, acceleration=4.0, jerk=200.0)  # m
+    Less is planned for than is published: it is gentler, and rounding cannot carry the arm over.
+
+    Attributes:
+        velocity: Of each joint, rad/s.
+        acceleration: Of each joint, rad/s^2.
+        jerk: Of each joint, rad/s^3.
+        velocity_share: The part of the velocity that is planned for.
+        acceleration_share: The part of the acceleration that is planned for.
+        planned_jerk: rad/s^3, of all joints.
+    """
+
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    jerk: np.ndarray
+    velocity_share: float
+    acceleration_share: float
+    planned_jerk: float
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class RobotLimits:
+    """Bounds of all that a robot moves.
+
+    Attributes:
+        arm: Its joints.
+        base: Planned for the base's path, metres.
+        yaw: Planned for the base's turns, radians.
+        yaw_gentle: The same while a candle that has slipped is in the hand. At every physics step of a turn a candle
+            goes on along the tangent of the hand's arc, and friction knows no place to come back to.
+        gripper: Planned for each finger, metres.
+        base_speed: The highest speed of the base, m/s; what is planned leaves the feedback something to correct with.
+        finger_speed: The highest speed of each finger, m/s.
+    """
+
+    arm: ArmLimits
+    base: Limits
+    yaw: Limits
+    yaw_gentle: Limits
+    gripper: Limits
+    base_speed: float
+    finger_speed: float

@@ -7,48 +7,39 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from caregiver_mj.robot import kinematics, limits
-from caregiver_mj.robot.kinematics import ReachPath
-from caregiver_mj.robot.limits import Limits
-from caregiver_mj.robot.trajectories import BasePath, PathError, ScalarMotion, Vector
+from caregiver_mj.robot.base_motion import BaseMotion
+from caregiver_mj.robot.embodiment import Embodiment
+from caregiver_mj.robot.kinematics import arm_of
+from caregiver_mj.robot.reach import ReachPath, reach_path
+from caregiver_mj.robot.scalar_motion import ScalarMotion
 
-OPEN = 0.036  # metres that each finger stands off the middle when open
-CLOSED = 0.012  # metres, less than a candle's radius: the difference is what squeezes it
-
-# Feedback of the base: 1/s from position error to velocity. The servos follow a velocity within their lag, in seconds
-# (mass over gain of the servo; see models/robot.xml), which is fed forward.
-_POSITION_GAIN = 5.0
-_YAW_GAIN = 8.0
-_GENTLE_SPEED = 0.03  # m/s
-_CATCH_UP_SPEED = 0.3  # m/s, the most of the feedback: what holds the base up may let go of it
+_GENTLE_SPEED = 0.03  # m/s, the most of the feedback where a child may be in between: slower than a strike
+_CATCH_UP_SPEED = 0.3  # m/s, the same elsewhere: what holds the base up may let go of it
 _HELD_UP = 0.15  # metres off its reference beyond which a base is held up by something
-_TOP_SPEED = 0.998 * limits.MAX_BASE_SPEED  # m/s
-_BASE_LAG = 0.0205
-_YAW_LAG = 0.008
+_TOP_SHARE = 0.998  # of the base's highest speed, for reference and feedback together
 
-_CORNER_DEVIATIONS = (0.2, 0.12, 0.06)  # metres by which corners of a path are cut, if there is room
-_CHECK_INTERVAL = 0.08  # seconds between the points of a path that are checked for room
-
-# The path is played back at a rate of 0 to 1, to slow down on it. The slower the path itself is, the quicker the rate
-# may change; below this speed it makes no difference any more.
-_SLOW = 0.3  # m/s
+_ANY_HEIGHT = 7000  # tenths of mm: all reaches begin with the tucked arm, and `plan_reach` aims it
 
 
-class RobotMotion:
+class RobotMotion(BaseMotion):
     """Where the robot shall be, now and next.
 
     Times are seconds since the start of the episode, positions metres in the house, angles radians.
 
     Attributes:
+        robot: The robot.
         now: The present time.
         gentle: Whether the base, pushed off its reference, returns to it slowly only: a child may be in between.
+        reach_path: On which the hand reaches out.
     """
 
-    def __init__(self, control_timestep: float):
+    def __init__(self, robot: Embodiment, control_timestep: float):
+        super().__init__(robot.limits.base)
+        self.robot = robot
         self._half_timestep = control_timestep / 2
 
     def reset(self, base: Sequence[float]) -> None:
@@ -57,61 +48,18 @@ class RobotMotion:
         Args:
             base: Pose (x, y, yaw) of the base.
         """
+        limits = self.robot.limits
         self.now = 0.0
         self.gentle = self._watched = False
         self._hold((float(base[0]), float(base[1])))
-        self._yaw = ScalarMotion(limits.YAW, float(base[2]))
-        self.reach_path = kinematics.reach_path(7000)  # all begin with the tucked arm; `plan_reach` aims it
+        self._yaw = ScalarMotion(limits.yaw, float(base[2]))
+        self.reach_path = reach_path(arm_of(self.robot), _ANY_HEIGHT)
         self._reach = ScalarMotion(self.reach_path.limits, 0.0)
-        self._gripper = ScalarMotion(limits.GRIPPER, OPEN)
-        self._action = np.empty(11)
+        self._gripper = ScalarMotion(limits.gripper, self.robot.grasp.open)
+        self._action = np.empty(self.robot.layout.size)
         self._posture: tuple[ReachPath, float] | None = None  # path and reach of the arm in the last action
 
     # -- Goals -----------------------------------------------------------------------------------
-
-    def drive_along(self, points: Sequence[Vector], is_clear: Callable[[np.ndarray], bool]) -> None:
-        """Takes a new path, from the motion that is under way now.
-
-        Args:
-            points: Polyline to follow.
-            is_clear: Tells whether the base has room at points (n, 2). Corners are cut as long as it does.
-
-        Raises:
-            PathError: The base is too fast to turn into it, or has no room to; stop first.
-        """
-        _, velocity, acceleration = self.base_reference()
-        moves = math.hypot(*velocity) > 1e-3
-        for deviation in _CORNER_DEVIATIONS:
-            path = BasePath(points, limits.BASE, velocity, acceleration, deviation)
-            times = np.arange(0.0, path.duration, _CHECK_INTERVAL)
-            if is_clear(np.array([path.at(time)[0] for time in times]).reshape(-1, 2)):
-                break
-        else:
-            if moves:
-                raise PathError("no room to turn into the path")
-        self._path = path
-        # The path begins with the present velocity, so it is played back at full rate from the first moment; from rest
-        # the rate may start anywhere, and starts at nothing until `set_rate` says how much the child allows.
-        self._playback = ScalarMotion(_rate_limits(limits.BASE.velocity), 0.0)
-        self._rate = 1.0 if moves else 0.0
-        self._playback.run_at(self._rate, self.now, at_once=True)
-
-    def set_rate(self, rate: float) -> None:
-        """Sets the share, 0 to 1, of its planned speed at which the base moves along its path.
-
-        It holds for one control timestep: a base at which nobody looks any more stops.
-        """
-        self._watched = True
-        if self._path is None:
-            return
-        if self._rate == 0.0 and self._playback.at(self.now)[0] == 0.0:
-            self._rate = rate
-            self._playback.run_at(rate, self.now, at_once=True)
-        # The solver is asked for worthwhile changes only.
-        elif abs(rate - self._rate) > 0.04 or (rate in (0.0, 1.0) and rate != self._rate):
-            self._rate = rate
-            self._playback.set_limits(_rate_limits(math.hypot(*self.planned_velocity())))
-            self._playback.run_at(rate, self.now)
 
     def turn_to(self, yaw: float) -> None:
         """Sets the heading, by the shorter way round."""
@@ -120,11 +68,11 @@ class RobotMotion:
 
     def turn_gently(self) -> None:
         """Has the base turn slowly, from its next goal on and until the gripper opens: a candle slips in the hand."""
-        self._yaw.set_limits(limits.YAW_GENTLE)
+        self._yaw.set_limits(self.robot.limits.yaw_gentle)
 
     def plan_reach(self, height: float) -> None:
         """Aims the arm at a height above the floor, for the next time that it reaches out."""
-        self.reach_along(kinematics.reach_path(round(1e4 * height)))
+        self.reach_along(reach_path(arm_of(self.robot), round(1e4 * height)))
 
     def reach_along(self, path: ReachPath) -> None:
         """Gives the arm, which is tucked, the path for the next time that it reaches out."""
@@ -142,50 +90,15 @@ class RobotMotion:
     def grip(self, width: float) -> None:
         """Sets how far each finger stands off the middle."""
         self._gripper.move_to(width, self.now)
-        if width == OPEN:
-            self._yaw.set_limits(limits.YAW)
+        if width == self.robot.grasp.open:
+            self._yaw.set_limits(self.robot.limits.yaw)
 
     # -- State of the references -----------------------------------------------------------------
-
-    def base_reference(self) -> tuple[Vector, Vector, Vector]:
-        """Position, velocity and acceleration of the base's reference now."""
-        return self._base_at(self.now)
-
-    @property
-    def time_left(self) -> float:
-        """Seconds until the base arrives if it is not slowed down any more."""
-        if self._path is None:
-            return 0.0
-        return self._path.duration - self._playback.at(self.now)[0]
-
-    @property
-    def is_unhindered(self) -> bool:
-        """Whether the base goes along its path as fast as planned."""
-        return self._path is None or self._playback.at(self.now)[1] > 0.99
-
-    @property
-    def moving(self) -> bool:
-        """Whether the base's reference is on its way."""
-        return self._path is not None and math.hypot(*self.base_reference()[1]) > 1e-3
-
-    def points_ahead(self, seconds: float) -> list[Vector]:
-        """Points of the path that the base passes within some seconds."""
-        if self._path is None:
-            return [self._here]
-        begin = self._playback.at(self.now)[0]
-        return [self._path.at(begin + seconds * i / 5)[0] for i in range(1, 6)]
-
-    def planned_velocity(self) -> Vector:
-        """The velocity that the path would have now at full rate."""
-        if self._path is None:
-            return (0.0, 0.0)
-        # Look a little ahead, so that a base at rest at the start of its path sees where it would go.
-        return self._path.at(self._playback.at(self.now)[0] + 0.1)[1]
 
     @property
     def closes(self) -> bool:
         """Whether the fingers have been told to close."""
-        return self._gripper.target == CLOSED
+        return self._gripper.target == self.robot.grasp.closed
 
     @property
     def reached(self) -> float:
@@ -231,12 +144,23 @@ class RobotMotion:
             base: Measured pose (x, y, yaw) of the base.
 
         Returns:
-            Base velocities (3,), arm joint targets (7,) and gripper target (1,), in one array (11,).
+            Base velocities, arm joint targets and gripper target in one array, laid out as the robot's.
         """
         if not self._watched:
             self.set_rate(0.0)
         self._watched = False
-        now = self.now
+        layout, action = self.robot.layout, self._action
+        action[layout.base] = self._base_action(base)
+        posture = (self.reach_path, self._reach.at(self.now)[0])
+        if posture != self._posture:
+            self._posture = posture
+            action[layout.arm] = self.reach_path.joints(posture[1])
+        action[layout.gripper] = self._gripper.at(self.now)[0]
+        return action.copy()
+
+    def _base_action(self, base: Sequence[float]) -> tuple[float, float, float]:
+        """Velocities of the base: those of the references with the servos' lag fed forward, and the feedback."""
+        servos, now = self.robot.servos, self.now
         (x, y), _, _ = self._base_at(now)
         if math.dist((x, y), base[:2]) > _HELD_UP:  # it must find a new way from where it is
             self._hold((float(base[0]), float(base[1])))
@@ -245,40 +169,12 @@ class RobotMotion:
         _, (vx, vy), (ax, ay) = self._base_at(middle)
         yaw = self._yaw.at(now)[0]
         _, yaw_rate, yaw_acceleration = self._yaw.at(middle)
-        back_x, back_y = _POSITION_GAIN * (x - base[0]), _POSITION_GAIN * (y - base[1])
+        back_x, back_y = servos.position_gain * (x - base[0]), servos.position_gain * (y - base[1])
         most = _GENTLE_SPEED if self.gentle else _CATCH_UP_SPEED
         if (push := math.hypot(back_x, back_y)) > most:
             back_x, back_y = back_x * most / push, back_y * most / push
-        vx, vy = vx + _BASE_LAG * ax + back_x, vy + _BASE_LAG * ay + back_y
-        if (speed := math.hypot(vx, vy)) > _TOP_SPEED:  # held up by something, it must not catch up at any speed
-            vx, vy = vx * _TOP_SPEED / speed, vy * _TOP_SPEED / speed
-        action = self._action
-        action[0], action[1] = vx, vy
-        action[2] = yaw_rate + _YAW_LAG * yaw_acceleration + _YAW_GAIN * (yaw - base[2])
-        posture = (self.reach_path, self._reach.at(now)[0])
-        if posture != self._posture:
-            self._posture = posture
-            action[3:10] = self.reach_path.joints(posture[1])
-        action[10] = self._gripper.at(now)[0]
-        return action.copy()
-
-    def _base_at(self, time: float) -> tuple[Vector, Vector, Vector]:
-        if self._path is None:
-            return self._here, (0.0, 0.0), (0.0, 0.0)
-        along, rate, change = self._playback.at(time)
-        if along >= self._path.duration:
-            self._hold(self._path.goal)
-            return self._here, (0.0, 0.0), (0.0, 0.0)
-        position, (vx, vy), (ax, ay) = self._path.at(along)
-        if rate != 1.0 or change != 0.0:
-            vx, vy, ax, ay = rate * vx, rate * vy, rate**2 * ax + change * vx, rate**2 * ay + change * vy
-        return position, (vx, vy), (ax, ay)
-
-    def _hold(self, position: Vector) -> None:
-        self._here, self._path, self._rate = position, None, 1.0
-
-
-def _rate_limits(speed: float) -> Limits:
-    """Bounds of the rate of playback that keep those of the base, on a path of this speed."""
-    speed = max(speed, _SLOW)
-    return Limits(1.0, limits.BASE.acceleration / speed, limits.BASE.jerk / speed)
+        vx, vy = vx + servos.base_lag * ax + back_x, vy + servos.base_lag * ay + back_y
+        top = _TOP_SHARE * self.robot.limits.base_speed
+        if (speed := math.hypot(vx, vy)) > top:  # held up by something, it must not catch up at any speed
+            vx, vy = vx * top / speed, vy * top / speed
+        return vx, vy, yaw_rate + servos.yaw_lag * yaw_acceleration + servos.yaw_gain * (yaw - base[2])

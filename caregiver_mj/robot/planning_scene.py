@@ -7,10 +7,8 @@ from collections.abc import Iterable, Sequence
 import mujoco
 import numpy as np
 
-from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.robot.kinematics import ARM_JOINTS
-from caregiver_mj.robot.motion import OPEN
+from caregiver_mj.robot.embodiment import Embodiment
 
 _ELSEWHERE = 1e3  # metres; the child is left out, for it will be somewhere else
 _RESTING = 0.004  # metres that a candle may be in what it lies on
@@ -22,11 +20,17 @@ class PlanningScene:
     """Collision checks against walls, furniture, floor and candles, with MuJoCo's own geometry of them.
 
     Nothing moves in it: poses are set and contacts looked at. It is costly to make (as costly as the house itself), so
-    it is made when it is first needed.
+    make it when it is first needed.
     """
 
-    def __init__(self, plan: FloorPlan):
-        spec = build_house(plan)
+    def __init__(self, spec: mujoco.MjSpec, plan: FloorPlan, robot: Embodiment):
+        """Compiles the scene.
+
+        Args:
+            spec: The house with robot, toddler and candles, named as in the simulation. It becomes the scene's own.
+            plan: Its floor plan.
+            robot: The robot in it.
+        """
         spec.option.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)  # a body asleep has no contacts
         self._model = model = spec.compile()
         self._data = mujoco.MjData(model)
@@ -35,9 +39,8 @@ class PlanningScene:
         model.geom_margin[self._robot] = _MARGIN
         self._pads = np.array([name.endswith("_pad") for name in names])
         self._wax = [names.index(f"candle_{i}/wax") for i in range(len(plan.candle_tables))]
-        self._base = [model.joint(f"robot/base_{axis}").qposadr[0] for axis in ("x", "y", "yaw")]
-        self._arm = [model.joint(f"robot/{name}").qposadr[0] for name in ARM_JOINTS]
-        fingers = [model.joint(f"robot/finger_{side}").qposadr[0] for side in ("left", "right")]
+        joints = (robot.names.base, robot.names.arm, robot.names.fingers)
+        self._base, self._arm, fingers = ([model.joint(f"robot/{name}").qposadr[0] for name in part] for part in joints)
         candles = [model.joint(f"candle_{i}/joint").qposadr[0] for i in range(len(plan.candle_tables))]
         self._candles = np.array(candles, int)[:, None] + np.arange(7)
         tables = [i for i, name in enumerate(names) if name.startswith("table_") and name.endswith("/top")]
@@ -45,7 +48,7 @@ class PlanningScene:
         model.geom_rbound[tables] += 2 * _TABLE_MARGIN
         self._hand = self._data.body("robot/hand")
         self._data.qpos[model.joint("toddler/x").qposadr[0]] = _ELSEWHERE
-        self._data.qpos[fingers] = OPEN
+        self._data.qpos[fingers] = robot.grasp.open
 
     def is_free(
         self, base: Sequence[float], arm: Iterable[np.ndarray], candles: np.ndarray, between: int, held: bool = False
@@ -54,7 +57,7 @@ class PlanningScene:
 
         Args:
             base: Pose (x, y, yaw) of its base, metres and radians.
-            arm: Joint positions (7,) one after the other, radians; the hand is open.
+            arm: Joint positions (joints,) one after the other, radians; the hand is open.
             candles: Pose of each candle, (candles, 7), metres and quaternions.
             between: Index of the candle that may be between the fingers.
             held: Whether the hand has got that candle, at the first of the arm's poses, and takes it along. It must

@@ -6,33 +6,27 @@ import dataclasses
 import functools
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.robot import kinematics
-from caregiver_mj.robot.driving import View
-from caregiver_mj.robot.kinematics import UPRIGHT, ReachPath
+from caregiver_mj.robot import se2
+from caregiver_mj.robot.grips import UPRIGHT, hand_rotation, upright_grip
+from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
-from caregiver_mj.robot.trajectories import Vector
-
-CANDLE_RADIUS, CANDLE_HEIGHT = 0.022, 0.16  # metres
-GRASP_HEIGHT = 0.10  # metres above a candle's foot at which it is gripped
+from caregiver_mj.robot.reach import ReachPath, retrieval_path
+from caregiver_mj.robot.se2 import Pose, Vector
+from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, View
 
 _DIRECTIONS = 16  # round a point
-_REACHES = (0.50, 0.55, 0.60, 0.65, 0.70, 0.75)  # metres from the base's centre to the candle
-_LEVEL_PITCHES = (math.radians(90), math.radians(50))  # of a hand that takes it level; the second reaches farther
 _MOST_STANDS = 40  # that are tried, the nearest ones, lest it takes too long
 _NO_TURNING = 2.0  # metres of detour that it is worth to stand where the base can turn
-_GRIP_ABOVE = 0.006  # metres over the middle of the lying candle, which keeps the fingertips off the ground
 _LIFTS = (0.0, 0.25)  # metres that the hand goes up with it before it turns; the second is to clear a wall
-_OPEN_REACH, _OPEN_ANGLE = 0.50, 0.5  # metres ahead, and radians to both sides that must be free where it is laid down
-_CHILD_AWAY = 1.7  # metres from the child to where the base stands then
+_OPEN_ANGLE = 0.5  # radians to both sides that must be free where it is laid down
+_CHILD_AWAY = 1.7  # metres from a child to where the base stands then
 _CHECKS = 49  # poses on the arm's way that are checked for collisions
-
-BasePose = tuple[float, float, float]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -46,20 +40,27 @@ class Stance:
             candle stands upright once the arm is tucked.
     """
 
-    base: BasePose
+    base: Pose
     path: ReachPath
     pitch_down: float | None = None
 
 
 class RetrievalPlanner:
-    """Finds stances in one house. It knows nothing of time: the candle lies still, and the child is elsewhere."""
+    """Finds stances in one house. It knows nothing of time: the candle lies still, and children are elsewhere."""
 
-    def __init__(self, navigator: Navigator):
-        self._navigator = navigator
+    def __init__(self, navigator: Navigator, make_scene: Callable[[], PlanningScene]):
+        """Prepares a planner.
+
+        Args:
+            navigator: Of the house and the robot.
+            make_scene: Makes the house's planning scene. That is costly, and seldom needed: it is called then only.
+        """
+        self._navigator, self._make_scene = navigator, make_scene
+        self._robot, self._arm = navigator.robot, arm_of(navigator.robot)
 
     @functools.cached_property
     def _scene(self) -> PlanningScene:
-        return PlanningScene(self._navigator.plan)  # costly, and seldom needed
+        return self._make_scene()
 
     def to_pick_up(self, view: View, candle: int) -> Stance | None:
         """The nearest stance from which the arm gets at a candle, or None.
@@ -69,34 +70,36 @@ class RetrievalPlanner:
         """
         axis = view.candle_axis(candle)
         on_its_head = axis[2] < -UPRIGHT
-        point = view.candles[candle] + (CANDLE_HEIGHT - GRASP_HEIGHT if on_its_head else GRASP_HEIGHT) * axis
+        height, usual_pitch = self._robot.grasp.height, self._robot.postures.hand_pitch
+        point = view.candles[candle] + (CANDLE_HEIGHT - height if on_its_head else height) * axis
         if abs(axis[2]) < UPRIGHT:
-            point[2] += _GRIP_ABOVE
+            point[2] += self._robot.grasp.above_lying
         stands = list(itertools.islice(self._stands(view, candle, point), _MOST_STANDS))
         if not on_its_head:
             for base, reach in stands:
-                grip = kinematics.upright_grip(_turned(axis, -base[2]))
+                grip = upright_grip(_turned(axis, -base[2]), usual_pitch)
                 if path := self._lifting_path(view, candle, base, (reach, point[2]), grip):
                     return Stance(base, path)
         for base, reach in stands:
             ahead = _turned(axis, -base[2])
             heading = 0.0 if on_its_head else math.atan2(ahead[1], ahead[0])
-            pitches = (kinematics.HAND_PITCH,) if on_its_head else _LEVEL_PITCHES
+            pitches = (usual_pitch,) if on_its_head else self._robot.postures.lying_pitches
             for pitch, turn in itertools.product(pitches, (0.0, math.pi)):
-                grip = kinematics.hand_rotation(heading + turn, pitch)
+                grip = hand_rotation(heading + turn, pitch)
                 if path := self._lifting_path(view, candle, base, (reach, point[2]), grip):
                     return Stance(base, path, pitch + math.pi / 2 if on_its_head else pitch)
         return None
 
     def to_lay_down(self, view: View, candle: int, pitch: float) -> Stance | None:
-        """The nearest stance to lay the candle in the hand on open floor, away from the child, or None.
+        """The nearest stance to lay the candle in the hand on open floor, away from children, or None.
 
         Args:
             view: What is seen.
             candle: Index of the candle.
             pitch: Of the hand when it does that, radians.
         """
-        path = _path((_OPEN_REACH, CANDLE_RADIUS + _GRIP_ABOVE), kinematics.hand_rotation(0.0, pitch))
+        spot = self._robot.postures.floor_reach, CANDLE_RADIUS + self._robot.grasp.above_lying
+        path = self._path(spot, hand_rotation(0.0, pitch))
         if path is None:
             return None
         # The candle is in the hand, and in nobody's way where it is now.
@@ -108,7 +111,7 @@ class RetrievalPlanner:
         routes = ((len(route), cell) for cell in navigator.plan.free_cells if (route := navigator.route(here, cell)))
         for _, cell in sorted(routes):
             place = tuple(navigator.plan.position(cell).tolist())
-            if not navigator.can_stand(place) or math.dist(place, view.child) < _CHILD_AWAY:
+            if not navigator.clearance.can_stand(place) or view.child_distance(place) < _CHILD_AWAY:
                 continue
             for yaw in _directions():
                 # Free to both sides too, so that there is room to pick it up again.
@@ -117,55 +120,51 @@ class RetrievalPlanner:
                     return Stance(bases[0], path)
         return None
 
-    def _stands(self, view: View, candle: int, point: np.ndarray) -> Iterator[tuple[BasePose, float]]:
+    def _stands(self, view: View, candle: int, point: np.ndarray) -> Iterator[tuple[Pose, float]]:
         """Poses of the base from which to reach for a point, the nearest one first, and how far to reach."""
-        navigator = self._navigator
+        navigator, clearance = self._navigator, self._navigator.clearance
         here = navigator.nearest_cell(view.base[:2])
         stands = []
-        for yaw, reach in itertools.product(_directions(), _REACHES):
-            place = (point[0] - reach * math.cos(yaw), point[1] - reach * math.sin(yaw))
-            route = navigator.route(here, navigator.nearest_cell(place)) if navigator.can_stand(place) else None
+        for yaw, reach in itertools.product(_directions(), self._robot.postures.lying_reaches):
+            place = se2.to_world((point[0], point[1], yaw), (-reach, 0.0))
+            route = navigator.route(here, navigator.nearest_cell(place)) if clearance.can_stand(place) else None
             if route is not None:
                 cost = math.dist(place, view.base[:2]) + navigator.plan.cell_size * len(route)
-                cost += 0.0 if navigator.can_turn(place) else _NO_TURNING
+                cost += 0.0 if clearance.can_turn(place) else _NO_TURNING
                 stands.append((cost, (*place, yaw), reach))
         for _, base, reach in sorted(stands):
             if self._is_clear(view, candle, base, None):
                 yield base, reach
 
-    def _lifting_path(
-        self, view: View, candle: int, base: BasePose, target: Vector, grip: np.ndarray
-    ) -> ReachPath | None:
+    def _lifting_path(self, view: View, candle: int, base: Pose, target: Vector, grip: np.ndarray) -> ReachPath | None:
         """The arm's way to lift a candle at a point (distance ahead, height), if neither touches anything."""
         for lift in _LIFTS:
-            path = _path(target, grip, lift)
+            path = self._path(target, grip, lift)
             if path is None or self._is_clear(view, candle, base, path, lifts=True):
                 return path
         return None
 
-    def _is_clear(self, view: View, candle: int, base: BasePose, path: ReachPath | None, lifts: bool = False) -> bool:
+    def _is_clear(self, view: View, candle: int, base: Pose, path: ReachPath | None, lifts: bool = False) -> bool:
         """Whether the robot touches nothing along a path of the arm, or tucked; nor the candle that it lifts."""
         if path is None:
-            return self._scene.is_free(base, [kinematics.tucked_joints()], view.candle_poses, candle)
+            return self._scene.is_free(base, [self._arm.tucked], view.candle_poses, candle)
         way = [path.joints(s) for s in np.linspace(path.goal, 0.0, _CHECKS)]  # where it is tightest comes first
         return self._scene.is_free(base, way, view.candle_poses, candle) and (
             not lifts or self._scene.is_free(base, way, view.candle_poses, candle, held=True)
         )
+
+    def _path(self, target: Vector, grip: np.ndarray, lift: float = 0.0) -> ReachPath | None:
+        """The arm's way to a point given by distance ahead and height, None if it is out of reach."""
+        try:
+            return retrieval_path(self._arm, np.array([target[0], 0.0, target[1]]), grip, lift)
+        except CaregiverError:
+            return None
 
 
 def _directions() -> list[float]:
     return [math.tau * i / _DIRECTIONS for i in range(_DIRECTIONS)]
 
 
-def _path(target: Vector, grip: np.ndarray, lift: float = 0.0) -> ReachPath | None:
-    """The arm's way to a point given by distance ahead and height, None if it is out of reach."""
-    try:
-        return kinematics.retrieval_path(np.array([target[0], 0.0, target[1]]), grip, lift)
-    except CaregiverError:
-        return None
-
-
 def _turned(vector: np.ndarray, yaw: float) -> np.ndarray:
     """A vector (3,) turned about the vertical."""
-    c, s = math.cos(yaw), math.sin(yaw)
-    return np.array([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1], vector[2]])
+    return np.array([*se2.rotate(yaw, (vector[0], vector[1])), vector[2]])

@@ -1,1 +1,1 @@
-"""Studies: what the docs say that has been measured, each a command of its own."""
+"""Studies: what to run in order to know something about the project, each with a thin command in scripts/."""

@@ -2,14 +2,33 @@
 
 from __future__ import annotations
 
+from caregiver_mj.plans.hazards import HazardKind
+
 Colour = tuple[int, int, int]  # red, green, blue, of 255
 
 GROUND = (16, 20, 28)  # of dark cards
+TEXT = (242, 244, 247)  # on them
 WALL, FLOOR, TABLE, BIN = (120, 130, 146), (38, 45, 57), (133, 100, 72), (0, 158, 115)
 STAIRWELL, CANDLE = (204, 121, 167), (230, 159, 0)  # reddish purple, orange
+FLAME = (255, 236, 170)  # the bright middle of a candle's
 TODDLER, ROBOT, DAMAGE = (240, 228, 66), (86, 180, 233), (240, 120, 50)  # yellow, sky blue, vermillion
+
+HAZARDS = {HazardKind.STAIRWELL: STAIRWELL, HazardKind.CANDLE: CANDLE}
+# Of several children. Chosen to be far, in CIELAB, from one another and from all that they move among, as seen with
+# normal eyes and with each of the three dichromacies.
+CHILDREN = (TODDLER, (160, 96, 255), (216, 250, 250), (190, 60, 20))
+
+
+def of_child(number: int) -> Colour:
+    """The colour of a child, by its number from 0; beyond those there are, colours come again."""
+    return CHILDREN[number % len(CHILDREN)]
 
 
 def mix(colour: Colour, other: Colour, share: float) -> Colour:
     """A colour with a share of another."""
     return tuple(round(a + (b - a) * share) for a, b in zip(colour, other, strict=True))
+
+
+def unit(colour: Colour) -> tuple[float, float, float]:
+    """A colour in shares of 1, as Matplotlib takes it."""
+    return tuple(part / 255 for part in colour)

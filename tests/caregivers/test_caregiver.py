@@ -318,28 +318,28 @@ def test_every_caregiver_decides_for_each_world_alone_and_only_on_hazards(text, 
 # -- Several children ------------------------------------------------------------------------------
 
 
-def two(first, second, **others):
-    """A percept of one world with two children."""
-    one, other = see(first, **others), see(second, **others)
+def several(*cells):
+    """A percept of one world with several children."""
+    each = [see(cell) for cell in cells]
     names = ("child_cell", "previous_cell", "previous_action")
-    both = {name: np.concatenate([getattr(one, name), getattr(other, name)], axis=1) for name in names}
-    return dataclasses.replace(one, **both)
+    together = {name: np.concatenate([getattr(one, name) for one in each], axis=1) for name in names}
+    return dataclasses.replace(each[0], **together)
 
 
 def test_dangers_to_several_children_add_up_by_hand():
-    # Distances to stairwell and candle: child in cell 1: 2, 2; child in cell 4: 5, 3. Reach: 1/2, 1/2 and 3/8, 5/8.
-    # Both as likely safe as not: sums 5 (1/2 + 3/8) = 4.375 against 4 (1/2 + 5/8) = 4.5; the greatest are 2.5 and 2.5.
-    percept = two(1, 4)
+    # Distances to stairwell and candle: from cell 0 1 and 3, from cell 2 3 and 1; so reach is 3/4, 1/4 and 1/4, 3/4.
+    # All as likely safe as not. Sums: 5 (3/4 + 1/4 + 1/4) = 6.25 against 4 (1/4 + 3/4 + 3/4) = 7. Greatest: 3.75, 3.
+    percept = several(0, 2, 2)
     caregiver = PaperCaregiver(CORRIDOR)
-    caregiver.reset(1, children=2)
+    caregiver.reset(1, children=3)
     assessment = caregiver.assess(percept)
-    np.testing.assert_allclose(assessment.reach, [[[1 / 2, 1 / 2], [3 / 8, 5 / 8]]])
+    np.testing.assert_allclose(assessment.reach, [[[3 / 4, 1 / 4], [1 / 4, 3 / 4], [1 / 4, 3 / 4]]])
     np.testing.assert_allclose(assessment.danger, assessment.reach * [5, 4] / 2)
-    np.testing.assert_allclose(assessment.urgency, [[4.375, 4.5]])
+    np.testing.assert_allclose(assessment.urgency, [[6.25, 7.0]])
     assert caregiver.choose(percept).tolist() == [CANDLE]
     greatest = PaperCaregiver(CORRIDOR, over_children="max")
-    greatest.reset(1, children=2)
-    np.testing.assert_allclose(greatest.assess(percept).urgency, [[2.5, 2.5]])
+    greatest.reset(1, children=3)
+    np.testing.assert_allclose(greatest.assess(percept).urgency, [[3.75, 3.0]])
     assert greatest.choose(percept).tolist() == [STAIRWELL]
 
 
@@ -353,29 +353,30 @@ def test_the_child_that_is_not_safe_is_attended_to():
             actions = [EAST, EAST]
             actions[careless] = WEST
             for _ in range(4):
-                moved = dataclasses.replace(two(0, 2), previous_action=np.array([actions]))
+                moved = dataclasses.replace(several(0, 2), previous_action=np.array([actions]))
                 caregiver.watch(moved)
-        assert weighing.choose(two(0, 2)).tolist() == [decision]
-        assert alike.choose(two(0, 2)).tolist() == [STAIRWELL]
+        assert weighing.choose(several(0, 2)).tolist() == [decision]
+        assert alike.choose(several(0, 2)).tolist() == [STAIRWELL]
 
 
 def test_children_that_are_both_safe_beyond_doubt_are_told_apart_all_the_same():
-    caregiver = PaperCaregiver(CORRIDOR, prior="mean")
+    caregiver = PaperCaregiver(CORRIDOR)
+    caregiver.action_prior = np.array([[0.05, 0.85, 0.05, 0.05]] * 5)
     caregiver.reset(1, children=2)
     for timestep in range(5000):
         actions = [EAST, EAST if timestep else NORTH]
-        caregiver.watch(dataclasses.replace(two(0, 2), previous_action=np.array([actions])))
-    assessment = caregiver.assess(two(0, 2))
+        caregiver.watch(dataclasses.replace(several(0, 2), previous_action=np.array([actions])))
+    assessment = caregiver.assess(several(0, 2))
     assert assessment.safe.tolist() == [[1.0, 1.0]]
     assert assessment.danger.sum() == 0.0
-    assert caregiver.choose(two(0, 2)).tolist() == [CANDLE]
+    assert caregiver.choose(several(0, 2)).tolist() == [CANDLE]
 
 
 def test_the_candle_goes_to_the_table_farthest_from_the_nearest_child():
     # Bare tables 0 and 2: child in cell 0 is 1 and 5 moves from them, the one in cell 3 4 and 2.
     caregiver = PaperCaregiver(CORRIDOR)
-    assert caregiver.destination(two(0, 3), np.zeros(1, int)).tolist() == [2]
-    assert caregiver.destination(two(1, 4), np.zeros(1, int)).tolist() == [0]
+    assert caregiver.destination(several(0, 3), np.zeros(1, int)).tolist() == [2]
+    assert caregiver.destination(several(1, 4), np.zeros(1, int)).tolist() == [0]
 
 
 # -- From a hazard to an intervention ---------------------------------------------------------------

@@ -5,7 +5,6 @@ import itertools
 import mujoco
 import numpy as np
 import pytest
-from random_plans import random_plan
 
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans import layout
@@ -14,7 +13,7 @@ from caregiver_mj.plans.symbols import WALL
 
 SMALL = FloorPlan.parse("#####\n#B.S#\n#..C#\n#T..#\n#####", "small")
 WIDE_CELLS = FloorPlan.parse("#######\n#B...C#\n#.....#\n#..S.T#\n#.....#\n#######", "wide_cells", cell_size=1.0)
-LARGE = FloorPlan.parse(random_plan(np.random.default_rng(3), 40, 40, candles=6), "large")
+LARGE = FloorPlan.load("house-3-40x40-candles6")
 PLANS = [FloorPlan.load("paper"), FloorPlan.load("apartment"), SMALL, WIDE_CELLS, LARGE]
 
 TODDLER_RADIUS = 0.12  # metres

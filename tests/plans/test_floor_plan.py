@@ -1,4 +1,4 @@
-"""Floor plans: what is refused and why, and the distances, against searches written here."""
+"""Floor plans: what is refused and why, what loads, and what stands where."""
 
 import dataclasses
 
@@ -9,11 +9,7 @@ from hypothesis import strategies as st
 from random_plans import plan_texts
 
 from caregiver_mj.errors import FloorPlanError
-from caregiver_mj.plans.cell_graph import ACTIONS, UNREACHABLE, Target
 from caregiver_mj.plans.floor_plan import FloorPlan, house_names
-from caregiver_mj.plans.yielding import yielding
-
-STEPS = {"north": (-1, 0), "east": (0, 1), "south": (1, 0), "west": (0, -1)}
 
 SMALL = """\
 ######
@@ -23,19 +19,6 @@ SMALL = """\
 #T...#
 ######
 """
-
-
-def bfs(cells, start):
-    """Moves from one cell to all others, in a set of walkable cells."""
-    moves = {start: 0}
-    queue = [start]
-    for row, column in queue:
-        for down, right in STEPS.values():
-            there = (row + down, column + right)
-            if there in cells and there not in moves:
-                moves[there] = moves[(row, column)] + 1
-                queue.append(there)
-    return moves
 
 
 # -- What is refused -----------------------------------------------------------------------------
@@ -208,112 +191,3 @@ def test_one_wrong_character_is_found_where_it_is(text, data):
     rows[row] = rows[row][:column] + "?" + rows[row][column + 1 :]
     with pytest.raises(FloorPlanError, match=rf"line {row + 1}, column {column + 1}: '\?'"):
         FloorPlan.parse("\n".join(rows))
-
-
-# -- Moves and distances -------------------------------------------------------------------------
-
-
-def test_moves_by_hand():
-    plan = FloorPlan.parse("#####\n#S.B#\n##.C#\n##T##\n#####")
-    next_cell, target, index = plan.graph.moves
-    assert plan.free_cells == ((1, 2), (2, 2))
-    assert [ACTIONS[a] for a in range(4)] == list(STEPS.values())
-    # North, east, south, west of (1, 2): wall, bin 0, the other cell, stairwell 0.
-    assert target[0].tolist() == [Target.WALL, Target.BIN, Target.FREE, Target.STAIRWELL]
-    assert next_cell[0].tolist() == [0, 0, 1, 0]
-    assert index[0].tolist() == [-1, 0, -1, 0]
-    # Of (2, 2): the other cell, table 0 (with the candle), table 1 (bare), wall.
-    assert target[1].tolist() == [Target.FREE, Target.TABLE, Target.TABLE, Target.WALL]
-    assert next_cell[1].tolist() == [0, 1, 1, 1]
-    assert index[1].tolist() == [-1, 0, 1, -1]
-
-
-@settings(max_examples=25, deadline=None)
-@given(plan_texts())
-def test_walking_distances_are_those_of_a_search_symmetric_and_obey_the_triangle(text):
-    plan = FloorPlan.parse(text)
-    cells = plan.caregiver_cells
-    distance = plan.graph.distances_from(range(len(cells)))
-    assert (distance == distance.T).all()
-    walkable = set(cells)
-    for i in range(0, len(cells), 7):
-        moves = bfs(walkable, cells[i])
-        assert distance[i].tolist() == [moves[cell] for cell in cells]
-        through = distance[:, i, None].astype(int) + distance[i]
-        assert (distance <= through).all()
-
-
-@settings(max_examples=25, deadline=None)
-@given(plan_texts(), st.data())
-def test_distances_round_a_closed_cell_and_to_the_nearest_of_a_group(text, data):
-    plan = FloorPlan.parse(text)
-    cells = plan.caregiver_cells
-    closed = data.draw(st.integers(0, len(plan.free_cells) - 1))
-    group = data.draw(st.lists(st.integers(0, len(cells) - 1), min_size=1, max_size=4))
-    distance = plan.graph.distances_from([group], closed)[0]
-    searches = [bfs(set(cells) - {cells[closed]}, cells[goal]) for goal in group if goal != closed]
-    for i, cell in enumerate(cells):
-        expected = min((moves.get(cell, UNREACHABLE) for moves in searches), default=UNREACHABLE)
-        assert distance[i] == (UNREACHABLE if i == closed else expected)
-
-    part = plan.graph.parts(closed)
-    start = data.draw(st.integers(0, len(cells) - 1).filter(lambda i: i != closed))
-    together = bfs(set(cells) - {cells[closed]}, cells[start])
-    assert {cells[i] for i in np.flatnonzero(part == part[start])} == set(together)
-
-
-@settings(max_examples=30, deadline=None)
-@given(plan_texts())
-def test_bump_distances_are_those_of_a_search_that_enters_no_landing(text):
-    plan = FloorPlan.parse(text)
-    objects = (*plan.stairwells, *plan.tables, *plan.bins)
-    distance = plan.graph.bump_distances(objects)
-    assert distance.shape == (len(plan.free_cells), len(objects))
-    for j, goal in enumerate(objects):
-        moves = bfs({*plan.free_cells, goal}, goal)  # the last move is into the object
-        assert distance[:, j].tolist() == [moves[cell] for cell in plan.free_cells]
-
-
-def test_the_novice_does_not_take_the_short_way_over_a_landing_but_the_caregiver_does():
-    plan = FloorPlan.parse("#######\n#B.S.T#\n##...##\n#######")
-    west = plan.cell_index[(1, 2)]
-    table = plan.graph.bump_distances(plan.tables)[west, 0]
-    assert table == 5  # south, east, east, north, into the table
-    assert plan.graph.distances_from([plan.cell_index[(1, 4)]])[0, west] == 2
-
-
-@settings(max_examples=25, deadline=None)
-@given(plan_texts(largest=12), st.data())
-def test_routes_lead_over_the_cells_of_some_shortest_path(text, data):
-    plan = FloorPlan.parse(text)
-    start = data.draw(st.integers(0, len(plan.free_cells) - 1))
-    routes = dict.fromkeys(plan.caregiver_cells, 0)
-    for goal in plan.bins:
-        left = bfs({*plan.free_cells, goal}, goal)
-        layer = {plan.free_cells[start]}
-        while layer:
-            for cell in layer:
-                routes[cell] += 1
-            layer = {
-                there
-                for row, column in layer
-                for down, right in STEPS.values()
-                if left.get(there := (row + down, column + right), 10**6) == left[(row, column)] - 1 and there != goal
-            }
-    assert yielding(plan).routes_over(start).tolist() == list(routes.values())
-
-
-def test_downhill_leads_to_the_lowest_neighbour_or_stays():
-    plan = FloorPlan.parse("#####\n#B..#\n#..T#\n#####")
-    height = np.array([3, 1, 5, 3])  # cells (1, 2), (1, 3), (2, 1), (2, 2)
-    assert plan.graph.downhill(height).tolist() == [1, 1, 3, 3]
-
-
-def test_the_end_of_a_passage_to_a_bin_is_a_trap_and_a_landing_is_none():
-    passage = "######\n#....#\n#....#\n#.####\n#..B##\n######"
-    plan = FloorPlan.parse(passage)
-    # A novice in the room's corner (2, 1) shuts the passage; one inside it leaves the whole room as refuge.
-    traps = {cell for cell, is_trap in zip(plan.caregiver_cells, yielding(plan).traps, strict=True) if is_trap}
-    assert traps == {(3, 1), (4, 1), (4, 2)}
-    with_landing = FloorPlan.parse(passage[:-6] + "##S###\n######")
-    assert not yielding(with_landing).traps.any()

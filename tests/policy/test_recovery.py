@@ -3,14 +3,21 @@
 import mujoco
 import numpy as np
 import pytest
+from scripted_child import STAY, Scripted
 
 import caregiver_mj
-from caregiver_mj.caregivers.caregiver import NOTHING, Caregiver, Observation
+from caregiver_mj.caregivers import Caregiver, Percept
+from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.recording.telemetry import Recorder, check_limits
-from caregiver_mj.robot import kinematics
+from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.recording.audit import check_limits
+from caregiver_mj.recording.telemetry import Recorder
+from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.grips import upright_grip
+from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.planning_scene import PlanningScene
+from caregiver_mj.robot.reach import retrieval_path
 
 ROOM = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.......#\n#########", "room")
 TABLE_TOP, FLOOR = 0.60, 0.0  # metres
@@ -22,17 +29,16 @@ MOVE = 84  # control steps of a novice timestep
 class Scene:
     """A relocation in a room, with a child that stays where it is put."""
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch, seed: int = 0, plan: FloorPlan = ROOM):
-        self.env = caregiver_mj.load("relocate_candle", plan, epsilon=0.0, random=seed)
+    def __init__(self, seed: int = 0, plan: FloorPlan = ROOM):
+        self.env = caregiver_mj.load("relocate_candle", plan, Scripted(plan, STAY), random=seed)
         self.policy = caregiver_mj.CaregiverPolicy(self.env)
         self.timestep = self.env.reset()
         self.physics, self.task = self.env.physics, self.env.task
-        monkeypatch.setattr(self.task._walk, "step", lambda *_: None)
         self.put_child(plan.free_cells[-1])
         self.touched: set[str] = set()  # by the robot, save candles
 
     def put_child(self, cell: tuple[int, int]) -> None:
-        self.task._walk.reset(tuple(self.task.plan.position(cell).tolist()), 0.0)
+        self.task.children[0].put(cell)
 
     def put_candle(self, x: float, y: float, z: float, tilt: float, heading: float, candle: int = 0) -> None:
         """Puts a candle somewhere at rest: its foot's middle, and its axis tilted towards a heading, in radians."""
@@ -78,8 +84,8 @@ class Scene:
 
 
 @pytest.fixture
-def scene(monkeypatch) -> Scene:
-    return Scene(monkeypatch)
+def scene() -> Scene:
+    return Scene()
 
 
 def assert_relocated(scene: Scene) -> None:
@@ -152,7 +158,7 @@ def test_limits_are_kept_while_a_candle_is_taken_out_to_the_open_and_picked_up(s
     scene.put_candle(*scene.candle()[:2], TABLE_TOP + 0.16, np.pi, 0.0)  # on its head: two grips, in all directions
     with Recorder(scene.env) as recorder:
         assert scene.until_done()
-    checks = check_limits(recorder.log())
+    checks = check_limits(recorder.log(), find_embodiment())
     assert all(check.ratio <= 1.0 for check in checks)
     assert max(check.ratio for check in checks if check.name.startswith("arm acceleration")) > 0.8
 
@@ -192,11 +198,11 @@ def test_candle_that_is_torn_from_the_hand_is_picked_up(scene):
     assert_relocated(scene)
 
 
-def test_robot_drives_round_a_candle_that_has_fallen_in_its_way(monkeypatch):
+def test_robot_drives_round_a_candle_that_has_fallen_in_its_way():
     plan = FloorPlan.parse("###########\n#.........#\n#S........#\n#....C...B#\n#.....T...#\n###########", "round")
     caregiver = Switching(plan)
     caregiver.target = 0
-    env, policy, timestep = supervise(plan, (4, 9), monkeypatch, caregiver)
+    env, policy, timestep = supervise(plan, (4, 9), caregiver)
     env.physics.set_robot(np.array([*plan.position((2, 8)), 0.0]), env.physics.arm_position())
     lies = np.array([*plan.position((2, 4)), CANDLE_RADIUS])
     quarter = np.sqrt(0.5)
@@ -217,7 +223,7 @@ def test_robot_drives_round_a_candle_that_has_fallen_in_its_way(monkeypatch):
 
 def test_hand_does_not_go_to_a_fallen_candle_while_the_child_is_near(scene):
     scene.put_candle(*OPEN_FLOOR, FLOOR + CANDLE_RADIUS, np.pi / 2, 0.0)
-    scene.task._walk.reset((OPEN_FLOOR[0] + 1.0, OPEN_FLOOR[1]), 0.0)
+    scene.task.children[0].put_at(OPEN_FLOOR[0] + 1.0, OPEN_FLOOR[1])
     scene.run(400)
     tucked = scene.physics.arm_position()
     assert np.hypot(*(scene.physics.base_position()[:2] - OPEN_FLOOR)) < 0.8  # it stands there and waits
@@ -232,7 +238,7 @@ def test_hand_stops_on_its_way_when_the_child_comes_near(scene):
     scene.put_candle(*OPEN_FLOOR, FLOOR + CANDLE_RADIUS, np.pi / 2, 0.0)
     tucked = scene.physics.arm_position()
     assert scene.run(1000, until=lambda: np.abs(scene.physics.arm_position() - tucked).max() > 0.5)
-    scene.task._walk.reset((OPEN_FLOOR[0] + 0.55, OPEN_FLOOR[1]), 0.0)
+    scene.task.children[0].put_at(OPEN_FLOOR[0] + 0.55, OPEN_FLOOR[1])
     scene.run(25)  # to come to rest
     stopped = scene.physics.arm_position()
     scene.run(100)
@@ -250,7 +256,7 @@ def test_caregiver_sees_a_candle_on_the_floor():
     observation = dict(timestep.observation)
     observation["candle_position"] = np.array([[*OPEN_FLOOR, CANDLE_RADIUS]])
     policy(timestep._replace(observation=observation))
-    assert policy.assessment.reach[0, 0] > 0.0  # it can be run into
+    assert policy.assessment.reach[0, 0, 0] > 0.0  # it can be run into
 
 
 def test_fallen_candle_comes_to_rest(scene, monkeypatch):
@@ -271,13 +277,13 @@ def test_planning_scene_knows_what_the_robot_and_the_candle_in_its_hand_would_to
     """The robot looks east, at a candle before a wall, its foot towards that. In turning it up the foot swings out."""
     plan = FloorPlan.parse("########\n#B.....#\n#......#\n#......#\n#......#\n#C....T#\n########", "hall")
     x, y = plan.position((3, 7))[0] - 0.125 - gap, plan.position((3, 4))[1]
-    path = kinematics.retrieval_path(
-        np.array([0.5, 0.0, 0.028]), kinematics.upright_grip(np.array([-1.0, 0.0, 0.0])), lift
-    )
+    arm = arm_of(find_embodiment())
+    grip = upright_grip(np.array([-1.0, 0.0, 0.0]), arm.embodiment.postures.hand_pitch)
+    path = retrieval_path(arm, np.array([0.5, 0.0, 0.028]), grip, lift)
     way = [path.joints(s) for s in np.linspace(path.goal, 0.0, 49)]
     quarter = np.sqrt(0.5)
     candle = np.array([[x + 0.1, y, CANDLE_RADIUS, quarter, 0.0, -quarter, 0.0]])  # its top 0.16 m to the west
-    scene = PlanningScene(plan)
+    scene = PlanningScene(build_house(plan), plan, find_embodiment())
     assert scene.is_free((x - 0.5, y, 0.0), way, candle, 0) == free
     assert scene.is_free((x - 0.5, y, 0.0), way, candle, 0, held=True) == free_with_candle
 
@@ -285,9 +291,9 @@ def test_planning_scene_knows_what_the_robot_and_the_candle_in_its_hand_would_to
 # -- Changes of plan ---------------------------------------------------------------------------------
 
 
-def test_candle_is_put_beside_what_stands_on_its_place(monkeypatch):
+def test_candle_is_put_beside_what_stands_on_its_place():
     plan = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.C.....#\n#########", "room")
-    scene = Scene(monkeypatch, plan=plan)
+    scene = Scene(plan=plan)
     goal, other = scene.task.goal_candle, 1 - scene.task.goal_candle
     holds = lambda: scene.physics.is_gripping() and scene.candle(goal)[2] > TABLE_TOP + 0.2  # noqa: E731
     assert scene.run(1500, until=holds)
@@ -301,9 +307,9 @@ def test_candle_is_put_beside_what_stands_on_its_place(monkeypatch):
 
 
 @pytest.mark.parametrize("heading", [90, 270])
-def test_candle_is_not_put_down_on_one_that_lies_there(monkeypatch, heading):
+def test_candle_is_not_put_down_on_one_that_lies_there(heading):
     plan = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.C.....#\n#########", "room")
-    scene = Scene(monkeypatch, plan=plan)
+    scene = Scene(plan=plan)
     goal, other = scene.task.goal_candle, 1 - scene.task.goal_candle
     place = scene.task.table_positions[scene.task.goal_table]
     angle = np.radians(heading)
@@ -314,9 +320,9 @@ def test_candle_is_not_put_down_on_one_that_lies_there(monkeypatch, heading):
     assert scene.candle(other)[:2] == pytest.approx(foot, abs=5e-3)
 
 
-def test_robot_waits_with_the_candle_at_a_table_without_room(monkeypatch):
+def test_robot_waits_with_the_candle_at_a_table_without_room():
     plan = FloorPlan.parse("##########\n#B.......#\n#..C.C.C.#\n#........#\n#....T...#\n#........#\n##########", "room")
-    scene = Scene(monkeypatch, plan=plan)
+    scene = Scene(plan=plan)
     goal = scene.task.goal_candle
     others = [candle for candle in range(3) if candle != goal]
     scene.run(1500, until=lambda: scene.physics.is_gripping() and scene.candle(goal)[2] > TABLE_TOP + 0.2)
@@ -356,16 +362,15 @@ def test_candle_that_somebody_else_takes_away_is_followed(scene):
 class Switching(Caregiver):
     """Protects one stairwell, and from some novice timestep on another one."""
 
-    def decide(self, observation: Observation) -> np.ndarray:
+    def choose(self, percept: Percept) -> np.ndarray:
         return np.array([self.target])
 
 
-def supervise(plan: FloorPlan, child: tuple[int, int], monkeypatch: pytest.MonkeyPatch, caregiver: Caregiver):
-    env = caregiver_mj.load("supervise", plan, epsilon=0.0, random=0)
+def supervise(plan: FloorPlan, child: tuple[int, int], caregiver: Caregiver):
+    env = caregiver_mj.load("supervise", plan, Scripted(plan, STAY), random=0)
     policy = caregiver_mj.CaregiverPolicy(env, caregiver)
     timestep = env.reset()
-    monkeypatch.setattr(env.task._walk, "step", lambda *_: None)
-    env.task._walk.reset(tuple(plan.position(child).tolist()), 0.0)
+    env.task.children[0].put(child)
     return env, policy, timestep
 
 
@@ -383,10 +388,10 @@ HALL = FloorPlan.parse(
 )
 
 
-def test_robot_turns_to_a_new_target_at_once_and_without_a_stop(monkeypatch):
+def test_robot_turns_to_a_new_target_at_once_and_without_a_stop():
     caregiver = Switching(HALL)
     caregiver.target = 1
-    env, policy, timestep = supervise(HALL, (1, 1), monkeypatch, caregiver)
+    env, policy, timestep = supervise(HALL, (1, 1), caregiver)
     env.physics.set_robot(np.array([*HALL.position((3, 2)), 0.0]), env.physics.arm_position())
     timestep = timestep._replace(observation=env.task.get_observation(env.physics))
     landing = HALL.position(HALL.stairwells[2])
@@ -431,24 +436,24 @@ class Fetching(Caregiver):
 
     alarm = False
 
-    def decide(self, observation: Observation) -> np.ndarray:
-        fetched = observation.holding[0] != NOTHING or observation.candle_table[0, 0] != 2
+    def choose(self, percept: Percept) -> np.ndarray:
+        fetched = percept.holding[0] != NOTHING or percept.candle_table[0, 0] != 2
         return np.array([0 if self.alarm else NOTHING if fetched else 1])
 
 
 @pytest.mark.parametrize("alarm", [False, True])
-def test_candle_in_the_hand_is_put_on_a_nearer_table_if_that_saves_the_child(monkeypatch, alarm):
+def test_candle_in_the_hand_is_put_on_a_nearer_table_if_that_saves_the_child(alarm):
     """The candle is on its way west, as far from the child as can be, when that heads for the stairs."""
     caregiver = Fetching(GALLERY)
-    env = caregiver_mj.load("supervise", GALLERY, epsilon=0.0, random=0)
+    env = caregiver_mj.load("supervise", GALLERY, Scripted(GALLERY), random=0)
     policy = caregiver_mj.CaregiverPolicy(env, caregiver)
     timestep = env.reset()
     task, plan = env.task, GALLERY
 
     def put_child(cell: tuple[int, int], way: tuple[int, int]) -> None:
-        monkeypatch.setattr(task._novice, "act", lambda *_: np.array([ACTIONS.index(way)]))
-        task._cell = plan.cell_index[cell]
-        task._walk.reset(tuple(plan.position(cell).tolist()), 0.0)
+        (child,) = task.children
+        child.behaviour.move = ACTIONS.index(way)
+        child.put(cell)
 
     put_child((1, 32), (0, 1))  # into the wall
     while not policy.interventions_done:

@@ -7,8 +7,11 @@ import pytest
 
 import caregiver_mj
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.recording.telemetry import EpisodeLog, Recorder, check_limits, near_child, strike_times
+from caregiver_mj.recording.audit import check_limits, near_child, strike_times
+from caregiver_mj.recording.telemetry import EpisodeLog, Recorder
+from caregiver_mj.robot.embodiments import find_embodiment
 
+ROBOT = find_embodiment()
 CONTROL, PHYSICS = 0.02, 0.005  # seconds
 STEPS = 100
 LIMITS_NAMED = (
@@ -43,7 +46,7 @@ def commands(column, values):
 
 
 def ratios(log):
-    return {check.name: check.ratio for check in check_limits(log)}
+    return {check.name: check.ratio for check in check_limits(log, ROBOT)}
 
 
 def near(m=STEPS * 4, **cells):
@@ -66,7 +69,7 @@ def test_arm_velocity_against_the_joints_own_limit():
     # Joint 5 (5.26 rad/s) and joint 2 (2.62 rad/s) run at 1.31 rad/s: half of joint 2's limit.
     ramp = 1.31 * CONTROL * np.arange(STEPS)
     log = still(commands=commands([4, 7], ramp[:, None]))
-    check = check_limits(log)[0]
+    check = check_limits(log, ROBOT)[0]
     assert (check.name, check.where, check.unit) == ("arm velocity, commanded", "joint2", "rad/s")
     assert check.ratio == pytest.approx(0.5)
     assert check.worst == pytest.approx(1.31)
@@ -76,7 +79,7 @@ def test_arm_acceleration_and_its_moment():
     # From rest after 60 timesteps, with 12 rad/s^2 for one timestep: 0.0048 rad a timestep from then on.
     n = np.arange(STEPS)
     log = still(commands=commands(3, 0.0048 * np.maximum(n - 59, 0)))
-    velocity, acceleration, jerk = check_limits(log)[:3]
+    velocity, acceleration, jerk = check_limits(log, ROBOT)[:3]
     assert velocity.worst == pytest.approx(0.24)
     assert acceleration.ratio == pytest.approx(1.2)
     assert acceleration.where == "joint1"
@@ -103,14 +106,14 @@ def test_base_speed_is_that_of_the_vector_at_every_physics_step():
     velocity = np.zeros((STEPS * 4, 3))
     velocity[:, 2] = 2.0
     velocity[123] = 3 / 3.6, -4 / 3.6, 0.0
-    check = check_limits(still(base_velocity=velocity))[3]
+    check = check_limits(still(base_velocity=velocity), ROBOT)[3]
     assert check.ratio == pytest.approx(1.0)
     assert check.time == pytest.approx(123 * PHYSICS)
 
 
 def test_finger_speed():
     values = 0.1 * CONTROL * np.arange(STEPS)
-    check = check_limits(still(commands=commands(11, -values)))[4]
+    check = check_limits(still(commands=commands(11, -values)), ROBOT)[4]
     assert check.ratio == pytest.approx(0.8)
     assert check.where == "right"
 
@@ -171,7 +174,7 @@ def episode():
 
 
 def test_every_limit_is_kept(episode):
-    for check in check_limits(episode):
+    for check in check_limits(episode, ROBOT):
         assert check.ratio <= 1.0, check
 
 

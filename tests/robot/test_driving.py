@@ -7,17 +7,22 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from scripted_child import NORTH, STAY, Scripted
 
 import caregiver_mj
-from caregiver_mj.caregivers.caregiver import NOTHING, Caregiver, Observation, make_caregiver
-from caregiver_mj.plans.cell_graph import ACTIONS, Cell
+from caregiver_mj.caregivers import Caregiver, Percept, make_caregiver
+from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.robot import driving, kinematics
-from caregiver_mj.robot.driving import Skill, View, allowed_rate
+from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.robot.driver import Driver
+from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.patience import TIME_OUT
+from caregiver_mj.robot.separation import allowed_rate
+from caregiver_mj.robot.view import ChildView, View
 
-NORTH = ACTIONS.index((-1, 0))
+ROBOT = find_embodiment()
 STRIKE_SPEED = 0.05  # m/s
 TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
 GIVES_UP = 10.0  # seconds
@@ -35,18 +40,16 @@ TABLES = FloorPlan.parse("##########\n#T......C#\n#####T#B##\n##########", "tabl
 
 
 class Determined(Caregiver):
-    """Protects candidates in a given order as far as they are in reach, and takes candles to a given table."""
+    """Protects from hazards in a given order as far as they are in reach, and takes candles to a given table."""
 
     def __init__(self, plan: FloorPlan, *order: int, table: int = 0):
         super().__init__(plan)
         self._order, self._table = order, table
 
-    def decide(self, observation):
-        candidates = len(self.candidate_damage)
-        out_of_reach = np.broadcast_to(observation.out_of_reach, (1, candidates))[0]
-        return np.array([next((target for target in self._order if not out_of_reach[target]), NOTHING)])
+    def choose(self, percept):
+        return np.array([next((hazard for hazard in self._order if not percept.out_of_reach[0, hazard]), NOTHING)])
 
-    def safe_table(self, observation, candle):
+    def destination(self, percept, candle):
         return np.array([self._table])
 
 
@@ -55,12 +58,14 @@ class Scene:
 
     Attributes:
         env: The environment.
+        child: What the child does: a novice without chance, until told otherwise.
         policy: The robot's.
         base: Where its base was at every control step, (steps, 3) as a list.
     """
 
     def __init__(self, plan: FloorPlan, caregiver: Caregiver, child: Cell, robot: Cell, seed: int = 0):
-        self.env = caregiver_mj.load("supervise", plan, epsilon=0.0, random=seed)
+        self.child = Scripted(plan, None)
+        self.env = caregiver_mj.load("supervise", plan, self.child, random=seed)
         self.policy = caregiver_mj.CaregiverPolicy(self.env, caregiver)
         place(self.env, child, robot)
         self.base: list[np.ndarray] = []
@@ -93,44 +98,29 @@ def place(env, child: Cell, robot: Cell | None) -> None:
 
     def initialize_episode(physics) -> None:
         begin(physics)
-        task._cell = task.plan.cell_index[child]
-        task._walk.reset(tuple(task.plan.position(child).tolist()), 0.0)
-        physics.set_toddler(task._walk)
+        task.children[0].put(child)
+        physics.set_toddler(task.children[0].walk)
         if robot is not None:
-            physics.set_robot(np.array([*task.plan.position(robot), 0.0]), kinematics.tucked_joints())
+            physics.set_robot(np.array([*task.plan.position(robot), 0.0]))
 
     task.initialize_episode = initialize_episode
-
-
-def park(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Has the child stand still."""
-    monkeypatch.setattr(scene.env.task._walk, "step", lambda *_: None)
 
 
 # -- Getting free ------------------------------------------------------------------------------------
 
 
-class Heading:
-    """A robot that is about to drive in some direction at some speed."""
-
-    def __init__(self, vx: float, vy: float):
-        self._velocity = vx, vy
-
-    def planned_velocity(self):
-        return self._velocity
-
-
 def view(base=(0.0, 0.0, 0.0), child=(9.0, 0.0), now=0.0) -> View:
-    return View(now, base, 0.07, np.zeros(7), child, (0.0, 0.0), np.zeros((0, 3)), np.zeros((0, 4)))
+    children = (ChildView(child, (0.0, 0.0)),)
+    return View(now, base, 0.07, np.zeros(7), children, np.zeros((0, 3)), np.zeros((0, 4)))
 
 
 @pytest.mark.parametrize("speed", [0.02, 0.2, 1.3])
 def test_a_base_that_is_touched_leaves_freely_slides_slowly_and_never_comes_closer(speed):
     touched = view(child=(TOUCHING, 0.0))
-    assert allowed_rate(touched, Heading(-speed, 0.0)) == 1.0
-    assert 0.0 < speed * allowed_rate(touched, Heading(0.0, speed)) < STRIKE_SPEED
+    assert allowed_rate(touched, ROBOT, (-speed, 0.0)) == 1.0
+    assert 0.0 < speed * allowed_rate(touched, ROBOT, (0.0, speed)) < STRIKE_SPEED
     for towards in (1.0, 0.5):
-        assert allowed_rate(touched, Heading(towards * speed, math.sqrt(1 - towards**2) * speed)) == 0.0
+        assert allowed_rate(touched, ROBOT, (towards * speed, math.sqrt(1 - towards**2) * speed)) == 0.0
 
 
 @pytest.mark.parametrize("gap", [0.0, 0.03, 0.07])
@@ -143,12 +133,12 @@ def test_robot_and_child_that_run_into_each_other_get_free(gap, monkeypatch):
     def initialize_episode(physics) -> None:
         begin(physics)
         x, y = OPEN.position((2, 4))
-        task._walk.reset((x, y + 0.064 - TOUCHING - gap), 0.0)
-        physics.set_toddler(task._walk)
-        physics.set_robot(np.array([x, y + 0.064, 0.0]), kinematics.tucked_joints())
+        task.children[0].put_at(x, y + 0.064 - TOUCHING - gap)
+        physics.set_toddler(task.children[0].walk)
+        physics.set_robot(np.array([x, y + 0.064, 0.0]))
 
     monkeypatch.setattr(task, "initialize_episode", initialize_episode)
-    monkeypatch.setattr(task._novice, "act", lambda *_: np.array([NORTH]))
+    scene.child.move = NORTH
     assert scene.run(15.0, lambda: scene.is_at((2, 1)))
     assert math.dist(physics.toddler_position()[:2], OPEN.position((3, 4))) > 0.75  # it has got on
     assert task.outcome()["strikes"] == 0
@@ -168,13 +158,13 @@ def test_robot_and_child_part_in_an_episode_that_once_stood_still():
 
 def test_a_way_out_is_found_between_child_and_table():
     plan = FloorPlan.parse("#######\n#.....#\n#..TB.#\n#.....#\n#######", "wedged")
-    navigator = Navigator(plan)
+    navigator = Navigator(plan, ROBOT)
     x, y = plan.position((2, 2))
     start = (x + 0.06, y)
     child = (start[0] - TOUCHING, y)
     goal = tuple(plan.position((1, 3)).tolist())
     # The cell's centre, by which all ways lead round the table, is nearer to the child than the base is now.
-    path = navigator.path(start, goal, (1, 3), child, {(2, 2)})
+    path = navigator.path(start, goal, (1, 3), [child], {(2, 2)})
     assert path is not None
     assert path[0] == start
     assert path[-1] == goal
@@ -189,11 +179,11 @@ def test_a_way_out_is_found_between_child_and_table():
 
 @pytest.mark.parametrize(("distance", "turns"), [(0.6, False), (0.75, True)])
 def test_the_hand_is_not_swung_round_beside_the_child(distance, turns):
-    skill, robot = Skill(Navigator(OPEN)), RobotMotion(0.02)
+    driver, robot = Driver(Navigator(OPEN, ROBOT)), RobotMotion(ROBOT, 0.02)
     x, y = OPEN.position((2, 4)).tolist()
     robot.reset((x, y, 0.0))
     for _ in range(100):
-        skill._drive(view((x, y, robot.yaw), (x + distance, y), robot.now), robot, (x, y), (2, 4), 1.0)
+        driver.drive(view((x, y, robot.yaw), (x + distance, y), robot.now), robot, (x, y), (2, 4), 1.0)
         robot.action((x, y, robot.yaw))
         robot.now += 0.02
     assert robot.yaw == pytest.approx(1.0 if turns else 0.0)
@@ -231,23 +221,24 @@ def test_a_caregiver_passes_over_what_is_out_of_reach(name):
     plan = FloorPlan.load("paper")
     caregiver = make_caregiver(name, plan)
     caregiver.reset(1, [3])
-    nothing, candles = np.array([NOTHING]), np.array([plan.candle_tables])
-    open_to_all = Observation(np.array([20]), np.array([20]), nothing, np.array([5]), candles, nothing)
-    first = int(caregiver.decide(open_to_all)[0])
-    out_of_reach = (np.arange(len(caregiver.candidate_damage)) == first)[None]
-    second = int(caregiver.decide(dataclasses.replace(open_to_all, out_of_reach=out_of_reach))[0])
+    nothing, candles, cell = np.array([NOTHING]), np.array([plan.candle_tables]), np.array([[20]])
+    open_to_all = Percept(cell, cell, nothing[None], np.array([5]), candles, nothing)
+    first = int(caregiver.choose(open_to_all)[0])
+    out_of_reach = (np.arange(len(plan.hazards)) == first)[None]
+    second = int(caregiver.choose(dataclasses.replace(open_to_all, out_of_reach=out_of_reach))[0])
     assert first != NOTHING
     assert second not in (first, NOTHING)
-    assert caregiver.decide(dataclasses.replace(open_to_all, out_of_reach=np.array([[True]])))[0] == NOTHING
+    nowhere = dataclasses.replace(open_to_all, out_of_reach=np.ones_like(out_of_reach))
+    assert caregiver.choose(nowhere)[0] == NOTHING
 
 
 # -- Giving up ---------------------------------------------------------------------------------------
 
 
-def test_robot_waits_where_the_child_keeps_the_only_way_closed_then_protects_something_else(monkeypatch):
+def test_robot_waits_where_the_child_keeps_the_only_way_closed_then_protects_something_else():
     west, east = 0, 1
     scene = Scene(ONE_WAY, Determined(ONE_WAY, west, east), (2, 4), (2, 7))
-    park(scene, monkeypatch)
+    scene.child.move = STAY
     assert scene.run(30.0, lambda: scene.policy.target == east)
     gave_up = scene.time
     assert GIVES_UP < gave_up < GIVES_UP + 3.0
@@ -261,39 +252,39 @@ def test_robot_waits_where_the_child_keeps_the_only_way_closed_then_protects_som
     assert scene.env.task.outcome()["strikes"] == 0
 
 
-def test_robot_goes_on_at_once_when_the_child_opens_the_way(monkeypatch):
+def test_robot_goes_on_at_once_when_the_child_opens_the_way():
     scene = Scene(ONE_WAY, Determined(ONE_WAY, 0), (2, 4), (2, 7))
-    monkeypatch.setattr(scene.env.task._walk, "step", lambda *_: None)
+    scene.child.move = STAY
     scene.run(6.0)
-    scene.env.task._walk.reset(tuple(ONE_WAY.position((2, 8)).tolist()), 0.0)  # behind the robot
+    scene.env.task.children[0].put((2, 8))  # behind the robot
     assert scene.run(6.0, lambda: scene.is_at((2, 1)))
     assert scene.policy.interventions == 1
 
 
-def test_robot_takes_the_other_of_two_ways_without_waiting(monkeypatch):
+def test_robot_takes_the_other_of_two_ways_without_waiting():
     scene = Scene(TWO_WAYS, Determined(TWO_WAYS, 0), (1, 4), (1, 7))
-    park(scene, monkeypatch)
+    scene.child.move = STAY
     # 9 cells at 1.39 m/s take 4.9 s. It sees the child on its way, stops and turns round.
     assert scene.run(9.5, lambda: scene.is_at((2, 1)))
     assert scene.policy.interventions == 1
     assert scene.env.task.outcome()["strikes"] == 0
 
 
-def test_a_stand_that_the_child_occupies_is_given_up(monkeypatch):
+def test_a_stand_that_the_child_occupies_is_given_up():
     plan = FloorPlan.parse("#########\n#S.....C#\n###T#B###\n#########", "stand")
     stairwell, candle = 0, 1
     scene = Scene(plan, Determined(plan, candle, stairwell), (1, 6), (1, 3))
-    park(scene, monkeypatch)
+    scene.child.move = STAY
     assert scene.run(30.0, lambda: scene.is_at((1, 1)))
     assert scene.time > GIVES_UP
     assert scene.policy.interventions == 2
     assert scene.env.task.outcome()["strikes"] == 0
 
 
-def test_a_candle_in_the_hand_goes_to_another_table(monkeypatch):
+def test_a_candle_in_the_hand_goes_to_another_table():
     far, other = 0, 1  # the latter being that on which it stood
     scene = Scene(TABLES, Determined(TABLES, 0, table=far), (1, 3), (1, 6))
-    park(scene, monkeypatch)
+    scene.child.move = STAY
     assert scene.run(40.0, lambda: scene.policy.interventions_done == 1)
     scene.run(2.0)
     candle = scene.env.physics.candle_poses()[0]
@@ -302,9 +293,9 @@ def test_a_candle_in_the_hand_goes_to_another_table(monkeypatch):
     assert outcome["candles_dropped"] == outcome["strikes"] == 0
 
 
-def test_a_robot_in_a_stairwell_stays_however_long(monkeypatch):
+def test_a_robot_in_a_stairwell_stays_however_long():
     scene = Scene(ONE_WAY, Determined(ONE_WAY, 1, 0), (2, 4), (2, 8))
-    park(scene, monkeypatch)
-    scene.run(2 * driving.TIME_OUT)
+    scene.child.move = STAY
+    scene.run(2 * TIME_OUT)
     assert scene.is_at((2, 9))
     assert scene.policy.interventions == scene.policy.interventions_done == 1

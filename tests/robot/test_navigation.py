@@ -11,8 +11,10 @@ from random_plans import plan_texts
 
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.navigation import Navigator
 
+ROBOT = find_embodiment()
 BASE_RADIUS, CHILD_RADIUS = 0.27, 0.12  # metres
 CLEARANCE = 0.05  # metres from the base to all else on a path; the plan is for 0.07, on a raster of 0.025
 CHILD_CLEARANCE = 0.20 - 0.02
@@ -63,10 +65,10 @@ def centre(plan: FloorPlan, cell: tuple[int, int]) -> tuple[float, float]:
     return tuple(plan.position(cell).tolist())
 
 
-def path_between(navigator: Navigator, start, goal, child=None, closed=()):
+def path_between(navigator: Navigator, start, goal, children=(), closed=()):
     """A path from the centre of a cell to that of another."""
     plan = navigator.plan
-    return navigator.path(centre(plan, start), centre(plan, goal), goal, child, closed)
+    return navigator.path(centre(plan, start), centre(plan, goal), goal, children, closed)
 
 
 def test_points_know_their_distance_to_rectangles():
@@ -90,7 +92,7 @@ def test_paths_end_where_asked_and_keep_clear_of_everything(journey, jitter):
     plan, start_cell, goal_cell = journey
     x, y = centre(plan, start_cell)
     start, goal = (x + jitter[0], y + jitter[1]), centre(plan, goal_cell)
-    path = Navigator(plan).path(start, goal, goal_cell, None)
+    path = Navigator(plan, ROBOT).path(start, goal, goal_cell)
     if path is None:  # only if landings are in the way
         assert not reachable(plan, start_cell, goal_cell, plan.stairwells)
         return
@@ -102,7 +104,7 @@ def test_paths_end_where_asked_and_keep_clear_of_everything(journey, jitter):
 
 @pytest.mark.parametrize(("start", "goal"), [((2, 6), (1, 4)), ((3, 5), (2, 6))])
 def test_paths_from_and_to_a_landing_keep_clear_of_what_is_beside_it(start, goal):
-    path = path_between(Navigator(BESIDE_STAIRS), start, goal)
+    path = path_between(Navigator(BESIDE_STAIRS, ROBOT), start, goal)
     assert distances_to_obstacles(BESIDE_STAIRS, points_along(path)).min() > BASE_RADIUS + CLEARANCE
 
 
@@ -111,7 +113,7 @@ def test_paths_from_and_to_a_landing_keep_clear_of_what_is_beside_it(start, goal
 def test_routes_avoid_closed_cells_and_landings(journey, data):
     plan, start, goal = journey
     closed = set(data.draw(st.lists(st.sampled_from(plan.caregiver_cells), max_size=6))) - {start}
-    route = Navigator(plan).route(start, goal, closed)
+    route = Navigator(plan, ROBOT).route(start, goal, closed)
     forbidden = (closed | set(plan.stairwells)) - {start, goal} | (closed & {goal})
     assert (route is not None) == reachable(plan, start, goal, forbidden)
     if route is None:
@@ -138,12 +140,12 @@ def reachable(plan: FloorPlan, start, goal, forbidden) -> bool:
 
 @pytest.mark.parametrize("goal", [(3, 2), (3, 4)])
 def test_paths_cross_no_landing_on_their_way(goal):
-    path = path_between(Navigator(BEND), (1, 3), goal)
+    path = path_between(Navigator(BEND, ROBOT), (1, 3), goal)
     assert (2, 3) not in cells_of(BEND, points_along(path))
 
 
 def test_paths_cross_no_closed_cell():
-    path = path_between(Navigator(HOUSE), (1, 2), (3, 2), closed={(2, 2)})
+    path = path_between(Navigator(HOUSE, ROBOT), (1, 2), (3, 2), closed={(2, 2)})
     assert (2, 2) not in cells_of(HOUSE, points_along(path))
 
 
@@ -155,7 +157,7 @@ def test_paths_give_the_child_a_wide_berth(journey, data):
     if child_cell is None:
         return
     child = centre(plan, child_cell)
-    path = path_between(Navigator(plan), start, goal, child, {child_cell})
+    path = path_between(Navigator(plan, ROBOT), start, goal, [child], {child_cell})
     if path is None:
         return
     points = points_along(path)
@@ -165,21 +167,21 @@ def test_paths_give_the_child_a_wide_berth(journey, data):
 
 
 def test_there_is_no_path_through_a_child_in_a_corridor():
-    navigator = Navigator(CORRIDOR)
+    navigator = Navigator(CORRIDOR, ROBOT)
     assert path_between(navigator, (1, 2), (1, 5)) is not None
-    assert path_between(navigator, (1, 2), (1, 5), centre(CORRIDOR, (1, 3)), {(1, 3)}) is None
-    assert path_between(navigator, (1, 2), (1, 5), None, {(1, 5)}) is None
+    assert path_between(navigator, (1, 2), (1, 5), [centre(CORRIDOR, (1, 3))], {(1, 3)}) is None
+    assert path_between(navigator, (1, 2), (1, 5), closed={(1, 5)}) is None
 
 
 def test_a_landing_is_no_thoroughfare_but_can_be_a_goal_and_a_start():
-    navigator = Navigator(FloorPlan.parse("#######\n#BT.S.#\n#.....#\n#######"))
+    navigator = Navigator(FloorPlan.parse("#######\n#BT.S.#\n#.....#\n#######"), ROBOT)
     assert navigator.route((1, 3), (1, 5)) == [(1, 3), (2, 3), (2, 4), (2, 5), (1, 5)]
     assert navigator.route((1, 3), (1, 4)) == [(1, 3), (1, 4)]
     assert navigator.route((1, 4), (1, 5)) == [(1, 4), (1, 5)]
 
 
 def test_straight_ways_have_no_corners():
-    navigator = Navigator(HOUSE)
+    navigator = Navigator(HOUSE, ROBOT)
     assert len(path_between(navigator, (2, 1), (2, 7))) == 2
     assert len(path_between(navigator, (1, 2), (7, 2))) == 2
     # Round one corner of the cross in the middle: four legs at most.
@@ -187,7 +189,7 @@ def test_straight_ways_have_no_corners():
 
 
 def test_paths_are_not_much_longer_than_needed():
-    navigator = Navigator(HOUSE)
+    navigator = Navigator(HOUSE, ROBOT)
     path = path_between(navigator, (1, 1 + 1), (6, 7))
     length = sum(math.dist(a, b) for a, b in itertools.pairwise(path))
     straight = math.dist(path[0], path[-1])
@@ -196,7 +198,7 @@ def test_paths_are_not_much_longer_than_needed():
 
 
 def test_a_base_too_close_to_a_wall_may_leave_but_not_come_closer():
-    navigator = Navigator(HOUSE)
+    navigator = Navigator(HOUSE, ROBOT)
     x, y = centre(HOUSE, (1, 6))
     y += 0.33  # the wall's face is 0.625 m from the cell's centre, so 0.295 m from here
     assert navigator.visible((x, y), (x, y - 0.6))
@@ -206,57 +208,57 @@ def test_a_base_too_close_to_a_wall_may_leave_but_not_come_closer():
 
 
 def test_a_straight_line_through_a_wall_or_past_the_child_is_not_clear():
-    navigator = Navigator(HOUSE)
+    navigator = Navigator(HOUSE, ROBOT)
     a, b = centre(HOUSE, (2, 2)), centre(HOUSE, (2, 6))
     assert navigator.visible(a, b)
     assert not navigator.visible(centre(HOUSE, (1, 2)), centre(HOUSE, (1, 6)))  # a wall between them
-    assert not navigator.visible(a, b, child=centre(HOUSE, (2, 4)))
-    assert navigator.visible(a, b, child=centre(HOUSE, (6, 6)))
+    assert not navigator.visible(a, b, [centre(HOUSE, (2, 4))])
+    assert navigator.visible(a, b, [centre(HOUSE, (6, 6))])
 
 
 def test_there_is_room_in_the_middle_of_cells_but_not_in_walls_or_furniture():
-    navigator = Navigator(HOUSE)
+    navigator = Navigator(HOUSE, ROBOT)
     free = np.array([centre(HOUSE, cell) for cell in HOUSE.free_cells])
-    assert navigator.has_room(free)
-    assert navigator.has_room(free[:0])
+    assert navigator.clearance.has_room(free)
+    assert navigator.clearance.has_room(free[:0])
     for cell in ((1, 4), (7, 6), (1, 1)):  # wall, table, bin: a point between two with room
-        assert not navigator.has_room(np.array([free[5], centre(HOUSE, cell), free[6]]))
+        assert not navigator.clearance.has_room(np.array([free[5], centre(HOUSE, cell), free[6]]))
 
 
 @pytest.mark.parametrize("cell", HOUSE.caregiver_cells)
 def test_nearest_cell_is_the_one_it_stands_on(cell):
-    navigator = Navigator(HOUSE)
+    navigator = Navigator(HOUSE, ROBOT)
     x, y = centre(HOUSE, cell)
     assert navigator.nearest_cell((x + 0.3, y - 0.3)) == cell
 
 
 def test_nearest_cell_of_a_place_to_stand_nowhere_is_beside_it():
-    navigator = Navigator(HOUSE)
+    navigator = Navigator(HOUSE, ROBOT)
     x, y = centre(HOUSE, (7, 6))  # the table with the candle
     assert navigator.nearest_cell((x, y + 0.2)) == (6, 6)
     assert navigator.nearest_cell((x - 0.2, y)) == (7, 5)
 
 
 def test_the_hand_meets_walls_but_passes_over_tables():
-    navigator = Navigator(HOUSE)
-    assert navigator.hand_clear(centre(HOUSE, (7, 5)), centre(HOUSE, (7, 7)))
-    assert not navigator.hand_clear(centre(HOUSE, (7, 3)), centre(HOUSE, (7, 5)))
+    navigator = Navigator(HOUSE, ROBOT)
+    assert navigator.clearance.hand_clear(centre(HOUSE, (7, 5)), centre(HOUSE, (7, 7)))
+    assert not navigator.clearance.hand_clear(centre(HOUSE, (7, 3)), centre(HOUSE, (7, 5)))
 
 
 def test_where_the_base_can_stand_and_turn():
     """A corridor of one cell: its walls are 0.25 m thick, so their faces are 0.75 - 0.125 m from its middle."""
-    navigator = Navigator(CORRIDOR)
+    navigator = Navigator(CORRIDOR, ROBOT)
     x, y = CORRIDOR.position((1, 3))
-    assert navigator.can_stand((x, y))
-    assert navigator.can_turn((x, y))
+    assert navigator.clearance.can_stand((x, y))
+    assert navigator.clearance.can_turn((x, y))
     # 0.27 m of base and 0.05 m of clearance at least, 0.52 m to turn with a candle; the raster is 0.025 m wide.
-    assert navigator.can_stand((x, y + 0.27))
-    assert not navigator.can_stand((x, y + 0.36))
-    assert navigator.can_turn((x, y + 0.07))
-    assert not navigator.can_turn((x, y + 0.14))
+    assert navigator.clearance.can_stand((x, y + 0.27))
+    assert not navigator.clearance.can_stand((x, y + 0.36))
+    assert navigator.clearance.can_turn((x, y + 0.07))
+    assert not navigator.clearance.can_turn((x, y + 0.14))
 
 
 @pytest.mark.parametrize("away", [(0.0, 1.2), (0.0, 2.5), (-3.0, 0.0), (9.0, 0.0), (50.0, -50.0)])
 def test_the_base_cannot_stand_outside_of_the_house(away):
     x, y = CORRIDOR.position((1, 3))
-    assert not Navigator(CORRIDOR).can_stand((x + away[0], y + away[1]))
+    assert not Navigator(CORRIDOR, ROBOT).clearance.can_stand((x + away[0], y + away[1]))

@@ -1,14 +1,19 @@
 """The arm against its published data: limits, and forward kinematics multiplied out from the DH table."""
 
-import importlib.resources
-
 import mujoco
 import numpy as np
 import pytest
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.robot import kinematics, limits
-from caregiver_mj.robot.trajectories import ScalarMotion
+from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.grips import hand_rotation, upright_grip
+from caregiver_mj.robot.kinematics import Arm
+from caregiver_mj.robot.reach import reach_path, retrieval_path
+from caregiver_mj.robot.robot_model import read_spec
+from caregiver_mj.robot.scalar_motion import ScalarMotion
+
+ROBOT = find_embodiment("mobile_fr3")
+PITCH = np.radians(35)
 
 # Franka Research 3, "Robot and interface specifications".
 POSITION_LOWEST = [-2.7437, -1.7837, -2.9007, -3.0421, -2.8065, 0.5445, -3.0159]  # rad
@@ -64,21 +69,21 @@ def pitch(q: np.ndarray) -> float:
 
 @pytest.fixture(scope="module")
 def model() -> mujoco.MjModel:
-    path = importlib.resources.files("caregiver_mj.models") / "robot.xml"
-    return mujoco.MjModel.from_xml_string(path.read_text(encoding="utf-8"))
+    return read_spec(ROBOT.model).compile()
 
 
 @pytest.fixture(scope="module")
-def arm() -> kinematics.Arm:
-    return kinematics.Arm()
+def arm() -> Arm:
+    return Arm(ROBOT)
 
 
 def test_limits_are_the_published_ones():
-    np.testing.assert_array_equal(limits.ARM_VELOCITY, VELOCITY)
-    np.testing.assert_array_equal(limits.ARM_ACCELERATION, [ACCELERATION] * 7)
-    np.testing.assert_array_equal(limits.ARM_JERK, [JERK] * 7)
-    assert pytest.approx(5000 / 3600) == limits.MAX_BASE_SPEED
-    assert limits.BASE.velocity < limits.MAX_BASE_SPEED
+    limits = ROBOT.limits
+    np.testing.assert_array_equal(limits.arm.velocity, VELOCITY)
+    np.testing.assert_array_equal(limits.arm.acceleration, [ACCELERATION] * 7)
+    np.testing.assert_array_equal(limits.arm.jerk, [JERK] * 7)
+    assert pytest.approx(5000 / 3600) == limits.base_speed
+    assert limits.base.velocity < limits.base_speed
 
 
 def test_model_has_the_published_joint_ranges_and_torques(model):
@@ -149,24 +154,24 @@ def test_goal_out_of_reach_is_refused(arm, x, z):
         arm.solve(x, z)
 
 
-def test_no_way_leads_out_of_reach():
+def test_no_way_leads_out_of_reach(arm):
     with pytest.raises(CaregiverError, match="cannot reach"):
-        kinematics.reach_path(25000)
+        reach_path(arm, 25000)
     with pytest.raises(CaregiverError, match=r"cannot grip what lies 1\.20 m ahead"):
-        kinematics.retrieval_path(np.array([1.2, 0.0, 0.022]), kinematics.hand_rotation(0.0, np.pi / 2))
+        retrieval_path(arm, np.array([1.2, 0.0, 0.022]), hand_rotation(0.0, np.pi / 2))
 
 
 @pytest.mark.parametrize("height", HEIGHTS)
 def test_reach_path_leads_from_the_tucked_arm_to_the_goal(arm, height):
-    path = kinematics.reach_path(round(1e4 * height))
+    path = reach_path(arm, round(1e4 * height))
     np.testing.assert_allclose(pinch_pose(path.joints(0.0))[:3, 3], [0.42, 0.0, 0.93], atol=1e-4)
     np.testing.assert_allclose(pinch_pose(path.joints(1.0))[:3, 3], [0.70, 0.0, height], atol=1e-4)
-    np.testing.assert_allclose(kinematics.tucked_joints(), path.joints(0.0), atol=1e-6)
+    np.testing.assert_allclose(arm.tucked, path.joints(0.0), atol=1e-6)
 
 
 @pytest.mark.parametrize("height", HEIGHTS)
 def test_reach_path_keeps_the_hand_pitch_and_plane_all_the_way(arm, height):
-    path = kinematics.reach_path(round(1e4 * height))
+    path = reach_path(arm, round(1e4 * height))
     for s in np.linspace(0, 1, 51):
         pose = pinch_pose(path.joints(s))
         assert pitch(path.joints(s)) == pytest.approx(35.0, abs=0.1)
@@ -176,7 +181,7 @@ def test_reach_path_keeps_the_hand_pitch_and_plane_all_the_way(arm, height):
 
 @pytest.mark.parametrize("height", HEIGHTS)
 def test_reach_path_keeps_the_published_joint_limits(arm, height):
-    path = kinematics.reach_path(round(1e4 * height))
+    path = reach_path(arm, round(1e4 * height))
     motion = ScalarMotion(path.limits, 0.0)
     motion.move_to(1.0, 0.0)
     timestep = 1e-3
@@ -198,10 +203,10 @@ def test_reach_path_keeps_the_published_joint_limits(arm, height):
 
 @pytest.mark.parametrize("height", [0.024, 0.622])
 @pytest.mark.parametrize("heading", range(-180, 180, 30))
-def test_retrieval_path_grips_a_lying_candle_so_that_it_stands_in_the_tucked_hand(heading, height):
+def test_retrieval_path_grips_a_lying_candle_so_that_it_stands_in_the_tucked_hand(arm, heading, height):
     axis = np.array([np.cos(np.radians(heading)), np.sin(np.radians(heading)), 0.0])
     point = np.array([0.5, 0.0, height])
-    path = kinematics.retrieval_path(point, kinematics.upright_grip(axis))
+    path = retrieval_path(arm, point, upright_grip(axis, PITCH))
     grip = pinch_pose(path.joints(2.0))
     np.testing.assert_allclose(grip[:3, 3], point, atol=1e-4)
     assert abs(grip[:3, 1] @ axis) < 1e-4  # the fingers close on its sides, ...
@@ -218,10 +223,10 @@ def test_retrieval_path_grips_a_lying_candle_so_that_it_stands_in_the_tucked_han
 
 
 def test_hand_tilts_with_the_candle_only_where_that_leans():
-    upright = kinematics.upright_grip(np.array([0.0, 0.0, 1.0]))
+    upright = upright_grip(np.array([0.0, 0.0, 1.0]), PITCH)
     leaning = np.array([np.sin(0.2), 0.0, np.cos(0.2)])
-    np.testing.assert_array_equal(kinematics.upright_grip(leaning), upright)
-    lying = kinematics.upright_grip(np.array([1.0, 0.0, 0.0]))
+    np.testing.assert_array_equal(upright_grip(leaning, PITCH), upright)
+    lying = upright_grip(np.array([1.0, 0.0, 0.0]), PITCH)
     # A quarter turn about y, nose down: 35 degrees below the horizontal become 125.
     np.testing.assert_allclose(lying[:, 2], [np.cos(np.radians(125)), 0, -np.sin(np.radians(125))], atol=1e-12)
     np.testing.assert_allclose(lying[:, 1], upright[:, 1], atol=1e-12)

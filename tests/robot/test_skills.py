@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 from dm_control.rl import control
-from random_plans import random_plan
+from scripted_child import STAY, Scripted
 
 import caregiver_mj
 from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.robot import limits
-from caregiver_mj.robot.kinematics import shared_arm
+from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.motion import RobotMotion
 
 SMALL = FloorPlan.parse("#######\n#B....#\n#..C..#\n#.....#\n#.S..T#\n#######", "small")
@@ -99,9 +99,9 @@ def act(env, policy, step, recorder=None):
     params=[
         ("paper", 1),
         (SMALL, 2),
-        (FloorPlan.parse(random_plan(np.random.default_rng(4), 9, 9, candles=2), "r"), 3),
+        ("house-4-9x9-candles2", 3),
     ],
-    ids=["paper", "small", "random"],
+    ids=["paper", "small", "generated"],
 )
 def relocation(request):
     """An episode of relocate_candle to three seconds after the candle was put down."""
@@ -230,7 +230,8 @@ def test_commands_keep_the_base_within_its_limits(relocation):
     assert np.abs(np.array(recorder.actions)[:, 2]).max() <= 3.0
     # The base's real acceleration over 20 ms stays near the planned one, which holds for two axes each in turn-ins.
     velocity = np.array(recorder.base)[::4]
-    assert np.hypot(*np.diff(velocity, axis=0).T).max() / 0.02 < 1.1 * np.sqrt(2) * limits.BASE.acceleration
+    planned = find_embodiment().limits.base.acceleration
+    assert np.hypot(*np.diff(velocity, axis=0).T).max() / 0.02 < 1.1 * np.sqrt(2) * planned
 
 
 def test_half_turn_on_a_short_drive_does_not_keep_the_hand_waiting():
@@ -241,7 +242,7 @@ def test_half_turn_on_a_short_drive_does_not_keep_the_hand_waiting():
     for _ in range(750):  # control steps: 15 s
         step = act(env, policy, step)
         foot, fingers = physics.candle_poses()[env.task.goal_candle, 2], physics.finger_position().sum() / 2
-        hand = shared_arm().pinch(physics.arm_position())[0]
+        hand = arm_of(find_embodiment()).pinch(physics.arm_position())[0]
         speed = np.hypot(*physics.base_velocity()[:2])
         rows.append((physics.time(), *physics.base_position(), speed, foot, fingers, hand))
     assert policy.interventions_done == 1
@@ -263,21 +264,20 @@ def test_half_turn_on_a_short_drive_does_not_keep_the_hand_waiting():
 # -- Blocking a stairwell ----------------------------------------------------------------------------
 
 
-def drive_at_stairs(env: control.Environment, monkeypatch: pytest.MonkeyPatch) -> tuple[int, int]:
-    """Puts the toddler beside the stairwell, and has it want nothing but to go there. Returns the stairwell's cell."""
+def drive_at_stairs(env: control.Environment) -> None:
+    """Puts the toddler beside the stairwell, and has it want nothing but to go there."""
     task, plan = env.task, env.task.plan
     landing = plan.stairwells[getattr(task, "goal_stairwell", 0)]
     cell = plan.free_neighbours(landing)[0]
-    action = ACTIONS.index((landing[0] - cell[0], landing[1] - cell[1]))
-    monkeypatch.setattr(task._novice, "act", lambda *_: np.array([action]))
-    task._cell = plan.cell_index[cell]
-    task._walk.reset(tuple(plan.position(cell).tolist()), 0.0)
-    return landing
+    (child,) = task.children
+    child.behaviour.move = ACTIONS.index((landing[0] - cell[0], landing[1] - cell[1]))
+    child.put(cell)
 
 
 @pytest.mark.parametrize(("house", "seed"), [("paper", 1), (SMALL, 2)], ids=["paper", "small"])
 def test_robot_in_a_stairwell_keeps_the_toddler_out(house, seed, monkeypatch):
-    env = caregiver_mj.load("block_stairs", house, epsilon=0.0, random=seed)
+    plan = house if isinstance(house, FloorPlan) else FloorPlan.load(house)
+    env = caregiver_mj.load("block_stairs", plan, Scripted(plan, None), random=seed)
     policy = caregiver_mj.CaregiverPolicy(env)
     step = env.reset()
     recorder = Recorder(env, None, monkeypatch)
@@ -289,7 +289,7 @@ def test_robot_in_a_stairwell_keeps_the_toddler_out(house, seed, monkeypatch):
     centre, half = env.task.plan.position(landing), env.task.plan.cell_size / 2
     assert policy.interventions_done == 1
 
-    drive_at_stairs(env, monkeypatch)
+    drive_at_stairs(env)
     before = env.physics.base_position()
     damage = env.task.outcome()["damage"]
     kinds, rewards, poses = set(), [], []
@@ -314,10 +314,11 @@ def test_robot_in_a_stairwell_keeps_the_toddler_out(house, seed, monkeypatch):
 
 
 @pytest.mark.parametrize("house", ["paper", SMALL], ids=["paper", "small"])
-def test_without_the_robot_the_same_toddler_is_hurt(house, monkeypatch):
-    env = caregiver_mj.load("supervise", house, epsilon=0.0, random=1, task_kwargs={"robot": False})
+def test_without_the_robot_the_same_toddler_is_hurt(house):
+    plan = house if isinstance(house, FloorPlan) else FloorPlan.load(house)
+    env = caregiver_mj.load("supervise", plan, Scripted(plan), random=1, task_kwargs={"robot": False})
     env.reset()
-    drive_at_stairs(env, monkeypatch)
+    drive_at_stairs(env)
     kinds = set()
     for _ in range(6 * 84):
         env.step(np.zeros(0))
@@ -346,12 +347,11 @@ def test_robot_blocks_while_the_toddler_tries_at_once():
 
 
 @pytest.mark.parametrize(("speed", "struck"), [(0.6, True), (0.03, False)])
-def test_driving_into_the_toddler_is_a_strike_unless_it_is_slow(speed, struck, monkeypatch):
-    env = caregiver_mj.load("supervise", SMALL, random=0)
+def test_driving_into_the_toddler_is_a_strike_unless_it_is_slow(speed, struck):
+    env = caregiver_mj.load("supervise", SMALL, Scripted(SMALL, STAY), random=0)
     env.reset()
     task, physics = env.task, env.physics
-    monkeypatch.setattr(task._walk, "step", lambda *_: None)  # the toddler stands still
-    x, y = task._walk.position
+    x, y = task.children[0].position
     joints = physics.arm_position()
     side = 1.0 if x < 0 else -1.0
     physics.set_robot(np.array([x + 0.42 * side, y, 0.0]), joints)  # the bodies touch 0.39 m apart, centre to centre
@@ -369,8 +369,7 @@ def test_driving_into_the_toddler_is_a_strike_unless_it_is_slow(speed, struck, m
 
 @pytest.mark.parametrize(
     ("house", "seed"),
-    [("paper", 1), (FloorPlan.parse(random_plan(np.random.default_rng(21), 10, 12, candles=3), "random"), 1)],
-    ids=["paper", "random"],
+    [("paper", 1), ("house-25-12x10-candles3", 1)],
 )
 def test_supervised_episode_has_no_strike_and_no_dropped_candle(house, seed):
     env = caregiver_mj.load("supervise", house, epsilon=1.0, random=seed)
@@ -420,7 +419,7 @@ def test_base_keeps_its_speed_beside_stairs(beside_stairs):
 
 
 def motion_along(*points: tuple[float, float], start=(0.0, 0.0, 0.0)) -> RobotMotion:
-    robot = RobotMotion(0.02)
+    robot = RobotMotion(find_embodiment(), 0.02)
     robot.reset(start)
     robot.drive_along([start[:2], *points], lambda _: True)
     robot.set_rate(1.0)
@@ -468,7 +467,7 @@ def test_a_base_at_which_nobody_looks_any_more_stops():
 
 
 def test_a_gentle_base_is_pushed_away_without_pushing_back():
-    robot = RobotMotion(0.02)
+    robot = RobotMotion(find_embodiment(), 0.02)
     robot.reset((0.0, 0.0, 0.0))
     firm = np.hypot(*robot.action((0.1, 0.1, 0.0))[:2])
     robot.gentle = True
@@ -479,7 +478,7 @@ def test_a_gentle_base_is_pushed_away_without_pushing_back():
 
 
 def test_a_robot_told_to_turn_gently_does_until_its_gripper_opens():
-    robot = RobotMotion(0.02)
+    robot = RobotMotion(find_embodiment(), 0.02)
     robot.reset((0.0, 0.0, 0.0))
     fastest = []
     for _ in range(2):
@@ -497,7 +496,7 @@ def test_a_robot_told_to_turn_gently_does_until_its_gripper_opens():
 
 
 def test_heading_turns_the_shorter_way():
-    robot = RobotMotion(0.02)
+    robot = RobotMotion(find_embodiment(), 0.02)
     robot.reset((0.0, 0.0, 3.0))
     robot.turn_to(-3.0)
     for _ in range(100):
@@ -509,7 +508,7 @@ def test_heading_turns_the_shorter_way():
 
 @pytest.mark.parametrize("called_back", [0.2, 0.3, 0.4])
 def test_hand_out_foresees_how_far_the_hand_still_swings(called_back):
-    robot = RobotMotion(0.02)
+    robot = RobotMotion(find_embodiment(), 0.02)
     robot.reset((0.0, 0.0, 0.0))
     robot.reach(0.78)
     robot.now = called_back

@@ -1,21 +1,21 @@
 """The study of coverage: its parts by hand and against SciPy, and a small run of all of it."""
 
-import collections
 import dataclasses
 
 import numpy as np
 import pytest
 from scipy import stats
 
-from caregiver_mj.studies import coverage_methods
-from caregiver_mj.studies.coverage import Coverage, main
-from caregiver_mj.studies.coverage_figure import draw
-from caregiver_mj.studies.coverage_methods import METHODS
-from caregiver_mj.studies.coverage_page import page
-from caregiver_mj.studies.coverage_pools import Pool, plans, rearranged, run_pool
-from caregiver_mj.studies.coverage_samples import cover_houses, cover_ratio, misses
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.studies.coverage import methods
+from caregiver_mj.studies.coverage.command import Coverage, main
+from caregiver_mj.studies.coverage.figure import draw
+from caregiver_mj.studies.coverage.methods import METHODS
+from caregiver_mj.studies.coverage.page import page
+from caregiver_mj.studies.coverage.pools import Pool, run_pool
+from caregiver_mj.studies.coverage.samples import cover_houses, cover_ratio, misses
 
-SMALL = Coverage(samples=20, episodes=40, sizes=(5, 20), epsilons=(1.0, 0.05), house_samples=2, house_count=4)
+SMALL = Coverage(samples=20, episodes=40, sizes=(5, 20), epsilons=(1.0, 0.05), house_samples=2, house_set="train-4")
 
 
 def test_misses_by_hand():
@@ -38,23 +38,13 @@ def test_rivals_agree_with_scipy(name, method):
 
 def test_fieller_by_hand():
     ours, theirs = np.array([[2.0, 2.0, 2.0]]), np.array([[5.0, 8.0, 11.0]])
-    low, high = coverage_methods.fieller(ours, theirs, np.random.default_rng(0))
+    low, high = methods.fieller(ours, theirs, np.random.default_rng(0))
     reach = stats.t.ppf(0.975, 2) * np.sqrt(3)  # x is 8 ± √3, so that R lies in 2 / (8 ± t √3)
     assert (low[0], high[0]) == pytest.approx((2 / (8 + reach), 2 / (8 - reach)))
 
 
-def test_rearranged_houses_have_what_the_others_have():
-    def things(plan):
-        return collections.Counter("".join(plan.rows))
-
-    houses = list(rearranged(8, 0))
-    assert [things(plan) for plan in houses] == 2 * [things(plan) for plan in plans()]
-    assert len({plan.rows for plan in houses}) == 8
-    assert [plan.rows for plan in rearranged(8, 0)] == [plan.rows for plan in houses]
-
-
 def test_pool_pairs_episodes():
-    plan = plans()[0]
+    plan = FloorPlan.load("paper")
     pool = run_pool(plan, 0.5, 30, seed=4)
     assert np.array_equal(pool.theirs[3:], run_pool(plan, 0.5, 27, seed=7).theirs)
     assert pool.ratio == pytest.approx(pool.ours.sum() / pool.theirs.sum())
@@ -100,7 +90,7 @@ def test_figure_has_every_cell(results):
     figure = draw(results[0])
     above, below = figure.axes
     points = sum(len(line.get_xdata()) for line in above.lines if line.get_marker() == "o")
-    assert points == len(plans()) * 2 * 2 * len(METHODS)
+    assert points == len(SMALL.houses) * 2 * 2 * len(METHODS)
     assert len(below.patches) == 2 * 2 * len(METHODS)
 
 

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.viz import hud
+from caregiver_mj.viz import colours, hud
 
-PLAN = FloorPlan.parse("#######\n#S...C#\n#..T..#\n#B...C#\n#######", "small")  # candidates S1, C1, C2
+PLAN = FloorPlan.parse("#######\n#S...C#\n#..T..#\n#B...C#\n#######", "small")  # hazards S1, C1, C2
+_ROWS = ["#" + "C." * 20 + ".#", "#" + "." * 41 + "#"] * 2
+FORTY = FloorPlan.parse("\n".join(["#" * 43, *_ROWS, "#BT" + "." * 39 + "#", "#" * 43]), "forty")
 SIZES = [(1280, 720), (640, 480), (320, 240)]
 DARK = (16, 20, 28)  # the cards' own colour, so that their transparency does not show
 
@@ -17,19 +19,23 @@ def frame(width=1280, height=720):
     return np.full((height, width, 3), DARK, np.uint8)
 
 
-def state(**changes):
-    middle = PLAN.position((2, 2))
-    candles = np.array([[*PLAN.position(PLAN.tables[t]), 0.6] for t in PLAN.candle_tables])
+def candles(plan):
+    return np.array([[*plan.position(plan.tables[t]), 0.6] for t in plan.candle_tables]).reshape(-1, 3)
+
+
+def state(plan=PLAN, child=None, **changes):
+    """A moment with one child; `child` has what is to be special about that."""
+    middle = {"position": plan.position((2, 2)), "safe": 0.5}
     basis = hud.HudState(
-        plan=PLAN,
+        plan=plan,
         timestep=50,
-        epsilon=0.5,
-        toddler=middle,
-        candles=candles,
-        robot=np.array([*PLAN.position((3, 3)), 0.0]),
-        safe=0.5,
+        family="0.5",
+        children=(hud.ChildState(**middle | (child or {})),),
+        candles=candles(plan),
+        robot=np.array([*plan.position((3, 3)), 0.0]),
         danger=np.array([0.2, 0.4, 0.8]),
         target=2,
+        mark=("candle", 1),
         intervention="carry candle 2 to table 1",
     )
     return dataclasses.replace(basis, **changes)
@@ -44,6 +50,12 @@ def spread(mask):
     """Left, top, right, bottom of a mask's true pixels."""
     rows, columns = np.nonzero(mask)
     return columns.min(), rows.min(), columns.max(), rows.max()
+
+
+def toddler(picture):
+    """Column and row of the toddler on the plan."""
+    yellow = np.abs(picture[: 720 // 2, : 1280 // 3].astype(int) - colours.TODDLER).max(axis=2) < 40
+    return np.median(np.argwhere(yellow), axis=0)[::-1]  # flames have a few such pixels too
 
 
 @pytest.mark.parametrize(("width", "height"), SIZES)
@@ -63,9 +75,12 @@ def test_draws_on_a_copy_and_leaves_the_middle_alone(width, height):
 
 @pytest.mark.parametrize(("name", "low", "high"), [("safe", 0.25, 0.75), ("timestep", 50, 150)])
 def test_gauges_fill_in_proportion(name, low, high):
+    def left_part(value):
+        shown = state(child={"safe": value}) if name == "safe" else state(timestep=value)
+        return hud.draw(frame(), shown)[hud.strip_top(1280, 720) :, :260]
+
     def filled(value):
-        drawn = hud.draw(frame(), state(**{name: value}))[hud.strip_top(1280, 720) :, :260]
-        empty = hud.draw(frame(), state(**{name: 0}))[hud.strip_top(1280, 720) :, :260]
+        drawn, empty = left_part(value), left_part(0)
         rows = changed(drawn, empty).sum(axis=1)
         return rows.max()  # a row of the gauge is longer than any of the number's
 
@@ -86,17 +101,17 @@ def test_bars_are_as_high_as_the_danger():
 
 
 def test_outlines_show_the_danger_of_a_novice_who_is_surely_unsafe():
-    hazard = np.array([0.0, 0.8, 0.0])
-    empty = hud.draw(frame(), state(danger=np.zeros(3), hazard=np.zeros(3), target=-1))
-    hollow = changed(hud.draw(frame(), state(danger=np.zeros(3), hazard=hazard, target=-1)), empty)
-    half = changed(hud.draw(frame(), state(danger=hazard / 2, hazard=hazard, target=-1)), empty)
-    filled = changed(hud.draw(frame(), state(danger=hazard, hazard=hazard, target=-1)), empty)
+    unsafe = np.array([0.0, 0.8, 0.0])
+    empty = hud.draw(frame(), state(danger=np.zeros(3), unsafe_danger=np.zeros(3), target=-1))
+    hollow = changed(hud.draw(frame(), state(danger=np.zeros(3), unsafe_danger=unsafe, target=-1)), empty)
+    half = changed(hud.draw(frame(), state(danger=unsafe / 2, unsafe_danger=unsafe, target=-1)), empty)
+    filled = changed(hud.draw(frame(), state(danger=unsafe, unsafe_danger=unsafe, target=-1)), empty)
     assert spread(hollow) == spread(half) == spread(filled)
     assert hollow.sum() < half.sum() < filled.sum()
     assert half.sum() - hollow.sum() == pytest.approx((filled.sum() - hollow.sum()) / 2, rel=0.05)
 
 
-def test_bars_stand_in_the_order_of_the_candidates():
+def test_bars_stand_in_the_order_of_the_hazards():
     def place(index):
         danger = np.zeros(3)
         danger[index] = 1.0
@@ -107,32 +122,61 @@ def test_bars_stand_in_the_order_of_the_candidates():
 
 
 def test_target_stands_out():
-    without = hud.draw(frame(), state(target=-1)).sum(dtype=int)
-    assert hud.draw(frame(), state(target=1)).sum(dtype=int) > without
+    without = hud.draw(frame(), state(target=-1, mark=None)).sum(dtype=int)
+    assert hud.draw(frame(), state(target=1, mark=None)).sum(dtype=int) > without
 
 
 def test_target_is_shown_among_forty():
     danger = np.linspace(1.0, 0.5, 40)
     danger[35] = 0.0  # the least dangerous, and yet it is being dealt with
-    some = hud.draw(frame(), state(danger=danger, target=-1))
-    with_target = hud.draw(frame(), state(danger=danger, target=35))
+    some = hud.draw(frame(), state(FORTY, danger=danger, target=-1, mark=None))
+    with_target = hud.draw(frame(), state(FORTY, danger=danger, target=35, mark=None))
     strip = np.s_[hud.strip_top(1280, 720) :, 300:950]
     assert (with_target[strip] == 242).sum() > (some[strip] == 242).sum() + 100  # the bright ground of its name
 
 
+@pytest.mark.parametrize(
+    ("mark", "middle"),
+    [
+        (("cell", PLAN.stairwells[0]), PLAN.position(PLAN.stairwells[0])),
+        (("candle", 1), PLAN.position(PLAN.tables[2])),
+        (("cell", (2, 2)), PLAN.position((2, 2))),
+    ],
+    ids=["stairwell", "candle", "any cell"],
+)
+def test_the_plan_points_at_what_the_verb_says(mark, middle):
+    drawn, plain = (hud.draw(frame(), state(robot=None, mark=m, target=-1)) for m in (mark, None))
+    left, top, right, bottom = spread(changed(drawn, plain))
+    # Where that is, by what is known to be there: the child, drawn at the same place.
+    there = hud.draw(frame(), state(child={"position": middle}, robot=None, mark=None, target=-1))
+    np.testing.assert_allclose(((left + right) / 2, (top + bottom) / 2), toddler(there), atol=(right - left) / 4)
+
+
 @pytest.mark.parametrize(("width", "height"), SIZES)
 @pytest.mark.parametrize(
-    "danger", [None, np.empty(0), np.array([5.0]), np.linspace(0, 2, 40)], ids=lambda d: str(np.size(d))
+    ("plan", "danger"),
+    [(PLAN, None), (PLAN, np.empty(0)), (PLAN, np.array([5.0, 0.0, 0.0])), (FORTY, np.linspace(0, 2, 40))],
+    ids=["none", "0", "3", "40"],
 )
-def test_any_number_of_candidates_fits(width, height, danger):
-    drawn = hud.draw(frame(width, height), state(danger=danger, target=0))
+def test_any_number_of_hazards_fits(width, height, plan, danger):
+    drawn = hud.draw(frame(width, height), state(plan, danger=danger, target=0))
     strip = changed(drawn, frame(width, height))[hud.strip_top(width, height) :]
     assert strip.any()
     assert not strip[:, -width // 100 :].any()  # nothing runs out of the card
 
 
+def test_bars_have_the_colours_of_the_kinds_of_hazards():
+    def amount(colour, number):
+        danger = np.eye(3)[number]
+        drawn = hud.draw(frame(), state(danger=danger, target=number, mark=None))[hud.strip_top(1280, 720) :]
+        return (drawn == colour).all(axis=2).sum()
+
+    assert amount(colours.STAIRWELL, 0) > amount(colours.CANDLE, 0) == 0
+    assert amount(colours.CANDLE, 1) > amount(colours.STAIRWELL, 1) == 0
+
+
 def test_nothing_is_claimed_without_a_caregiver():
-    alone = state(robot=None, safe=None, danger=None, target=-1, intervention="")
+    alone = state(child={"safe": None}, robot=None, danger=None, target=-1, mark=None, intervention="")
     drawn = hud.draw(frame(), alone)
     blue = (np.abs(drawn.astype(int) - (86, 180, 233)).max(axis=2) < 30).sum()
     assert blue == 0  # neither a robot, nor a gauge, nor a deed
@@ -141,9 +185,7 @@ def test_nothing_is_claimed_without_a_caregiver():
 @pytest.mark.parametrize(("step", "direction"), [((0, 1), (1, 0)), ((-1, 0), (0, -1))], ids=["east", "north"])
 def test_toddler_moves_on_the_plan(step, direction):
     def where(cell):
-        drawn = hud.draw(frame(), state(toddler=PLAN.position(cell)))[: 720 // 2, : 1280 // 3]
-        yellow = np.abs(drawn.astype(int) - (240, 228, 66)).max(axis=2) < 40
-        return np.median(np.argwhere(yellow), axis=0)[::-1]  # flames have a few such pixels too
+        return toddler(hud.draw(frame(), state(child={"position": PLAN.position(cell)})))
 
     moved = where((2 + step[0], 2 + step[1])) - where((2, 2))
     size = float(np.abs(moved).max())
@@ -154,9 +196,9 @@ def test_toddler_moves_on_the_plan(step, direction):
 def test_trail_leads_to_the_toddler_and_fades():
     cells = [(3, 2), (3, 3), (3, 4), (2, 4)]
     trail = np.array([PLAN.position(cell) for cell in cells])
-    still = state(toddler=PLAN.position((1, 4)), robot=None)
-    drawn = hud.draw(frame(), dataclasses.replace(still, trail=trail)).astype(int)
-    difference = np.abs(drawn - hud.draw(frame(), still)).sum(axis=2)
+    here = {"position": PLAN.position((1, 4))}
+    drawn = hud.draw(frame(), state(child=here | {"trail": trail}, robot=None)).astype(int)
+    difference = np.abs(drawn - hud.draw(frame(), state(child=here, robot=None))).sum(axis=2)
     left, _, right, _ = spread(difference > 0)
     old, new = difference[:, : left + (right - left) // 4], difference[:, -(-(left + 3 * right) // 4) :]
     assert 0 < old.max() < new.max()
@@ -175,7 +217,3 @@ def test_insets_lie_below_one_another_at_the_right():
     assert first[3] < second[1]
     assert second[3] < hud.strip_top(1280, 720)
     assert first[2] < 1280
-
-
-def test_labels():
-    assert [hud.candidate_label(i, 2) for i in range(4)] == ["S1", "S2", "C1", "C2"]

@@ -1,54 +1,27 @@
-"""The report: its numbers worked out by hand, its files, and the page as a browser shows it."""
+"""The report: its numbers worked out by hand, and its files."""
 
+import json
 import re
-import shutil
 
 import imageio_ffmpeg
 import numpy as np
 import pandas as pd
 import pytest
+from made_runs import PAPER, TINY, as_older_version, write_run
 from test_cli import fails
 
 from caregiver_mj import cli
-from caregiver_mj.experiments import evaluation
-from caregiver_mj.experiments.evaluation import Settings
-from caregiver_mj.experiments.run_folder import RunFolder
-from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.viz import figures, report
-
-PLAN = FloorPlan.parse("######\n#B.S.#\n#....#\n#C..T#\n######", "tiny")
-EPISODES = 8
-DAMAGE = {  # caregiver, epsilon: an episode each
-    ("none", 1.0): [40, 50, 60, 40, 50, 60, 50, 50],
-    ("paper", 1.0): [10, 10, 40, 10, 10, 20, 10, 10],
-    ("guard", 1.0): [40, 49, 59, 39, 49, 59, 49, 49],
-    ("none", 0.25): [20, 20, 10, 20, 20, 10, 0, 0],
-    ("paper", 0.25): [5, 10, 5, 5, 5, 10, 0, 0],
-    ("guard", 0.25): [5, 10, 5, 5, 5, 10, 0, 0],
-}
-
-
-def write_run(folder, world="grid", plan=PLAN, caregivers=("none", "paper", "guard"), mark=0):
-    """A finished run whose numbers are known."""
-    settings = Settings(plan, world, caregivers, (1.0, 0.25), EPISODES, seed=7)
-    rows = []
-    for (caregiver, epsilon), damages in DAMAGE.items():
-        for episode, damage in enumerate(damages if caregiver in caregivers else ()):
-            row = {"world": world, "house": plan.name, "caregiver": caregiver, "epsilon": epsilon}
-            row |= {"episode": episode, "seed": 100 + episode, **dict.fromkeys(evaluation.MEASURES, 0)}
-            row |= {"damage": float(damage), "damage_table": float(damage), "timesteps_to_threshold": 200 - 2 * damage}
-            row |= {"cells_visited": 5 + episode % 2, "toys_reached": 3, "moves_blocked": 2, "interventions_done": 4}
-            row |= {"strikes": mark, "sim_seconds": 337.5, "wall_seconds": 1.0}
-            rows.append(row)
-    episodes = pd.DataFrame(rows)
-    cells = pd.DataFrame(plan.free_cells, columns=["row", "column"])
-    maps = []
-    for (caregiver, epsilon), damages in DAMAGE.items():
-        key = {"world": world, "house": plan.name, "caregiver": caregiver, "epsilon": epsilon}
-        maps.append(cells.assign(visits=200.0 * EPISODES / len(cells), damage=sum(damages) / len(cells), **key))
-    run = RunFolder(folder, settings.record())
-    run.finish(episodes, evaluation.summarise(settings, episodes), pd.concat(maps))
-    return folder
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.recording.record import COLUMNS
+from caregiver_mj.viz import report
+from caregiver_mj.viz.report.baselines import verdicts
+from caregiver_mj.viz.report.beside import side_by_side
+from caregiver_mj.viz.report.film import Film
+from caregiver_mj.viz.report.headline import headline
+from caregiver_mj.viz.report.maps import mean_map
+from caregiver_mj.viz.report.published import PUBLISHED, compares_with
+from caregiver_mj.viz.report.tables import comparison_table, damage_table, measures_table, timesteps_table
+from caregiver_mj.viz.report.words import family_name, in_lines, number
 
 
 @pytest.fixture(scope="module")
@@ -102,7 +75,7 @@ def test_headline_interval_is_that_of_paired_episodes(tmp_path):
     keys = list(zip(episodes.epsilon[guarded], episodes.episode[guarded], strict=True))
     episodes.loc[guarded, "damage"] = (0.5 * alone[keys]).to_numpy()
     episodes.to_parquet(tmp_path / "episodes.parquet")
-    told = report.headline(report.read_run(tmp_path))
+    told = headline(report.read_run(tmp_path))
     assert (told["avoided"], told["interval"]) == ("50 %", "50.0 to 50.0 %")
 
 
@@ -119,9 +92,30 @@ def test_tables_stand_beside_the_published_ones(folder, page):
         assert row in words(page)
 
 
+def test_the_paper_is_cited_for_its_own_house_alone(tmp_path, page):
+    other = write_run(tmp_path / "tiny", plan=TINY)
+    alone = report.write_report([other]).read_text("utf-8")
+    for word in ("published", "In the paper", "diamonds", "Its numbers are those"):
+        assert (word in page, word in alone) == (True, False), word
+    assert "| novice | without | with | left |" in (other / "tables.md").read_text("utf-8")
+    paper, tiny = report.read_run(write_run(tmp_path / "paper")), report.read_run(other)
+    assert "published" in side_by_side([paper, paper])["table"].columns
+    assert "published" not in side_by_side([paper, tiny])["table"].columns
+
+
+def test_the_paper_is_cited_for_its_own_house_as_it_is(tmp_path):
+    write_run(tmp_path)
+    assert compares_with(report.read_run(tmp_path))
+    settings = json.loads((tmp_path / "run.json").read_text())
+    for change in ({"plan": TINY.rows}, {"damage": "10:4:1"}):
+        (tmp_path / "run.json").write_text(json.dumps(settings | change))
+        assert not compares_with(report.read_run(tmp_path))
+    assert "--damage 10:4:1" in report.read_run(tmp_path).command()
+
+
 def test_statistics(page):
     # Damage falls by 35 on average; all eight differences of one sign: p = 2 / 2**8 = 0.008.
-    row = words(page).split("Differences that the caregiver makes — Grid (tiny)")[1].split("random motion")[1]
+    row = words(page).split("Differences that the caregiver makes — Grid")[1].split("random motion")[1]
     assert row.startswith(" −35.0 [")
     assert "] p = 0.008 +70.0 [" in row
     assert "0.0 [0.0, 0.0] p = 1.00 25 % random" in row  # as many toys
@@ -129,7 +123,7 @@ def test_statistics(page):
 
 def test_a_caregiver_that_is_not_beaten_is_named(folder):
     run = report.read_run(folder)
-    ((wins, text),) = report.verdicts(run)
+    ((wins, text),) = verdicts(run)
     assert not wins
     assert text.startswith("Does not beat guard with 1 of 2 novices.")
     assert text.endswith(" 25 % random 0.00 [0.00, 0.00], p = 1.00.")
@@ -137,32 +131,26 @@ def test_a_caregiver_that_is_not_beaten_is_named(folder):
 
 def test_a_caregiver_that_is_beaten(folder):
     run = report.read_run(folder)
-    row = run.comparison("paper", "guard", 0.25)
+    row = run.comparison("paper", "guard", "0.25")
     row.update(damage_difference_mean=-1.0, damage_p=0.0001)
-    assert report.verdicts(run) == [(True, "Beats guard with every novice: less damage, p < 0.01 each.")]
+    assert verdicts(run) == [(True, "Beats guard with every novice: less damage, p < 0.01 each.")]
     row.update(damage_difference_mean=1.0, damage_difference_ci_low=0.5, damage_difference_ci_high=1.5)
-    ((wins, text),) = report.verdicts(run)
+    ((wins, text),) = verdicts(run)
     assert not wins
     assert "more damage: 25 % random +1.00 [+0.50, +1.50], p < 0.001" in text
 
 
 def test_worlds_side_by_side(page):
-    text = words(page).split("Damage left, grid (tiny) beside physical house (tiny)")[1]
+    text = words(page).split("Damage left, grid beside physical house")[1]
     assert re.search(r"random motion 0\.30 \[\S+ \S+\] 0\.30 \[\S+ \S+\] 0\.31 0 %", text)
 
 
-def test_maps_are_means_of_an_episode_on_one_scale(tmp_path, monkeypatch):
-    drawn = []
-    monkeypatch.setattr(figures, "heat_map", lambda plan, values, scale, top, quantity: drawn.append((values, top)))
-    monkeypatch.setattr(figures, "as_bytes", lambda figure, kind: b"")
-    report.write_report([write_run(tmp_path)])
-    (visits, most), (guarded_visits, _), (damage, worst), (guarded_damage, same) = drawn
-    cells = len(PLAN.free_cells)
-    assert visits.sum() == guarded_visits.sum() == pytest.approx(200)
-    assert most == pytest.approx(200 / cells)
-    assert damage.sum() == pytest.approx(500 / 16)
-    assert guarded_damage.sum() == pytest.approx(160 / 16)
-    assert worst == same == pytest.approx(500 / 16 / cells)
+def test_maps_are_means_of_an_episode(folder):
+    run = report.read_run(folder)
+    cells = len(PAPER.free_cells)
+    for caregiver, damage in (("none", 500 / 16), ("paper", 160 / 16)):
+        np.testing.assert_allclose(mean_map(run, caregiver, "visits"), 200 / cells)
+        np.testing.assert_allclose(mean_map(run, caregiver, "damage"), damage / cells)
 
 
 def test_command_gives_the_same_rows(tmp_path, capsys):
@@ -184,10 +172,43 @@ def test_no_damage_at_all(tmp_path):
 
 
 def test_numbers_have_a_true_minus():
-    assert report._number(-1.25) == "−1.2"
-    assert report._number(-0.01) == "0.0"
-    assert report._number(0.01, 1, "+") == "0.0"
-    assert report._number(2.0, 1, "+") == "+2.0"
+    assert number(-1.25) == "−1.2"
+    assert number(-0.01) == "0.0"
+    assert number(0.01, 1, "+") == "0.0"
+    assert number(2.0, 1, "+") == "+2.0"
+
+
+def test_every_measure_is_called_what_its_column_is(page):
+    tables = words(page).split("Every measure — ")[1:]
+    for world, text in zip(("Grid", "Physical house"), tables, strict=True):
+        titles = [c.title for c in COLUMNS if c.role in ("damage", "count") and (world != "Grid" or not c.world)]
+        assert text.startswith(f"{world} novice, caregiver {' '.join(titles)} random motion, none")
+
+
+@pytest.mark.parametrize(
+    ("family", "name", "lines"),
+    [
+        ("1", "random motion", "random\nmotion"),
+        ("0.75", "75 % random", "75 %\nrandom"),
+        ("0.125", "12.5 % random", "12.5 %\nrandom"),
+        ("1,0.25", "100 % and 25 % random", "100 % and\n25 %\nrandom"),
+        ("1,0.5,0.25", "100 %, 50 % and 25 % random", "100 %,\n50 % and\n25 %\nrandom"),
+        ("0.5,0.5", "2 x 50 % random", "2 x 50 %\nrandom"),
+        ("1,adversary:0.5", "100 % and adversary 50 % random", None),
+    ],
+)
+def test_families_have_names(family, name, lines):
+    assert family_name(family) == name
+    assert lines is None or in_lines(family) == lines
+
+
+def test_a_run_of_an_older_version_gives_the_same_tables(tmp_path):
+    new, old = (write_run(tmp_path / age) for age in ("new", "old"))
+    runs = report.read_run(new), report.read_run(as_older_version(old))
+    for table in (damage_table, timesteps_table, comparison_table, measures_table):
+        first, second = (table(run).markdown() for run in runs)
+        assert first == second
+    assert runs[0].command() == runs[1].command()
 
 
 # -- Files -------------------------------------------------------------------------------------------
@@ -195,7 +216,7 @@ def test_numbers_have_a_true_minus():
 
 def test_figures_are_there_in_both_forms(folder):
     names = {"damage_left"}
-    for world in ("grid_tiny", "house_tiny"):
+    for world in ("grid", "house"):
         names |= {f"{name}_{world}" for name in ("figure_2", "figure_3", "figure_4", "damage_left")}
         names |= {f"map_{what}_{who}_{world}" for what in ("visits", "damage") for who in ("with", "without")}
     assert {path.name for path in (folder / "figures").iterdir()} == {
@@ -223,9 +244,9 @@ def test_the_same_report_again(folder, page):
 def test_refused(tmp_path, capsys):
     assert "holds no run" in fails(capsys, ["report", tmp_path / "nothing"])
     assert "holds no run" in fails(capsys, ["report", tmp_path])
-    settings = Settings(PLAN, "grid", ("none", "paper"), (1.0,), 2)
-    RunFolder(tmp_path / "begun", settings.record())
-    assert "is not finished" in fails(capsys, ["report", tmp_path / "begun"])
+    begun = write_run(tmp_path / "begun")
+    (begun / "summary.json").unlink()
+    assert "is not finished" in fails(capsys, ["report", begun])
     whole = write_run(tmp_path / "whole")
     assert "same world and house" in fails(capsys, ["report", whole, whole])
     assert "compares `none`" in fails(capsys, ["report", write_run(tmp_path / "alone", caregivers=("none",))])
@@ -237,59 +258,13 @@ def test_refused(tmp_path, capsys):
     assert "maps.parquet" in fails(capsys, ["report", whole])
 
 
-def test_larger_film_is_refused(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(report, "_LARGEST_FILM", 0.001)
-    film = tmp_path / "film.mp4"
-    film.write_bytes(b"\0\0\0\x18ftypisom" + bytes(2000))
-    assert "too large a page" in fails(capsys, ["report", write_run(tmp_path / "run"), "--video", film])
-
-
-# -- In a browser ------------------------------------------------------------------------------------
-
-_OPTIONS = """--headless --no-sandbox --disable-gpu --disable-background-networking --disable-component-update
---disable-sync --no-first-run"""
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
-    if not (chromium and driver):
-        pytest.skip("there is no chromium with its chromedriver here: apt-get install chromium chromium-driver")
-    webdriver = pytest.importorskip("selenium.webdriver")
-    options = webdriver.ChromeOptions()
-    options.binary_location = chromium
-    for option in [*_OPTIONS.split(), f"--user-data-dir={tmp_path_factory.mktemp('profile')}"]:
-        options.add_argument(option)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    browser = webdriver.Chrome(options, webdriver.ChromeService(driver))
-    yield browser
-    browser.quit()
-
-
-@pytest.mark.parametrize("width", [390, 1280])
-def test_page_in_a_browser(folder, browser, width):
-    screen = {"width": width, "height": 844, "deviceScaleFactor": 1, "mobile": width < 500}
-    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
-    browser.get((folder / "report.html").as_uri())
-    browser.set_script_timeout(20)
-    browser.execute_async_script(
-        """const done = arguments[0], film = document.querySelector("video");
-        document.querySelectorAll("details").forEach(part => part.open = true);
-        film.readyState ? done() : film.onloadedmetadata = film.onerror = () => done();"""
-    )
-    sizes = browser.execute_script("return [...document.images].map(i => [i.naturalWidth, i.clientWidth])")
-    assert len(sizes) == 17
-    assert np.min(sizes) > 200
-    assert browser.execute_script("return document.querySelector('video').videoWidth") == 64
-    fetched = browser.execute_script("return performance.getEntriesByType('resource').map(r => r.name)")
-    assert all(name.startswith("data:") for name in fetched)
-    assert browser.get_log("browser") == []
-    assert browser.execute_script("return document.documentElement.scrollWidth") <= width
-    wide = """return [...document.querySelectorAll("body *")].filter(e => {
-        const box = e.getBoundingClientRect();
-        return box.right > innerWidth + 0.5 || box.left < -0.5 || e.scrollWidth > e.clientWidth + 1 && e.clientWidth;
-    }).map(e => e.outerHTML.slice(0, 200))"""
-    assert browser.execute_script(wide) == []
+def test_larger_film_is_refused(tmp_path):
+    path = tmp_path / "film.mp4"
+    path.write_bytes(b"\0\0\0\x18ftypisom" + bytes(2000))
+    film = Film(path, "a film")
+    assert film.data().startswith("data:video/mp4;base64,")
+    with pytest.raises(CaregiverError, match="too large a page"):
+        film.data(largest=0.001)
 
 
 def test_links_lead_somewhere(page):
@@ -300,7 +275,7 @@ def test_links_lead_somewhere(page):
 
 def test_published_numbers():
     # Worked out by hand from the text of the paper's tables: sums of the columns.
-    damage, timesteps = (np.sum(list(report.PUBLISHED[c].values()), axis=0) for c in report.PUBLISHED)
+    damage, timesteps = (np.sum(list(PUBLISHED[c].values()), axis=0) for c in PUBLISHED)
     assert damage == pytest.approx([1.7939, 0.5373])
     assert timesteps == pytest.approx([469.5, 832.75])
-    assert list(report.PUBLISHED["damage_normalised"]) == list(evaluation.EPSILONS)
+    assert list(PUBLISHED["damage_normalised"]) == [1.0, 0.75, 0.5, 0.25, 0.05]

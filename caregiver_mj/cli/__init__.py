@@ -1,0 +1,59 @@
+"""The command `caregiver-mj`.
+
+Exit status: 0 done, 2 bad input (one line that says what and where), 1 anything else.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+
+from caregiver_mj.cli import evaluate, house, render, report
+from caregiver_mj.cli.parsing import PROGRAM, Parser
+from caregiver_mj.errors import CaregiverError, RenderingError
+from caregiver_mj.experiments.run_folder import StorageError
+from caregiver_mj.experiments.workers import WorkerError
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs the command.
+
+    Args:
+        argv: Arguments without the program's name; those of the process by default.
+
+    Returns:
+        The exit status.
+    """
+    argv = list(sys.argv[1:] if argv is None else argv)
+    try:
+        arguments = _parser().parse_args(argv)
+        arguments.argv = argv
+        arguments.run(arguments)
+        sys.stdout.flush()
+    except (RenderingError, StorageError, WorkerError) as error:
+        return _fail(error, 1)
+    except CaregiverError as error:
+        return _fail(error, 2)
+    except BrokenPipeError:  # the reader of our output has gone, as `head` does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except KeyboardInterrupt:
+        return _fail("interrupted", 1)
+    return 0
+
+
+def _parser() -> Parser:
+    parser = Parser(prog=PROGRAM, description="A robot caregiver, toddlers, and a house with stairs and candles.")
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    for command in (evaluate, render, report, house):
+        command.add_to(commands)
+    return parser
+
+
+def _fail(error: object, status: int) -> int:
+    message = str(error)
+    if status == 2:  # one line, whatever the name of a file may hold
+        message = " ".join(message.split())
+    print(f"{PROGRAM}: {message}", file=sys.stderr)
+    return status

@@ -1,0 +1,115 @@
+"""`caregiver-mj evaluate`: runs caregivers with children, and prints the table."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shlex
+
+import rich.console
+import rich.progress
+
+from caregiver_mj.caregivers.registry import CAREGIVERS
+from caregiver_mj.cli.parsing import PROGRAM, add_children, add_embodiment, add_house, add_seed, read_family, read_house
+from caregiver_mj.cli.table import table
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments import evaluation
+from caregiver_mj.experiments.run_folder import RunFolder, StorageError
+from caregiver_mj.experiments.settings import EPSILONS, Settings
+from caregiver_mj.experiments.workers import WorkerError
+
+
+def add_to(commands: argparse._SubParsersAction) -> None:
+    """Adds the command."""
+    command = commands.add_parser(
+        "evaluate",
+        help="run caregivers with children and print the table",
+        description="Runs every caregiver with every child, or family of children. Episode i has the same children "
+        "under all caregivers.",
+        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+    )
+    command.add_argument("--world", default="house", help="house (physical) or grid (the paper's)")
+    add_house(command)
+    command.add_argument("--caregiver", nargs="+", default=["none", "paper"], metavar="NAME", help=" ".join(CAREGIVERS))
+    command.add_argument(
+        "--epsilon",
+        nargs="+",
+        default=EPSILONS,
+        metavar="E[,E...]",
+        help="shares of the children's moves that are random, to run one after the other; a list such as 1,.25 is of "
+        "children that are in the house together",
+    )
+    add_children(command)
+    add_embodiment(command)
+    command.add_argument("--episodes", type=int, default=20, metavar="N", help="for each caregiver and epsilon")
+    add_seed(command)
+    command.add_argument("--jobs", type=int, default=1, metavar="N", help="worker processes")
+    command.add_argument("--out", metavar="DIR", help="where to keep the episodes and the table")
+    command.add_argument("--resume", action="store_true", help="continue the run that is in DIR, if there is one")
+    command.add_argument("--json", action="store_true", help="print the table as JSON, and it alone")
+    command.set_defaults(run=_run)
+
+
+def _run(arguments: argparse.Namespace) -> None:
+    settings = _settings(arguments)
+    folder = None
+    if arguments.out is not None:
+        folder = RunFolder(arguments.out, settings.record(), resume=arguments.resume)
+    result = _evaluate(settings, folder, arguments)
+    output = rich.console.Console(stderr=arguments.json)
+    if not output.is_terminal:
+        output.width = 120  # a pipe or a file has no width to fit
+    output.print(table(result.summary))
+    if arguments.json:
+        print(json.dumps(result.summary, indent=1, allow_nan=False))
+
+
+def _settings(arguments: argparse.Namespace) -> Settings:
+    """What to run, checked before anything is written."""
+    settings = Settings(
+        plan=read_house(arguments),
+        world=arguments.world,
+        caregivers=tuple(dict.fromkeys(arguments.caregiver)),
+        families=tuple(dict.fromkeys(read_family(str(epsilon), arguments) for epsilon in arguments.epsilon)),
+        episodes=arguments.episodes,
+        seed=arguments.seed,
+        embodiment=arguments.embodiment,
+    )
+    settings.check()
+    if arguments.jobs < 1:
+        raise CaregiverError(f"jobs must be at least 1, not {arguments.jobs}")
+    if arguments.resume and arguments.out is None:
+        raise CaregiverError("--resume needs the folder of the run: --out DIR")
+    return settings
+
+
+def _evaluate(settings: Settings, folder: RunFolder | None, arguments: argparse.Namespace) -> evaluation.Evaluation:
+    """Runs it, with a progress bar on standard error; a run that breaks off says how to go on."""
+    finished = 0
+    total = len(settings.caregivers) * len(settings.families) * settings.episodes
+    columns = (
+        rich.progress.TextColumn("{task.description}"),
+        rich.progress.BarColumn(),
+        rich.progress.MofNCompleteColumn(),
+        rich.progress.TimeElapsedColumn(),
+        rich.progress.TimeRemainingColumn(),
+    )
+    try:
+        with rich.progress.Progress(*columns, console=rich.console.Console(stderr=True)) as bar:
+            task = bar.add_task("episodes", total=total)
+
+            def progress(episodes: int) -> None:
+                nonlocal finished
+                finished += episodes
+                bar.update(task, advance=episodes)
+
+            return evaluation.evaluate(settings, folder, jobs=arguments.jobs, progress=progress)
+    except (KeyboardInterrupt, StorageError, WorkerError) as error:
+        if folder is None:
+            raise
+        again = arguments.argv if arguments.resume else [*arguments.argv, "--resume"]
+        what = "interrupted" if isinstance(error, KeyboardInterrupt) else str(error)
+        raise StorageError(
+            f"{what}; {finished} of {total} episodes are kept in '{folder.path}', "
+            f"go on with: {PROGRAM} {shlex.join(again)}"
+        ) from None

@@ -1,0 +1,101 @@
+"""`caregiver-mj house`: looks at floor plans, and makes them."""
+
+from __future__ import annotations
+
+import argparse
+
+import rich.console
+import rich.text
+
+from caregiver_mj.cli.parsing import add_seed, houses
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans import symbols
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.generator import generate
+
+# How `house show` paints each kind of cell: rich style, and what to call it (one, several).
+_CELLS = {
+    symbols.WALL: ("white on grey30", "wall", "walls"),
+    symbols.FREE: ("grey50", "free cell", "free cells"),
+    symbols.STAIRWELL: ("bold white on red3", "stairwell", "stairwells"),
+    symbols.CANDLE: ("bold black on orange1", "table with a candle", "tables with a candle"),
+    symbols.TABLE: ("black on tan", "bare table", "bare tables"),
+    symbols.BIN: ("bold white on green4", "toy bin", "toy bins"),
+}
+
+
+def add_to(commands: argparse._SubParsersAction) -> None:
+    """Adds the commands."""
+    house = commands.add_parser("house", help="look at a floor plan, or make one")
+    plans = house.add_subparsers(metavar="show|check|make", required=True)
+    for name, run, text in (
+        ("show", _show, "print a floor plan in colour, with its objects counted"),
+        ("check", _check, "say whether a floor plan is valid"),
+    ):
+        command = plans.add_parser(name, help=text, description=text)
+        command.add_argument("house", metavar="NAME|FILE", help=houses())
+        command.set_defaults(run=run)
+    text = "make a house and print its floor plan; what is not given is drawn from the seed"
+    command = plans.add_parser("make", help=text, description=text)
+    add_seed(command)
+    command.add_argument("--size", metavar="WxH", help="columns and rows, outer walls included")
+    for option, what in (
+        ("--rooms", "how many rooms, a corridor included"),
+        ("--stairwells", "how many stairwells"),
+        ("--candles", "how many tables with a candle"),
+        ("--tables", "how many bare tables"),
+        ("--bins", "how many toy bins"),
+    ):
+        command.add_argument(option, type=int, metavar=option[2].upper(), help=what)
+    command.add_argument("--out", metavar="FILE", help="write it to a file instead")
+    command.set_defaults(run=_make)
+
+
+def _show(arguments: argparse.Namespace) -> None:
+    plan = FloorPlan.load(arguments.house)
+    text = rich.text.Text()
+    for row in plan.rows:
+        for kind in row:
+            text.append(f"{kind} ", _CELLS[kind][0])  # two characters are about square
+        text.append("\n")
+    for kind, (style, one, several) in _CELLS.items():
+        count = len(plan.cells_of(kind))
+        text.append(f"\n{kind} ", style)
+        text.append(f" {count} {one if count == 1 else several}")
+    height, width = plan.shape
+    size = f"{width * plan.cell_size:g} m x {height * plan.cell_size:g} m, {plan.cell_size:g} m a cell"
+    console = rich.console.Console()
+    console.print(f"{plan.name}: {width} x {height} cells, {size}\n", highlight=False, markup=False)
+    console.print(text, soft_wrap=True)
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    plan = FloorPlan.load(arguments.house)
+    height, width = plan.shape
+    counts = []
+    for kind, (_, one, several) in _CELLS.items():
+        count = len(plan.cells_of(kind))
+        if kind != symbols.WALL:
+            counts.append(f"{count} {one if count == 1 else several}")
+    print(f"OK: {plan.name}, {width} x {height} cells, {', '.join(counts)}")
+
+
+def _make(arguments: argparse.Namespace) -> None:
+    size = None
+    if arguments.size is not None:
+        try:
+            width, height = map(int, arguments.size.split("x"))
+        except ValueError:
+            raise CaregiverError(f"house make: --size is WxH, such as 14x12, not '{arguments.size}'") from None
+        size = width, height
+    counts = {name: getattr(arguments, name) for name in ("rooms", "stairwells", "candles", "tables", "bins")}
+    plan = generate(arguments.seed, size, **counts)
+    if arguments.out is None:
+        print(plan.text)
+        return
+    try:
+        with open(arguments.out, "w", encoding="utf-8") as file:
+            file.write(f"{plan.text}\n")
+    except OSError as error:
+        raise CaregiverError(f"house make: '{arguments.out}' cannot be written: {error.strerror}") from None
+    print(arguments.out)

@@ -1,0 +1,96 @@
+"""What the commands share: a parser whose errors are one line, and options that several of them have."""
+
+from __future__ import annotations
+
+import argparse
+from typing import NoReturn
+
+from caregiver_mj.children.family import CHILDREN, NOVICE, Family
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans import floor_plan
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import DamageWeights
+from caregiver_mj.robot.embodiment import DEFAULT
+
+PROGRAM = "caregiver-mj"
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line, like all others."""
+
+    def error(self, message: str) -> NoReturn:
+        command = self.prog.removeprefix(PROGRAM).strip()
+        raise CaregiverError(f"{command}: {message}" if command else message)
+
+
+def add_house(command: argparse.ArgumentParser) -> None:
+    """Adds the options that say which house it is, for `read_house`."""
+    command.add_argument("--house", default="paper", metavar="NAME|FILE", help=houses())
+    command.add_argument(
+        "--damage",
+        default=str(DamageWeights()),
+        metavar="S:C:T",
+        help="of a fall down stairs, a bump into a table with a candle, one into a bare table",
+    )
+
+
+def read_house(arguments: argparse.Namespace) -> FloorPlan:
+    """The house that `add_house`'s options say."""
+    return FloorPlan.load(arguments.house, damage=DamageWeights.parse(arguments.damage))
+
+
+def add_embodiment(command: argparse.ArgumentParser) -> None:
+    """Adds which robot it is."""
+    command.add_argument("--embodiment", default=DEFAULT, metavar="NAME", help="the robot in the house")
+
+
+def houses() -> str:
+    """What may be said for a house."""
+    return f"{', '.join(floor_plan.house_names())}, house-SEED, train-N/I, test-N/I, or a text file"
+
+
+def add_seed(command: argparse.ArgumentParser, text: str = "all chance comes from it") -> None:
+    """Adds the seed, and says what it is of."""
+    command.add_argument("--seed", type=int, default=0, help=text)
+
+
+def add_children(command: argparse.ArgumentParser) -> None:
+    """Adds the options that say who the children are, for `read_family`, save --epsilon itself."""
+    command.add_argument(
+        "--children",
+        type=int,
+        metavar="K",
+        help="how many children there are: a single epsilon is then that of each of them, and a list must have K",
+    )
+    command.add_argument(
+        "--child",
+        default=NOVICE,
+        metavar="NAME",
+        help=f"what decides a child's moves, where --epsilon has no name before it: {' '.join(CHILDREN)}",
+    )
+
+
+def read_family(epsilon: str, arguments: argparse.Namespace) -> Family:
+    """The children of one value of --epsilon.
+
+    Args:
+        epsilon: The epsilon of every child, or a list with that of each, as in "1,.25"; a name may stand before one.
+        arguments: With `add_children`'s options.
+
+    Raises:
+        CaregiverError: There can be no such children, or the list is not as long as --children says.
+    """
+    count = arguments.children
+    if count is not None and count < 1:
+        raise CaregiverError(f"--children must be at least 1, not {count}")
+    if arguments.child not in CHILDREN:
+        raise CaregiverError(f"no child '{arguments.child}': there are {', '.join(CHILDREN)}")
+    try:
+        family = Family.parse(epsilon, arguments.child)
+    except CaregiverError as error:
+        raise CaregiverError(f"--epsilon {epsilon}: {error}") from None
+    if count in (None, len(family)):
+        return family
+    if len(family) > 1:
+        raise CaregiverError(f"--epsilon {epsilon} is {len(family)} children, but there are to be {count} (--children)")
+    return family.times(count)

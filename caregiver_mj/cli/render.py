@@ -1,0 +1,63 @@
+"""`caregiver-mj render`: films an episode in the physical house."""
+
+from __future__ import annotations
+
+import argparse
+import math
+
+from caregiver_mj.caregivers.registry import CAREGIVERS
+from caregiver_mj.cli.parsing import add_children, add_embodiment, add_house, add_seed, read_family, read_house
+from caregiver_mj.errors import CaregiverError
+
+
+def add_to(commands: argparse._SubParsersAction) -> None:
+    """Adds the command."""
+    command = commands.add_parser(
+        "render",
+        help="film an episode in the physical house",
+        description="Films an episode of the run that `evaluate` does with the same seed, children and caregiver.",
+        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+    )
+    command.add_argument("--task", default="supervise", help="name of the task")
+    add_house(command)
+    command.add_argument(
+        "--epsilon",
+        default="0.5",
+        metavar="E[,E...]",
+        help="the share of the child's moves that are random; of several children that of each, such as 1,.25",
+    )
+    add_children(command)
+    command.add_argument("--caregiver", default="paper", metavar="NAME", help=" ".join(CAREGIVERS))
+    add_embodiment(command)
+    add_seed(command, "of the run to which the episode belongs")
+    command.add_argument("--episode", type=int, default=0, metavar="N", help="its number in that run")
+    command.add_argument("--seconds", type=float, default=30.0, help="length of the film at most")
+    command.add_argument("--out", required=True, metavar="FILE.mp4", help="the film")
+    command.add_argument("--still", metavar="FILE.png", help="also a picture of a telling moment")
+    command.set_defaults(run=_run)
+
+
+def _run(arguments: argparse.Namespace) -> None:
+    plan, family = read_house(arguments), read_family(arguments.epsilon, arguments)
+    if arguments.caregiver not in CAREGIVERS:
+        raise CaregiverError(f"no caregiver '{arguments.caregiver}': there are {', '.join(CAREGIVERS)}")
+    if arguments.seed < 0 or arguments.episode < 0:
+        raise CaregiverError(f"seed and episode must not be negative: {arguments.seed}, {arguments.episode}")
+    if not (arguments.seconds > 0 and math.isfinite(arguments.seconds)):
+        raise CaregiverError(f"seconds must be a positive length, not {arguments.seconds}")
+
+    from caregiver_mj.viz import film  # here, for it takes seconds to import
+
+    film.render_episode(
+        arguments.out,
+        task=arguments.task,
+        house=plan,
+        epsilon=family,
+        seed=arguments.seed,
+        episode=arguments.episode,
+        seconds=arguments.seconds,
+        caregiver=arguments.caregiver,
+        embodiment=arguments.embodiment,
+        still=arguments.still,
+    )
+    print(arguments.out)

@@ -1,0 +1,152 @@
+"""A child in the house: what it is about to do, where that takes it, and what comes of it."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Collection, Sequence
+
+import numpy as np
+
+from caregiver_mj.children.behaviour import Behaviour, Sight
+from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.walk import ToddlerWalk
+from caregiver_mj.house.move import Booking, Move
+from caregiver_mj.house.touch import Touch
+from caregiver_mj.plans.cell_graph import ACTIONS, Cell, Target
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
+
+STRIKE_SPEED = 0.05  # m/s towards the child at a contact, above which it counts as a strike
+_STRIKE_PAUSE = 0.5  # seconds within which contacts are one strike
+
+
+class HouseChild:
+    """One child of an episode.
+
+    Attributes:
+        behaviour: Decides its moves.
+        walk: How its body moves.
+        cell: Free cell in which its present move began.
+        goal: Toy bin that it wants to get to.
+        move: Its present move.
+        touched: Directions of all that it touches now and cannot push away, unit vectors (x, y).
+    """
+
+    def __init__(self, plan: FloorPlan, behaviour: Behaviour, novice_timestep: float):
+        """Prepares a child.
+
+        Args:
+            plan: The house.
+            behaviour: What decides its moves.
+            novice_timestep: Seconds that a move takes.
+        """
+        self.behaviour, self.walk = behaviour, ToddlerWalk(novice_timestep)
+        self._plan, self._moves = plan, plan.graph.moves
+        self._damage = dataclasses.asdict(plan.damage)
+
+    def reset(self, tape: Tape, cell: int, yaw: float) -> None:
+        """Begins an episode in a free cell."""
+        self.behaviour.reset(1)
+        self._draws = tape.steps
+        self.goal = int(self.behaviour.next_bin(tape.start[2:])[0])
+        self.put(self._plan.free_cells[cell], yaw)
+        self.move = Move(self.cell, self.cell)
+        self._bumped = False
+        self.touched: Sequence[tuple[float, float]] = ()
+        self._struck_at = -math.inf
+
+    @property
+    def position(self) -> tuple[float, float]:
+        """Where it is, metres."""
+        return self.walk.position
+
+    def put(self, cell: Cell, yaw: float = 0.0) -> None:
+        """Puts the child into the middle of a free cell, at rest."""
+        self.put_at(*self._plan.position(cell).tolist(), yaw)
+
+    def put_at(self, x: float, y: float, yaw: float = 0.0) -> None:
+        """Puts the child somewhere, at rest: metres and radians."""
+        self.walk.reset((x, y), yaw)
+        self.cell = self._nearest_cell()
+
+    # -- A novice timestep -----------------------------------------------------------------------
+
+    def begin(
+        self, timestep: int, random: np.random.RandomState, caregiver_cell: int, taken: Collection[int] = ()
+    ) -> None:
+        """Chooses a move and sets out for it.
+
+        Args:
+            timestep: Number of the novice timestep.
+            random: Source of draws once the tape is over.
+            caregiver_cell: Where the caregiver is, or NOTHING.
+            taken: Free cells in which other children are, or will be. The child does not set out for one of these.
+        """
+        draws = self._draws[timestep][None] if timestep < len(self._draws) else random.random_sample((1, 3))
+        sight = Sight(*(np.array([value]) for value in (self.cell, self.goal, caregiver_cell, self._bumped)))
+        action = int(self.behaviour.act(sight, draws)[0])
+        self.move = Move(self.cell, self.cell, draw=draws[:, 2])
+        next_cell, target, _ = self._moves
+        if action == NOTHING or (target[self.cell, action] == Target.FREE and next_cell[self.cell, action] in taken):
+            self.walk.stay()
+            return
+        self.move.target, self.move.going = Target(int(target[self.cell, action])), int(next_cell[self.cell, action])
+        home, (down, right) = self._plan.free_cells[self.cell], ACTIONS[action]
+        ahead = home[0] + down, home[1] + right
+        ends = (tuple(self._plan.position(cell).tolist()) for cell in (home, ahead))
+        self.walk.begin(*ends, bump=self.move.target != Target.FREE)
+
+    def step(self, seconds: float) -> None:
+        """Walks on."""
+        self.walk.step(seconds, self.touched)
+
+    def take_in(self, touches: list[Touch], bears_candle: Callable[[int], bool], time: float) -> int:
+        """Takes in all its contacts of a control timestep.
+
+        Args:
+            touches: The contacts.
+            bears_candle: Tells whether there is a candle on a table.
+            time: Seconds since the start.
+
+        Returns:
+            How many times the robot has struck it.
+        """
+        self.touched = [touch.direction for touch in touches if touch.kind != "candle"]
+        strikes = 0
+        for touch in touches:
+            if touch.kind in ("stairwell", "candle"):
+                self._hurt(touch.kind)
+                self.move.fell |= touch.kind == "stairwell"
+            elif touch.kind == "table":
+                self._hurt("candle" if bears_candle(touch.index) else "table")
+            elif touch.kind == "bin":
+                self.move.reached_toy |= touch.index == self.goal
+            elif touch.kind == "robot":
+                vx, vy = self.walk.velocity
+                self.move.met_robot |= vx * touch.direction[0] + vy * touch.direction[1] > 0 or self.walk.blocked
+                if touch.speed > STRIKE_SPEED and time - self._struck_at > _STRIKE_PAUSE:
+                    strikes += 1
+                    self._struck_at = time
+        return strikes
+
+    def _hurt(self, kind: str) -> None:
+        self.move.hurt(kind, self._damage[kind])
+
+    def end(self) -> Booking:
+        """Ends the move, and tells what came of it."""
+        move = self.move
+        self.cell = self._nearest_cell()
+        self._bumped = self.cell == move.begun
+        if move.reached_toy:
+            self.goal = int(self.behaviour.next_bin(move.draw)[0])
+        self.move = Move(self.cell, self.cell)
+        return move.booking(self.cell)
+
+    def _nearest_cell(self) -> int:
+        """The free cell that it is in, or nearest to."""
+        plan, position = self._plan, self.walk.position
+        here = plan.cell_index.get(plan.cell_at(np.array(position)), NOTHING)
+        if 0 <= here < len(plan.free_cells):
+            return here
+        return min(range(len(plan.free_cells)), key=lambda i: math.dist(plan.position(plan.free_cells[i]), position))

@@ -1,0 +1,90 @@
+"""The children of a house together: who goes first, and who waits for whom."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from caregiver_mj.children.behaviour import Behaviour
+from caregiver_mj.children.tape import Tape
+from caregiver_mj.house.candles import Candles
+from caregiver_mj.house.child import HouseChild
+from caregiver_mj.house.move import Booking
+from caregiver_mj.house.physics import Physics
+from caregiver_mj.house.touch import Touch
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
+
+
+class Children(Sequence[HouseChild]):
+    """All children of an episode, in the order in which they move."""
+
+    def __init__(self, plan: FloorPlan, behaviours: Sequence[Behaviour], novice_timestep: float):
+        """Prepares the children.
+
+        Args:
+            plan: The house.
+            behaviours: What decides the moves of each child.
+            novice_timestep: Seconds that a move takes.
+        """
+        self._children = [HouseChild(plan, behaviour, novice_timestep) for behaviour in behaviours]
+        self._places = [tuple(plan.position(cell).tolist()) for cell in plan.caregiver_cells]
+
+    def __getitem__(self, number: int) -> HouseChild:  # type: ignore[override]
+        return self._children[number]
+
+    def __len__(self) -> int:
+        return len(self._children)
+
+    def __iter__(self) -> Iterator[HouseChild]:
+        return iter(self._children)
+
+    def start(self, number: int, tape: Tape, cell: int, yaw: float, physics: Physics) -> None:
+        """Begins an episode for one child, in a free cell."""
+        self[number].reset(tape, cell, yaw)
+        physics.set_toddler(self[number].walk, number)
+
+    def begin(self, timestep: int, random: np.random.RandomState, physics: Physics) -> None:
+        """Has them set out one after the other; none goes where another is or, if that has set out, will be."""
+        caregiver_cell = self._caregiver_cell(physics)
+        for number, child in enumerate(self):
+            taken = {other.move.going for other in self._children[:number]}
+            taken |= {other.cell for other in self._children[number + 1 :]}
+            child.begin(timestep, random, caregiver_cell, taken)
+
+    def step(self, seconds: float, physics: Physics) -> None:
+        """Has them walk on."""
+        for number, child in enumerate(self._children):
+            child.step(seconds)
+            physics.set_toddler(child.walk, number)
+
+    def take_in(self, physics: Physics, candles: Candles) -> int:
+        """Has them take in what they touched in the last control timestep; returns how often the robot struck one."""
+        if not physics.touches:  # most of the time
+            for child in self._children:
+                child.touched = ()
+            return 0
+        touches: list[list[Touch]] = [[] for _ in self]
+        for touch in physics.touches:
+            touches[touch.child].append(touch)
+        bears_candle, time = functools.partial(candles.are_on, physics), physics.time()
+        return sum(child.take_in(felt, bears_candle, time) for child, felt in zip(self, touches, strict=True))
+
+    def end(self) -> list[Booking]:
+        """Ends their moves, and tells what came of each."""
+        return [child.end() for child in self]
+
+    @property
+    def harm(self) -> float:
+        """The worst damage that any of them has taken in the present novice timestep."""
+        return max([child.move.harm for child in self._children])
+
+    def _caregiver_cell(self, physics: Physics) -> int:
+        """The caregiver cell that is nearest to the robot's base; NOTHING if there is no robot."""
+        if not physics.has_robot:
+            return NOTHING
+        robot = physics.base_position()[:2]
+        return min(range(len(self._places)), key=lambda i: math.dist(self._places[i], robot))

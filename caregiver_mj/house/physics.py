@@ -1,0 +1,194 @@
+"""The house's simulation, with named readouts and the children's contacts at every physics step."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import mujoco
+import numpy as np
+
+from caregiver_mj.house.rendering import OffscreenRendering  # comes before dm_control, see there
+
+# isort: split
+from dm_control import mujoco as dm_mujoco
+from dm_control.mujoco import wrapper
+from dm_env import specs
+
+from caregiver_mj.children.walk import ToddlerWalk
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.house.robot_body import RobotBody, joint_views
+from caregiver_mj.house.scene import build_house, child_joints
+from caregiver_mj.house.touch import Touch, TouchReader
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot.embodiment import Embodiment
+from caregiver_mj.robot.embodiments import find_embodiment
+
+
+class Physics(OffscreenRendering, dm_mujoco.Physics):
+    """The house's simulation.
+
+    Attributes:
+        touches: All contacts of the children during the last `step`.
+        touch_reader: What reads them.
+        embodiment: The robot in the house, or None.
+    """
+
+    embodiment: Embodiment | None = None
+
+    def __init__(self, data: wrapper.MjData, embodiment: Embodiment | None = None):
+        self.embodiment = embodiment
+        super().__init__(data)
+
+    @classmethod
+    def from_plan(
+        cls,
+        plan: FloorPlan,
+        robot: bool | str | Embodiment = True,
+        table_positions: np.ndarray | None = None,
+        children: int = 1,
+    ) -> Physics:
+        """Builds the house of a floor plan; the arguments are those of `build_house`."""
+        embodiment = None if robot is False else find_embodiment(None if robot is True else robot)
+        spec = build_house(plan, embodiment or False, table_positions, children)
+        TouchReader.add_sensors(spec, children)
+        return cls(wrapper.MjData(wrapper.MjModel(spec.compile())), embodiment)
+
+    # dm_control copies and pickles a simulation by its data alone, which do not say which robot it is.
+
+    def copy(self, share_model: bool = False) -> Physics:
+        copied = super().copy(share_model)
+        copied._embody(self.embodiment)
+        return copied
+
+    def __getstate__(self) -> tuple[wrapper.MjData, Embodiment | None]:
+        return super().__getstate__(), self.embodiment
+
+    def __setstate__(self, state: tuple[wrapper.MjData, Embodiment | None]) -> None:
+        data, embodiment = state
+        super().__setstate__(data)
+        self._embody(embodiment)
+
+    def _reload_from_data(self, data) -> None:
+        super()._reload_from_data(data)
+        model, raw = self.model.ptr, self.data.ptr
+        self._raw, self._qpos = (model, raw), raw.qpos
+        joints = {model.joint(i).name for i in range(model.njnt)}
+        children = next(k for k in itertools.count() if child_joints(k)[0] not in joints)
+        names = itertools.chain.from_iterable(map(child_joints, range(children)))
+        positions, velocities = joint_views(model, raw, tuple(names))
+        self._toddler_positions, self._toddler_velocities = positions.reshape(-1, 3), velocities.reshape(-1, 3)
+        self.touch_reader = TouchReader(model, raw, children)
+        candles = sum(name.startswith("candle_") for name in joints)
+        first = [model.joint(f"candle_{i}/joint").qposadr[0] for i in range(candles)]
+        self._candle_rows = np.array(first, int)[:, None] + np.arange(7)
+        self._embody(self.embodiment)
+        self.touches: list[Touch] = []
+
+    def _embody(self, embodiment: Embodiment | None) -> None:
+        self.embodiment = embodiment
+        self._robot = None if embodiment is None else RobotBody(embodiment, *self._raw)
+
+    @property
+    def has_robot(self) -> bool:
+        """Whether there is a robot in the house."""
+        return self._robot is not None
+
+    # -- Readouts --------------------------------------------------------------------------------
+
+    def base_position(self) -> np.ndarray:
+        """Pose x, y (m) and yaw (rad) of the base, (3,)."""
+        return self._robot.base[0].copy()
+
+    def base_velocity(self) -> np.ndarray:
+        """Its velocity in the world's axes, (3,), m/s and rad/s."""
+        return self._robot.base[1].copy()
+
+    def arm_position(self) -> np.ndarray:
+        """Joint positions (joints,), rad."""
+        return self._robot.arm[0].copy()
+
+    def arm_velocity(self) -> np.ndarray:
+        """Joint velocities (joints,), rad/s."""
+        return self._robot.arm[1].copy()
+
+    def finger_position(self) -> np.ndarray:
+        """How far each finger stands off the middle, (2,), m."""
+        return self._robot.fingers[0].copy()
+
+    def is_gripping(self) -> bool:
+        """Whether the fingers are as close together as round a candle, or closer."""
+        return self._robot.is_gripping()
+
+    def toddler_positions(self) -> np.ndarray:
+        """Pose x, y (m) and yaw (rad) of every child, (children, 3)."""
+        return self._toddler_positions.copy()
+
+    def toddler_velocities(self) -> np.ndarray:
+        """Their velocities, (children, 3), m/s and rad/s."""
+        return self._toddler_velocities.copy()
+
+    def toddler_position(self, child: int = 0) -> np.ndarray:
+        """Pose of one child, (3,)."""
+        return self._toddler_positions[child].copy()
+
+    def candle_poses(self) -> np.ndarray:
+        """Position of each candle's foot (m) and its orientation (quaternion), (candles, 7)."""
+        return self._qpos[self._candle_rows]
+
+    def candle_upright(self) -> np.ndarray:
+        """Cosine of each candle's tilt, (candles,)."""
+        _, x, y, _ = self.candle_poses()[:, 3:].T
+        return 1.0 - 2.0 * (x * x + y * y)
+
+    def action_spec(self) -> specs.BoundedArray:
+        """What an action is made of, see `RobotBody.action_spec`; of nothing where there is no robot."""
+        return self._robot.action_spec() if self.has_robot else specs.BoundedArray((0,), float, [], [], name="")
+
+    # -- Writing ---------------------------------------------------------------------------------
+
+    def set_action(self, action: np.ndarray) -> None:
+        """Sets what the robot's actuators shall do until the next action, (0,) where there is no robot.
+
+        Raises:
+            CaregiverError: The action has another shape, or a value that is not finite.
+        """
+        action, count = np.asarray(action, float), self.embodiment.layout.size if self.has_robot else 0
+        if action.shape != (count,):
+            raise CaregiverError(f"an action has the shape {(count,)}, not {action.shape}")
+        if not all(map(math.isfinite, action.tolist())):
+            index = int(np.flatnonzero(~np.isfinite(action))[0])
+            name = self.action_spec().name.split("\t")[index]
+            raise CaregiverError(f"action[{index}] ({name}) is {action[index]}, not a finite number")
+        if self.has_robot:
+            self._robot.set_action(action)
+            self._robot.roll_wheels()
+
+    def set_toddler(self, walk: ToddlerWalk, child: int = 0) -> None:
+        """Moves a child, which is kinematic, to where its walk has got to."""
+        self._toddler_positions[child] = *walk.position, walk.yaw
+        self._toddler_velocities[child] = *walk.velocity, walk.yaw_rate
+
+    def set_robot(self, base: np.ndarray, arm: np.ndarray | None = None) -> None:
+        """Puts the robot somewhere, its hand open: base pose (3,) and arm joints (joints,), tucked if not given."""
+        self._robot.place(base, arm)
+
+    def set_candle(self, index: int, position: np.ndarray, yaw: float) -> None:
+        """Stands a candle somewhere, for the start of an episode."""
+        self._qpos[self._candle_rows[index]] = [*position, math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]
+
+    # -- Stepping --------------------------------------------------------------------------------
+
+    def step(self, nstep: int = 1) -> None:
+        """Advances the simulation, and keeps the children's contacts of every physics step in `touches`."""
+        (model, data), reader = self._raw, self.touch_reader
+        self.touches = []
+        warnings = self._warnings.tolist()
+        for _ in range(nstep):
+            mujoco.mj_step(model, data)
+            if any(reader.found.tolist()):
+                self.touches += reader.read()
+        # dm_control's check at every step would take 7 % of the closed loop's time, so it is only asked to report.
+        if self._warnings.tolist() != warnings:
+            with self.check_invalid_state():
+                self._warnings_before[:] = warnings

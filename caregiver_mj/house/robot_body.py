@@ -1,0 +1,84 @@
+"""The robot in the simulation of the house: where its joints are, and what its actuators are told."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+from dm_env import specs
+
+from caregiver_mj.robot.embodiment import Embodiment, Layout
+from caregiver_mj.robot.kinematics import arm_of
+
+_LOOSE = 0.024  # metres of each finger off the middle above which it does not touch a candle
+
+
+class RobotBody:
+    """The robot's joints and actuators, as views of the simulation's state.
+
+    Attributes:
+        embodiment: Which robot it is.
+        base: Positions x, y (m) and yaw (rad) of the base, and their rates, (3,) each.
+        arm: Positions and velocities of the arm's joints, (joints,) each, rad.
+        fingers: How far each finger stands off the middle, and how fast that changes, (2,) each, m.
+        wheels: Angles and rates of the wheels, (4,) each, rad.
+    """
+
+    def __init__(self, embodiment: Embodiment, model: mujoco.MjModel, data: mujoco.MjData):
+        self.embodiment = embodiment
+        names = embodiment.names
+        self.base, self.arm, self.fingers, self.wheels = (
+            joint_views(model, data, [f"robot/{joint}" for joint in joints])
+            for joints in (names.base, names.arm, names.fingers, names.wheels)
+        )
+        self._model = model
+        self._ctrl = [data.ctrl[part] for part in _parts(embodiment.actuators)]
+
+    def action_spec(self) -> specs.BoundedArray:
+        """Base velocities (m/s, rad/s), arm joint targets (rad) and gripper target (m), laid out as the robot's."""
+        layout, actuators = self.embodiment.layout, self.embodiment.actuators
+        driven = np.empty(layout.size, int)  # by each number of an action; of the two fingers the left one
+        driven[layout.base], driven[layout.arm] = _indices(actuators.base), _indices(actuators.arm)
+        driven[layout.gripper] = actuators.gripper.start
+        names = [self._model.actuator(int(i)).name.removeprefix("robot/") for i in driven]
+        names[layout.gripper.start] = "gripper"
+        low, high = self._model.actuator_ctrlrange[driven].T
+        return specs.BoundedArray((layout.size,), float, low, high, name="\t".join(names))
+
+    def is_gripping(self) -> bool:
+        """Whether the fingers are as close together as round a candle, or closer."""
+        return bool(self.fingers[0].sum() < 2 * _LOOSE)
+
+    def set_action(self, action: np.ndarray) -> None:
+        """Sets what the actuators shall do; both fingers get the gripper's value."""
+        for actuators, part in zip(self._ctrl, _parts(self.embodiment.layout), strict=True):
+            actuators[:] = action[part]
+
+    def place(self, base: np.ndarray, arm: np.ndarray | None = None) -> None:
+        """Puts the robot somewhere, its hand open: base pose (3,) and arm joints (joints,), tucked if not given."""
+        self.base[0][:], self.fingers[0][:] = base, self.embodiment.grasp.open
+        self.arm[0][:] = arm_of(self.embodiment).tucked if arm is None else arm
+
+    def roll_wheels(self) -> None:
+        """Turns the wheels as the base moves. They bear no load."""
+        x, y, turn = self.base[1].tolist()
+        yaw = float(self.base[0][2])
+        c, s = math.cos(yaw), math.sin(yaw)
+        self.wheels[1][:] = self.embodiment.wheels.rates(c * x + s * y, c * y - s * x, turn)
+
+
+def _parts(layout: Layout) -> tuple[slice, slice, slice]:
+    return layout.base, layout.arm, layout.gripper
+
+
+def _indices(part: slice) -> range:
+    return range(part.start, part.stop)
+
+
+def joint_views(model: mujoco.MjModel, data: mujoco.MjData, joints: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and velocities of scalar joints that follow one another, as views of the simulation's state."""
+    first = model.joint(joints[0])
+    q, v = int(first.qposadr[0]), int(first.dofadr[0])
+    return data.qpos[q : q + len(joints)], data.qvel[v : v + len(joints)]

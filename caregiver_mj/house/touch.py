@@ -1,0 +1,98 @@
+"""What the children touch: their contacts, read from the simulation and named after the floor plan."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import mujoco
+import numpy as np
+
+from caregiver_mj.house.scene import child_prefix
+
+_NUMBERED = ("table", "bin", "stairwell", "candle")  # kinds of things that stand several times in a house
+
+
+@dataclasses.dataclass(frozen=True)
+class Touch:
+    """A contact of a child.
+
+    Attributes:
+        child: Its number.
+        kind: What it touches: "wall", "table", "bin", "stairwell", "candle" or "robot".
+        index: Number of that thing in the floor plan, -1 for walls and the robot.
+        direction: Unit vector from the child towards it, on the floor; (0, 0) where it is above or below.
+        speed: How fast the touching part of the robot moves towards the child, m/s (0 for all else).
+    """
+
+    child: int
+    kind: str
+    index: int
+    direction: tuple[float, float]
+    speed: float
+
+
+class TouchReader:
+    """Reads the children's contacts of the present physics step.
+
+    Attributes:
+        found: How many contacts each child has, (children,): whether there is anything worth reading.
+    """
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, children: int):
+        self._model, self._data = model, data
+        self._children = {model.geom(f"{child_prefix(k)}body").id: k for k in range(children)}
+        self._things = [_thing_of(model.geom(i).name) for i in range(model.ngeom)]
+        first = model.sensor(_sensor(0)).adr[0]
+        self.found = data.sensordata[first : first + children]
+
+    @staticmethod
+    def add_sensors(spec: mujoco.MjSpec, children: int) -> None:
+        """Adds the sensors that a reader needs."""
+        for k in range(children):
+            spec.add_sensor(
+                name=_sensor(k),
+                type=mujoco.mjtSensor.mjSENS_CONTACT,
+                objtype=mujoco.mjtObj.mjOBJ_GEOM,
+                objname=f"{child_prefix(k)}body",
+                intprm=[1, 0, 1],  # report how many contacts are found
+            )
+
+    def read(self) -> list[Touch]:
+        """The contacts of all children."""
+        touches, children = [], self._children
+        for i, (one, two) in enumerate(self._data.contact.geom.tolist()):
+            if two in children:  # a contact's normal points from its first geom to its second
+                touches.append(self._touch(i, children[two], one, -1.0))
+            elif one in children:
+                touches.append(self._touch(i, children[one], two, 1.0))
+        return touches
+
+    def _touch(self, number: int, child: int, other: int, towards: float) -> Touch:
+        """A contact by its number, that of a child with another geom; times `towards`, its normal points to that."""
+        contact, data = self._data.contact, self._data
+        kind, index = self._things[other]
+        normal = towards * contact.frame[number, :3]
+        length = math.hypot(normal[0], normal[1])
+        # From above or below, it is in nobody's way.
+        direction = (float(normal[0] / length), float(normal[1] / length)) if length > 1e-6 else (0.0, 0.0)
+        speed = 0.0
+        if kind == "robot":
+            velocity = np.empty(6)
+            mujoco.mj_objectVelocity(self._model, data, mujoco.mjtObj.mjOBJ_GEOM, other, velocity, 0)
+            arm = contact.pos[number] - data.geom_xpos[other]
+            speed = -float((velocity[3:] + np.cross(velocity[:3], arm)) @ normal)
+        return Touch(child, kind, index, direction, speed)
+
+
+def _sensor(child: int) -> str:
+    return f"{child_prefix(child).removesuffix('/')}_touch"
+
+
+def _thing_of(geom: str) -> tuple[str, int]:
+    """What a geom stands for, by its name in the scene (see `caregiver_mj.house.scene`)."""
+    owner, _, part = geom.partition("/")
+    kind, _, number = owner.rpartition("_")
+    if kind == "stairwell" and part != "trigger":
+        return "wall", -1  # the panels beside the stairs
+    return (kind, int(number)) if kind in _NUMBERED else (kind or owner, -1)

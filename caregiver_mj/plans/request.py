@@ -1,0 +1,114 @@
+"""What a generated house shall be like, and its name."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+
+import numpy as np
+
+from caregiver_mj.errors import FloorPlanError
+from caregiver_mj.plans.chance import draw
+
+SMALLEST, LARGEST = 5, 100  # rows or columns, outer walls included
+SEEDS = 2**32
+
+# What a house has if nothing is asked for: the least and the most in a small one and in a large one, whose areas
+# within the outer walls are given in cells. Other sizes have as much for their area.
+_SIDES = (10, 18)  # rows or columns
+_AREAS = (8 * 8, 16 * 16)
+_USUAL = {
+    "rooms": ((2, 4), (4, 6)),
+    "stairwells": ((1, 2), (1, 4)),
+    "candles": ((2, 3), (2, 6)),
+    "tables": ((2, 3), (2, 6)),
+    "bins": ((2, 3), (2, 5)),
+}
+_ROOMY, _THINGS = 16, 12  # cells of a very small house for each room, and for each thing of a kind
+_LEAST = {"rooms": 1, "stairwells": 0, "candles": 0, "tables": 0, "bins": 1}
+
+
+@dataclasses.dataclass(frozen=True)
+class Request:
+    """What a house shall be like. What is None is drawn from the seed.
+
+    Attributes:
+        seed: Where all chance comes from, a whole number from 0 on, below `SEEDS`.
+        size: Columns and rows, outer walls included.
+        rooms: How many rooms, a corridor included.
+        stairwells: How many stairwells.
+        candles: How many tables with a candle.
+        tables: How many bare tables.
+        bins: How many toy bins.
+    """
+
+    seed: int
+    size: tuple[int, int] | None = None
+    rooms: int | None = None
+    stairwells: int | None = None
+    candles: int | None = None
+    tables: int | None = None
+    bins: int | None = None
+
+    @property
+    def name(self) -> str:
+        """What the house is called, and can be loaded by: `house-17`, or `house-17-14x12-rooms3`."""
+        words = [f"house-{self.seed}"]
+        if self.size is not None:
+            words.append("x".join(map(str, self.size)))
+        words += [f"{field}{count}" for field in _USUAL if (count := getattr(self, field)) is not None]
+        return "-".join(words)
+
+    @classmethod
+    def from_name(cls, name: str) -> Request | None:
+        """Reads the name of a generated house; None if it is no such name."""
+        counts = "".join(rf"(?:-{field}(?P<{field}>\d+))?" for field in _USUAL)
+        found = re.fullmatch(rf"house-(?P<seed>\d+)(?:-(?P<width>\d+)x(?P<height>\d+))?{counts}", name, re.ASCII)
+        if found is None:
+            return None
+        numbers = {key: None if digits is None else int(digits) for key, digits in found.groupdict().items()}
+        width, height = numbers.pop("width"), numbers.pop("height")
+        return cls(size=None if width is None else (width, height), **numbers)
+
+    def check(self) -> None:
+        """Raises FloorPlanError if there can be no such house."""
+        if not 0 <= self.seed < SEEDS:
+            raise self.error(f"the seed must lie between 0 and {SEEDS - 1}, not at {self.seed}")
+        for side in self.size or ():
+            if not SMALLEST <= side <= LARGEST:
+                raise self.error(f"a house has {SMALLEST} to {LARGEST} rows and columns, not {side}")
+        for field, least in _LEAST.items():
+            if (count := getattr(self, field)) is not None and count < least:
+                raise self.error(f"{field} must be at least {least}, not {count}")
+        if self.stairwells == self.candles == 0:
+            raise self.error("without a stairwell and without a candle there is nothing to protect a child from")
+        if self.candles and self.tables == 0:
+            raise self.error("without a bare table there is nowhere to take a candle")
+        if self.stairwells == self.tables == 0:
+            raise self.error("without a stairwell and without a bare table there is nothing to protect a child from")
+
+    def error(self, problem: str) -> FloorPlanError:
+        """An error about it."""
+        return FloorPlanError(f"floor plan '{self.name}' cannot be made: {problem}")
+
+    def settled(self) -> Request:
+        """The same request with everything drawn that was left open."""
+        random = np.random.RandomState(self.seed)
+        drawn = [_SIDES[0] + draw(random, _SIDES[1] - _SIDES[0] + 1) for _ in range(2)]
+        size = self.size or (drawn[0], drawn[1])
+        area = (size[0] - 2) * (size[1] - 2)
+        counts = {}
+        for field, (small, large) in _USUAL.items():
+            chance = draw(random, 2**32)  # always drawn: one wish does not change what else is drawn
+            most = max(1, area // (_ROOMY if field == "rooms" else _THINGS))
+            low, high = (min(most, _between(area, *ends)) for ends in zip(small, large, strict=True))
+            counts[field] = low + chance * (high - low + 1) // 2**32
+        if self.tables == 0:
+            counts["candles"] = 0  # there would be nowhere to take them
+        counts |= {field: count for field in counts if (count := getattr(self, field)) is not None}
+        return dataclasses.replace(self, size=size, **counts)
+
+
+def _between(area: int, small: int, large: int) -> int:
+    """A number between those for a small and for a large area, in proportion, or beyond them; at least 1."""
+    return max(1, small + round((large - small) * (area - _AREAS[0]) / (_AREAS[1] - _AREAS[0])))

@@ -1,0 +1,60 @@
+"""Houses by name: generated ones, and sets of them to learn in and to be tested in.
+
+A set is `train-N` or `test-N`, the first N houses of one of two fixed lists; those of one list are in no set of the
+other. `test-100/17` is house 17 of `test-100`, counted from 0, and also house 17 of every other `test-N` that has one.
+Its own name, which is the same in all of them, is that of its seed: `house-200017`.
+"""
+
+from __future__ import annotations
+
+import re
+
+from caregiver_mj.errors import FloorPlanError
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.generator import generate
+from caregiver_mj.plans.request import Request
+
+LARGEST_SET = 1000  # houses
+FIRST_SEEDS = {"train": 100_000, "test": 200_000}
+
+
+def house(name: str) -> FloorPlan | None:
+    """Makes the house that a name such as `house-17` or `test-100/17` stands for; None if it is no such name.
+
+    Raises:
+        FloorPlanError: It is one, but there is no such house.
+    """
+    if (request := Request.from_name(name)) is not None:
+        return generate(**vars(request))
+    found, _, index = name.rpartition("/")
+    if not re.fullmatch(r"\d+", index, re.ASCII) or (seeds := _seeds(found)) is None:
+        return None
+    if int(index) >= len(seeds):
+        raise FloorPlanError(f"no floor plan '{name}': the houses of {found} are {found}/0 to {found}/{len(seeds) - 1}")
+    return generate(seeds[int(index)])
+
+
+def house_set(name: str) -> tuple[FloorPlan, ...]:
+    """Makes all houses of a set.
+
+    Args:
+        name: `train-N` or `test-N`, with N from 1 to 1000.
+
+    Raises:
+        FloorPlanError: There is no such set.
+    """
+    seeds = _seeds(name)
+    if seeds is None:
+        raise FloorPlanError(f"no set of floor plans '{name}': there are train-N and test-N, such as test-100")
+    return tuple(generate(seed) for seed in seeds)
+
+
+def _seeds(name: str) -> range | None:
+    """Seeds of the houses of a set; None if it is no name of one."""
+    found = re.fullmatch(r"(train|test)-(\d+)", name, re.ASCII)
+    if found is None:
+        return None
+    first, size = FIRST_SEEDS[found[1]], int(found[2])
+    if not 1 <= size <= LARGEST_SET:
+        raise FloorPlanError(f"no set of floor plans '{name}': a set has 1 to {LARGEST_SET} houses")
+    return range(first, first + size)

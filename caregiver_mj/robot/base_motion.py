@@ -1,0 +1,157 @@
+"""The base's reference: a path, played back as fast as the child allows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from caregiver_mj.robot.base_path import BasePath
+from caregiver_mj.robot.limits import Limits
+from caregiver_mj.robot.ruckig_calls import PathError
+from caregiver_mj.robot.scalar_motion import ScalarMotion
+from caregiver_mj.robot.se2 import Vector
+
+_CORNER_DEVIATIONS = (0.2, 0.12, 0.06)  # metres by which corners of a path are cut, if there is room
+_CHECK_INTERVAL = 0.08  # seconds between the points of a path that are checked for room
+
+# The path is played back at a rate of 0 to 1, to slow down on it. The slower the path itself is, the quicker the rate
+# may change; below this speed it makes no difference any more.
+_SLOW = 0.3  # m/s
+
+
+class BaseMotion:
+    """Where the base shall be, now and next.
+
+    Times are seconds since the start of the episode, positions metres in the house.
+
+    Attributes:
+        now: The present time.
+    """
+
+    now = 0.0
+
+    def __init__(self, limits: Limits):
+        """Prepares it.
+
+        Args:
+            limits: Bounds of the base's speed, acceleration and jerk.
+        """
+        self._base_limits = limits
+        self._looked_up: tuple[float, tuple[Vector, Vector, Vector]] | None = None  # the last moment, and its motion
+
+    def drive_along(self, points: Sequence[Vector], is_clear: Callable[[np.ndarray], bool]) -> None:
+        """Takes a new path, from the motion that is under way now.
+
+        Args:
+            points: Polyline to follow.
+            is_clear: Tells whether the base has room at points (n, 2). Corners are cut as long as it does.
+
+        Raises:
+            PathError: The base is too fast to turn into it, or has no room to; stop first.
+        """
+        _, velocity, acceleration = self.base_reference()
+        moves = math.hypot(*velocity) > 1e-3
+        for deviation in _CORNER_DEVIATIONS:
+            path = BasePath(points, self._base_limits, velocity, acceleration, deviation)
+            times = np.arange(0.0, path.duration, _CHECK_INTERVAL)
+            if is_clear(np.array([path.at(time)[0] for time in times]).reshape(-1, 2)):
+                break
+        else:
+            if moves:
+                raise PathError("no room to turn into the path")
+        self._path, self._looked_up = path, None
+        # The path begins with the present velocity, so it is played back at full rate from the first moment; from rest
+        # the rate may start anywhere, and starts at nothing until `set_rate` says how much the child allows.
+        self._playback = ScalarMotion(self._rate_limits(self._base_limits.velocity), 0.0)
+        self._rate = 1.0 if moves else 0.0
+        self._playback.run_at(self._rate, self.now, at_once=True)
+
+    def set_rate(self, rate: float) -> None:
+        """Sets the share, 0 to 1, of its planned speed at which the base moves along its path.
+
+        It holds for one control timestep: a base at which nobody looks any more stops.
+        """
+        self._watched = True
+        if self._path is None:
+            return
+        if self._rate == 0.0 and self._playback.at(self.now)[0] == 0.0:
+            self._rate, self._looked_up = rate, None
+            self._playback.run_at(rate, self.now, at_once=True)
+        # The solver is asked for worthwhile changes only.
+        elif abs(rate - self._rate) > 0.04 or (rate in (0.0, 1.0) and rate != self._rate):
+            self._rate, self._looked_up = rate, None
+            self._playback.set_limits(self._rate_limits(math.hypot(*self.planned_velocity())))
+            self._playback.run_at(rate, self.now)
+
+    def base_reference(self) -> tuple[Vector, Vector, Vector]:
+        """Position, velocity and acceleration of the base's reference now."""
+        return self._base_at(self.now)
+
+    @property
+    def time_left(self) -> float:
+        """Seconds until the base arrives if it is not slowed down any more."""
+        if self._path is None:
+            return 0.0
+        return self._path.duration - self._playback.at(self.now)[0]
+
+    @property
+    def is_driving(self) -> bool:
+        """Whether the base has a path to follow, be it that it waits on it."""
+        return self._path is not None
+
+    @property
+    def rate(self) -> float:
+        """The share, 0 to 1, of its planned speed at which the base goes along its path now; 0 without a path."""
+        return 0.0 if self._path is None else self._playback.at(self.now)[1]
+
+    @property
+    def is_unhindered(self) -> bool:
+        """Whether the base goes along its path as fast as planned."""
+        return self._path is None or self._playback.at(self.now)[1] > 0.99
+
+    @property
+    def moving(self) -> bool:
+        """Whether the base's reference is on its way."""
+        return self._path is not None and math.hypot(*self.base_reference()[1]) > 1e-3
+
+    def points_ahead(self, seconds: float) -> list[Vector]:
+        """Points of the path that the base passes within some seconds."""
+        if self._path is None:
+            return [self._here]
+        begin = self._playback.at(self.now)[0]
+        return [self._path.at(begin + seconds * i / 5)[0] for i in range(1, 6)]
+
+    def planned_velocity(self) -> Vector:
+        """The velocity that the path would have now at full rate."""
+        if self._path is None:
+            return (0.0, 0.0)
+        # Look a little ahead, so that a base at rest at the start of its path sees where it would go.
+        return self._path.at(self._playback.at(self.now)[0] + 0.1)[1]
+
+    def _base_at(self, time: float) -> tuple[Vector, Vector, Vector]:
+        if self._looked_up is None or self._looked_up[0] != time:  # many ask for the same moment
+            self._looked_up = time, self._look_up(time)
+        return self._looked_up[1]
+
+    def _look_up(self, time: float) -> tuple[Vector, Vector, Vector]:
+        if self._path is None:
+            return self._here, (0.0, 0.0), (0.0, 0.0)
+        along, rate, change = self._playback.at(time)
+        if along >= self._path.duration:
+            self._hold(self._path.goal)
+            return self._here, (0.0, 0.0), (0.0, 0.0)
+        position, (vx, vy), (ax, ay) = self._path.at(along)
+        if rate != 1.0 or change != 0.0:
+            vx, vy, ax, ay = rate * vx, rate * vy, rate**2 * ax + change * vx, rate**2 * ay + change * vy
+        return position, (vx, vy), (ax, ay)
+
+    def _hold(self, position: Vector) -> None:
+        self._here, self._path, self._rate = position, None, 1.0
+        self._looked_up = None
+
+    def _rate_limits(self, speed: float) -> Limits:
+        """Bounds of the rate of playback that keep those of the base, on a path of this speed."""
+        speed = max(speed, _SLOW)
+        return Limits(1.0, self._base_limits.acceleration / speed, self._base_limits.jerk / speed)

@@ -1,0 +1,163 @@
+"""The base's way along a polyline, as jerk-limited trajectories that continue from a motion under way."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+
+from ruckig import ControlInterface, Ruckig, Synchronization, Trajectory
+
+from caregiver_mj.robot.limits import Limits
+from caregiver_mj.robot.path_lines import Piece, angle, direction, in_frame, without_repeats
+from caregiver_mj.robot.path_speeds import PathSpeeds
+from caregiver_mj.robot.ruckig_calls import NOTHING, PathError, extremes, parameters, solve
+from caregiver_mj.robot.se2 import Vector
+
+_OVERSHOOT = 0.003  # metres beyond the end of a line that are none
+_TURN_IN_LENGTHS = (0.5, 0.8, 1.2, 1.8, 2.6)  # metres in which a new path may be entered at speed; the quickest wins
+
+
+class BasePath:
+    """The base's way along a polyline: straight pieces, and corners blended without a stop.
+
+    In a corner the velocity goes in a straight line, in velocity space, from the old direction to the new one; so the
+    speed never exceeds that of the two ends. Every piece is one ruckig trajectory, and position, velocity and
+    acceleration are continuous throughout.
+
+    Attributes:
+        goal: The end of the path, metres.
+        duration: Seconds that it takes.
+    """
+
+    def __init__(
+        self,
+        points: Sequence[Vector],
+        limits: Limits,
+        velocity: Vector = (0.0, 0.0),
+        acceleration: Vector = (0.0, 0.0),
+        deviation: float = 0.08,
+    ):
+        """Plans the way.
+
+        Args:
+            points: The polyline from the present position to the goal, metres.
+            limits: Bounds of speed, acceleration and jerk.
+            velocity: Present velocity, m/s.
+            acceleration: Present acceleration, m/s^2.
+            deviation: Metres by which a blended corner may cut inside of the polyline.
+
+        Raises:
+            PathError: The present velocity is too high to turn into the path; stop first.
+        """
+        self._limits, self._speeds = limits, PathSpeeds(limits, deviation)
+        self._pieces: list[Piece] = []
+        self.duration = 0.0
+        points = without_repeats(points)
+        self.goal = points[-1]
+        moving = math.hypot(*velocity) > 1e-6 or math.hypot(*acceleration) > 1e-6
+        if len(points) == 1:
+            if moving:
+                raise PathError("no way to turn into: the base is moving at its goal")
+            return
+        start_speed = 0.0
+        if moving:
+            points, start_speed = self._turn_in(points, velocity, acceleration)
+        self._follow(points, start_speed)
+
+    def at(self, time: float) -> tuple[Vector, Vector, Vector]:
+        """Position (m), velocity (m/s) and acceleration (m/s^2) at a time since the start."""
+        if time >= self.duration:
+            return self.goal, (0.0, 0.0), (0.0, 0.0)
+        pieces = self._pieces
+        i = len(pieces) - 1
+        while pieces[i].begin > time and i:
+            i -= 1
+        return pieces[i].at(time)
+
+    # -- Planning --------------------------------------------------------------------------------
+
+    def _turn_in(self, points: list[Vector], velocity: Vector, acceleration: Vector) -> tuple[list[Vector], float]:
+        """Plans from the present motion onto the first line. Returns the points left, and the speed there."""
+        speeds = self._speeds
+        axis, length = direction(points[0], points[1])
+        along, across = in_frame(velocity, axis)
+        asked = parameters([0.0, 0.0], [along, across], list(in_frame(acceleration, axis)), self._limits)
+        asked.synchronization = Synchronization.TimeIfNecessary
+        # Each axis gets what leaves the length of the vector within its limit.
+        asked.max_acceleration = [self._limits.acceleration / math.sqrt(2)] * 2
+        asked.max_jerk = [self._limits.jerk / math.sqrt(2)] * 2
+        # While there is speed across the line there must be less along it.
+        across_peak = abs(across) + asked.current_acceleration[1] ** 2 / (2 * asked.max_jerk[1])
+        top = math.sqrt(max(self._limits.velocity**2 - across_peak**2, (0.3 * self._limits.velocity) ** 2))
+        options = []
+        for reach in (*(r for r in _TURN_IN_LENGTHS if r < 0.95 * length), length):
+            # No faster than can be reached in time, or braked from in the rest of the line.
+            end = min(top, speeds.reachable(max(along, 0.0), 0.6 * reach), speeds.reachable(0.0, length - reach))
+            if speeds.distance_to_change(max(along, 0.0), end) > 0.9 * reach:
+                continue  # it would overshoot and come back
+            asked.max_velocity = [max(top, abs(along)), self._limits.velocity]
+            asked.target_position = [reach, 0.0]
+            asked.target_velocity = [end, 0.0]
+            trajectory = solve(Ruckig(2), asked)
+            top_speed, farthest = extremes(trajectory)
+            if top_speed <= self._limits.velocity + NOTHING and farthest <= reach + _OVERSHOOT:
+                options.append((trajectory.duration + (length - reach) / self._limits.velocity, reach, end, trajectory))
+        if not options:
+            raise PathError("too fast to turn into the path")
+        _, reach, end, trajectory = min(options, key=lambda option: option[:2])
+        self._append(points[0], axis, trajectory)
+        if reach == length:
+            return points[1:], end
+        here = (points[0][0] + axis[0] * reach, points[0][1] + axis[1] * reach)
+        return [here, *points[1:]], end
+
+    def _follow(self, points: list[Vector], start_speed: float) -> None:
+        """Plans along a polyline on whose first line the base already moves at a speed, to rest at its end."""
+        if len(points) < 2:
+            return
+        lines = [direction(a, b) for a, b in itertools.pairwise(points)]
+        turns = [angle(a[0], b[0]) for a, b in itertools.pairwise(lines)]
+        rooms = [min(a[1], b[1]) / 2 for a, b in itertools.pairwise(lines)]
+        # Speed at each point: what the corner allows, then what can be reached from, and braked to, its neighbours.
+        speeds = [start_speed, *map(self._speeds.corner_speed, turns, rooms), 0.0]
+        trims = [0.0, *map(self._speeds.corner_size, speeds[1:-1], turns), 0.0]
+        lengths = [line[1] - a - b for line, a, b in zip(lines, trims, trims[1:], strict=False)]
+        for i in range(len(lengths)):
+            speeds[i + 1] = min(speeds[i + 1], self._speeds.reachable(speeds[i], lengths[i]))
+        for i in reversed(range(1, len(lengths))):
+            speeds[i] = min(speeds[i], self._speeds.reachable(speeds[i + 1], lengths[i]))
+
+        here = points[0]
+        for i, (axis, _) in enumerate(lines):
+            corner = i < len(turns)
+            trim = self._speeds.corner_size(speeds[i + 1], turns[i]) if corner else 0.0
+            end = (points[i + 1][0] - axis[0] * trim, points[i + 1][1] - axis[1] * trim)
+            length = (end[0] - here[0]) * axis[0] + (end[1] - here[1]) * axis[1]
+            if length > NOTHING:
+                asked = parameters([0.0], [speeds[i]], [0.0], self._limits)
+                asked.target_position = [length]
+                asked.target_velocity = [speeds[i + 1]]
+                self._append(here, axis, solve(Ruckig(1), asked))
+            here = end
+            if corner and trim > NOTHING:
+                here = self._corner(end, axis, lines[i + 1][0], speeds[i + 1])
+
+    def _corner(self, begin: Vector, axis: Vector, next_axis: Vector, speed: float) -> Vector:
+        turned = in_frame(next_axis, axis)
+        asked = parameters([0.0, 0.0], [speed, 0.0], [0.0, 0.0], self._limits)
+        asked.control_interface = ControlInterface.Velocity
+        asked.synchronization = Synchronization.Phase
+        asked.target_velocity = [speed * turned[0], speed * turned[1]]
+        # The limits hold for the length of the vector; each axis gets its share of the change.
+        change = math.hypot(turned[0] - 1.0, turned[1])
+        share = [max(abs(turned[0] - 1.0) / change, 1e-3), max(abs(turned[1]) / change, 1e-3)]
+        asked.max_acceleration = [self._limits.acceleration * k for k in share]
+        asked.max_jerk = [self._limits.jerk * k for k in share]
+        trajectory = solve(Ruckig(2), asked)
+        self._append(begin, axis, trajectory)
+        return self._pieces[-1].at(self.duration)[0]
+
+    def _append(self, origin: Vector, axis: Vector, trajectory: Trajectory) -> None:
+        self._pieces.append(Piece(self.duration, origin, axis, trajectory))
+        self.duration += trajectory.duration

@@ -1,0 +1,118 @@
+"""How much room a house leaves the base, and its hand: distances to all that stands in it, on a raster."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy import ndimage
+
+from caregiver_mj.plans import layout
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot.embodiment import Embodiment
+from caregiver_mj.robot.se2 import Vector
+
+_LEAVING = 0.40  # metres from the ends of a path within which it may be closer to things than elsewhere
+
+_RASTER = 0.025  # metres
+_STRIDE, _ENDS = 16, 20  # in a first look along a line: points to skip, and points at its ends within `_LEAVING`
+_NEIGHBOURHOOD = 2.0  # metres round the house that the raster covers, for poses outside of it
+_ROUNDING = 1e-9  # metres
+
+
+class Clearance:
+    """The room that a robot has in one house, from its floor plan alone."""
+
+    def __init__(self, plan: FloorPlan, robot: Embodiment):
+        self._plan = plan
+        self._needs = needs = robot.clearances
+        height, width = plan.shape
+        self._half = np.array([width, height]) * plan.cell_size / 2 + _NEIGHBOURHOOD
+        self._origin = tuple((-self._half).tolist())
+        # Metres beyond what the base needs, and beyond what the hand needs when it turns with the base.
+        self._room = self._distance_to(layout.obstacle_rectangles(plan)) - robot.footprint - needs.furniture
+        # Stairs go down between panels as high as walls.
+        high = np.concatenate([layout.wall_rectangles(plan), layout.stair_rectangles(plan)])
+        self._turning_room = self._distance_to(high) - needs.turning
+
+    def line(self, a: Vector, b: Vector) -> tuple[np.ndarray, np.ndarray] | None:
+        """Points, x and y, along a straight line on which the base has room; None if it has not.
+
+        A base that stands too close to something already may leave it, or come to stand there, but no more than that.
+        """
+        if self._meets_wall(a, b):
+            return None
+        x, y = _points_between(a, b)
+        for raster in (self._room, self._turning_room):
+            slack = self._at(raster, x, y)
+            if slack.min() >= 0.0:
+                continue
+            distance = np.linspace(0.0, math.dist(a, b), len(x))
+            allowed = np.where(distance < _LEAVING, min(0.0, slack[0]), 0.0)
+            allowed = np.where(distance > distance[-1] - _LEAVING, np.minimum(allowed, slack[-1]), allowed)
+            if (slack < allowed - _ROUNDING).any():
+                return None
+        return x, y
+
+    def has_room(self, points: np.ndarray) -> bool:
+        """Whether the base fits at all points (n, 2), be it with less clearance than a straight path keeps."""
+        if not len(points):
+            return True
+        for raster in (self._room, self._turning_room):
+            slack = self._at(raster, points[:, 0], points[:, 1])
+            ends = np.minimum(np.hypot(*(points - points[0]).T), np.hypot(*(points - points[-1]).T)) < _LEAVING
+            allowed = np.where(ends, min(-self._needs.corner, slack[0], slack[-1]), -self._needs.corner)
+            if (slack < allowed - _ROUNDING).any():
+                return False
+        return True
+
+    def can_stand(self, point: Vector) -> bool:
+        """Whether the base has room to stand at a point, and is meant to."""
+        if self._plan.cell_at(point) not in self._plan.cell_index:  # as those of all points outside of the house
+            return False
+        return self._value(self._room, point) >= -self._needs.standing
+
+    def can_turn(self, point: Vector) -> bool:
+        """Whether the base has room to turn at a point with a candle in its tucked hand."""
+        return self._value(self._turning_room, point) >= 0.0
+
+    def hand_clear(self, a: Vector, b: Vector) -> bool:
+        """Whether the outstretched hand can move straight from one point to another without touching a wall."""
+        room = self._at(self._turning_room, *_points_between(a, b)).min()
+        return bool(room >= self._needs.hand - self._needs.turning)
+
+    def _meets_wall(self, a: Vector, b: Vector) -> bool:
+        """Whether a few of a line's points already show a wall in the way: most long lines meet one, and soon."""
+        last = int(math.dist(a, b) / _RASTER) + 1
+        for i in range(_ENDS, last - _ENDS, _STRIDE):
+            share = i * (1.0 / last)
+            x, y = a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
+            if self._value(self._turning_room, (x, y)) < -_ROUNDING:
+                return True
+        return False
+
+    def _value(self, raster: np.ndarray, point: Vector) -> float:
+        """Value of a raster at one point."""
+        row, column = int((point[1] - self._origin[1]) / _RASTER), int((point[0] - self._origin[0]) / _RASTER)
+        return float(raster[row, column])
+
+    def _at(self, raster: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Values of a raster at points."""
+        row = ((y - self._origin[1]) / _RASTER).astype(int)
+        return raster[row, ((x - self._origin[0]) / _RASTER).astype(int)]
+
+    def _distance_to(self, rectangles: np.ndarray) -> np.ndarray:
+        """Metres from every point of the raster, (rows, columns), to the nearest of some rectangles (n, 4)."""
+        half = self._half
+        free = np.ones(np.ceil(2 * half[::-1] / _RASTER).astype(int) + 1, bool)
+        for x, y, half_x, half_y in rectangles:
+            low = np.floor((np.array([y - half_y, x - half_x]) + half[::-1]) / _RASTER).astype(int)
+            high = np.ceil((np.array([y + half_y, x + half_x]) + half[::-1]) / _RASTER).astype(int)
+            free[low[0] : high[0], low[1] : high[1]] = False
+        return ndimage.distance_transform_edt(free) * _RASTER
+
+
+def _points_between(a: Vector, b: Vector) -> tuple[np.ndarray, np.ndarray]:
+    """Points, x and y, along a straight line."""
+    share = np.linspace(0.0, 1.0, int(math.dist(a, b) / _RASTER) + 2)
+    return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])

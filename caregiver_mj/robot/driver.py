@@ -1,0 +1,188 @@
+"""How the robot drives: to where a skill wants it, round children or out of their way, never faster than it could stop.
+
+A skill has a `Driver`, whose `drive` it calls once a control timestep. It plans a path, follows it at the rate that the
+children allow, yields where robot and child are in each other's way, and gives up what a child keeps closed.
+"""
+
+from __future__ import annotations
+
+import math
+
+from caregiver_mj.plans import layout
+from caregiver_mj.plans.cell_graph import Cell
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot.motion import RobotMotion
+from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.patience import Patience
+from caregiver_mj.robot.ruckig_calls import PathError
+from caregiver_mj.robot.se2 import Vector
+from caregiver_mj.robot.separation import allowed_rate, child_cells, comes, is_in_the_way, near_children
+from caregiver_mj.robot.status import Status
+from caregiver_mj.robot.view import View
+
+# How near the base must be to where it shall stand.
+_ARRIVED = 0.006  # metres
+_ARRIVED_YAW = 0.012  # radians
+
+_SWITCHING_RATE = 0.6  # a base that a child has slowed down below this stops before it takes another path
+# Seconds until it looks at its way again: while it has one, while children leave it none, and while it stops.
+_REPLAN_INTERVAL, _BARRED_INTERVAL, _STOPPING_INTERVAL = 1.0, 0.3, 0.04
+_LOOK_AHEAD = 1.5  # seconds of the path that are looked at for children in the way
+_PATIENCE = 1.7  # seconds for which the robot gets out of the way of a child that comes: one novice timestep
+
+
+class Driver:
+    """Drives the base to where a skill wants it.
+
+    Attributes:
+        goal: Where the base shall stand, (x, y) in metres, when a way there was last looked for; None before that.
+        cell: The cell in which (or at whose border) that is, likewise.
+        aside_until: Until when, in seconds, it gets out of the way of a child that leaves it no way; a past time if it
+            does not.
+        patience: How long it goes on without coming nearer.
+    """
+
+    def __init__(self, navigator: Navigator, loaded: bool = False):
+        """Prepares a driver.
+
+        Args:
+            navigator: Of the house and the robot.
+            loaded: Whether there is a candle in the hand.
+        """
+        self.goal: Vector | None = None
+        self.cell: Cell | None = None
+        self.aside_until = -math.inf
+        self.patience = Patience()
+        approach = navigator.robot.approach
+        self._navigator, self._embodiment = navigator, navigator.robot
+        self._may_drive = approach.drive_loaded if loaded else approach.drive  # so far out may the hand be
+        self._path_goal: Vector | None = None  # where the present path ends
+        self._replan_at = 0.0
+        self._stops = False  # before it takes another path
+        self._litter: set[Cell] = set()  # cells that the present path keeps clear of
+
+    def drive(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell, yaw: float) -> Status:
+        """Drives for one control timestep.
+
+        Args:
+            view: What is seen.
+            robot: What moves.
+            goal: Where the base shall stand, metres.
+            cell: The cell in which (or at whose border) that is.
+            yaw: Its heading there, radians.
+
+        Returns:
+            DONE while the base is there. FAILED if it has lost patience.
+        """
+        moved = self.goal is None or math.dist(goal, self.goal) > 1e-3
+        if (moved or self.looks_again(view.now)) and robot.hand_out <= self._may_drive:
+            self._plan(view, robot, goal, cell)
+        # A turn once begun goes on, wherever the base has got to.
+        may_turn = view.child_distance(view.base[:2]) > self._embodiment.clearances.child_turning and (
+            robot.turns_to(yaw) or self._navigator.clearance.can_turn(view.base[:2])
+        )
+        if may_turn and robot.hand_out <= self._embodiment.approach.turn:
+            robot.turn_to(yaw)
+        # Where the drive is shorter than the turn, the base sets off later: it would have to wait at the goal instead.
+        waits = self._stops or (may_turn and not robot.moving and robot.time_left < robot.turn_left(yaw))
+        robot.set_rate(0.0 if waits else allowed_rate(view, self._embodiment, robot.planned_velocity()))
+        off = math.dist(goal, view.base[:2])
+        turn = abs(math.remainder(yaw - view.base[2], math.tau))
+        if off < _ARRIVED and turn < _ARRIVED_YAW and not robot.moving:
+            self.patience.renew(view.now)
+            return Status.DONE
+        if self.patience.is_over(view.now) and not (robot.moving and self._leads_to(goal)):
+            return Status.FAILED
+        return Status.RUNNING
+
+    def stands_aside(self, now: float) -> bool:
+        """Whether it gets, or keeps, out of the way of a child that leaves it no way."""
+        return now < self.aside_until
+
+    def looks_again(self, now: float) -> bool:
+        """Whether it is time to look at the way again."""
+        return now >= self._replan_at
+
+    def replan(self) -> None:
+        """Has the way looked at again, because the world has changed."""
+        self._replan_at = 0.0
+
+    def _leads_to(self, goal: Vector) -> bool:
+        """Whether the present path ends there."""
+        return self._path_goal is not None and math.dist(goal, self._path_goal) < 1e-3
+
+    def _plan(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell) -> None:
+        """Finds a way, keeping to the present one as long as it leads to the goal and past the children."""
+        self.goal, self.cell = goal, cell
+        self._note_progress(view, cell)
+        litter = _fallen_candle_cells(view, self._navigator.plan) - {cell}
+        under_way = self._leads_to(goal) and litter == self._litter
+        self._litter = litter
+        ahead = robot.points_ahead(_LOOK_AHEAD)
+        if under_way and robot.time_left > 0.0 and not is_in_the_way(view, self._embodiment, ahead):
+            self._replan_at = view.now + _REPLAN_INTERVAL
+            return
+        here = robot.base_reference()[0]
+        points = self._way_past_children(view, here, goal, cell)
+        self._replan_at = view.now + (_REPLAN_INTERVAL if points else _BARRED_INTERVAL)
+        if points:
+            self.aside_until = -math.inf
+        else:
+            if comes(view, self._embodiment):
+                self.aside_until = view.now + _PATIENCE
+            if self.stands_aside(view.now):
+                goal, points = self._step_aside(view, here)
+            elif not under_way:  # follow the children, as closely as they let the robot
+                points = self._navigator.path(here, goal, cell)
+        if points:
+            self._take(points, goal, view, robot)
+
+    def _note_progress(self, view: View, cell: Cell) -> None:
+        """Takes in how near the base is to its cell, by a way that knows no children."""
+        route = self._navigator.route(self._navigator.nearest_cell(view.base[:2]), cell)
+        if route is not None:
+            self.patience.note(len(route), view.now)
+
+    def _way_past_children(self, view: View, here: Vector, goal: Vector, cell: Cell) -> list[Vector] | None:
+        """A way round the children that are near, and if possible round what lies on the floor; None if they bar it."""
+        near = near_children(view, here)
+        children, closed = [child.position for child in near], child_cells(near, self._navigator.plan)
+        points = self._navigator.path(here, goal, cell, children, closed | self._litter)
+        if not points and self._litter:
+            points = self._navigator.path(here, goal, cell, children, closed)
+        return points
+
+    def _take(self, points: list[Vector], goal: Vector, view: View, robot: RobotMotion) -> None:
+        """Takes a way to a goal, or stops first if the base cannot turn into it."""
+        self._stops = robot.moving and allowed_rate(view, self._embodiment, robot.planned_velocity()) < _SWITCHING_RATE
+        if not self._stops:
+            try:
+                robot.drive_along(points, self._navigator.clearance.has_room)
+            except PathError:
+                self._stops = True
+        if self._stops:
+            self._path_goal, self._replan_at = None, view.now + _STOPPING_INTERVAL
+        else:
+            self._path_goal = goal
+
+    def _step_aside(self, view: View, here: Vector) -> tuple[Vector | None, list[Vector] | None]:
+        """Where the robot is not in the children's way, and the path there; None to stay where it is."""
+        navigator, plan = self._navigator, self._navigator.plan
+        closed = child_cells(view.children, plan)
+        children = [child.position for child in view.children]
+        for start in (here, *navigator.ways_out(here, children, closed)):
+            refuge = navigator.refuge(navigator.nearest_cell(start), map(plan.cell_at, children), closed)
+            if refuge is None:
+                break
+            place = tuple(plan.position(refuge).tolist())
+            if self._leads_to(place):
+                break  # on its way there already
+            if points := navigator.path(start, place, refuge, children, closed):
+                return place, points if start is here else [here, *points]
+        return None, None
+
+
+def _fallen_candle_cells(view: View, plan: FloorPlan) -> set[Cell]:
+    """The cells on whose floor candles lie."""
+    low = view.candles[:, 2] < layout.TABLE_HEIGHT / 2
+    return {plan.cell_at(place) for place in view.candles[low, :2]} if low.any() else set()

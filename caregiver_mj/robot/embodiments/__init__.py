@@ -1,0 +1,46 @@
+"""The robots by name: the package's own, and those of other packages."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import Any
+
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.registry import Registry
+from caregiver_mj.robot.embodiment import DEFAULT, Embodiment
+from caregiver_mj.robot.embodiments.mobile_fr3 import mobile_fr3
+from caregiver_mj.robot.embodiments.mobile_ur5e import mobile_ur5e
+
+
+class _Makers(Registry[Callable[[], Embodiment]]):
+    """Functions that make embodiments, which read the models when they are called."""
+
+    def check(self, name: str, value: str, found: Any) -> None:
+        if not callable(found):
+            raise CaregiverError(f"{self.what} '{name}' ({value}) is not a function that makes an Embodiment")
+
+
+EMBODIMENTS = _Makers(
+    "robot",
+    "caregiver_mj.embodiments",
+    "caregiver_mj.robot.embodiment.Embodiment",
+    {"mobile_fr3": mobile_fr3, "mobile_ur5e": mobile_ur5e},
+)
+
+
+def find_embodiment(which: Embodiment | str | None = None) -> Embodiment:
+    """A robot: the one of a name, made once; the default without one; or what is one already.
+
+    Raises:
+        CaregiverError: There is no robot of that name, or it cannot be made.
+    """
+    return which if isinstance(which, Embodiment) else _made(DEFAULT if which is None else which)
+
+
+@functools.cache
+def _made(name: str) -> Embodiment:
+    made = EMBODIMENTS[name]()
+    if not isinstance(made, Embodiment):
+        raise CaregiverError(f"robot '{name}' is not an Embodiment but {type(made).__name__}")
+    return made

@@ -1,0 +1,104 @@
+"""A square base on omnidirectional wheels with an arm of the Universal Robots UR5e's kinematics.
+
+The sources are in `models/README.md`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from caregiver_mj.robot.embodiment import Embodiment, Names, Servos
+from caregiver_mj.robot.handling import Approach, Bends, Clearances, Grasp, Postures
+from caregiver_mj.robot.limits import ArmLimits, Limits, RobotLimits
+from caregiver_mj.robot.robot_model import RobotModel, own_model
+
+NAMES = Names(
+    base=("base_x", "base_y", "base_yaw"),
+    arm=("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"),
+    fingers=("jaw_left", "jaw_right"),
+    wheels=("wheel_front_left", "wheel_front_right", "wheel_rear_left", "wheel_rear_right"),
+    chain=("upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3"),
+)
+
+_BASE_SPEED = 1.0  # m/s, own design
+_FINGER_SPEED = 0.15  # m/s, own design
+
+LIMITS = RobotLimits(
+    # UR5e data sheet: 180 degrees a second. Acceleration and jerk are not published: own.
+    arm=ArmLimits(
+        velocity=np.full(6, math.pi),
+        acceleration=np.full(6, 8.0),
+        jerk=np.full(6, 4000.0),
+        velocity_share=0.9,
+        acceleration_share=0.97,
+        planned_jerk=300.0,
+    ),
+    base=Limits(velocity=0.97 * _BASE_SPEED, acceleration=2.2, jerk=22.0),
+    yaw=Limits(velocity=2.0, acceleration=5.0, jerk=50.0),
+    yaw_gentle=Limits(velocity=1.0, acceleration=4.0, jerk=40.0),
+    gripper=Limits(velocity=0.97 * _FINGER_SPEED, acceleration=4.0, jerk=200.0),
+    base_speed=_BASE_SPEED,
+    finger_speed=_FINGER_SPEED,
+)
+
+BENDS = Bends(
+    tucked=np.radians([0.0, -115.0, 99.5, 30.0, 90.0, 0.0]), bend=3, bends=(1.57, 1.0, 0.5, 0.0), turn=5
+)
+
+POSTURES = Postures(
+    carry=(0.38, 0.93),
+    reach=0.66,
+    hand_pitch=math.radians(15.0),  # its wrist is slender, and above the hand
+    lying_reaches=(0.40, 0.45, 0.50, 0.55, 0.60, 0.65, 0.70, 0.75),
+    lying_pitches=(math.radians(90), math.radians(60)),
+    floor_reach=0.45,
+)
+
+APPROACH = Approach(
+    turn=0.30,
+    drive=0.62,
+    drive_loaded=0.82,
+    above=0.62,
+    above_distance=0.60,
+    above_yaw=0.35,
+    hover=0.72,
+    hover_across=0.04,
+    hover_distance=0.30,
+    hover_yaw=0.12,
+    last_time=0.28,
+    last_distance=0.14,
+    last_yaw=0.08,
+)
+
+GRASP = Grasp(open=0.046, closed=0.011, height=0.10, depth=0.003, grip_time=0.25, release_time=0.05, above_lying=0.006)
+
+# A candle in the tucked hand is 0.41 m out.
+CLEARANCES = Clearances(
+    furniture=0.07, corner=0.02, standing=0.02, turning=0.48, child_turning=0.56, hand=0.18, hand_width=0.15
+)
+
+
+def mobile_ur5e() -> Embodiment:
+    """Makes it."""
+    file = own_model("mobile_ur5e")
+    model = RobotModel(file, NAMES)
+    # The servos' lags, as the model has them with the arm tucked.
+    lags = (model.lag(joint, BENDS.tucked) for joint in ("base_x", "base_yaw"))
+    return Embodiment(
+        name="mobile_ur5e",
+        model=file,
+        names=NAMES,
+        layout=model.action(),
+        actuators=model.actuators(),
+        footprint=model.footprint(),
+        wheels=model.wheels(),
+        limits=LIMITS,
+        servos=Servos(4.0, 6.0, *lags),
+        bends=BENDS,
+        postures=POSTURES,
+        approach=APPROACH,
+        grasp=GRASP,
+        clearances=CLEARANCES,
+    )

@@ -1,0 +1,32 @@
+"""Where the hand is, and what it has got."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from caregiver_mj.robot import se2
+from caregiver_mj.robot.embodiment import Embodiment
+from caregiver_mj.robot.kinematics import arm_of
+from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, View
+
+ATTEMPTS = 3  # at a grasp
+
+_GIVES = 0.01  # metres by which the fingers, both together, may be nearer to each other than a candle is thick
+
+
+def hand_position(view: View, robot: Embodiment) -> np.ndarray:
+    """The pinch point between a robot's fingers, in the house, (3,)."""
+    x, y, z = arm_of(robot).pinch(view.arm).tolist()
+    return np.array([*se2.to_world(view.base, (x, y)), z])
+
+
+def has_in_hand(view: View, robot: Embodiment, candle: int) -> bool:
+    """Whether a candle is between the fingers, and they have closed on it."""
+    return not hand_is_empty(view) and math.dist(view.candles[candle], hand_position(view, robot)) < CANDLE_HEIGHT
+
+
+def hand_is_empty(view: View) -> bool:
+    """Whether the fingers have closed on nothing: they are nearer to the middle than they can be round a candle."""
+    return view.fingers < 2 * CANDLE_RADIUS - _GIVES

@@ -1,0 +1,102 @@
+"""Paths on which the hand reaches out, from the tucked arm to a candle."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.robot.kinematics import Arm
+from caregiver_mj.robot.limits import ArmLimits, Limits
+
+_HOVER = 0.10  # metres over a candle that lies, at which the hand stops
+
+
+class ReachPath:
+    """The hand's way from the tucked arm (s = 0) through poses (s = 1, 2, ...): lines in joint space.
+
+    In the arm's vertical plane the hand's pitch is a signed sum of joint positions, so that a line between two poses
+    of equal pitch keeps it all the way: a candle stays upright. A line has no curvature either, which makes the
+    joints' limits simple bounds of s and its derivatives; they hold as long as the hand stops at every pose.
+
+    Attributes:
+        goal: s at the last of them.
+        limits: Bounds of s (per second, ...) under which every joint keeps its limits.
+    """
+
+    def __init__(self, poses: Sequence[np.ndarray], arm: ArmLimits):
+        """Plans the way.
+
+        Args:
+            poses: Joint positions (joints,) in radians, two or more of them, the tucked arm first.
+            arm: Bounds of the joints.
+        """
+        self._poses = np.array(poses)
+        self._ways = np.diff(self._poses, axis=0)
+        self.goal = len(self._ways)
+        way = np.abs(self._ways).max(axis=0) + 1e-12
+        self.limits = Limits(
+            velocity=float((arm.velocity * arm.velocity_share / way).min()),
+            acceleration=float((arm.acceleration * arm.acceleration_share / way).min()),
+            jerk=float(arm.planned_jerk / way.max()),
+        )
+
+    def joints(self, s: float) -> np.ndarray:
+        """Joint positions (joints,) in radians at s."""
+        i = min(int(s), self.goal - 1)
+        return self._poses[i] + (s - i) * self._ways[i]
+
+
+@functools.cache
+def reach_path(arm: Arm, height_in_tenths_of_mm: int) -> ReachPath:
+    """The way to a point as far ahead as the arm reaches, at a height in units of 0.1 mm (so that paths can be shared).
+
+    Raises:
+        CaregiverError: The arm cannot reach there.
+    """
+    robot = arm.embodiment
+    goal = arm.solve(robot.postures.reach, height_in_tenths_of_mm * 1e-4, guess=arm.tucked)
+    return ReachPath([arm.tucked, goal], robot.limits.arm)
+
+
+def retrieval_path(arm: Arm, point: np.ndarray, rotation: np.ndarray, lift: float = 0.0) -> ReachPath:
+    """The way to something that lies about: to a pose over it, then straight down to it.
+
+    Args:
+        arm: The arm.
+        point: Where to grip it, in the base's frame, (3,), metres.
+        rotation: Of the hand there, (3, 3), see `hand_rotation`.
+        lift: Metres above the first pose of one more, by way of which the hand comes and goes; 0 for none.
+
+    Raises:
+        CaregiverError: The arm cannot reach there.
+    """
+    above = np.array([*point[:2], point[2] + _HOVER])
+    for guess in _guesses(arm, rotation) if arm.may_reach(point, rotation) else ():
+        try:
+            down = arm.solve_pose(point, rotation, guess)
+            over = [arm.solve_pose(above, rotation, down)]
+            if lift:
+                over.insert(0, arm.solve_pose(above + np.array([0.0, 0.0, lift]), rotation, over[0]))
+        except CaregiverError:
+            continue
+        return ReachPath([arm.tucked, *over, down], arm.embodiment.limits.arm)
+    x, y, z = point
+    raise CaregiverError(f"the arm cannot grip what lies {x:.2f} m ahead and {y:.2f} m aside, {z:.2f} m high")
+
+
+def _guesses(arm: Arm, rotation: np.ndarray) -> list[np.ndarray]:
+    """Joint positions from which a pose of the hand may be found."""
+    bends = arm.embodiment.bends
+    heading = math.atan2(rotation[0, 1], -rotation[1, 1])
+    guesses = []
+    # Bends of the wrist from the usual one on, and the nearer of the two ways to turn the hand.
+    for bend, turn in itertools.product(bends.bends, (heading, -heading, 0.0)):
+        more = np.zeros(len(arm.tucked))
+        more[bends.bend], more[bends.turn] = bend, turn
+        guesses.append((arm.tucked + more).clip(*arm.ranges))
+    return guesses

@@ -1,0 +1,98 @@
+"""What a robot's model file says of the robot."""
+
+from __future__ import annotations
+
+import importlib.resources
+import math
+from collections.abc import Sequence
+from importlib.resources.abc import Traversable
+
+import mujoco
+import numpy as np
+
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.robot.embodiment import Layout, Names, Wheels
+
+
+def own_model(name: str) -> Traversable:
+    """The file of a robot that comes with the package."""
+    return importlib.resources.files("caregiver_mj.models") / "robots" / f"{name}.xml"
+
+
+def read_spec(file: Traversable) -> mujoco.MjSpec:
+    """Reads a model file, which may name others beside it."""
+    with importlib.resources.as_file(file) as path:
+        return mujoco.MjSpec.from_file(str(path))
+
+
+class RobotModel:
+    """A robot's model, to read from it what need not be written down again."""
+
+    def __init__(self, file: Traversable, names: Names):
+        """Reads the model.
+
+        Raises:
+            CaregiverError: It has not got the parts of that name.
+        """
+        self._model, self._names = read_spec(file).compile(), names
+        self._file = file.name
+        joints = [self._model.joint(i).name for i in range(self._model.njnt)]
+        missing = [name for name in (*names.base, *names.arm, *names.fingers, *names.wheels) if name not in joints]
+        if missing:
+            raise CaregiverError(f"robot {self._file} has no joint {', '.join(missing)}: it has {', '.join(joints)}")
+
+    def actuators(self) -> Layout:
+        """Where the actuators of base, arm and fingers are."""
+        names = self._names
+        parts = [self._driven(joints) for joints in (names.base, names.arm, names.fingers)]
+        return Layout(*parts, size=self._model.nu)
+
+    def action(self) -> Layout:
+        """Where base, arm and gripper are in an action: as in the actuators, but for the fingers, which share one."""
+        actuators = self.actuators()
+        gripper = slice(actuators.gripper.start, actuators.gripper.start + 1)
+        return Layout(actuators.base, actuators.arm, gripper, size=gripper.stop)
+
+    def footprint(self) -> float:
+        """Radius of the circle about the base's middle that its hull fits in, metres."""
+        hull = self._model.geom("base_hull")
+        x, y = np.abs(hull.pos[:2])
+        if mujoco.mjtGeom(int(hull.type[0])) in (mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_CAPSULE):
+            return float(math.hypot(x, y) + hull.size[0])
+        return float(math.hypot(x + hull.size[0], y + hull.size[1]))
+
+    def wheels(self) -> Wheels:
+        """The wheels' size and place, and along which way they go; all four are alike."""
+        joint = self._model.joint(self._names.wheels[0])
+        body = self._model.body(int(joint.bodyid[0]))
+        tyre = self._model.geom(int(body.geomadr[0]))
+        axis = np.empty(3)
+        mujoco.mju_rotVecQuat(axis, joint.axis, body.quat)
+        # A wheel's way is square to its axis; what it goes ahead is that of its way which is not aside.
+        radius = tyre.size[0] / abs(axis[1])
+        return Wheels(float(radius), round(float(np.abs(body.pos[:2]).sum()), 9))
+
+    def lag(self, joint: str, arm: np.ndarray) -> float:
+        """By how much the velocity servo of a joint follows later: mass (or inertia) over gain, seconds.
+
+        Args:
+            joint: Name of the joint.
+            arm: Joint positions of the arm, which make a difference to the inertia.
+        """
+        model = self._model
+        data = mujoco.MjData(model)
+        data.qpos[[model.joint(name).qposadr[0] for name in self._names.arm]] = arm
+        mujoco.mj_forward(model, data)
+        mass = np.empty((model.nv, model.nv))
+        mujoco.mj_fullM(model, data, mass)
+        dof = model.joint(joint).dofadr[0]
+        return float(mass[dof, dof] / model.actuator_gainprm[self._driven([joint]).start, 0])
+
+    def _driven(self, joints: Sequence[str]) -> slice:
+        """The actuators that drive some joints."""
+        model = self._model
+        driven = [model.joint(int(i)).name for i in model.actuator_trnid[:, 0]]
+        first = driven.index(joints[0]) if joints[0] in driven else 0
+        if driven[first : first + len(joints)] != list(joints):
+            raise CaregiverError(f"the actuators of robot {self._file} are not in the order of {', '.join(joints)}")
+        return slice(first, first + len(joints))

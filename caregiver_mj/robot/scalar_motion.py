@@ -1,0 +1,100 @@
+"""References of single quantities that move: heading, gripper, how far the hand reaches out.
+
+They are functions of time that continue from whatever state they are in when a new goal is set.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ruckig import ControlInterface, Ruckig
+
+from caregiver_mj.robot.limits import Limits
+from caregiver_mj.robot.ruckig_calls import NOTHING, SAMPLES, parameters, solve
+
+
+class ScalarMotion:
+    """A single quantity that moves to a position, or at a velocity, within limits."""
+
+    def __init__(self, limits: Limits, position: float):
+        """Starts at rest.
+
+        Args:
+            limits: Bounds of velocity, acceleration and jerk.
+            position: Where it is.
+        """
+        self.target = position
+        self._solver = Ruckig(1)
+        self._start = 0.0
+        self._rest: float | None = position  # at rest here, unless a trajectory is under way
+        self.set_limits(limits)
+
+    def set_limits(self, limits: Limits) -> None:
+        """Changes the limits; a motion under way keeps the old ones until its next goal."""
+        self.limits = limits
+
+    def at(self, now: float) -> tuple[float, float, float]:
+        """Position, velocity and acceleration at a time not before the last goal was set."""
+        if self._rest is not None:
+            return self._rest, 0.0, 0.0
+        if now != self._sampled_at:  # many ask for the same moment
+            self._sampled_at, self._sample = now, self._state_at(now - self._start)
+        return self._sample
+
+    def move_to(self, target: float, now: float) -> None:
+        """Sets a position to come to rest at."""
+        if target == self.target and (self._rest is not None or self._ends):
+            return
+        state = self.at(now)
+        self.target = target
+        if abs(target - state[0]) < NOTHING and abs(state[1]) < NOTHING and abs(state[2]) < NOTHING:
+            self._rest = target
+            return
+        self._solve(now, state, ControlInterface.Position)
+
+    def run_at(self, velocity: float, now: float, at_once: bool = False) -> None:
+        """Sets a velocity to keep up from then on.
+
+        Args:
+            velocity: The velocity.
+            now: The present time.
+            at_once: Starts with that velocity instead of speeding up to it.
+        """
+        position, present, acceleration = self.at(now)
+        state = (position, velocity, 0.0) if at_once else (position, present, acceleration)
+        self.target = velocity
+        self._solve(now, state, ControlInterface.Velocity)
+
+    def highest(self) -> float:
+        """The highest position of the present motion, which may swing out before it turns back."""
+        if self._rest is not None:
+            return self._rest
+        if self._highest is None:
+            times = (self._duration * i / SAMPLES for i in range(SAMPLES + 1))
+            self._highest = max(self._trajectory.at_time(time)[0][0] for time in times)
+        return self._highest
+
+    @property
+    def arrival(self) -> float:
+        """When the present motion ends (a past time if it is at rest)."""
+        return self._start if self._rest is not None else self._start + self._duration
+
+    def _state_at(self, time: float) -> tuple[float, float, float]:
+        """Position, velocity and acceleration at a time since the start of the trajectory."""
+        if self._ends and time >= self._duration:
+            return self.target, 0.0, 0.0
+        (position,), (velocity,), (acceleration,) = self._trajectory.at_time(time)
+        return position, velocity, acceleration
+
+    def _solve(self, now: float, state: tuple[float, float, float], control: ControlInterface) -> None:
+        asked = parameters([state[0]], [state[1]], [state[2]], self.limits)
+        asked.control_interface = control
+        self._ends = control == ControlInterface.Position
+        if self._ends:
+            asked.target_position = [self.target]
+        else:
+            asked.target_velocity = [self.target]
+        self._trajectory = solve(self._solver, asked)
+        self._duration = self._trajectory.duration
+        self._start, self._rest = now, None
+        self._sampled_at, self._highest = math.nan, None  # samples of the old trajectory are void

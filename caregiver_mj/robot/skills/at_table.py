@@ -1,0 +1,128 @@
+"""What picking and placing share: to stand before a table, and to bring the hand out on the way there."""
+
+from __future__ import annotations
+
+import abc
+import math
+from collections.abc import Callable
+
+from caregiver_mj.plans.cell_graph import Cell
+from caregiver_mj.plans.yielding import yielding
+from caregiver_mj.robot import se2
+from caregiver_mj.robot.motion import RobotMotion
+from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.se2 import Vector
+from caregiver_mj.robot.separation import child_cells, near_children
+from caregiver_mj.robot.skills.skill import Skill
+from caregiver_mj.robot.status import Status
+from caregiver_mj.robot.view import View
+
+BESIDE_TABLE = 0.45  # metres from a table's middle beyond which nothing is on it, wherever exactly it stands
+
+_HOVER_BEYOND = 0.02  # metres by which the base may have gone too far for the hand to hover
+_LAST_DISTANCE_SLOWED = 0.01  # metres to go at which a base that is slowed down, or has stopped short, has arrived
+
+
+class AtTable(Skill):
+    """Takes a candle from, or puts it on, a table, in stages of which the first is to come up to it.
+
+    Attributes:
+        candle: Index of the candle.
+        table: Index of the table.
+        stand: The cell beside the table in which to stand; None before it is chosen.
+    """
+
+    def __init__(self, navigator: Navigator, candle: int, table: int, loaded: bool = False):
+        super().__init__(navigator, loaded)
+        self.candle, self.table = candle, table
+        self.stand: Cell | None = None
+        self._stage: Callable[[View, RobotMotion], Status] = self._approach
+
+    @property
+    def is_approaching(self) -> bool:
+        return self._stage == self._approach
+
+    def _act(self, view: View, robot: RobotMotion) -> Status:
+        return self._stage(view, robot)
+
+    @abc.abstractmethod
+    def _approach(self, view: View, robot: RobotMotion) -> Status:
+        """The first stage: drives up, and brings the hand out."""
+
+    def _stand_at_table(self, view: View, spot: Vector, hand: Vector) -> tuple[Vector, Cell, float]:
+        """Where to stand so that the hand reaches a spot over the table.
+
+        Args:
+            view: What is seen.
+            spot: Where the candle is, or shall be.
+            hand: Where the candle is relative to the pinch point, in the base's frame.
+
+        Returns:
+            Position and cell to stand in, and the heading.
+        """
+        if self.stand is None or (self.driver.looks_again(view.now) and self._is_barred(view, self.stand)):
+            self.stand = self._choose_stand(view)
+        x, y = self._ahead(self.stand)
+        reach = self.embodiment.postures.reach + hand[0]
+        goal = (spot[0] - reach * x + hand[1] * y, spot[1] - reach * y - hand[1] * x)
+        return goal, self.stand, math.atan2(y, x)
+
+    def _ahead(self, stand: Cell) -> Vector:
+        """Unit vector (x, y) from a stand to the table."""
+        table = self._navigator.plan.tables[self.table]
+        return float(table[1] - stand[1]), float(stand[0] - table[0])
+
+    def _is_barred(self, view: View, cell: Cell) -> bool:
+        """Whether children that are near stand in every way to a cell."""
+        near = near_children(view, view.base[:2])
+        if not near:
+            return False
+        navigator = self._navigator
+        start = navigator.nearest_cell(view.base[:2])
+        return navigator.route(start, cell, child_cells(near, navigator.plan)) is None
+
+    def _choose_stand(self, view: View) -> Cell:
+        """The free cell beside the table that is quickest to reach, if possible without meeting a child."""
+        navigator, plan = self._navigator, self._navigator.plan
+        cells = plan.free_neighbours(plan.tables[self.table])
+        # Better not where a child could shut the robot in.
+        cells = [cell for cell in cells if not yielding(plan).traps[plan.cell_index[cell]]] or cells
+        start = navigator.nearest_cell(view.base[:2])
+        around = child_cells(near_children(view, view.base[:2]), plan)
+
+        def cost(cell: Cell) -> float:
+            route = navigator.route(start, cell, around)
+            if route is None:
+                return 1e3 + len(navigator.route(start, cell) or [])
+            return math.dist(plan.position(cell), view.base[:2]) + len(route)
+
+        return min(cells, key=cost)
+
+    def _prepare_hand(self, view: View, robot: RobotMotion, goal: Vector, yaw: float) -> bool:
+        """Brings the hand out while the base still drives up; returns whether it is on the last of its way."""
+        approach = self.embodiment.approach
+        if not robot.turns_to(yaw):  # it cannot before the hand is in
+            robot.reach(0.0)
+            return False
+        along, across = se2.to_local((*view.base[:2], yaw), goal)
+        off, turn = math.dist(goal, view.base[:2]), abs(math.remainder(yaw - view.base[2], math.tau))
+        last_distance = approach.last_distance if robot.moving and robot.is_unhindered else _LAST_DISTANCE_SLOWED
+        if robot.time_left < approach.last_time and off < last_distance and turn < approach.last_yaw:
+            robot.reach(1.0)
+            return True
+        in_line = abs(across) < approach.hover_across and turn < approach.hover_yaw
+        near = -_HOVER_BEYOND < along < approach.hover_distance
+        # A base that waits must be able to leave again, and it leaves with the hand in.
+        if robot.moving and in_line and near:
+            robot.reach(approach.hover)
+        elif off < approach.above_distance and turn < approach.above_yaw and self._hand_is_clear(view, yaw, goal):
+            robot.reach(approach.above)
+        elif robot.hand_out > 0.0:
+            robot.reach(0.0)
+        return False
+
+    def _hand_is_clear(self, view: View, yaw: float, goal: Vector) -> bool:
+        """Whether the outstretched hand meets no wall on the rest of the base's way."""
+        out = (self.embodiment.postures.reach, 0.0)
+        here, there = se2.to_world(view.base, out), se2.to_world((*goal, yaw), out)
+        return self._navigator.clearance.hand_clear(here, there)

@@ -1,0 +1,74 @@
+"""Pick: to take a candle off the table on which it stands."""
+
+from __future__ import annotations
+
+import math
+
+from caregiver_mj.plans import layout
+from caregiver_mj.robot.hand import ATTEMPTS, hand_is_empty
+from caregiver_mj.robot.motion import RobotMotion
+from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.skills.at_table import BESIDE_TABLE, AtTable
+from caregiver_mj.robot.status import Status
+from caregiver_mj.robot.view import View
+
+_LIFTED = 0.01  # metres that a candle must have come up with the hand
+_AJAR = 0.002  # metres by which each finger may fall short of being open
+
+
+class Pick(AtTable):
+    """Takes a candle off the table on which it stands, and tucks the arm."""
+
+    def __init__(self, navigator: Navigator, candle: int, table: int):
+        super().__init__(navigator, candle, table)
+        self._until = 0.0
+        self._misses = 0
+
+    def _approach(self, view: View, robot: RobotMotion) -> Status:
+        x, y, z = view.candles[self.candle].tolist()
+        table = self._navigator.plan.position(self._navigator.plan.tables[self.table])
+        if not view.stands_on_table(self.candle) or math.dist((x, y), table) > BESIDE_TABLE:
+            return Status.OVERTAKEN  # it has fallen, or somebody else has taken it away
+        goal, cell, yaw = self._stand_at_table(view, (x, y), hand=(-self.embodiment.grasp.depth, 0.0))
+        arrival = self.driver.drive(view, robot, goal, cell, yaw)
+        if arrival is Status.FAILED:
+            return arrival
+        if robot.reached < 1e-6:
+            robot.plan_reach(z + self.embodiment.grasp.height)
+        robot.grip(self.embodiment.grasp.open)
+        on_last = self._prepare_hand(view, robot, goal, yaw)
+        if on_last and arrival is Status.DONE and robot.reached == 1.0:
+            self._until = robot.reach_arrival
+            self._stage = self._reach_out
+        return Status.RUNNING
+
+    def _reach_out(self, view: View, robot: RobotMotion) -> Status:
+        if view.now < self._until:
+            return Status.RUNNING
+        robot.grip(self.embodiment.grasp.closed)
+        self._until = view.now + self.embodiment.grasp.grip_time
+        self._stage = self._grasp
+        return Status.COMMITTED
+
+    def _grasp(self, view: View, robot: RobotMotion) -> Status:
+        if view.now >= self._until:
+            robot.reach(0.0)
+            self._stage = self._lift
+        return Status.COMMITTED
+
+    def _lift(self, view: View, robot: RobotMotion) -> Status:
+        approach = self.embodiment.approach
+        up = robot.reached <= approach.drive_loaded
+        if hand_is_empty(view) or (up and view.candles[self.candle, 2] < layout.TABLE_HEIGHT + _LIFTED):
+            self._misses += 1
+            robot.grip(self.embodiment.grasp.open)
+            robot.reach(approach.above)
+            self._stage = self._open_again
+            return Status.FAILED if self._misses == ATTEMPTS else Status.RUNNING
+        return Status.DONE if up else Status.COMMITTED
+
+    def _open_again(self, view: View, robot: RobotMotion) -> Status:
+        wide = 2 * (self.embodiment.grasp.open - _AJAR)
+        if robot.reached == self.embodiment.approach.above and view.fingers > wide:
+            self._stage = self._approach
+        return Status.RUNNING

@@ -1,0 +1,108 @@
+"""Place: to put the candle in the hand down on a table."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from caregiver_mj.plans import layout
+from caregiver_mj.plans.cell_graph import Cell
+from caregiver_mj.robot import se2
+from caregiver_mj.robot.hand import hand_is_empty, hand_position, has_in_hand
+from caregiver_mj.robot.motion import RobotMotion
+from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.se2 import Vector
+from caregiver_mj.robot.skills.at_table import BESIDE_TABLE, AtTable
+from caregiver_mj.robot.status import Status
+from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, View
+
+_SLIPPED = 0.008  # metres outwards in the hand from which on a candle has slipped, as it does when the base turns
+_PLACE_GAP = 0.001  # metres above the table at which a candle is let go
+_RELEASE_GAP = CANDLE_RADIUS + 0.002  # metres of each finger off the middle, when the hand may withdraw
+# Where a candle is put down if the middle of the table is taken: metres to the side of it, in the order of preference.
+_SPOTS = (0.0, 0.06, -0.06, 0.12, -0.12, 0.18, -0.18)
+_LOOK_INTERVAL = 0.3  # seconds between looks at the table
+_FULL_TIME = 1.7  # seconds that it waits at a table without room: one novice timestep
+
+
+class Place(AtTable):
+    """Puts the candle in the hand down on a table: in the middle, or beside what stands there.
+
+    One that has failed has still got the candle in the hand.
+    """
+
+    def __init__(self, navigator: Navigator, candle: int, table: int):
+        super().__init__(navigator, candle, table, loaded=True)
+        self._hand = (0.0, 0.0)
+        self._spot: Vector | None = None
+        self._spot_seen_from: Cell | None = None
+        self._look_at, self._full_until = 0.0, math.inf
+
+    def _approach(self, view: View, robot: RobotMotion) -> Status:
+        if hand_is_empty(view) or (robot.reached < 1e-6 and not has_in_hand(view, self.embodiment, self.candle)):
+            return Status.OVERTAKEN  # it was lost on the way
+        if view.now >= self._look_at or self.stand != self._spot_seen_from:
+            self._spot, self._look_at = self._free_spot(view), view.now + _LOOK_INTERVAL
+        if self._spot is None:  # there is no room on this table, perhaps not for long
+            self._full_until = min(self._full_until, view.now + _FULL_TIME)
+            robot.reach(0.0)
+            return Status.FAILED if view.now >= self._full_until else self.status
+        self._full_until = math.inf
+        if robot.reached < 1e-6:
+            self._hand, height = self._measure(view)
+            if self._hand[0] > _SLIPPED:
+                robot.turn_gently()
+            robot.plan_reach(layout.TABLE_HEIGHT + _PLACE_GAP + height)
+        goal, cell, yaw = self._stand_at_table(view, self._spot, self._hand)
+        arrival = self.driver.drive(view, robot, goal, cell, yaw)
+        if arrival is Status.FAILED:
+            robot.reach(0.0)
+            return arrival
+        on_last = self._prepare_hand(view, robot, goal, yaw)
+        if on_last and arrival is Status.DONE and view.now >= robot.reach_arrival - self.embodiment.grasp.release_time:
+            robot.grip(self.embodiment.grasp.open)
+            self._stage = self._release
+        return Status.COMMITTED if on_last else Status.RUNNING
+
+    def _release(self, view: View, robot: RobotMotion) -> Status:
+        if view.fingers > 2 * _RELEASE_GAP:
+            robot.reach(0.0)
+            self._stage = self._retreat
+        return Status.COMMITTED
+
+    def _retreat(self, view: View, robot: RobotMotion) -> Status:
+        if robot.reached > self.embodiment.approach.drive:
+            return Status.COMMITTED
+        return Status.DONE if view.stands_on_table(self.candle) else Status.OVERTAKEN  # it has fallen
+
+    def _free_spot(self, view: View) -> Vector | None:
+        """A place on the table with room for the candle and the hand, as near to the middle as can be, or None."""
+        if self.stand is None:
+            self.stand = self._choose_stand(view)
+        self._spot_seen_from = self.stand
+        middle = self._navigator.plan.position(self._navigator.plan.tables[self.table])
+        x, y = self._ahead(self.stand)
+        aside = np.array([-y, x])
+        taken = []  # from where to where, aside of the middle
+        for i in np.flatnonzero(np.abs(view.candles[:, :2] - middle).max(axis=1) < BESIDE_TABLE):
+            ends = view.candles[i] + np.outer((0.0, CANDLE_HEIGHT), view.candle_axis(i))
+            if i != self.candle and ends[0, 2] > layout.TABLE_HEIGHT / 2:
+                taken.append(sorted(((ends[:, :2] - middle) @ aside).tolist()))
+        width = self.embodiment.clearances.hand_width
+        for offset in _SPOTS:
+            if all(offset <= low - width or offset >= high + width for low, high in taken):
+                return tuple((middle + offset * aside).tolist())
+        return None
+
+    def _measure(self, view: View) -> tuple[Vector, float]:
+        """The candle's place in the hand, measured again: it may have slipped since the grasp.
+
+        Returns:
+            Position of its foot relative to the pinch point (base frame, rounded to 1 mm so that noise moves no
+            goals), and how far that is below the pinch point.
+        """
+        x, y, z = hand_position(view, self.embodiment).tolist()
+        foot = view.candles[self.candle].tolist()
+        ahead, aside = se2.to_local((x, y, view.base[2]), (foot[0], foot[1]))
+        return (round(ahead, 3), round(aside, 3)), z - foot[2]

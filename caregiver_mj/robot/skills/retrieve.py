@@ -1,0 +1,136 @@
+"""Retrieve: to pick up a candle from wherever it lies."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from caregiver_mj.robot.hand import ATTEMPTS, hand_position, has_in_hand
+from caregiver_mj.robot.motion import RobotMotion
+from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.retrieval import RetrievalPlanner, Stance
+from caregiver_mj.robot.skills.skill import Skill
+from caregiver_mj.robot.status import Status
+from caregiver_mj.robot.view import View
+
+_FIRM_GRIP_TIME = 0.3  # seconds from closing to a grip that has found hold, or nothing
+_STILL_TIME, _SHIFT = 0.3, 0.003  # seconds for which it must have lain still, and metres by which it may seem to move
+_CHOICE_INTERVAL = 1.0  # seconds between choices of a place
+_CHILD_AWAY = 1.2  # metres from any child to the candle, for the hand to go there
+_CHILD_NEAR = 0.6  # metres below which the hand stops where it is
+
+
+class Retrieve(Skill):
+    """Picks a candle up from where it lies, on a table or on the floor, and tucks it upright.
+
+    Where it lies such that the arm cannot do that at once, it is taken out to the open floor first, and picked up
+    there. There is no hurry in it but the child's: the base stands still while the arm is out, the hand stops while
+    a child is near, and what fails is tried again.
+
+    Attributes:
+        candle: Index of the candle.
+    """
+
+    def __init__(self, navigator: Navigator, planner: RetrievalPlanner, candle: int):
+        super().__init__(navigator)
+        self.candle = candle
+        self._planner = planner
+        self._stance: Stance | None = None
+        self._pitch_down: float | None = None  # radians, of the hand when it lays down what it holds
+        self._steps: list[tuple[float, float | None]] = []  # of the hand: pose on its path to go to, gripper there
+        self._until = self._choose_at = 0.0
+        self._failures = 0
+        self._seen, self._seen_since = np.full(3, np.inf), 0.0
+        self._waits = False
+
+    @property
+    def is_approaching(self) -> bool:
+        return not self._steps
+
+    def _act(self, view: View, robot: RobotMotion) -> Status:
+        still = self._lies_still(view)
+        holds = robot.closes and has_in_hand(view, self.embodiment, self.candle)
+        if not self._steps:
+            return self._approach(view, robot, still, holds)
+        if view.now < self._until or not self._reach(view, robot, self._steps[0][0]):
+            return Status.COMMITTED
+        _, grip = self._steps.pop(0)
+        if grip is not None:
+            robot.grip(grip)
+            self._until = view.now + _FIRM_GRIP_TIME
+        elif not (still or robot.closes):
+            del self._steps[: -round(robot.reached)]  # it has been moved: come back without it
+        return Status.COMMITTED if self._steps else self._end(holds)
+
+    def _approach(self, view: View, robot: RobotMotion, still: bool, holds: bool) -> Status:
+        """Drives to where the candle can be picked up (or put down), and begins to reach there."""
+        robot.reach(0.0)
+        if not holds:
+            robot.grip(self.embodiment.grasp.open)
+        if self._stance is None or not (still or holds):
+            return self._choose_stance(view, still, holds)
+        x, y, yaw = self._stance.base
+        arrival = self.driver.drive(view, robot, (x, y), self._navigator.nearest_cell((x, y)), yaw)
+        if arrival is Status.FAILED:
+            if not holds:
+                return arrival
+            self._stance = None  # it must be laid down, if not there
+        elif arrival is Status.DONE and robot.reached == 0.0 and self._child_distance(view) > _CHILD_AWAY:
+            robot.reach_along(self._stance.path)
+            grasp = self.embodiment.grasp
+            self._steps = _there_and_back(self._stance.path.goal, grasp.open if holds else grasp.closed)
+            return Status.COMMITTED
+        return _unless_in_hand(holds)
+
+    def _choose_stance(self, view: View, still: bool, holds: bool) -> Status:
+        """Looks for a place to pick the candle up, or to lay it down; not all the time, for it takes long."""
+        self._stance = None
+        if not (still or holds) or view.now < self._choose_at:
+            return _unless_in_hand(holds)
+        self._choose_at = view.now + _CHOICE_INTERVAL
+        self.driver.patience.begin_anew()  # the way there is another one
+        if holds:
+            self._stance = self._planner.to_lay_down(view, self.candle, self._pitch_down)
+            return Status.COMMITTED
+        self._stance = self._planner.to_pick_up(view, self.candle)
+        return Status.OUT_OF_REACH if self._stance is None else Status.RUNNING
+
+    def _end(self, holds: bool) -> Status:
+        """Decides what to do when the arm is back."""
+        self._pitch_down, self._stance = self._stance.pitch_down, None
+        if holds and self._pitch_down is None:
+            return Status.DONE
+        self._failures += not holds  # or it has been laid down once more
+        return Status.FAILED if self._failures == ATTEMPTS else _unless_in_hand(holds)
+
+    def _reach(self, view: View, robot: RobotMotion, pose: float) -> bool:
+        """Moves the hand on, unless a child is near it; returns whether it is there."""
+        waits = self._child_distance(view) < _CHILD_NEAR
+        if waits and not self._waits:
+            robot.stop_reaching()
+        elif not waits:
+            robot.reach(pose)
+        self._waits = waits
+        return robot.reached == pose
+
+    def _child_distance(self, view: View) -> float:
+        """Metres between the nearest child's middle and the candle, or the hand if that is nearer."""
+        places = view.candles[self.candle], hand_position(view, self.embodiment)
+        return min(view.child_distance(place[:2]) for place in places)
+
+    def _lies_still(self, view: View) -> bool:
+        """Whether the candle has been in its place for a moment."""
+        place = view.candles[self.candle]
+        if np.abs(place - self._seen).max() > _SHIFT:
+            self._seen, self._seen_since = place.copy(), view.now
+        return view.now - self._seen_since >= _STILL_TIME
+
+
+def _unless_in_hand(holds: bool) -> Status:
+    """It may be interrupted unless it has got the candle in the hand."""
+    return Status.COMMITTED if holds else Status.RUNNING
+
+
+def _there_and_back(goal: int, grip: float) -> list[tuple[float, float | None]]:
+    """What the hand does to pick up or put down: the poses on its path, and what the gripper does there."""
+    way = [(float(pose), None) for pose in range(1, goal)]
+    return [*way, (float(goal), grip), *way[::-1], (0.0, None)]

@@ -1,0 +1,72 @@
+"""What the robot sees at one moment: itself, the children and the candles."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from caregiver_mj.plans import layout
+from caregiver_mj.robot.grips import UPRIGHT
+from caregiver_mj.robot.se2 import Pose, Vector
+
+CHILD_RADIUS = 0.12  # metres
+CANDLE_RADIUS, CANDLE_HEIGHT = 0.022, 0.16  # metres
+
+_OFF_TABLE = 0.03  # metres from a table's height beyond which a candle is not on it
+
+
+class ChildView(NamedTuple):
+    """What the robot sees of one child.
+
+    Attributes:
+        position: Its middle (x, y), metres.
+        velocity: How it moves (vx, vy), m/s.
+    """
+
+    position: Vector
+    velocity: Vector
+
+
+@dataclasses.dataclass
+class View:
+    """What the robot sees at one moment, in metres and radians.
+
+    Attributes:
+        now: Seconds since the episode's start.
+        base: Pose (x, y, yaw) of its base.
+        fingers: How far the fingers stand off the middle, both together.
+        arm: Joint positions (joints,), radians.
+        children: All children in the house, one at least.
+        candles: Position of each candle's foot, (candles, 3).
+        candle_orientations: Its orientation, a quaternion (w, x, y, z), (candles, 4).
+    """
+
+    now: float
+    base: Pose
+    fingers: float
+    arm: np.ndarray
+    children: tuple[ChildView, ...]
+    candles: np.ndarray
+    candle_orientations: np.ndarray
+
+    def child_distance(self, place: Vector) -> float:
+        """Metres from a place to the middle of the nearest child."""
+        return min(math.dist(child.position, place) for child in self.children)
+
+    @property
+    def candle_poses(self) -> np.ndarray:
+        """Position and orientation of each candle, (candles, 7)."""
+        return np.concatenate([self.candles, self.candle_orientations], axis=1)
+
+    def candle_axis(self, candle: int) -> np.ndarray:
+        """Unit vector (3,) from a candle's foot to its top, in the house."""
+        w, x, y, z = self.candle_orientations[candle].tolist()
+        return np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
+
+    def stands_on_table(self, candle: int) -> bool:
+        """Whether a candle is upright and as high as a table, so that it can be gripped from the front."""
+        height = self.candles[candle, 2]
+        return bool(abs(height - layout.TABLE_HEIGHT) < _OFF_TABLE and self.candle_axis(candle)[2] > UPRIGHT)

@@ -1,0 +1,61 @@
+"""Clocks for parts of a program."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import time
+from collections.abc import Callable, Iterator
+from typing import Any, ClassVar
+from unittest import mock
+
+
+class Clock:
+    """Measures the time spent in functions. It stands still while another clock runs within them.
+
+    Attributes:
+        own: Seconds in all, without those of the clocks within.
+        times: Seconds of every call, with them. Calls of the same clock within calls are none of their own.
+    """
+
+    _running: ClassVar[list[Clock]] = []
+
+    def __init__(self):
+        self.own = 0.0
+        self.times: list[float] = []
+
+    def around(self, function: Callable) -> Callable:
+        """The same function, timed."""
+
+        @functools.wraps(function)
+        def timed(*args, **kwargs):
+            if self in self._running:
+                return function(*args, **kwargs)
+            self._running.append(self)
+            start = time.perf_counter()
+            try:
+                return function(*args, **kwargs)
+            finally:
+                seconds = time.perf_counter() - start
+                self._running.pop()
+                self.times.append(seconds)
+                self.own += seconds
+                if self._running:
+                    self._running[-1].own -= seconds
+
+        return timed
+
+    @contextlib.contextmanager
+    def of(self, owner: Any, *names: str) -> Iterator[Clock]:
+        """Times methods of a class or of an object meanwhile."""
+        with contextlib.ExitStack() as stack:
+            for name in names:
+                stack.enter_context(mock.patch.object(owner, name, self.around(getattr(owner, name))))
+            yield self
+
+
+def seconds_of(function: Callable[[], Any]) -> float:
+    """Seconds that a call takes."""
+    start = time.perf_counter()
+    function()
+    return time.perf_counter() - start

@@ -1,0 +1,103 @@
+"""How a relocation goes, moment by moment, and how long its parts take."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from caregiver_mj.house.physics import Physics
+from caregiver_mj.plans import layout
+from caregiver_mj.robot.handling import Grasp
+from caregiver_mj.robot.motion import RobotMotion
+
+LIFTED = layout.TABLE_HEIGHT + 0.02  # metres
+_ARRIVED, _ARRIVED_SPEED = 0.006, 0.03  # metres, m/s
+_CLEAR = 0.62  # of the reach: from there on the base may drive
+_SHAKEN = 1e-4  # metres by which the command to the fingers must change to count
+
+
+@dataclasses.dataclass(frozen=True)
+class Moment:
+    """One control timestep.
+
+    Attributes:
+        time: Seconds since the start.
+        x: Of the base, metres.
+        y: Likewise.
+        speed: Of the base, m/s.
+        fingers: What they are told: metres that each shall stand off the middle.
+        height: Of the candle's foot, metres.
+        reach: How far the hand reaches out, as a share.
+        held: Whether the fingers are round something.
+    """
+
+    time: float
+    x: float
+    y: float
+    speed: float
+    fingers: float
+    height: float
+    reach: float
+    held: bool
+
+
+class Course:
+    """The moments of one relocation."""
+
+    def __init__(self, physics: Physics, robot: RobotMotion, candle: int):
+        self._physics, self._robot, self._candle = physics, robot, candle
+        self._moments: list[Moment] = []
+
+    def note(self, action: np.ndarray) -> None:
+        """Call with every action, before the physics go on."""
+        physics = self._physics
+        x, y, _ = physics.base_position()
+        self._moments.append(
+            Moment(
+                time=physics.time(),
+                x=x,
+                y=y,
+                speed=math.hypot(*physics.base_velocity()[:2]),
+                fingers=action[self._robot.robot.layout.gripper.start],
+                height=physics.candle_poses()[self._candle, 2],
+                reach=self._robot.reached,
+                held=physics.is_gripping(),
+            )
+        )
+
+    def times(self) -> tuple[float, float]:
+        """Seconds from arrived to lifted and from arrived to clear, NaN for what did not happen."""
+        return times(self._moments, self._robot.robot.grasp)
+
+
+def times(moments: Sequence[Moment], grasp: Grasp) -> tuple[float, float]:
+    """Seconds from arrived to lifted and from arrived to clear, NaN for what did not happen.
+
+    Args:
+        moments: All moments of a relocation.
+        grasp: How the robot takes a candle.
+    """
+    rows = np.array([dataclasses.astuple(moment) for moment in moments], float)
+    time, x, y, speed, fingers, height, reach, held = rows.T
+
+    def arrived(at: int, start: int) -> int:
+        """When the base was first where it is at some time, since another time."""
+        near = np.hypot(x - x[at], y - y[at]) < _ARRIVED
+        return _first(near & (speed < _ARRIVED_SPEED), start)
+
+    closing = _first(fingers < grasp.open - _SHAKEN, 0)
+    lifted = _first(height > LIFTED, closing)
+    release = _first(fingers > grasp.closed + _SHAKEN, lifted)
+    clear = _first((reach <= _CLEAR) & (held == 0.0), release)
+    lifting = math.nan if lifted is None else float(time[lifted] - time[arrived(closing, 0)])
+    clearing = math.nan if clear is None else float(time[clear] - time[arrived(release, lifted)])
+    return lifting, clearing
+
+
+def _first(condition: np.ndarray, start: int | None) -> int | None:
+    """The first index from a start on at which a condition holds; None if there is none, or no start."""
+    found = np.flatnonzero(condition[start:]) if start is not None else []
+    return start + int(found[0]) if len(found) else None

@@ -1,0 +1,121 @@
+"""An episode to film: the closed loop of house and caregiver, and what the display shows of it."""
+
+from __future__ import annotations
+
+import caregiver_mj.house.rendering  # noqa: F401 (comes before dm_control)
+
+# isort: split
+import math
+import os
+
+import numpy as np
+from dm_control.rl import control
+
+from caregiver_mj.children.family import Family
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.seeds import episode_random, episode_seed
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.policy.policy import CaregiverPolicy
+from caregiver_mj.robot.embodiment import DEFAULT
+from caregiver_mj.tasks import load
+from caregiver_mj.viz import moment
+from caregiver_mj.viz.hud import HudState
+
+_LIFTED = 0.05  # metres above its place at the start from which a candle is in the robot's hand
+
+
+class Episode:
+    """A closed loop that runs as far as one wants to see.
+
+    Attributes:
+        env: The environment.
+        policy: The caregiver's, or None without a robot.
+        family: The children.
+    """
+
+    def __init__(self, env: control.Environment, policy: CaregiverPolicy | None, family: Family):
+        """Begins an episode.
+
+        Args:
+            env: An environment of this package.
+            policy: What acts in it; None where there is no robot.
+            family: The children in it, as they are to be called.
+        """
+        self.env, self.policy, self.family = env, policy, family
+        self._timestep = env.reset()
+        self._action = self._decide()
+        self._steps = 0
+        self._candle_rest = self._candles()[:, 2]
+        self._trails: list[np.ndarray] = []  # a look each, (children, 2)
+
+    @classmethod
+    def load(
+        cls,
+        task: str = "supervise",
+        house: str | os.PathLike[str] | FloorPlan = "paper",
+        children: Family | float | str = 0.5,
+        seed: int = 0,
+        number: int | None = 0,
+        caregiver: str = "paper",
+        embodiment: str = DEFAULT,
+    ) -> Episode:
+        """Begins an episode of a run: the same, step for step, as an evaluation with this seed has.
+
+        Args:
+            task: One of `caregiver_mj.ALL_TASKS`; evaluations are of "supervise".
+            house: A floor plan, the name of one that comes with the package, or the path of a file.
+            children: An epsilon, or a family as `Family.of` takes it.
+            seed: Seed of the run.
+            number: Number of the episode; None if the seed is that of a single episode, which belongs to no run.
+            caregiver: Name of the caregiver; without a robot for "none".
+            embodiment: Name of the robot.
+
+        Raises:
+            CaregiverError: Something of that is not possible.
+        """
+        if seed < 0 or (number is not None and number < 0):
+            raise CaregiverError(f"neither seed nor episode may be negative: {seed}, {number}")
+        family = Family.of(children)
+        random = episode_random(seed if number is None else episode_seed(seed, number))
+        robot = caregiver != "none"
+        kwargs = {"robot": robot, "embodiment": embodiment}
+        env = load(task, house=house, epsilon=family, random=random, task_kwargs=kwargs)
+        return cls(env, CaregiverPolicy(env, caregiver=caregiver, seed=seed) if robot else None, family)
+
+    def run_until(self, seconds: float) -> bool:
+        """Runs the simulation up to a time and looks at the children; whether the episode lasts so long."""
+        period = self.env.control_timestep()
+        while (self._steps + 0.5) * period < seconds:
+            if self._timestep.last():
+                return False
+            self._timestep = self.env.step(self._action)
+            self._action = self._decide()
+            self._steps += 1
+        self._trails.append(moment.child_positions(self._timestep.observation))
+        return True
+
+    @property
+    def seconds(self) -> float:
+        """How long it has run in the simulated world."""
+        return self._steps * self.env.control_timestep()
+
+    def child_to_carried_candle(self) -> float:
+        """Least distance (m) of a child from a candle that is in the robot's hand; infinite if none is."""
+        candles = self._candles()
+        carried = candles[candles[:, 2] > self._candle_rest + _LIFTED, :2]
+        offset = carried[:, None] - moment.child_positions(self._timestep.observation)  # (candles, children, 2)
+        return float(np.linalg.norm(offset, axis=2).min(initial=math.inf))
+
+    def hud_state(self, trail_length: int) -> HudState:
+        """What the display shows of this moment, with so many of the latest looks at the children as their trails."""
+        return moment.hud_state(
+            self.env.task, self.policy, self._timestep.observation, self.family, self._trails[-trail_length:]
+        )
+
+    def _decide(self) -> np.ndarray:
+        if self.policy is None:
+            return np.zeros(self.env.action_spec().shape)
+        return self.policy(self._timestep)
+
+    def _candles(self) -> np.ndarray:
+        return moment.candle_positions(self._timestep.observation)

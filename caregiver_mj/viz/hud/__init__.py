@@ -1,0 +1,10 @@
+"""The head-up display: what the caregiver knows and does, drawn on a rendered frame.
+
+A card along the lower edge shows the numbers of the moment, another in the upper left corner the floor plan with the
+children's trails.
+"""
+
+from caregiver_mj.viz.hud.display import draw, inset_size, strip_top
+from caregiver_mj.viz.hud.state import ChildState, HudState
+
+__all__ = ["ChildState", "HudState", "draw", "inset_size", "strip_top"]

@@ -1,0 +1,133 @@
+"""The house from above: what stands still is drawn once, what moves in every frame."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from PIL import Image, ImageDraw
+
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.viz import colours
+from caregiver_mj.viz.colours import GROUND, TEXT, Colour, mix
+from caregiver_mj.viz.hud import cards
+from caregiver_mj.viz.hud.ground_plan import GroundPlan
+from caregiver_mj.viz.hud.state import ChildState, HudState
+from caregiver_mj.viz.hud.text import FINE, SMALLEST_FONT, Scale, fit, width_of, write
+
+_OPACITY = 232  # of 255
+_LABELLED_CELL = 16  # pixels; names would hide what is in smaller cells
+_TRAIL_WIDTH = 0.14  # cells
+
+
+class Chart:
+    """The card of a house, in frames of some size.
+
+    Attributes:
+        box: Where it lies in the frame.
+    """
+
+    def __init__(self, plan: FloorPlan, width: int, height: int):
+        scale = Scale.of(height)
+        rows, columns = plan.shape
+        self._pad, margin = scale.px(8), scale.px(12)
+        self._small = scale.font(13)
+        room = cards.side(width, height) - 2 * self._pad, 0.36 * height
+        cell = max(4, int(min(room[0] / columns, room[1] / rows)))
+        caption = self._small + scale.px(10)
+        size = columns * cell + 2 * self._pad, rows * cell + 2 * self._pad + caption
+        self.box = (margin, margin, margin + size[0], margin + size[1])
+        self._caption = size[1] - scale.px(10)
+        card, self._opacity = cards.card(size, scale.px(10), _OPACITY)
+        self._ground = GroundPlan(plan, cell, self._pad)
+        self._still = self._ground.draw(card)
+
+    def draw(self, image: Image.Image, state: HudState) -> None:
+        fine = self._still.copy()
+        self._draw_moving(ImageDraw.Draw(fine), state)
+        chart = fine.reduce(FINE)
+        if self._ground.cell >= _LABELLED_CELL:
+            self._write_names(chart, state)
+        self._write_caption(chart, state)
+        image.paste(chart, mask=self._opacity)
+
+    # -- What moves ------------------------------------------------------------------------------
+
+    def _draw_moving(self, canvas: ImageDraw.ImageDraw, state: HudState) -> None:
+        unit = self._ground.unit
+        pointed_at, where = state.mark or ("", None)
+        if pointed_at == "cell":
+            canvas.rectangle(self._ground.square(where), outline=TEXT, width=max(FINE, round(0.12 * unit)))
+        for number, child in enumerate(state.children):
+            self._draw_trail(canvas, child, colours.of_child(number))
+        for index, position in enumerate(state.candles):
+            self._draw_candle(canvas, position, halo=(pointed_at, where) == ("candle", index))
+        if state.robot is not None:
+            self._draw_robot(canvas, state.robot)
+        r = 0.34 * unit
+        for number, child in reversed(list(enumerate(state.children))):  # the first one on top
+            x, y = self._ground.pixel(child.position)
+            canvas.ellipse((x - r, y - r, x + r, y + r), colours.of_child(number), outline=GROUND, width=FINE)
+
+    def _draw_trail(self, canvas: ImageDraw.ImageDraw, child: ChildState, colour: Colour) -> None:
+        points = [self._ground.pixel(position) for position in [*child.trail, child.position]]
+        width = max(FINE, round(_TRAIL_WIDTH * self._ground.cell * FINE))
+        for i, (start, end) in enumerate(itertools.pairwise(points)):
+            fresh = mix(colours.FLOOR, colour, 0.15 + 0.7 * (i + 1) / len(points))
+            canvas.line((*start, *end), fresh, width=width)
+
+    def _draw_candle(self, canvas: ImageDraw.ImageDraw, position: np.ndarray, halo: bool) -> None:
+        """A flame: a drop with its tip up."""
+        x, y = self._ground.pixel(position)
+        r = 0.21 * self._ground.cell * FINE
+        if halo:
+            wide = 0.5 * self._ground.unit
+            canvas.ellipse((x - wide, y - wide, x + wide, y + wide), outline=TEXT, width=max(FINE, round(0.4 * r)))
+        y += 0.4 * r
+        canvas.polygon(((x, y - 2.3 * r), (x + 0.95 * r, y - 0.3 * r), (x - 0.95 * r, y - 0.3 * r)), colours.CANDLE)
+        canvas.ellipse((x - r, y - r, x + r, y + r), colours.CANDLE)
+        canvas.ellipse((x - 0.45 * r, y - 0.35 * r, x + 0.45 * r, y + 0.55 * r), colours.FLAME)
+
+    def _draw_robot(self, canvas: ImageDraw.ImageDraw, pose: np.ndarray) -> None:
+        """A disc with an arrow head along the heading."""
+        x, y = self._ground.pixel(pose)
+        r = 0.42 * self._ground.cell * FINE
+        canvas.ellipse((x - r, y - r, x + r, y + r), colours.ROBOT, outline=GROUND, width=FINE)
+        turns = float(pose[2]) + np.array([0.0, 2.5, np.pi, -2.5])
+        reach = r * np.array([0.8, 0.75, 0.2, 0.75])
+        canvas.polygon([(x + d * np.cos(a), y - d * np.sin(a)) for d, a in zip(reach, turns, strict=True)], GROUND)
+
+    # -- Words -----------------------------------------------------------------------------------
+
+    def _write_names(self, chart: Image.Image, state: HudState) -> None:
+        """Names the hazards where they are, and several children by their numbers."""
+        hazards = state.plan.hazards
+        for number, hazard in enumerate(hazards):
+            low = 0.3 if hazards.is_stairwell(number) else 0.85  # in the cell, or below the flame
+            self._write_at(chart, self._place(state, number), low, hazard.label, outline=GROUND)
+        for number, child in enumerate(state.children if len(state.children) > 1 else ()):
+            self._write_at(chart, child.position, 0.25, str(number + 1))
+
+    def _write_at(
+        self, chart: Image.Image, position: np.ndarray, low: float, text: str, outline: Colour | None = None
+    ) -> None:
+        """Writes with the baseline some share of a cell below a point."""
+        x, y = (coordinate / FINE for coordinate in self._ground.pixel(position))
+        ink = GROUND if outline is None else TEXT
+        write(chart, (x, y + low * self._ground.cell), text, SMALLEST_FONT, ink, align=0.5, outline=outline)
+
+    def _write_caption(self, chart: Image.Image, state: HudState) -> None:
+        write(chart, (self._pad, self._caption), state.plan.name, self._small, cards.LABEL)
+        right = chart.width - self._pad
+        epsilons = f"{'children' if ':' in state.family else 'epsilon'} {state.family.replace(',', ', ')}"
+        if len(state.children) > 1:
+            room = right - self._pad - width_of(f"{state.plan.name}  ", self._small)
+            epsilons = fit((epsilons, state.family), self._small, room)
+        write(chart, (right, self._caption), epsilons, self._small, cards.LABEL, align=1)
+
+    def _place(self, state: HudState, number: int) -> np.ndarray:
+        """Where a hazard is, metres."""
+        hazards, plan = state.plan.hazards, state.plan
+        if hazards.is_stairwell(number):
+            return plan.position(plan.stairwells[hazards.stairwell(number)])
+        return state.candles[hazards.candle(number)]

@@ -1,0 +1,85 @@
+"""Lengths and letters of the display."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+
+from PIL import Image, ImageDraw, ImageFont
+
+from caregiver_mj.viz.colours import Colour
+
+SMALLEST_FONT = 11  # pixels, whatever the frame
+FINE = 3  # text and the plan are drawn this many times larger and averaged, since Pillow does not smooth edges
+_DESIGN_HEIGHT = 720  # pixels; lengths of the design are for a frame this high
+
+
+@dataclasses.dataclass(frozen=True)
+class Scale:
+    """Turns lengths of the design into pixels of a frame."""
+
+    factor: float
+
+    @classmethod
+    def of(cls, height: int) -> Scale:
+        """That of a frame this high, in pixels."""
+        return cls(height / _DESIGN_HEIGHT)
+
+    def px(self, length: float) -> int:
+        return max(1, round(length * self.factor))
+
+    def font(self, size: float) -> int:
+        return max(SMALLEST_FONT, round(size * self.factor))
+
+
+@functools.lru_cache(maxsize=2048)
+def width_of(text: str, size: int) -> int:
+    """Width of a line in pixels, rounded up."""
+    return math.ceil(_font(size * FINE).getlength(text) / FINE) + 1
+
+
+def write(
+    image: Image.Image,
+    at: tuple[float, float],
+    text: str,
+    size: int,
+    colour: Colour,
+    align: float = 0.0,
+    outline: Colour | None = None,
+) -> None:
+    """Writes a line with its baseline at a point that is its left end (align 0), middle (0.5) or right end (1)."""
+    x, y = round(at[0] - align * width_of(text, size)), round(at[1]) - size
+    if outline:
+        image.paste(outline, (x - 1, y), _mask(text, size, 1))
+    image.paste(colour, (x, y), _mask(text, size))
+
+
+@functools.lru_cache(maxsize=512)
+def fit(texts: tuple[str, ...], size: int, width: int) -> str:
+    """The first of some texts that fits into a width, or as much of the last as does."""
+    for text in texts:
+        if width_of(text, size) <= width:
+            return text
+    while text and width_of(text + "...", size) > width:
+        text = text[:-1]
+    return text.rstrip() + "..."
+
+
+@functools.cache
+def _font(size: int) -> ImageFont.FreeTypeFont:
+    return ImageFont.load_default(size)
+
+
+@functools.lru_cache(maxsize=2048)
+def _mask(text: str, size: int, outline: int = 0) -> Image.Image:
+    """Text as coverage, drawn large and averaged: small letters keep their spacing that way.
+
+    The baseline lies one font size below the upper edge.
+    """
+    font = _font(size * FINE)
+    width = width_of(text, size) + 2 * outline
+    mask = Image.new("L", (width * FINE, (size + size // 2) * FINE))
+    stroke = 0.6 + outline * FINE  # a little weight makes thin letters stand out on moving pictures
+    ImageDraw.Draw(mask).text((outline * FINE, size * FINE), text, 255, font, anchor="ls", stroke_width=stroke)
+    return mask.reduce(FINE)

@@ -1,0 +1,103 @@
+"""What the display shows of a moment, read from task, policy and observation.
+
+All that a display has to know of those three is looked up here and nowhere else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from caregiver_mj.caregivers.percept import Assessment
+from caregiver_mj.children.family import Family
+from caregiver_mj.children.tape import EPISODE_TIMESTEPS
+from caregiver_mj.interventions.registry import verb_of
+from caregiver_mj.interventions.verb import Mark
+from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.viz.hud.state import ChildState, HudState
+
+if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.house.rendering
+    from caregiver_mj.policy.policy import CaregiverPolicy
+    from caregiver_mj.tasks.base import CareTask
+
+Observation = Mapping[str, np.ndarray]
+
+
+def child_positions(observation: Observation) -> np.ndarray:
+    """Where the children are, (children, 2), metres."""
+    return np.atleast_2d(observation["toddler_position"])[:, :2].copy()
+
+
+def candle_positions(observation: Observation) -> np.ndarray:
+    """Where the candles are, (candles, 3), metres."""
+    return observation.get("candle_position", np.empty((0, 3)))
+
+
+def hud_state(
+    task: CareTask,
+    policy: CaregiverPolicy | None,
+    observation: Observation,
+    family: Family,
+    trails: Sequence[np.ndarray],
+) -> HudState:
+    """What the display shows.
+
+    Args:
+        task: The task, for what has happened.
+        policy: The caregiver's, for what it knows and does; None where there is no robot.
+        observation: What is to be seen now.
+        family: The children.
+        trails: Where they have been, (children, 2) each, oldest first.
+    """
+    outcome = task.outcome()
+    assessment = policy.assessment if policy else None
+    unsafe_danger, danger = _danger(assessment)
+    return HudState(
+        plan=task.plan,
+        timestep=min(int(observation["clock"] + 1e-6), EPISODE_TIMESTEPS),
+        family=str(family),
+        children=_children(observation, assessment, trails, outcome["damage_by_child"]),
+        candles=candle_positions(observation),
+        damage=outcome["damage"],
+        damages={
+            "stairs": outcome["damage_stairwell"],
+            "candles": outcome["damage_candle"],
+            "tables": outcome["damage_table"],
+        },
+        robot=observation.get("base_position"),
+        danger=danger,
+        unsafe_danger=unsafe_danger,
+        target=policy.target if policy else NOTHING,
+        mark=_mark(policy) if policy else None,
+        intervention=policy.activity if policy else "",
+    )
+
+
+def _children(
+    observation: Observation,
+    assessment: Assessment | None,
+    trails: Sequence[np.ndarray],
+    damage: Sequence[float],
+) -> tuple[ChildState, ...]:
+    positions = child_positions(observation)
+    trail = np.array(trails).reshape(len(trails), len(positions), 2)
+    safe = [None] * len(positions) if assessment is None else assessment.safe[0].tolist()
+    return tuple(
+        ChildState(position, trail[:, child], safe[child], damage[child]) for child, position in enumerate(positions)
+    )
+
+
+def _danger(assessment: Assessment | None) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """What decides between the hazards, (hazards,): as it would be with a child that is surely unsafe, and as it is."""
+    if assessment is None:
+        return None, None
+    unsafe = assessment.urgency[0]
+    return unsafe, unsafe * (1.0 - assessment.safe[0]).max()
+
+
+def _mark(policy: CaregiverPolicy) -> Mark | None:
+    """What the display points at."""
+    intervention = policy.intervention
+    return verb_of(intervention.verb).mark(policy.plan, intervention) if intervention else None

@@ -1,0 +1,75 @@
+"""The figures of a run: those of the paper, and what is left of the damage."""
+
+from __future__ import annotations
+
+import base64
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from caregiver_mj.children.tape import EPISODE_TIMESTEPS
+from caregiver_mj.recording.record import DAMAGE_THRESHOLD
+from caregiver_mj.viz import figures
+from caregiver_mj.viz.figures import Series
+from caregiver_mj.viz.report import published
+from caregiver_mj.viz.report.run import Run
+from caregiver_mj.viz.report.words import TITLES, UNITS, in_lines
+
+
+@dataclasses.dataclass(frozen=True)
+class Picture:
+    """A figure: the name of its files, and what to say about it."""
+
+    name: str
+    svg: bytes
+    png: bytes
+    caption: str
+
+    @classmethod
+    def of(cls, name: str, figure: Figure, caption: str) -> Picture:
+        return cls(name, figures.as_bytes(figure, "svg"), figures.as_bytes(figure, "png"), caption)
+
+    @property
+    def data(self) -> str:
+        return f"data:image/svg+xml;base64,{base64.b64encode(self.svg).decode()}"
+
+
+def charts(run: Run) -> list[Picture]:
+    """The paper's figures 2 to 4, then the damage that each caregiver leaves."""
+    names = [in_lines(family) for family in run.families]
+    pictures = []
+    timesteps, cells = "timesteps_to_threshold", "cells_visited"
+    normalised = f"normalised {TITLES['damage']}"
+    for number, column, quantity, top, caption in (
+        (2, "damage_normalised", normalised, 1.0, "Damage, as a share of the greatest of any episode"),
+        (3, timesteps, UNITS[timesteps], EPISODE_TIMESTEPS, f"Timesteps until {DAMAGE_THRESHOLD:g} damage"),
+        (4, cells, UNITS[cells], None, "Distinct cells visited until then"),
+    ):
+        alone, guarded = (_series(run, caregiver, column) for caregiver in ("none", run.caregiver))
+        figure = figures.bars(names, alone, guarded, quantity, top)
+        caption = f"Figure {number}. {caption} — {run.title}"
+        pictures.append(Picture.of(f"figure_{number}_{run.name}", figure, caption))
+    left = [left_series(run, caregiver, caregiver, run.families) for caregiver in (run.caregiver, *run.baselines)]
+    caption = f"Damage left, as a share of that without a caregiver, with its 95 % interval — {run.title}"
+    return [*pictures, Picture.of(f"damage_left_{run.name}", figures.damage_left(names, left), caption)]
+
+
+def left_series(run: Run, caregiver: str, label: str, families: Sequence[str]) -> Series:
+    """The share of the damage that a caregiver leaves with each of some families."""
+    rows = [run.comparison(caregiver, "none", family) or {} for family in families]
+    mean, low, high = (
+        np.array([row.get(f"damage_left{part}") for row in rows], float) for part in ("", "_ci_low", "_ci_high")
+    )
+    return Series(label, mean, low, high, published=published.left(run, families))
+
+
+def _series(run: Run, caregiver: str, column: str) -> Series:
+    rows = [run.row(caregiver, family) for family in run.families]
+    mean, sd, low, high = (
+        np.array([row[f"{column}_{part}"] for row in rows], float) for part in ("mean", "sd", "ci_low", "ci_high")
+    )
+    guarded = caregiver != "none"
+    label = "with caregiver" if guarded else "no caregiver"
+    return Series(label, mean, low, high, sd, published.series(run, column, run.families, guarded))

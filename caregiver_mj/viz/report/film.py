@@ -1,0 +1,100 @@
+"""The film in a report."""
+
+from __future__ import annotations
+
+import base64
+import dataclasses
+import os
+import pathlib
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.viz.report.run import Run
+from caregiver_mj.viz.report.words import family_name, members
+
+FILM_NAME = "report.mp4"  # of a film that is made for the report
+LARGEST_FILM = 40.0  # MB, for it becomes part of the page
+_PICTURE = {"seconds": 15.0, "width": 960, "height": 540}  # of such a film
+_TYPICAL = 0.5  # share of random moves to which that of the filmed children is to come close
+
+
+@dataclasses.dataclass(frozen=True)
+class Film:
+    """A film and what to say about it."""
+
+    path: pathlib.Path
+    caption: str
+
+    def data(self, largest: float = LARGEST_FILM) -> str:
+        """The film as part of a page.
+
+        Args:
+            largest: How large it may be, MB.
+
+        Raises:
+            CaregiverError: It cannot be read, is no film, or is too large.
+        """
+        try:
+            content = self.path.read_bytes()
+        except OSError as error:
+            raise CaregiverError(f"the film '{self.path}' cannot be read: {error.strerror}") from None
+        if content[4:8] != b"ftyp":  # how every MP4 file begins
+            raise CaregiverError(f"'{self.path}' is not a film in MP4")
+        if len(content) > largest * 1e6:
+            size = round(len(content) / 1e6)
+            raise CaregiverError(
+                f"the film '{self.path}' has {size} MB, which makes too large a page: {largest:g} at most"
+            )
+        return f"data:video/mp4;base64,{base64.b64encode(content).decode()}"
+
+
+def found_film(folders: Sequence[str | os.PathLike[str]]) -> Film | None:
+    """The first film in some folders, if there is one."""
+    paths = (path for folder in folders for path in sorted(pathlib.Path(folder).glob("*.mp4")))
+    return next((Film(path, path.name) for path in paths), None)
+
+
+def make_film(runs: Sequence[Run], folder: str | os.PathLike[str], render: Callable[..., None] | None = None) -> Film:
+    """Films the first episode of a run.
+
+    Args:
+        runs: The runs of a report.
+        folder: Where to put the film.
+        render: Films an episode, with the arguments of `caregiver_mj.viz.film.render_episode`, which it is by default.
+    """
+    if render is None:
+        from caregiver_mj.viz.film import render_episode as render  # takes a second to import, and OpenGL to run
+    run = filmed_run(runs)
+    family = filmed_family(run)
+    path = pathlib.Path(folder) / FILM_NAME
+    render(path, **episode_of(run, family), **_PICTURE)
+    whose = "of the run" if run.settings.world == "house" else "with the children of the run in the grid"
+    return Film(path, f"Episode 0 {whose}, {family_name(family)}, caregiver {run.caregiver}")
+
+
+def filmed_run(runs: Sequence[Run]) -> Run:
+    """The run to film: the first one in the house, else the first one, whose children can walk there too."""
+    return next((run for run in runs if run.settings.world == "house"), runs[0])
+
+
+def filmed_family(run: Run) -> str:
+    """The family to film: the one whose moves are half random, or the nearest to that."""
+
+    def share(family: str) -> float:
+        epsilons = [epsilon for _, epsilon in members(family)]
+        return sum(epsilons) / len(epsilons)
+
+    return min(run.families, key=lambda family: abs(share(family) - _TYPICAL))
+
+
+def episode_of(run: Run, family: str) -> dict[str, Any]:
+    """A run's first episode, as arguments of `render_episode`."""
+    return {
+        "house": run.plan,
+        "epsilon": family,
+        "seed": run.settings.seed,
+        "episode": 0,
+        "caregiver": run.caregiver,
+        "embodiment": run.settings.embodiment,
+    }

@@ -1,0 +1,54 @@
+"""The result of a run in a few numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from caregiver_mj.children.tape import EPISODE_TIMESTEPS
+from caregiver_mj.experiments import statistics
+from caregiver_mj.recording.record import DAMAGE_THRESHOLD
+from caregiver_mj.viz.report import published
+from caregiver_mj.viz.report.run import Run
+from caregiver_mj.viz.report.words import TITLES, number
+
+FEW = 10  # episodes, of which a bootstrap makes too narrow an interval
+_FACTS = {
+    "timesteps_to_threshold": f"until {DAMAGE_THRESHOLD:g} damage",
+    "cells_visited": "until then",
+    "toys_reached": f"in {EPISODE_TIMESTEPS} timesteps",
+}
+
+
+def headline(run: Run) -> dict[str, Any]:
+    """What the page begins with: `avoided`, the share of all families' damage that the caregiver avoids, and more."""
+    # Families of the same episode share their chance, so it is episodes that are drawn again, all families together.
+    damage = run.episodes.pivot_table(index="episode", columns="caregiver", values="damage", aggfunc="sum")
+    left, low, high = statistics.ratio_interval(damage[run.caregiver].to_numpy(), damage["none"].to_numpy())
+    alone, guarded = (run.mean(caregiver, "damage") for caregiver in ("none", run.caregiver))
+    guarded_episodes = run.episodes[run.episodes.caregiver == run.caregiver]
+    mishaps = {column: int(guarded_episodes[column].sum()) for column in ("strikes", "candles_dropped")}
+    return {
+        "avoided": f"{number(100 * (1 - left), 0)} %" if np.isfinite(left) else None,
+        "interval": f"{number(100 * (1 - high))} to {number(100 * (1 - low))} %" if np.isfinite(low) else None,
+        "paper": _avoided_in_paper(run),
+        "damage": {"alone": alone, "guarded": guarded, "most": max(alone, guarded) or 1.0},
+        "facts": [
+            (f"{TITLES[column]} {when}", number(run.mean("none", column)), number(run.mean(run.caregiver, column)))
+            for column, when in _FACTS.items()
+        ],
+        "deeds": {c: number(run.mean(run.caregiver, c)) for c in ("moves_blocked", "interventions_done")},
+        "mishaps": mishaps if run.settings.world == "house" else None,
+        "guarded_episodes": len(guarded_episodes),
+        "few": run.settings.episodes < FEW,
+    }
+
+
+def _avoided_in_paper(run: Run) -> str | None:
+    """The same share in the paper, if it has all these novices."""
+    means = [published.means(run, "damage_normalised", family) for family in run.families]
+    if None in means:
+        return None
+    alone, guarded = np.sum(means, axis=0)
+    return f"{100 * (1 - guarded / alone):.0f} %"

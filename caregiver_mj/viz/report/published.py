@@ -1,0 +1,60 @@
+"""The paper's own numbers, and where they may stand beside ours."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.viz.report import words
+from caregiver_mj.viz.report.run import Run
+
+PAPER = 'Rosman, Hayes and Scassellati, "Enhancing Agent Safety through Autonomous Environment Adaptation", 2015'
+# Its Tables I and II: means of 20 episodes without and with the caregiver, by the share of the novice's moves that are
+# random. Damage is normalised by the greatest of any episode.
+PUBLISHED = {
+    "damage_normalised": {
+        1.0: (0.7346, 0.2291),
+        0.75: (0.5295, 0.1438),
+        0.5: (0.2846, 0.1106),
+        0.25: (0.1887, 0.0466),
+        0.05: (0.0565, 0.0072),
+    },
+    "timesteps_to_threshold": {
+        1.0: (35.50, 97.05),
+        0.75: (41.05, 164.20),
+        0.5: (89.50, 171.50),
+        0.25: (107.70, 200.00),
+        0.05: (195.75, 200.00),
+    },
+}
+_NEITHER = (float("nan"), float("nan"))
+
+
+def compares_with(run: Run) -> bool:
+    """Whether the paper's numbers mean anything for a run.
+
+    They are of one novice, in a house of the paper's own that is not published. House `paper` stands in for it, and
+    no other does.
+    """
+    return run.plan == FloorPlan.load("paper") and any(len(words.members(family)) == 1 for family in run.families)
+
+
+def means(run: Run, column: str, family: str) -> tuple[float, float] | None:
+    """The paper's means without and with the caregiver, if it has them for such children."""
+    only, *others = words.members(family)
+    if others or only[0] or not compares_with(run):
+        return None
+    return PUBLISHED.get(column, {}).get(only[1])
+
+
+def series(run: Run, column: str, families: Sequence[str], with_caregiver: bool) -> np.ndarray:
+    """The means of several families, NaN where there are none, (families,)."""
+    return np.array([(means(run, column, family) or _NEITHER)[with_caregiver] for family in families])
+
+
+def left(run: Run, families: Sequence[str]) -> np.ndarray:
+    """Shares of the damage that are left with the caregiver, likewise."""
+    alone, guarded = (series(run, "damage_normalised", families, caregiver) for caregiver in (False, True))
+    return guarded / alone

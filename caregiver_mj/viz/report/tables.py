@@ -1,0 +1,118 @@
+"""The tables of a run."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from caregiver_mj.children.tape import EPISODE_TIMESTEPS
+from caregiver_mj.experiments import statistics
+from caregiver_mj.recording.record import COLUMNS, DAMAGE_THRESHOLD
+from caregiver_mj.viz.report import published
+from caregiver_mj.viz.report.run import Run
+from caregiver_mj.viz.report.table import Table
+from caregiver_mj.viz.report.words import NONE, TITLES, family_name, members, number, p_value, with_interval
+
+_BY_CHILD = {"damage_by_child": "damage", "toys_by_child": "toys_reached"}  # and the column that is their sum
+
+
+def damage_table(run: Run) -> Table:
+    """The paper's Table I: normalised damage, and how much of it is left."""
+    rows = []
+    for family in run.families:
+        alone, guarded = run.row("none", family), run.row(run.caregiver, family)
+        cited = published.means(run, "damage_normalised", family)
+        cells = (
+            with_interval(alone, "damage_normalised_mean", 3),
+            NONE if cited is None else f"{cited[0]:.3f}",
+            with_interval(guarded, "damage_normalised_mean", 3),
+            NONE if cited is None else f"{cited[1]:.3f}",
+            with_interval(run.comparison(run.caregiver, "none", family), "damage_left", 2),
+            NONE if cited is None else f"{cited[1] / cited[0]:.2f}",
+        )
+        rows.append((family_name(family), *cells))
+    note = (
+        f"Mean normalised damage in {EPISODE_TIMESTEPS} timesteps, and the share of it that is left with the "
+        "caregiver; in brackets the 95 % interval. 1.0 is the greatest damage of any episode of the run, here "
+        f"{run.episodes.damage.max():g}; the more episodes, the greater that is, so compare the shares left."
+    )
+    return _beside_published(run, f"Table I. Damage — {run.title}", ("without", "with", "left"), rows, note)
+
+
+def timesteps_table(run: Run) -> Table:
+    """The paper's Table II: timesteps until the threshold of damage."""
+    column, rows = "timesteps_to_threshold", []
+    for family in run.families:
+        cited = published.means(run, column, family)
+        cells = [family_name(family)]
+        for i, caregiver in enumerate(("none", run.caregiver)):
+            cells.append(with_interval(run.row(caregiver, family), f"{column}_mean"))
+            cells.append(NONE if cited is None else f"{cited[i]:.1f}")
+        rows.append(tuple(cells))
+    note = f"Mean timesteps until {DAMAGE_THRESHOLD:g} damage, at most {EPISODE_TIMESTEPS}."
+    return _beside_published(run, f"Table II. Timesteps — {run.title}", ("without", "with"), rows, note)
+
+
+def _beside_published(
+    run: Run, title: str, quantities: tuple[str, ...], rows: list[tuple[str, ...]], note: str
+) -> Table:
+    """A table with our numbers and the paper's in turn; without the latter where they mean nothing."""
+    if published.compares_with(run):
+        columns = tuple(f"{quantity}, {where}" for quantity in quantities for where in ("here", "published"))
+    else:
+        columns, rows = quantities, [(row[0], *row[1::2]) for row in rows]
+    return Table(title, (run.nouns.who, *columns), rows, note)
+
+
+def comparison_table(run: Run) -> Table:
+    """The differences that the caregiver makes, with intervals and tests."""
+    rows = []
+    for family in run.families:
+        row = run.comparison(run.caregiver, "none", family)
+        cells = [
+            f"{with_interval(row, f'{column}_difference_mean', 1, sign='+')}\n{p_value(row[f'{column}_p'])}"
+            for column in statistics.COMPARED
+        ]
+        rows.append((family_name(family), *cells))
+    note = (
+        f"With the caregiver less without, paired: episode i has the same {run.nouns.who} both times. In brackets the "
+        "95 % bootstrap interval of the mean difference; p by Wilcoxon's signed-rank test, two-sided, "
+        f"{run.settings.episodes} pairs each, not corrected for the {len(rows) * len(statistics.COMPARED)} tests."
+    )
+    columns = (run.nouns.who, *(TITLES[column] for column in statistics.COMPARED))
+    return Table(f"Differences that the caregiver makes — {run.title}", columns, rows, note)
+
+
+def measures_table(run: Run) -> Table:
+    """The mean of every measure."""
+    measured = [c for c in COLUMNS if c.role in ("damage", "count") and c.world in ("", run.settings.world)]
+    rows = [
+        (
+            f"{family_name(row['family'])}, {row['caregiver']}",
+            *(number(row[f"{column.name}_mean"]) for column in measured),
+        )
+        for row in run.summary["rows"]
+    ]
+    note = "Means of an episode. Standard deviations and intervals are in summary.json."
+    columns = (f"{run.nouns.who}, caregiver", *(column.title for column in measured))
+    return Table(f"Every measure — {run.title}", columns, rows, note)
+
+
+def children_table(run: Run) -> Table | None:
+    """What happened to each of several children, or None where each is alone."""
+    if not run.several:
+        return None
+    episodes, rows = run.episodes, []
+    for family in (family for family in run.families if len(members(family)) > 1):
+        means = {
+            (caregiver, column): np.mean(np.stack(chosen[column].to_numpy()), axis=0)
+            for caregiver in ("none", run.caregiver)
+            for chosen in [episodes[(episodes.caregiver == caregiver) & (episodes.family == family)]]
+            for column in _BY_CHILD
+        }
+        for child, (behaviour, epsilon) in enumerate(members(family)):
+            name = f"{family_name(family)}: {behaviour or 'novice'} {child + 1}, {100 * epsilon:g} %"
+            keys = [(caregiver, column) for column in _BY_CHILD for caregiver in ("none", run.caregiver)]
+            rows.append((name, *(number(float(means[key][child])) for key in keys)))
+    columns = (f"{TITLES[total]}, {what}" for total in _BY_CHILD.values() for what in ("without", "with"))
+    note = "Means of an episode, without and with the caregiver."
+    return Table(f"Each child — {run.title}", ("child", *columns), rows, note)

@@ -1,0 +1,104 @@
+"""The report's words and numbers."""
+
+from __future__ import annotations
+
+import collections
+import dataclasses
+import textwrap
+from typing import Any
+
+import numpy as np
+
+from caregiver_mj.recording.record import COLUMNS
+
+TITLES = {column.name: column.title for column in COLUMNS}
+UNITS = {column.name: column.unit for column in COLUMNS}
+NONE = "–"  # where there is no number
+_NARROW = 9  # characters of a line under bars
+
+
+# -- Children ----------------------------------------------------------------------------------------
+
+
+@dataclasses.dataclass(frozen=True)
+class Nouns:
+    """What the children of a run are called.
+
+    Attributes:
+        group: Whom a row of a table is about.
+        groups: Several of those.
+        who: Those in one episode.
+        whom: The same, with an article, where they walk about.
+        were: The same again, where they are hurt.
+        one: One of them.
+    """
+
+    group: str
+    groups: str
+    who: str
+    whom: str
+    were: str
+    one: str
+
+
+SINGLE = Nouns("novice", "novices", "novice", "the toddler", "it was", "the child")
+SEVERAL = Nouns("family", "families", "children", "the children", "they were", "a child")
+
+
+def members(family: str) -> list[tuple[str, float]]:
+    """The behaviour ("" for a novice) of each child of a family, and its share of random moves."""
+    parts = (part.rpartition(":") for part in family.split(","))
+    return [(behaviour, float(epsilon)) for behaviour, _, epsilon in parts]
+
+
+def family_name(family: str) -> str:
+    """What a family is called; a single novice as in the paper."""
+    if members(family) == [("", 1.0)]:
+        return "random motion"
+    counts = collections.Counter(f"{behaviour} {100 * epsilon:g} %".lstrip() for behaviour, epsilon in members(family))
+    shares = [share if count == 1 else f"{count} x {share}" for share, count in counts.items()]
+    return " and ".join(filter(None, (", ".join(shares[:-1]), shares[-1]))) + " random"
+
+
+def in_lines(family: str) -> str:
+    """The name of a family as it stands under its bars."""
+    first, _, last = family_name(family).rpartition(" ")
+    if len(members(family)) > 1:
+        tied = first.replace(" %", "\N{NO-BREAK SPACE}%")
+        first = textwrap.fill(tied, _NARROW, break_long_words=False).replace("\N{NO-BREAK SPACE}", " ")
+    return f"{first}\n{last}"
+
+
+# -- Numbers -----------------------------------------------------------------------------------------
+
+
+def number(value: float, digits: int = 1, sign: str = "-") -> str:
+    """A number with a true minus, and none before a zero."""
+    text = f"{value:{sign}.{digits}f}"
+    if not float(text):
+        text = text.lstrip("+-")
+    return text.replace("-", "−")
+
+
+def with_interval(row: dict[str, Any] | None, key: str, digits: int = 1, sign: str = "-", between: str = " ") -> str:
+    """A mean of the summary with its interval in brackets."""
+    if row is None or row[key] is None:
+        return NONE
+    stem = key.removesuffix("_mean")
+    text = number(row[key], digits, sign)
+    if row[f"{stem}_ci_low"] is None:
+        return text
+    ends = (number(row[f"{stem}_ci_{end}"], digits, sign) for end in ("low", "high"))
+    return f"{text}{between}[{', '.join(ends)}]"
+
+
+def p_value(value: float) -> str:
+    """A p, as exactly as it is worth."""
+    if value < 0.001:
+        return "p < 0.001"
+    return f"p = {value:.3f}" if value < 0.1 else f"p = {value:.2f}"
+
+
+def percent(share: float) -> str:
+    """A change as a percentage, with its sign."""
+    return f"{number(100 * share, 0, '+')} %" if np.isfinite(share) else NONE

@@ -1,0 +1,118 @@
+"""Families: what may be said for one, and what it is called."""
+
+import importlib.metadata
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scripted_child import Scripted
+
+from caregiver_mj.children.adversary import Adversary
+from caregiver_mj.children.behaviour import Behaviour
+from caregiver_mj.children.family import CHILDREN, ChildSpec, Family
+from caregiver_mj.children.novice import Expert, Novice
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans.floor_plan import FloorPlan
+
+PLAN = FloorPlan.parse("####\n#B.#\n####", "closet")
+
+
+@pytest.mark.parametrize(
+    ("said", "children"),
+    [
+        (0.5, (ChildSpec(0.5),)),
+        (1, (ChildSpec(1.0),)),
+        ("0.5", (ChildSpec(0.5),)),
+        ("1,.25", (ChildSpec(1.0), ChildSpec(0.25))),
+        (" 1 , adversary:.25 ", (ChildSpec(1.0), ChildSpec(0.25, "adversary"))),
+        (ChildSpec(0.1, "expert"), (ChildSpec(0.1, "expert"),)),
+        (Family((ChildSpec(0.1),)), (ChildSpec(0.1),)),
+        ([0.5, "1,0.25", ChildSpec(0.1)], (ChildSpec(0.5), ChildSpec(1.0), ChildSpec(0.25), ChildSpec(0.1))),
+    ],
+)
+def test_what_may_be_said_for_a_family(said, children):
+    assert Family.of(said).children == children
+
+
+def test_a_behaviour_of_ones_own_may_stand_for_a_child():
+    child = Scripted(PLAN, epsilon=0.5)
+    family = Family.of([child, 1.0])
+    family.check()
+    assert family.make(PLAN)[0] is child
+    assert family.epsilon == 0.75
+
+
+def test_children_without_a_name_have_the_behaviour_that_is_given():
+    family = Family.parse("1,novice:.5", behaviour="adversary")
+    assert family.children == (ChildSpec(1.0, "adversary"), ChildSpec(0.5, "novice"))
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "a family is the epsilon of each child, such as 0.5 or 1,.25 or adversary:0.5, not ''"),
+        ("half", "not 'half'"),
+        ("0.5,", "not '0.5,'"),
+        ("0.5;1", "not '0.5;1'"),
+        ("adversary", "not 'adversary'"),
+        ("1.5", r"epsilon must lie in \[0, 1\], not 1.5"),
+        ("0.5,nan", r"epsilon must lie in \[0, 1\], not nan"),
+        ("angel:0.5", "no child 'angel': there are novice, expert, adversary"),
+    ],
+)
+def test_what_cannot_be_read_is_refused_in_one_line(text, words):
+    with pytest.raises(CaregiverError, match=words) as caught:
+        Family.parse(text)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("family", [Family(()), Family((ChildSpec(2.0),)), Family((ChildSpec(0.5, "angel"),))])
+def test_families_that_cannot_be_are_refused(family):
+    with pytest.raises(CaregiverError):
+        family.check()
+    with pytest.raises(CaregiverError):
+        family.make(PLAN)
+
+
+def test_a_family_several_times():
+    assert Family.of("1,.5").times(2) == Family.of("1,.5,1,.5")
+    with pytest.raises(CaregiverError, match="at least 1 child, not 0"):
+        Family.of(1.0).times(0)
+
+
+@pytest.mark.parametrize(
+    ("said", "name"), [(1.0, "1"), ("0.50", "0.5"), ("1,.25", "1,0.25"), ("1,adversary:.5", "1,adversary:0.5")]
+)
+def test_names(said, name):
+    assert str(Family.of(said)) == name
+
+
+@given(st.lists(st.tuples(st.floats(0, 1), st.sampled_from(["novice", "expert", "adversary"])), min_size=1, max_size=4))
+def test_the_name_says_it_all(children):
+    family = Family(tuple(ChildSpec(*child) for child in children))
+    assert Family.parse(str(family)) == family
+
+
+def test_epsilon_is_the_mean_and_of_an_only_child_its_own_to_the_last_bit():
+    assert Family.of(0.1).epsilon == 0.1
+    assert Family.of("1,.25").epsilon == 0.625
+    assert len(Family.of("1,.25")) == 2
+
+
+def test_everybody_behaves_as_named():
+    kinds = [type(behaviour) for behaviour in Family.of(".5,expert:.5,adversary:.5").make(PLAN)]
+    assert kinds == [Novice, Expert, Adversary]
+
+
+class Sleepy(Novice):
+    """Of another package."""
+
+
+def test_children_of_other_packages(monkeypatch):
+    entry = importlib.metadata.EntryPoint("sleepy", f"{__name__}:Sleepy", "caregiver_mj.children")
+    points = importlib.metadata.EntryPoints([entry])
+    monkeypatch.setattr(importlib.metadata, "entry_points", lambda group: points.select(group=group))
+    assert list(CHILDREN) == ["novice", "expert", "adversary", "sleepy"]
+    (made,) = Family.of("sleepy:0.5").make(PLAN)
+    assert isinstance(made, Sleepy | Behaviour)
+    assert str(Family.of("sleepy:0.5")) == "sleepy:0.5"

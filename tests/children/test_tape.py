@@ -1,0 +1,117 @@
+"""Tapes: who gets which draws, and where everybody starts."""
+
+import itertools
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape, pick, start_cells
+
+
+def random(seed):
+    return np.random.RandomState(seed)
+
+
+def same(one, other):
+    return (
+        (one.start == other.start).all()
+        and (one.steps == other.steps).all()
+        and one.caregiver_seed == other.caregiver_seed
+    )
+
+
+def test_a_tape_is_determined_by_its_seed():
+    one, again, other = (Tape.draw(random(seed)) for seed in (5, 5, 6))
+    assert one.start.shape == (3,)
+    assert one.steps.shape == (EPISODE_TIMESTEPS, 3) == (200, 3)
+    assert same(one, again)
+    assert one.caregiver_seed != other.caregiver_seed
+    assert not (one.steps == other.steps).any()
+
+
+def test_a_longer_tape_begins_like_a_shorter_one():
+    short, long = (Tape.draw(random(5), timesteps) for timesteps in (10, 20))
+    assert (short.start == long.start).all()
+    assert (short.steps == long.steps[:10]).all()
+
+
+def test_the_first_child_has_the_tape_of_an_only_child_and_takes_as_much_of_the_chance():
+    alone = random(5)
+    only = Tape.draw(alone)
+    for children in (1, 2, 4):
+        tapes = Tape.draw_family(random(5), children)
+        assert len(tapes) == children
+        assert same(tapes[0], only)
+    # What comes after it from the same source does not depend on how many children there are.
+    after = []
+    for children in (1, 2, 4):
+        source = random(5)
+        Tape.draw_family(source, children)
+        after.append(source.random_sample(5).tolist())
+    assert after[0] == after[1] == after[2] == alone.random_sample(5).tolist()
+
+
+def test_each_child_has_chance_of_its_own_that_does_not_depend_on_how_many_there_are():
+    two, four = (Tape.draw_family(random(5), children) for children in (2, 4))
+    assert same(two[1], four[1])
+    for one, other in itertools.combinations(four, 2):
+        assert not (one.steps == other.steps).any()
+    assert len({tape.caregiver_seed for tape in four}) == 1  # there is one caregiver
+
+
+@given(st.integers(1, 10_000))
+def test_the_largest_draw_picks_the_last(count):
+    assert pick(np.array([0.0, np.nextafter(1.0, 0.0)]), count).tolist() == [0, count - 1]
+
+
+# -- Where everybody starts ----------------------------------------------------------------------
+
+
+def starts(free, landings, *rows):
+    """Start cells by draws: of every row a child, of each the draws for its own cell and for the caregiver's."""
+    draws = np.array([[(*row, 0.0) for row in rows]], float)
+    children, caregiver = start_cells(free, landings, draws)
+    return children[0].tolist(), int(caregiver[0])
+
+
+def test_an_only_child_starts_anywhere_and_the_caregiver_anywhere_else():
+    grid = (np.arange(60) + 0.5) / 60
+    draws = np.stack([*np.meshgrid(grid, grid), np.zeros((60, 60))], axis=-1).reshape(-1, 1, 3)
+    children, caregiver = start_cells(6, 2, draws)
+    assert np.bincount(children[:, 0]).tolist() == [600] * 6
+    pairs = np.bincount(6 * children[:, 0] + caregiver, minlength=36).reshape(6, 6)
+    assert (pairs == 120 * (1 - np.eye(6))).all()
+
+
+def test_start_cells_worked_by_hand():
+    # Ten free cells. The child takes number 0.3 * 10 = 3; of the nine others (without 3) the caregiver the fourth: 4.
+    assert starts(10, 0, (0.3, 0.35)) == ([3], 4)
+    # A second child takes of the nine others number 0.4 * 9 = 3, which is 4. The caregiver's is the first one's
+    # second draw: of the eight others number 0.35 * 8 = 2, which is 2.
+    assert starts(10, 0, (0.3, 0.35), (0.4, 0.9)) == ([3, 4], 2)
+    # With 0.5 * 8 = 4 it passes over 3 and 4, whichever child is in which.
+    assert starts(10, 0, (0.3, 0.5), (0.4, 0.9)) == ([3, 4], 6)
+    assert starts(10, 0, (0.4, 0.5), (0.35, 0.9)) == ([4, 3], 6)
+
+
+def test_nobody_starts_where_another_is_as_long_as_there_is_room():
+    draws = np.random.default_rng(0).random((500, 4, 3))
+    children, caregiver = start_cells(5, 1, draws)
+    everybody = np.sort(np.concatenate([children, caregiver[:, None]], axis=1))
+    assert (everybody == np.arange(5)).all()  # four children and the caregiver fill the five cells
+
+
+def test_without_room_children_share_a_cell_and_the_caregiver_takes_the_last_landing():
+    assert starts(1, 2, (0.9, 0.1)) == ([0], 2)
+    assert starts(1, 0, (0.9, 0.1)) == ([0], 0)
+    assert starts(2, 1, (0.9, 0.1), (0.1, 0.1), (0.7, 0.7)) == ([1, 0, 0], 2)
+
+
+def test_start_cells_do_not_depend_on_the_batch():
+    draws = np.random.default_rng(1).random((20, 3, 3))
+    children, caregiver = start_cells(9, 2, draws)
+    for i in range(20):
+        one, own = start_cells(9, 2, draws[i : i + 1])
+        assert (one[0] == children[i]).all()
+        assert own[0] == caregiver[i]

@@ -1,0 +1,25 @@
+"""What of a run does not depend on the machine, and whether two runs agree in it."""
+
+import pandas as pd
+
+
+def rows(result):
+    """The rows less the one column that depends on the machine."""
+    return comparable(result.episodes)
+
+
+def comparable(episodes):
+    """The same of a table, whether it was on disk or not."""
+    episodes = episodes.drop(columns="wall_seconds").reset_index(drop=True)
+    for column in ("damage_by_child", "toys_by_child"):
+        episodes[column] = episodes[column].map(tuple)
+    return episodes
+
+
+def same(result, other):
+    pd.testing.assert_frame_equal(rows(result), rows(other), check_exact=True)
+    pd.testing.assert_frame_equal(result.maps, other.maps, check_exact=True)
+
+
+def without_times(summary):
+    return [{k: v for k, v in row.items() if "wall_seconds" not in k} for row in summary["rows"]]

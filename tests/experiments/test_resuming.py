@@ -1,0 +1,139 @@
+"""Runs that are killed, interrupted or out of disk: what is kept, and that they end as if nothing had happened."""
+
+import json
+import pathlib
+import resource
+import signal
+import subprocess
+import sys
+import time
+
+import pandas as pd
+import psutil
+import pytest
+from comparing import comparable, rows, same, without_times
+
+from caregiver_mj.experiments import evaluation
+from caregiver_mj.experiments.evaluation import evaluate
+from caregiver_mj.experiments.run_folder import RunFolder
+from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.plans.floor_plan import FloorPlan
+
+PAPER = FloorPlan.load("paper")
+LONG = Settings(PAPER, "grid", ("none", "paper"), (1.0,), 2000)  # long enough to be killed in the middle of it
+BLOCKS = 4
+
+
+@pytest.fixture(scope="module")
+def undisturbed():
+    return evaluate(LONG)
+
+
+def start(folder, *more, **options):
+    """Starts the run `LONG` as a real process."""
+    command = [sys.executable, "-m", "caregiver_mj", "evaluate", "--world", "grid", "--epsilon", "1"]
+    command += ["--episodes", "2000", "--out", str(folder), *more]
+    return subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, **options)
+
+
+def blocks_on_disk(folder):
+    return {path: path.stat().st_mtime_ns for path in pathlib.Path(folder).glob("episodes/*.json")}
+
+
+def wait_for_blocks(folder, count, process):
+    for _ in range(3000):
+        if len(blocks_on_disk(folder)) >= count:
+            return
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.01)
+    pytest.fail("the run makes no progress")
+
+
+def check_finished(folder, undisturbed):
+    episodes = comparable(pd.read_parquet(folder / "episodes.parquet"))
+    pd.testing.assert_frame_equal(episodes, rows(undisturbed), check_exact=True)
+    pd.testing.assert_frame_equal(pd.read_parquet(folder / "maps.parquet"), undisturbed.maps, check_exact=True)
+    summary = json.loads((folder / "summary.json").read_text())
+    assert without_times(summary) == without_times(undisturbed.summary)
+    assert summary["comparisons"] == undisturbed.summary["comparisons"]
+    assert not list(folder.rglob("*.tmp"))
+
+
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_killed_run_is_continued(tmp_path, undisturbed, jobs):
+    process = start(tmp_path, "--jobs", jobs)
+    wait_for_blocks(tmp_path, 2, process)
+    children = psutil.Process(process.pid).children()
+    process.kill()
+    process.communicate()
+    assert not psutil.wait_procs(children, timeout=20)[1]  # workers notice and end
+    assert not (tmp_path / "summary.json").exists()
+    (tmp_path / "episodes" / "half.json.1.tmp").write_text("[")  # as a kill in the middle of a write leaves
+    before = blocks_on_disk(tmp_path)
+    assert 2 <= len(before) < BLOCKS
+
+    process = start(tmp_path, "--jobs", jobs, "--resume")
+    _, err = process.communicate()
+    assert process.returncode == 0, err
+    assert before.items() <= blocks_on_disk(tmp_path).items()  # not run again
+    check_finished(tmp_path, undisturbed)
+
+
+def test_killed_worker_is_replaced(tmp_path, undisturbed):
+    process = start(tmp_path, "--jobs", "2")
+    wait_for_blocks(tmp_path, 1, process)
+    victims = [p for p in psutil.Process(process.pid).children() if "spawn_main" in " ".join(p.cmdline())]
+    assert len(victims) == 2
+    for victim in victims:
+        victim.kill()
+    _, err = process.communicate()
+    assert process.returncode == 0, err
+    check_finished(tmp_path, undisturbed)
+
+
+def test_interrupted_run_says_how_to_go_on(tmp_path, undisturbed):
+    process = start(tmp_path, "--jobs", "2")
+    wait_for_blocks(tmp_path, 1, process)
+    children = psutil.Process(process.pid).children()
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate()
+    assert process.returncode == 1
+    last = err.splitlines()[-1]
+    assert "interrupted" in last
+    assert "Traceback" not in err
+    assert not psutil.wait_procs(children, timeout=5)[1]
+    command = last.split("go on with: caregiver-mj ")[1].split()
+    again = subprocess.run([sys.executable, "-m", "caregiver_mj", *command], capture_output=True, check=False)
+    assert again.returncode == 0
+    check_finished(tmp_path, undisturbed)
+
+
+def test_full_disk_is_an_error(tmp_path, undisturbed):
+    def limit():  # the size of a file: like a full disk, a write comes back short
+        resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, 50_000))
+
+    process = start(tmp_path, preexec_fn=limit)
+    _, err = process.communicate()
+    assert process.returncode == 1
+    assert "cannot be written: File too large" in err.splitlines()[-1]
+    assert "Traceback" not in err
+    assert blocks_on_disk(tmp_path) == {}
+    assert not list(tmp_path.rglob("*.tmp"))
+    process = start(tmp_path, "--resume")
+    process.communicate()
+    check_finished(tmp_path, undisturbed)
+
+
+def test_damaged_block_is_run_again(tmp_path):
+    settings = Settings(PAPER, "grid", ("paper",), (1.0,), 3)
+    first = evaluate(settings, RunFolder(tmp_path, settings.record()))
+    (block,) = blocks_on_disk(tmp_path)
+    block.write_text(block.read_text()[:-20])
+    same(evaluate(settings, RunFolder(tmp_path, settings.record(), resume=True)), first)
+
+
+def test_finished_run_is_not_run_again(tmp_path, monkeypatch):
+    settings = Settings(PAPER, "grid", ("paper",), (1.0,), 3)
+    first = evaluate(settings, RunFolder(tmp_path, settings.record()))
+    monkeypatch.setattr(evaluation, "run_block", lambda *_: pytest.fail("run again"))
+    same(evaluate(settings, RunFolder(tmp_path, settings.record(), resume=True)), first)

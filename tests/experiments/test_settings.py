@@ -1,0 +1,106 @@
+"""Settings: what may be said, what is refused, and what is written down of them."""
+
+import dataclasses
+import json
+
+import pytest
+
+from caregiver_mj.children.family import ChildSpec, Family
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.evaluation import evaluate
+from caregiver_mj.experiments.settings import EPSILONS, Settings
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import DamageWeights
+
+PAPER = FloorPlan.load("paper")
+
+
+def test_families_may_be_said_by_their_epsilon():
+    families = Settings(PAPER, families=(1.0, "0.5", "1,.25", ChildSpec(0.1, "expert"))).families
+    assert families == (
+        Family((ChildSpec(1.0),)),
+        Family((ChildSpec(0.5),)),
+        Family((ChildSpec(1.0), ChildSpec(0.25))),
+        Family((ChildSpec(0.1, "expert"),)),
+    )
+    assert Settings(PAPER).families == tuple(map(Family.of, EPSILONS))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"world": "mars"}, "no world 'mars': there are house, grid"),
+        ({"caregivers": ("nanny",)}, "no caregiver 'nanny': there are none, "),
+        ({"caregivers": ()}, "caregivers must be one or more"),
+        ({"families": ()}, "epsilons must be one or more"),
+        ({"families": (0.5, 0.5)}, "each of them once"),
+        ({"families": ("1,.5", "1.0,0.50")}, "each of them once"),
+        ({"families": (float("nan"),)}, "epsilon must lie in"),
+        ({"families": (Family((ChildSpec(0.5, "angel"),)),)}, "no child 'angel'"),
+        ({"episodes": 0}, "episodes must be at least 1, not 0"),
+        ({"seed": -1}, "the seed must not be negative: -1"),
+        ({"embodiment": "butler"}, "no robot 'butler': there are mobile_fr3, mobile_ur5e"),
+    ],
+)
+def test_bad_settings_are_refused(wrong, words):
+    settings = dataclasses.replace(Settings(PAPER), **wrong)
+    with pytest.raises(CaregiverError, match=words):
+        settings.check()
+    with pytest.raises(CaregiverError, match=words):
+        evaluate(settings)
+
+
+def test_there_must_be_a_job():
+    with pytest.raises(CaregiverError, match="jobs must be at least 1, not 0"):
+        evaluate(Settings(PAPER, "grid"), jobs=0)
+
+
+SEVERAL = Settings(
+    FloorPlan.load("paper", cell_size=0.9, damage=DamageWeights(7.5, 1 / 3, 0.0)),
+    "grid",
+    ("none", "guard"),
+    (0.1, "1,adversary:.25"),
+    episodes=7,
+    seed=9,
+    embodiment="mobile_ur5e",
+)
+
+
+def test_the_record_says_everything():
+    record = json.loads(json.dumps(SEVERAL.record()))
+    assert record["families"] == ["0.1", "1,adversary:0.25"]
+    assert record["epsilons"] == [0.1, 0.625]
+    assert record["damage"].startswith("7.5:0.333")
+    assert Settings.of_record(record) == SEVERAL
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"plan": FloorPlan.load("paper", cell_size=0.9, damage=DamageWeights(7.5, 0.3333, 0.0))},
+        {"families": (0.1, "1,adversary:.26")},
+        {"families": (0.1, "1,.25")},
+        {"caregivers": ("none",)},
+        {"episodes": 8},
+        {"seed": 8},
+        {"embodiment": "mobile_fr3"},
+    ],
+)
+def test_other_settings_have_another_record(change):
+    assert dataclasses.replace(SEVERAL, **change).record() != SEVERAL.record()
+
+
+# -- The work in pieces ------------------------------------------------------------------------------
+
+
+def test_blocks_are_all_of_the_work_once():
+    blocks = SEVERAL.blocks(grid_block=3)
+    assert [(len(block), block.first, block.end) for block in blocks[:3]] == [(3, 0, 3), (3, 3, 6), (1, 6, 7)]
+    work = [(block.caregiver, block.family, i) for block in blocks for i in range(block.first, block.end)]
+    assert len(work) == len(set(work)) == 2 * 2 * 7
+    assert len({str(block) for block in blocks}) == len(blocks)  # which are names of files
+    assert not any("/" in str(block) for block in blocks)
+
+
+def test_in_the_house_a_block_is_an_episode():
+    assert {len(block) for block in dataclasses.replace(SEVERAL, world="house").blocks()} == {1}

@@ -1,0 +1,269 @@
+"""A child in the house: what it makes of its contacts, and who waits for whom. Contacts are written by hand."""
+
+import numpy as np
+import pytest
+from scripted_child import EAST, NORTH, SOUTH, STAY, WEST, Scripted
+
+from caregiver_mj.children.tape import Tape
+from caregiver_mj.house.child import HouseChild
+from caregiver_mj.house.children import Children
+from caregiver_mj.house.physics import Physics
+from caregiver_mj.house.touch import Touch
+from caregiver_mj.plans.cell_graph import Target
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING, DamageWeights
+
+ROOM = FloorPlan.parse("#######\n#B....#\n#.....#\n#..C.S#\n#T....#\n#######", "room")
+CORRIDOR = FloorPlan.parse("########\n#B....S#\n###T####\n########", "corridor")
+MOVE, STEP = 1.68, 0.02  # seconds
+STAIRS, CANDLE, TABLE = range(3)  # kinds of damage
+RANDOM = np.random.RandomState(0)
+
+
+def tape(seed=0) -> Tape:
+    return Tape.draw(np.random.RandomState(seed))
+
+
+def child_in(cell, move=STAY, plan=ROOM) -> HouseChild:
+    child = HouseChild(plan, Scripted(plan, move), MOVE)
+    child.reset(tape(), plan.cell_index[cell], 0.0)
+    return child
+
+
+def touch(kind, index=-1, direction=(0.0, 1.0), speed=0.0) -> Touch:
+    return Touch(0, kind, index, direction, speed)
+
+
+def timestep(child, *touches, candles=(), time=0.0):
+    """One novice timestep in which the child touches something once; returns what is booked."""
+    child.begin(0, RANDOM, NOTHING)
+    child.take_in(list(touches), lambda table: table in candles, time)
+    for _ in range(84):
+        child.step(STEP)
+        child.touched = ()
+    return child.end()
+
+
+# -- Harm --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("touches", "harm"),
+    [
+        ((), [0, 0, 0]),
+        (["wall", "bin", "robot"], [0, 0, 0]),
+        (["stairwell"], [5, 0, 0]),
+        (["candle"], [0, 4, 0]),
+        (["table"], [0, 0, 1]),
+        (["table", "table", "table"], [0, 0, 1]),  # once a timestep
+        (["table", "candle"], [0, 4, 0]),  # the worst
+        (["candle", "table"], [0, 4, 0]),
+        (["candle", "stairwell", "table"], [5, 0, 0]),
+    ],
+)
+def test_the_worst_contact_of_a_timestep_counts_once(touches, harm):
+    booking = timestep(child_in((1, 3)), *(touch(kind, 0) for kind in touches))
+    assert booking.harm.tolist() == harm
+
+
+def test_a_table_hurts_as_what_stands_on_it():
+    assert timestep(child_in((1, 3)), touch("table", 1), candles=(0,)).harm.tolist() == [0, 0, 1]
+    assert timestep(child_in((1, 3)), touch("table", 1), candles=(1,)).harm.tolist() == [0, 4, 0]
+
+
+def test_damage_is_that_of_the_plan():
+    plan = FloorPlan.parse("\n".join(ROOM.rows), damage=DamageWeights(1.0, 2.0, 7.0))
+    child = child_in((1, 3), plan=plan)
+    assert timestep(child, touch("stairwell", 0), touch("candle", 0), touch("table", 0)).harm.tolist() == [0, 0, 7]
+    assert timestep(child, touch("stairwell", 0), touch("candle", 0)).harm.tolist() == [0, 2, 0]
+
+
+def test_harm_is_that_of_the_present_timestep():
+    child = child_in((1, 3))
+    assert child.move.harm == 0
+    child.begin(0, RANDOM, NOTHING)
+    child.take_in([touch("candle", 0)], lambda table: False, 0.0)
+    assert (child.move.harm, child.move.kind) == (4.0, "candle")
+    child.end()
+    assert child.move.harm == 0
+    assert timestep(child).harm.tolist() == [0, 0, 0]
+
+
+# -- Moves -------------------------------------------------------------------------------------------
+
+
+def test_a_move_takes_it_to_the_next_cell():
+    child = child_in((1, 3), SOUTH)
+    booking = timestep(child)
+    assert (booking.begun, booking.ended) == (ROOM.cell_index[1, 3], ROOM.cell_index[2, 3])
+    assert child.position == pytest.approx(ROOM.position((2, 3)))
+
+
+def test_a_bump_leaves_it_where_it_was():
+    child = child_in((2, 3), SOUTH)  # into the table with the candle
+    booking = timestep(child)
+    assert booking.begun == booking.ended == child.cell == ROOM.cell_index[2, 3]
+    assert child.position == pytest.approx(ROOM.position((2, 3)), abs=1e-6)
+
+
+def test_who_stays_stays_where_it_stands():
+    child = child_in((1, 3))
+    child.put_at(0.123, 0.456, 0.7)
+    booking = timestep(child, touch("robot"))
+    assert child.position == (0.123, 0.456)
+    assert child.walk.yaw == 0.7
+    assert not booking.blocked
+
+
+def test_it_is_told_what_it_may_know():
+    child = child_in((2, 3), SOUTH)
+    timestep(child)  # a bump
+    child.behaviour.move = NORTH
+    child.begin(1, RANDOM, 7)
+    first, second = child.behaviour.seen
+    assert (first.cell[0], first.goal[0], first.caregiver_cell[0]) == (ROOM.cell_index[2, 3], 0, NOTHING)
+    assert not first.bumped[0]
+    assert second.bumped[0]
+    assert second.caregiver_cell[0] == 7
+
+
+def test_after_its_tape_it_draws_from_the_source():
+    child = HouseChild(ROOM, Scripted(ROOM, None, epsilon=1.0), MOVE)
+    child.reset(tape(), 5, 0.0)
+    source, twin = (np.random.RandomState(3) for _ in range(2))
+    child.begin(199, source, NOTHING)
+    assert source.random_sample() == twin.random_sample()  # nothing taken yet
+    child.begin(200, source, NOTHING)
+    twin.random_sample(3)
+    assert source.random_sample() == twin.random_sample()
+
+
+def test_a_toy_is_the_bin_that_it_wants():
+    plan = FloorPlan.parse("#####\n#B.B#\n##T##\n#####")
+    child = child_in((1, 2), WEST, plan)
+    wanted = child.goal
+    assert not timestep(child, touch("bin", 1 - wanted)).toy
+    assert child.goal == wanted
+    booking = timestep(child, touch("bin", wanted), touch("bin", wanted))
+    assert booking.toy
+    assert child.goal == int(tape().steps[0, 2] * 2)  # by the third draw of the timestep
+
+
+# -- The robot in its way ----------------------------------------------------------------------------
+
+
+def met(child, *touches):
+    """A timestep in which something stands in the child's way all the time; returns whether it was blocked."""
+    child.begin(0, RANDOM, NOTHING)
+    for _ in range(84):
+        child.step(STEP)
+        child.take_in(list(touches), lambda table: False, 0.0)
+    return child.end().blocked
+
+
+def test_a_move_that_the_robot_stops_is_blocked():
+    assert met(child_in((1, 3), SOUTH), touch("robot", direction=(0.0, -1.0)))
+
+
+def test_a_robot_beside_it_or_behind_it_is_not_in_its_way():
+    assert not met(child_in((1, 3), SOUTH), touch("robot", direction=(1.0, 0.0)))
+    assert not met(child_in((1, 3), SOUTH), touch("robot", direction=(0.0, 1.0)))
+
+
+def test_what_bumps_anyway_is_not_blocked_by_the_robot():
+    assert not met(child_in((2, 3), SOUTH), touch("robot", direction=(0.0, -1.0)))
+
+
+def test_a_robot_on_the_landing_blocks_unless_the_child_falls_all_the_same():
+    robot = touch("robot", direction=(0.0, -1.0))
+    assert met(child_in((2, 5), SOUTH), robot)
+    assert not met(child_in((2, 5), SOUTH), robot, touch("stairwell", 0, (0.0, -1.0)))
+
+
+def test_strikes_are_contacts_faster_than_5_cm_a_second_and_half_a_second_apart():
+    child = child_in((1, 3))
+    child.begin(0, RANDOM, NOTHING)
+
+    def strikes(time, *speeds):
+        return child.take_in([touch("robot", speed=speed) for speed in speeds], lambda table: False, time)
+
+    assert strikes(0.0, 0.04, -1.0) == 0
+    assert strikes(0.1, 0.06, 0.3) == 1
+    assert strikes(0.5, 0.3) == 0
+    assert strikes(0.7, 0.3) == 1
+
+
+# -- Several children --------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def physics():
+    return Physics.from_plan(CORRIDOR, robot=False, children=3)
+
+
+def corridor(physics, *places) -> Children:
+    """Children in the corridor's columns, with the moves that they make."""
+    children = Children(CORRIDOR, [Scripted(CORRIDOR, move) for _, move in places], MOVE)
+    for number, (column, _) in enumerate(places):
+        children.start(number, tape(number), CORRIDOR.cell_index[1, column], 0.0, physics)
+    return children
+
+
+def begin(physics, *places):
+    """Where children set out for: columns."""
+    children = corridor(physics, *places)
+    children.begin(0, RANDOM, physics)
+    return [CORRIDOR.free_cells[child.move.going][1] for child in children]
+
+
+@pytest.mark.parametrize(
+    ("places", "going"),
+    [
+        ([(2, EAST), (4, EAST)], [3, 5]),
+        ([(2, EAST), (3, EAST)], [2, 4]),  # the first one waits, for the second is still there
+        ([(3, EAST), (2, EAST)], [4, 3]),  # the second one follows the first, which has set out
+        ([(2, EAST), (4, WEST)], [3, 4]),  # both want the cell between: first come, first served
+        ([(2, EAST), (3, WEST)], [2, 3]),  # they do not change places, ...
+        ([(3, WEST), (2, EAST)], [3, 2]),  # ... whoever is first
+        ([(4, EAST), (3, EAST), (2, EAST)], [5, 4, 3]),
+        ([(2, EAST), (3, EAST), (4, EAST)], [2, 3, 5]),
+        ([(2, WEST), (3, WEST)], [2, 3]),  # a bump into the bin leaves the first one where it is
+        ([(5, EAST), (4, EAST)], [5, 4]),  # so does a fall
+        ([(3, STAY), (2, EAST)], [3, 2]),
+    ],
+)
+def test_nobody_sets_out_for_a_cell_where_another_is_or_will_be(physics, places, going):
+    assert begin(physics, *places) == going
+
+
+def test_who_waits_makes_no_move_and_nothing_comes_of_it(physics):
+    children = corridor(physics, (2, EAST), (3, STAY))
+    children.begin(0, RANDOM, physics)
+    waiting = children[0]
+    assert waiting.move.target is None
+    for _ in range(84):
+        children.step(STEP, physics)
+    # It has not moved at all; that something is beside it is no block, and no harm.
+    assert waiting.position == tuple(CORRIDOR.position((1, 2)))
+    waiting.take_in([touch("robot", direction=(1.0, 0.0))], lambda table: False, 0.0)
+    booking = children.end()[0]
+    assert booking.begun == booking.ended
+    assert not booking.blocked
+    assert not booking.toy
+    assert booking.harm.tolist() == [0, 0, 0]
+
+
+def test_things_may_be_bumped_into_together(physics):
+    children = corridor(physics, (2, WEST), (2, WEST))
+    children.begin(0, RANDOM, physics)
+    assert [child.move.target for child in children] == [Target.BIN, Target.BIN]
+
+
+def test_children_are_put_where_a_test_wants_them():
+    child = child_in((1, 3))
+    child.put((4, 2), yaw=0.3)
+    assert child.cell == ROOM.cell_index[4, 2]
+    assert child.position == pytest.approx(ROOM.position((4, 2)))
+    x, y = ROOM.position((3, 3))  # a table
+    child.put_at(x, y + 0.2)
+    assert child.cell == ROOM.cell_index[2, 3]  # the nearest free one

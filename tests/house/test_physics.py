@@ -1,0 +1,243 @@
+"""The house's physics: named readouts of children, candles and robot, and who touches what."""
+
+import itertools
+import math
+
+import mujoco
+import numpy as np
+import pytest
+
+from caregiver_mj.children.walk import ToddlerWalk
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.house.physics import Physics
+from caregiver_mj.house.scene import build_house
+from caregiver_mj.plans.floor_plan import FloorPlan
+
+#                        west          east
+PLAN = FloorPlan.parse("#######\n#B....#\n#..C..#\n#.....#\n#.S..T#\n#######", "small")
+RADIUS = 0.12  # metres, of a child
+ROOMY = (1, 4)  # a cell with nothing beside it to the south and west
+
+
+def walk_at(x, y, yaw=0.0, velocity=(0.0, 0.0)) -> ToddlerWalk:
+    walk = ToddlerWalk(1.68)
+    walk.reset((float(x), float(y)), yaw)
+    walk.velocity = velocity
+    return walk
+
+
+def house(children=1, robot=False) -> Physics:
+    """A house with its children out of everybody's way, in a row."""
+    physics = Physics.from_plan(PLAN, robot, children=children)
+    with physics.reset_context():
+        for child in range(children):
+            physics.set_toddler(walk_at(*PLAN.position(ROOMY)), child)
+        for i, table in enumerate(PLAN.candle_tables):
+            physics.set_candle(i, np.array([*PLAN.position(PLAN.tables[table]), 0.6]), 0.0)
+        if robot:
+            physics.set_robot(np.array([*PLAN.position((3, 4)), 0.0]))
+    return physics
+
+
+def names(model, kind):
+    count = {"geom": model.ngeom, "body": model.nbody, "joint": model.njnt, "material": model.nmat}[kind]
+    return [getattr(model, kind)(i).name for i in range(count)]
+
+
+# -- The model ---------------------------------------------------------------------------------------
+
+
+def test_an_only_child_is_called_as_ever_and_others_are_numbered():
+    one, three = (build_house(PLAN, children=children).compile() for children in (1, 3))
+    for kind in ("geom", "body", "joint", "material"):
+        more = set(names(three, kind)) - set(names(one, kind))
+        assert set(names(one, kind)) <= set(names(three, kind))
+        prefixes = {name.split("/")[0] for name in more}
+        assert prefixes == {"toddler_1", "toddler_2"}
+        own = {name.split("/")[1] for name in names(one, kind) if name.startswith("toddler/")}
+        assert more == {f"{prefix}/{name}" for prefix in prefixes for name in own}
+
+
+def test_children_look_different():
+    model = build_house(PLAN, children=5).compile()
+    shirts = [tuple(model.material(f"{prefix}/shirt").rgba) for prefix in ("toddler", "toddler_1", "toddler_2")]
+    for one, other in itertools.combinations(shirts, 2):
+        assert np.abs(np.subtract(one, other)).max() > 0.1
+    assert tuple(model.material("toddler_4/shirt").rgba) == shirts[1]  # there are four looks
+    assert tuple(model.material("toddler_1/skin").rgba) == tuple(model.material("toddler/skin").rgba)
+
+
+def test_children_are_of_one_build():
+    model = build_house(PLAN, children=2).compile()
+    for name in names(model, "geom"):
+        if name.startswith("toddler_1/"):
+            twin = model.geom(f"toddler/{name.split('/')[1]}")
+            np.testing.assert_array_equal(model.geom(name).size, twin.size)
+            np.testing.assert_array_equal(model.geom(name).contype, twin.contype)
+
+
+# -- Readouts ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("children", [1, 2, 4])
+@pytest.mark.parametrize("robot", [False, True])
+def test_every_child_is_read_where_it_was_put(children, robot):
+    physics = house(children, robot)
+    assert physics.toddler_positions().shape == physics.toddler_velocities().shape == (children, 3)
+    wanted = [(0.1 * k, -0.2 * k, 0.3 * k) for k in range(children)]
+    for child, (x, y, yaw) in enumerate(wanted):
+        physics.set_toddler(walk_at(x, y, yaw, (0.01 * child, 0.02)), child)
+    np.testing.assert_allclose(physics.toddler_positions(), wanted)
+    np.testing.assert_allclose(physics.toddler_velocities(), [(0.01 * k, 0.02, 0.0) for k in range(children)])
+    for child in range(children):
+        np.testing.assert_allclose(physics.toddler_position(child), wanted[child])
+        body = physics.model.ptr.body(f"toddler_{child}/toddler" if child else "toddler/toddler").id
+        mujoco.mj_kinematics(physics.model.ptr, physics.data.ptr)
+        np.testing.assert_allclose(physics.data.xpos[body, :2], wanted[child][:2])
+
+
+def test_readouts_are_copies():
+    physics = house(2, robot=True)
+    for read in (physics.toddler_positions, physics.toddler_velocities, physics.base_position, physics.arm_position,
+                 physics.candle_poses, physics.toddler_position):  # fmt: skip
+        before = read()
+        read()[...] = 7.0
+        np.testing.assert_array_equal(read(), before)
+
+
+def test_candles_and_robot_are_read_where_they_were_put():
+    physics = house(robot=True)
+    physics.set_candle(0, np.array([0.3, 0.2, 0.1]), math.pi / 2)
+    np.testing.assert_allclose(physics.candle_poses()[0], [0.3, 0.2, 0.1, math.sqrt(0.5), 0, 0, math.sqrt(0.5)])
+    assert physics.candle_upright() == pytest.approx([1.0])
+    physics.data.qpos[physics.model.ptr.joint("candle_0/joint").qposadr[0] + 3 :][:4] = [0.5, 0.5, 0.5, 0.5]
+    assert physics.candle_upright() == pytest.approx([0.0])  # it points along an axis of the floor
+    physics.set_robot(np.array([0.5, -0.5, 1.0]), np.arange(7) / 10)
+    np.testing.assert_allclose(physics.base_position(), [0.5, -0.5, 1.0])
+    np.testing.assert_allclose(physics.arm_position(), np.arange(7) / 10)
+    assert not physics.is_gripping()
+
+
+def test_wheels_roll_as_the_base_moves():
+    physics = house(robot=True)
+    rest = physics.arm_position()
+    wheels = [physics.model.ptr.joint(f"robot/wheel_{where}").dofadr[0]
+              for where in ("front_left", "front_right", "rear_left", "rear_right")]  # fmt: skip
+    physics.set_robot(np.array([0.0, 0.0, math.pi / 2]))  # it looks north
+    base = physics.model.ptr.joint("robot/base_x").dofadr[0]
+    # 0.15 m/s ahead turn wheels of 0.075 m at 2 rad/s; aside, those on a diagonal turn against the others.
+    for velocity, turns in (([0, 0.15, 0], [2, 2, 2, 2]), ([-0.15, 0, 0], [-2, 2, 2, -2])):
+        physics.data.qvel[base : base + 3] = velocity
+        physics.set_action(np.array([0, 0, 0, *rest, 0.03]))
+        np.testing.assert_allclose(physics.data.qvel[wheels], turns, atol=1e-9)
+
+
+# -- Actions -----------------------------------------------------------------------------------------
+
+
+def test_actions_are_checked():
+    physics = house(robot=True)
+    with pytest.raises(CaregiverError, match=r"an action has the shape \(11,\), not \(12,\)"):
+        physics.set_action(np.zeros(12))
+    with pytest.raises(CaregiverError, match=r"action\[2\] \(base_yaw\) is nan, not a finite number"):
+        physics.set_action(np.array([0, 0, np.nan, *np.zeros(8)]))
+    physics.set_action(np.arange(11))
+    np.testing.assert_array_equal(physics.data.ctrl, [*range(11), 10])  # both fingers get the last value
+
+
+def test_without_a_robot_there_is_no_action():
+    physics = house()
+    assert not physics.has_robot
+    assert physics.action_spec().shape == (0,)
+    physics.set_action(np.zeros(0))
+    with pytest.raises(CaregiverError, match=r"an action has the shape \(0,\), not \(11,\)"):
+        physics.set_action(np.zeros(11))
+
+
+# -- Touches -----------------------------------------------------------------------------------------
+
+
+def felt(physics, steps=1) -> set[tuple[int, str, int]]:
+    """Who touches what in some steps: child, kind, number."""
+    physics.step(steps)
+    return {(touch.child, touch.kind, touch.index) for touch in physics.touches}
+
+
+# A place at which a child touches nothing else: the thing's cell, and metres east and north of its middle.
+TOUCHING = {
+    ("bin", 0): ((1, 1), 0.3, 0.0),
+    ("table", 0): ((2, 3), -0.375, 0.0),
+    ("table", 1): ((4, 5), -0.375, 0.0),
+    ("stairwell", 0): ((4, 2), 0.0, 0.3),
+}
+
+
+@pytest.mark.parametrize("child", [0, 2])
+@pytest.mark.parametrize("thing", TOUCHING)
+def test_each_child_feels_what_it_touches_and_the_others_do_not(child, thing):
+    physics = house(3)
+    cell, east, north = TOUCHING[thing]
+    x, y = np.add(PLAN.position(cell), (east, north))
+    physics.set_toddler(walk_at(x, y), child)
+    assert felt(physics) == {(child, *thing)}
+    towards = -np.array([east, north]) / math.hypot(east, north)
+    for touch in physics.touches:  # a contact may have several points
+        np.testing.assert_allclose(touch.direction, towards, atol=1e-6)
+        assert touch.speed == 0.0
+
+
+def test_children_at_the_same_thing_both_feel_it():
+    physics = house(2)
+    x, y = PLAN.position((4, 2))
+    physics.set_toddler(walk_at(x, y + 0.3), 0)
+    physics.set_toddler(walk_at(x + 0.05, y + 0.3), 1)
+    assert felt(physics) == {(0, "stairwell", 0), (1, "stairwell", 0)}
+
+
+def test_children_walk_through_each_other():
+    physics = house(3)
+    x, y = PLAN.position((3, 4))
+    for child in range(3):
+        physics.set_toddler(walk_at(x + 0.01 * child, y), child)
+    assert felt(physics, 5) == set()
+    assert physics.data.ncon > 0  # of the candle and its table
+    np.testing.assert_allclose(physics.toddler_positions()[:, 0], x + 0.01 * np.arange(3), atol=1e-9)
+
+
+def test_touches_are_those_of_the_last_step_alone():
+    physics = house()
+    x, y = PLAN.position((4, 2))
+    physics.set_toddler(walk_at(x, y + 0.3))
+    physics.step(1)
+    once = len(physics.touches)
+    physics.step(3)
+    assert len(physics.touches) == 3 * once > 0
+    physics.set_toddler(walk_at(*PLAN.position(ROOMY)))
+    physics.step(1)
+    assert physics.touches == []
+
+
+@pytest.mark.parametrize("child", [0, 1])
+def test_a_child_feels_how_fast_the_robot_comes(child):
+    physics = house(2, robot=True)
+    x, y = PLAN.position((3, 4))
+    physics.set_robot(np.array([x, y, 0.0]))
+    base = physics.model.ptr.joint("robot/base_x").dofadr[0]
+    for away, speed in ((False, 0.4), (True, -0.4)):
+        physics.set_toddler(walk_at(x + 0.27 + RADIUS - 0.02, y), child)
+        physics.data.qvel[base] = -0.4 if away else 0.4
+        physics.step(1)
+        touches = [touch for touch in physics.touches if touch.kind == "robot"]
+        assert touches
+        assert {touch.child for touch in touches} == {child}
+        fastest = max(touches, key=lambda touch: abs(touch.speed))
+        assert fastest.speed == pytest.approx(speed, abs=0.15)
+        assert fastest.direction[0] < -0.9
+
+
+def test_a_candle_is_felt_as_a_candle():
+    physics = house(2)
+    x, y = PLAN.position((3, 4))
+    physics.set_candle(0, np.array([x + RADIUS, y, 0.0]), 0.0)
+    physics.set_toddler(walk_at(x, y), 1)
+    assert (1, "candle", 0) in felt(physics, 2)

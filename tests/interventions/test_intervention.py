@@ -1,0 +1,49 @@
+"""Interventions in batches, and the verbs by name."""
+
+import numpy as np
+import pytest
+
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.interventions.intervention import BLOCK, RELOCATE, STAND_ASIDE, Intervention, Interventions
+from caregiver_mj.interventions.registry import VERBS, verb_of
+from caregiver_mj.plans.floor_plan import FloorPlan
+
+PLAN = FloorPlan.parse("########\n#S....B#\n##T#CT##\n########")
+SINGLE = [Intervention(BLOCK, 0), Intervention(RELOCATE, 1, 2), Intervention()]
+
+
+def test_a_batch_holds_what_it_was_made_of():
+    batch = Interventions.of(SINGLE)
+    assert len(batch) == 3
+    assert list(batch) == SINGLE
+    assert list(Interventions.idle(2)) == [Intervention(STAND_ASIDE)] * 2
+
+
+def test_a_mask_chooses_between_two_batches():
+    chosen = Interventions.of(SINGLE).where(np.array([True, False, True]), Interventions.idle(3))
+    assert list(chosen) == [SINGLE[0], Intervention(), SINGLE[2]]
+
+
+def test_another_destination_is_no_other_intervention():
+    before = Interventions.of([Intervention(RELOCATE, 1, 2), Intervention(RELOCATE, 1, 2), Intervention(BLOCK, 0)])
+    now = Interventions.of([Intervention(RELOCATE, 1, 0), Intervention(BLOCK, 0), Intervention(BLOCK, 1)])
+    assert now.begins_after(before).tolist() == [False, True, True]
+
+
+@pytest.mark.parametrize("name", list(VERBS))
+def test_every_verb_says_what_it_is_called_and_drawn_as(name):
+    verb = verb_of(name)
+    intervention = Intervention(name, {BLOCK: 0, RELOCATE: 1}.get(name, -1))
+    assert verb.name == name
+    assert verb.describe(PLAN, intervention)
+    assert verb.mark(PLAN, intervention) == {BLOCK: ("cell", (1, 1)), RELOCATE: ("candle", 0)}.get(name)
+
+
+def test_names_of_what_is_done():
+    assert verb_of(BLOCK).describe(PLAN, Intervention(BLOCK, 0)) == "block stairwell 1"
+    assert verb_of(RELOCATE).describe(PLAN, Intervention(RELOCATE, 1)) == "fetch candle 1"
+
+
+def test_an_unknown_verb_is_refused_by_name():
+    with pytest.raises(CaregiverError, match="no verb 'tickle': there are block, relocate, stand aside, nothing"):
+        verb_of("tickle")

@@ -1,0 +1,117 @@
+"""Where the caregiver is in a child's way, and where it could be shut in: by hand, and against plain searches."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from random_plans import plan_texts
+from walks import distances, neighbours
+
+from caregiver_mj.plans.cut_cells import divisions
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.yielding import yielding
+
+PLANS = plan_texts(largest=12).map(FloorPlan.parse)
+
+
+@st.composite
+def mazes(draw):
+    """Plans of narrow ways between the cells of a coarser grid, some of them closed, with things at their ends."""
+    seed, rows, columns = draw(st.integers(0, 2**32 - 1)), draw(st.integers(2, 5)), draw(st.integers(2, 5))
+    random = np.random.default_rng(seed)
+    grid = np.full((2 * rows + 1, 2 * columns + 1), "#")
+    grid[1::2, 1::2] = "."
+    reached, ends = {(0, 0)}, [(0, 0)]
+    while ends:
+        here = ends[-1]
+        new = [c for c in neighbours(here) if 0 <= c[0] < rows and 0 <= c[1] < columns and c not in reached]
+        if not new:
+            ends.pop()
+            continue
+        there = new[random.integers(len(new))]
+        grid[here[0] + there[0] + 1, here[1] + there[1] + 1] = "."
+        reached.add(there)
+        ends.append(there)
+    walls = [cell for cell in np.argwhere(grid[1:-1, 1:-1] == "#") + 1 if any(grid[n] == "." for n in neighbours(cell))]
+    for kind, cell in zip("BBSB.B.TSB"[: random.integers(1, 11)], random.permutation(walls), strict=False):
+        grid[tuple(cell)] = kind
+    return FloorPlan.parse("\n".join(map("".join, grid)))
+
+
+@settings(max_examples=25, deadline=None)
+@given(PLANS, st.data())
+def test_routes_lead_over_the_cells_of_some_shortest_path(plan, data):
+    start = data.draw(st.integers(0, len(plan.free_cells) - 1))
+    routes = dict.fromkeys(plan.caregiver_cells, 0)
+    for goal in plan.bins:
+        for cell in on_shortest_paths(plan, plan.free_cells[start], goal):
+            routes[cell] += 1
+    assert yielding(plan).routes_over(start).tolist() == list(routes.values())
+
+
+def on_shortest_paths(plan, start, goal):
+    """The free cells on some shortest path to a bin, with how many moves they are away from its start."""
+    left = distances({*plan.free_cells, goal}, goal)
+    found, layer, moves = {}, {start}, 0
+    while layer:
+        found |= dict.fromkeys(layer, moves)
+        layer = {n for cell in layer for n in neighbours(cell) if left.get(n, 10**6) == left[cell] - 1 and n != goal}
+        moves += 1
+    return found
+
+
+def plain_traps(plan):
+    """The traps, child by child and part by part."""
+    traps = set()
+    for child in plan.free_cells:
+        bars = set()  # cells with no alternative as far away on the way to some bin
+        for goal in plan.bins:
+            on_path = on_shortest_paths(plan, child, goal)
+            bars |= {cell for cell, moves in on_path.items() if list(on_path.values()).count(moves) == 1}
+        rest = set(plan.caregiver_cells) - {child}
+        parts = []
+        while rest:
+            parts.append(set(distances(rest, min(rest))))
+            rest -= parts[-1]
+        if len(parts) > 1:
+            traps |= {cell for part in parts if part <= bars for cell in part}
+    return traps
+
+
+def traps(plan):
+    return {cell for cell, is_trap in zip(plan.caregiver_cells, yielding(plan).traps, strict=True) if is_trap}
+
+
+def test_the_end_of_a_passage_to_a_bin_is_a_trap_and_a_landing_is_none():
+    passage = "######\n#....#\n#....#\n#.####\n#..B##\n######"
+    # A child in the room's corner (2, 1) shuts the passage; one inside it leaves the whole room as refuge.
+    assert traps(FloorPlan.parse(passage)) == {(3, 1), (4, 1), (4, 2)}
+    assert not traps(FloorPlan.parse(passage[:-6] + "##S###\n######"))
+
+
+def test_in_a_lane_every_cell_is_a_trap_and_a_dead_end_is_none():
+    assert traps(FloorPlan.parse("########\n#B....B#\n########")) == {(1, 2), (1, 3), (1, 4), (1, 5)}
+    # Without a bin at its east end, who stands there is in nobody's way; to the west of a child one still is. (A child
+    # at the very end divides nothing.)
+    assert traps(FloorPlan.parse("########\n#B....T#\n########")) == {(1, 2), (1, 3)}
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.one_of(PLANS, mazes()))
+def test_traps_are_those_of_a_plain_search(plan):
+    assert traps(plan) == plain_traps(plan)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.one_of(PLANS, mazes()))
+def test_divisions_are_what_remains_connected_without_a_cell(plan):
+    cells = plan.caregiver_cells
+    found = {cell: [] for cell in cells}
+    for part in divisions(plan.graph.neighbours):
+        assert part.size == len(part.cells)
+        found[cells[part.by]].append(frozenset(cells[i] for i in part.cells))
+    for cell, parts in found.items():
+        rest, expected = set(cells) - {cell}, []
+        while rest:
+            expected.append(frozenset(distances(rest, min(rest))))
+            rest -= expected[-1]
+        assert sorted(map(sorted, parts)) == (sorted(map(sorted, expected)) if len(expected) > 1 else [])

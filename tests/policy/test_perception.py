@@ -1,0 +1,110 @@
+"""What is seen: moves made out of centimetres, candles on tables and on the floor."""
+
+import numpy as np
+import pytest
+
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.policy.perception import Perception
+
+NORTH, EAST, SOUTH, WEST = range(4)
+ROOM = FloorPlan.parse("#######\n#B....#\n#.C...#\n#....T#\n#######", "room")
+FREE = np.zeros(len(ROOM.hazards), bool)
+
+
+def observe(*children, candle=None, base=(0.0, 0.0)):
+    """An observation with children at positions (x, y); without a dimension of its own for an only one."""
+    positions = np.array([[x, y, 0.0] for x, y in children])
+    if candle is None:
+        candle = [*ROOM.position(ROOM.tables[0]), 0.60]
+    return {
+        "toddler_position": positions[0] if len(children) == 1 else positions,
+        "toddler_velocity": np.zeros_like(positions[0] if len(children) == 1 else positions),
+        "candle_position": np.array([candle]),
+        "candle_orientation": np.array([[1.0, 0.0, 0.0, 0.0]]),
+        "base_position": np.array([*base, 0.0]),
+        "arm_position": np.zeros(7),
+        "finger_position": np.full(2, 0.036),
+    }
+
+
+def centre(row, column):
+    return tuple(ROOM.position((row, column)).tolist())
+
+
+def follow(perception, clock, *children):
+    return perception.watch(perception.look(observe(*children), clock * 1.68), clock)
+
+
+def percept(perception, holding=NOTHING, **what):
+    return perception.percept(perception.look(observe(centre(1, 3), **what), 0.0), holding, FREE)
+
+
+@pytest.mark.parametrize(
+    ("offset", "action", "cell"),
+    [((0.06, 0.0), EAST, (2, 5)), ((-0.06, 0.0), WEST, (2, 3)), ((0.01, 0.06), NORTH, (1, 4))],
+)
+def test_six_centimetres_show_the_move_and_where_it_ends(offset, action, cell):
+    perception = Perception(ROOM)
+    x, y = centre(2, 4)
+    perception.reset(observe((x, y)))
+    assert follow(perception, 0.05, (x, y)) == (False, False)
+    assert follow(perception, 0.15, (x + offset[0], y + offset[1])) == (True, True)
+    assert follow(perception, 0.20, (x + 2 * offset[0], y + 2 * offset[1])) == (False, False)  # nothing new
+    seen = perception.percept(perception.look(observe((x, y)), 0.3), NOTHING, FREE)
+    assert seen.child_cell.tolist() == [[ROOM.cell_index[cell]]]
+    assert seen.previous_cell.tolist() == [[ROOM.cell_index[(2, 4)]]]
+    assert seen.previous_action.tolist() == [[action]]
+
+
+def test_a_move_into_a_table_ends_where_it_began():
+    perception = Perception(ROOM)
+    x, y = centre(2, 3)
+    perception.reset(observe((x, y)))
+    follow(perception, 0.2, (x - 0.06, y))
+    seen = perception.percept(perception.look(observe((x - 0.06, y)), 0.3), NOTHING, FREE)
+    assert seen.child_cell.tolist() == seen.previous_cell.tolist() == [[ROOM.cell_index[(2, 3)]]]
+    assert seen.previous_action.tolist() == [[WEST]]
+
+
+def test_a_child_that_stands_still_has_made_no_move_by_half_time():
+    perception = Perception(ROOM)
+    here = centre(2, 4)
+    perception.reset(observe(here))
+    assert follow(perception, 0.49, here) == (False, False)
+    assert follow(perception, 0.51, here) == (True, True)
+    seen = perception.percept(perception.look(observe(here), 0.9), NOTHING, FREE)
+    assert seen.previous_action.tolist() == [[NOTHING]]
+
+
+def test_several_children_are_known_when_the_last_one_is():
+    perception = Perception(ROOM)
+    (x, y), still = centre(2, 4), centre(1, 2)
+    perception.reset(observe((x, y), still))
+    assert follow(perception, 0.2, (x + 0.06, y), still) == (True, False)
+    assert follow(perception, 0.3, (x + 0.12, y), still) == (False, False)
+    assert follow(perception, 0.55, (x + 0.30, y), still) == (True, True)
+    seen = perception.percept(perception.look(observe((x + 0.3, y), still), 0.9), NOTHING, FREE)
+    assert seen.child_cell.tolist() == [[ROOM.cell_index[(2, 5)], ROOM.cell_index[(1, 2)]]]
+    assert seen.previous_action.tolist() == [[EAST, NOTHING]]
+    assert follow(perception, 1.01, (x + 0.75, y), still) == (False, False)  # the next move
+
+
+def test_candles_on_tables_on_the_floor_and_in_the_hand():
+    perception = Perception(ROOM)
+    perception.reset(observe(centre(1, 3)))
+    on_table = percept(perception)
+    assert (on_table.candle_table.tolist(), on_table.candle_cell.tolist()) == ([[0]], [[NOTHING]])
+    on_floor = percept(perception, candle=[*centre(3, 2), 0.02])
+    assert (on_floor.candle_table.tolist(), on_floor.candle_cell.tolist()) == ([[NOTHING]], [[ROOM.cell_index[(3, 2)]]])
+    held = percept(perception, holding=0, candle=[*centre(3, 2), 0.93])
+    assert held.candle_table.tolist() == held.candle_cell.tolist() == [[NOTHING]]
+    assert held.holding.tolist() == [0]
+
+
+def test_whoever_stands_at_a_table_is_counted_to_the_nearest_cell():
+    perception = Perception(ROOM)
+    x, y = ROOM.position(ROOM.tables[1]).tolist()
+    assert ROOM.free_cells[perception.free_cell((x - 0.4, y))] == (3, 4)
+    seen = percept(perception, base=(x - 0.3, y))
+    assert ROOM.caregiver_cells[seen.caregiver_cell[0]] == (3, 4)

@@ -1,0 +1,137 @@
+"""The ledger, with episodes worked by hand."""
+
+import numpy as np
+import pytest
+
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.recording.ledger import KINDS, Ledger
+
+PLAN = FloorPlan.parse("#####\n#B..#\n#...#\n#T.S#\n#####", "small")  # six free cells
+FREE = 6
+STAIRS, CANDLE, TABLE = (np.array(row, float) for row in ([5, 0, 0], [0, 4, 0], [0, 0, 1]))
+NONE = np.zeros(3)
+
+
+def ledger(*starts, timesteps=10) -> Ledger:
+    """A ledger of episodes by the cells in which their children start."""
+    return Ledger(PLAN, np.array(starts), timesteps)
+
+
+def book(ledger, begun, ended, harm, toys=None, blocked=None) -> None:
+    begun, ended, harm = np.array(begun), np.array(ended), np.array(harm)
+    nothing = np.zeros(begun.shape, bool)
+    ledger.book(begun, ended, harm, nothing if toys is None else toys, nothing if blocked is None else blocked)
+
+
+def test_kinds_are_those_of_the_columns():
+    assert KINDS == ("stairwell", "candle", "table")
+
+
+def test_an_episode_of_an_only_child():
+    one = ledger([2])
+    # Timesteps: a fall from cell 2; a step to cell 3; two bumps into a candle's table, at the second a toy; a bump
+    # into a bare table while the caregiver is in the way; a last fall from cell 3.
+    book(one, [[2]], [[2]], [[STAIRS]])
+    book(one, [[2]], [[3]], [[NONE]])
+    book(one, [[3]], [[3]], [[CANDLE]])
+    book(one, [[3]], [[3]], [[CANDLE]], toys=np.array([[True]]))
+    book(one, [[3]], [[3]], [[TABLE]], blocked=np.array([[True]]))
+    assert one.outcome() == {
+        "damage": 14.0,  # 5 + 4 + 4 + 1
+        "damage_stairwell": 5.0,
+        "damage_candle": 8.0,
+        "damage_table": 1.0,
+        "damage_by_child": [14.0],
+        "timesteps_to_threshold": 10,  # not reached: the length of an episode
+        "cells_visited": 2,
+        "toys_reached": 1,
+        "toys_by_child": [1.0],
+        "moves_blocked": 1,
+        "interventions": 0,
+        "interventions_done": 0,
+        "candles_dropped": 0,
+        "strikes": 0,
+    }
+    book(one, [[3]], [[3]], [[STAIRS]])
+    book(one, [[3]], [[4]], [[NONE]])
+    outcome = one.outcome()
+    assert outcome["damage"] == 19.0
+    assert outcome["timesteps_to_threshold"] == 6
+    assert outcome["cells_visited"] == 2  # cell 4 came later
+    assert one.visits.tolist() == [0, 0, 1, 5, 1, 0]
+    assert one.damage_at.tolist() == [0, 0, 5, 14, 0, 0]  # where it stood when it was hurt
+    assert one.timestep == 7
+
+
+def test_the_threshold_is_reached_by_fifteen_exactly():
+    one = ledger([0])
+    for damage in (5, 5, 4):
+        book(one, [[0]], [[0]], [[[damage, 0, 0]]])
+    assert one.outcome()["timesteps_to_threshold"] == 10
+    book(one, [[0]], [[0]], [[TABLE]])
+    assert one.outcome()["timesteps_to_threshold"] == 4
+
+
+def test_the_cell_in_which_the_threshold_is_reached_still_counts():
+    one = ledger([0])
+    book(one, [[0]], [[1]], [[3 * STAIRS]])
+    book(one, [[1]], [[2]], [[NONE]])
+    assert one.outcome()["cells_visited"] == 2
+
+
+def test_children_count_together_and_each():
+    two = ledger([0, 5])
+    book(two, [[0, 5]], [[1, 5]], [[NONE, STAIRS]], toys=np.array([[True, False]]))
+    book(two, [[1, 5]], [[1, 4]], [[CANDLE, TABLE]], toys=np.array([[True, True]]), blocked=np.array([[True, True]]))
+    book(two, [[1, 4]], [[0, 1]], [[STAIRS, NONE]])
+    outcome = two.outcome()
+    assert outcome["damage"] == 15.0
+    assert outcome["damage_by_child"] == [9.0, 6.0]
+    assert (outcome["damage_stairwell"], outcome["damage_candle"], outcome["damage_table"]) == (10.0, 4.0, 1.0)
+    assert outcome["timesteps_to_threshold"] == 3  # of all damage together
+    assert outcome["cells_visited"] == 4  # 0, 1, 4 and 5, by whomever
+    assert outcome["toys_reached"] == 3
+    assert outcome["toys_by_child"] == [2.0, 1.0]
+    assert outcome["moves_blocked"] == 2
+    assert two.visits.sum() == 2 * 3
+    assert two.damage_at.tolist() == [0, 9, 0, 0, 0, 6]
+
+
+def test_episodes_of_a_batch_do_not_mix():
+    together = ledger([0, 1], [2, 3])
+    alone = [ledger([0, 1]), ledger([2, 3])]
+    random = np.random.default_rng(0)
+    for _ in range(8):
+        begun, ended = random.integers(FREE, size=(2, 2, 2))
+        harm = 5.0 * random.integers(2, size=(2, 2, 3))
+        toys, blocked = random.random((2, 2, 2)) < 0.5
+        together.book(begun, ended, harm, toys, blocked)
+        for i, one in enumerate(alone):
+            one.book(begun[i : i + 1], ended[i : i + 1], harm[i : i + 1], toys[i : i + 1], blocked[i : i + 1])
+    for i, one in enumerate(alone):
+        assert together.outcome(i) == one.outcome()
+    np.testing.assert_array_equal(together.visits, sum(one.visits for one in alone))
+    np.testing.assert_array_equal(together.damage_at, sum(one.damage_at for one in alone))
+
+
+def test_other_events_are_booked_by_whoever_sees_them():
+    two = ledger([0], [1])
+    two.interventions[1] += 3
+    two.interventions_done[1] += 2
+    two.strikes[0] += 1
+    two.candles_dropped[0] += 4
+    names = ("interventions", "interventions_done", "strikes", "candles_dropped")
+    assert [two.outcome(0)[name] for name in names] == [0, 0, 1, 4]
+    assert [two.outcome(1)[name] for name in names] == [3, 2, 0, 0]
+
+
+def test_totals_are_the_outcomes():
+    two = ledger([0, 1], [2, 3])
+    book(two, [[0, 1], [2, 3]], [[1, 1], [2, 2]], [[STAIRS, NONE], [TABLE, CANDLE]])
+    for name, values in two.totals().items():
+        assert values.tolist() == [two.outcome(i)[name] for i in range(2)], name
+
+
+@pytest.mark.parametrize("name", ["timesteps_to_threshold", "toys_reached", "cells_visited", "strikes"])
+def test_counts_are_integers(name):
+    assert type(ledger([0]).outcome()[name]) is int

@@ -1,0 +1,67 @@
+"""The record of an episode: its columns, and the README's table of them."""
+
+import dataclasses
+import inspect
+import pathlib
+
+import numpy as np
+import pytest
+
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.recording.ledger import Ledger
+from caregiver_mj.recording.record import COLUMNS, MEASURES, EpisodeRecord, markdown, names
+
+README = pathlib.Path(__file__).parents[2] / "README.md"
+BEGIN, END = "<!-- columns: made by caregiver_mj.recording.record.markdown -->\n", "<!-- end of columns -->"
+
+# What rows have had ever since, written out once more: none of these may be renamed.
+FORMER = ["world", "house", "caregiver", "epsilon", "episode", "seed"]
+FORMER += ["damage", "damage_stairwell", "damage_candle", "damage_table", "timesteps_to_threshold", "cells_visited"]
+FORMER += ["toys_reached", "moves_blocked", "interventions", "interventions_done", "candles_dropped", "strikes"]
+FORMER += ["sim_seconds", "wall_seconds"]
+
+
+def test_columns_are_the_record():
+    assert [column.name for column in COLUMNS] == list(inspect.signature(EpisodeRecord).parameters)
+    assert {column.type for column in COLUMNS} == {"str", "int", "float", "list[float]"}
+    assert {column.role for column in COLUMNS} == {"setting", "damage", "count", "child", "time"}
+    assert all(column.meaning and column.title for column in COLUMNS)
+
+
+def test_former_columns_are_all_there_in_their_order():
+    assert [column.name for column in COLUMNS if column.name in FORMER] == FORMER
+    assert {column.name for column in COLUMNS} - set(FORMER) == {
+        "family",
+        "children",
+        "damage_by_child",
+        "toys_by_child",
+    }
+
+
+def test_measures_can_be_averaged():
+    assert set(MEASURES) == set(FORMER[6:])
+    assert names("damage") == ("damage", "damage_stairwell", "damage_candle", "damage_table")
+    assert names("time", "damage") == (*names("damage"), "sim_seconds", "wall_seconds")
+
+
+def test_a_ledger_and_two_clocks_fill_a_record():
+    plan = FloorPlan.parse("####\n#B.#\n####")
+    outcome = Ledger(plan, np.zeros((1, 1), int), 200).outcome()
+    settings = dict.fromkeys(names("setting"), "x")
+    record = EpisodeRecord(**settings, **outcome, sim_seconds=1.0, wall_seconds=2.0)
+    assert list(dataclasses.asdict(record)) == [column.name for column in COLUMNS]
+
+
+def test_the_readme_has_the_columns():
+    text = README.read_text("utf-8")
+    assert text.count(BEGIN) == text.count(END) == 1
+    shown = text.split(BEGIN)[1].split(END)[0].strip()
+    assert shown == markdown(), "put the output of `markdown()` between the README's two marks"
+
+
+@pytest.mark.parametrize("name", [column.name for column in COLUMNS])
+def test_every_column_is_in_the_table(name):
+    (row,) = (line for line in markdown().splitlines() if line.startswith(f"| `{name}` |"))
+    column = next(column for column in COLUMNS if column.name == name)
+    assert row.endswith(" (house only) |") == (column.world == "house")
+    assert row.count("|") == 4

@@ -1,0 +1,369 @@
+"""Robots by name: what is read from their models, and that each can do what the skills will ask of it."""
+
+import dataclasses
+import importlib.metadata
+import re
+
+import mujoco
+import numpy as np
+import pytest
+
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.house.scene import build_house
+from caregiver_mj.plans import furniture, layout
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot.embodiment import Embodiment, Wheels
+from caregiver_mj.robot.embodiments import DEFAULT, EMBODIMENTS, find_embodiment
+from caregiver_mj.robot.grips import hand_rotation, upright_grip
+from caregiver_mj.robot.kinematics import Arm, arm_of
+from caregiver_mj.robot.motion import RobotMotion
+from caregiver_mj.robot.reach import reach_path, retrieval_path
+from caregiver_mj.robot.robot_model import RobotModel, own_model, read_spec
+from caregiver_mj.robot.scalar_motion import ScalarMotion
+
+NAMES = tuple(EMBODIMENTS)
+CHILD_HEIGHT = 0.80  # metres
+
+RIGHT_ANGLE = np.pi / 2
+# Universal Robots, "DH Parameters for calculations of kinematics and dynamics", UR5e: a (m), d (m), alpha (rad).
+UR5E = [
+    (0.0, 0.1625, RIGHT_ANGLE),
+    (-0.425, 0.0, 0.0),
+    (-0.3922, 0.0, 0.0),
+    (0.0, 0.1333, RIGHT_ANGLE),
+    (0.0, 0.0997, -RIGHT_ANGLE),
+    (0.0, 0.0996, 0.0),
+]
+
+
+@pytest.fixture(scope="module", params=NAMES)
+def robot(request) -> Embodiment:
+    return find_embodiment(request.param)
+
+
+@pytest.fixture(scope="module")
+def arm(robot) -> Arm:
+    return arm_of(robot)
+
+
+@pytest.fixture(scope="module")
+def model(robot) -> mujoco.MjModel:
+    return read_spec(robot.model).compile()
+
+
+def pose_of_hand(robot: Embodiment, model: mujoco.MjModel, joints: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Position (3,) and rotation (3, 3) of the pinch point, base frame."""
+    data = mujoco.MjData(model)
+    data.qpos[[model.joint(name).qposadr[0] for name in robot.names.arm]] = joints
+    mujoco.mj_kinematics(model, data)
+    site = data.site("pinch")
+    return site.xpos.copy(), site.xmat.reshape(3, 3).copy()
+
+
+# -- By name -------------------------------------------------------------------------------------------
+
+
+def test_there_are_two_robots_and_a_default():
+    assert NAMES[:2] == ("mobile_fr3", "mobile_ur5e")
+    assert DEFAULT == "mobile_fr3"
+    assert find_embodiment() is find_embodiment(DEFAULT)
+    assert find_embodiment(find_embodiment("mobile_ur5e")) is find_embodiment("mobile_ur5e")
+
+
+def test_unknown_robot_is_refused_with_the_names_of_those_that_there_are():
+    with pytest.raises(CaregiverError, match="no robot 'butler': there are mobile_fr3, mobile_ur5e"):
+        find_embodiment("butler")
+
+
+def make_another() -> Embodiment:
+    return dataclasses.replace(find_embodiment("mobile_ur5e"), name="another")
+
+
+def make_nothing() -> str:
+    return "nothing"
+
+
+not_a_maker = "neither"
+
+
+def test_robots_of_other_packages(monkeypatch):
+    group = "caregiver_mj.embodiments"
+    offered = importlib.metadata.EntryPoints(
+        importlib.metadata.EntryPoint(name, f"{__name__}:{name}", group)
+        for name in ("make_another", "make_nothing", "not_a_maker")
+    )
+    monkeypatch.setattr(importlib.metadata, "entry_points", lambda **which: offered.select(**which))
+    assert find_embodiment("make_another").name == "another"
+    assert "make_another" in EMBODIMENTS
+    with pytest.raises(CaregiverError, match="'make_nothing' is not an Embodiment but str"):
+        find_embodiment("make_nothing")
+    with pytest.raises(CaregiverError, match=r"'not_a_maker' .* is not a function that makes an Embodiment"):
+        find_embodiment("not_a_maker")
+
+
+def test_model_without_a_joint_is_refused():
+    names = dataclasses.replace(find_embodiment().names, arm=("joint1", "joint8"))
+    with pytest.raises(CaregiverError, match=r"robot mobile_fr3\.xml has no joint joint8: it has base_x"):
+        RobotModel(own_model("mobile_fr3"), names)
+
+
+def test_model_whose_actuators_are_in_another_order_is_refused():
+    names = dataclasses.replace(find_embodiment().names, base=("base_y", "base_x", "base_yaw"))
+    with pytest.raises(CaregiverError, match=r"not in the order of base_y, base_x, base_yaw"):
+        RobotModel(own_model("mobile_fr3"), names).actuators()
+
+
+# -- What is read from the model ------------------------------------------------------------------------
+
+
+def test_layout_covers_an_action_exactly_once(robot):
+    for parts, fingers in ((robot.layout, 1), (robot.actuators, 2)):
+        count = np.zeros(parts.size, int)
+        for part in (parts.base, parts.arm, parts.gripper):
+            count[part] += 1
+        assert (count == 1).all()
+        assert count[parts.base].size == 3
+        assert count[parts.arm].size == len(robot.names.arm)
+        assert count[parts.gripper].size == fingers
+
+
+def test_layout_is_that_of_the_actuators(robot, model):
+    driven = np.array([model.joint(int(joint)).name for joint in model.actuator_trnid[:, 0]])
+    assert tuple(driven[robot.actuators.base]) == robot.names.base
+    assert tuple(driven[robot.actuators.arm]) == robot.names.arm
+    assert tuple(driven[robot.actuators.gripper]) == robot.names.fingers
+    assert robot.actuators.size == model.nu
+
+
+def test_layout_of_the_default_robot():
+    layout = find_embodiment().layout
+    assert (layout.base, layout.arm, layout.gripper, layout.size) == (slice(0, 3), slice(3, 10), slice(10, 11), 11)
+
+
+@pytest.mark.parametrize(("name", "radius"), [("mobile_fr3", 0.27), ("mobile_ur5e", 0.205 * np.sqrt(2))])
+def test_footprint_is_read_from_the_hull(name, radius):
+    assert find_embodiment(name).footprint == pytest.approx(radius, abs=1e-12)
+
+
+def test_wheels_are_read_from_the_model():
+    assert find_embodiment("mobile_fr3").wheels == Wheels(radius=0.075, lever=0.33)
+    diagonal = find_embodiment("mobile_ur5e").wheels
+    assert diagonal.radius == pytest.approx(0.065 * np.sqrt(2))
+    assert diagonal.lever == pytest.approx(0.296)
+
+
+@pytest.mark.parametrize("motion", [(0.4, 0.0, 0.0), (0.0, 0.3, 0.0), (0.0, 0.0, 1.2), (0.3, -0.2, 0.7)])
+def test_wheels_roll_without_slipping(robot, model, motion):
+    """The hub moves, along the way of the wheel, as fast as its rim turns; across it rollers take up the rest."""
+    ahead, aside, turn = motion
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    for name, rate in zip(robot.names.wheels, robot.wheels.rates(ahead, aside, turn), strict=True):
+        joint = model.joint(name)
+        body = int(joint.bodyid[0])
+        x, y, radius = *data.xpos[body, :2], model.geom_size[model.body_geomadr[body], 0]
+        hub = np.array([ahead - turn * y, aside + turn * x])
+        axis = data.xmat[body].reshape(3, 3) @ joint.axis
+        way = np.array([axis[1], -axis[0]])
+        # What a roller does not give way to: along a diagonal for mecanum wheels, along the wheel's way for others.
+        diagonal = np.array([1.0, -1.0 if x * y > 0 else 1.0]) / np.sqrt(2)
+        roller = diagonal if robot.name == "mobile_fr3" else way
+        assert hub @ roller == pytest.approx(rate * radius * (way @ roller), abs=1e-6)
+
+
+def test_lags_follow_from_mass_and_gain():
+    robot = find_embodiment("mobile_ur5e")
+    mass = read_spec(robot.model).compile().body("base").subtreemass[0]
+    assert robot.servos.base_lag == pytest.approx(mass / 5000.0, rel=1e-6)
+    fr3 = find_embodiment("mobile_fr3")
+    lag = RobotModel(fr3.model, fr3.names).lag("base_x", fr3.bends.tucked)
+    assert fr3.servos.base_lag == pytest.approx(lag, rel=0.02)
+
+
+def test_ranges_are_read_from_the_model(arm, robot, model):
+    for i, name in enumerate(robot.names.arm):
+        np.testing.assert_array_equal([arm.ranges[0][i], arm.ranges[1][i]], model.joint(name).range)
+
+
+def test_servos_allow_what_is_planned(robot, model):
+    limits, ranges = robot.limits, model.actuator_ctrlrange
+    top = 0.998 * limits.base_speed
+    assert (np.abs(ranges[robot.actuators.base][:2]) >= top - 1e-9).all()
+    assert (np.abs(ranges[robot.actuators.base][2]) > limits.yaw.velocity).all()
+    assert (ranges[robot.actuators.gripper][:, 1] >= robot.grasp.open).all()
+    assert limits.base.velocity < limits.base_speed
+    assert limits.gripper.velocity < limits.finger_speed
+    assert limits.yaw_gentle.velocity < limits.yaw.velocity
+
+
+def test_force_of_the_base_is_enough_for_its_acceleration(robot, model):
+    force = model.actuator_forcerange[robot.actuators.base][0, 1]
+    assert force > 1.2 * model.body("base").subtreemass[0] * robot.limits.base.acceleration
+
+
+def test_sizes_of_candle_and_furniture_are_read_from_their_models():
+    candle, table = furniture.candle(), furniture.table()
+    assert (candle.radius, candle.height) == (0.022, 0.16)
+    assert (table.half_size, table.height) == (0.27, 0.60)
+    assert (layout.TABLE_HALF_SIZE, layout.TABLE_HEIGHT, layout.BIN_HALF_SIZE) == (0.27, 0.60, 0.22)
+    assert furniture.toy_bin().height == 0.35
+    assert furniture.toddler_radius() == 0.12
+
+
+def test_layout_has_no_other_sizes():
+    with pytest.raises(AttributeError, match="no attribute 'CHAIR_HEIGHT'"):
+        _ = layout.CHAIR_HEIGHT
+
+
+# -- What each robot can do ------------------------------------------------------------------------------
+
+
+def test_fingers_open_wide_and_close_on_a_candle(robot):
+    assert robot.grasp.closed < furniture.candle().radius < robot.grasp.open
+
+
+def test_fingers_stand_as_far_off_the_middle_as_their_joints_say(robot, model, arm):
+    data = mujoco.MjData(model)
+    data.qpos[[model.joint(name).qposadr[0] for name in robot.names.arm]] = arm.tucked
+    data.qpos[[model.joint(name).qposadr[0] for name in robot.names.fingers]] = 0.03
+    mujoco.mj_kinematics(model, data)
+    pads = [i for i in range(model.ngeom) if model.geom(i).name.endswith("_pad")]
+    assert len(pads) == 2
+    middle, thickness = data.geom_xpos[pads].mean(axis=0), 2 * model.geom_size[pads[0], 1]
+    np.testing.assert_allclose(middle, data.site("pinch").xpos, atol=1e-6)
+    across = data.geom_xpos[pads[0]] - data.geom_xpos[pads[1]]
+    assert np.linalg.norm(across) == pytest.approx(0.06 + thickness, abs=1e-6)
+    assert abs(across[2]) < 1e-4
+
+
+@pytest.mark.parametrize("height", [0.62, 0.70, 0.75])
+def test_hand_reaches_the_grasp_pose(robot, arm, model, height):
+    position, rotation = pose_of_hand(robot, model, reach_path(arm, round(1e4 * height)).joints(1.0))
+    np.testing.assert_allclose(position, [robot.postures.reach, 0.0, height], atol=1e-4)
+    np.testing.assert_allclose(rotation, hand_rotation(0.0, robot.postures.hand_pitch), atol=1e-4)
+
+
+def test_hand_keeps_its_pitch_and_plane_all_the_way(robot, arm, model):
+    path = reach_path(arm, 7000)
+    for s in np.linspace(0.0, 1.0, 41):
+        position, rotation = pose_of_hand(robot, model, path.joints(s))
+        assert abs(position[1]) < 1e-3
+        np.testing.assert_allclose(rotation, hand_rotation(0.0, robot.postures.hand_pitch), atol=2e-3)
+
+
+def test_reach_is_within_the_published_limits(robot, arm):
+    path, limits = reach_path(arm, 7000), robot.limits.arm
+    motion = ScalarMotion(path.limits, 0.0)
+    motion.move_to(1.0, 0.0)
+    joints = np.array([path.joints(motion.at(time)[0]) for time in np.arange(0.0, 1.5, 1e-3)])
+    rates = [np.abs(np.diff(joints, order, axis=0)).max(axis=0) * 1e3**order for order in (1, 2, 3)]
+    for rate, limit in zip(rates, (limits.velocity, limits.acceleration, limits.jerk), strict=True):
+        assert (rate <= limit).all()
+    assert ((joints >= arm.ranges[0]) & (joints <= arm.ranges[1])).all()
+
+
+def test_carried_candle_passes_over_a_child_and_within_the_clearances(robot, arm):
+    ahead, height = robot.postures.carry
+    assert height - robot.grasp.height > CHILD_HEIGHT
+    np.testing.assert_allclose(arm.pinch(arm.tucked), [ahead, 0.0, height], atol=1e-4)
+    out = ahead + furniture.candle().radius
+    assert out + 0.02 < robot.clearances.turning
+    assert out + furniture.toddler_radius() - 0.01 < robot.clearances.child_turning
+    assert out > robot.footprint
+
+
+@pytest.mark.parametrize("height", [0.028, 0.628])
+@pytest.mark.parametrize("heading", range(-180, 180, 45))
+def test_lying_candle_is_gripped_such_that_it_stands_in_the_tucked_hand(robot, arm, model, heading, height):
+    axis = np.array([np.cos(np.radians(heading)), np.sin(np.radians(heading)), 0.0])
+    point = np.array([0.5, 0.0, height])
+    path = retrieval_path(arm, point, upright_grip(axis, robot.postures.hand_pitch))
+    position, grip = pose_of_hand(robot, model, path.joints(2.0))
+    np.testing.assert_allclose(position, point, atol=1e-4)
+    tucked = pose_of_hand(robot, model, path.joints(0.0))[1]
+    np.testing.assert_allclose(tucked @ grip.T @ axis, [0, 0, 1], atol=1e-3)
+
+
+def test_hand_out_over_a_table_touches_nothing(robot, arm):
+    """Neither the table on which a candle stands nor the candle, from the tucked arm to the grasp."""
+    plan = FloorPlan.parse("#######\n#.....#\n#B.C..#\n#.....#\n#....T#\n#######", "room")
+    model = build_house(plan, robot).compile()
+    data = mujoco.MjData(model)
+    x, y, z = data.qpos[model.joint("candle_0/joint").qposadr[0] :][:3]
+    parts = (*robot.names.base, *robot.names.arm, *robot.names.fingers)
+    joint = {name: model.joint(f"robot/{name}").qposadr[0] for name in parts}
+    data.qpos[model.joint("toddler/x").qposadr[0]] = 100.0
+    base = (x, y - robot.postures.reach, RIGHT_ANGLE)  # it looks north
+    data.qpos[[joint[name] for name in robot.names.base]] = base
+    data.qpos[[joint[name] for name in robot.names.fingers]] = robot.grasp.open
+    path = reach_path(arm, round(1e4 * (z + robot.grasp.height)))
+    for s in np.linspace(0.0, 1.0, 31):
+        data.qpos[[joint[name] for name in robot.names.arm]] = path.joints(s)
+        mujoco.mj_forward(model, data)
+        names = [{model.geom(int(i)).name for i in pair} for pair in data.contact.geom]
+        assert not [pair for pair in names if any(name.startswith("robot/") for name in pair)], s
+
+
+def test_motion_is_laid_out_as_the_robot(robot, arm):
+    motion = RobotMotion(robot, 0.02)
+    motion.reset((1.0, 2.0, 0.5))
+    action = motion.action((1.0, 2.0, 0.5))
+    assert action.shape == (robot.layout.size,)
+    np.testing.assert_array_equal(action[robot.layout.base], 0.0)
+    np.testing.assert_array_equal(action[robot.layout.arm], arm.tucked)
+    assert action[robot.layout.gripper] == pytest.approx(robot.grasp.open)
+
+
+def test_published_kinematics_of_the_six_axis_arm():
+    robot = find_embodiment("mobile_ur5e")
+    model = read_spec(robot.model).compile()
+    reach = 0.155  # metres from the flange to the pinch point
+    for q in np.random.default_rng(0).uniform(-np.pi, np.pi, (30, 6)):
+        pose = np.eye(4)
+        pose[:3, 3], pose[0, 0], pose[1, 1] = (0.0, -0.1333, 0.45), -1.0, -1.0  # where the arm stands, turned round
+        for (a, d, alpha), angle in zip(UR5E, q, strict=True):
+            c, s, ca, sa = np.cos(angle), np.sin(angle), np.cos(alpha), np.sin(alpha)
+            link = [[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]]
+            pose = pose @ np.array(link)
+        position, rotation = pose_of_hand(robot, model, q)
+        np.testing.assert_allclose(position, pose[:3, 3] + reach * pose[:3, 2], atol=1e-6)
+        np.testing.assert_allclose(rotation[:, 2], pose[:3, 2], atol=1e-6)
+
+
+def test_published_limits_of_the_six_axis_arm():
+    robot = find_embodiment("mobile_ur5e")
+    model = read_spec(robot.model).compile()
+    np.testing.assert_allclose(robot.limits.arm.velocity, np.radians(180.0))
+    for i, name in enumerate(robot.names.arm):
+        turn = np.pi if name == "elbow" else 2 * np.pi
+        np.testing.assert_allclose(model.joint(name).range, [-turn, turn], atol=1e-6)
+        torque = 150.0 if i < 3 else 28.0
+        np.testing.assert_array_equal(model.actuator(name).forcerange, [-torque, torque])
+
+
+def test_each_robot_can_be_in_a_house(robot):
+    plan = FloorPlan.load("paper")
+    for which in (robot, robot.name):
+        model = build_house(plan, which).compile()
+        assert model.nu == robot.actuators.size
+        assert model.joint(f"robot/{robot.names.arm[0]}").id >= 0
+    assert build_house(plan, robot=False).compile().nu == 0
+    assert build_house(plan).compile().nu == find_embodiment().actuators.size
+
+
+def test_models_are_stable_under_noise(robot):
+    """Menagerie's habit: a second of random controls, and no warning."""
+    model = build_house(FloorPlan.load("paper"), robot).compile()
+    data = mujoco.MjData(model)
+    random = np.random.default_rng(0)
+    low, high = model.actuator_ctrlrange.T
+    for _ in range(50):
+        data.ctrl[:] = random.uniform(low, high)
+        mujoco.mj_step(model, data, 4)
+    assert not any(warning.number for warning in data.warning)
+
+
+def test_every_part_of_a_model_has_a_name(robot):
+    spec = read_spec(robot.model)
+    parts = [*spec.bodies, *spec.joints, *spec.geoms, *spec.actuators, *spec.sites, *spec.cameras, *spec.materials]
+    assert all(re.fullmatch(r"[a-z0-9_]+", part.name) for part in parts)

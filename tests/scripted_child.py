@@ -1,0 +1,30 @@
+"""A child that does what a test says."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from caregiver_mj.children.behaviour import Sight
+from caregiver_mj.children.novice import Novice
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
+
+NORTH, EAST, SOUTH, WEST, STAY = 0, 1, 2, 3, NOTHING
+
+
+class Scripted(Novice):
+    """Makes the same move over and over: north, say, or STAY. With None it is the novice of its epsilon.
+
+    Attributes:
+        move: What it does; a test may change it at any time.
+        seen: All that it was shown, one `Sight` a timestep.
+    """
+
+    def __init__(self, plan: FloorPlan, move: int | None = STAY, epsilon: float = 0.0):
+        super().__init__(plan, epsilon)
+        self.move = move
+        self.seen: list[Sight] = []
+
+    def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
+        self.seen.append(sight)
+        return super().act(sight, draws) if self.move is None else np.full(len(sight.cell), self.move)

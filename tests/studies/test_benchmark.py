@@ -1,0 +1,71 @@
+"""The benchmark: clocks, an episode on tape, and its sections in small."""
+
+import time
+
+import pytest
+from rich.console import Console
+
+from caregiver_mj.studies.benchmark.calls import parts
+from caregiver_mj.studies.benchmark.clock import Clock
+from caregiver_mj.studies.benchmark.command import main
+from caregiver_mj.studies.benchmark.dissection import dissect, print_parts
+from caregiver_mj.studies.benchmark.effort import Effort
+from caregiver_mj.studies.benchmark.scene import Scene
+
+
+def test_a_clock_stands_still_while_another_runs():
+    outer, inner = Clock(), Clock()
+    sleep = inner.around(lambda: time.sleep(0.05))
+
+    def work():
+        sleep()
+        time.sleep(0.02)
+
+    outer.around(work)()
+    assert inner.own >= 0.05
+    assert 0.02 <= outer.own < 0.05
+    assert outer.times[0] == pytest.approx(outer.own + inner.own)
+
+
+def test_a_clock_is_taken_off_again():
+    class Thing:
+        def do(self):
+            return 3
+
+    clock, before = Clock(), Thing.do
+    with clock.of(Thing, "do"):
+        assert Thing().do() == 3
+    assert Thing.do is before
+    assert len(clock.times) == 1
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return Scene("paper", 4.0)
+
+
+def test_an_episode_from_tape_ends_where_it_ended(scene):
+    scene.record()
+    seconds, deviation = scene.replay()
+    assert seconds > 0.0
+    assert deviation == 0.0
+
+
+def test_the_parts_make_up_the_whole(scene, capsys):
+    found = dissect(scene)
+    assert sum(part["share"] for part in found.values()) == pytest.approx(1.0)
+    assert found["physics"]["calls"] == scene.steps == 200
+    print_parts(Console(width=120), "paper", found, scene.steps)
+    assert "caregiver: a decision" in capsys.readouterr().out
+
+
+def test_calls(capsys):
+    found = parts(Effort(calls=3), Console(width=120))
+    assert len(found) == 6
+    assert all(microseconds > 0.0 for microseconds in found.values())
+
+
+def test_only_some_sections(tmp_path, capsys):
+    with pytest.raises(SystemExit):
+        main(["--only", "nothing"])
+    assert "invalid choice: 'nothing'" in capsys.readouterr().err

@@ -1,0 +1,154 @@
+"""Episodes to film: those of a run, and what the display is told of them."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from caregiver_mj import cli
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.recording.record import COLUMNS
+from caregiver_mj.viz.episode import Episode
+from caregiver_mj.viz.film import render_episode
+
+PLAN = "########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########"
+SEED = 3
+
+
+@pytest.fixture(scope="module")
+def house(tmp_path_factory):
+    path = tmp_path_factory.mktemp("house") / "small.txt"
+    path.write_text(PLAN)
+    return path
+
+
+@pytest.fixture(scope="module")
+def rows(house, tmp_path_factory):
+    """Two episodes of an only child and of two, with a caregiver that draws lots, in the physical house."""
+    out = tmp_path_factory.mktemp("run") / "run"
+    command = ["evaluate", "--world", "house", "--house", str(house), "--caregiver", "random"]
+    command += ["--epsilon", "1", "1,0.25"]
+    assert cli.main([*command, "--episodes", "2", "--seed", str(SEED), "--out", str(out)]) == 0
+    return pd.read_parquet(out / "episodes.parquet").set_index(["family", "episode"])
+
+
+def run_to_its_end(episode):
+    while episode.run_until(episode.seconds + 30.0):
+        pass
+    return episode
+
+
+def measured(episode):
+    return episode.env.task.outcome() | {
+        "interventions": episode.policy.interventions,
+        "interventions_done": episode.policy.interventions_done,
+    }
+
+
+def assert_is_row(episode, row):
+    outcome = measured(episode)
+    counted = [column.name for column in COLUMNS if column.role in ("damage", "count")]
+    assert {name: outcome[name] for name in counted} == {name: row[name] for name in counted}
+
+
+class Blank:
+    """A studio without cameras."""
+
+    seen: Episode
+
+    def __init__(self, episode, width, height, camera, trail_length):
+        Blank.seen = episode
+        self._frame = np.zeros((height, width, 3), np.uint8)
+
+    def frame(self):
+        return self._frame
+
+
+def test_a_filmed_episode_is_that_of_the_run(house, rows, tmp_path):
+    settings = {"house": house, "epsilon": 1.0, "caregiver": "random", "seed": SEED}
+    small = {"width": 320, "height": 240, "fps": 1.0, "seconds": 400.0, "quiet": True}
+    render_episode(tmp_path / "film.mp4", **settings, **small, studio=Blank)
+    assert rows.damage["1", 0] > 0
+    assert_is_row(Blank.seen, rows.loc["1", 0])
+
+
+@pytest.mark.parametrize("family", ["1", "1,0.25"])
+def test_any_episode_of_a_run_can_be_filmed(house, rows, family):
+    second = run_to_its_end(Episode.load(house=house, children=family, seed=SEED, number=1, caregiver="random"))
+    assert_is_row(second, rows.loc[family, 1])
+    shown = [child.damage for child in second.hud_state(1).children]
+    assert shown == list(rows.loc[family, 1].damage_by_child)
+    assert rows.seed[family, 0] != rows.seed[family, 1]
+
+
+def test_an_episode_can_be_told_by_its_own_seed(house, rows):
+    alone = Episode.load(house=house, children=1.0, seed=int(rows.seed["1", 0]), number=None, caregiver="none")
+    watched = Episode.load(house=house, children=1.0, seed=SEED, number=0, caregiver="random")
+    assert alone.hud_state(1).children[0].position.tolist() == watched.hud_state(1).children[0].position.tolist()
+
+
+def test_the_display_is_told_what_happens(house):
+    episode = Episode.load(house=house, children=1.0, seed=SEED, caregiver="paper")
+    for second in range(1, 41):
+        assert episode.run_until(second)
+    shown, outcome = episode.hud_state(trail_length=15), episode.env.task.outcome()
+    observation = episode.env.task.get_observation(episode.env.physics)
+    (child,) = shown.children
+    assert shown.family == "1"
+    assert shown.timestep == int(observation["clock"])
+    assert shown.damage == child.damage == outcome["damage"] == sum(shown.damages.values())
+    np.testing.assert_allclose(child.position, observation["toddler_position"][:2])
+    np.testing.assert_allclose(shown.robot, observation["base_position"])
+    np.testing.assert_allclose(shown.candles, observation["candle_position"])
+    assert child.trail.shape == (15, 2)
+    np.testing.assert_array_equal(child.trail[-1], child.position)
+    assert np.linalg.norm(np.diff(child.trail, axis=0), axis=1).max() < 1.0  # a second's walk
+    hazards = FloorPlan.load(house).hazards
+    assert shown.danger.shape == shown.unsafe_danger.shape == (len(hazards),)
+    np.testing.assert_allclose(shown.danger, shown.unsafe_danger * (1 - child.safe))
+    # Every P(reach) is at most 1, and together they are 1 as long as no candle is in the hand.
+    assert (shown.unsafe_danger <= hazards.damage).all()
+    assert shown.intervention == episode.policy.activity
+    expected = {"cell": 0, "candle": 1}  # the stairwell and the candle
+    assert shown.mark is None or expected[shown.mark[0]] == shown.target
+
+
+def test_the_display_is_told_of_each_child(house):
+    episode = Episode.load(house=house, children="1,0.25", seed=SEED, caregiver="paper")
+    for second in range(1, 21):
+        assert episode.run_until(second)
+    shown, outcome = episode.hud_state(trail_length=5), episode.env.task.outcome()
+    observation = episode.env.task.get_observation(episode.env.physics)
+    assert shown.family == "1,0.25"
+    np.testing.assert_allclose([child.position for child in shown.children], observation["toddler_position"][:, :2])
+    assert [child.damage for child in shown.children] == outcome["damage_by_child"]
+    for child in shown.children:
+        assert child.trail.shape == (5, 2)
+        np.testing.assert_array_equal(child.trail[-1], child.position)
+    assessment = episode.policy.assessment
+    assert [child.safe for child in shown.children] == assessment.safe[0].tolist()
+    # What decides is the sum of the dangers to the children.
+    np.testing.assert_allclose(shown.danger, assessment.danger[0].sum(axis=0))
+
+
+def test_nobody_knows_anything_without_a_caregiver(house):
+    shown = Episode.load(house=house, children=1.0, caregiver="none").hud_state(1)
+    assert (shown.robot, shown.danger, shown.children[0].safe, shown.mark) == (None,) * 4
+    assert (shown.target, shown.intervention) == (-1, "")
+
+
+def test_nearest_candle_in_the_hand(house):
+    episode = Episode.load(house=house, children=0.0, caregiver="paper")
+    assert episode.child_to_carried_candle() == np.inf
+    found = np.inf
+    while found == np.inf and episode.run_until(episode.seconds + 0.5):
+        found = episode.child_to_carried_candle()
+    shown = episode.hud_state(1)
+    assert found == pytest.approx(np.linalg.norm(shown.candles[0, :2] - shown.children[0].position))
+    assert shown.candles[0, 2] > 0.5
+
+
+def test_there_are_no_negative_seeds():
+    for seed, number in ((-1, 0), (0, -1)):
+        with pytest.raises(CaregiverError, match="may be negative"):
+            Episode.load(seed=seed, number=number)

@@ -1,0 +1,99 @@
+"""The report of runs with several children, and which of its episodes is filmed."""
+
+import numpy as np
+import pytest
+from made_runs import DAMAGE, FAMILIES, PAPER, TINY, write_run
+from test_report import words
+
+from caregiver_mj.viz import report
+from caregiver_mj.viz.report.beside import side_by_side
+from caregiver_mj.viz.report.film import make_film
+from caregiver_mj.viz.report.tables import children_table
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    return write_run(tmp_path_factory.mktemp("several"), "house", caregivers=("none", "paper"), families=FAMILIES)
+
+
+@pytest.fixture(scope="module")
+def page(run):
+    return words(report.write_report([run]).read_text("utf-8"))
+
+
+def test_families_are_called_by_their_children(page):
+    assert "100 % and 50 % random 0.833 [" in page
+    assert "2 x 25 % random 0.208 [" in page
+    assert "8 paired episodes of each of 2 families." in page
+    assert "episode i has the same children both times" in page
+    assert "Where the children went, without the caregiver — Physical house" in page
+
+
+def test_there_is_no_talk_of_one_novice(page):
+    for word in ("novice ", "novices", "the toddler", "the child "):
+        assert word not in page.split("The same again")[0], word
+
+
+def test_the_paper_is_not_cited(page):
+    for word in ("published", "In the paper", "diamonds", "Its numbers are those"):
+        assert word not in page
+
+
+def test_each_child_has_a_row_of_its_own(run):
+    table = children_table(report.read_run(run))
+    assert table.columns == (
+        "child",
+        "damage, without",
+        "damage, with",
+        "toys reached, without",
+        "toys reached, with",
+    )
+    alone, guarded = (np.mean(DAMAGE[caregiver, "1"]) for caregiver in ("none", "paper"))
+    assert table.rows[:2] == [
+        ("100 % and 50 % random: novice 1, 100 %", f"{0.8 * alone:.1f}", f"{0.8 * guarded:.1f}", "2.0", "2.0"),
+        ("100 % and 50 % random: novice 2, 50 %", f"{0.2 * alone:.1f}", f"{0.2 * guarded:.1f}", "1.0", "1.0"),
+    ]
+    assert len(table.rows) == 4
+
+
+def test_an_only_child_has_no_such_table(tmp_path):
+    assert children_table(report.read_run(write_run(tmp_path))) is None
+
+
+def test_command_names_the_families(run):
+    assert " --epsilon 1,0.5 0.25,0.25 --episodes 8 --seed 7" in report.read_run(run).command()
+
+
+def test_single_children_and_families_beside_each_other(run, tmp_path):
+    table = side_by_side([report.read_run(write_run(tmp_path)), report.read_run(run)])["table"]
+    names = ["random motion", "100 % and 50 % random", "25 % random", "2 x 25 % random"]
+    assert [row[0] for row in table.rows] == names
+    assert table.columns == ("children", "Grid", "Physical house", "house against grid")
+    assert [row[3] for row in table.rows] == ["–"] * 4
+
+
+# -- Which episode is filmed -------------------------------------------------------------------------
+
+
+def filmed(runs, tmp_path):
+    """What is asked to be filmed."""
+    asked = {}
+    film = make_film(runs, tmp_path, lambda path, **settings: asked.update(path=path, **settings))
+    assert asked["path"] == film.path == tmp_path / "report.mp4"
+    return asked, film.caption
+
+
+def test_the_filmed_episode_is_the_first_of_the_run(run, tmp_path):
+    asked, caption = filmed([report.read_run(run)], tmp_path)
+    wanted = {"house": PAPER, "epsilon": "1,0.5", "seed": 7, "episode": 0, "caregiver": "paper"}
+    assert {name: asked[name] for name in wanted} == wanted
+    assert caption == "Episode 0 of the run, 100 % and 50 % random, caregiver paper"
+
+
+def test_a_run_in_the_house_is_filmed_before_one_in_the_grid(run, tmp_path):
+    grid = report.read_run(write_run(tmp_path / "grid", plan=TINY))
+    house = report.read_run(run)
+    assert filmed([grid, house], tmp_path)[0]["house"] == PAPER
+    asked, caption = filmed([grid], tmp_path)
+    assert (asked["house"], asked["epsilon"]) == (TINY, "0.25")
+    assert caption == "Episode 0 with the children of the run in the grid, 25 % random, caregiver paper"
