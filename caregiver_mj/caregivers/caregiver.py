@@ -13,7 +13,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.percept import Assessment, Percept, bare_tables
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.interventions.intervention import BLOCK, RELOCATE, STAND_ASIDE, Interventions
+from caregiver_mj.interventions.intervention import BLOCK, DO_NOTHING, RELOCATE, STAND_ASIDE, Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
@@ -30,9 +30,14 @@ class Caregiver(abc.ABC):
         table_distances: Moves that a child needs to bump into each table, (free cells, tables).
         stairwell_distances: Moves after which it falls down each stairwell, (free cells, stairwells).
         takes_orders: Whether it only passes on what it was told, which leaves no choice to the one who carries it out.
+        yields: Whether it steps aside, or follows, where a child bars its way, and keeps out of the children's way when
+            there is nothing to do. One that does not stays where it is.
+        in_house: Whether the robot can do what it wants; what it cannot do yet, only the grid carries out.
     """
 
     takes_orders = False
+    yields = True
+    in_house = True
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
         self.plan = plan
@@ -50,6 +55,17 @@ class Caregiver(abc.ABC):
             seeds: A seed for each episode, for caregivers that draw lots: an episode must not depend on its batch.
             children: K, how many children there are in each.
         """
+
+    def prepare(self, candle_table: np.ndarray) -> np.ndarray:
+        """Makes the house safe before the children come in; asked after `reset`, at the start of every episode.
+
+        Args:
+            candle_table: Index of the table on which each candle stands in the floor plan, (B, candles).
+
+        Returns:
+            Index of that on which it shall stand when the episode begins, likewise.
+        """
+        return candle_table
 
     def watch(self, percept: Percept) -> None:  # noqa: B027
         """Takes in the children's last moves. Called once a novice timestep."""
@@ -69,11 +85,11 @@ class Caregiver(abc.ABC):
     # -- What most caregivers share --------------------------------------------------------------
 
     def protect(self, percept: Percept, hazard: np.ndarray) -> Interventions:
-        """The interventions that protect the children from hazards (B,); to stand aside where it is NOTHING."""
+        """The interventions that protect the children from hazards (B,); to make room, or stay, where it is NOTHING."""
         hazards = self.plan.hazards
         hazard = self._checked(hazard, len(percept.child_cell))
         stairwell, candle = hazards.is_stairwell(hazard), hazards.is_candle(hazard)
-        verb = np.full(len(hazard), STAND_ASIDE, object)
+        verb = np.full(len(hazard), STAND_ASIDE if self.yields else DO_NOTHING, object)
         verb[stairwell], verb[candle] = BLOCK, RELOCATE
         destination = np.full(len(hazard), NOTHING)
         if candle.any():

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from caregiver_mj.caregivers.baselines import GuardCaregiver, NearestCaregiver, RandomCaregiver
 from caregiver_mj.caregivers.caregiver import Caregiver
+from caregiver_mj.caregivers.childproof import ChildproofCaregiver
 from caregiver_mj.caregivers.paper import (
     PaperAlikeCaregiver,
     PaperCaregiver,
     PaperMaxAlikeCaregiver,
     PaperMaxCaregiver,
 )
+from caregiver_mj.caregivers.parts import CandlesCaregiver, PaperStillCaregiver, StairsCaregiver
+from caregiver_mj.caregivers.wanderer import WandererCaregiver
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.registry import Registry
 
@@ -26,6 +29,11 @@ CAREGIVERS: Registry[type[Caregiver]] = Registry(
         "paper-max": PaperMaxCaregiver,
         "paper-alike": PaperAlikeCaregiver,
         "paper-max-alike": PaperMaxAlikeCaregiver,
+        "paper-still": PaperStillCaregiver,
+        "stairs": StairsCaregiver,
+        "candles": CandlesCaregiver,
+        "wanderer": WandererCaregiver,
+        "childproof": ChildproofCaregiver,
     },
 )
 

@@ -20,7 +20,7 @@ class Sight:
         cell: Index of its free cell, (B,).
         goal: Index of the toy bin that it is to go to, (B,).
         caregiver_cell: The caregiver's cell, (B,), or NOTHING where there is none.
-        bumped: Whether its last move left it where it was, (B,).
+        bumped: Whether its last move left it where it was, (B,); not if it meant to stay there.
     """
 
     cell: np.ndarray

@@ -9,8 +9,12 @@ from typing import TypeAlias
 import numpy as np
 
 from caregiver_mj.children.adversary import Adversary
+from caregiver_mj.children.avoider import Avoider
 from caregiver_mj.children.behaviour import Behaviour, check_epsilon
+from caregiver_mj.children.explorer import Explorer
 from caregiver_mj.children.novice import Expert, Novice
+from caregiver_mj.children.seeker import Seeker
+from caregiver_mj.children.toddler import Toddler
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.registry import Registry
@@ -19,7 +23,15 @@ CHILDREN: Registry[type[Behaviour]] = Registry(
     "child",
     "caregiver_mj.children",
     "caregiver_mj.children.behaviour.Behaviour",
-    {"novice": Novice, "expert": Expert, "adversary": Adversary},
+    {
+        "novice": Novice,
+        "expert": Expert,
+        "adversary": Adversary,
+        "seeker": Seeker,
+        "avoider": Avoider,
+        "explorer": Explorer,
+        "toddler": Toddler,
+    },
 )
 NOVICE = "novice"
 

@@ -24,9 +24,26 @@ class Novice(Behaviour):
 
     def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
         at_random = draws[:, 0] < self.epsilon
-        choice = pick(draws[:, 1], self._greedy_count[sight.cell, sight.goal])
-        greedy = self._greedy_actions[sight.cell, sight.goal, choice]
+        count, actions = self.ways(sight)
+        greedy = actions[np.arange(len(count)), pick(draws[:, 1], count)]
         return np.where(at_random, pick(draws[:, 1], len(ACTIONS)), greedy)
+
+    def ways(self, sight: Sight) -> tuple[np.ndarray, np.ndarray]:
+        """The moves among which the children draw when they make none at random.
+
+        Returns:
+            How many there are, (B,), and which, (B, 4), padded with anything.
+        """
+        return self._greedy_count[sight.cell, sight.goal], self._greedy_actions[sight.cell, sight.goal]
+
+    def action_probabilities(self) -> np.ndarray:
+        """How probable each move is, (free cells, bins, 4); the last dimension sums to 1."""
+        cells, bins = self._greedy_count.shape
+        greedy = np.zeros((cells, bins, len(ACTIONS)))
+        for number in range(len(ACTIONS)):
+            cell, goal = np.nonzero(self._greedy_count > number)
+            greedy[cell, goal, self._greedy_actions[cell, goal, number]] = 1.0 / self._greedy_count[cell, goal]
+        return self.epsilon / len(ACTIONS) + (1.0 - self.epsilon) * greedy
 
 
 class Expert(Novice):
@@ -37,14 +54,18 @@ class Expert(Novice):
         self.epsilon = 0.0
 
 
-def shortest_path_actions(plan: FloorPlan) -> tuple[np.ndarray, np.ndarray]:
+def shortest_path_actions(plan: FloorPlan, distance: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
     """The first moves of all shortest paths from every cell to every bin.
+
+    Args:
+        plan: The house.
+        distance: How far it is to every bin, (free cells, bins), where that is not `CellGraph.bin_distances`.
 
     Returns:
         How many there are, (free cells, bins), and which, (free cells, bins, 4), padded with zeros.
     """
     next_cell, target, index = plan.graph.moves
-    distance = plan.graph.bin_distances  # (free cells, bins)
+    distance = plan.graph.bin_distances if distance is None else distance
     bins = np.arange(len(plan.bins))
     count = np.zeros(distance.shape, int)
     actions = np.zeros((*distance.shape, len(ACTIONS)), int)

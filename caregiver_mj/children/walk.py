@@ -113,5 +113,7 @@ class ToddlerWalk:
 
 def _is_in_the_way(velocity: Vector, touched: list[Vector]) -> bool:
     """Whether something that is touched, in the directions given, stops a motion."""
+    if not touched:
+        return False
     speed = math.hypot(*velocity)
     return any(velocity[0] * x + velocity[1] * y > _FRONTAL * speed for x, y in touched)

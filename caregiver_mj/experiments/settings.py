@@ -68,7 +68,9 @@ class Settings:
         for name in self.caregivers:
             if name not in CAREGIVERS:
                 raise CaregiverError(f"no caregiver '{name}': there are {', '.join(CAREGIVERS)}")
-            CAREGIVERS.get(name)  # one that comes from another package may fail to load
+            caregiver = CAREGIVERS.get(name)  # one that comes from another package may fail to load
+            if self.world == "house" and caregiver is not None and not caregiver.in_house:
+                raise CaregiverError(f"caregiver '{name}' acts in the grid only: the robot cannot do all that it wants")
         for family in self.families:
             family.check()
         names = tuple(map(str, self.families))

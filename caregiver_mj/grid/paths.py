@@ -30,8 +30,8 @@ class Paths:
     as few shortest paths from a child to a toy bin as can be), and `STAY`.
 
     Where children stand in the only way to a place there is no path, and two that wait for each other in a doorway
-    would wait for ever. The caregiver then follows the children as closely as it can while they walk away from it, and
-    steps aside when one comes.
+    would wait for ever. A caregiver that yields then follows the children as closely as it can while they walk away,
+    and steps aside when one comes.
     """
 
     def __init__(self, plan: FloorPlan, places: Sequence[Sequence[int]]):
@@ -49,8 +49,17 @@ class Paths:
         shape = (len(plan.free_cells), len(self._stand) + 1, cells)
         self._distance, self._next_cell, self._next_aside = (np.zeros(shape, np.int16) for _ in range(3))
 
-    def towards(self, place: np.ndarray, percept: Percept) -> tuple[np.ndarray, np.ndarray]:
-        """Moves left to each place, `UNREACHABLE` where no path leads, and the cell to be in next, both (B,)."""
+    def towards(self, place: np.ndarray, percept: Percept, yields: bool = True) -> tuple[np.ndarray, np.ndarray]:
+        """How to get to places.
+
+        Args:
+            place: Numbers of places, `ASIDE` or `STAY`, (B,).
+            percept: What the caregiver sees.
+            yields: Whether it makes room where its way is barred; else it stays where it is.
+
+        Returns:
+            Moves left to each place, `UNREACHABLE` where no path leads, and the cell to be in next, both (B,).
+        """
         cell, row = percept.caregiver_cell, self._rows(percept.child_cell)
         stays = place == STAY
         place = np.where(stays, ASIDE, place)
@@ -64,7 +73,8 @@ class Paths:
             self._next_aside[row, place, cell],
             self._next_cell[row, place, cell],
         )
-        return np.where(stays, 0, distance), np.where(stays, cell, next_cell)
+        waits = stays if yields else stays | (distance == UNREACHABLE)
+        return np.where(stays, 0, distance), np.where(waits, cell, next_cell)
 
     def _rows(self, child_cell: np.ndarray) -> np.ndarray:
         """Rows of the tables for the children's cells (B, K), which are filled in where they are new: (B,)."""

@@ -1,9 +1,9 @@
 """The paper's world: children and caregiver on a grid, a batch of episodes at once.
 
-In a timestep every child makes one move, one after the other, then the caregiver up to three of its seven actions (four
-moves, wait, get, place), because it walks three times as fast (paper, section V.C). It decides anew before each, unless
-it has a candle in the hand: that is put down first. Get and place act on a table in a neighbouring cell. A caregiver
-that has nothing to do, or whose way a child bars, keeps out of the children's way.
+In a timestep every child makes one move or stays, one after the other, then the caregiver does up to three of its seven
+actions (four moves, wait, get, place), because it walks three times as fast (paper, section V.C). It decides anew
+before each, unless it has a candle in the hand: that is put down first. Get and place act on a table in a neighbouring
+cell. A caregiver that yields keeps out of the children's way when it has nothing to do, or when one bars its own.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.percept import Percept
+from caregiver_mj.caregivers.start import starting_tables
 from caregiver_mj.children.behaviour import Sight
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import Tape, start_cells
@@ -59,11 +60,21 @@ class GridWorld:
         caregiver: Caregiver | None,
         *,
         caregiver_actions: int = CAREGIVER_ACTIONS,
+        stairs_shut: bool = False,
     ):
+        """Prepares the episodes.
+
+        Args:
+            plan: The house.
+            family: The children, as `Family.of` takes them.
+            caregiver: Who protects them, or None.
+            caregiver_actions: How many actions the caregiver has in a novice timestep.
+            stairs_shut: Whether every stairwell is shut, as if a caregiver stood in it all the time.
+        """
         self.plan = plan
         self.behaviours = [child.make(plan) for child in Family.of(family).children]
         self.caregiver = caregiver
-        self._caregiver_actions = caregiver_actions
+        self._caregiver_actions, self._stairs_shut = caregiver_actions, stairs_shut
         self._next_cell, self._target, self._target_index = plan.graph.moves
         self._harm = np.array([plan.damage.stairwell, plan.damage.candle, plan.damage.table])
         places = {name: verb.places(plan) for name, verb in VERBS.items()}
@@ -85,7 +96,6 @@ class GridWorld:
         self.bumped = np.zeros((batch, children), bool)
         self.previous_cell = self.child_cell.copy()
         self.previous_action = np.full((batch, children), NOTHING)
-        self.candle_table = np.tile(np.array(plan.candle_tables, int), (batch, 1))
         self.holding = np.full(batch, NOTHING)
         self.orders = Interventions.idle(batch)
         self.done = np.zeros(batch, bool)
@@ -94,6 +104,7 @@ class GridWorld:
             behaviour.reset(batch)
         if self.caregiver:
             self.caregiver.reset(batch, [family[0].caregiver_seed for family in tapes], children)
+        self.candle_table = starting_tables(plan, self.caregiver, batch)
 
     def step(self) -> None:
         """One novice timestep: the children's moves, then the caregiver's actions."""
@@ -158,23 +169,27 @@ class GridWorld:
             caregiver_cell = np.full(len(cell), NOTHING)
         action = behaviour.act(Sight(cell, self.goal[:, child], caregiver_cell, self.bumped[:, child]), draws)
         target, index = self._target[cell, action], self._target_index[cell, action]
-        next_cell = self._next_cell[cell, action]
+        stays = action == NOTHING
+        next_cell = np.where(stays, cell, self._next_cell[cell, action])
 
-        free, stairwell, table = target == Target.FREE, target == Target.STAIRWELL, target == Target.TABLE
+        free, stairwell, table, toy_bin = (
+            (target == kind) & ~stays for kind in (Target.FREE, Target.STAIRWELL, Target.TABLE, Target.BIN)
+        )
         # A child waits before a cell in which another one is.
         others = np.delete(self.child_cell, child, axis=1)
         waits = free & (next_cell[:, None] == others).any(axis=1)
         # A stairwell's landing is the cell after the free ones.
         entered = np.where(stairwell, len(self.plan.free_cells) + index, np.where(free, next_cell, NOTHING))
-        blocked = (entered != NOTHING) & (entered == caregiver_cell) & ~waits
+        shut = (entered == caregiver_cell) | (stairwell & self._stairs_shut)
+        blocked = (entered != NOTHING) & shut & ~waits
         next_cell = np.where(blocked | waits, cell, next_cell)
         bears_candle = table & (self.candle_table == index[:, None]).any(axis=1)
         harm = np.stack([stairwell & ~blocked, bears_candle, table & ~bears_candle], axis=1) * self._harm
-        reached = (target == Target.BIN) & (index == self.goal[:, child])
+        reached = toy_bin & (index == self.goal[:, child])
 
         self.goal[:, child] = np.where(reached, behaviour.next_bin(draws[:, 2]), self.goal[:, child])
         self.previous_action[:, child] = np.where(waits, NOTHING, action)
-        self.bumped[:, child] = next_cell == cell
+        self.bumped[:, child] = (next_cell == cell) & ~stays
         self.child_cell[:, child] = next_cell
         return harm, reached, blocked
 
@@ -196,7 +211,7 @@ class GridWorld:
                 self.ledger.interventions[which] += begins[which] & verb.counts
                 there = verb.place(self, which)
                 place[which] = np.where(there < 0, there, there + self._offsets[verb.name])
-        distance, next_cell = self._paths.towards(place, percept)
+        distance, next_cell = self._paths.towards(place, percept, caregiver.yields)
         stood, moves = distance == 0, distance > 0
         self.caregiver_cell = np.where(moves, next_cell, self.caregiver_cell)
         came = stood | (moves & (distance == 1))

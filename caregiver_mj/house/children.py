@@ -20,7 +20,13 @@ from caregiver_mj.plans.hazards import NOTHING
 
 
 class Children(Sequence[HouseChild]):
-    """All children of an episode, in the order in which they move."""
+    """All children of an episode, in the order in which they move.
+
+    Attributes:
+        harm: The worst damage that any of them has taken in the present novice timestep.
+    """
+
+    harm = 0.0
 
     def __init__(self, plan: FloorPlan, behaviours: Sequence[Behaviour], novice_timestep: float):
         """Prepares the children.
@@ -44,6 +50,7 @@ class Children(Sequence[HouseChild]):
 
     def start(self, number: int, tape: Tape, cell: int, yaw: float, physics: Physics) -> None:
         """Begins an episode for one child, in a free cell."""
+        self.harm = 0.0
         self[number].reset(tape, cell, yaw)
         physics.set_toddler(self[number].walk, number)
 
@@ -71,16 +78,14 @@ class Children(Sequence[HouseChild]):
         for touch in physics.touches:
             touches[touch.child].append(touch)
         bears_candle, time = functools.partial(candles.are_on, physics), physics.time()
-        return sum(child.take_in(felt, bears_candle, time) for child, felt in zip(self, touches, strict=True))
+        strikes = sum(child.take_in(felt, bears_candle, time) for child, felt in zip(self, touches, strict=True))
+        self.harm = max(child.move.harm for child in self)
+        return strikes
 
     def end(self) -> list[Booking]:
         """Ends their moves, and tells what came of each."""
+        self.harm = 0.0
         return [child.end() for child in self]
-
-    @property
-    def harm(self) -> float:
-        """The worst damage that any of them has taken in the present novice timestep."""
-        return max([child.move.harm for child in self._children])
 
     def _caregiver_cell(self, physics: Physics) -> int:
         """The caregiver cell that is nearest to the robot's base; NOTHING if there is no robot."""

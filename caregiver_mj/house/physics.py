@@ -78,6 +78,7 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         names = itertools.chain.from_iterable(map(child_joints, range(children)))
         positions, velocities = joint_views(model, raw, tuple(names))
         self._toddler_positions, self._toddler_velocities = positions.reshape(-1, 3), velocities.reshape(-1, 3)
+        self._toddlers = list(zip(self._toddler_positions, self._toddler_velocities, strict=True))
         self.touch_reader = TouchReader(model, raw, children)
         candles = sum(name.startswith("candle_") for name in joints)
         first = [model.joint(f"candle_{i}/joint").qposadr[0] for i in range(candles)]
@@ -88,6 +89,7 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
     def _embody(self, embodiment: Embodiment | None) -> None:
         self.embodiment = embodiment
         self._robot = None if embodiment is None else RobotBody(embodiment, *self._raw)
+        self._action_shape = (0 if embodiment is None else embodiment.layout.size,)
 
     @property
     def has_robot(self) -> bool:
@@ -153,21 +155,22 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         Raises:
             CaregiverError: The action has another shape, or a value that is not finite.
         """
-        action, count = np.asarray(action, float), self.embodiment.layout.size if self.has_robot else 0
-        if action.shape != (count,):
-            raise CaregiverError(f"an action has the shape {(count,)}, not {action.shape}")
+        action = np.asarray(action, float)
+        if action.shape != self._action_shape:
+            raise CaregiverError(f"an action has the shape {self._action_shape}, not {action.shape}")
         if not all(map(math.isfinite, action.tolist())):
             index = int(np.flatnonzero(~np.isfinite(action))[0])
             name = self.action_spec().name.split("\t")[index]
             raise CaregiverError(f"action[{index}] ({name}) is {action[index]}, not a finite number")
-        if self.has_robot:
+        if self._robot is not None:
             self._robot.set_action(action)
             self._robot.roll_wheels()
 
     def set_toddler(self, walk: ToddlerWalk, child: int = 0) -> None:
         """Moves a child, which is kinematic, to where its walk has got to."""
-        self._toddler_positions[child] = *walk.position, walk.yaw
-        self._toddler_velocities[child] = *walk.velocity, walk.yaw_rate
+        position, velocity = self._toddlers[child]
+        position[0], position[1], position[2] = *walk.position, walk.yaw
+        velocity[0], velocity[1], velocity[2] = *walk.velocity, walk.yaw_rate
 
     def set_robot(self, base: np.ndarray, arm: np.ndarray | None = None) -> None:
         """Puts the robot somewhere, its hand open: base pose (3,) and arm joints (joints,), tucked if not given."""
@@ -186,7 +189,7 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         warnings = self._warnings.tolist()
         for _ in range(nstep):
             mujoco.mj_step(model, data)
-            if any(reader.found.tolist()):
+            if reader.is_any():
                 self.touches += reader.read()
         # dm_control's check at every step would take 7 % of the closed loop's time, so it is only asked to report.
         if self._warnings.tolist() != warnings:

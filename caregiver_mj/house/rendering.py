@@ -175,7 +175,7 @@ def _glfw_context(max_width: int, max_height: int) -> base.ContextBase:
 
 
 # In order of preference. OSMesa is gone from Mesa 25.1 on; GLFW needs a display, so only the user can choose it.
-_BACKENDS = {"egl": EglContext, "osmesa": OSMesaContext}
+BACKENDS = {"egl": EglContext, "osmesa": OSMesaContext}
 
 
 def make_context(max_width: int, max_height: int) -> base.ContextBase:
@@ -192,9 +192,9 @@ def make_context(max_width: int, max_height: int) -> base.ContextBase:
     if wish in _OFF:
         raise RenderingError(f"cannot render: the environment variable {_MUJOCO_GL} is '{wish}', which forbids it")
     if not wish:
-        candidates = _BACKENDS
-    elif wish in _BACKENDS:
-        candidates = {wish: _BACKENDS[wish]}
+        candidates = BACKENDS
+    elif wish in BACKENDS:
+        candidates = {wish: BACKENDS[wish]}
     else:
         candidates = {wish: _glfw_context}  # MuJoCo knows no others
     failures = []

@@ -33,8 +33,10 @@ class RobotBody:
             joint_views(model, data, [f"robot/{joint}" for joint in joints])
             for joints in (names.base, names.arm, names.fingers, names.wheels)
         )
-        self._model = model
-        self._ctrl = [data.ctrl[part] for part in _parts(embodiment.actuators)]
+        self._model, self._ctrl = model, data.ctrl
+        self._source = np.empty(embodiment.actuators.size, int)  # of each actuator: which number of an action it gets
+        for actuators, part in zip(_parts(embodiment.actuators), _parts(embodiment.layout), strict=True):
+            self._source[actuators] = _indices(part)
 
     def action_spec(self) -> specs.BoundedArray:
         """Base velocities (m/s, rad/s), arm joint targets (rad) and gripper target (m), laid out as the robot's."""
@@ -53,8 +55,7 @@ class RobotBody:
 
     def set_action(self, action: np.ndarray) -> None:
         """Sets what the actuators shall do; both fingers get the gripper's value."""
-        for actuators, part in zip(self._ctrl, _parts(self.embodiment.layout), strict=True):
-            actuators[:] = action[part]
+        action.take(self._source, out=self._ctrl, mode="clip")  # without a mode it would take a copy first
 
     def place(self, base: np.ndarray, arm: np.ndarray | None = None) -> None:
         """Puts the robot somewhere, its hand open: base pose (3,) and arm joints (joints,), tucked if not given."""

@@ -50,27 +50,33 @@ class Perception:
         self._next_cell = plan.graph.moves[0]
         self._tables = layout.table_rectangles(plan)
         self._centres = {cell: tuple(plan.position(cell).tolist()) for cell in plan.caregiver_cells}
-        self._begun = 0
+        self._begun, self._all_clear = 0, False
         self._children: list[_Sighting] = []
 
     def reset(self, observation: dict[str, np.ndarray]) -> None:
         """Begins an episode with its first observation."""
-        self._begun = 0
+        self._begun, self._all_clear = 0, False
         self._children = []
-        for x, y, _ in _each(observation["toddler_position"]):
+        for x, y, _ in np.atleast_2d(observation["toddler_position"]).tolist():
             cell = self.free_cell((x, y))
             self._children.append(_Sighting((x, y), False, cell, (cell, NOTHING)))
 
     def look(self, observation: dict[str, np.ndarray], now: float) -> View:
         """The robot's view, from an observation at a time in seconds since the episode's start."""
-        poses, rates = _each(observation["toddler_position"]), _each(observation["toddler_velocity"])
+        poses, rates = observation["toddler_position"], observation["toddler_velocity"]
+        if poses.ndim == 1:  # the same as below, and quicker
+            (x, y, _), (vx, vy, _) = poses.tolist(), rates.tolist()
+            children: tuple[ChildView, ...] = (ChildView((x, y), (vx, vy)),)
+        else:
+            pairs = zip(poses.tolist(), rates.tolist(), strict=True)
+            children = tuple([ChildView((x, y), (vx, vy)) for (x, y, _), (vx, vy, _) in pairs])
         left, right = observation["finger_position"].tolist()
         return View(
             now=now,
             base=tuple(observation["base_position"].tolist()),
             fingers=left + right,
             arm=observation["arm_position"],
-            children=tuple([ChildView((x, y), (vx, vy)) for (x, y, _), (vx, vy, _) in zip(poses, rates, strict=True)]),
+            children=children,
             candles=observation.get("candle_position", _NO_CANDLES),
             candle_orientations=observation.get("candle_orientation", _NO_ORIENTATIONS),
         )
@@ -84,14 +90,17 @@ class Perception:
         """
         move = math.floor(clock + 1e-6)
         if move != self._begun:
-            self._begun = move
+            self._begun, self._all_clear = move, False
             for sighting, child in zip(self._children, view.children, strict=True):
                 sighting.origin, sighting.is_clear = child.position, False
+        if self._all_clear:
+            return False, False
         new = False
         for sighting, child in zip(self._children, view.children, strict=True):
             if not sighting.is_clear and self._make_out(sighting, child, late=clock - move >= _LATEST):
                 new = True
-        return new, new and all(sighting.is_clear for sighting in self._children)
+        self._all_clear = all(sighting.is_clear for sighting in self._children)
+        return new, new and self._all_clear
 
     def _make_out(self, sighting: _Sighting, child: ChildView, late: bool) -> bool:
         """Takes in where a child is heading, if that is clear by now."""
@@ -154,8 +163,3 @@ class Perception:
         if holding != NOTHING:
             tables[holding] = cells[holding] = NOTHING
         return tables, cells
-
-
-def _each(poses: np.ndarray) -> list[list[float]]:
-    """The poses of all children, which are in an observation without a dimension of their own if there is only one."""
-    return [poses.tolist()] if poses.ndim == 1 else poses.tolist()

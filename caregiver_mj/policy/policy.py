@@ -135,11 +135,15 @@ class CaregiverPolicy:
 
 
 def _caregiver(caregiver: str | Caregiver, task, seed: int) -> Caregiver:
+    made: Caregiver | None
     if not isinstance(caregiver, str):
-        return caregiver
-    made = InstructedCaregiver(task.plan) if task.goal_given else make_caregiver(caregiver, task.plan, seed)
+        made = caregiver
+    else:
+        made = InstructedCaregiver(task.plan) if task.goal_given else make_caregiver(caregiver, task.plan, seed)
     if made is None:
         raise CaregiverError(f"caregiver '{caregiver}' does not act, and so is no policy; leave the robot out instead")
+    if not made.in_house:
+        raise CaregiverError(f"{type(made).__name__} acts in the grid only: the robot cannot do all that it wants")
     return made
 
 

@@ -41,6 +41,8 @@ class RobotMotion(BaseMotion):
         super().__init__(robot.limits.base)
         self.robot = robot
         self._half_timestep = control_timestep / 2
+        self._first, self._last = robot.layout.base.start, robot.layout.gripper.start
+        self._top_speed = _TOP_SHARE * robot.limits.base_speed
 
     def reset(self, base: Sequence[float]) -> None:
         """Begins an episode at rest, with the arm tucked and the gripper open.
@@ -149,13 +151,13 @@ class RobotMotion(BaseMotion):
         if not self._watched:
             self.set_rate(0.0)
         self._watched = False
-        layout, action = self.robot.layout, self._action
-        action[layout.base] = self._base_action(base)
+        action, first = self._action, self._first
+        action[first], action[first + 1], action[first + 2] = self._base_action(base)
         posture = (self.reach_path, self._reach.at(self.now)[0])
         if posture != self._posture:
             self._posture = posture
-            action[layout.arm] = self.reach_path.joints(posture[1])
-        action[layout.gripper] = self._gripper.at(self.now)[0]
+            action[self.robot.layout.arm] = self.reach_path.joints(posture[1])
+        action[self._last] = self._gripper.at(self.now)[0]
         return action.copy()
 
     def _base_action(self, base: Sequence[float]) -> tuple[float, float, float]:
@@ -174,7 +176,7 @@ class RobotMotion(BaseMotion):
         if (push := math.hypot(back_x, back_y)) > most:
             back_x, back_y = back_x * most / push, back_y * most / push
         vx, vy = vx + servos.base_lag * ax + back_x, vy + servos.base_lag * ay + back_y
-        top = _TOP_SHARE * self.robot.limits.base_speed
+        top = self._top_speed
         if (speed := math.hypot(vx, vy)) > top:  # held up by something, it must not catch up at any speed
             vx, vy = vx * top / speed, vy * top / speed
         return vx, vy, yaw_rate + servos.yaw_lag * yaw_acceleration + servos.yaw_gain * (yaw - base[2])

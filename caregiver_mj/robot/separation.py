@@ -37,7 +37,10 @@ _SOON = 0.8  # seconds within which a child goes on as it walks now
 
 def gap(view: View, robot: Embodiment) -> float:
     """Metres between the robot's base and the nearest child."""
-    return min(_gap(view.base, robot, child) for child in view.children)
+    nearest = math.inf
+    for child in view.children:  # a plain loop: this is asked at every control timestep
+        nearest = min(nearest, _gap(view.base, robot, child))
+    return nearest
 
 
 def is_child_close(view: View, robot: Embodiment) -> bool:
@@ -89,7 +92,10 @@ def allowed_rate(view: View, robot: Embodiment, velocity: Vector) -> float:
     """
     if velocity[0] == 0.0 and velocity[1] == 0.0:
         return 1.0
-    return min(_allowed_rate(view.base, robot, child, velocity) for child in view.children)
+    rate = 1.0
+    for child in view.children:
+        rate = min(rate, _allowed_rate(view.base, robot, child, velocity))
+    return rate
 
 
 def _allowed_rate(base: Pose, robot: Embodiment, child: ChildView, velocity: Vector) -> float:

@@ -2,30 +2,44 @@
 
 from __future__ import annotations
 
-import enum
+import dataclasses
+from typing import ClassVar
 
 
-class Status(enum.Enum):
-    """What one step of a skill has come to."""
+@dataclasses.dataclass(frozen=True, eq=False)
+class Status:
+    """What one step of a skill has come to: one of the six constants, and nothing else.
 
-    RUNNING = enum.auto()  # and another skill may take over now
-    COMMITTED = enum.auto()  # running, and must not be interrupted now
-    DONE = enum.auto()
-    FAILED = enum.auto()
-    OUT_OF_REACH = enum.auto()  # failed, because there is no way to get at the thing
-    OVERTAKEN = enum.auto()  # the world has changed, and its aim with it
+    They are plain attributes and no enumeration, whose members Python 3.11 looks up so slowly that it showed in the
+    closed loop.
 
-    @property
-    def ended(self) -> bool:
-        """Whether there is nothing left to do."""
-        return self not in (Status.RUNNING, Status.COMMITTED)
+    Attributes:
+        name: That of the constant.
+        ended: Whether there is nothing left to do.
+        interruptible: Whether another skill may take over now.
+        failed: Whether it has ended without having achieved what it is for, although that is still to be done.
+    """
 
-    @property
-    def interruptible(self) -> bool:
-        """Whether another skill may take over now."""
-        return self is not Status.COMMITTED
+    name: str
+    ended: bool = True
+    interruptible: bool = True
+    failed: bool = False
 
-    @property
-    def failed(self) -> bool:
-        """Whether it has ended without having achieved what it is for, although that is still to be done."""
-        return self in (Status.FAILED, Status.OUT_OF_REACH)
+    RUNNING: ClassVar[Status]  # and another skill may take over now
+    COMMITTED: ClassVar[Status]  # running, and must not be interrupted now
+    DONE: ClassVar[Status]
+    FAILED: ClassVar[Status]
+    OUT_OF_REACH: ClassVar[Status]  # failed, because there is no way to get at the thing
+    OVERTAKEN: ClassVar[Status]  # the world has changed, and its aim with it
+
+    def __reduce__(self) -> tuple:
+        """Copies are the constant itself."""
+        return getattr, (Status, self.name)
+
+
+Status.RUNNING = Status("RUNNING", ended=False)
+Status.COMMITTED = Status("COMMITTED", ended=False, interruptible=False)
+Status.DONE = Status("DONE")
+Status.FAILED = Status("FAILED", failed=True)
+Status.OUT_OF_REACH = Status("OUT_OF_REACH", failed=True)
+Status.OVERTAKEN = Status("OVERTAKEN")

@@ -54,7 +54,10 @@ class View:
 
     def child_distance(self, place: Vector) -> float:
         """Metres from a place to the middle of the nearest child."""
-        return min(math.dist(child.position, place) for child in self.children)
+        nearest = math.inf
+        for child in self.children:  # a plain loop: this is asked at every control timestep
+            nearest = min(nearest, math.dist(child.position, place))
+        return nearest
 
     @property
     def candle_poses(self) -> np.ndarray:

@@ -14,6 +14,7 @@ from random_plans import plan_texts
 from caregiver_mj.caregivers import CAREGIVERS, Caregiver, Percept, make_caregiver
 from caregiver_mj.caregivers.baselines import GuardCaregiver, NearestCaregiver, RandomCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
+from caregiver_mj.caregivers.parts import CandlesCaregiver, StairsCaregiver
 from caregiver_mj.children.tape import pick
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.interventions.intervention import BLOCK, RELOCATE, STAND_ASIDE, Intervention
@@ -21,7 +22,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
 NORTH, EAST, SOUTH, WEST = range(4)
-BY_NAME = ("random", "nearest", "guard", "paper", "paper-max", "paper-alike", "paper-max-alike")
+BY_NAME = tuple(name for name in CAREGIVERS if name != "none")
 
 # A corridor of cells 0 to 4, the landing is cell 5. Tables: 0 bare, 1 with the candle, 2 bare. From cell i
 # the novice is i + 1 moves from the stairwell and from table 0, |i - 2| + 1 from table 1 and 5 - i from table 2.
@@ -203,7 +204,10 @@ def test_a_house_without_candles():
     for caregiver in all_caregivers(plan):
         caregiver.reset(2)
         decision = caregiver.choose(see([0, 1], candle_table=np.zeros((1, 0)), caregiver_cell=2))
-        assert ((decision >= 0) & (decision < 2)).all()
+        if isinstance(caregiver, CandlesCaregiver):
+            assert decision.tolist() == [NOTHING] * 2
+        else:
+            assert ((decision >= 0) & (decision < 2)).all()
 
 
 def test_a_house_without_stairwells():
@@ -212,7 +216,8 @@ def test_a_house_without_stairwells():
     for caregiver in all_caregivers(plan):
         caregiver.reset(2)
         decision = caregiver.choose(percept)
-        assert decision.tolist() == ([NOTHING] * 2 if isinstance(caregiver, GuardCaregiver) else [0, 0])
+        cannot = isinstance(caregiver, GuardCaregiver | StairsCaregiver)
+        assert decision.tolist() == ([NOTHING] * 2 if cannot else [0, 0])
 
 
 def test_a_house_without_hazards():
@@ -313,6 +318,25 @@ def test_every_caregiver_decides_for_each_world_alone_and_only_on_hazards(text, 
             if candles:
                 safe = caregiver.destination(one, np.zeros(1, int))[0]
                 assert safe not in percept.candle_table[i]
+
+
+# -- Passing over ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["paper", "nearest", "random"])
+def test_a_caregiver_passes_over_what_is_out_of_reach(name):
+    plan = FloorPlan.load("paper")
+    caregiver = make_caregiver(name, plan)
+    caregiver.reset(1, [3])
+    nothing, candles, cell = np.array([NOTHING]), np.array([plan.candle_tables]), np.array([[20]])
+    open_to_all = Percept(cell, cell, nothing[None], np.array([5]), candles, nothing)
+    first = int(caregiver.choose(open_to_all)[0])
+    out_of_reach = (np.arange(len(plan.hazards)) == first)[None]
+    second = int(caregiver.choose(dataclasses.replace(open_to_all, out_of_reach=out_of_reach))[0])
+    assert first != NOTHING
+    assert second not in (first, NOTHING)
+    nowhere = dataclasses.replace(open_to_all, out_of_reach=np.ones_like(out_of_reach))
+    assert caregiver.choose(nowhere)[0] == NOTHING
 
 
 # -- Several children ------------------------------------------------------------------------------
@@ -424,7 +448,7 @@ def test_a_candle_on_the_floor_is_as_near_as_its_cell(child_cell, moves):
 
 def test_caregivers_are_made_by_name():
     assert list(CAREGIVERS)[:5] == ["none", "random", "nearest", "guard", "paper"]
-    assert set(BY_NAME) == set(CAREGIVERS) - {"none"}
+    assert {"wanderer", "stairs", "candles", "childproof", "paper-still"} < set(BY_NAME)
     assert make_caregiver("none", CORRIDOR) is None
     for name in BY_NAME:
         caregiver = make_caregiver(name, CORRIDOR, 3)

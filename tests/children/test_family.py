@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from scripted_child import Scripted
 
 from caregiver_mj.children.adversary import Adversary
-from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.family import CHILDREN, ChildSpec, Family
 from caregiver_mj.children.novice import Expert, Novice
 from caregiver_mj.errors import CaregiverError
@@ -112,7 +111,8 @@ def test_children_of_other_packages(monkeypatch):
     entry = importlib.metadata.EntryPoint("sleepy", f"{__name__}:Sleepy", "caregiver_mj.children")
     points = importlib.metadata.EntryPoints([entry])
     monkeypatch.setattr(importlib.metadata, "entry_points", lambda group: points.select(group=group))
-    assert list(CHILDREN) == ["novice", "expert", "adversary", "sleepy"]
+    assert list(CHILDREN)[:3] == ["novice", "expert", "adversary"]
+    assert list(CHILDREN)[-1] == "sleepy"
     (made,) = Family.of("sleepy:0.5").make(PLAN)
-    assert isinstance(made, Sleepy | Behaviour)
+    assert isinstance(made, Sleepy)
     assert str(Family.of("sleepy:0.5")) == "sleepy:0.5"

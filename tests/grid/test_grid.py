@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_plans import plan_texts
 
-from caregiver_mj.caregivers import Caregiver, make_caregiver
+from caregiver_mj.caregivers import CAREGIVERS, Caregiver, make_caregiver
+from caregiver_mj.children.family import CHILDREN
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
 from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -360,11 +361,16 @@ def test_progress_is_reported_once_a_timestep(paper):
 # -- Invariants ----------------------------------------------------------------------------------
 
 
-@settings(max_examples=15, deadline=None)
-@given(plan_texts(), st.sampled_from(EPSILONS), st.sampled_from(["random", "nearest", "guard", "paper"]))
-def test_nothing_impossible_happens(text, epsilon, name):
+@settings(max_examples=40, deadline=None)
+@given(
+    plan_texts(),
+    st.sampled_from(sorted(CHILDREN)),
+    st.sampled_from(EPSILONS),
+    st.sampled_from(sorted(set(CAREGIVERS) - {"none"})),
+)
+def test_nothing_impossible_happens(text, child, epsilon, name):
     plan = FloorPlan.parse(text)
-    world = GridWorld(plan, epsilon, make_caregiver(name, plan))
+    world = GridWorld(plan, f"{child}:{epsilon}", make_caregiver(name, plan))
     world.reset(tapes(range(8)))
     between = plan.graph.distances_from(range(len(plan.caregiver_cells)))
     worlds = np.arange(8)

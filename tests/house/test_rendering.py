@@ -94,7 +94,7 @@ from caregiver_mj.house import rendering
 def fail(*size): raise OSError("libEGL.so.1: no such file")
 class Other:
     def __init__(self, *size): self.size = size
-rendering._BACKENDS.update(egl=fail, osmesa=Other)
+rendering.BACKENDS.update(egl=fail, osmesa=Other)
 print(rendering.make_context(64, 48).size)
 """
     assert run(code) == "(64, 48)"

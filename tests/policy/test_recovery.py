@@ -7,17 +7,12 @@ from scripted_child import STAY, Scripted
 
 import caregiver_mj
 from caregiver_mj.caregivers import Caregiver, Percept
-from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.recording.audit import check_limits
 from caregiver_mj.recording.telemetry import Recorder
 from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.robot.grips import upright_grip
-from caregiver_mj.robot.kinematics import arm_of
-from caregiver_mj.robot.planning_scene import PlanningScene
-from caregiver_mj.robot.reach import retrieval_path
 
 ROOM = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.......#\n#########", "room")
 TABLE_TOP, FLOOR = 0.60, 0.0  # metres
@@ -267,25 +262,6 @@ def test_fallen_candle_comes_to_rest(scene, monkeypatch):
     joint = scene.physics.model.ptr.joint("candle_0/joint")
     assert not scene.task.is_standing(scene.physics, 0)
     assert np.abs(scene.physics.data.qvel[joint.dofadr[0] :][:6]).max() < 1e-3
-
-
-@pytest.mark.parametrize(
-    ("gap", "lift", "free", "free_with_candle"),
-    [(0.30, 0.0, True, True), (0.20, 0.0, True, False), (0.20, 0.25, True, True), (0.09, 0.0, False, False)],
-)
-def test_planning_scene_knows_what_the_robot_and_the_candle_in_its_hand_would_touch(gap, lift, free, free_with_candle):
-    """The robot looks east, at a candle before a wall, its foot towards that. In turning it up the foot swings out."""
-    plan = FloorPlan.parse("########\n#B.....#\n#......#\n#......#\n#......#\n#C....T#\n########", "hall")
-    x, y = plan.position((3, 7))[0] - 0.125 - gap, plan.position((3, 4))[1]
-    arm = arm_of(find_embodiment())
-    grip = upright_grip(np.array([-1.0, 0.0, 0.0]), arm.embodiment.postures.hand_pitch)
-    path = retrieval_path(arm, np.array([0.5, 0.0, 0.028]), grip, lift)
-    way = [path.joints(s) for s in np.linspace(path.goal, 0.0, 49)]
-    quarter = np.sqrt(0.5)
-    candle = np.array([[x + 0.1, y, CANDLE_RADIUS, quarter, 0.0, -quarter, 0.0]])  # its top 0.16 m to the west
-    scene = PlanningScene(build_house(plan), plan, find_embodiment())
-    assert scene.is_free((x - 0.5, y, 0.0), way, candle, 0) == free
-    assert scene.is_free((x - 0.5, y, 0.0), way, candle, 0, held=True) == free_with_candle
 
 
 # -- Changes of plan ---------------------------------------------------------------------------------

@@ -8,6 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_plans import plan_texts
+from robot_plans import CORRIDOR, HOUSE, centre
+from walks import distances
 
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -18,28 +20,11 @@ ROBOT = find_embodiment()
 BASE_RADIUS, CHILD_RADIUS = 0.27, 0.12  # metres
 CLEARANCE = 0.05  # metres from the base to all else on a path; the plan is for 0.07, on a raster of 0.025
 CHILD_CLEARANCE = 0.20 - 0.02
+TOUCHING = BASE_RADIUS + CHILD_RADIUS
 STEP = 0.01  # metres between the points that are checked
 
-#: Four rooms round a cross of walls, with a doorway each; the two stairwells lie beside the shortest ways.
-HOUSE = FloorPlan.parse(
-    """
-    #########
-    #B..#...#
-    #.......#
-    #...#..S#
-    ##.###.##
-    #...#...#
-    #.......#
-    #S..#.CT#
-    #########
-    """.replace(" ", ""),
-    "four_rooms",
-)
-#: A corridor: whoever stands in it leaves no way.
-CORRIDOR = FloorPlan.parse("########\n#B....T#\n####.###\n####S###\n########", "corridor")
 #: The landing lies in the corner of the way from the bin to the table.
 BEND = FloorPlan.parse("######\n#B...#\n#..S.#\n#....#\n##.T##\n######", "bend")
-
 #: A bin beside the landing.
 BESIDE_STAIRS = FloorPlan.parse("########\n#......#\n#....BS#\n#.T....#\n########", "beside_stairs")
 
@@ -59,10 +44,6 @@ def distances_to_obstacles(plan: FloorPlan, points: np.ndarray) -> np.ndarray:
 
 def cells_of(plan: FloorPlan, points: np.ndarray) -> set[tuple[int, int]]:
     return {plan.cell_at(point) for point in points}
-
-
-def centre(plan: FloorPlan, cell: tuple[int, int]) -> tuple[float, float]:
-    return tuple(plan.position(cell).tolist())
 
 
 def path_between(navigator: Navigator, start, goal, children=(), closed=()):
@@ -94,7 +75,7 @@ def test_paths_end_where_asked_and_keep_clear_of_everything(journey, jitter):
     start, goal = (x + jitter[0], y + jitter[1]), centre(plan, goal_cell)
     path = Navigator(plan, ROBOT).path(start, goal, goal_cell)
     if path is None:  # only if landings are in the way
-        assert not reachable(plan, start_cell, goal_cell, plan.stairwells)
+        assert goal_cell not in distances(set(plan.free_cells), start_cell)
         return
     assert path[0] == start
     assert path[-1] == goal
@@ -106,36 +87,6 @@ def test_paths_end_where_asked_and_keep_clear_of_everything(journey, jitter):
 def test_paths_from_and_to_a_landing_keep_clear_of_what_is_beside_it(start, goal):
     path = path_between(Navigator(BESIDE_STAIRS, ROBOT), start, goal)
     assert distances_to_obstacles(BESIDE_STAIRS, points_along(path)).min() > BASE_RADIUS + CLEARANCE
-
-
-@settings(max_examples=40, deadline=None)
-@given(journey=journeys(), data=st.data())
-def test_routes_avoid_closed_cells_and_landings(journey, data):
-    plan, start, goal = journey
-    closed = set(data.draw(st.lists(st.sampled_from(plan.caregiver_cells), max_size=6))) - {start}
-    route = Navigator(plan, ROBOT).route(start, goal, closed)
-    forbidden = (closed | set(plan.stairwells)) - {start, goal} | (closed & {goal})
-    assert (route is not None) == reachable(plan, start, goal, forbidden)
-    if route is None:
-        return
-    assert (route[0], route[-1]) == (start, goal)
-    assert all(abs(a[0] - b[0]) + abs(a[1] - b[1]) == 1 for a, b in itertools.pairwise(route))
-    assert not forbidden & set(route)
-    assert set(route) <= set(plan.caregiver_cells)
-    assert len(route) == len(set(route))
-
-
-def reachable(plan: FloorPlan, start, goal, forbidden) -> bool:
-    """Whether one can walk from cell to cell; a flood fill of this test's own."""
-    seen, front = {start}, [start]
-    while front:
-        row, column = front.pop()
-        for cell in ((row - 1, column), (row + 1, column), (row, column - 1), (row, column + 1)):
-            allowed = plan[cell] in ".S" and cell not in forbidden
-            if allowed and cell not in seen:
-                seen.add(cell)
-                front.append(cell)
-    return goal in seen
 
 
 @pytest.mark.parametrize("goal", [(3, 2), (3, 4)])
@@ -166,18 +117,31 @@ def test_paths_give_the_child_a_wide_berth(journey, data):
     assert distance.min() > BASE_RADIUS + CHILD_RADIUS + CHILD_CLEARANCE
 
 
+@settings(max_examples=40, deadline=None)
+@given(journey=journeys(), data=st.data())
+def test_paths_give_every_child_a_wide_berth(journey, data):
+    plan, start, goal = journey
+    others = [cell for cell in plan.free_cells if cell not in (start, goal)]
+    if not others:
+        return
+    cells = data.draw(st.lists(st.sampled_from(others), min_size=2, max_size=4, unique=len(others) > 1))
+    children = [centre(plan, cell) for cell in cells]
+    navigator = Navigator(plan, ROBOT)
+    path = path_between(navigator, start, goal, children, set(cells))
+    assert path == path_between(navigator, start, goal, children[::-1], set(cells))
+    if path is None:
+        return
+    points = points_along(path)
+    assert not set(cells) & cells_of(plan, points)
+    for child in children:
+        assert np.hypot(*(points - child).T).min() > BASE_RADIUS + CHILD_RADIUS + CHILD_CLEARANCE
+
+
 def test_there_is_no_path_through_a_child_in_a_corridor():
     navigator = Navigator(CORRIDOR, ROBOT)
     assert path_between(navigator, (1, 2), (1, 5)) is not None
     assert path_between(navigator, (1, 2), (1, 5), [centre(CORRIDOR, (1, 3))], {(1, 3)}) is None
     assert path_between(navigator, (1, 2), (1, 5), closed={(1, 5)}) is None
-
-
-def test_a_landing_is_no_thoroughfare_but_can_be_a_goal_and_a_start():
-    navigator = Navigator(FloorPlan.parse("#######\n#BT.S.#\n#.....#\n#######"), ROBOT)
-    assert navigator.route((1, 3), (1, 5)) == [(1, 3), (2, 3), (2, 4), (2, 5), (1, 5)]
-    assert navigator.route((1, 3), (1, 4)) == [(1, 3), (1, 4)]
-    assert navigator.route((1, 4), (1, 5)) == [(1, 4), (1, 5)]
 
 
 def test_straight_ways_have_no_corners():
@@ -216,49 +180,40 @@ def test_a_straight_line_through_a_wall_or_past_the_child_is_not_clear():
     assert navigator.visible(a, b, [centre(HOUSE, (6, 6))])
 
 
-def test_there_is_room_in_the_middle_of_cells_but_not_in_walls_or_furniture():
+# -- Children close by -------------------------------------------------------------------------------
+
+WEDGED = FloorPlan.parse("#######\n#.....#\n#..TB.#\n#.....#\n#######", "wedged")
+
+
+def test_a_way_out_is_found_between_child_and_table():
+    navigator = Navigator(WEDGED, ROBOT)
+    x, y = WEDGED.position((2, 2))
+    start = (x + 0.06, y)
+    child = (start[0] - TOUCHING, y)
+    goal = centre(WEDGED, (1, 3))
+    # The cell's centre, by which all ways lead round the table, is nearer to the child than the base is now.
+    path = navigator.path(start, goal, (1, 3), [child], {(2, 2)})
+    assert path is not None
+    assert path[0] == start
+    assert path[-1] == goal
+    distances = [
+        math.dist(np.array(a) + share * (np.array(b) - a), child)
+        for a, b in itertools.pairwise(path)
+        for share in np.linspace(0, 1, 20)
+    ]
+    assert min(distances) >= TOUCHING - 1e-6
+    assert distances[19] > TOUCHING + 0.05
+
+
+def test_between_two_children_the_way_out_leads_away_from_both():
     navigator = Navigator(HOUSE, ROBOT)
-    free = np.array([centre(HOUSE, cell) for cell in HOUSE.free_cells])
-    assert navigator.clearance.has_room(free)
-    assert navigator.clearance.has_room(free[:0])
-    for cell in ((1, 4), (7, 6), (1, 1)):  # wall, table, bin: a point between two with room
-        assert not navigator.clearance.has_room(np.array([free[5], centre(HOUSE, cell), free[6]]))
-
-
-@pytest.mark.parametrize("cell", HOUSE.caregiver_cells)
-def test_nearest_cell_is_the_one_it_stands_on(cell):
-    navigator = Navigator(HOUSE, ROBOT)
-    x, y = centre(HOUSE, cell)
-    assert navigator.nearest_cell((x + 0.3, y - 0.3)) == cell
-
-
-def test_nearest_cell_of_a_place_to_stand_nowhere_is_beside_it():
-    navigator = Navigator(HOUSE, ROBOT)
-    x, y = centre(HOUSE, (7, 6))  # the table with the candle
-    assert navigator.nearest_cell((x, y + 0.2)) == (6, 6)
-    assert navigator.nearest_cell((x - 0.2, y)) == (7, 5)
-
-
-def test_the_hand_meets_walls_but_passes_over_tables():
-    navigator = Navigator(HOUSE, ROBOT)
-    assert navigator.clearance.hand_clear(centre(HOUSE, (7, 5)), centre(HOUSE, (7, 7)))
-    assert not navigator.clearance.hand_clear(centre(HOUSE, (7, 3)), centre(HOUSE, (7, 5)))
-
-
-def test_where_the_base_can_stand_and_turn():
-    """A corridor of one cell: its walls are 0.25 m thick, so their faces are 0.75 - 0.125 m from its middle."""
-    navigator = Navigator(CORRIDOR, ROBOT)
-    x, y = CORRIDOR.position((1, 3))
-    assert navigator.clearance.can_stand((x, y))
-    assert navigator.clearance.can_turn((x, y))
-    # 0.27 m of base and 0.05 m of clearance at least, 0.52 m to turn with a candle; the raster is 0.025 m wide.
-    assert navigator.clearance.can_stand((x, y + 0.27))
-    assert not navigator.clearance.can_stand((x, y + 0.36))
-    assert navigator.clearance.can_turn((x, y + 0.07))
-    assert not navigator.clearance.can_turn((x, y + 0.14))
-
-
-@pytest.mark.parametrize("away", [(0.0, 1.2), (0.0, 2.5), (-3.0, 0.0), (9.0, 0.0), (50.0, -50.0)])
-def test_the_base_cannot_stand_outside_of_the_house(away):
-    x, y = CORRIDOR.position((1, 3))
-    assert not Navigator(CORRIDOR, ROBOT).clearance.can_stand((x + away[0], y + away[1]))
+    x, y = centre(HOUSE, (2, 2))
+    east, west = (x + TOUCHING, y), (x - TOUCHING, y)
+    past_one = navigator.ways_out((x, y), [west], ())
+    assert max(place[0] for place in past_one) > x + 0.3  # to the other side
+    past_both = navigator.ways_out((x, y), [west, east], ())
+    assert past_both  # to the north and to the south
+    for place in past_both:
+        assert abs(place[0] - x) < 0.2
+        assert abs(place[1] - y) > 0.3
+    assert navigator.ways_out((x, y), [], ()) == []

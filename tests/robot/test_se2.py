@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from caregiver_mj.robot import se2
@@ -25,17 +25,20 @@ def test_a_point_ahead_and_to_the_left_of_one_who_looks_north():
     assert se2.to_local(SOUTH_EAST_LOOKING_NORTH, (2.5, 1.0)) == pytest.approx((2.0, 0.5))
 
 
+@settings(deadline=None)
 @given(pose=poses, point=points)
 def test_there_and_back_leads_to_the_same_point(pose, point):
     assert se2.to_local(pose, se2.to_world(pose, point)) == pytest.approx(point, abs=1e-9)
 
 
+@settings(deadline=None)
 @given(pose=poses, one=points, other=points)
 def test_distances_are_the_same_in_every_frame(pose, one, other):
     there = [se2.to_world(pose, point) for point in (one, other)]
     assert math.dist(*there) == pytest.approx(math.dist(one, other), abs=1e-9)
 
 
+@settings(deadline=None)
 @given(yaw=angles, vector=points)
 def test_a_turn_changes_the_direction_only(yaw, vector):
     turned = se2.rotate(yaw, vector)

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from rich.console import Console
+from printed import printed
 
 from caregiver_mj.recording.audit import NearChild
 from caregiver_mj.studies.houses import HOUSES
@@ -20,12 +20,6 @@ def episode(seed, **others):
     return Episode(**values | others)
 
 
-def printed(episodes):
-    console = Console(width=120, record=True, file=open("/dev/null", "w"))  # noqa: SIM115
-    report(console, episodes)
-    return console.export_text()
-
-
 def test_every_house_meets_every_child():
     jobs = [Job.of_seed(seed) for seed in range(18)]
     assert len({(job.house, job.epsilon, job.adversarial) for job in jobs}) == 18
@@ -36,7 +30,7 @@ def test_every_house_meets_every_child():
 
 
 def test_houses_and_children_have_rows_of_their_own():
-    text = printed([episode(0), episode(1, adversarial=True, blocked=100), episode(2, house="apartment")])
+    text = printed(report, [episode(0), episode(1, adversarial=True, blocked=100), episode(2, house="apartment")])
     rows = [line.split()[:3] for line in text.splitlines()[4:]]
     assert rows == [
         ["paper", "novice", "1"],
@@ -50,7 +44,7 @@ def test_houses_and_children_have_rows_of_their_own():
 
 def test_a_contact_that_lasts_is_told_once():
     struck = episode(7, strikes=2, strike_times=(1.0, 1.005, 1.4, 3.0, 3.005))
-    assert "paper, seed 7, epsilon 0.5: 2 strikes, contacts too fast at 1.00, 3.00 s" in printed([struck])
+    assert "paper, seed 7, epsilon 0.5: 2 strikes, contacts too fast at 1.00, 3.00 s" in printed(report, [struck])
 
 
 def test_command(tmp_path, capsys):

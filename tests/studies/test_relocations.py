@@ -7,7 +7,7 @@ import math
 import dm_env
 import numpy as np
 import pytest
-from rich.console import Console
+from printed import printed
 
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.studies.houses import HOUSES, load_house
@@ -138,14 +138,8 @@ def relocation(seed, **others):
     return Relocation(**values | others)
 
 
-def printed(relocations):
-    console = Console(width=120, record=True, file=open("/dev/null", "w"))  # noqa: SIM115
-    report(console, relocations)
-    return console.export_text()
-
-
 def test_report_of_good_ones():
-    text = printed([relocation(0), relocation(1, house="apartment", lifting=0.6)])
+    text = printed(report, [relocation(0), relocation(1, house="apartment", lifting=0.6)])
     rows = {line[:30].strip(): line[30:].split() for line in text.splitlines()}
     assert rows["done"] == ["1/1", "1/1", "2/2", "all", "200/200"]
     assert rows["arrived to lifted, s: worst"][:3] == ["0.40", "0.60", "0.60"]
@@ -154,7 +148,7 @@ def test_report_of_good_ones():
 
 def test_report_names_what_went_wrong():
     bad = relocation(5, failure="candle lost", drops=1, lifting=math.nan, touches=(("robot/hand", "wall"),))
-    text = printed([relocation(2, clearing=1.7), bad])
+    text = printed(report, [relocation(2, clearing=1.7), bad])
     assert "paper, seed 2: clearing took 1.70 s" in text
     assert "touched in 1: robot/hand and wall (paper 5)" in text
     assert "paper, seed 5: candle lost\n" in text

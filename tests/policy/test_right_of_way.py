@@ -1,7 +1,5 @@
 """Robot and child in each other's way, judged by positions and contacts in the physics."""
 
-import dataclasses
-import itertools
 import math
 from collections.abc import Callable
 
@@ -10,20 +8,12 @@ import pytest
 from scripted_child import NORTH, STAY, Scripted
 
 import caregiver_mj
-from caregiver_mj.caregivers import Caregiver, Percept, make_caregiver
+from caregiver_mj.caregivers import Caregiver
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from caregiver_mj.robot.driver import Driver
-from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.robot.motion import RobotMotion
-from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.patience import TIME_OUT
-from caregiver_mj.robot.separation import allowed_rate
-from caregiver_mj.robot.view import ChildView, View
 
-ROBOT = find_embodiment()
-STRIKE_SPEED = 0.05  # m/s
 TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
 GIVES_UP = 10.0  # seconds
 
@@ -109,20 +99,6 @@ def place(env, child: Cell, robot: Cell | None) -> None:
 # -- Getting free ------------------------------------------------------------------------------------
 
 
-def view(base=(0.0, 0.0, 0.0), child=(9.0, 0.0), now=0.0) -> View:
-    children = (ChildView(child, (0.0, 0.0)),)
-    return View(now, base, 0.07, np.zeros(7), children, np.zeros((0, 3)), np.zeros((0, 4)))
-
-
-@pytest.mark.parametrize("speed", [0.02, 0.2, 1.3])
-def test_a_base_that_is_touched_leaves_freely_slides_slowly_and_never_comes_closer(speed):
-    touched = view(child=(TOUCHING, 0.0))
-    assert allowed_rate(touched, ROBOT, (-speed, 0.0)) == 1.0
-    assert 0.0 < speed * allowed_rate(touched, ROBOT, (0.0, speed)) < STRIKE_SPEED
-    for towards in (1.0, 0.5):
-        assert allowed_rate(touched, ROBOT, (towards * speed, math.sqrt(1 - towards**2) * speed)) == 0.0
-
-
 @pytest.mark.parametrize("gap", [0.0, 0.03, 0.07])
 def test_robot_and_child_that_run_into_each_other_get_free(gap, monkeypatch):
     """The child wants into the cell in which the robot stands; the robot's way leads past it."""
@@ -156,39 +132,6 @@ def test_robot_and_child_part_in_an_episode_that_once_stood_still():
     assert outcome["strikes"] == 0
 
 
-def test_a_way_out_is_found_between_child_and_table():
-    plan = FloorPlan.parse("#######\n#.....#\n#..TB.#\n#.....#\n#######", "wedged")
-    navigator = Navigator(plan, ROBOT)
-    x, y = plan.position((2, 2))
-    start = (x + 0.06, y)
-    child = (start[0] - TOUCHING, y)
-    goal = tuple(plan.position((1, 3)).tolist())
-    # The cell's centre, by which all ways lead round the table, is nearer to the child than the base is now.
-    path = navigator.path(start, goal, (1, 3), [child], {(2, 2)})
-    assert path is not None
-    assert path[0] == start
-    assert path[-1] == goal
-    distances = [
-        math.dist(np.array(a) + share * (np.array(b) - a), child)
-        for a, b in itertools.pairwise(path)
-        for share in np.linspace(0, 1, 20)
-    ]
-    assert min(distances) >= TOUCHING - 1e-6
-    assert distances[19] > TOUCHING + 0.05
-
-
-@pytest.mark.parametrize(("distance", "turns"), [(0.6, False), (0.75, True)])
-def test_the_hand_is_not_swung_round_beside_the_child(distance, turns):
-    driver, robot = Driver(Navigator(OPEN, ROBOT)), RobotMotion(ROBOT, 0.02)
-    x, y = OPEN.position((2, 4)).tolist()
-    robot.reset((x, y, 0.0))
-    for _ in range(100):
-        driver.drive(view((x, y, robot.yaw), (x + distance, y), robot.now), robot, (x, y), (2, 4), 1.0)
-        robot.action((x, y, robot.yaw))
-        robot.now += 0.02
-    assert robot.yaw == pytest.approx(1.0 if turns else 0.0)
-
-
 # -- Yielding ----------------------------------------------------------------------------------------
 
 
@@ -211,25 +154,6 @@ def test_child_gets_through_when_nothing_calls_for_the_robot(plan, child, robot)
     assert outcome["toys_reached"] >= alone.task.outcome()["toys_reached"] - 1
     assert outcome["moves_blocked"] <= 2
     assert outcome["strikes"] == 0
-
-
-# -- Passing over ------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", ["paper", "nearest", "random"])
-def test_a_caregiver_passes_over_what_is_out_of_reach(name):
-    plan = FloorPlan.load("paper")
-    caregiver = make_caregiver(name, plan)
-    caregiver.reset(1, [3])
-    nothing, candles, cell = np.array([NOTHING]), np.array([plan.candle_tables]), np.array([[20]])
-    open_to_all = Percept(cell, cell, nothing[None], np.array([5]), candles, nothing)
-    first = int(caregiver.choose(open_to_all)[0])
-    out_of_reach = (np.arange(len(plan.hazards)) == first)[None]
-    second = int(caregiver.choose(dataclasses.replace(open_to_all, out_of_reach=out_of_reach))[0])
-    assert first != NOTHING
-    assert second not in (first, NOTHING)
-    nowhere = dataclasses.replace(open_to_all, out_of_reach=np.ones_like(out_of_reach))
-    assert caregiver.choose(nowhere)[0] == NOTHING
 
 
 # -- Giving up ---------------------------------------------------------------------------------------

@@ -1,0 +1,92 @@
+"""The toddler: a child that walks as toddlers have been measured to, in short bouts with stops between them.
+
+What is taken from measurements at free play, all of which could be read in the sources' abstracts or introductions:
+
+- Half of the walking bouts of 13-month-olds and 41 % of those of 19-month-olds have three steps or fewer. The
+  probability to go on is otherwise independent of how long the bout has been; only 13-month-olds stop more often in its
+  first three steps. Most bouts end in the middle of the floor, at no recognisable goal. (Cole, Robinson and Adolph
+  2016, "Bouts of steps: The organization of infant exploration", Developmental Psychobiology 58.)
+- 12- to 19-month-olds make 2,368 steps an hour (Adolph et al. 2012, "How do you learn to walk? Thousands of steps and
+  dozens of falls per day", Psychological Science 23) and travel 7.7 American football fields (as Hoch, O'Grady and
+  Adolph 2018, "It's the journey, not the destination", Developmental Science, have it from there).
+- Many steps are made in place; to a destination they lead straight (Hoch, Rachwani and Adolph 2019, "Where infants
+  go", Child Development 91); most other bouts are curved, with steps in all directions ("The cost of simplifying
+  complex developmental phenomena: a new perspective on learning to walk", PMC5911424).
+
+What could not be read, for the full texts were out of reach, and is a choice: that a longer bout of a 13-month-old goes
+on as one of a 19-month-old does, that pauses are geometric, and that a bout without a goal turns at random.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from caregiver_mj.children.behaviour import Sight
+from caregiver_mj.children.novice import Novice
+from caregiver_mj.children.tape import pick
+from caregiver_mj.children.walk import WALKING_SPEED
+from caregiver_mj.plans.cell_graph import ACTIONS
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
+
+SHORT_BOUT = 3  # steps
+SHARE_OF_SHORT_BOUTS = 0.5  # of all bouts, at 13 months
+SHARE_OF_SHORT_BOUTS_AT_19_MONTHS = 0.41
+STEPS_AN_HOUR = 2368.0
+METRES_AN_HOUR = 7.7 * 91.44  # a football field has 100 yards
+
+STEP_LENGTH = METRES_AN_HOUR / STEPS_AN_HOUR  # 0.297 m
+SHARE_OF_TIME_WALKING = METRES_AN_HOUR / 3600.0 / WALKING_SPEED  # 0.44, at the paper's speed of 1.6 km/h
+
+# Probability to stop after a step: one of the first three, and a later one.
+STOP_EARLY = 1.0 - (1.0 - SHARE_OF_SHORT_BOUTS) ** (1.0 / SHORT_BOUT)  # 0.21
+STOP_LATER = 1.0 - (1.0 - SHARE_OF_SHORT_BOUTS_AT_19_MONTHS) ** (1.0 / SHORT_BOUT)  # 0.16
+
+
+class Toddler(Novice):
+    """Walks in bouts and stops between them.
+
+    A bout leads through as many cells as its steps are long, on average: a cell of 0.75 m takes two and a half of them,
+    and one bout in six stays within its cell. With probability epsilon a bout has no goal, and its moves are random;
+    else they lead on a shortest path to the bin. Most bouts of a toddler have none: its epsilon is above 0.5.
+    """
+
+    def __init__(self, plan: FloorPlan, epsilon: float):
+        super().__init__(plan, epsilon)
+        self._moves_a_step = STEP_LENGTH / plan.cell_size
+        moves = mean_bout() * self._moves_a_step
+        pause = moves * (1.0 / SHARE_OF_TIME_WALKING - 1.0)  # timesteps, on average
+        self._setting_out = min(1.0, 1.0 / pause)
+        self.reset(1)
+
+    def reset(self, batch: int) -> None:
+        self._moves_left = np.zeros(batch, int)
+        self._has_goal = np.zeros(batch, bool)
+
+    def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
+        rests = self._moves_left == 0
+        count, actions = self.ways(sight)
+        greedy = actions[np.arange(len(count)), pick(draws[:, 1], count)]
+        action = np.where(self._has_goal, greedy, pick(draws[:, 1], len(ACTIONS)))
+        # A child that rests reaches no bin, so all three draws are free to say how it goes on in the next timestep.
+        sets_out = rests & (draws[:, 0] < self._setting_out)
+        rounding = draws[:, 0] / self._setting_out  # uniform in [0, 1) if it sets out
+        moves = np.floor(bout_steps(draws[:, 1]) * self._moves_a_step + rounding).astype(int)
+        self._has_goal = np.where(sets_out, draws[:, 2] >= self.epsilon, self._has_goal)
+        self._moves_left = np.where(sets_out, moves, np.maximum(self._moves_left - 1, 0))
+        return np.where(rests, NOTHING, action)
+
+
+def bout_steps(draw: np.ndarray) -> np.ndarray:
+    """How many steps bouts have, from uniform draws in [0, 1), of any shape."""
+    longer = 1.0 - draw  # share of bouts that are at least as long
+    early = np.ceil(np.log(longer) / np.log(1.0 - STOP_EARLY))
+    later = np.ceil(np.log(longer / (1.0 - SHARE_OF_SHORT_BOUTS)) / np.log(1.0 - STOP_LATER))
+    steps = np.where(longer > 1.0 - SHARE_OF_SHORT_BOUTS, early, SHORT_BOUT + later)
+    return np.maximum(steps, 1.0).astype(int)
+
+
+def mean_bout() -> float:
+    """How many steps a bout has on average: the sum, over all n, of the share of bouts with more than n steps."""
+    at_first = sum((1.0 - STOP_EARLY) ** step for step in range(SHORT_BOUT))
+    return at_first + (1.0 - SHARE_OF_SHORT_BOUTS) / STOP_LATER

@@ -1,0 +1,224 @@
+"""Caregivers to compare with: what they choose in a corridor, by hand, and how they begin an episode."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from random_plans import plan_texts
+
+from caregiver_mj.caregivers import CAREGIVERS, Percept, make_caregiver
+from caregiver_mj.caregivers.baselines import NearestCaregiver
+from caregiver_mj.caregivers.childproof import ChildproofCaregiver, table_exposure
+from caregiver_mj.caregivers.parts import CandlesCaregiver, PaperStillCaregiver, StairsCaregiver
+from caregiver_mj.caregivers.start import starting_tables
+from caregiver_mj.caregivers.wanderer import WandererCaregiver
+from caregiver_mj.children.tape import Tape
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.grid.world import GridWorld
+from caregiver_mj.interventions.intervention import DO_NOTHING, STAND_ASIDE, Intervention
+from caregiver_mj.plans.cell_graph import Target
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
+
+# A corridor of cells 0 to 4, the landing is cell 5. Tables: 0 bare, 1 with the candle, 2 bare.
+CORRIDOR = FloorPlan.parse("#########\n#S.....B#\n##T#C#T##\n#########")
+STAIRWELL, CANDLE = 0, 1
+LANDING = 5
+
+
+def see(child_cell, candle_table=1, caregiver_cell=4, holding=NOTHING, batch=1):
+    """A percept of worlds with one child each, all alike."""
+    return Percept(
+        np.full((batch, 1), child_cell),
+        np.full((batch, 1), child_cell),
+        np.full((batch, 1), NOTHING),
+        np.full(batch, caregiver_cell),
+        np.full((batch, 1), candle_table),
+        np.full(batch, holding),
+    )
+
+
+# -- Parts of the rule ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("cell", range(5))
+def test_stairs_and_candles_see_to_nothing_else(cell):
+    """The rule itself takes the stairwell from cells 0 and 1, the candle from the others."""
+    assert StairsCaregiver(CORRIDOR).choose(see(cell)).tolist() == [STAIRWELL]
+    assert CandlesCaregiver(CORRIDOR).choose(see(cell)).tolist() == [CANDLE]
+    assert CandlesCaregiver(CORRIDOR).choose(see(cell, NOTHING, holding=0)).tolist() == [NOTHING]
+
+
+def test_the_caregiver_that_keeps_still_decides_as_the_rule_does_but_has_nothing_to_do_otherwise():
+    for cell in range(5):
+        still, rule = PaperStillCaregiver(CORRIDOR), make_caregiver("paper", CORRIDOR)
+        assert list(still.decide(see(cell))) == list(rule.decide(see(cell)))
+    without_stairs = FloorPlan.parse("#########\n#......B#\n##T#C#T##\n#########")
+    for name, verb in (("paper-still", DO_NOTHING), ("paper", STAND_ASIDE)):
+        caregiver = make_caregiver(name, without_stairs)
+        assert list(caregiver.decide(see(0, 2))) == [Intervention(verb)]
+        assert caregiver.yields == (verb == STAND_ASIDE)
+
+
+# -- The wanderer --------------------------------------------------------------------------------
+
+
+def wandering(hazard):
+    """A wanderer that has just drawn a hazard, and its first percept; the child is in cell 2, nearest to the candle."""
+    for seed in range(50):
+        wanderer = WandererCaregiver(CORRIDOR)
+        wanderer.reset(1, [seed])
+        if wanderer.choose(see(2)).tolist() == [hazard]:
+            return wanderer
+    raise AssertionError("it never draws it")
+
+
+@pytest.mark.parametrize("hazard", [STAIRWELL, CANDLE])
+def test_the_wanderer_keeps_to_what_it_has_drawn(hazard):
+    wanderer = wandering(hazard)
+    for caregiver_cell in (3, 2, 1, 0, 1, 2, 3, 4) * 5:
+        wanderer.watch(see(2))
+        assert wanderer.choose(see(2, caregiver_cell=caregiver_cell)).tolist() == [hazard]
+
+
+def choices_after(wanderer, percept, timesteps=60):
+    """What it chooses over some timesteps in which it goes on seeing the same."""
+    found = []
+    for _ in range(timesteps):
+        wanderer.watch(percept)
+        found += wanderer.choose(percept).tolist()
+    return found
+
+
+def test_the_wanderer_draws_again_once_it_stands_in_the_stairwell():
+    choices = choices_after(wandering(STAIRWELL), see(2, caregiver_cell=LANDING))
+    # On the landing every stairwell drawn is done with at once; a candle is kept.
+    first = choices.index(CANDLE)
+    assert set(choices[:first]) <= {STAIRWELL}
+    assert set(choices[first:]) == {CANDLE}
+
+
+def test_the_wanderer_finishes_with_a_candle_when_it_stands_on_another_table():
+    wanderer = wandering(CANDLE)
+    carried = see(2, NOTHING, holding=0)
+    assert set(choices_after(wanderer, carried)) == {CANDLE}
+    # On table 2 the candle is 3 moves from the child, as far as from table 0: it is worth no more.
+    assert set(choices_after(wanderer, see(2, 2))) == {STAIRWELL}
+
+
+def test_the_wanderer_draws_again_what_has_come_to_stand_elsewhere_and_is_worth_it():
+    wanderer = wandering(CANDLE)
+    # In cell 4 the child is 1 move from table 2, where the candle is now, and 5 from table 0.
+    choices = choices_after(wanderer, see(4, 2), 1)
+    assert choices[0] in (STAIRWELL, CANDLE)
+    assert len({*choices_after(wandering(CANDLE), see(4, 2))}) == 1  # and then keeps to it
+
+
+def test_the_wanderer_gives_up_what_it_cannot_get_to():
+    unreachable = dataclasses.replace(see(2), out_of_reach=np.array([[False, True]]))
+    assert set(choices_after(wandering(CANDLE), unreachable)) == {STAIRWELL}
+
+
+def test_wanderers_draw_evenly_and_by_their_seeds():
+    batch = 2000
+    wanderer = WandererCaregiver(CORRIDOR)
+    wanderer.reset(batch, range(batch))
+    chosen = wanderer.choose(see(2, batch=batch))
+    assert np.mean(chosen == CANDLE) == pytest.approx(0.5, abs=4 * 0.5 / np.sqrt(batch))
+    wanderer.reset(1, [17])
+    assert wanderer.choose(see(2)).tolist() == [chosen[17]]
+
+
+# -- Childproofing -------------------------------------------------------------------------------
+
+
+def test_exposure_by_hand():
+    # In the one cell there is: south into the table with 0.4 / 4 in each of 200 timesteps, north and west likewise.
+    plan = FloorPlan.parse("####\n#.B#\n#T##\n####")
+    np.testing.assert_allclose(table_exposure(plan, 0.4), [20.0])
+    np.testing.assert_allclose(table_exposure(plan, 0.4, timesteps=10), [1.0])
+    np.testing.assert_allclose(table_exposure(plan, 0.0), [0.0])
+
+
+def test_exposure_of_two_cells_by_hand():
+    # Cells 0 and 1, the bin east of 1, tables south of both. Random moves only: east from 0, west from 1, both 1/4, so
+    # it is in both equally often, and bumps into each table in an eighth of the timesteps.
+    plan = FloorPlan.parse("#####\n#..B#\n#TT##\n#####")
+    np.testing.assert_allclose(table_exposure(plan, 1.0), [25.0, 25.0])
+    # With a half it goes east from 0 with 5/8 and west from 1 with 1/8: the share in cell 0 goes from 1/2 to 1/6 by a
+    # factor 1/4 a timestep. That makes 200/6 + (1/2 - 1/6) / (3/4) timesteps there, and 1/8 of them into the table.
+    in_first = 200 / 6 + (1 / 3) / (3 / 4)
+    np.testing.assert_allclose(table_exposure(plan), [in_first / 8, (200 - in_first) / 8])
+
+
+def test_exposure_is_what_the_grid_counts():
+    plan, episodes = FloorPlan.load("paper"), 1500
+    world = GridWorld(plan, 0.5, None)
+    world.reset([Tape.draw_family(np.random.RandomState(seed), 1) for seed in range(episodes)])
+    _, target, index = plan.graph.moves
+    bumps = np.zeros((episodes, len(plan.tables)))
+    for _ in range(200):
+        before = world.child_cell[:, 0]
+        world.step()
+        action = world.previous_action[:, 0]
+        hit = np.flatnonzero(target[before, action] == Target.TABLE)
+        bumps[hit, index[before[hit], action[hit]]] += 1
+    error = bumps.std(axis=0, ddof=1) / np.sqrt(episodes)
+    assert (np.abs(bumps.mean(axis=0) - table_exposure(plan)) < 4 * error).all()
+
+
+def test_childproofing_puts_candles_where_the_child_seldom_comes_and_leaves_those_that_are_there():
+    # Table 3, at the end of the blind passage to the south, is the one that matters least; then table 2 beside it.
+    plan = FloorPlan.parse("#######\n#B...B#\n##C.T##\n###.###\n##C.###\n###T###\n#######")
+    exposure = table_exposure(plan)
+    assert set(np.argsort(exposure)[:2].tolist()) == {2, 3}
+    childproof = ChildproofCaregiver(plan)
+    # Candles are on tables 0 and 2: the second one stays.
+    assert childproof.prepare(np.array([[0, 2], [0, 2]])).tolist() == [[3, 2], [3, 2]]
+
+
+def test_the_childproofer_then_guards_the_nearest_stairwell():
+    childproof, guard = make_caregiver("childproof", CORRIDOR), make_caregiver("guard", CORRIDOR)
+    assert list(childproof.decide(see(2))) == list(guard.decide(see(2)))
+
+
+def test_an_episode_begins_as_the_caregiver_has_prepared_it():
+    plan = FloorPlan.load("paper")
+    tapes = [Tape.draw_family(np.random.RandomState(seed), 1) for seed in range(3)]
+    for name, moved in (("none", False), ("paper", False), ("childproof", True)):
+        world = GridWorld(plan, 0.5, make_caregiver(name, plan))
+        world.reset(tapes)
+        assert (world.candle_table != np.array(plan.candle_tables)).any() == moved
+    least = np.sort(np.argsort(table_exposure(plan))[: len(plan.candle_tables)])
+    assert np.sort(world.candle_table, axis=1).tolist() == [least.tolist()] * 3
+
+
+@pytest.mark.parametrize(
+    ("answer", "problem"),
+    [
+        ([[0, 0]], "a table of its own, 0 to 2, not"),
+        ([[0, 3]], "a table of its own"),
+        ([[0, NOTHING]], "a table of its own"),
+        ([0, 1], r"integers of shape \(1, 2\)"),
+        ([[0.0, 1.0]], "integers of shape"),
+    ],
+)
+def test_preparations_that_cannot_be_are_refused_by_name(answer, problem):
+    class Confused(NearestCaregiver):
+        def prepare(self, candle_table):
+            return np.array(answer)
+
+    plan = FloorPlan.parse("#########\n#S.....B#\n##T#C#C##\n#########")
+    with pytest.raises(CaregiverError, match=rf"Confused.prepare must .*{problem}"):
+        starting_tables(plan, Confused(plan))
+
+
+@pytest.mark.parametrize("name", CAREGIVERS)
+@settings(max_examples=6, deadline=None)
+@given(plan_texts(largest=12))
+def test_every_caregiver_begins_with_each_candle_on_a_table(name, text):
+    plan = FloorPlan.parse(text)
+    tables = starting_tables(plan, make_caregiver(name, plan), 2)
+    assert tables.shape == (2, len(plan.candle_tables))
+    assert all(len(set(row)) == len(row) for row in tables.tolist())

@@ -1,0 +1,234 @@
+"""Children other than the novice: their ways by hand in tiny houses, and what holds for every child."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from random_plans import plan_texts
+
+from caregiver_mj.children.adversary import Adversary
+from caregiver_mj.children.avoider import Avoider
+from caregiver_mj.children.behaviour import Sight
+from caregiver_mj.children.explorer import Explorer
+from caregiver_mj.children.family import CHILDREN, Family
+from caregiver_mj.children.novice import Novice
+from caregiver_mj.children.seeker import Seeker
+from caregiver_mj.children.tape import pick
+from caregiver_mj.plans.cell_graph import ACTIONS, Target
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
+
+NORTH, EAST, SOUTH, WEST = range(4)
+LAST = 0.999  # a draw that takes the last of several equally good moves, in the order of the actions
+
+
+def see(cell, goal=0, caregiver_cell=NOTHING):
+    """What children see; single values hold for all of them."""
+    cell, goal, caregiver_cell = np.broadcast_arrays(np.atleast_1d(cell), goal, caregiver_cell)
+    return Sight(cell, goal, caregiver_cell, np.zeros(len(cell), bool))
+
+
+def draws(*rows):
+    return np.array(rows, float)
+
+
+def walk(child, start, goal, draw, caregiver=NOTHING, timesteps=100):
+    """Walks one child until it reaches a bin. Returns its cells before every move, and what it bumped into."""
+    plan = child.plan
+    next_cell, target, _ = plan.graph.moves
+    child.reset(1)
+    cell, cells, bumps = plan.cell_index[start], [], []
+    for _ in range(timesteps):
+        cells.append(plan.free_cells[cell])
+        action = int(child.act(see(cell, goal, caregiver), draws((0.5, draw, 0.5)))[0])
+        there = tuple(np.add(cells[-1], ACTIONS[action]).tolist())
+        if there == plan.bins[goal]:
+            return cells, bumps
+        if target[cell, action] != Target.FREE:
+            bumps.append(there)
+        cell = int(next_cell[cell, action])
+    raise AssertionError("it has not found its bin")
+
+
+# -- The explorer --------------------------------------------------------------------------------
+
+# From the upper left to the bin in the upper right one must go round the wall between them.
+WALLED = FloorPlan.parse("#######\n#..#.B#\n#..#..#\n#.....#\n#######")
+
+
+def test_the_explorer_bumps_its_way_round_what_it_does_not_know():
+    cells, bumps = walk(Explorer(WALLED, 0.0), (1, 1), 0, LAST)
+    assert bumps == [(1, 3), (2, 3)]
+    assert cells == [(1, 1), (1, 2), (1, 2), (2, 2), (2, 2), (3, 2), (3, 3), (3, 4), (3, 5), (2, 5)]
+
+
+def test_the_explorer_takes_the_house_to_have_no_walls_but_those_it_knows():
+    # With the first of equally good moves, north before south, it tries the outer wall too.
+    cells, bumps = walk(Explorer(WALLED, 0.0), (1, 1), 0, 0.0)
+    assert bumps == [(1, 3), (0, 2), (2, 3)]
+    assert cells[-4:] == [(3, 3), (3, 4), (2, 4), (1, 4)]
+
+
+def test_the_explorer_remembers_to_the_end_of_the_episode_and_no_longer():
+    explorer = Explorer(WALLED, 0.0)
+    here = WALLED.cell_index[(1, 2)]
+    first = [int(explorer.act(see(here), draws((0, LAST, 0)))[0]) for _ in range(3)]
+    assert first == [EAST, SOUTH, SOUTH]
+    explorer.reset(1)
+    assert explorer.act(see(here), draws((0, LAST, 0))).tolist() == [EAST]
+
+
+def test_the_explorer_learns_from_random_moves_too():
+    explorer = Explorer(WALLED, 0.5)
+    here = WALLED.cell_index[(1, 2)]
+    assert explorer.act(see(here), draws((0.49, 0.3, 0))).tolist() == [EAST]  # at random, into the wall
+    assert explorer.act(see(here), draws((0.5, LAST, 0))).tolist() == [SOUTH]
+
+
+def test_stairs_in_which_the_caregiver_stands_teach_the_explorer_nothing():
+    plan = FloorPlan.parse("#######\n#..S.B#\n#.....#\n#######")
+    here, landing = plan.cell_index[(1, 2)], plan.cell_index[(1, 3)]
+    for caregiver, second in ((landing, EAST), (NOTHING, SOUTH)):
+        explorer = Explorer(plan, 0.0)
+        sight = see(here, 0, caregiver)
+        assert [int(explorer.act(sight, draws((0, LAST, 0)))[0]) for _ in range(2)] == [EAST, second]
+
+
+@settings(max_examples=25, deadline=None)
+@given(plan_texts(largest=12), st.integers(0, 2**31 - 1))
+def test_the_explorer_finds_every_bin_and_bumps_into_nothing_twice(text, seed):
+    plan = FloorPlan.parse(text)
+    random = np.random.default_rng(seed)
+    explorer = Explorer(plan, 0.0)
+    start = plan.free_cells[int(random.integers(len(plan.free_cells)))]
+    for goal in range(len(plan.bins)):
+        _, bumps = walk(explorer, start, goal, float(random.random()), timesteps=plan.symbols.size**2)
+        assert len(set(bumps)) == len(bumps)
+
+
+def test_explorers_do_not_share_what_they_know():
+    explorer = Explorer(WALLED, 0.5)
+    explorer.reset(2)
+    here = WALLED.cell_index[(1, 2)]
+    # One bumps into the wall at random, the other goes west at random.
+    assert explorer.act(see([here, here]), draws((0, 0.3, 0), (0, 0.9, 0))).tolist() == [EAST, WEST]
+    assert explorer.act(see([here, here]), draws((0.9, LAST, 0), (0.9, LAST, 0))).tolist() == [SOUTH, EAST]
+
+
+# -- The avoider ---------------------------------------------------------------------------------
+
+# Two equally short ways round a pillar, and one bin that only a passage leads to.
+PILLAR = FloorPlan.parse("######\n#...##\n#.#.B#\n#...##\n#.####\n#B####\n######")
+
+
+@pytest.mark.parametrize("draw", [0.0, 0.4, LAST])
+def test_the_avoider_goes_round_the_caregiver_where_it_can(draw):
+    here = PILLAR.cell_index[(2, 1)]
+    avoider = Avoider(PILLAR, 0.0)
+    for caregiver, action in (((1, 2), SOUTH), ((3, 2), NORTH)):
+        sight = see(here, 0, PILLAR.cell_index[caregiver])
+        assert avoider.act(sight, draws((0, draw, 0))).tolist() == [action]
+    free = see(here, 0, NOTHING)
+    assert avoider.act(free, draws((0, draw, 0))).tolist() == [NORTH if draw < 0.5 else SOUTH]
+
+
+def test_the_avoider_runs_into_a_caregiver_in_the_only_way():
+    avoider = Avoider(PILLAR, 0.0)
+    sight = see(PILLAR.cell_index[(3, 1)], 1, PILLAR.cell_index[(4, 1)])
+    assert avoider.act(sight, draws((0, 0.5, 0))).tolist() == [SOUTH]
+
+
+def open_ways(plan, closed):
+    """Cells from which a child gets to each bin round a closed cell: a plain search."""
+    found = []
+    for goal in plan.bins:
+        seen = {cell for cell in plan.free_neighbours(goal) if cell != closed}
+        front = list(seen)
+        for cell in front:
+            new = {there for there in plan.free_neighbours(cell) if there != closed} - seen
+            seen |= new
+            front += sorted(new)
+        found.append(seen)
+    return found
+
+
+@settings(max_examples=30, deadline=None)
+@given(plan_texts(largest=12), st.integers(0, 2**31 - 1))
+def test_the_avoider_steps_into_the_caregiver_only_where_no_other_way_is_open(text, seed):
+    plan = FloorPlan.parse(text)
+    random, avoider = np.random.default_rng(seed), Avoider(plan, 0.0)
+    next_cell, target, index = plan.graph.moves
+    caregiver = int(random.integers(len(plan.caregiver_cells)))
+    closed = plan.caregiver_cells[caregiver]
+    ways = open_ways(plan, closed)
+    for cell in range(len(plan.free_cells)):
+        if cell == caregiver:
+            continue
+        for goal in range(len(plan.bins)):
+            action = int(avoider.act(see(cell, goal, caregiver), draws((0, random.random(), 0)))[0])
+            reaches = target[cell, action] == Target.BIN and index[cell, action] == goal
+            assert reaches or target[cell, action] == Target.FREE
+            if plan.free_cells[cell] in ways[goal]:
+                assert reaches or plan.free_cells[next_cell[cell, action]] in ways[goal]
+
+
+# -- The seeker ----------------------------------------------------------------------------------
+
+CORRIDOR = FloorPlan.parse("########\n#.....B#\n########")
+
+
+def test_the_seeker_goes_to_the_caregiver_or_at_random_by_hand():
+    seeker = Seeker(CORRIDOR, 0.3)
+    middle, west = 2, 0
+    assert seeker.act(see(middle, 0, west), draws((0.3, 0.5, 0))).tolist() == [WEST]
+    assert seeker.act(see(middle, 0, west), draws((0.29, 0.5, 0))).tolist() == [SOUTH]
+    assert seeker.act(see(1, 0, west), draws((0.3, 0.5, 0))).tolist() == [WEST]  # into it
+    assert seeker.act(see(middle, 0, NOTHING), draws((0.3, 0.5, 0))).tolist() == [EAST]  # to its bin
+
+
+@settings(max_examples=15, deadline=None)
+@given(plan_texts(largest=12), st.integers(0, 2**31 - 1))
+def test_without_chance_the_seeker_is_the_adversary_and_with_nothing_else_all_are_the_novice(text, seed):
+    plan, random = FloorPlan.parse(text), np.random.default_rng(seed)
+    counts = (len(plan.free_cells), len(plan.bins), len(plan.caregiver_cells))
+    sight = see(*(pick(random.random(20), count) for count in counts))
+    chance = random.random((20, 3))
+    assert (Seeker(plan, 0.0).act(sight, chance) == Adversary(plan, 0.0).act(sight, chance)).all()
+    for kind in (Seeker, Avoider, Explorer):
+        child = kind(plan, 1.0)
+        child.reset(20)
+        assert (child.act(sight, chance) == Novice(plan, 1.0).act(sight, chance)).all()
+
+
+# -- Every child ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", CHILDREN)
+@settings(max_examples=5, deadline=None)
+@given(plan_texts(largest=12), st.sampled_from([0.0, 0.5, 1.0]), st.integers(0, 2**31 - 1))
+def test_a_child_moves_by_its_own_draws_whoever_else_there_is(name, text, epsilon, seed):
+    """Twice the same in a batch, and the same alone; and only moves that there are."""
+    plan, random = FloorPlan.parse(text), np.random.default_rng(seed)
+    next_cell, _, _ = plan.graph.moves
+    batch, timesteps = 4, 40
+    chance = random.random((timesteps, batch, 3))
+    start = pick(random.random(batch), len(plan.free_cells))
+    goal = pick(random.random((timesteps, batch)), len(plan.bins))
+    caregiver = pick(random.random((timesteps, batch)), len(plan.caregiver_cells))
+
+    def moves(which):
+        child = Family.of(f"{name}:{epsilon}").children[0].make(plan)
+        child.reset(len(which))
+        cell, taken = start[which], []
+        for t in range(timesteps):
+            action = np.asarray(child.act(see(cell, goal[t, which], caregiver[t, which]), chance[t, which]))
+            assert action.shape == (len(which),)
+            assert np.issubdtype(action.dtype, np.integer)
+            assert ((action >= NOTHING) & (action < len(ACTIONS))).all()
+            taken.append(action)
+            cell = np.where(action == NOTHING, cell, next_cell[cell, action])
+        return np.array(taken).T.tolist()
+
+    together = moves(np.arange(batch))
+    assert moves(np.arange(batch)) == together
+    assert [moves(np.array([i]))[0] for i in range(batch)] == together

@@ -1,0 +1,109 @@
+"""The toddler's walking, held against the figures that were measured on toddlers."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from caregiver_mj.children import toddler
+from caregiver_mj.children.behaviour import Sight
+from caregiver_mj.children.toddler import Toddler, bout_steps, mean_bout
+from caregiver_mj.plans.cell_graph import Target
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
+
+ROOM = "#########\n#.......#\n#.......#\n#...B...#\n#.......#\n#.......#\n#########"
+GRID = (np.arange(1_000_000) + 0.5) / 1_000_000
+
+
+def walks(epsilon, cell_size, batch=200, timesteps=400):
+    """What toddlers do in a room: actions (timesteps, batch), and what these lead to, likewise."""
+    plan = FloorPlan.parse(ROOM, cell_size=cell_size)
+    next_cell, target, _ = plan.graph.moves
+    child, random = Toddler(plan, epsilon), np.random.default_rng(7)
+    child.reset(batch)
+    cell = random.integers(len(plan.free_cells), size=batch)
+    nobody, no = np.full(batch, NOTHING), np.zeros(batch, bool)
+    actions, targets = [], []
+    for _ in range(timesteps):
+        action = child.act(Sight(cell, np.zeros(batch, int), nobody, no), random.random((batch, 3)))
+        actions.append(action)
+        targets.append(np.where(action == NOTHING, Target.FREE, target[cell, action]))
+        cell = np.where(action == NOTHING, cell, next_cell[cell, action])
+    return np.array(actions), np.array(targets)
+
+
+def runs(moving):
+    """Lengths of all runs of movement, by column, but those that are cut off by the end."""
+    lengths = []
+    for column in moving.T:
+        groups = [(walks, len(list(group))) for walks, group in itertools.groupby(column)]
+        lengths += [length for walks, length in groups[:-1] if walks]
+    return np.array(lengths)
+
+
+def test_half_of_the_bouts_have_one_to_three_steps():
+    steps = bout_steps(GRID)
+    assert steps.min() == 1
+    assert np.mean(steps <= 3) == pytest.approx(0.5, abs=1e-5)
+    assert steps.mean() == pytest.approx(mean_bout(), rel=1e-3)
+
+
+def test_a_longer_bout_goes_on_with_the_same_probability_however_long_it_is():
+    """That of the 19-month-olds, of whose bouts 41 % have three steps or fewer: 0.59 go on after three."""
+    steps = bout_steps(GRID)
+    for length in (3, 5, 8, 12):
+        assert np.mean(steps[steps > length] > length + 3) == pytest.approx(0.59, abs=0.002)
+
+
+def test_the_shortest_and_the_longest_bout_that_can_be_drawn():
+    assert bout_steps(np.array([0.0, np.nextafter(1.0, 0.0)])).tolist() == [1, 3 + 205]
+
+
+def test_where_a_cell_is_a_step_long_a_run_of_moves_is_a_bout():
+    actions, _ = walks(1.0, toddler.STEP_LENGTH)
+    lengths = runs(actions != NOTHING)
+    assert len(lengths) > 3000
+    assert np.mean(lengths <= 3) == pytest.approx(0.5, abs=0.03)
+    assert lengths.mean() == pytest.approx(mean_bout(), rel=0.05)
+
+
+@pytest.mark.parametrize("cell_size", [toddler.STEP_LENGTH, 0.75, 1.0])
+def test_it_walks_as_far_in_an_hour_as_was_measured(cell_size):
+    actions, _ = walks(1.0, cell_size)
+    share = np.mean(actions != NOTHING)
+    assert share == pytest.approx(toddler.SHARE_OF_TIME_WALKING, abs=0.02)
+    metres = share * 3600 * 1.6 / 3.6  # at 1.6 km/h whenever it walks
+    assert metres == pytest.approx(704, rel=0.04)
+    assert metres / toddler.STEP_LENGTH == pytest.approx(2368, rel=0.04)
+
+
+def test_it_begins_at_rest_and_stops_between_bouts():
+    actions, _ = walks(0.5, 0.75)
+    assert (actions[0] == NOTHING).all()
+    lengths = runs(actions != NOTHING)
+    # With 0.4 moves a step, the half of the bouts that are short carry it no farther than two cells.
+    assert np.mean(lengths <= 2) > 0.5
+
+
+def test_bouts_with_a_goal_lead_to_the_bin_and_into_nothing_else():
+    _, targets = walks(0.0, 0.75)
+    assert set(np.unique(targets)) == {Target.FREE, Target.BIN}
+    _, targets = walks(1.0, 0.75)
+    assert Target.WALL in targets
+
+
+def test_a_bout_has_no_goal_with_probability_epsilon_by_hand():
+    """It sets out if the first draw is low, for as many steps as the second says, and with a goal by the third."""
+    plan = FloorPlan.parse("########\n#.....B#\n########", cell_size=toddler.STEP_LENGTH)
+
+    def moves(*draws):
+        child, taken = Toddler(plan, 0.3), []
+        for one in draws:
+            sight = Sight(np.array([2]), np.array([0]), np.array([NOTHING]), np.array([False]))
+            taken.append(int(child.act(sight, np.array([one]))[0]))
+        return taken
+
+    west, pause = (0.9, 0.8, 0.9), (0.99, 0.0, 0.0)
+    assert moves(pause, (0.0, 0.4, 0.29), west, west, west, west) == [NOTHING, NOTHING, 3, 3, 3, NOTHING]
+    assert moves(pause, (0.0, 0.4, 0.30), west, west, west, west) == [NOTHING, NOTHING, 1, 1, 1, NOTHING]

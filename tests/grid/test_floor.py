@@ -1,0 +1,156 @@
+"""The floor, a child that stays, and a caregiver that makes no room, in the grid."""
+
+import functools
+
+import numpy as np
+import pytest
+
+from caregiver_mj.caregivers import CAREGIVERS, Caregiver, make_caregiver
+from caregiver_mj.children.behaviour import Behaviour
+from caregiver_mj.children.family import CHILDREN
+from caregiver_mj.children.tape import Tape
+from caregiver_mj.grid.floor import run_floor
+from caregiver_mj.grid.world import GridWorld, run_episodes
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
+
+NORTH, EAST, SOUTH, WEST = range(4)
+
+
+def moving(action, timesteps=1):
+    """A tape on which a novice of epsilon 1 makes one move, always."""
+    return [Tape(np.zeros(3), np.tile([0.0, (action + 0.5) / 4, 0.0], (timesteps, 1)))]
+
+
+@pytest.fixture(scope="module")
+def paper():
+    return FloorPlan.load("paper")
+
+
+# -- The floor -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("epsilon", "left"), [(1.0, 0.25), (0.75, 0.18), (0.5, 0.16), (0.25, 0.16), (0.05, 0.15)])
+def test_the_floor_in_the_paper_house(paper, epsilon, left):
+    """The figures are an independent simulation's, with two decimals."""
+    alone, floor = run_episodes(paper, epsilon, None, range(500)), run_floor(paper, epsilon, range(500))
+    assert floor.damage.mean() / alone.damage.mean() == pytest.approx(left, abs=0.015)
+
+
+@pytest.mark.parametrize("child", CHILDREN)
+def test_on_the_floor_there_are_bumps_into_bare_tables_and_nothing_else(paper, child):
+    totals = run_floor(paper, f"{child}:0.75", range(20)).totals()
+    assert (totals["damage"] == totals["damage_table"]).all()
+    if child == "novice":  # no bump takes it anywhere else, so it goes the same ways
+        alone = run_episodes(paper, 0.75, None, range(20)).totals()
+        assert (totals["damage"] == alone["damage_table"] + alone["damage_candle"] / 4).all()
+        assert (totals["moves_blocked"] == alone["damage_stairwell"] / 5).all()
+        assert (totals["toys_reached"] == alone["toys_reached"]).all()
+
+
+def test_a_stairwell_that_is_shut_blocks_by_hand():
+    plan = FloorPlan.parse("#####\n#S.B#\n##T##\n#####")
+    for shut, damage, blocked in ((False, 10.0, 0), (True, 0.0, 2)):
+        totals = GridWorld(plan, 1.0, None, stairs_shut=shut).run([moving(WEST, 2)]).totals()
+        assert (totals["damage"].tolist(), totals["moves_blocked"].tolist()) == ([damage], [blocked])
+
+
+# -- A child that stays --------------------------------------------------------------------------
+
+
+class Statue(Behaviour):
+    """Stays where it is."""
+
+    def act(self, sight, draws):
+        return np.full(len(sight.cell), NOTHING)
+
+
+# Something else to the west of every cell, which is what an index of -1 would mean.
+@pytest.mark.parametrize("west", "S.CTB#")
+@pytest.mark.parametrize("name", ["none", "paper", "random"])
+def test_a_child_that_stays_comes_to_no_harm_and_to_no_toy(west, name):
+    plan = FloorPlan.parse(f"#######\n##{west}..##\n##B..T#\n#C....#\n#######")
+    world = GridWorld(plan, 1.0, make_caregiver(name, plan))
+    world.behaviours = [Statue(plan, 1.0)]
+    world.reset([moving(WEST, 30)])
+    world.child_cell[:] = plan.cell_index[(1, 3)]
+    world.caregiver_cell[:] = plan.cell_index[(3, 4)]
+    world.goal[:] = 0
+    for _ in range(30):
+        world.step()
+        assert world.child_cell.tolist() == [[plan.cell_index[(1, 3)]]]
+        assert world.previous_action.tolist() == [[NOTHING]]
+        assert world.bumped.tolist() == [[False]]
+    totals = world.ledger.totals()
+    assert [totals[name].tolist() for name in ("damage", "toys_reached", "moves_blocked")] == [[0], [0], [0]]
+
+
+# -- A caregiver that makes no room --------------------------------------------------------------
+
+
+class Fixed(Caregiver):
+    """Wants the same hazard always, or nothing."""
+
+    def __init__(self, plan, yields, target=0):
+        super().__init__(plan)
+        self.yields, self.target = yields, target
+
+    def choose(self, percept):
+        return np.full(len(percept.child_cell), self.target)
+
+
+# A doorway at (2, 4) between two rooms; the stairwell is in the eastern one, the bin in the western.
+DOORWAY = FloorPlan.parse("##########\n#...#...S#\n#.......##\n#B..#...##\n##########")
+
+
+def after_a_step(caregiver, action, child, caregiver_cell):
+    """Where the caregiver is after the child has made a move and it has acted."""
+    world = GridWorld(DOORWAY, 1.0, caregiver)
+    world.reset([moving(action)])
+    world.child_cell[:] = world.previous_cell[:] = DOORWAY.cell_index[child]
+    world.caregiver_cell[:] = DOORWAY.cell_index[caregiver_cell]
+    world.step()
+    return DOORWAY.caregiver_cells[world.caregiver_cell[0]]
+
+
+@pytest.mark.parametrize(
+    ("action", "child", "caregiver_cell", "yielding"),
+    [
+        (EAST, (2, 3), (2, 2), (2, 3)),  # the child goes ahead through the doorway: it follows
+        (WEST, (2, 5), (2, 3), (1, 3)),  # the child comes through the doorway: it steps aside
+    ],
+)
+def test_where_a_child_bars_the_way_it_makes_room_or_stays(action, child, caregiver_cell, yielding):
+    assert after_a_step(Fixed(DOORWAY, True), action, child, caregiver_cell) == yielding
+    assert after_a_step(Fixed(DOORWAY, False), action, child, caregiver_cell) == caregiver_cell
+
+
+def test_with_nothing_to_do_it_stays_even_in_the_way():
+    assert after_a_step(Fixed(DOORWAY, True, NOTHING), NORTH, (2, 4), (2, 2)) != (2, 2)
+    assert after_a_step(Fixed(DOORWAY, False, NOTHING), NORTH, (2, 4), (2, 2)) == (2, 2)
+
+
+def test_where_no_child_bars_the_way_making_room_changes_nothing():
+    for yields in (True, False):
+        assert after_a_step(Fixed(DOORWAY, yields), NORTH, (1, 1), (2, 2)) == (2, 5)
+
+
+# -- One among many ------------------------------------------------------------------------------
+
+
+@functools.cache
+def caregiver_of(name):
+    return make_caregiver(name, FloorPlan.load("apartment"))
+
+
+@pytest.mark.parametrize("name", CAREGIVERS)
+@pytest.mark.parametrize("child", CHILDREN)
+def test_an_episode_with_any_child_is_the_same_alone_and_among_others(child, name):
+    """With a novice beside it, for what a child remembers must be its own."""
+    plan, caregiver = FloorPlan.load("apartment"), caregiver_of(name)
+    world = GridWorld(plan, f"{child}:0.6,0.3", caregiver)
+    families = [Tape.draw_family(np.random.RandomState(seed), 2, timesteps=50) for seed in (7, 3, 11)]
+    together = world.run(families)
+    for i, family in enumerate(families):
+        alone = world.run([family])
+        assert alone.outcome() == together.outcome(i)

@@ -1,0 +1,176 @@
+"""How skills fare, step by step: each alone with the physics, without a caregiver."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from robot_plans import centre
+from scripted_child import STAY, Scripted
+from views import child
+
+import caregiver_mj
+from caregiver_mj.house.scene import build_house
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.motion import RobotMotion
+from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.planning_scene import PlanningScene
+from caregiver_mj.robot.retrieval import RetrievalPlanner
+from caregiver_mj.robot.skills import Block, Pick, Place, Retrieve, Skill, StandAside
+from caregiver_mj.robot.status import Status
+from caregiver_mj.robot.view import ChildView, View
+
+ROBOT = find_embodiment()
+ROOM = FloorPlan.parse("##########\n#B.......#\n#..C.....#\n#.....T..#\n#S......B#\n##########", "room")
+CANDLE, ITS_TABLE, BARE_TABLE = 0, 0, 1
+TABLE_TOP, CANDLE_RADIUS = 0.60, 0.022  # metres
+TIMESTEP = 0.02  # seconds
+GIVES_UP = 10.0  # seconds
+
+
+class Stage:
+    """The room with a child that stays in a corner, a robot that begins beside the bin, and more children if wanted.
+
+    Attributes:
+        physics: The room's.
+        navigator: The robot's.
+        others: Children that the robot sees, too, though there are none.
+    """
+
+    def __init__(self):
+        env = caregiver_mj.load("supervise", ROOM, Scripted(ROOM, STAY), random=1)
+        env.reset()
+        self._env, self.physics, self.navigator = env, env.physics, Navigator(ROOM, ROBOT)
+        env.task.children[0].put((4, 7))
+        self.physics.set_robot(np.array([*ROOM.position((3, 2)), 0.0]), self.physics.arm_position())
+        self._robot = RobotMotion(ROBOT, TIMESTEP)
+        self._robot.reset(self.physics.base_position().tolist())
+        self.others: list[ChildView] = []
+
+    @property
+    def now(self) -> float:
+        return self._robot.now
+
+    def retrieve(self) -> Retrieve:
+        planner = RetrievalPlanner(self.navigator, lambda: PlanningScene(build_house(ROOM), ROOM, ROBOT))
+        return Retrieve(self.navigator, planner, CANDLE)
+
+    def look(self) -> View:
+        physics = self.physics
+        poses, (x, y, _) = physics.candle_poses(), np.ravel(physics.toddler_position()).tolist()
+        return View(
+            self.now,
+            tuple(physics.base_position().tolist()),
+            float(physics.finger_position().sum()),
+            physics.arm_position(),
+            (child(x, y), *self.others),
+            poses[:, :3],
+            poses[:, 3:],
+        )
+
+    def step(self, skill: Skill) -> Status:
+        seen = self.look()
+        status = skill.step(seen, self._robot)
+        assert skill.status is status
+        self._env.step(self._robot.action(seen.base))
+        self._robot.now += TIMESTEP
+        return status
+
+    def run(self, skill: Skill, until: Callable[[], bool], seconds: float = 40.0) -> list[Status]:
+        """Goes on until the skill has ended or something is so; returns how it fared, without repetitions."""
+        statuses = [skill.status]
+        for _ in range(round(seconds / TIMESTEP)):
+            if (status := self.step(skill)) is not statuses[-1]:
+                statuses.append(status)
+            if status.ended or until():
+                return statuses
+        raise AssertionError(f"still {statuses} after {seconds} s")
+
+    def to_the_end(self, skill: Skill, seconds: float = 40.0) -> list[Status]:
+        return self.run(skill, lambda: False, seconds)
+
+    def candle(self) -> np.ndarray:
+        return self.physics.candle_poses()[CANDLE, :3]
+
+
+@pytest.fixture
+def stage() -> Stage:
+    return Stage()
+
+
+def test_picking_and_placing_must_not_be_interrupted_once_the_fingers_are_at_the_candle(stage):
+    pick = Pick(stage.navigator, CANDLE, ITS_TABLE)
+    assert pick.is_approaching
+    assert stage.run(pick, lambda: not pick.is_approaching) == [Status.RUNNING]
+    assert pick.stand in ROOM.free_neighbours(ROOM.tables[ITS_TABLE])
+    assert pick.driver.cell == pick.stand
+    assert stage.to_the_end(pick) == [Status.RUNNING, Status.COMMITTED, Status.DONE]
+    assert stage.candle()[2] > TABLE_TOP + 0.01
+
+    place = Place(stage.navigator, CANDLE, BARE_TABLE)
+    statuses = stage.run(place, lambda: not place.is_approaching)
+    assert statuses == [Status.RUNNING, Status.COMMITTED]
+    assert place.stand in ROOM.free_neighbours(ROOM.tables[BARE_TABLE])
+    assert stage.to_the_end(place) == [Status.COMMITTED, Status.DONE]
+    np.testing.assert_allclose(stage.candle(), [*ROOM.position(ROOM.tables[BARE_TABLE]), TABLE_TOP], atol=0.01)
+
+
+def test_picking_is_overtaken_when_the_candle_is_gone(stage):
+    pick = Pick(stage.navigator, CANDLE, ITS_TABLE)
+    stage.run(pick, lambda: stage.now > 0.5)
+    stage.physics.set_candle(CANDLE, np.array([*ROOM.position(ROOM.tables[BARE_TABLE]), TABLE_TOP]), 0.0)
+    assert stage.to_the_end(pick, 0.1) == [Status.RUNNING, Status.OVERTAKEN]
+
+
+def test_placing_is_overtaken_without_a_candle(stage):
+    assert stage.to_the_end(Place(stage.navigator, CANDLE, BARE_TABLE), 0.1) == [Status.RUNNING, Status.OVERTAKEN]
+
+
+def test_a_stairwell_is_blocked_for_as_long_as_wanted(stage):
+    block = Block(stage.navigator, 0)
+    assert block.cell == ROOM.stairwells[0]
+    assert stage.to_the_end(block) == [Status.RUNNING, Status.DONE]
+    for _ in range(100):
+        assert stage.step(block) is Status.DONE
+    x, y, yaw = stage.physics.base_position()
+    stage.physics.set_robot(np.array([x + 0.3, y, yaw]), stage.physics.arm_position())  # as if it were pushed
+    assert stage.step(block) is Status.RUNNING
+    assert stage.to_the_end(block) == [Status.RUNNING, Status.DONE]
+    assert block.is_approaching  # the hand has no part in it
+
+
+@pytest.mark.parametrize("lies", ["on the floor", "outside"])
+def test_a_candle_is_retrieved_if_the_arm_gets_at_it(stage, lies):
+    half = np.sqrt(0.5)
+    x, y = ROOM.position((2, 5)) if lies == "on the floor" else (8.0, 0.0)
+    joint = stage.physics.model.ptr.joint("candle_0/joint").qposadr[0]
+    stage.physics.data.qpos[joint : joint + 7] = [x, y, CANDLE_RADIUS, half, 0.0, half, 0.0]
+    retrieve = stage.retrieve()
+    if lies == "outside":
+        assert stage.to_the_end(retrieve, 5.0) == [Status.RUNNING, Status.OUT_OF_REACH]
+        return
+    assert stage.run(retrieve, lambda: not retrieve.is_approaching) == [Status.RUNNING, Status.COMMITTED]
+    assert stage.to_the_end(retrieve) == [Status.COMMITTED, Status.DONE]
+    assert stage.candle()[2] > TABLE_TOP
+
+
+def test_a_table_that_children_surround_is_given_up(stage):
+    """One child alone leaves other sides of it open."""
+    around = ROOM.free_neighbours(ROOM.tables[ITS_TABLE])
+    stage.others = [child(*centre(ROOM, cell)) for cell in around]
+    assert len(around) == 4
+    assert stage.to_the_end(Pick(stage.navigator, CANDLE, ITS_TABLE)) == [Status.RUNNING, Status.FAILED]
+    assert GIVES_UP < stage.now < 2 * GIVES_UP
+    stage.others = stage.others[:1]
+    assert stage.to_the_end(Pick(stage.navigator, CANDLE, ITS_TABLE))[-1] is Status.DONE
+
+
+def test_who_stands_aside_is_never_done_and_in_nobodys_way(stage):
+    stage.others = [child(*centre(ROOM, (1, 4)))]
+    aside = StandAside(stage.navigator)
+    assert aside.cell is None
+    for _ in range(400):
+        assert stage.step(aside) is Status.RUNNING
+    assert np.hypot(*(stage.physics.base_position()[:2] - ROOM.position(aside.cell))) < 0.03
+    cells = [ROOM.cell_at(one.position) for one in stage.look().children]
+    assert aside.cell == stage.navigator.refuge(aside.cell, cells, set(cells))

@@ -1,0 +1,167 @@
+"""The base on its way among children: one that follows its references exactly, and children who do as they are told."""
+
+import math
+
+import numpy as np
+import pytest
+from robot_plans import centre
+from views import child, view
+
+from caregiver_mj.plans.cell_graph import Cell
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot.driver import Driver
+from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.motion import RobotMotion
+from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.status import Status
+from caregiver_mj.robot.view import ChildView
+
+ROBOT = find_embodiment()
+TIMESTEP = 0.02  # seconds
+TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
+STRIKE_SPEED = 0.05  # m/s
+WALKING_SPEED = 0.44  # m/s
+OPEN = FloorPlan.parse("########\n#......#\n#S.....#\n#......#\n#B.....#\n########", "open")
+#: Two ways lead to the stairwell, the northern one being the shorter.
+TWO_WAYS = FloorPlan.parse("##########\n#........#\n#S.##B#..#\n#........#\n##########", "two_ways")
+#: Two rooms with a toy bin each, and between them a corridor as wide as one cell.
+CORRIDOR = FloorPlan.parse("############\n#..######..#\n#.........B#\n#B.######..#\n############", "corridor")
+
+
+class Drive:
+    """A base that drives from one cell to another.
+
+    Attributes:
+        driver: What drives it.
+        robot: Its references.
+        children: Who is about.
+        trace: Where it has been, a pose a control step.
+    """
+
+    def __init__(self, plan: FloorPlan, start: Cell, goal: Cell, *children: ChildView):
+        self._plan, self._goal = plan, goal
+        self.driver, self.robot = Driver(Navigator(plan, ROBOT)), RobotMotion(ROBOT, TIMESTEP)
+        self.robot.reset((*centre(plan, start), 0.0))
+        self.children = list(children)
+        self.trace: list[tuple[float, float, float]] = []
+
+    @property
+    def base(self) -> tuple[float, float, float]:
+        return (*self.robot.base_reference()[0], self.robot.yaw)
+
+    def step(self) -> Status:
+        self.trace.append(self.base)
+        seen = view(*self.children, base=self.base, now=self.robot.now)
+        status = self.driver.drive(seen, self.robot, centre(self._plan, self._goal), self._goal, self.robot.yaw)
+        self.robot.action(self.base)
+        self.robot.now += TIMESTEP
+        self.children = [
+            one._replace(position=tuple(x + TIMESTEP * v for x, v in zip(one.position, one.velocity, strict=True)))
+            for one in self.children
+        ]
+        return status
+
+    def run(self, seconds: float) -> Status:
+        """Goes on for so long, or until it is there or gives up."""
+        for _ in range(round(seconds / TIMESTEP)):
+            status = self.step()
+            if status is not Status.RUNNING:
+                return status
+        return Status.RUNNING
+
+    def gap(self) -> float:
+        """Metres to the nearest child."""
+        return min(math.dist(one.position, self.base[:2]) for one in self.children) - TOUCHING
+
+
+def stands_in(plan: FloorPlan, cell: Cell) -> ChildView:
+    return child(*centre(plan, cell))
+
+
+def walks_from(plan: FloorPlan, cell: Cell, east: float) -> ChildView:
+    return child(*centre(plan, cell), east * WALKING_SPEED, 0.0)
+
+
+@pytest.mark.parametrize(("distance", "turns"), [(0.6, False), (0.75, True)])
+def test_the_hand_is_not_swung_round_beside_a_child(distance, turns):
+    driver, robot = Driver(Navigator(OPEN, ROBOT)), RobotMotion(ROBOT, TIMESTEP)
+    x, y = centre(OPEN, (2, 4))
+    robot.reset((x, y, 0.0))
+    for _ in range(100):
+        seen = view(child(x + 9.0, y), child(x + distance, y), base=(x, y, robot.yaw), now=robot.now)
+        driver.drive(seen, robot, (x, y), (2, 4), 1.0)
+        robot.action((x, y, robot.yaw))
+        robot.now += TIMESTEP
+    assert robot.yaw == pytest.approx(1.0 if turns else 0.0)
+
+
+def test_a_drive_tells_where_it_leads_and_ends_there():
+    drive = Drive(OPEN, (1, 6), (4, 3), stands_in(OPEN, (1, 1)))
+    assert (drive.driver.goal, drive.driver.cell) == (None, None)
+    assert drive.step() is Status.RUNNING
+    assert (drive.driver.goal, drive.driver.cell) == (centre(OPEN, (4, 3)), (4, 3))
+    assert drive.robot.is_driving
+    assert drive.run(10.0) is Status.DONE
+    assert drive.base[:2] == pytest.approx(centre(OPEN, (4, 3)), abs=0.006)
+    assert not drive.robot.is_driving
+    assert not drive.driver.stands_aside(drive.robot.now)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_children_in_both_of_two_ways_leave_none_until_one_goes(order):
+    north, south = stands_in(TWO_WAYS, (1, 4)), stands_in(TWO_WAYS, (3, 4))
+    alone = Drive(TWO_WAYS, (1, 7), (2, 1), north)
+    assert alone.run(9.5) is Status.DONE
+    drive = Drive(TWO_WAYS, (1, 7), (2, 1), *[north, south][::order])
+    assert drive.run(9.5) is Status.RUNNING
+    assert 0.0 < drive.gap() < 0.6  # it waits as near as it may
+    drive.children = [north, stands_in(TWO_WAYS, (1, 8))]
+    assert drive.run(9.5) is Status.DONE
+
+
+def test_what_children_keep_closed_is_given_up():
+    drive = Drive(TWO_WAYS, (1, 7), (2, 1), stands_in(TWO_WAYS, (1, 4)), stands_in(TWO_WAYS, (3, 4)))
+    assert drive.run(30.0) is Status.FAILED
+    assert 10.0 < drive.robot.now < 15.0
+
+
+def test_a_child_far_away_and_the_order_of_children_change_nothing():
+    near = walks_from(CORRIDOR, (2, 1), 0.5)
+    far = child(50.0, 0.0)
+    traces = []
+    for children in ([near], [near, far], [far, near], [near, near]):
+        drive = Drive(CORRIDOR, (2, 8), (2, 3), *children)
+        drive.run(4.0)
+        traces.append(drive.trace)
+    assert traces[0] == traces[1] == traces[2] == traces[3]
+    assert math.dist(traces[0][0][:2], traces[0][-1][:2]) > 0.5
+
+
+def test_a_base_gets_out_of_the_way_of_a_child_that_comes_and_goes_on_when_it_is_past():
+    drive = Drive(CORRIDOR, (2, 5), (2, 1), walks_from(CORRIDOR, (2, 3), 1.0), child(50.0, 0.0))
+    for _ in range(40):
+        drive.step()
+    assert drive.driver.stands_aside(drive.robot.now)
+    assert drive.driver.aside_until > drive.robot.now
+    assert drive.driver.goal == centre(CORRIDOR, (2, 1))  # where it shall stand all the same
+    drive.run(4.0)
+    assert drive.gap() > 0.0
+    assert drive.base[0] > centre(CORRIDOR, (2, 5))[0]  # it has gone along before the child
+    drive.children = [stands_in(CORRIDOR, (2, 9))]
+    assert drive.run(10.0) is Status.DONE
+
+
+def test_a_base_between_two_children_drives_into_neither():
+    drive = Drive(CORRIDOR, (2, 5), (2, 1), walks_from(CORRIDOR, (2, 2), 1.0), walks_from(CORRIDOR, (2, 8), -1.0))
+    for _ in range(500):
+        drive.step()
+        (x, y), velocity, _ = drive.robot.base_reference()
+        for i, one in enumerate(drive.children):
+            dx, dy = one.position[0] - x, one.position[1] - y
+            distance = math.hypot(dx, dy)
+            if distance - TOUCHING < 0.08:
+                assert (velocity[0] * dx + velocity[1] * dy) / distance < STRIKE_SPEED
+            if distance - TOUCHING < 0.03:  # it stops where it would run into the base
+                drive.children[i] = one._replace(velocity=(0.0, 0.0))
+    assert drive.gap() > -0.01
+    np.testing.assert_allclose(drive.robot.base_reference()[1], 0.0, atol=0.01)

@@ -1,0 +1,135 @@
+"""The robot's references and the actions that follow them."""
+
+import numpy as np
+import pytest
+
+from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.motion import RobotMotion
+
+ROBOT = find_embodiment()
+MAX_BASE_SPEED = 5.0 / 3.6  # m/s
+
+
+def motion_along(*points: tuple[float, float], start=(0.0, 0.0, 0.0)) -> RobotMotion:
+    robot = RobotMotion(ROBOT, 0.02)
+    robot.reset(start)
+    robot.drive_along([start[:2], *points], lambda _: True)
+    robot.set_rate(1.0)
+    return robot
+
+
+def test_an_ideal_base_follows_its_path_and_stops_at_its_end():
+    robot = motion_along((2.0, 0.0), (2.0, 1.5))
+    base, off = np.zeros(3), []
+    for _ in range(300):
+        robot.set_rate(1.0)
+        action = robot.action(base)
+        # A base whose velocity follows its command with the servos' lag would need the feed-forward; this one does not.
+        base[:2] += 0.02 * action[:2]
+        robot.now += 0.02
+        off.append(np.hypot(*(base[:2] - robot.base_reference()[0])))
+    assert max(off) < 0.02
+    np.testing.assert_allclose(base[:2], [2.0, 1.5], atol=1e-4)
+    np.testing.assert_allclose(action[:3], 0.0, atol=1e-3)
+    assert not robot.moving
+
+
+def test_a_base_tells_how_much_of_its_speed_it_has():
+    robot = RobotMotion(ROBOT, 0.02)
+    robot.reset((0.0, 0.0, 0.0))
+    assert (robot.is_driving, robot.rate) == (False, 0.0)
+    robot.drive_along([(0.0, 0.0), (3.0, 0.0)], lambda _: True)
+    rates = []
+    for i in range(300):
+        robot.set_rate(1.0 if i < 40 else 0.25)
+        assert robot.is_driving or i > 100
+        rates.append(robot.rate)
+        robot.action((*robot.base_reference()[0], 0.0))
+        robot.now += 0.02
+    assert rates[1:39] == [1.0] * 38
+    assert rates[100] == pytest.approx(0.25)
+    while robot.is_driving:
+        robot.now += 0.02
+        robot.base_reference()
+    assert robot.rate == 0.0
+    assert robot.base_reference()[0] == (3.0, 0.0)
+
+
+def test_a_base_held_up_is_never_told_to_exceed_its_speed():
+    robot = motion_along((3.0, 3.0))
+    for _ in range(75):
+        robot.set_rate(1.0)
+        assert np.hypot(*robot.action((0.0, 0.0, 0.0))[:2]) <= MAX_BASE_SPEED
+        assert np.hypot(*robot.base_reference()[0]) < 0.2  # and does not leave it behind
+        robot.now += 0.02
+
+
+def test_a_base_at_which_nobody_looks_any_more_stops():
+    robot = motion_along((3.0, 0.0))
+    base = np.zeros(3)
+    for step in range(100):
+        if step < 40:
+            robot.set_rate(1.0)
+        base[:2] += 0.02 * robot.action(base)[:2]
+        robot.now += 0.02
+        if step == 40:
+            there = base[0]
+    assert there > 0.3
+    assert base[0] - there < 0.5  # what it takes to brake
+    assert not robot.moving
+
+
+def test_a_gentle_base_is_pushed_away_without_pushing_back():
+    robot = RobotMotion(ROBOT, 0.02)
+    robot.reset((0.0, 0.0, 0.0))
+    firm = np.hypot(*robot.action((0.1, 0.1, 0.0))[:2])
+    robot.gentle = True
+    back = robot.action((0.1, 0.1, 0.0))[:2]
+    assert 0.2 < firm <= 0.3 + 1e-9
+    assert np.hypot(*back) < 0.05  # m/s, the speed of a strike
+    assert (back < 0).all()
+
+
+def test_a_robot_told_to_turn_gently_does_until_its_gripper_opens():
+    robot = RobotMotion(ROBOT, 0.02)
+    robot.reset((0.0, 0.0, 0.0))
+    fastest = []
+    for _ in range(2):
+        robot.turn_gently()
+        if fastest:
+            robot.grip(0.036)
+        robot.turn_to(robot.yaw + 3.0)
+        rates = []
+        for _ in range(200):
+            rates.append(robot.action((0.0, 0.0, robot.yaw))[2])
+            robot.now += 0.02
+        fastest.append(max(rates))
+    assert fastest[0] < 1.6  # the limit, and the feed-forward of the servo's lag
+    assert fastest[1] > 2.5
+
+
+def test_heading_turns_the_shorter_way():
+    robot = RobotMotion(ROBOT, 0.02)
+    robot.reset((0.0, 0.0, 3.0))
+    robot.turn_to(-3.0)
+    for _ in range(100):
+        robot.action((0.0, 0.0, robot.yaw))
+        assert robot.yaw >= 3.0 - 1e-9
+        robot.now += 0.02
+    assert robot.yaw == pytest.approx(2 * np.pi - 3.0)
+
+
+@pytest.mark.parametrize("called_back", [0.2, 0.3, 0.4])
+def test_hand_out_foresees_how_far_the_hand_still_swings(called_back):
+    robot = RobotMotion(ROBOT, 0.02)
+    robot.reset((0.0, 0.0, 0.0))
+    robot.reach(0.78)
+    robot.now = called_back
+    robot.reach(0.0)
+    foreseen = robot.hand_out
+    swing = []
+    for _ in range(100):
+        swing.append(robot.reached)
+        robot.now += 0.01
+    assert max(swing) > swing[0] + 0.01
+    assert foreseen >= max(swing) - 1e-3

@@ -1,0 +1,108 @@
+"""Routes from cell to cell, and where the robot is in nobody's way, beside searches of these tests' own."""
+
+import itertools
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from random_plans import plan_texts
+from robot_plans import HOUSE, centre
+from walks import distances, neighbours
+
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot.routes import Routes
+
+#: Two rooms with a toy bin each, and a corridor between them.
+ROOMS = FloorPlan.parse("############\n#..######..#\n#.........B#\n#B.######..#\n############", "rooms")
+
+
+@st.composite
+def journeys(draw):
+    """A plan, and two of the cells on which the robot can stand."""
+    plan = FloorPlan.parse(draw(plan_texts(6, 14)), "random")
+    cells = st.sampled_from(plan.caregiver_cells)
+    return plan, draw(cells), draw(cells)
+
+
+@settings(max_examples=40, deadline=None)
+@given(journey=journeys(), data=st.data())
+def test_routes_avoid_closed_cells_and_landings(journey, data):
+    plan, start, goal = journey
+    closed = set(data.draw(st.lists(st.sampled_from(plan.caregiver_cells), max_size=6))) - {start}
+    route = Routes(plan).route(start, goal, closed)
+    forbidden = (closed | set(plan.stairwells)) - {start, goal} | (closed & {goal})
+    moves = distances(set(plan.caregiver_cells) - forbidden | {start}, start)
+    assert (route is not None) == (goal in moves)
+    if route is None:
+        return
+    assert (route[0], route[-1]) == (start, goal)
+    assert all(abs(a[0] - b[0]) + abs(a[1] - b[1]) == 1 for a, b in itertools.pairwise(route))
+    assert not forbidden & set(route)
+    assert set(route) <= set(plan.caregiver_cells)
+    assert len(route) == moves[goal] + 1
+
+
+def test_a_landing_is_no_thoroughfare_but_can_be_a_goal_and_a_start():
+    routes = Routes(FloorPlan.parse("#######\n#BT.S.#\n#.....#\n#######"))
+    assert routes.route((1, 3), (1, 5)) == [(1, 3), (2, 3), (2, 4), (2, 5), (1, 5)]
+    assert routes.route((1, 3), (1, 4)) == [(1, 3), (1, 4)]
+    assert routes.route((1, 4), (1, 5)) == [(1, 4), (1, 5)]
+
+
+@pytest.mark.parametrize("cell", HOUSE.caregiver_cells)
+def test_nearest_cell_is_the_one_it_stands_on(cell):
+    routes = Routes(HOUSE)
+    x, y = centre(HOUSE, cell)
+    assert routes.nearest_cell((x + 0.3, y - 0.3)) == cell
+
+
+def test_nearest_cell_of_a_place_to_stand_nowhere_is_beside_it():
+    routes = Routes(HOUSE)
+    x, y = centre(HOUSE, (7, 6))  # the table with the candle
+    assert routes.nearest_cell((x, y + 0.2)) == (6, 6)
+    assert routes.nearest_cell((x - 0.2, y)) == (7, 5)
+
+
+# -- Refuges -----------------------------------------------------------------------------------------
+
+
+def in_the_way(plan: FloorPlan, child, cell) -> int:
+    """To how many toy bins a shortest way of a child leads over a cell."""
+    free = set(plan.free_cells)
+    moves = distances(free, child)
+    if cell not in moves:
+        return 0
+    count = 0
+    for toys in plan.bins:
+        to_bin = {end: steps for end in free & set(neighbours(toys)) for steps in [distances(free, end)]}
+        shortest = min(moves[end] for end in to_bin)
+        count += any(moves[cell] + steps[cell] == shortest for steps in to_bin.values())
+    return count
+
+
+@settings(max_examples=40, deadline=None)
+@given(journey=journeys(), data=st.data())
+def test_a_refuge_is_the_nearest_cell_least_in_all_childrens_way(journey, data):
+    plan, start, _ = journey
+    children = data.draw(st.lists(st.sampled_from(plan.free_cells), min_size=1, max_size=3))
+    closed = set(children)
+    refuge = Routes(plan).refuge(start, children, closed)
+    moves = distances(set(plan.caregiver_cells) - closed | {start}, start)
+    cost = {cell: (sum(in_the_way(plan, child, cell) for child in children), moves[cell]) for cell in moves}
+    assert cost[refuge] == min(cost.values())
+
+
+def test_of_two_children_both_are_let_through():
+    """One in the west, that goes to the bin in the east too; the other one the other way round."""
+    routes, west, east = Routes(ROOMS), (2, 1), (2, 10 - 1)
+    corridor = {(2, column) for column in range(3, 9)}
+    for children in ([west], [east], [west, east]):
+        refuge = routes.refuge((2, 5), children, set(children))
+        assert refuge not in corridor
+        assert all(in_the_way(ROOMS, child, refuge) == 0 for child in children)
+
+
+def test_a_child_that_is_in_no_cell_of_its_own_is_left_out():
+    routes, wall, child = Routes(ROOMS), (0, 0), (2, 1)
+    assert routes.refuge((2, 5), [wall], ()) is None
+    assert routes.refuge((2, 5), [wall, child], ()) == routes.refuge((2, 5), [child], ())

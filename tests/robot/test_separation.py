@@ -1,0 +1,129 @@
+"""How fast the base may drive near children: against a base that brakes, and for several children at once."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from views import child, view
+
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot import separation
+from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.scalar_motion import ScalarMotion
+from caregiver_mj.robot.separation import allowed_rate
+
+ROBOT = find_embodiment()
+STRIKE_SPEED = 0.05  # m/s
+TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
+CHILD_SPEED = 0.62  # m/s, at which it may come
+REACTION = 0.04  # seconds
+REMAINS = 0.08  # metres
+OPEN = FloorPlan.parse("########\n#......#\n#S.....#\n#......#\n#B.....#\n########", "open")
+
+speeds = st.floats(-0.7, 0.7)
+children = st.builds(
+    lambda distance, angle, *velocity: child(distance * math.cos(angle), distance * math.sin(angle), *velocity),
+    st.floats(0.3, 3.0), st.floats(-math.pi, math.pi), speeds, speeds,
+)  # fmt: skip
+families = st.lists(children, min_size=1, max_size=4)
+velocities = st.builds(
+    lambda speed, angle: (speed * math.cos(angle), speed * math.sin(angle)), st.floats(0.01, 1.4), st.floats(-4.0, 4.0)
+)
+
+
+# -- One child ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("speed", [0.02, 0.2, 1.3])
+def test_a_base_that_is_touched_leaves_freely_slides_slowly_and_never_comes_closer(speed):
+    touched = view(child(TOUCHING, 0.0))
+    assert allowed_rate(touched, ROBOT, (-speed, 0.0)) == 1.0
+    assert 0.0 < speed * allowed_rate(touched, ROBOT, (0.0, speed)) < STRIKE_SPEED
+    for towards in (1.0, 0.5):
+        assert allowed_rate(touched, ROBOT, (towards * speed, math.sqrt(1 - towards**2) * speed)) == 0.0
+
+
+@pytest.mark.parametrize("gap", [0.55, 0.7, 0.9, 1.2, 1.6])
+@pytest.mark.parametrize("speed", [0.5, 0.9, 1.3])
+def test_a_base_that_brakes_leaves_what_shall_remain_to_a_child_that_comes(gap, speed):
+    rate = allowed_rate(view(child(TOUCHING + gap, 0.0)), ROBOT, (speed, 0.0))
+    braking = ScalarMotion(ROBOT.limits.base, 0.0)
+    braking.run_at(rate * speed, 0.0, at_once=True)
+    braking.run_at(0.0, REACTION)
+    end = braking.arrival
+    left = gap - braking.at(end)[0] - CHILD_SPEED * end
+    assert left >= REMAINS
+    assert rate == 1.0 or left < REMAINS + 0.08  # half of the way in which the deceleration builds up
+
+
+def test_a_base_that_does_not_drive_is_not_slowed_down():
+    assert allowed_rate(view(child(TOUCHING, 0.0)), ROBOT, (0.0, 0.0)) == 1.0
+
+
+def test_a_child_comes_if_it_walks_towards_the_robot_or_has_run_into_it():
+    near, far = TOUCHING + 0.5, TOUCHING + 1.0
+    assert separation.comes(view(child(near, 0.0, -0.4, 0.0)), ROBOT)
+    assert not separation.comes(view(child(near, 0.0, 0.4, 0.0)), ROBOT)
+    assert not separation.comes(view(child(near, 0.0, 0.0, 0.4)), ROBOT)
+    assert not separation.comes(view(child(far, 0.0, -0.4, 0.0)), ROBOT)
+    assert separation.comes(view(child(TOUCHING + 0.005, 0.0)), ROBOT)
+
+
+def test_a_child_is_in_the_way_where_it_is_and_where_it_will_be():
+    seen = view(child(2.0, 1.0, 0.0, -1.0))  # at (2, 0.2) in 0.8 s
+    assert separation.is_in_the_way(seen, ROBOT, [(2.0, 0.7)])
+    assert separation.is_in_the_way(seen, ROBOT, [(0.0, 0.0), (2.0, -0.2)])
+    assert not separation.is_in_the_way(seen, ROBOT, [(2.0, -0.5)])
+    assert not separation.is_in_the_way(seen, ROBOT, [])
+
+
+# -- Several children --------------------------------------------------------------------------------
+
+
+@settings(max_examples=50, deadline=None)
+@given(family=families, velocity=velocities)
+def test_the_strictest_child_sets_the_rate(family, velocity):
+    alone = [allowed_rate(view(one), ROBOT, velocity) for one in family]
+    assert allowed_rate(view(*family), ROBOT, velocity) == min(alone)
+
+
+@settings(max_examples=50, deadline=None)
+@given(family=families)
+def test_what_is_so_for_one_child_is_so_for_all_of_them(family):
+    seen = view(*family)
+    alone = [view(one) for one in family]
+    assert separation.gap(seen, ROBOT) == min(separation.gap(one, ROBOT) for one in alone)
+    assert separation.comes(seen, ROBOT) == any(separation.comes(one, ROBOT) for one in alone)
+    assert separation.is_child_close(seen, ROBOT) == any(separation.is_child_close(one, ROBOT) for one in alone)
+    points = [(0.5, 0.5), (-1.0, 0.3)]
+    in_the_way = [separation.is_in_the_way(one, ROBOT, points) for one in alone]
+    assert separation.is_in_the_way(seen, ROBOT, points) == any(in_the_way)
+    cells = [separation.child_cells(one.children, OPEN) for one in alone]
+    assert separation.child_cells(seen.children, OPEN) == set().union(*cells)
+
+
+@settings(max_examples=50, deadline=None)
+@given(family=families, velocity=velocities)
+def test_the_order_of_the_children_does_not_matter(family, velocity):
+    results = {
+        (allowed_rate(seen, ROBOT, velocity), separation.gap(seen, ROBOT), separation.comes(seen, ROBOT))
+        for seen in (view(*family), view(*family[::-1]), view(*family[1:], family[0]))
+    }
+    assert len(results) == 1
+
+
+def test_only_near_children_are_planned_round():
+    near, far = child(0.0, 2.1), child(0.0, -2.3)
+    assert separation.near_children(view(near, far), (0.0, 0.0)) == (near,)
+    assert separation.near_children(view(near, far), (0.0, -0.2)) == (far,)
+    assert separation.near_children(view(far), (0.0, 0.0)) == ()
+
+
+def test_the_cells_of_a_child_are_those_in_which_it_is_and_will_be():
+    x, y = OPEN.position((2, 4)).tolist()
+    walks, stands = child(x, y, 0.5, 0.0), child(x, y - 0.75)
+    assert separation.child_cells([walks], OPEN) == {(2, 4), (2, 5)}
+    assert separation.child_cells([walks, stands], OPEN) == {(2, 4), (2, 5), (3, 4)}
+    np.testing.assert_allclose(separation.child_places([walks]), [(x, y), (x + 0.4, y)])

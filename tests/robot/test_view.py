@@ -1,0 +1,48 @@
+"""What the robot makes of what it sees, by hand."""
+
+import math
+
+import numpy as np
+import pytest
+from views import child, view
+
+HALF = math.sqrt(0.5)
+UPRIGHT, ON_ITS_HEAD, TOP_TO_THE_EAST = (1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (HALF, 0.0, HALF, 0.0)
+TABLE_TOP = 0.60  # metres
+
+
+def tilted(degrees: float) -> tuple[float, float, float, float]:
+    """A turn about the x axis."""
+    half = math.radians(degrees) / 2
+    return math.cos(half), math.sin(half), 0.0, 0.0
+
+
+def test_the_nearest_child_is_the_one_that_counts():
+    seen = view(child(3.0, 4.0), child(-1.0, 0.0), child(0.0, 2.0))
+    assert seen.child_distance((0.0, 0.0)) == pytest.approx(1.0)
+    assert seen.child_distance((3.0, 0.0)) == pytest.approx(math.sqrt(13))
+
+
+@pytest.mark.parametrize(
+    ("orientation", "axis"), [(UPRIGHT, (0, 0, 1)), (ON_ITS_HEAD, (0, 0, -1)), (TOP_TO_THE_EAST, (1, 0, 0))]
+)
+def test_a_candles_axis_points_from_foot_to_top(orientation, axis):
+    seen = view(child(9.0, 9.0), candles=[(1.0, 2.0, 0.6, *orientation)])
+    np.testing.assert_allclose(seen.candle_axis(0), axis, atol=1e-12)
+    np.testing.assert_array_equal(seen.candle_poses, [[1.0, 2.0, 0.6, *orientation]])
+
+
+@pytest.mark.parametrize(
+    ("height", "orientation", "stands"),
+    [
+        (TABLE_TOP, UPRIGHT, True),
+        (TABLE_TOP + 0.02, UPRIGHT, True),
+        (TABLE_TOP + 0.05, UPRIGHT, False),  # in the hand, say
+        (0.0, UPRIGHT, False),
+        (TABLE_TOP, tilted(15), True),
+        (TABLE_TOP, tilted(25), False),
+        (TABLE_TOP, TOP_TO_THE_EAST, False),
+    ],
+)
+def test_a_candle_stands_on_a_table_if_it_is_upright_and_as_high(height, orientation, stands):
+    assert view(child(9.0, 9.0), candles=[(0.0, 0.0, height, *orientation)]).stands_on_table(0) == stands
