@@ -59,7 +59,9 @@ def _all_families(runs: Sequence[Run]) -> list[str]:
 
 
 def _apart(runs: Sequence[Run], left: Sequence[np.ndarray]) -> np.ndarray | None:
-    """How much more is left in the house than in the grid, (families,), if these are the two runs."""
+    """How much more is left in the house than in the grid, (families,), if these are two runs of the same one."""
+    if any(run.settings.plans != runs[0].settings.plans for run in runs):
+        return None
     shares = {run.settings.world: one for run, one in zip(runs, left, strict=True)}
     return shares["house"] / shares["grid"] - 1 if len(runs) == 2 and len(shares) == 2 else None
 

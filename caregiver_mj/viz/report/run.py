@@ -6,6 +6,7 @@ import dataclasses
 import json
 import os
 import pathlib
+import re
 import shlex
 from typing import Any
 
@@ -13,6 +14,7 @@ import pandas as pd
 
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.by_house import by_house
 from caregiver_mj.experiments.settings import FLOOR, Settings
 from caregiver_mj.experiments.summary import summarise
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -21,6 +23,7 @@ from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.viz.report import words
 
 _WORLDS = {"grid": "Grid", "house": "Physical house"}
+_LONGEST = 40  # letters of what houses are called in titles and file names
 
 
 @dataclasses.dataclass(frozen=True)
@@ -34,6 +37,7 @@ class Run:
         summary: What matters of the content of summary.json.
         maps: A row for each caregiver, family and free cell.
         caregiver: The caregiver that the report is about: `paper` if it ran.
+        by_house: Of several houses, a row for each of them, caregiver and family, as `experiments.by_house` has it.
     """
 
     settings: Settings
@@ -42,22 +46,37 @@ class Run:
     summary: dict[str, Any]
     maps: pd.DataFrame
     caregiver: str
+    by_house: pd.DataFrame | None = None
 
     @property
     def plan(self) -> FloorPlan:
-        """The house."""
+        """The house, if there is only one."""
         return self.settings.plan
+
+    @property
+    def houses(self) -> int:
+        """How many houses there are."""
+        return len(self.settings.plans)
+
+    @property
+    def rank(self) -> int:
+        """Where it stands on a page: unseen houses first, then those to learn in, a single one, and `paper` last."""
+        if self.houses > 1:
+            return int(self.settings.houses.startswith("train-"))
+        return 3 if self.plan.name == "paper" else 2
 
     @property
     def name(self) -> str:
         """Tells the run from others, in file names."""
-        world, house = self.settings.world, self.plan.name.replace("/", "-")
-        return world if house == "paper" else f"{world}_{house}"
+        world, place = self.settings.world, re.sub(r"[^\w.-]+", "-", self.settings.place)[:_LONGEST]
+        return world if place == "paper" else f"{world}_{place}"
 
     @property
     def title(self) -> str:
-        world = _WORLDS[self.settings.world]
-        return world if self.plan.name == "paper" else f"{world} ({self.plan.name})"
+        world, place = _WORLDS[self.settings.world], self.settings.place
+        if self.houses > 1:
+            return f"{world}, {self.houses} houses" + (f" ({place})" if len(place) <= _LONGEST else "")
+        return world if place == "paper" else f"{world} ({place})"
 
     @property
     def several(self) -> bool:
@@ -73,6 +92,16 @@ class Run:
     def baselines(self) -> tuple[str, ...]:
         """The other caregivers that do something."""
         return tuple(c for c in self.settings.caregivers if c not in ("none", FLOOR, self.caregiver))
+
+    @property
+    def floor(self) -> tuple[str, ...]:
+        """The name of the floor, if the run has it."""
+        return tuple(c for c in self.settings.caregivers if c == FLOOR)
+
+    def rivals(self, most: int) -> tuple[str, ...]:
+        """Those of the other caregivers that leave the least damage, in the run's order."""
+        best = sorted(self.baselines, key=lambda caregiver: self.mean(caregiver, "damage"))[:most]
+        return tuple(c for c in self.baselines if c in best)
 
     def row(self, caregiver: str, family: str) -> dict[str, Any]:
         """The summary's row of a caregiver and a family."""
@@ -91,13 +120,20 @@ class Run:
     def command(self) -> str:
         """The command that gives the same rows again."""
         settings = self.settings
-        command = ["caregiver-mj", "evaluate", "--world", settings.world, "--house", _asked_house(self.plan)]
-        if self.plan.damage != DamageWeights():
-            command += ["--damage", str(self.plan.damage)]
+        command = ["caregiver-mj", "evaluate", "--world", settings.world, *self._asked_houses()]
+        damage = settings.plans[0].damage
+        if damage != DamageWeights():
+            command += ["--damage", str(damage)]
         if settings.embodiment != DEFAULT:
             command += ["--embodiment", settings.embodiment]
         command += ["--caregiver", *settings.caregivers, "--epsilon", *self.families]
         return shlex.join([*command, "--episodes", str(settings.episodes), "--seed", str(settings.seed)])
+
+    def _asked_houses(self) -> list[str]:
+        """The houses, as options of that command."""
+        if self.houses == 1:
+            return ["--house", _asked_house(self.plan)]
+        return ["--houses", *(self.settings.houses.split() or [_asked_house(plan) for plan in self.settings.plans])]
 
 
 def read_run(folder: str | os.PathLike[str]) -> Run:
@@ -149,7 +185,10 @@ def _read(path: pathlib.Path) -> Run:
         episodes["family"] = [str(Family.of(epsilon)) for epsilon in episodes["epsilon"]]
     if any("damage_verdict" not in row for row in summary["comparisons"]):  # it has other statistics
         summary |= {key: summarise(settings, episodes)[key] for key in ("rows", "comparisons")}
-    caregivers = settings.caregivers
+    caregivers, table = settings.caregivers, path / "houses.parquet"
+    houses = None
+    if len(settings.plans) > 1:
+        houses = pd.read_parquet(table) if table.is_file() else by_house(episodes)
     return Run(
         settings=settings,
         families=tuple(map(str, settings.families)),
@@ -159,4 +198,5 @@ def _read(path: pathlib.Path) -> Run:
         caregiver="paper"
         if "paper" in caregivers
         else next((c for c in caregivers if c not in ("none", FLOOR)), "none"),
+        by_house=houses,
     )

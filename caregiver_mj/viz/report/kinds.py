@@ -1,0 +1,41 @@
+"""What is left of the damage, and of what: stairs, candles and bare tables apart."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pandas as pd
+
+from caregiver_mj.viz import figures
+from caregiver_mj.viz.report.charts import Picture
+from caregiver_mj.viz.report.run import Run
+from caregiver_mj.viz.report.table import Table
+from caregiver_mj.viz.report.words import NONE, family_name, in_lines, number, with_interval
+
+
+def kinds(run: Run) -> dict[str, Any]:
+    """A figure and a table."""
+    names = {family: in_lines(family) for family in run.families}
+    figure = figures.kinds(pd.DataFrame(run.summary["rows"]), names, caregiver=run.caregiver)
+    caption = f"What did the damage, as shares of all damage without a caregiver; on the bars, damage — {run.title}"
+    return {"table": kinds_table(run), "pictures": [Picture.of(f"kinds_{run.name}", figure, caption)]}
+
+
+def kinds_table(run: Run) -> Table:
+    """Damage by what did it, without and with the caregiver, and the floor of it."""
+    who = {"none": "without", run.caregiver: "with"} | dict.fromkeys(run.floor, "floor")
+    rows = []
+    for kind, name in figures.KINDS.items():
+        for caregiver, how in who.items():
+            cells = (with_interval(run.row(caregiver, family), f"{kind}_mean", between="\n") for family in run.families)
+            rows.append((f"{name}, {how}", *cells))
+    rows.append(("bare tables, of all that is left", *(_share(run, family) for family in run.families)))
+    note = "Damage of an episode and its 95 % interval. Where a candle is taken from a table, that is a bare one."
+    columns = ("damage at", *map(family_name, run.families))
+    return Table(f"What is left, and of what — {run.title}", columns, rows, note)
+
+
+def _share(run: Run, family: str) -> str:
+    """How much of the damage that is left bare tables do."""
+    row = run.row(run.caregiver, family)
+    return f"{number(100 * row['damage_table_mean'] / row['damage_mean'], 0)} %" if row["damage_mean"] else NONE
