@@ -13,19 +13,15 @@ if TYPE_CHECKING:
 
 
 def summarise(settings: Settings, episodes: pd.DataFrame) -> dict[str, Any]:
-    """The content of summary.json."""
-    from caregiver_mj.experiments import statistics  # scipy.stats takes a second to import
+    """The content of summary.json: every caregiver against none, and the paper's against every other one."""
+    from caregiver_mj.experiments import statistics  # needs pandas
 
-    pairs = [(caregiver, "none") for caregiver in settings.caregivers if caregiver != "none"]
-    pairs += [("paper", baseline) for baseline in settings.caregivers if baseline not in ("none", "paper", FLOOR)]
+    ran = settings.caregivers
+    compared = [(caregiver, "none") for caregiver in ran if caregiver != "none"] if "none" in ran else []
+    compared += [("paper", other) for other in ran if other not in ("none", "paper", FLOOR)] if "paper" in ran else []
     return {
-        "rows": statistics.summarise(episodes, MEASURES),
-        "comparisons": [
-            row
-            for caregiver, baseline in pairs
-            if {caregiver, baseline} <= set(settings.caregivers)
-            for row in statistics.compare(episodes, caregiver, baseline)
-        ],
+        "rows": statistics.mean_rows(episodes, [column for column in MEASURES if column in episodes]),
+        "comparisons": [row for pair in compared for row in statistics.comparison_rows(episodes, *pair)],
         "versions": versions(),
         "seed": settings.seed,
     }

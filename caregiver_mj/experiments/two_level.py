@@ -1,0 +1,150 @@
+"""Intervals over many houses: the house is the unit of chance, for what is claimed is claimed of houses yet unseen.
+
+They resample houses, then episodes in each of them. They are studentised over houses, in the sample and in its
+resamples alike, so that the chance of the few episodes in a house is not counted twice, as it is in percentiles of
+such resamples. Every house counts the same, whatever happens in it, and however many episodes it has.
+
+A sample is a sequence of arrays, one for each house, (episodes,) or (episodes, columns).
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+
+import numpy as np
+
+from caregiver_mj.experiments.intervals import EXACT, TELLING, Estimate
+from caregiver_mj.experiments.studentised import CONFIDENCE, pivots, quantiles, resamples, shares, solve
+
+Houses = Sequence[np.ndarray]
+
+_BANK = 999  # resamples of the episodes of each house, to draw from
+
+
+def house_means(houses: Houses) -> np.ndarray:
+    """The mean of each house, (houses,) or (houses, columns)."""
+    return np.stack([np.mean(house, axis=0, dtype=float) for house in houses])
+
+
+def of_mean(houses: Houses, confidence: float = CONFIDENCE, least: float = -np.inf) -> Estimate:
+    """The mean over houses; see `intervals.of_mean`."""
+
+    def one(bank: np.ndarray) -> Estimate:
+        found = _interval(bank[0], np.ones(bank.shape[1]), _again(bank) - bank[0].mean(), confidence)
+        return found._replace(low=max(found.low, least))
+
+    return _each(one, _bank(houses), houses)
+
+
+def of_difference(ours: Houses, theirs: Houses, confidence: float = CONFIDENCE) -> Estimate:
+    """The mean over houses of ours less theirs; see `intervals.of_difference`."""
+    return of_mean([np.asarray(y, float) - x for y, x in zip(ours, theirs, strict=True)], confidence)
+
+
+def of_ratio(ours: Houses, theirs: Houses, confidence: float = CONFIDENCE) -> Estimate:
+    """The mean over houses of ours, over that of theirs; see `intervals.of_ratio`."""
+
+    def one(bank: np.ndarray) -> Estimate:
+        (y, again_y), (x, again_x) = ((part[0], _again(part)) for part in bank)
+        ratio = y.sum() / x.sum() if x.any() else np.nan
+        return _not_negative(_interval(y, x, again_y - ratio * again_x, confidence), ((y > 0) | (x > 0)).sum())
+
+    return _each(one, np.stack([_bank(ours), _bank(theirs)], axis=1), ours)
+
+
+def of_mean_ratio(ours: Houses, theirs: Houses, confidence: float = CONFIDENCE) -> Estimate:
+    """The mean of the ratios of those houses that have one: in which theirs are not all zero.
+
+    In a house where little happens the ratio of a few episodes is too high on average, and so is this; the ratio of
+    the means over houses (`of_ratio`) does not suffer from that.
+    """
+
+    def one(bank: np.ndarray) -> Estimate:
+        (y, again_y), (x, again_x) = ((part[0], _again(part)) for part in bank)
+        ratios = _ratios(y, x)[x > 0]
+        if not len(ratios):
+            return Estimate(np.nan, np.nan, np.nan)
+        errors = _ratios(again_y, again_x) - ratios.mean()
+        return _not_negative(_interval(ratios, np.ones_like(ratios), errors, confidence), len(ratios))
+
+    return _each(one, np.stack([_bank(ours), _bank(theirs)], axis=1), ours)
+
+
+def _each(one, banks: np.ndarray, houses: Houses) -> Estimate:
+    """An estimate of every column; numbers if the houses have none."""
+    found = [one(bank) for bank in banks]
+    return found[0] if np.ndim(houses[0]) == 1 else Estimate(*map(np.array, zip(*found, strict=True)))
+
+
+def _bank(houses: Houses) -> np.ndarray:
+    """Means of each house, then of resamples of its episodes, (columns, 1 + resamples, houses).
+
+    Houses of as many episodes are resampled alike, so that banks of paired samples are paired.
+    """
+    data = [np.asarray(house, float).reshape(len(house), -1) for house in houses]
+    bank = np.empty((1 + _BANK, len(data), data[0].shape[1]))
+    bank[0] = house_means(data)
+    sizes = np.array([len(house) for house in data])
+    for size in np.unique(sizes):
+        alike = np.flatnonzero(sizes == size)
+        episodes = np.concatenate([data[j] for j in alike], axis=1)  # (episodes, houses x columns)
+        again = np.concatenate([part @ episodes for part in shares(size, _BANK)])
+        bank[1:, alike] = again.reshape(_BANK, len(alike), -1)
+    return np.ascontiguousarray(np.moveaxis(bank, 2, 0))
+
+
+@functools.lru_cache(maxsize=2)
+def _drawn(houses: int) -> np.ndarray:
+    """Which number of a bank each resample takes for each of its houses, (resamples, houses)."""
+    random = np.random.default_rng(0)
+    size = resamples(houses), houses
+    house = random.integers(houses, size=size)
+    drawn = random.integers(1, 1 + _BANK, size=size) * houses + house
+    drawn.flags.writeable = False  # it belongs to the cache
+    return drawn
+
+
+def _again(bank: np.ndarray) -> np.ndarray:
+    """Means of resampled houses, (resamples, houses), of a bank (1 + resamples, houses)."""
+    return bank.ravel()[_drawn(bank.shape[1])]
+
+
+def _ratios(above: np.ndarray, below: np.ndarray) -> np.ndarray:
+    return np.divide(above, below, out=np.full_like(below, np.nan), where=below > 0)
+
+
+def _interval(above: np.ndarray, below: np.ndarray, errors: np.ndarray, confidence: float) -> Estimate:
+    """The ratio of means over houses.
+
+    Args:
+        above: Numerators (J,).
+        below: Denominators (J,).
+        errors: Those of resamples, (resamples, J), NaN for a house that does not count.
+        confidence: Of the interval.
+    """
+    if not below.any():
+        return Estimate(np.nan, np.nan, np.nan)
+    ratio = float(above.sum() / below.sum())
+    if len(below) < 2:
+        return Estimate(ratio, -np.inf, np.inf)
+    scale = ((above - ratio * below) ** 2).mean()
+    if np.isnan(errors).any():
+        counts = ~np.isnan(errors)
+        count, errors = np.maximum(counts.sum(axis=1), 1), np.where(counts, errors, 0.0)
+    else:
+        count = len(errors.T)
+    mean, square = errors.sum(axis=1) / count, np.einsum("ij,ij->i", errors, errors) / count
+    if max(scale, square.max()) <= EXACT * (above**2).mean():
+        return Estimate(ratio, ratio, ratio)
+    t = pivots(mean[None], square[None], count, scale[None, None])
+    low, high = solve(above[None], below[None], *quantiles(t, confidence))
+    return Estimate(ratio, float(low[0]), float(high[0]))
+
+
+def _not_negative(estimate: Estimate, telling: int) -> Estimate:
+    """The same of a quantity that is not negative; if it is zero everywhere, there is no telling how large it is."""
+    value, low, high = estimate
+    if value == 0 or (low == high and telling < TELLING):
+        return Estimate(value, 0.0, np.inf)
+    return Estimate(value, float(np.maximum(low, 0.0)), high)

@@ -1,0 +1,175 @@
+"""What a paired comparison says: one estimand, its interval, a p of the same estimand, and a verdict of both.
+
+A verdict is only given where the number of pairs permits one: with five pairs that differ no two-sided p is below
+2 / 2⁵ = .0625.
+"""
+
+from __future__ import annotations
+
+import enum
+from typing import NamedTuple
+
+import numpy as np
+
+from caregiver_mj.experiments.intervals import Estimate, of_difference, of_ratio
+from caregiver_mj.experiments.studentised import CONFIDENCE
+
+# What is little enough not to matter, as a share of the other caregiver's mean; stated before any comparison.
+MARGINS = {
+    "toys_reached": 0.03,  # a child kept safe shall still play
+    "damage": 0.10,  # less than the paper's rule differs from house to house (it leaves .28 to .34 at epsilon 1)
+}
+
+_EXACT_PAIRS = 20  # with so many all 2^20 signs are tried
+_MOST, _LEAST = 50_000, 2_000  # drawn signs of each pair: fewer of many pairs, whose p is clear anyway
+_SIGNS = 10_000_000  # of all pairs together, between these
+_BLOCK = 2_000_000  # signs at once
+_TIE = 1e-9  # relative, for sums that differ by rounding alone
+
+
+class Verdict(enum.StrEnum):
+    """What a comparison shows, at 5 %."""
+
+    LESS = "less"
+    MORE = "more"
+    NOT_INFERIOR = "not inferior"
+    INFERIOR = "inferior"
+    EQUIVALENT = "equivalent"
+    DIFFERENT = "different"
+    NONE = "no verdict"
+
+
+class Comparison(NamedTuple):
+    """Ours against theirs.
+
+    Attributes:
+        estimate: The mean difference, ours less theirs, with its interval.
+        p: Two-sided p of a mean difference of zero; NaN where no p could be small enough.
+        verdict: LESS or MORE where the p is small enough and the interval leaves zero out, else NONE.
+    """
+
+    estimate: Estimate
+    p: float
+    verdict: Verdict
+
+
+def compare_means(ours: np.ndarray, theirs: np.ndarray) -> Comparison:
+    """Whether ours are less or more than theirs on average, over paired samples (n,)."""
+    difference = np.asarray(ours, float) - theirs
+    return judge(of_difference(ours, theirs), difference)
+
+
+def judge(estimate: Estimate, difference: np.ndarray) -> Comparison:
+    """The same where the interval of the mean of differences (n,) is known already, such as one over houses."""
+    return judge_columns(Estimate(*([value] for value in estimate)), np.asarray(difference, float)[:, None])[0]
+
+
+def judge_columns(estimates: Estimate, differences: np.ndarray) -> list[Comparison]:
+    """The same for several kinds of differences of the same pairs, (n, columns); a comparison for each."""
+    found = []
+    for i, (difference, p) in enumerate(zip(differences.T, sign_flip_p(differences), strict=True)):
+        estimate = estimates.column(i)
+        if not enough(difference):
+            found.append(Comparison(estimate, np.nan, Verdict.NONE))
+            continue
+        below, above = estimate.high < 0, estimate.low > 0
+        clear = p <= 1 - CONFIDENCE and (below or above)
+        found.append(Comparison(estimate, p, (Verdict.LESS if below else Verdict.MORE) if clear else Verdict.NONE))
+    return found
+
+
+def enough(difference: np.ndarray) -> bool:
+    """Whether there are pairs enough, of those that differ, for a p of 5 %."""
+    return 2.0 ** (1 - np.count_nonzero(difference)) <= 1 - CONFIDENCE
+
+
+def not_inferior(
+    ours: np.ndarray, theirs: np.ndarray, margin: float, *, more_is_better: bool, ratio: Estimate | None = None
+) -> Verdict:
+    """Whether ours are worse than theirs by less than a margin: a one-sided test at 2.5 % by the interval of the ratio.
+
+    Args:
+        ours: A sample (n,) that is not negative.
+        theirs: One paired with it.
+        margin: Share of the larger of the two means that does not matter.
+        more_is_better: As of toys; not as of damage.
+        ratio: The ratio of means with its interval, where it is known already, such as one over houses.
+    """
+    least = 1 - margin
+    if not (_decides(ours, theirs, least) if more_is_better else _decides(theirs, ours, least)):
+        return Verdict.NONE
+    _, low, high = ratio or of_ratio(ours, theirs)
+    fine, bad = (low > least, high < least) if more_is_better else (high * least < 1, low * least > 1)
+    return Verdict.NOT_INFERIOR if fine else Verdict.INFERIOR if bad else Verdict.NONE
+
+
+def equivalent(ours: np.ndarray, theirs: np.ndarray, margin: float, ratio: Estimate | None = None) -> Verdict:
+    """Whether neither is less than the other by a margin: two one-sided tests at 2.5 % by the interval of the ratio.
+
+    Args:
+        ours: A sample (n,) that is not negative.
+        theirs: One paired with it.
+        margin: Share of the larger of the two means that does not matter.
+        ratio: The ratio of means with its interval, where it is known already, such as one over houses.
+    """
+    least = 1 - margin
+    if not (_decides(ours, theirs, least) and _decides(theirs, ours, least)):
+        return Verdict.NONE
+    _, low, high = ratio or of_ratio(ours, theirs)
+    if low > least and high * least < 1:
+        return Verdict.EQUIVALENT
+    return Verdict.DIFFERENT if high < least or low * least > 1 else Verdict.NONE
+
+
+def _decides(ours: np.ndarray, theirs: np.ndarray, least: float) -> bool:
+    """Whether there are pairs enough to tell ours from that share of theirs."""
+    return enough(np.asarray(ours, float) - least * np.asarray(theirs, float))
+
+
+def sign_flip_p(difference: np.ndarray) -> np.ndarray | float:
+    """Two-sided p of a mean of zero, if each of the differences could as well have the other sign.
+
+    The square of their sum is compared with that under other signs: all of them for 20 differences that are not zero
+    or fewer, else many drawn ones, which are the same every time. Student's t would order the signs alike.
+
+    Args:
+        difference: Of pairs, (n,), or of several kinds for the same pairs, (n, columns).
+    """
+    columns = np.asarray(difference, float)
+    if columns.ndim == 1:
+        return float(sign_flip_p(columns[:, None])[0])
+    p = np.ones(columns.shape[1])
+    many = np.count_nonzero(columns, axis=0) > _EXACT_PAIRS
+    for i in np.flatnonzero(~many):
+        p[i] = _p_of_all_signs(columns[columns[:, i] != 0, i])
+    if many.any():
+        p[many] = _p_of_drawn_signs(columns[:, many])
+    return p
+
+
+def _p_of_all_signs(difference: np.ndarray) -> float:
+    if not len(difference):
+        return 1.0
+    sums = np.zeros(1)
+    for one in np.abs(difference[1:]):  # the first sign stays; its mirror image is as far from zero
+        sums = np.concatenate([sums + one, sums - one])
+    return float((np.abs(sums + np.abs(difference[0])) >= _least_sum(difference)).mean())
+
+
+def _p_of_drawn_signs(columns: np.ndarray) -> np.ndarray:
+    pairs, sizes, least = len(columns), np.abs(columns), _least_sum(columns)
+    flips = int(np.clip(_SIGNS // pairs, _LEAST, _MOST)) - 1
+    random = np.random.default_rng(0)
+    rows = max(1, _BLOCK // pairs)
+    hits = np.zeros(columns.shape[1])
+    for first in range(0, flips, rows):
+        shape = min(rows, flips - first), pairs
+        bits = np.frombuffer(random.bytes(-(-shape[0] * pairs // 8)), np.uint8)
+        signs = np.unpackbits(bits, count=shape[0] * pairs).reshape(shape).astype(float)
+        hits += (np.abs(2 * (signs @ sizes) - sizes.sum(axis=0)) >= least).sum(axis=0)
+    return (1 + hits) / (1 + flips)
+
+
+def _least_sum(difference: np.ndarray) -> np.ndarray:
+    """What sums must reach to be as far from zero as the one that came out, but for rounding."""
+    return np.abs(difference.sum(axis=0)) - _TIE * np.abs(difference).sum(axis=0)

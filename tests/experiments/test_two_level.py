@@ -1,0 +1,116 @@
+"""Over houses: every house counts the same, and what is between houses is the chance."""
+
+import numpy as np
+import pytest
+
+from caregiver_mj.experiments import two_level
+from caregiver_mj.experiments.intervals import of_difference, of_mean, of_ratio
+
+ESTIMATES = (two_level.of_mean_ratio, two_level.of_ratio, two_level.of_difference)
+
+
+@pytest.fixture
+def houses():
+    """Twelve houses of 20 episodes: ours, theirs."""
+    random = np.random.default_rng(1)
+    share = random.uniform(0.2, 0.5, 12)
+    theirs = [random.poisson(mean, 20).astype(float) for mean in random.uniform(5, 30, 12)]
+    return [random.binomial(x.astype(int), p).astype(float) for x, p in zip(theirs, share, strict=True)], theirs
+
+
+def test_by_hand():
+    ours, theirs = [[2, 0, 4], [3, 5]], [[10, 20, 30], [4, 4]]
+    assert two_level.house_means(ours).tolist() == [2, 4]
+    assert two_level.of_mean(ours).value == 3
+    assert two_level.of_mean_ratio(ours, theirs).value == pytest.approx(0.55)  # of .1 and 1
+    assert two_level.of_ratio(ours, theirs).value == pytest.approx(6 / 24)
+    assert two_level.of_difference(ours, theirs).value == pytest.approx(-9)
+
+
+def test_houses_count_the_same(houses):
+    ours, theirs = houses
+    often = [np.tile(ours[0], 5), *ours[1:]], [np.tile(theirs[0], 5), *theirs[1:]]
+    for estimate in ESTIMATES:
+        assert estimate(*often).value == pytest.approx(estimate(*houses).value)
+
+
+def test_episodes_alike_leave_the_chance_of_houses(houses):
+    """With one episode in each house, or many that are all the same, a house is a pair like any other."""
+    ours, theirs = ([house[:1] for house in side] for side in houses)
+    y, x = np.concatenate(ours), np.concatenate(theirs)
+    for count in (1, 7):
+        found = [[np.tile(house, count) for house in side] for side in (ours, theirs)]
+        assert two_level.of_ratio(*found) == pytest.approx(of_ratio(y, x), rel=0.05)
+        assert two_level.of_difference(*found) == pytest.approx(of_difference(y, x), rel=0.05)
+        assert two_level.of_mean(found[0]) == pytest.approx(of_mean(y), rel=0.05)
+
+
+def test_scaling_and_determinism(houses):
+    ours, theirs = houses
+    scaled = [3 * house for house in ours]
+    for estimate in (two_level.of_mean_ratio, two_level.of_ratio):
+        assert estimate(scaled, theirs) == pytest.approx([3 * end for end in estimate(ours, theirs)])
+    for estimate in ESTIMATES:
+        found = estimate(ours, theirs)
+        assert found.low < found.value < found.high
+        assert estimate(ours, theirs) == found
+
+
+def test_columns_of_houses(houses):
+    other = [house[::-1] + 1 for house in houses[0]]
+    both = [[np.stack(pair, axis=1) for pair in zip(*sides, strict=True)] for sides in ((houses[0], other), houses)]
+    for estimate in ESTIMATES:
+        found = estimate(*both)
+        assert found.column(0) == pytest.approx(estimate(houses[0], houses[0]))
+        assert found.column(1) == pytest.approx(estimate(other, houses[1]))
+
+
+def test_swapping_over_houses(houses):
+    value, low, high = two_level.of_ratio(*houses)
+    assert two_level.of_ratio(*houses[::-1]) == pytest.approx((1 / value, 1 / high, 1 / low))
+
+
+def test_more_houses_are_worth_more_than_more_episodes():
+    random = np.random.default_rng(2)
+
+    def width(houses, episodes):
+        share = random.uniform(0.1, 0.7, houses)
+        theirs = random.poisson(20, (houses, episodes)).astype(float)
+        _, low, high = two_level.of_ratio(random.binomial(theirs.astype(int), share[:, None]), theirs)
+        return high - low
+
+    assert width(10, 200) > 0.6 * width(10, 20)
+    assert width(100, 20) < 0.5 * width(10, 20)
+
+
+def test_little_to_go_on():
+    lone = [[1, 2, 3]], [[4, 5, 6]]
+    assert two_level.of_ratio(*lone) == two_level.of_mean_ratio(*lone) == (0.4, 0, np.inf)
+    assert two_level.of_difference(*lone) == (-3, -np.inf, np.inf)
+    assert two_level.of_mean_ratio([[1, 2], [0, 0], [1, 1]], [[4, 2], [0, 0], [2, 2]]).value == pytest.approx(0.5)
+    nothing = [[0, 0], [0, 0]], [[0, 0], [0, 0]]
+    assert np.isnan([*two_level.of_mean_ratio(*nothing), *two_level.of_ratio(*nothing)]).all()
+    assert two_level.of_difference(*nothing) == (0, 0, 0)
+    safe = [[0, 0]] * 10, [[3, 4]] * 10
+    assert two_level.of_ratio(*safe) == two_level.of_mean_ratio(*safe) == (0, 0, np.inf)
+
+
+@pytest.mark.parametrize(("houses", "wanted"), [(3, (0.5, 0, np.inf)), (4, (0.5, 0.5, 0.5))])
+def test_houses_that_are_all_the_same(houses, wanted):
+    ours, theirs = [[2, 2]] * houses, [[4, 4]] * houses
+    assert two_level.of_ratio(ours, theirs) == two_level.of_mean_ratio(ours, theirs) == wanted
+    assert two_level.of_mean(ours) == (2, 2, 2)
+
+
+def test_coverage_over_houses():
+    """Ten houses whose ratios differ, in each of which 20 episodes say little: percentiles would be far too wide."""
+    random = np.random.default_rng(3)
+    hits = {two_level.of_mean_ratio: [], two_level.of_ratio: []}
+    for _ in range(200):
+        theirs = random.poisson(10.0, (10, 20)).astype(float)
+        ours = random.binomial(theirs.astype(int), random.beta(3, 7, 10)[:, None]).astype(float)
+        for estimate, covered in hits.items():
+            _, low, high = estimate(ours, theirs)
+            covered.append(low <= 0.3 <= high)
+    for covered in hits.values():
+        assert 0.9 <= np.mean(covered) < 0.99
