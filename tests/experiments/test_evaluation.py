@@ -17,8 +17,9 @@ from caregiver_mj.plans.hazards import DamageWeights
 
 # Columns of the contract, written out once more.
 COLUMNS = ["world", "house", "caregiver", "family", "epsilon", "children", "episode", "seed"]
-DAMAGE = ["damage", "damage_stairwell", "damage_candle", "damage_table"]
-COUNTS = ["timesteps_to_threshold", "cells_visited", "toys_reached", "moves_blocked", "interventions"]
+DAMAGE = ["damage", "damage_stairwell", "damage_candle", "damage_table", "damage_until_stop"]
+COUNTS = ["stopped", "timesteps_to_threshold", "cells_visited", "toys_reached", "moves_blocked"]
+COUNTS += ["moves_blocked_stairwell", "moves_blocked_free", "longest_blocked", "interventions"]
 COUNTS += ["interventions_done", "candles_dropped", "strikes"]
 TIMES = ["sim_seconds", "wall_seconds"]
 MEASURES = [*DAMAGE, *COUNTS, *TIMES]

@@ -154,7 +154,7 @@ def test_the_robot_blocks_each_child_by_itself():
     env = row((3, SOUTH), (4, EAST), robot=True)
     env.physics.set_robot(np.array([*ROW.position((2, 3)), 0.0]))  # on the landing
     timesteps(env, 2)
-    assert env.task.ledger.moves_blocked[0].tolist() == [2, 0]
+    assert env.task.ledger.moves_blocked[0].tolist() == [[2, 0], [0, 0]]
     assert env.task.outcome()["damage_stairwell"] == 0
 
 
