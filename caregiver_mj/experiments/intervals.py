@@ -1,0 +1,103 @@
+"""Confidence intervals of a mean, of a difference of means and of a ratio of means, for 20 episodes or for 2000.
+
+All are studentised bootstrap intervals (see `studentised`); docs/coverage.md shows how often they cover the truth.
+Samples are paired: unit i of one belongs to unit i of the other. A unit is an episode, or a house (see `over_houses`).
+The resamples are the same every time, so the same samples have the same interval.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from caregiver_mj.experiments.studentised import CONFIDENCE, pivots, quantiles, shares, solve
+
+_TELLING = 4  # units; of fewer, a resample has none with a probability of e^-3 > 2.5 % or more, and bounds nothing
+_EXACT = 1e-24  # squared rounding errors, relative
+
+
+class Estimate(NamedTuple):
+    """An estimate and the ends of its interval; numbers for one sample, arrays (columns,) for several.
+
+    Attributes:
+        value: The estimate, NaN where there is none.
+        low: Lower end, -inf (of a ratio: 0) where the sample bounds nothing; NaN where there is no estimate.
+        high: Upper end, inf where the sample bounds nothing.
+    """
+
+    value: np.ndarray | float
+    low: np.ndarray | float
+    high: np.ndarray | float
+
+
+def of_mean(data: np.ndarray, confidence: float = CONFIDENCE, least: float = -np.inf) -> Estimate:
+    """The mean of a sample (n,), or of several, (n, columns).
+
+    A sample whose units are all the same has an interval without width.
+
+    Args:
+        data: The samples.
+        confidence: How often the interval shall cover the truth.
+        least: A value that no unit can be below, and so no mean either.
+    """
+    columns = _columns(data)
+    low, high = _bounds(columns, np.ones_like(columns), confidence)
+    return _shaped(columns.mean(axis=1), np.maximum(low, least), high, np.ndim(data))
+
+
+def of_difference(ours: np.ndarray, theirs: np.ndarray, confidence: float = CONFIDENCE) -> Estimate:
+    """The mean of ours less theirs, over paired samples (n,) or (n, columns)."""
+    return of_mean(np.asarray(ours, float) - theirs, confidence)
+
+
+def of_ratio(ours: np.ndarray, theirs: np.ndarray, confidence: float = CONFIDENCE) -> Estimate:
+    """The mean of ours over the mean of theirs, such as the damage left, over paired samples (n,) or (n, columns).
+
+    Where theirs are all zero there is no ratio. Where ours are, the ratio is 0 and has no upper bound. Where all pairs
+    have the same ratio, and at least four of them have any, the interval has no width.
+
+    Raises:
+        ValueError: A number is negative.
+    """
+    above, below = _columns(ours), _columns(theirs)
+    if min(above.min(initial=0), below.min(initial=0)) < 0:
+        raise ValueError("a ratio of means is for quantities that cannot be negative")
+    x, y = below.mean(axis=1), above.mean(axis=1)
+    value = np.divide(y, x, out=np.full_like(x, np.nan), where=x > 0)
+    low, high = _bounds(above, below, confidence)
+    telling = ((above > 0) | (below > 0)).sum(axis=1)
+    nothing = (low == high) & ((y == 0) | (telling < _TELLING))
+    low, high = np.where(nothing, -np.inf, low), np.where(nothing, np.inf, high)
+    none = np.isnan(value)
+    low, high = np.where(none, np.nan, np.maximum(low, 0.0)), np.where(none, np.nan, high)
+    return _shaped(value, low, high, np.ndim(ours))
+
+
+def _bounds(above: np.ndarray, below: np.ndarray, confidence: float) -> tuple[np.ndarray, np.ndarray]:
+    """Ends of the intervals of ratios of means; samples are (columns, n)."""
+    size = above.shape[1]
+    x, y = below.mean(axis=1), above.mean(axis=1)
+    ratio = np.divide(y, x, out=np.zeros_like(x), where=x > 0)
+    errors = above - ratio[:, None] * below
+    scale = (errors**2).mean(axis=1)
+    same = scale <= _EXACT * (above**2).mean(axis=1)
+    if size < 2:
+        unknown = np.full_like(x, np.inf)
+        return -unknown, unknown
+    t = [pivots(errors @ part.T, errors**2 @ part.T, size, scale[:, None]) for part in shares(size)]
+    low, high = solve(above, below, *quantiles(np.concatenate(t, axis=1), confidence))
+    return np.where(same, ratio, low), np.where(same, ratio, high)
+
+
+def _columns(data: np.ndarray) -> np.ndarray:
+    """Samples as (columns, n)."""
+    data = np.asarray(data, float)
+    return data[None] if data.ndim == 1 else np.ascontiguousarray(data.T)
+
+
+def _shaped(value: np.ndarray, low: np.ndarray, high: np.ndarray, dimensions: int) -> Estimate:
+    """Numbers for a sample that came alone."""
+    if dimensions > 1:
+        return Estimate(value, low, high)
+    return Estimate(float(value[0]), float(low[0]), float(high[0]))

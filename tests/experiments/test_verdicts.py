@@ -1,0 +1,136 @@
+"""Verdicts: p-values counted by hand, and no verdict where there are too few pairs for one."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from caregiver_mj.experiments.intervals import Estimate, of_difference
+from caregiver_mj.experiments.verdicts import (
+    MARGINS,
+    Verdict,
+    compare_means,
+    enough,
+    equivalent,
+    judge,
+    not_inferior,
+    sign_flip_p,
+)
+
+
+@pytest.mark.parametrize(
+    ("difference", "p"),
+    [
+        ([1, 2, 3], 2 / 8),
+        ([3, -1, 2], 4 / 8),  # sums of 6 and 4, either way
+        ([3, -1, 2, 0, 0], 4 / 8),
+        ([1, 2, 3, 4], 0.125),
+        ([5], 1),
+        ([0, 0], 1),
+        ([1, -1], 1),
+        ([0.1] * 10, 2 / 2**10),
+        ([1] * 8 + [-1] * 2, stats.binomtest(8, 10).pvalue),
+    ],
+)
+def test_sign_flips_by_hand(difference, p):
+    assert sign_flip_p(np.array(difference)) == pytest.approx(p)
+    assert sign_flip_p(-7.3 * np.array(difference)) == pytest.approx(p)
+
+
+def test_many_signs_are_drawn():
+    difference = np.array([1.0] * 21 + [-1.0] * 9)
+    assert sign_flip_p(difference) == pytest.approx(stats.binomtest(21, 30).pvalue, rel=0.05)
+    assert sign_flip_p(difference) == sign_flip_p(difference[::-1])
+    assert sign_flip_p(np.ones(300)) == pytest.approx(1e-5)
+
+
+def test_drawn_signs_agree_with_all():
+    difference = np.random.default_rng(0).normal(0.4, 1.0, 20)
+    exact = sign_flip_p(difference)
+    drawn = sign_flip_p(np.append(difference, 1e-12))  # one pair more, which does not count
+    assert drawn == pytest.approx(exact, abs=0.005)
+
+
+@pytest.mark.parametrize(("pairs", "verdict"), [(4, Verdict.NONE), (5, Verdict.NONE), (6, Verdict.LESS)])
+def test_no_verdict_of_few_pairs(pairs, verdict):
+    theirs = np.array([10.0, 12.0, 11.0, 13.0, 10.0, 12.0])[:pairs]
+    found = compare_means(theirs - 8, theirs)
+    assert found.estimate.value == pytest.approx(-8)
+    assert found.verdict is verdict
+    assert np.isnan(found.p) == (verdict is Verdict.NONE)
+    assert enough(np.ones(pairs)) == (verdict is not Verdict.NONE)
+
+
+def test_pairs_that_do_not_differ_do_not_count():
+    assert not enough(np.array([1, 1, 1, 0, 0, 0, 0]))
+
+
+def test_verdict_and_interval_do_not_contradict_each_other():
+    random = np.random.default_rng(7)
+    for shift in np.linspace(0, 1, 40):
+        ours, theirs = random.exponential(1.0, (2, 20))
+        ours = ours + shift
+        estimate, p, verdict = compare_means(ours, theirs)
+        assert estimate == of_difference(ours, theirs)
+        shown = p <= 0.05 and (estimate.low > 0 or estimate.high < 0)
+        assert (verdict is not Verdict.NONE) == shown
+        other = compare_means(theirs, ours)
+        assert other.p == p
+        assert (other.verdict is Verdict.LESS) == (verdict is Verdict.MORE)
+
+
+def test_a_verdict_needs_both():
+    difference = np.array([3.0, 4, 5, 6, 7, 8])
+    assert judge(Estimate(5.5, 4, 7), difference).verdict is Verdict.MORE
+    assert judge(Estimate(5.5, -1, 7), difference).verdict is Verdict.NONE
+    assert judge(Estimate(0.0, 1, 2), np.array([1.0, -1, 1, -1, 1, -1])).verdict is Verdict.NONE
+
+
+# -- Margins -----------------------------------------------------------------------------------------
+
+TOYS = np.array([20.0, 24, 22, 25, 19, 23, 21, 24, 20, 22])
+
+
+@pytest.mark.parametrize(
+    ("ours", "verdict"),
+    [
+        (TOYS, Verdict.NOT_INFERIOR),
+        (TOYS + 1, Verdict.NOT_INFERIOR),
+        (0.98 * TOYS, Verdict.NOT_INFERIOR),
+        (0.96 * TOYS, Verdict.INFERIOR),
+        (TOYS - 3 * np.arange(10) % 7, Verdict.INFERIOR),
+        (TOYS + np.array([3, -3, 2, -2, 1, -1, 2, -2, 3, -3]), Verdict.NONE),
+    ],
+)
+def test_toys_kept(ours, verdict):
+    assert not_inferior(ours, TOYS, MARGINS["toys_reached"], more_is_better=True) is verdict
+
+
+def test_a_margin_needs_pairs_too():
+    assert not_inferior(TOYS[:5], TOYS[:5], 0.03, more_is_better=True) is Verdict.NONE
+    assert not_inferior(TOYS[:6], TOYS[:6], 0.03, more_is_better=True) is Verdict.NOT_INFERIOR
+    assert not_inferior(np.zeros(20), np.zeros(20), 0.03, more_is_better=True) is Verdict.NONE
+    assert equivalent(TOYS[:5], TOYS[:5], 0.1) is Verdict.NONE
+
+
+def test_what_is_better_when_less():
+    assert not_inferior(1.1 * TOYS, TOYS, 0.10, more_is_better=False) is Verdict.NOT_INFERIOR
+    assert not_inferior(1.12 * TOYS, TOYS, 0.10, more_is_better=False) is Verdict.INFERIOR
+    assert not_inferior(0.5 * TOYS, TOYS, 0.10, more_is_better=False) is Verdict.NOT_INFERIOR
+
+
+@pytest.mark.parametrize(
+    ("factor", "verdict"), [(1, Verdict.EQUIVALENT), (0.92, Verdict.EQUIVALENT), (0.88, Verdict.DIFFERENT)]
+)
+def test_equivalence_from_either_side(factor, verdict):
+    assert equivalent(factor * TOYS, TOYS, 0.10) is verdict
+    assert equivalent(TOYS, factor * TOYS, 0.10) is verdict
+
+
+def test_equivalence_that_is_not_shown():
+    noisy = TOYS * np.array([0.5, 1.5] * 5)
+    assert equivalent(noisy, TOYS, 0.10) is Verdict.NONE
+
+
+def test_an_interval_known_already():
+    assert equivalent(TOYS, TOYS, 0.10, ratio=Estimate(1.0, 0.8, 1.2)) is Verdict.NONE
+    assert not_inferior(TOYS, TOYS, 0.03, more_is_better=True, ratio=Estimate(0.9, 0.8, 0.95)) is Verdict.INFERIOR
