@@ -72,7 +72,7 @@ class GridWorld:
             stairs_shut: Whether every stairwell is shut, as if a caregiver stood in it all the time.
         """
         self.plan = plan
-        self.behaviours = [child.make(plan) for child in Family.of(family).children]
+        self.behaviours = list(Family.of(family).make(plan))
         self.caregiver = caregiver
         self._caregiver_actions, self._stairs_shut = caregiver_actions, stairs_shut
         self._next_cell, self._target, self._target_index = plan.graph.moves

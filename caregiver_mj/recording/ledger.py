@@ -28,7 +28,7 @@ class Ledger:
         strikes: Contacts with a moving robot, (B,).
         stopped_at: Timestep in which the damage came above the threshold, (B,); 0 where it did not.
         damage_until_stop: Damage until then, (B,).
-        visits: Timesteps that children ended in each free cell, summed over everything, (free cells,).
+        visits: Timesteps that children ended in each free cell, (B, free cells).
         damage_at: Damage that they took in each, likewise.
     """
 
@@ -51,7 +51,8 @@ class Ledger:
         self.stopped_at, self.damage_until_stop = np.zeros(batch, int), np.zeros(batch)
         self._visited = np.zeros((batch, len(plan.free_cells)), bool)
         self._visited[np.arange(batch)[:, None], cells] = True
-        self.visits, self.damage_at = np.zeros((2, len(plan.free_cells)))
+        self.visits, self.damage_at = np.zeros((2, batch, len(plan.free_cells)))
+        self._each = np.arange(batch)
 
     def book(
         self, begun: np.ndarray, ended: np.ndarray, harm: np.ndarray, toys: np.ndarray, blocked: np.ndarray
@@ -71,8 +72,9 @@ class Ledger:
         self.moves_blocked += blocked
         self._blocked_since = np.where(blocked.any(axis=2), self._blocked_since + 1, 0)
         self.longest_blocked = np.maximum(self.longest_blocked, self._blocked_since)
-        self.damage_at += np.bincount(begun.ravel(), harm.sum(axis=2).ravel(), len(self.damage_at))
-        self.visits += np.bincount(ended.ravel(), minlength=len(self.visits))
+        for child in range(begun.shape[1]):
+            self.damage_at[self._each, begun[:, child]] += harm[:, child].sum(axis=1)
+            self.visits[self._each, ended[:, child]] += 1
         running = np.flatnonzero(self.stopped_at == 0)
         self._visited[running[:, None], ended[running]] = True
         damage = self.damage

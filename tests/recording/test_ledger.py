@@ -65,8 +65,8 @@ def test_an_episode_of_an_only_child():
     assert outcome["damage"] == 19.0
     assert (outcome["stopped"], outcome["timesteps_to_threshold"], outcome["damage_until_stop"]) == (1, 6, 19.0)
     assert outcome["cells_visited"] == 2  # cell 4 came later
-    assert one.visits.tolist() == [0, 0, 1, 5, 1, 0]
-    assert one.damage_at.tolist() == [0, 0, 5, 14, 0, 0]  # where it stood when it was hurt
+    assert one.visits.tolist() == [[0, 0, 1, 5, 1, 0]]
+    assert one.damage_at.tolist() == [[0, 0, 5, 14, 0, 0]]  # where it stood when it was hurt
     assert one.timestep == 7
 
 
@@ -123,7 +123,7 @@ def test_children_count_together_and_each():
     assert outcome["toys_by_child"] == [2.0, 1.0]
     assert outcome["moves_blocked"] == 2
     assert two.visits.sum() == 2 * 3
-    assert two.damage_at.tolist() == [0, 10, 0, 0, 0, 6]
+    assert two.damage_at.tolist() == [[0, 10, 0, 0, 0, 6]]
 
 
 def test_episodes_of_a_batch_do_not_mix():
@@ -139,8 +139,8 @@ def test_episodes_of_a_batch_do_not_mix():
             one.book(begun[i : i + 1], ended[i : i + 1], harm[i : i + 1], toys[i : i + 1], blocked[i : i + 1])
     for i, one in enumerate(alone):
         assert together.outcome(i) == one.outcome()
-    np.testing.assert_array_equal(together.visits, sum(one.visits for one in alone))
-    np.testing.assert_array_equal(together.damage_at, sum(one.damage_at for one in alone))
+    np.testing.assert_array_equal(together.visits, np.concatenate([one.visits for one in alone]))
+    np.testing.assert_array_equal(together.damage_at, np.concatenate([one.damage_at for one in alone]))
 
 
 def test_other_events_are_booked_by_whoever_sees_them():

@@ -19,7 +19,7 @@ def document(results: Results, command: str) -> str:
     )
     headline = fill(
         f"With the caregiver, the house leaves {mean:.2f} times the damage that the grid leaves, averaged over epsilon "
-        f"1, 0.75 and 0.5 (95 % bootstrap interval {low:.2f} to {high:.2f}). That is {verdict} the goal of "
+        f"1, 0.75 and 0.5 (95 % interval {low:.2f} to {high:.2f}). That is {verdict} the goal of "
         f"{1 + GOAL:.2f} at most; the interval {words.where(low, high)}. {words.differences(results)} "
         f"{words.delay(results)}"
     )
@@ -33,7 +33,7 @@ def document(results: Results, command: str) -> str:
     )
     columns = fill(
         "Mean damage an episode alone and with the caregiver, what is left of it, and *house / grid*, the ratio of "
-        f"damage with the caregiver. In brackets: 95 % bootstrap intervals over the same {results.episodes} episodes. "
+        f"damage with the caregiver. In brackets: 95 % intervals over the same {results.episodes} episodes. "
         f"*Of many* is what is left in the grid over {results.many:,} episodes. Alone, {words.same_alone(results)}."
     )
     return f"""# From grid to house

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from caregiver_mj.experiments.statistics import ratio_interval
+from caregiver_mj.experiments.intervals import of_ratio
 from caregiver_mj.studies.documents import table
 from caregiver_mj.studies.grid_to_house.phases import PARTS, PHASES
 from caregiver_mj.studies.grid_to_house.results import EPSILONS, Results
@@ -18,10 +18,10 @@ def damage_table(results: Results) -> str:
             (
                 f"{e:g}",
                 *(f"{damage.mean():.2f}" for damage in (alone[1], grid, house)),
-                _interval(*ratio_interval(grid, alone[0])),
-                _interval(*ratio_interval(house, alone[1])),
+                _interval(*of_ratio(grid, alone[0])),
+                _interval(*of_ratio(house, alone[1])),
                 f"{results.reference[e]:.3f}",
-                _interval(*ratio_interval(house, grid)),
+                _interval(*of_ratio(house, grid)),
             )
         )
     rows.append(("average", *[""] * 6, f"**{_interval(*results.ratio())}**"))

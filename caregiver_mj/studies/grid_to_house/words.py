@@ -27,8 +27,8 @@ _BUDGET = {
 
 def where(low: float, high: float) -> str:
     """Where the interval of house over grid lies."""
-    if math.isnan(low):
-        return "of a single episode says nothing"
+    if math.isinf(high):
+        return "of so few episodes has no upper end"
     if high <= 1 + GOAL:
         return "lies within the goal as a whole"
     return "lies above the goal as a whole" if low > 1 + GOAL else "reaches to both sides of the goal"
