@@ -98,7 +98,7 @@ def measure(
 
 def run(job: Job) -> dict[str, Any]:
     """Runs an episode."""
-    env, policy = _house(job.robot, job.epsilon)
+    env, policy = make(ROBOTS[job.robot], job.epsilon)
     env.task.reseed(episode_random(episode_seed(0, job.episode)))
     timestep = env.reset()
     while not timestep.last():
@@ -107,8 +107,8 @@ def run(job: Job) -> dict[str, Any]:
 
 
 @functools.lru_cache(maxsize=1)  # jobs of one robot and epsilon follow each other
-def _house(name: str, epsilon: float) -> tuple[Any, CaregiverPolicy | None]:
-    robot = ROBOTS[name]
+def make(robot: Robot | None, epsilon: float) -> tuple[Any, CaregiverPolicy | None]:
+    """A house with a novice, and what acts in it, if anything does."""
     kwargs: dict[str, Any] = {"robot": robot is not None}
     if robot:
         kwargs["embodiment"] = slowed(find_embodiment(), robot.speed)

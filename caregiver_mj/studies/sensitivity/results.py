@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from caregiver_mj.experiments import intervals
+from caregiver_mj.experiments import intervals, two_level
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.settings import EPSILONS
-from caregiver_mj.experiments.two_level import over_houses
 from caregiver_mj.studies.sensitivity.conditions import NONE, OWN_WEIGHTS, Condition
 from caregiver_mj.studies.sensitivity.places import Place
 
@@ -35,11 +34,10 @@ class Results:
 
     def left(self, place: Place, condition: Condition, weights: str = OWN_WEIGHTS) -> list[Estimate]:
         """Share of the unassisted damage that is left; over several houses, of the mean over them."""
-        found = []
-        for ours, theirs in self._pairs(place, condition, NONE, _damage(weights)):
-            one = len(place.houses) == 1
-            found.append(intervals.of_ratio(ours[0], theirs[0]) if one else over_houses(ours, theirs).ratio_of_means)
-        return found
+        pairs = self._pairs(place, condition, NONE, _damage(weights))
+        if len(place.houses) == 1:
+            return [intervals.of_ratio(*ours, *theirs) for ours, theirs in pairs]
+        return [two_level.of_ratio(ours, theirs) for ours, theirs in pairs]
 
     def difference(
         self, place: Place, ours: Condition, theirs: Condition, weights: str = OWN_WEIGHTS
@@ -79,18 +77,18 @@ class Results:
         return intervals.of_difference(one, other)
 
     def _differences(self, place: Place, ours: Condition, theirs: Condition, measure: Measure) -> list[Estimate]:
-        found = []
-        for one, other in self._pairs(place, ours, theirs, measure):
-            alone = len(place.houses) == 1
-            found.append(
-                intervals.of_difference(one[0], other[0]) if alone else over_houses(one, other).mean_difference
-            )
-        return found
+        pairs = self._pairs(place, ours, theirs, measure)
+        if len(place.houses) == 1:
+            return [intervals.of_difference(*one, *other) for one, other in pairs]
+        return [two_level.of_difference(one, other) for one, other in pairs]
 
-    def _pairs(self, place: Place, ours: Condition, theirs: Condition, measure: Measure):
+    def _pairs(
+        self, place: Place, ours: Condition, theirs: Condition, measure: Measure
+    ) -> Iterator[tuple[list[np.ndarray], list[np.ndarray]]]:
         """For each epsilon what is measured in each house under both conditions."""
         for epsilon in EPSILONS:
-            yield tuple([measure(one) for one in self._of(place, condition, epsilon)] for condition in (ours, theirs))
+            one, other = ([measure(o) for o in self._of(place, condition, epsilon)] for condition in (ours, theirs))
+            yield one, other
 
     def _mean(self, place: Place, condition: Condition, measure: Measure) -> np.ndarray:
         """Over episodes, houses and epsilons."""
