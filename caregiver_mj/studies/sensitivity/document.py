@@ -166,12 +166,12 @@ def _same_rule(results: Results) -> str:
         "*Cells* is the share of a child's cells in which the two want something else, with the candles where they "
         "are at first, for both sets of weights; *timesteps* the share of those of all episodes, with 5:4:1, at whose "
         "end `nearest` would set about something else than `paper`; and the damage an episode that this makes, over "
-        "all epsilons."
+        f"all epsilons. {words.apart(results)}"
     )
     return f"""## `paper` and `nearest` are the same rule but where every hazard is four or more moves away
 
 {derivation}
 
-{meaning} {words.apart(results)}
+{meaning}
 
 {same_rule_table.same_rule_table(results)}"""

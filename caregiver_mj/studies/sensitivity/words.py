@@ -8,6 +8,7 @@ import numpy as np
 
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.settings import EPSILONS
+from caregiver_mj.studies.documents import fill
 from caregiver_mj.studies.sensitivity.conditions import LINEAR, NEAREST, NONE, PAPER, STILL, WEIGHTED, WEIGHTS
 from caregiver_mj.studies.sensitivity.results import Results
 from caregiver_mj.studies.sensitivity.same_rule import first_apart
@@ -41,7 +42,7 @@ def weights(results: Results) -> str:
     lines = []
     for name, one in WEIGHTED.items():
         told = (f"on {p} {verdict(results.difference(p, one, NEAREST, name))}" for p in results.places)
-        lines.append(f"- **{name}**: `paper` leaves, beside `nearest`, {'; '.join(told)}.")
+        lines.append(fill(f"- **{name}**: `paper` leaves, beside `nearest`, {'; '.join(told)}.", "  "))
     return "\n".join(lines)
 
 
