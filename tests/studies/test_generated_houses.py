@@ -10,7 +10,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.studies.generated_houses import House, Tour, main, report
 
-PLAN = FloorPlan.parse("#######\n#S..C.#\n#T...T#\n#..B..#\n#######")  # tables: the candle's is the first
+PLAN = FloorPlan.parse("#######\n#S..C##\n#T...T#\n#..B..#\n#######")  # tables: the candle's is the first
 
 
 def house(seed, **others):
