@@ -94,8 +94,8 @@ def apart(results: Results) -> str:
     houses, found = sum(len(place.houses) for place in results.places), plans_apart(results)
     sides = [side(results.mean_difference(one.name, PAPER, NEAREST)) for one in found]
     return (
-        f"At the start or later they differ on {len(found)} of the {houses} plans. On {sides.count(1)} of them the interval of "
-        f"the damage is above zero, on {sides.count(-1)} below; one in twenty would leave zero out by chance."
+        f"At the start or later they differ on {len(found)} of the {houses} plans. On {sides.count(1)} of them "
+        f"the interval of the damage is above zero, on {sides.count(-1)} below; one in twenty would leave zero out by chance."
     )
 
 
