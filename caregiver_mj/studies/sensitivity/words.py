@@ -95,7 +95,8 @@ def apart(results: Results) -> str:
     sides = [side(results.mean_difference(one.name, PAPER, NEAREST)) for one in found]
     return (
         f"At the start or later they differ on {len(found)} of the {houses} plans. On {sides.count(1)} of them "
-        f"the interval of the damage is above zero, on {sides.count(-1)} below; one in twenty would leave zero out by chance."
+        f"the interval of the damage is above zero, on {sides.count(-1)} below; one in twenty would leave zero out by "
+        "chance."
     )
 
 
