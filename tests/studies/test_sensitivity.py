@@ -41,6 +41,7 @@ from caregiver_mj.studies.sensitivity.places import Place
 from caregiver_mj.studies.sensitivity.results import Results
 from caregiver_mj.studies.sensitivity.same_rule import cells_apart, first_apart
 from caregiver_mj.studies.sensitivity.same_rule_table import plans_apart, share_apart
+from caregiver_mj.studies.sensitivity.tables import interval
 
 # A corridor: wherever the child is, stairwell and candle are 11 moves away together. The bare table is by the stairs.
 CORRIDOR = FloorPlan.parse("##############\n#S..........C#\n##T######B####\n##############")
@@ -266,6 +267,7 @@ def test_verdicts_in_words():
     assert words.verdict([above, above, neither, below, neither]) == (
         "more at epsilon 1 and 0.75, less at epsilon 0.25, no difference seen at the others"
     )
+    assert words.side(Estimate(-1.0, -np.inf, -0.5)) == 0
     assert words.verdict([neither] * 5) == "no difference seen at any epsilon"
     assert words.verdict([Estimate(0.0, 0.0, 0.0)] * 5) == "the same in every episode"
     assert words.verdict([below] * 5) == "less at epsilon 1, 0.75, 0.5, 0.25 and 0.05"
@@ -284,3 +286,9 @@ def test_page_and_figure(results):
     assert len(figure.axes) == 4 * len(results.places)
     labels = figure.axes[0].get_legend_handles_labels()[1]
     assert labels == [*WEIGHTS, "20:4:1, nearest"]
+
+
+def test_intervals_as_they_are_told():
+    assert interval(Estimate(-0.004, -1.0, 2.0), "+") == "+0.00 (-1.00 to +2.00)"
+    assert interval(Estimate(0.5, 0.5, 0.5)) == "0.50"
+    assert interval(Estimate(0.5, 0.0, np.inf)) == "0.50 (–)"

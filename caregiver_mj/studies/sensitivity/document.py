@@ -54,9 +54,9 @@ def _weights(results: Results) -> str:
     )
     why = fill(
         f"{words.dear_stairs(results)} At inverse distance a stairwell that costs 20 outweighs a candle that costs 4 "
-        "from up to five times as far. The robot stands in a stairwell to which the child is not heading, while the "
-        "candle beside the child stays; it does what equation (2) says, and inverse distance says too little about "
-        "where a child gets to. A caregiver that took P(reach) from how children move would not."
+        "from up to five times as far. So the robot stands in a stairwell to which the child may not be heading, while "
+        "the candle beside the child stays: fewer falls, for more bumps at candles. Whether that pays depends on the "
+        "plan and on the child."
     )
     return f"""## What a collision costs
 
@@ -83,11 +83,11 @@ def _reach(results: Results) -> str:
         "probability falls, so something has to turn it round. *Inverse*: 1 / d, normalised so that the hazards' sum "
         "to 1. *Linear*: 1 - d / D, with the largest distance D in the house. The default is the inverse one: it is "
         "a distribution over the hazards, as a probability of which is reached is; and it does not depend on a far "
-        "corner of the house, which D does, and in which nothing happens. With the linear one a stairwell outweighs a "
-        "candle beside the child (d = 1) while 5 s < D + 4, so in a house with D = 30 from 6 moves away."
+        "corner of the house, as D does. With the linear one a stairwell at s moves outweighs a candle beside the "
+        "child (d = 1) while 5 s < D + 4, so in a house with D = 30 from up to 6 moves away."
     )
     result = fill(
-        f"{words.readings(results)} The choice is in the rule's favour, and the paper's words do not settle it."
+        f"{words.readings(results)} So the choice is in the rule's favour, and the paper's words do not settle it."
     )
     return f"""## P(reach)
 

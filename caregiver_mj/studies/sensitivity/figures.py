@@ -18,6 +18,7 @@ from caregiver_mj.viz import colours
 from caregiver_mj.viz.figures.style import INK, STYLE
 
 _COLOURS = (colours.ROBOT, colours.BIN, colours.CANDLE, colours.STAIRWELL)
+_TOP = 1.2  # share left at which an axis ends; there is room for the legend above what is measured
 _SPREAD = 0.6  # of the room between two epsilons
 
 Series = dict[str, list[Estimate]]
@@ -29,14 +30,14 @@ def draw(results: Results) -> Figure:
     titles = list(panels[0])
     with mpl.rc_context(STYLE):
         figure = Figure((3.0 * len(titles), 2.4 * len(panels)), layout="constrained")
-        grid = figure.subplots(len(panels), len(titles), sharex=True, sharey="row", squeeze=False)
+        grid = figure.subplots(len(panels), len(titles), sharex=True, sharey=True, squeeze=False)
         for row, place, found in zip(grid, results.places, panels, strict=True):
             for axes, title in zip(row, titles, strict=True):
                 _panel(axes, found[title])
             row[0].set_ylabel(f"{place.name}: damage left")
         for axes, title in zip(grid[0], titles, strict=True):
             axes.set_title(title, fontsize=10)
-            axes.legend(fontsize=7.5, loc="upper left", handlelength=1.0, labelspacing=0.2)
+            axes.legend(fontsize=7.5, loc="upper left", ncols=2, handlelength=1.0, labelspacing=0.2)
         for axes in grid[-1]:
             axes.set_xticks(range(len(EPSILONS)), [f"{epsilon:g}" for epsilon in EPSILONS])
             axes.set_xlabel("epsilon")
@@ -62,7 +63,7 @@ def _panel(axes: Axes, series: Series) -> None:
     offsets = np.linspace(-0.5, 0.5, len(series)) * _SPREAD * (len(series) - 1) / len(series)
     for (name, estimates), colour, offset in zip(series.items(), _COLOURS, offsets, strict=False):
         _points(axes, estimates, offset, colours.unit(colour), name)
-    axes.set_ylim(bottom=0.0)
+    axes.set_ylim(0.0, _TOP)
 
 
 def _points(axes: Axes, estimates: Sequence[Estimate], offset: float, colour: tuple, name: str) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+import numpy as np
+
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.settings import EPSILONS
 from caregiver_mj.studies.documents import table
@@ -16,9 +18,11 @@ READINGS = {"above": "above 15", "at": "at least 15"}
 
 
 def interval(estimate: Estimate, sign: str = "") -> str:
-    """An estimate with its interval; of samples that are all the same, the estimate alone."""
-    mean, low, high = (f"{value:{sign}.2f}" for value in estimate)
-    return mean if estimate.low == estimate.high else f"{mean} ({low} to {high})"
+    """An estimate with its interval; alone if the samples are all the same, with a dash if they bound nothing."""
+    mean, low, high = (f"{round(value, 2) + 0.0:{sign}.2f}" for value in estimate)  # + 0.0: no -0.00
+    if estimate.low == estimate.high:
+        return mean
+    return f"{mean} ({low} to {high})" if np.isfinite(estimate).all() else f"{mean} (–)"
 
 
 def cells(estimates: Iterable[Estimate], sign: str = "") -> list[str]:

@@ -20,19 +20,25 @@ def listed(items: Sequence[str]) -> str:
     return " and ".join([", ".join(items[:-1]), items[-1]] if len(items) > 1 else items)
 
 
+def side(difference: Estimate) -> int:
+    """On which side of zero the whole interval is: 1, -1, or 0 for neither, as where nothing bounds it."""
+    if not np.isfinite(difference).all():
+        return 0
+    return int(difference.low > 0) - int(difference.high < 0)
+
+
 def verdict(differences: Sequence[Estimate]) -> str:
     """At which epsilons a difference is above or below zero with its whole interval, in words."""
     if all(one.value == one.low == one.high == 0 for one in differences):
         return "the same in every episode"
     parts = []
     for what, found in (
-        ("more", [e for e, one in zip(EPSILONS, differences, strict=True) if one.low > 0]),
-        ("less", [e for e, one in zip(EPSILONS, differences, strict=True) if one.high < 0]),
+        ("more", [e for e, one in zip(EPSILONS, differences, strict=True) if side(one) > 0]),
+        ("less", [e for e, one in zip(EPSILONS, differences, strict=True) if side(one) < 0]),
     ):
         if found:
             parts.append(f"{what} at epsilon {listed([f'{epsilon:g}' for epsilon in found])}")
-    rest = len(EPSILONS) - sum(one.low > 0 or one.high < 0 for one in differences)
-    if rest:
+    if not all(map(side, differences)):
         parts.append(f"no difference seen at {'the others' if parts else 'any epsilon'}")
     return ", ".join(parts)
 
@@ -52,9 +58,8 @@ def dear_stairs(results: Results) -> str:
     told = []
     for place in results.places:
         ours, theirs = (results.collisions(place, one) for one in (WEIGHTED[dearest], NEAREST))
-        told.append(
-            f"on {place} {_change(ours[0], theirs[0])} falls and {_change(ours[1], theirs[1])} bumps at candles"
-        )
+        falls, bumps = (ours - theirs)[:2]
+        told.append(f"on {place} {falls:+.2f} falls and {bumps:+.2f} bumps at candles")
     return f"At {dearest} the rule has, beside `nearest`, {'; '.join(told)} an episode."
 
 
@@ -85,16 +90,17 @@ def yields(results: Results) -> str:
 
 
 def apart(results: Results) -> str:
-    """On which plans the two rules ever differ."""
-    houses = sum(len(place.houses) for place in results.places)
-    return f"They ever differ on {len(plans_apart(results))} of the {houses} plans:"
+    """On which plans the two rules ever differ, and on how many that shows in the damage."""
+    houses, found = sum(len(place.houses) for place in results.places), plans_apart(results)
+    sides = [side(results.mean_difference(one.name, PAPER, NEAREST)) for one in found]
+    return (
+        f"At the start or later they differ on {len(found)} of the {houses} plans. On {sides.count(1)} of them "
+        f"the interval of the damage is above zero, on {sides.count(-1)} below; one in twenty would leave zero out by "
+        "chance."
+    )
 
 
 def distances(stairwell: float, candle: float, count: int = 6) -> str:
     """The nearest distances at which the rules differ."""
     found = first_apart(stairwell, candle, 12)[:count]
     return ", ".join(f"{c} and {s}" for c, s in found)
-
-
-def _change(ours: float, theirs: float) -> str:
-    return f"{ours - theirs:+.2f}"
