@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import pathlib
 
+from caregiver_mj.experiments.settings import EPSILONS
 from caregiver_mj.plans.sets import house_set
 from caregiver_mj.studies import grid_to_house
 from caregiver_mj.studies.documents import write_figure, write_page
@@ -31,7 +32,7 @@ def main(arguments: list[str] | None = None) -> None:
         "--watched", type=int, default=2, help="episodes to watch in each house for each epsilon (default: %(default)s)"
     )
     parser.add_argument(
-        "--many", type=int, default=200, help="episodes for the breakdown in the grid (default: %(default)s)"
+        "--many", type=int, default=500, help="episodes for the breakdown in the grid (default: %(default)s)"
     )
     add_jobs(parser)
     parser.add_argument("--docs", type=pathlib.Path, metavar="DIR", help="also write the page and its figures there")
@@ -60,11 +61,10 @@ def _commands(
         folder = getattr(options, option)
         if folder:
             houses = asked(found.houses).replace("`", "").replace(",", "")
-            commands.append(
-                f"caregiver-mj evaluate --world house --houses {houses} --caregiver none paper "
-                f"--epsilon {' '.join(f'{e:g}' for e in found.epsilons)} --episodes {found.episodes} "
-                f"--seed {found.seed} --out runs/{folder.name}"
-            )
+            ran = f"caregiver-mj evaluate --world house --houses {houses} --episodes {found.episodes}"
+            if found.epsilons != EPSILONS:
+                ran += f" --epsilon {' '.join(f'{e:g}' for e in found.epsilons)}"
+            commands.append(f"{ran}{f' --seed {found.seed}' if found.seed else ''} --out runs/{folder.name}")
             command += f" --{option} runs/{folder.name}"
     for option in ("houses", "episodes", "watched", "many"):
         if getattr(options, option) != parser.get_default(option):

@@ -10,14 +10,14 @@ from matplotlib.figure import Figure
 
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.studies.grid_to_house.breakdown import GRID, REMAINDER, STEPS
-from caregiver_mj.studies.grid_to_house.ratios import by_house, ratio, steps
+from caregiver_mj.studies.grid_to_house.ratios import at, by_house, ratio, steps
 from caregiver_mj.studies.grid_to_house.results import GOAL, Results
 from caregiver_mj.studies.grid_to_house.tables import number
 from caregiver_mj.viz import colours
-from caregiver_mj.viz.figures.style import INK, STYLE
+from caregiver_mj.viz.figures.style import FAINT, INK, STYLE
 
 _STYLE = STYLE | {"axes.grid": False, "axes.titlesize": 10, "axes.titlelocation": "left"}
-_MOST = 2.5  # ratio up to which houses are drawn; those above it are at the edge
+_MOST = 2.5  # ratio up to which is drawn; houses above it are at the edge
 _SPREAD = 0.28  # over how much of its place a column of houses is spread
 _AREA = 60.0  # of the point of a house that has the mean share of the damage, points²
 _GRID_COLOUR = (176, 184, 196)
@@ -68,42 +68,45 @@ def _draw_estimate(axes: Axes, place: int, found: Estimate) -> None:
 def draw_steps(results: Results) -> Figure:
     """What leads from the grid to the house, at each epsilon and in all."""
     epsilons, found = results.rows.epsilons, steps(results)
-    titles = [*(f"epsilon {e:g}" for e in epsilons), "all"]
     with mpl.rc_context(_STYLE):
         figure = Figure((7.2, 4.8), layout="constrained", facecolor="white")
-        rows = -(-len(titles) // 3)
-        grid = figure.subplots(rows, 3, sharex=True, sharey=True, squeeze=False)
-        for i, (axes, title) in enumerate(zip(grid.flat, titles, strict=False)):
-            axes.set_title(title)
-            each = {
-                name: Estimate(*(float(ends[i]) for ends in by_epsilon)) if i < len(epsilons) else whole
-                for name, (by_epsilon, whole) in found.items()
-            }
-            _draw_waterfall(axes, each)
-        for axes in list(grid.flat)[len(titles) :]:
+        grid = figure.subplots(-(-(len(epsilons) + 1) // 3), 3, sharex=True, sharey=True, squeeze=False)
+        for axes in grid.flat:
             axes.set_visible(False)
-        tops = [1 + sum(float(np.nan_to_num(by[0][i])) for by, _ in found.values()) for i in range(len(epsilons))]
-        grid.flat[0].set_ylim(0, max(1.5, min(_MOST, 1.25 * max(tops, default=1.0))))
+        extent = [1.0, 1 + GOAL]
+        for i, axes in zip(range(len(epsilons) + 1), grid.flat, strict=False):
+            whole = i == len(epsilons)
+            axes.set_visible(True)
+            axes.set_title("all" if whole else f"epsilon {epsilons[i]:g}")
+            extent += _draw_waterfall(
+                axes, {name: each[1] if whole else at(each[0], i) for name, each in found.items()}
+            )
+        grid.flat[0].set_ylim(max(0.0, min(extent) - 0.15), min(_MOST, max(extent) + 0.25))
         figure.supylabel("damage, in units of the grid's", color=INK, fontsize=9)
     return figure
 
 
-def _draw_waterfall(axes: Axes, found: dict[str, Estimate]) -> None:
-    """The grid's damage, what each step adds to it with its interval, and the house's damage."""
+def _draw_waterfall(axes: Axes, found: dict[str, Estimate]) -> list[float]:
+    """What each step adds to the grid's damage, with its interval; returns the levels."""
     axes.axhline(1, color=INK, linewidth=0.6)
     axes.axhline(1 + GOAL, color=INK, linewidth=0.6, linestyle=":")
-    axes.bar(0, 1, color=colours.unit(_GRID_COLOUR))
-    level = 1.0
+    levels, last = [1.0], len(found) + 1
     for i, (name, step) in enumerate(found.items(), 1):
-        value = float(np.nan_to_num(step.value))
+        level, value = levels[-1], float(np.nan_to_num(step.value))
         axes.bar(i, value, bottom=level, color=colours.unit(_STEP_COLOURS[name]))
-        low, high = (np.clip(level + end, -9, 9) for end in (step.low, step.high))
-        axes.vlines(i, low, high, color=INK, linewidth=1.0)
-        top = max(level, level + value, high) + 0.02
-        axes.text(i, top, number(step.value, "+"), ha="center", color=INK, fontsize=7, clip_on=True)
-        level += value
-    last = len(found) + 1
-    axes.bar(last, level, color=colours.unit(colours.DAMAGE))
-    axes.text(last, level + 0.02, number(level), ha="center", color=INK, fontsize=8, fontweight="bold")
+        axes.vlines(i, *(np.clip(level + end, -9, 9) for end in (step.low, step.high)), color=INK, linewidth=1.0)
+        _write_above(axes, i, number(step.value, "+"))
+        axes.hlines(level + value, i - 0.4, i + 1.4 * (i < last), color=FAINT, linewidth=0.6)
+        levels.append(level + value)
+    for place, level in ((0, 1.0), (last, levels[-1])):
+        axes.plot(place, level, "D", color=INK, markersize=4.5)
+        _write_above(axes, place, number(level))
     names = [GRID, *(STEPS.get(name, name) for name in found), "house"]
     axes.set_xticks(range(last + 1), names, rotation=60, ha="right", rotation_mode="anchor", fontsize=7)
+    return levels
+
+
+def _write_above(axes: Axes, place: float, text: str) -> None:
+    """Writes below the upper edge, where no interval makes it illegible."""
+    axes.text(place, 0.94, text, transform=axes.get_xaxis_transform(), ha="center", color=INK, fontsize=7,
+              bbox={"facecolor": "white", "edgecolor": "none", "pad": 1})  # fmt: skip

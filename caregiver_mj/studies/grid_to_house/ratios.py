@@ -54,6 +54,11 @@ def steps(results: Results) -> dict[str, tuple[Estimate, Estimate]]:
     return {now: difference(linear[now], linear[before]) for before, now in itertools.pairwise(linear)}
 
 
+def at(estimate: Estimate, epsilon: int) -> Estimate:
+    """One of several estimates, by the number of its epsilon."""
+    return Estimate(*(float(ends[epsilon]) for ends in estimate))
+
+
 def alone(results: Results, level: str) -> Estimate:
     """What a level adds to the grid."""
     grid = results.levels[GRID]

@@ -11,7 +11,7 @@ from caregiver_mj.recording.ledger import KINDS
 from caregiver_mj.studies.documents import table
 from caregiver_mj.studies.grid_to_house.breakdown import REMAINDER, STEPS
 from caregiver_mj.studies.grid_to_house.phases import PARTS, PHASES
-from caregiver_mj.studies.grid_to_house.ratios import over_episodes, ratio, steps
+from caregiver_mj.studies.grid_to_house.ratios import at, over_episodes, ratio, steps
 from caregiver_mj.studies.grid_to_house.results import Results
 from caregiver_mj.studies.grid_to_house.rows import Rows
 
@@ -61,7 +61,7 @@ def step_table(results: Results) -> str:
     grid, house = rows.damage("grid", "paper"), rows.damage("house", "paper")
     lines = []
     for i, e in enumerate(rows.epsilons):
-        parts = [signed(Estimate(*(float(ends[i]) for ends in each))) for each, _ in found.values()]
+        parts = [signed(at(each, i)) for each, _ in found.values()]
         lines.append((f"{e:g}", *parts, number(ratio(house[[e]], grid[[e]]).value)))
     lines.append((ALL, *(signed(whole) for _, whole in found.values()), f"**{number(ratio(house, grid).value)}**"))
     return table(("epsilon", *STEPS.values(), REMAINDER, "house / grid"), lines)
@@ -93,4 +93,4 @@ def number(value: float, sign: str = "") -> str:
     """Two digits; a dash where there is no number, and a sign of infinity."""
     if math.isnan(value):
         return "–"
-    return ("-∞" if value < 0 else "∞") if math.isinf(value) else f"{value:{sign}.2f}"
+    return ("-∞" if value < 0 else "∞") if math.isinf(value) else f"{round(value, 2) + 0.0:{sign}.2f}"  # never -0.00
