@@ -246,7 +246,7 @@ def test_page():
     assert "| all |  |  |  | 0.25 | 0.30 | **1.20 [1.19, 1.21]** |" in text
     step = "+0.00 [+0.00, +0.00] | +0.10 [+0.10, +0.10] | +0.20 [+0.20, +0.20] | -0.10 [-0.11, -0.09]"
     assert f"| all | {step} | **1.20** |" in text
-    assert "Of the three, waiting costs most. Together they overdo it: the house leaves less." in told
+    assert "The greatest of the three is waiting. Together they overdo it: the house leaves less." in told
     assert "takes 1.08 thirds of a timestep instead of one" in told
     assert "driving +0.10 [+0.10, +0.10] and waiting +0.15 [+0.15, +0.15]" in told
     assert "| fetch | 1 | 2.00 (2.00) | 3.00 (3.00) | 1.00 (1.00) |" in text
@@ -264,14 +264,14 @@ def test_page_of_houses_within_the_goal():
 def test_page_with_a_house_as_an_aside():
     found = dataclasses.replace(results(), aside=made_rows(["paper"], house=15.0))
     assert "house `paper` over 2 episodes" in flat(found)
-    assert "| all, on `paper` |  |  |  | 0.25 | 0.38 | 1.50 [1.50, 1.50] |" in flat(found)
+    assert "| all, on `paper` | | | | 0.25 | 0.38 | 1.50 [1.50, 1.50] |" in flat(found)
 
 
 @pytest.mark.parametrize(
     ("driving", "told"),
     [
-        ([0.1] * 6, "Of the three, driving costs most."),
-        ([0.5, -0.3, 0.1] * 2, "Of the three, driving costs most, as far as there is anything but chance in it."),
+        ([0.1] * 6, "The greatest of the three is driving."),
+        ([0.5, -0.3, 0.1] * 2, "The greatest of the three is driving, but that may be chance as well."),
         ([-0.1] * 6, "None of the three makes the house worse."),
     ],
 )

@@ -43,7 +43,9 @@ def draw_houses(results: Results) -> Figure:
         axes.set_xticks(range(len(epsilons) + 1), [*(f"epsilon {e:g}" for e in epsilons), "all"])
         axes.set_xlim(-0.5, len(epsilons) + 0.5)
         axes.set_ylim(0, _MOST * 1.03)
-        axes.set_xlabel("A point is a house, its area the house's share of the grid's damage; ^ is above.", color=INK)
+        axes.set_xlabel(
+            "A point is a house with damage in the grid, its area the house's share of it; ^ is above.", color=INK
+        )
     return figure
 
 

@@ -63,9 +63,9 @@ def blame(results: Results) -> str:
     if found[greatest].value <= 0:
         verdict = "None of the three makes the house worse."
     elif found[greatest].low > 0:
-        verdict = f"Of the three, {STEPS[greatest]} costs most."
+        verdict = f"The greatest of the three is {STEPS[greatest]}."
     else:
-        verdict = f"Of the three, {STEPS[greatest]} costs most, as far as there is anything but chance in it."
+        verdict = f"The greatest of the three is {STEPS[greatest]}, but that may be chance as well."
     return (
         f"From the grid's 1 to the house's {1 + total:.2f} it is {total:+.2f}: {told}. {verdict} "
         f"{left_over(found[REMAINDER])}"
@@ -77,7 +77,7 @@ def left_over(step: Estimate) -> str:
     if step.low > 0:
         return "Together they do not explain the house: it leaves more."
     return "Together they overdo it: the house leaves less." if step.high < 0 else (
-        "What they do not explain may be chance."
+        "What they leave unexplained may be chance."
     )  # fmt: skip
 
 
