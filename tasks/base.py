@@ -9,6 +9,8 @@ import numpy as np
 from dm_control.suite import base
 from dm_env import specs
 
+from caregiver_mj.caregivers.caregiver import Caregiver
+from caregiver_mj.caregivers.start import starting_tables
 from caregiver_mj.children.family import Family, Who
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape, start_cells
 from caregiver_mj.children.walk import novice_timestep
@@ -38,6 +40,8 @@ class CareTask(base.Task):
         children: The children in the house.
         candles: What looks after the candles.
         ledger: What has happened in this episode, a batch of one.
+        caregiver: Who may make the house safe before the children come in, as in the grid; a `CaregiverPolicy` enters
+            its own one here. None if nobody does.
         caregiver_seed: This episode's seed for a caregiver that draws lots.
         embodiment: Which robot it is about.
         has_robot: Whether that is in the house.
@@ -87,6 +91,7 @@ class CareTask(base.Task):
         if table_offset:
             rectangles[:, :2] += self.random.uniform(-table_offset, table_offset, (len(plan.tables), 2))
         self.candles = Candles(rectangles)
+        self.caregiver: Caregiver | None = None
         self._shown = 0 if len(self.children) == 1 else slice(None)  # an only child without a dimension of its own
         self._candle_offset = candle_offset
         self._steps_a_move = round(self.novice_timestep / control_timestep)
@@ -114,7 +119,8 @@ class CareTask(base.Task):
             self.children.start(child, tapes[child], int(cells[0, child]), yaw, physics)
 
         start(0)
-        for i, table in enumerate(self.plan.candle_tables):
+        tables = self._prepare_house()
+        for i, table in enumerate(tables):
             offset = self.random.uniform(-self._candle_offset, self._candle_offset, size=2)
             place = self.table_positions[table] + offset
             physics.set_candle(i, np.array([*place, layout.TABLE_HEIGHT]), self.random.uniform(-np.pi, np.pi))
@@ -123,9 +129,15 @@ class CareTask(base.Task):
             physics.set_robot(np.array([*self.plan.position(cell), self.random.uniform(-np.pi, np.pi)]))
         for child in range(1, len(self.children)):  # last, so that all else is as it is for an only child
             start(child)
-        self.candles.reset()
+        self.candles.reset(tables)
         self.ledger = Ledger(self.plan, cells, EPISODE_TIMESTEPS)
         self._control_steps = 0
+
+    def _prepare_house(self) -> list[int]:
+        """On which table each candle stands when the children come in."""
+        if self.caregiver:
+            self.caregiver.reset(1, [self.caregiver_seed], len(self.children))
+        return starting_tables(self.plan, self.caregiver)[0].tolist()
 
     def action_spec(self, physics: Physics) -> specs.BoundedArray:
         return physics.action_spec()

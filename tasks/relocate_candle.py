@@ -33,7 +33,7 @@ class RelocateCandle(base.CareTask):
 
     def initialize_episode(self, physics: Physics) -> None:
         super().initialize_episode(physics)
-        bare = sorted(set(range(len(self.plan.tables))) - set(self.plan.candle_tables))
+        bare = sorted(set(range(len(self.plan.tables))) - set(self.candles.starting_tables))
         self.goal_candle = int(self.random.randint(len(self.plan.candle_tables)))
         self.goal_table = int(self.random.choice(bare))
         self._goal = np.array([*self.table_positions[self.goal_table], layout.TABLE_HEIGHT])

@@ -32,12 +32,10 @@ class Caregiver(abc.ABC):
         takes_orders: Whether it only passes on what it was told, which leaves no choice to the one who carries it out.
         yields: Whether it steps aside, or follows, where a child bars its way, and keeps out of the children's way when
             there is nothing to do. One that does not stays where it is.
-        in_house: Whether the robot can do what it wants; what it cannot do yet, only the grid carries out.
     """
 
     takes_orders = False
     yields = True
-    in_house = True
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
         self.plan = plan
@@ -84,12 +82,17 @@ class Caregiver(abc.ABC):
 
     # -- What most caregivers share --------------------------------------------------------------
 
+    @property
+    def idle_verb(self) -> str:
+        """What it does when there is nothing to do."""
+        return STAND_ASIDE if self.yields else DO_NOTHING
+
     def protect(self, percept: Percept, hazard: np.ndarray) -> Interventions:
         """The interventions that protect the children from hazards (B,); to make room, or stay, where it is NOTHING."""
         hazards = self.plan.hazards
         hazard = self._checked(hazard, len(percept.child_cell))
         stairwell, candle = hazards.is_stairwell(hazard), hazards.is_candle(hazard)
-        verb = np.full(len(hazard), STAND_ASIDE if self.yields else DO_NOTHING, object)
+        verb = np.full(len(hazard), self.idle_verb, object)
         verb[stairwell], verb[candle] = BLOCK, RELOCATE
         destination = np.full(len(hazard), NOTHING)
         if candle.any():

@@ -18,8 +18,6 @@ EPSILON = 0.5  # of the novice that is expected
 class ChildproofCaregiver(GuardCaregiver):
     """Puts the candles on the tables into which a novice is least likely to bump, then guards the nearest stairwell."""
 
-    in_house = False
-
     def __init__(self, plan: FloorPlan, seed: int = 0):
         super().__init__(plan, seed)
         chosen = np.argsort(table_exposure(plan), kind="stable")[: len(plan.candle_tables)].tolist()

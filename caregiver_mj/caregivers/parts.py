@@ -31,4 +31,3 @@ class PaperStillCaregiver(PaperCaregiver):
     """
 
     yields = False
-    in_house = False

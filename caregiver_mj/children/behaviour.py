@@ -28,6 +28,10 @@ class Sight:
     caregiver_cell: np.ndarray
     bumped: np.ndarray
 
+    def of(self, share: slice) -> Sight:
+        """That of a part of the batch."""
+        return Sight(self.cell[share], self.goal[share], self.caregiver_cell[share], self.bumped[share])
+
 
 class Behaviour(abc.ABC):
     """Decides the moves of one child, for a batch of families at once.

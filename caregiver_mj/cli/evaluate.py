@@ -10,12 +10,20 @@ import rich.console
 import rich.progress
 
 from caregiver_mj.caregivers.registry import CAREGIVERS
-from caregiver_mj.cli.parsing import PROGRAM, add_children, add_embodiment, add_house, add_seed, read_family, read_house
+from caregiver_mj.cli.parsing import (
+    PROGRAM,
+    add_children,
+    add_embodiment,
+    add_houses,
+    add_seed,
+    read_family,
+    read_houses,
+)
 from caregiver_mj.cli.table import table
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import evaluation
 from caregiver_mj.experiments.run_folder import RunFolder, StorageError
-from caregiver_mj.experiments.settings import EPSILONS, Settings
+from caregiver_mj.experiments.settings import EPSILONS, FLOOR, Settings
 from caregiver_mj.experiments.workers import WorkerError
 
 
@@ -24,13 +32,15 @@ def add_to(commands: argparse._SubParsersAction) -> None:
     command = commands.add_parser(
         "evaluate",
         help="run caregivers with children and print the table",
-        description="Runs every caregiver with every child, or family of children. Episode i has the same children "
-        "under all caregivers.",
+        description="Runs every caregiver with every child, or family of children, in every house. Episode i has "
+        "the same children under all caregivers.",
         formatter_class=argparse.ArgumentDefaultsHelpFormatter,
     )
     command.add_argument("--world", default="house", help="house (physical) or grid (the paper's)")
-    add_house(command)
-    command.add_argument("--caregiver", nargs="+", default=["none", "paper"], metavar="NAME", help=" ".join(CAREGIVERS))
+    add_houses(command)
+    command.add_argument(
+        "--caregiver", nargs="+", default=["none", "paper"], metavar="NAME", help=f"{' '.join(CAREGIVERS)} {FLOOR}"
+    )
     command.add_argument(
         "--epsilon",
         nargs="+",
@@ -67,7 +77,8 @@ def _run(arguments: argparse.Namespace) -> None:
 def _settings(arguments: argparse.Namespace) -> Settings:
     """What to run, checked before anything is written."""
     settings = Settings(
-        plan=read_house(arguments),
+        plans=read_houses(arguments),
+        houses=" ".join(arguments.houses or ()),
         world=arguments.world,
         caregivers=tuple(dict.fromkeys(arguments.caregiver)),
         families=tuple(dict.fromkeys(read_family(str(epsilon), arguments) for epsilon in arguments.epsilon)),
@@ -86,7 +97,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
 def _evaluate(settings: Settings, folder: RunFolder | None, arguments: argparse.Namespace) -> evaluation.Evaluation:
     """Runs it, with a progress bar on standard error; a run that breaks off says how to go on."""
     finished = 0
-    total = len(settings.caregivers) * len(settings.families) * settings.episodes
+    total = len(settings.plans) * len(settings.caregivers) * len(settings.families) * settings.episodes
     columns = (
         rich.progress.TextColumn("{task.description}"),
         rich.progress.BarColumn(),

@@ -10,6 +10,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans import floor_plan
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
+from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.robot.embodiment import DEFAULT
 
 PROGRAM = "caregiver-mj"
@@ -37,6 +38,24 @@ def add_house(command: argparse.ArgumentParser) -> None:
 def read_house(arguments: argparse.Namespace) -> FloorPlan:
     """The house that `add_house`'s options say."""
     return FloorPlan.load(arguments.house, damage=DamageWeights.parse(arguments.damage))
+
+
+def add_houses(command: argparse.ArgumentParser) -> None:
+    """Adds the options that say which houses they are, for `read_houses`."""
+    add_house(command)
+    command.add_argument(
+        "--houses",
+        nargs="+",
+        metavar="SET|NAME",
+        help="several houses instead: test-N or train-N, the first N of two lists that share none, or names and files",
+    )
+
+
+def read_houses(arguments: argparse.Namespace) -> tuple[FloorPlan, ...]:
+    """The houses that `add_houses`'s options say."""
+    if arguments.houses is None:
+        return (read_house(arguments),)
+    return houses_named(arguments.houses, DamageWeights.parse(arguments.damage))
 
 
 def add_embodiment(command: argparse.ArgumentParser) -> None:

@@ -15,8 +15,9 @@ def table(summary: dict[str, Any]) -> rich.table.Table:
     rows = summary["rows"]
     first = rows[0]
     episodes = f"{first['episodes']} episodes each" if first["episodes"] > 1 else "1 episode each"
+    where = first["house"] if "houses" in first else f"'{first['house']}'"
     made = rich.table.Table(
-        title=f"{first['world']} '{first['house']}', {episodes}, seed {summary['seed']}",
+        title=f"{first['world']} {where}, {episodes}, seed {summary['seed']}",
         caption="mean ± standard deviation; left: damage over that of 'none'",
         box=rich.box.SIMPLE_HEAD,
     )

@@ -14,72 +14,85 @@ import numpy as np
 
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.children.family import Family
+from caregiver_mj.children.side_by_side import side_by_side
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.experiments.run_folder import Result
 from caregiver_mj.experiments.seeds import episode_random, episode_seed, episode_tapes
-from caregiver_mj.experiments.settings import Block, Settings
+from caregiver_mj.experiments.settings import FLOOR, Block, Settings
+from caregiver_mj.grid.floor import FloorWorld
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.record import EpisodeRecord
 
-MAPS = ("visits", "damage")  # summed for every free cell
+MAPS = ("visits", "damage")  # summed for every free cell over all episodes
 
-# What is measured of every episode, and the maps (`MAPS`) of all of them together.
+# What is measured of every episode, one family after the other, and each of the maps (`MAPS`), (episodes, free cells).
 _Measured = tuple[list[dict[str, Any]], tuple[np.ndarray, np.ndarray]]
 
 
 def run_block(settings: Settings, block: Block) -> Result:
-    """Runs the episodes of a block: their rows, with the columns of `EpisodeRecord` as keys, and their maps."""
-    run = _run_in_grid if settings.world == "grid" else _run_in_house
-    numbers = range(block.first, block.end)
-    seeds = [episode_seed(settings.seed, episode) for episode in numbers]
-    outcomes, maps = run(settings, block, seeds)
+    """Runs the episodes of a block: their rows, with the columns of `EpisodeRecord` as keys, and each family's maps."""
+    plan = settings.plan_of[block.house] if block.house else settings.plan
+    run = _run_in_grid if settings.world == "grid" or block.caregiver == FLOOR else _run_in_house
+    seeds = [episode_seed(settings.seed, episode) for episode in block.numbers]
+    outcomes, maps = run(settings, plan, block, seeds)
+    which = [(family, i) for family in block.families for i in range(len(seeds))]
     rows = [
         EpisodeRecord(
             world=settings.world,
-            house=settings.plan.name,
+            house=plan.name,
             caregiver=block.caregiver,
-            family=str(block.family),
-            epsilon=block.family.epsilon,
-            children=len(block.family),
-            episode=episode,
-            seed=seed,
+            family=str(family),
+            epsilon=family.epsilon,
+            children=len(family),
+            episode=block.numbers[i],
+            seed=seeds[i],
             **measured,
         )
-        for episode, seed, measured in zip(numbers, seeds, outcomes, strict=True)
+        for (family, i), measured in zip(which, outcomes, strict=True)
     ]
+    sums = [values.reshape(len(block.families), len(seeds), -1).sum(axis=1).tolist() for values in maps]
     return {
         "rows": list(map(dataclasses.asdict, rows)),
-        "maps": {name: values.tolist() for name, values in zip(MAPS, maps, strict=True)},
+        "maps": {
+            str(family): dict(zip(MAPS, of_family, strict=True))
+            for family, *of_family in zip(block.families, *sums, strict=True)
+        },
     }
 
 
-def _run_in_grid(settings: Settings, block: Block, seeds: list[int]) -> _Measured:
+def _run_in_grid(settings: Settings, plan: FloorPlan, block: Block, seeds: list[int]) -> _Measured:
     start = time.perf_counter()
-    caregiver = make_caregiver(block.caregiver, settings.plan, settings.seed)
-    world = GridWorld(settings.plan, block.family, caregiver)
-    ledger = world.run([episode_tapes(seed, len(block.family)) for seed in seeds])
+    children = side_by_side(plan, block.families, len(seeds))
+    if block.caregiver == FLOOR:
+        world: GridWorld = FloorWorld(plan, children)
+    else:
+        world = GridWorld(plan, children, make_caregiver(block.caregiver, plan, settings.seed))
+    ledger = world.run([episode_tapes(seed, len(children)) for seed in seeds] * len(block.families))
     times = {
-        "sim_seconds": EPISODE_TIMESTEPS * settings.plan.cell_size / WALKING_SPEED,
-        "wall_seconds": (time.perf_counter() - start) / len(seeds),
+        "sim_seconds": EPISODE_TIMESTEPS * plan.cell_size / WALKING_SPEED,
+        "wall_seconds": (time.perf_counter() - start) / len(block),
     }
-    return [ledger.outcome(i) | times for i in range(len(seeds))], (ledger.visits, ledger.damage_at)
+    return [ledger.outcome(i) | times for i in range(len(block))], (ledger.visits, ledger.damage_at)
 
 
-def _run_in_house(settings: Settings, block: Block, seeds: list[int]) -> _Measured:
-    env, policy = _house(settings.plan, block.family, block.caregiver, settings.seed, settings.embodiment)
-    measured, visits, damage = [], 0.0, 0.0
+def _run_in_house(settings: Settings, plan: FloorPlan, block: Block, seeds: list[int]) -> _Measured:
+    (family,) = block.families
+    env, policy = _house(plan, family, block.caregiver, settings.seed, settings.embodiment)
+    nothing = np.zeros(env.action_spec().shape)
+    measured, visits, damage = [], [], []
     for seed in seeds:
         start = time.perf_counter()
         env.task.reseed(episode_random(seed))
         timestep = env.reset()
         while not timestep.last():
-            timestep = env.step(policy(timestep) if policy else np.zeros(env.action_spec().shape))
+            timestep = env.step(policy(timestep) if policy else nothing)
         times = {"sim_seconds": env.physics.time(), "wall_seconds": time.perf_counter() - start}
         measured.append(env.task.outcome() | times)
-        visits, damage = visits + env.task.ledger.visits, damage + env.task.ledger.damage_at
-    return measured, (visits, damage)
+        visits.append(env.task.ledger.visits)
+        damage.append(env.task.ledger.damage_at)
+    return measured, (np.concatenate(visits), np.concatenate(damage))
 
 
 @functools.lru_cache(maxsize=1)  # blocks of one caregiver and family follow each other

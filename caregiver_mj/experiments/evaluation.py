@@ -14,9 +14,11 @@ from typing import TYPE_CHECKING, Any
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.blocks import run_block
-from caregiver_mj.experiments.run_folder import Result, RunFolder
+from caregiver_mj.experiments.by_house import by_house
+from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import GRID_BLOCK, Block, Settings
-from caregiver_mj.experiments.summary import episodes_of, maps_of, summarise
+from caregiver_mj.experiments.summary import summarise
+from caregiver_mj.experiments.tables import Tables, put_together, tables_of
 from caregiver_mj.experiments.workers import run_jobs
 
 if TYPE_CHECKING:
@@ -32,11 +34,13 @@ class Evaluation:
         summary: The table made of them.
         maps: A row for each caregiver, family and free cell: over all their episodes, the timesteps that children
             ended in the cell (`visits`), and the damage that they took there.
+        houses: Of several houses, a row for each house, caregiver and family (see `by_house`); else None.
     """
 
     episodes: pd.DataFrame
     summary: dict[str, Any]
     maps: pd.DataFrame
+    houses: pd.DataFrame | None
 
 
 def evaluate(
@@ -63,11 +67,11 @@ def evaluate(
     if jobs < 1:
         raise CaregiverError(f"jobs must be at least 1, not {jobs}")
     blocks = settings.blocks(grid_block)
-    done: dict[Block, Result] = {}
+    done: dict[Block, Tables] = {}
     for block in blocks if folder else ():
         found = folder.read(str(block))
         if found is not None:
-            done[block] = found
+            done[block] = tables_of(settings, block, found)
             progress(len(block))
     pending = [block for block in blocks if block not in done]
     work = functools.partial(run_block, settings)
@@ -76,11 +80,11 @@ def evaluate(
         for block, result in results:
             if folder:
                 folder.write(str(block), result)
-            done[block] = result
+            done[block] = tables_of(settings, block, result)
             progress(len(block))
-    done = {block: done[block] for block in blocks}
-    episodes = episodes_of(done)
-    evaluation = Evaluation(episodes, summarise(settings, episodes), maps_of(settings, done))
+    episodes, maps = put_together(settings, [done[block] for block in blocks])
+    houses = by_house(episodes) if len(settings.plans) > 1 else None
+    evaluation = Evaluation(episodes, summarise(settings, episodes), maps, houses)
     if folder:
-        folder.finish(evaluation.episodes, evaluation.summary, evaluation.maps)
+        folder.finish(episodes, evaluation.summary, maps, houses)
     return evaluation

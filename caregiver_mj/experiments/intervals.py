@@ -1,7 +1,7 @@
 """Confidence intervals of a mean, of a difference of means and of a ratio of means, for 20 episodes or for 2000.
 
 All are studentised bootstrap intervals (see `studentised`); docs/coverage.md shows how often they cover the truth.
-Samples are paired: unit i of one belongs to unit i of the other. A unit is an episode, or a house (see `over_houses`).
+Samples are paired: unit i of one belongs to unit i of the other. A unit is an episode; for houses see `two_level`.
 The resamples are the same every time, so the same samples have the same interval.
 """
 
@@ -11,10 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from caregiver_mj.experiments.studentised import CONFIDENCE, pivots, quantiles, shares, solve
+from caregiver_mj.experiments.studentised import CONFIDENCE, pivots, quantiles, resamples, shares, solve
 
-_TELLING = 4  # units; of fewer, a resample has none with a probability of e^-3 > 2.5 % or more, and bounds nothing
-_EXACT = 1e-24  # squared rounding errors, relative
+TELLING = 4  # units; of fewer, a resample has none with a probability of e^-3 > 2.5 % or more, and bounds nothing
+EXACT = 1e-24  # squared rounding errors, relative
+_BLOCK = 2_000_000  # numbers at once, 16 MB
 
 
 class Estimate(NamedTuple):
@@ -29,6 +30,10 @@ class Estimate(NamedTuple):
     value: np.ndarray | float
     low: np.ndarray | float
     high: np.ndarray | float
+
+    def column(self, i: int) -> Estimate:
+        """One of several."""
+        return Estimate(float(self.value[i]), float(self.low[i]), float(self.high[i]))
 
 
 def of_mean(data: np.ndarray, confidence: float = CONFIDENCE, least: float = -np.inf) -> Estimate:
@@ -67,26 +72,61 @@ def of_ratio(ours: np.ndarray, theirs: np.ndarray, confidence: float = CONFIDENC
     value = np.divide(y, x, out=np.full_like(x, np.nan), where=x > 0)
     low, high = _bounds(above, below, confidence)
     telling = ((above > 0) | (below > 0)).sum(axis=1)
-    nothing = (low == high) & ((y == 0) | (telling < _TELLING))
+    nothing = (low == high) & ((y == 0) | (telling < TELLING))
     low, high = np.where(nothing, -np.inf, low), np.where(nothing, np.inf, high)
     none = np.isnan(value)
     low, high = np.where(none, np.nan, np.maximum(low, 0.0)), np.where(none, np.nan, high)
     return _shaped(value, low, high, np.ndim(ours))
 
 
+def of_mean_ratio(ours: np.ndarray, theirs: np.ndarray, confidence: float = CONFIDENCE) -> Estimate:
+    """The mean over columns of the ratio of means, over paired samples (n, columns): a bootstrap-t interval.
+
+    For columns that share their units, such as episode i with novices of several epsilons, and whose means below are
+    well above zero. It has no bounds of fewer than four units, and no estimate where a column has no ratio.
+    """
+    above, below = np.asarray(ours, float), np.asarray(theirs, float)
+    size = len(above)
+    if not below.any(axis=0).all():
+        return Estimate(np.nan, np.nan, np.nan)
+
+    def spread(share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        # The delta method: unit i moves the mean ratio by the mean over columns of (y_i - R x_i) / mean(x)
+        y, x = share @ above, share @ below
+        moved = (1 / x) @ above.T - (y / x**2) @ below.T
+        return (y / x).mean(axis=1), np.sqrt((share * moved**2).sum(axis=1) / (size - 1)) / above.shape[1]
+
+    with np.errstate(divide="ignore", invalid="ignore"):
+        value, error = (float(one[0]) for one in spread(np.full((1, size), 1 / size)))
+        if size < TELLING:
+            return Estimate(value, 0.0, np.inf)
+        if error**2 <= EXACT * value**2:
+            return Estimate(value, value, value)
+        found = [spread(part) for part in shares(size)]
+        means, errors = (np.concatenate(part) for part in zip(*found, strict=True))
+        low, high = quantiles((means - value)[None] / errors[None], confidence)
+    return Estimate(value, max(0.0, value - float(high[0]) * error), value - float(low[0]) * error)
+
+
 def _bounds(above: np.ndarray, below: np.ndarray, confidence: float) -> tuple[np.ndarray, np.ndarray]:
     """Ends of the intervals of ratios of means; samples are (columns, n)."""
     size = above.shape[1]
     x, y = below.mean(axis=1), above.mean(axis=1)
-    ratio = np.divide(y, x, out=np.zeros_like(x), where=x > 0)
-    errors = above - ratio[:, None] * below
-    scale = (errors**2).mean(axis=1)
-    same = scale <= _EXACT * (above**2).mean(axis=1)
     if size < 2:
         unknown = np.full_like(x, np.inf)
         return -unknown, unknown
-    t = [pivots(errors @ part.T, errors**2 @ part.T, size, scale[:, None]) for part in shares(size)]
-    low, high = solve(above, below, *quantiles(np.concatenate(t, axis=1), confidence))
+    ratio = np.divide(y, x, out=np.zeros_like(x), where=x > 0)
+    errors = above - ratio[:, None] * below
+    scale = (errors**2).mean(axis=1)
+    same = scale <= EXACT * (above**2).mean(axis=1)
+    low, high = np.empty((2, *x.shape))
+    width = max(1, _BLOCK // resamples(size))  # columns at once
+    for first in range(0, len(x), width):
+        some = slice(first, first + width)
+        e = errors[some]
+        t = [pivots(e @ part.T, e**2 @ part.T, size, scale[some, None]) for part in shares(size)]
+        limits = quantiles(np.concatenate(t, axis=1), confidence)
+        low[some], high[some] = solve(above[some], below[some], *limits)
     return np.where(same, ratio, low), np.where(same, ratio, high)
 
 

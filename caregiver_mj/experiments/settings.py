@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
+import itertools
 from typing import Any
 
 from caregiver_mj.caregivers.registry import CAREGIVERS
@@ -14,8 +16,10 @@ from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.robot.embodiment import DEFAULT
 
 WORLDS = ("house", "grid")
+FLOOR = "floor"  # in the place of a caregiver: what the best of them could not prevent
 EPSILONS = (1.0, 0.75, 0.5, 0.25, 0.05)  # the paper's five novices
 GRID_BLOCK = 1000  # episodes at once: enough to be fast, and a few seconds' work to lose
+_MOST_FAMILIES = 10  # in a block, whose name has them all
 
 
 @dataclasses.dataclass(frozen=True)
@@ -23,39 +27,70 @@ class Settings:
     """What to evaluate.
 
     Attributes:
-        plan: The house, with what a collision costs.
+        plans: The houses, with what a collision costs; or a single one.
         world: "house", the physical one, or "grid".
-        caregivers: Names of caregivers.
+        caregivers: Names of caregivers, and FLOOR, which stands for the damage that blocking and relocating cannot
+            prevent. It is a child's alone, and so reckoned in the grid for both worlds.
         families: The children; each may be given as `Family.of` takes it, such as by an epsilon.
         episodes: Episodes for each caregiver and family.
         seed: Seed of the episodes, and of what is random in the caregivers.
         embodiment: Name of the robot in the house.
+        houses: What the houses are called together, such as "test-100"; nothing if by their names.
     """
 
-    plan: FloorPlan
+    plans: tuple[FloorPlan, ...]
     world: str = "house"
     caregivers: tuple[str, ...] = ("none", "paper")
     families: tuple[Who, ...] = EPSILONS
     episodes: int = 20
     seed: int = 0
     embodiment: str = DEFAULT
+    houses: str = ""
 
     def __post_init__(self) -> None:
+        if isinstance(self.plans, FloorPlan):
+            object.__setattr__(self, "plans", (self.plans,))
         object.__setattr__(self, "families", tuple(map(Family.of, self.families)))
 
     @classmethod
     def of_record(cls, record: dict[str, Any]) -> Settings:
         """The settings of a run, from what `record` has made of them."""
         damage = DamageWeights.parse(record["damage"])
+        plans = (
+            FloorPlan.parse("\n".join(plan["rows"]), plan["name"], plan["cell_size"], damage)
+            for plan in record["plans"]
+        )
         return cls(
-            plan=FloorPlan.parse("\n".join(record["plan"]), record["house"], record["cell_size"], damage),
+            plans=tuple(plans),
             world=record["world"],
             caregivers=tuple(record["caregivers"]),
             families=tuple(map(Family.parse, record["families"])),
             episodes=record["episodes"],
             seed=record["seed"],
             embodiment=record["embodiment"],
+            houses=record["houses"],
         )
+
+    @property
+    def plan(self) -> FloorPlan:
+        """The house.
+
+        Raises:
+            CaregiverError: There are several.
+        """
+        if len(self.plans) > 1:
+            raise CaregiverError(f"there are {len(self.plans)} houses")
+        return self.plans[0]
+
+    @property
+    def place(self) -> str:
+        """What the houses are called, in few words."""
+        return self.houses or " ".join(plan.name for plan in self.plans)
+
+    @functools.cached_property
+    def plan_of(self) -> dict[str, FloorPlan]:
+        """The houses by name."""
+        return {plan.name: plan for plan in self.plans}
 
     def check(self) -> None:
         """Raises CaregiverError unless this can be run."""
@@ -66,17 +101,19 @@ class Settings:
 
             find_embodiment(self.embodiment)
         for name in self.caregivers:
+            if name == FLOOR:
+                continue
             if name not in CAREGIVERS:
-                raise CaregiverError(f"no caregiver '{name}': there are {', '.join(CAREGIVERS)}")
-            caregiver = CAREGIVERS.get(name)  # one that comes from another package may fail to load
-            if self.world == "house" and caregiver is not None and not caregiver.in_house:
-                raise CaregiverError(f"caregiver '{name}' acts in the grid only: the robot cannot do all that it wants")
+                raise CaregiverError(f"no caregiver '{name}': there are {', '.join(CAREGIVERS)}, and {FLOOR}")
+            CAREGIVERS.get(name)  # one that comes from another package may fail to load
         for family in self.families:
             family.check()
-        names = tuple(map(str, self.families))
-        for what, values in (("caregivers", self.caregivers), ("epsilons", names)):
+        names, houses = tuple(map(str, self.families)), tuple(plan.name for plan in self.plans)
+        for what, values in (("caregivers", self.caregivers), ("epsilons", names), ("houses", houses)):
             if not values or len(set(values)) < len(values):
                 raise CaregiverError(f"{what} must be one or more, each of them once, not {values}")
+        if len({plan.damage for plan in self.plans}) > 1:
+            raise CaregiverError("collisions must cost the same in all houses")
         if self.episodes < 1:
             raise CaregiverError(f"episodes must be at least 1, not {self.episodes}")
         if self.seed < 0:
@@ -86,10 +123,9 @@ class Settings:
         """The settings and versions as JSON, to tell whether two runs can be one."""
         return {
             "world": self.world,
-            "house": self.plan.name,
-            "plan": list(self.plan.rows),
-            "cell_size": self.plan.cell_size,
-            "damage": str(self.plan.damage),
+            "houses": self.houses,
+            "plans": [{"name": p.name, "cell_size": p.cell_size, "rows": list(p.rows)} for p in self.plans],
+            "damage": str(self.plans[0].damage),
             "caregivers": list(self.caregivers),
             "families": list(map(str, self.families)),
             "epsilons": [family.epsilon for family in self.families],
@@ -100,11 +136,18 @@ class Settings:
         }
 
     def blocks(self, grid_block: int = GRID_BLOCK) -> list[Block]:
-        """The work in pieces, each of which is done as a whole: so many episodes in the grid, one in the house."""
-        size = grid_block if self.world == "grid" else 1
+        """The work in pieces, each of which is done as a whole: one episode in the house, at most so many in the grid.
+
+        In the grid children of all epsilons go side by side, as long as there are as many of them in the house.
+        """
+        together = _alike(self.families) if self.world == "grid" else [(family,) for family in self.families]
         return [
-            Block(caregiver, family, first, min(first + size, self.episodes))
-            for family in self.families
+            Block(
+                "" if len(self.plans) == 1 else plan.name, caregiver, families, first, min(first + size, self.episodes)
+            )
+            for plan in self.plans
+            for families in together
+            for size in [max(1, grid_block // len(families)) if self.world == "grid" else 1]
             for caregiver in self.caregivers
             for first in range(0, self.episodes, size)
         ]
@@ -112,17 +155,33 @@ class Settings:
 
 @dataclasses.dataclass(frozen=True)
 class Block:
-    """Episodes [first, end) of one caregiver and one family."""
+    """Episodes [first, end) of one caregiver and each of some families, in the house of a name ("": the only one)."""
 
+    house: str
     caregiver: str
-    family: Family
+    families: tuple[Family, ...]
     first: int
     end: int
 
+    @property
+    def numbers(self) -> range:
+        """Those of the episodes."""
+        return range(self.first, self.end)
+
     def __len__(self) -> int:
-        return self.end - self.first
+        return len(self.families) * len(self.numbers)
 
     def __str__(self) -> str:
         """Says which, in messages and file names."""
-        episodes = f"{self.first:06d}" + (f"-{self.end - 1:06d}" if len(self) > 1 else "")
-        return f"{self.caregiver}_epsilon_{self.family}_episode_{episodes}"
+        house, families = self.house and f"{self.house}_", "+".join(map(str, self.families))
+        episodes = f"{self.first:06d}" + (f"-{self.end - 1:06d}" if len(self.numbers) > 1 else "")
+        return f"{house}{self.caregiver}_epsilon_{families}_episode_{episodes}"
+
+
+def _alike(families: tuple[Family, ...]) -> list[tuple[Family, ...]]:
+    """The families in groups of as many children each."""
+    groups: list[tuple[Family, ...]] = []
+    for _, alike in itertools.groupby(sorted(families, key=len), key=len):
+        found = tuple(alike)
+        groups += [found[first : first + _MOST_FAMILIES] for first in range(0, len(found), _MOST_FAMILIES)]
+    return groups

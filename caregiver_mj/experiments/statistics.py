@@ -1,49 +1,61 @@
-"""From episodes to tables: means, bootstrap intervals, and paired comparisons of caregivers."""
+"""From episodes to the rows of tables: means, and paired comparisons of caregivers.
+
+Of episodes in one house the episode is the unit of chance; in several houses the house is, and every mean is one over
+houses (see `two_level`). What a row holds is called the same in both cases.
+"""
 
 from __future__ import annotations
 
-import warnings
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy import stats
 
-CONFIDENCE = 0.95
-COMPARED = ("damage", "timesteps_to_threshold", "cells_visited", "toys_reached")
-_PLACE, _WHO = ["world", "house"], ["family", "epsilon"]
+from caregiver_mj.experiments import two_level
+from caregiver_mj.experiments.intervals import Estimate
+from caregiver_mj.experiments.samples import CELL, Sample, pairs, samples
+from caregiver_mj.experiments.verdicts import MARGINS, equivalent, judge_columns, not_inferior
+
+COMPARED = (
+    "damage",
+    "damage_until_stop",
+    "timesteps_to_threshold",
+    "cells_visited",
+    "toys_reached",
+    "moves_blocked_free",
+)
+_LEFT = ("damage", "toys_reached")  # told as shares of the baseline's
 
 
-def summarise(episodes: pd.DataFrame, columns: tuple[str, ...]) -> list[dict[str, Any]]:
-    """One row for each combination of world, house, caregiver and family, in order of appearance.
+def mean_rows(episodes: pd.DataFrame, columns: Sequence[str]) -> list[dict[str, Any]]:
+    """One row for each world, caregiver and family, in order of appearance.
 
     Args:
         episodes: A row an episode.
-        columns: The columns to summarise; "damage" must be among them.
+        columns: The columns to summarise, which cannot be negative; "damage" must be among them.
 
     Returns:
-        Rows with `<column>_mean`, `_sd` (that of a sample; 0 for a single episode), `_ci_low` and `_ci_high` (of the
-        mean; None for a single episode). `damage_normalised` is damage over the greatest of any episode at all, as
-        in the paper's figure 2.
+        Rows with `<column>_mean`, `_sd` (of the sample of episodes, over houses of their means; 0 of a single one),
+        `_ci_low` and `_ci_high` (of the mean; None where nothing bounds it). `damage_normalised` is damage over the
+        greatest of any episode at all, as in the paper's figure 2.
     """
     worst = episodes["damage"].max()
-    figures = episodes[list(columns)].astype(float)
-    figures.insert(0, "damage_normalised", episodes["damage"] / worst if worst > 0 else 0.0)
-    keys = [*_PLACE, "caregiver", *_WHO]
+    normalised = episodes["damage"] / worst if worst > 0 else 0.0
+    names = ["damage_normalised", *columns]
     rows = []
-    for key, group in episodes.groupby(keys, sort=False):
-        data = figures.loc[group.index]
-        low, high = mean_interval(data.to_numpy())
-        row = dict(zip(keys, key, strict=True)) | {"episodes": len(group)}
-        for i, column in enumerate(data):
-            row[f"{column}_mean"] = float(data[column].mean())
-            row[f"{column}_sd"] = float(data[column].std(ddof=1)) if len(group) > 1 else 0.0
-            row[f"{column}_ci_low"], row[f"{column}_ci_high"] = _number(low[i]), _number(high[i])
+    for key, caregiver, sample in samples(episodes.assign(damage_normalised=normalised)):
+        found, units = sample.estimators.of_mean(sample.values(names), least=0.0), sample.units(names)
+        sd = units.std(axis=0, ddof=1) if len(units) > 1 else np.zeros(len(names))
+        row = _heading(key, sample, caregiver=caregiver)
+        for i, name in enumerate(names):
+            mean, *ends = _columns(f"{name}_mean", found.column(i)).items()
+            row |= dict([mean, (f"{name}_sd", float(sd[i])), *ends])
         rows.append(row)
     return rows
 
 
-def compare(episodes: pd.DataFrame, caregiver: str, baseline: str) -> list[dict[str, Any]]:
+def comparison_rows(episodes: pd.DataFrame, caregiver: str, baseline: str) -> list[dict[str, Any]]:
     """Sets a caregiver against another one, episode by episode: episode i has the same children under both.
 
     Args:
@@ -52,86 +64,65 @@ def compare(episodes: pd.DataFrame, caregiver: str, baseline: str) -> list[dict[
         baseline: Name of the other.
 
     Returns:
-        For each world, house and family: `damage_left`, the ratio of mean damages, and for each column of `COMPARED`
-        the `<column>_difference_mean` (caregiver less baseline), both with `_ci_low` and `_ci_high`, and the
-        `<column>_p` of Wilcoxon's signed-rank test. None where there is no such number.
+        For each world and family:
+
+        - `damage_left` and `toys_reached_left`, the ratios of means;
+        - `damage_left_by_house`, of several houses: the mean over those with damage (`houses_defined`) of their ratios;
+        - `<column>_difference_mean` for those of `COMPARED` that there are, caregiver less baseline, and of the same
+          difference `<column>_p`, by sign flips, and `<column>_verdict`: "less", "more" or "no verdict";
+        - `toys_reached_not_inferior`, and against a caregiver that acts `damage_equivalence`: verdicts at `MARGINS`.
+
+        Ratios and differences have `_ci_low` and `_ci_high`. None where there is no such number.
+
+    Raises:
+        CaregiverError: There is no such caregiver, or an episode of one has no counterpart with the other.
     """
-    keys = [*_PLACE, *_WHO]
+    columns = [column for column in COMPARED if column in episodes]
     rows = []
-    for key, group in episodes.groupby(keys, sort=False):
-        ours, theirs = (
-            group[group.caregiver == name].set_index("episode")[list(COMPARED)].astype(float)
-            for name in (caregiver, baseline)
-        )
-        ours = ours.loc[theirs.index]
-        left, left_low, left_high = ratio_interval(ours["damage"].to_numpy(), theirs["damage"].to_numpy())
-        row = {"caregiver": caregiver, "baseline": baseline} | dict(zip(keys, key, strict=True))
-        row |= {"episodes": len(ours), "damage_left": _number(left)}
-        row |= {"damage_left_ci_low": _number(left_low), "damage_left_ci_high": _number(left_high)}
-        difference = (ours - theirs).to_numpy()
-        low, high = mean_interval(difference)
-        for i, column in enumerate(COMPARED):
-            row[f"{column}_difference_mean"] = float(difference[:, i].mean())
-            row[f"{column}_difference_ci_low"] = _number(low[i])
-            row[f"{column}_difference_ci_high"] = _number(high[i])
-            row[f"{column}_p"] = signed_rank_p(difference[:, i])
+    for key, ours, theirs in pairs(episodes, caregiver, baseline):
+        row = _heading(key, ours, caregiver=caregiver, baseline=baseline)
+        row |= _shares(ours, theirs, acts=baseline != "none")
+        found = ours.estimators.of_difference(ours.values(columns), theirs.values(columns))
+        judged = judge_columns(found, ours.units(columns) - theirs.units(columns))
+        for column, (estimate, p, verdict) in zip(columns, judged, strict=True):
+            row |= _columns(f"{column}_difference_mean", estimate)
+            row |= {f"{column}_p": _number(p), f"{column}_verdict": verdict.value}
         rows.append(row)
     return rows
 
 
-def mean_interval(data: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Percentile bootstrap intervals of means.
-
-    Args:
-        data: Samples (n, columns).
-
-    Returns:
-        Lower and upper ends (columns,), NaN for fewer than two samples.
-    """
-    return _bootstrap((data,), np.mean, data.shape[1:])
-
-
-def ratio_interval(ours: np.ndarray, theirs: np.ndarray) -> tuple[float, float, float]:
-    """The ratio of two means over paired samples (n,), and the ends of its bootstrap interval; NaN where undefined."""
-
-    def ratio(a: np.ndarray, b: np.ndarray, axis: int) -> np.ndarray:
-        above, below = a.mean(axis), b.mean(axis)
-        return np.divide(above, below, out=np.full_like(above, np.nan), where=below > 0)
-
-    low, high = _bootstrap((ours, theirs), ratio, ())
-    return float(ratio(ours[None], theirs[None], -1)[0]), float(low), float(high)
+def _shares(ours: Sample, theirs: Sample, *, acts: bool) -> dict[str, Any]:
+    """What is left of damage and of toys, and whether the margins are kept."""
+    samples_ = ours.values(_LEFT), theirs.values(_LEFT)
+    units = zip(ours.units(_LEFT).T, theirs.units(_LEFT).T, strict=True)
+    (damage, toys), found = units, ours.estimators.of_ratio(*samples_)
+    row = _columns("damage_left", found.column(0))
+    if ours.houses > 1:
+        row["houses_defined"] = int((theirs.units(["damage"]) > 0).sum())
+        by_house = two_level.of_mean_ratio(*(side.values(["damage"]) for side in (ours, theirs)))
+        row |= _columns("damage_left_by_house", by_house.column(0))
+    if acts:
+        row["damage_equivalence"] = equivalent(*damage, MARGINS["damage"], found.column(0)).value
+    row |= _columns("toys_reached_left", found.column(1))
+    kept = not_inferior(*toys, MARGINS["toys_reached"], more_is_better=True, ratio=found.column(1))
+    return row | {"toys_reached_not_inferior": kept.value}
 
 
-def signed_rank_p(difference: np.ndarray) -> float:
-    """Two-sided p of Wilcoxon's signed-rank test on paired differences (n,); 1 where all are zero."""
-    if not difference.any():
-        return 1.0
-    return float(stats.wilcoxon(difference, zero_method="pratt").pvalue)
+def _heading(key: dict[str, Any], sample: Sample, **who: str) -> dict[str, Any]:
+    """What a row is about: where, who and how much."""
+    many = sample.houses > 1
+    where = {"world": key["world"], "house": f"{sample.houses} houses" if many else sample.rows["house"].iloc[0]}
+    with_whom = {name: key[name] for name in CELL[1:]}
+    return where | who | with_whom | ({"houses": sample.houses} if many else {}) | {"episodes": len(sample)}
 
 
-def _bootstrap(samples: tuple[np.ndarray, ...], statistic: Any, shape: tuple[int, ...]) -> tuple[Any, Any]:
-    size = len(samples[0])
-    if size < 2:
-        return np.full(shape, np.nan), np.full(shape, np.nan)
-    # Fewer resamples of larger samples, whose intervals are narrow anyway, and no more than 16 MB at once.
-    resamples = int(np.clip(4_000_000 // size, 999, 9999))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", stats.DegenerateDataWarning)  # a ratio may be undefined; so is its interval
-        interval = stats.bootstrap(
-            samples,
-            statistic,
-            axis=0,
-            vectorized=True,
-            paired=True,
-            method="percentile",
-            confidence_level=CONFIDENCE,
-            n_resamples=resamples,
-            batch=max(1, 2_000_000 // samples[0].size),
-            rng=np.random.default_rng(0),
-        ).confidence_interval
-    return interval.low, interval.high
+def _columns(name: str, estimate: Estimate) -> dict[str, float | None]:
+    """An estimate as columns; `x` as well as `x_mean` has its interval in `x_ci_low` and `x_ci_high`."""
+    stem = name.removesuffix("_mean")
+    low, high = _number(estimate.low), _number(estimate.high)
+    return {name: _number(estimate.value), f"{stem}_ci_low": low, f"{stem}_ci_high": high}
 
 
 def _number(value: float) -> float | None:
-    """A number as JSON has it, which knows no NaN."""
+    """A number as JSON has it, which knows neither NaN nor infinity."""
     return float(value) if np.isfinite(value) else None

@@ -30,7 +30,7 @@ def resamples(size: int) -> int:
 
     One more of them is a multiple of 40, so that the 2.5 % quantiles are resamples.
     """
-    return int(np.clip(2 * _BLOCK // size, _LEAST + 1, _MOST + 1)) // 40 * 40 - 1
+    return int(np.clip(_BLOCK // size, _LEAST + 1, _MOST + 1)) // 40 * 40 - 1
 
 
 def shares(size: int, count: int | None = None) -> Iterator[np.ndarray]:

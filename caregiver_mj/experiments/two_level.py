@@ -2,71 +2,112 @@
 
 They resample houses, then episodes in each of them. They are studentised over houses, in the sample and in its
 resamples alike, so that the chance of the few episodes in a house is not counted twice, as it is in percentiles of
-such resamples. Every house counts the same, whatever happens in it.
+such resamples. Every house counts the same, whatever happens in it, and however many episodes it has.
+
+A sample is a sequence of arrays, one for each house, (episodes,) or (episodes, columns).
 """
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
-from caregiver_mj.experiments.intervals import Estimate
+from caregiver_mj.experiments.intervals import EXACT, TELLING, Estimate
 from caregiver_mj.experiments.studentised import CONFIDENCE, pivots, quantiles, resamples, shares, solve
+
+Houses = Sequence[np.ndarray]
 
 _BANK = 999  # resamples of the episodes of each house, to draw from
 
 
-class OverHouses(NamedTuple):
-    """A caregiver against another one over J houses.
+def house_means(houses: Houses) -> np.ndarray:
+    """The mean of each house, (houses,) or (houses, columns)."""
+    return np.stack([np.mean(house, axis=0, dtype=float) for house in houses])
 
-    Attributes:
-        ours: The caregiver's mean in each house, (J,).
-        theirs: The other one's, likewise.
-        ratios: Their ratios, NaN where nothing happens with the other one.
-        mean_ratio: The mean of those ratios that there are. In a house with little damage the ratio of a few episodes
-            is too high on average, and so is this.
-        ratio_of_means: The ratio of the means over houses, which does not suffer from that.
-        mean_difference: The mean of the differences.
+
+def of_mean(houses: Houses, confidence: float = CONFIDENCE, least: float = -np.inf) -> Estimate:
+    """The mean over houses; see `intervals.of_mean`."""
+
+    def one(bank: np.ndarray) -> Estimate:
+        found = _interval(bank[0], np.ones(bank.shape[1]), _again(bank) - bank[0].mean(), confidence)
+        return found._replace(low=max(found.low, least))
+
+    return _each(one, _bank(houses), houses)
+
+
+def of_difference(ours: Houses, theirs: Houses, confidence: float = CONFIDENCE) -> Estimate:
+    """The mean over houses of ours less theirs; see `intervals.of_difference`."""
+    return of_mean([np.asarray(y, float) - x for y, x in zip(ours, theirs, strict=True)], confidence)
+
+
+def of_ratio(ours: Houses, theirs: Houses, confidence: float = CONFIDENCE) -> Estimate:
+    """The mean over houses of ours, over that of theirs; see `intervals.of_ratio`."""
+
+    def one(bank: np.ndarray) -> Estimate:
+        (y, again_y), (x, again_x) = ((part[0], _again(part)) for part in bank)
+        ratio = y.sum() / x.sum() if x.any() else np.nan
+        return _not_negative(_interval(y, x, again_y - ratio * again_x, confidence), ((y > 0) | (x > 0)).sum())
+
+    return _each(one, np.stack([_bank(ours), _bank(theirs)], axis=1), ours)
+
+
+def of_mean_ratio(ours: Houses, theirs: Houses, confidence: float = CONFIDENCE) -> Estimate:
+    """The mean of the ratios of those houses that have one: in which theirs are not all zero.
+
+    In a house where little happens the ratio of a few episodes is too high on average, and so is this; the ratio of
+    the means over houses (`of_ratio`) does not suffer from that.
     """
 
-    ours: np.ndarray
-    theirs: np.ndarray
-    ratios: np.ndarray
-    mean_ratio: Estimate
-    ratio_of_means: Estimate
-    mean_difference: Estimate
+    def one(bank: np.ndarray) -> Estimate:
+        (y, again_y), (x, again_x) = ((part[0], _again(part)) for part in bank)
+        ratios = _ratios(y, x)[x > 0]
+        if not len(ratios):
+            return Estimate(np.nan, np.nan, np.nan)
+        errors = _ratios(again_y, again_x) - ratios.mean()
+        return _not_negative(_interval(ratios, np.ones_like(ratios), errors, confidence), len(ratios))
+
+    return _each(one, np.stack([_bank(ours), _bank(theirs)], axis=1), ours)
 
 
-def over_houses(ours: Sequence[np.ndarray], theirs: Sequence[np.ndarray], confidence: float = CONFIDENCE) -> OverHouses:
-    """Sets a caregiver against another one.
+def _each(one, banks: np.ndarray, houses: Houses) -> Estimate:
+    """An estimate of every column; numbers if the houses have none."""
+    found = [one(bank) for bank in banks]
+    return found[0] if np.ndim(houses[0]) == 1 else Estimate(*map(np.array, zip(*found, strict=True)))
 
-    Args:
-        ours: For each house a sample (episodes,) that is not negative; houses may have different numbers of them.
-        theirs: Samples paired with those.
-        confidence: How often the intervals shall cover the truth.
+
+def _bank(houses: Houses) -> np.ndarray:
+    """Means of each house, then of resamples of its episodes, (columns, 1 + resamples, houses).
+
+    Houses of as many episodes are resampled alike, so that banks of paired samples are paired.
     """
-    bank = np.stack([_bank(y, x) for y, x in zip(ours, theirs, strict=True)])  # (J, 1 + resamples, 2)
-    y, x = bank[:, 0].T
+    data = [np.asarray(house, float).reshape(len(house), -1) for house in houses]
+    bank = np.empty((1 + _BANK, len(data), data[0].shape[1]))
+    bank[0] = house_means(data)
+    sizes = np.array([len(house) for house in data])
+    for size in np.unique(sizes):
+        alike = np.flatnonzero(sizes == size)
+        episodes = np.concatenate([data[j] for j in alike], axis=1)  # (episodes, houses x columns)
+        again = np.concatenate([part @ episodes for part in shares(size, _BANK)])
+        bank[1:, alike] = again.reshape(_BANK, len(alike), -1)
+    return np.ascontiguousarray(np.moveaxis(bank, 2, 0))
+
+
+@functools.lru_cache(maxsize=2)
+def _drawn(houses: int) -> np.ndarray:
+    """Which number of a bank each resample takes for each of its houses, (resamples, houses)."""
     random = np.random.default_rng(0)
-    size = resamples(len(bank)), len(bank)
-    drawn = bank[random.integers(len(bank), size=size), random.integers(1, bank.shape[1], size=size)]
-    again_y, again_x = drawn[..., 0], drawn[..., 1]  # (resamples, J)
-
-    ratios, known = _ratios(y, x), x > 0
-    centre = ratios[known].mean() if known.any() else np.nan
-    mean_ratio = _interval(ratios[known], np.ones(known.sum()), _ratios(again_y, again_x) - centre, confidence)
-    ratio = y.sum() / x.sum() if known.any() else np.nan
-    ratio_of_means = _interval(y, x, again_y - ratio * again_x, confidence)
-    difference = _interval(y - x, np.ones_like(x), again_y - again_x - (y - x).mean(), confidence)
-    return OverHouses(y, x, ratios, _not_negative(mean_ratio), _not_negative(ratio_of_means), difference)
+    size = resamples(houses), houses
+    house = random.integers(houses, size=size)
+    drawn = random.integers(1, 1 + _BANK, size=size) * houses + house
+    drawn.flags.writeable = False  # it belongs to the cache
+    return drawn
 
 
-def _bank(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
-    """Mean of both samples of a house, then of resamples of them, (1 + resamples, 2)."""
-    pair = np.stack([ours, theirs], axis=1).astype(float)
-    return np.concatenate([pair.mean(axis=0)[None], *(part @ pair for part in shares(len(pair), _BANK))])
+def _again(bank: np.ndarray) -> np.ndarray:
+    """Means of resampled houses, (resamples, houses), of a bank (1 + resamples, houses)."""
+    return bank.ravel()[_drawn(bank.shape[1])]
 
 
 def _ratios(above: np.ndarray, below: np.ndarray) -> np.ndarray:
@@ -88,15 +129,22 @@ def _interval(above: np.ndarray, below: np.ndarray, errors: np.ndarray, confiden
     if len(below) < 2:
         return Estimate(ratio, -np.inf, np.inf)
     scale = ((above - ratio * below) ** 2).mean()
-    counts = ~np.isnan(errors)
-    count, errors = counts.sum(axis=1), np.where(counts, errors, 0.0)
-    mean, square = (part.sum(axis=1) / np.maximum(count, 1) for part in (errors, errors**2))
-    t = pivots(mean[None], square[None], np.maximum(count, 1), scale[None, None])
+    if np.isnan(errors).any():
+        counts = ~np.isnan(errors)
+        count, errors = np.maximum(counts.sum(axis=1), 1), np.where(counts, errors, 0.0)
+    else:
+        count = len(errors.T)
+    mean, square = errors.sum(axis=1) / count, np.einsum("ij,ij->i", errors, errors) / count
+    if max(scale, square.max()) <= EXACT * (above**2).mean():
+        return Estimate(ratio, ratio, ratio)
+    t = pivots(mean[None], square[None], count, scale[None, None])
     low, high = solve(above[None], below[None], *quantiles(t, confidence))
     return Estimate(ratio, float(low[0]), float(high[0]))
 
 
-def _not_negative(estimate: Estimate) -> Estimate:
+def _not_negative(estimate: Estimate, telling: int) -> Estimate:
     """The same of a quantity that is not negative; if it is zero everywhere, there is no telling how large it is."""
-    high = np.inf if estimate.value == 0 else estimate.high
-    return estimate._replace(low=float(np.maximum(estimate.low, 0.0)), high=high)
+    value, low, high = estimate
+    if value == 0 or (low == high and telling < TELLING):
+        return Estimate(value, 0.0, np.inf)
+    return Estimate(value, float(np.maximum(low, 0.0)), high)

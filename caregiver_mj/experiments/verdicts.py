@@ -21,7 +21,8 @@ MARGINS = {
 }
 
 _EXACT_PAIRS = 20  # with so many all 2^20 signs are tried
-_FLIPS = 99_999
+_MOST, _LEAST = 50_000, 2_000  # drawn signs of each pair: fewer of many pairs, whose p is clear anyway
+_SIGNS = 10_000_000  # of all pairs together, between these
 _BLOCK = 2_000_000  # signs at once
 _TIE = 1e-9  # relative, for sums that differ by rounding alone
 
@@ -60,13 +61,21 @@ def compare_means(ours: np.ndarray, theirs: np.ndarray) -> Comparison:
 
 def judge(estimate: Estimate, difference: np.ndarray) -> Comparison:
     """The same where the interval of the mean of differences (n,) is known already, such as one over houses."""
-    if not enough(difference):
-        return Comparison(estimate, np.nan, Verdict.NONE)
-    p = sign_flip_p(difference)
-    verdict = Verdict.NONE
-    if p <= 1 - CONFIDENCE:
-        verdict = Verdict.LESS if estimate.high < 0 else Verdict.MORE if estimate.low > 0 else Verdict.NONE
-    return Comparison(estimate, p, verdict)
+    return judge_columns(Estimate(*([value] for value in estimate)), np.asarray(difference, float)[:, None])[0]
+
+
+def judge_columns(estimates: Estimate, differences: np.ndarray) -> list[Comparison]:
+    """The same for several kinds of differences of the same pairs, (n, columns); a comparison for each."""
+    found = []
+    for i, (difference, p) in enumerate(zip(differences.T, sign_flip_p(differences), strict=True)):
+        estimate = estimates.column(i)
+        if not enough(difference):
+            found.append(Comparison(estimate, np.nan, Verdict.NONE))
+            continue
+        below, above = estimate.high < 0, estimate.low > 0
+        clear = p <= 1 - CONFIDENCE and (below or above)
+        found.append(Comparison(estimate, p, (Verdict.LESS if below else Verdict.MORE) if clear else Verdict.NONE))
+    return found
 
 
 def enough(difference: np.ndarray) -> bool:
@@ -117,26 +126,50 @@ def _decides(ours: np.ndarray, theirs: np.ndarray, least: float) -> bool:
     return enough(np.asarray(ours, float) - least * np.asarray(theirs, float))
 
 
-def sign_flip_p(difference: np.ndarray) -> float:
-    """Two-sided p of a mean of zero, if each of the differences (n,) could as well have the other sign.
+def sign_flip_p(difference: np.ndarray) -> np.ndarray | float:
+    """Two-sided p of a mean of zero, if each of the differences could as well have the other sign.
 
-    The square of their sum is compared with that under other signs, all of them for 20 differences that are not zero
-    or fewer, else so many drawn ones, which are the same every time. Student's t would order the signs alike.
+    The square of their sum is compared with that under other signs: all of them for 20 differences that are not zero
+    or fewer, else many drawn ones, which are the same every time. Student's t would order the signs alike.
+
+    Args:
+        difference: Of pairs, (n,), or of several kinds for the same pairs, (n, columns).
     """
-    size = np.abs(np.asarray(difference, float))
-    size = size[size > 0]
-    if not len(size):
+    columns = np.asarray(difference, float)
+    if columns.ndim == 1:
+        return float(sign_flip_p(columns[:, None])[0])
+    p = np.ones(columns.shape[1])
+    many = np.count_nonzero(columns, axis=0) > _EXACT_PAIRS
+    for i in np.flatnonzero(~many):
+        p[i] = _p_of_all_signs(columns[columns[:, i] != 0, i])
+    if many.any():
+        p[many] = _p_of_drawn_signs(columns[:, many])
+    return p
+
+
+def _p_of_all_signs(difference: np.ndarray) -> float:
+    if not len(difference):
         return 1.0
-    observed = np.abs(np.sum(difference)) - _TIE * size.sum()
-    if len(size) <= _EXACT_PAIRS:
-        sums = np.zeros(1)
-        for one in size[1:]:  # the first sign is +; its mirror image is as far from zero
-            sums = np.concatenate([sums + one, sums - one])
-        return float((np.abs(sums + size[0]) >= observed).mean())
+    sums = np.zeros(1)
+    for one in np.abs(difference[1:]):  # the first sign stays; its mirror image is as far from zero
+        sums = np.concatenate([sums + one, sums - one])
+    return float((np.abs(sums + np.abs(difference[0])) >= _least_sum(difference)).mean())
+
+
+def _p_of_drawn_signs(columns: np.ndarray) -> np.ndarray:
+    pairs, sizes, least = len(columns), np.abs(columns), _least_sum(columns)
+    flips = int(np.clip(_SIGNS // pairs, _LEAST, _MOST)) - 1
     random = np.random.default_rng(0)
-    rows = max(1, _BLOCK // len(size))
-    hits = 0
-    for first in range(0, _FLIPS, rows):
-        signs = random.integers(2, size=(min(rows, _FLIPS - first), len(size)), dtype=np.int8)
-        hits += np.count_nonzero(np.abs(2.0 * (signs @ size) - size.sum()) >= observed)
-    return (1 + hits) / (1 + _FLIPS)
+    rows = max(1, _BLOCK // pairs)
+    hits = np.zeros(columns.shape[1])
+    for first in range(0, flips, rows):
+        shape = min(rows, flips - first), pairs
+        bits = np.frombuffer(random.bytes(-(-shape[0] * pairs // 8)), np.uint8)
+        signs = np.unpackbits(bits, count=shape[0] * pairs).reshape(shape).astype(float)
+        hits += (np.abs(2 * (signs @ sizes) - sizes.sum(axis=0)) >= least).sum(axis=0)
+    return (1 + hits) / (1 + flips)
+
+
+def _least_sum(difference: np.ndarray) -> np.ndarray:
+    """What sums must reach to be as far from zero as the one that came out, but for rounding."""
+    return np.abs(difference.sum(axis=0)) - _TIE * np.abs(difference).sum(axis=0)

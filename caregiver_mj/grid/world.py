@@ -25,7 +25,7 @@ from caregiver_mj.interventions.verb import STAY
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from caregiver_mj.recording.ledger import KINDS, Ledger
+from caregiver_mj.recording.ledger import BLOCKED, KINDS, Ledger
 
 CAREGIVER_ACTIONS = 3  # a novice timestep: 5.0 km/h over 1.6 km/h, rounded down
 
@@ -73,7 +73,7 @@ class GridWorld:
             stairs_shut: Whether every stairwell is shut, as if a caregiver stood in it all the time.
         """
         self.plan = plan
-        self.behaviours = [child.make(plan) for child in Family.of(family).children]
+        self.behaviours = list(Family.of(family).make(plan))
         self.caregiver = caregiver
         self._caregiver_actions, self._stairs_shut = caregiver_actions, stairs_shut
         self._next_cell, self._target, self._target_index = plan.graph.moves
@@ -156,14 +156,14 @@ class GridWorld:
         begun, self.child_cell = self.child_cell, self.child_cell.copy()
         self.previous_action = self.previous_action.copy()
         harm = np.zeros((*begun.shape, len(KINDS)))
-        toys, blocked = np.zeros((2, *begun.shape), bool)
+        toys, blocked = np.zeros(begun.shape, bool), np.zeros((*begun.shape, len(BLOCKED)), bool)
         for child in range(len(self.behaviours)):
             harm[:, child], toys[:, child], blocked[:, child] = self._move_child(child, draws[:, child])
         self.previous_cell = begun
         self.ledger.book(begun, self.child_cell, harm, toys, blocked)
 
     def _move_child(self, child: int, draws: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Moves a child; returns the harm of each kind that it takes, its toys, and whether the caregiver blocks it."""
+        """Moves a child; returns the harm of each kind that it takes, its toys, and what it is denied."""
         cell, behaviour, caregiver_cell = self.child_cell[:, child], self.behaviours[child], self.caregiver_cell
         if not self.caregiver:
             caregiver_cell = np.full(len(cell), NOTHING)
@@ -191,7 +191,7 @@ class GridWorld:
         self.previous_action[:, child] = np.where(waits, NOTHING, action)
         self.bumped[:, child] = (next_cell == cell) & ~stays
         self.child_cell[:, child] = next_cell
-        return harm, reached, blocked
+        return harm, reached, np.stack([blocked & stairwell, blocked & free], axis=1)
 
     # -- The caregiver ---------------------------------------------------------------------------
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -19,15 +20,17 @@ class Candles:
 
     Attributes:
         table_rectangles: Where the tables really are, (tables, 4), metres; see `plans.layout`.
+        starting_tables: Index of the table on which each candle stood when the episode began.
     """
 
     def __init__(self, table_rectangles: np.ndarray):
         self.table_rectangles = table_rectangles
-        self._fallen: set[int] = set()
+        self.reset([])
 
-    def reset(self) -> None:
-        """Begins an episode, in which all of them stand."""
-        self._fallen = set()
+    def reset(self, starting_tables: Sequence[int]) -> None:
+        """Begins an episode, in which all of them stand, each on a table."""
+        self.starting_tables = list(starting_tables)
+        self._fallen: set[int] = set()
 
     def standing(self, physics: Physics) -> np.ndarray:
         """Whether each candle is upright, and no lower than a table, (candles,)."""

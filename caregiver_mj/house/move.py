@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from caregiver_mj.plans.cell_graph import Target
-from caregiver_mj.recording.ledger import KINDS
+from caregiver_mj.recording.ledger import BLOCKED, KINDS
 
 
 class Booking(NamedTuple):
@@ -18,7 +18,7 @@ class Booking(NamedTuple):
     ended: int
     harm: np.ndarray  # (kinds,)
     toy: bool
-    blocked: bool
+    blocked: np.ndarray  # (what it led to,), in the order of `BLOCKED`
 
 
 @dataclasses.dataclass
@@ -55,5 +55,6 @@ class Move:
     def booking(self, ended: int) -> Booking:
         """What came of it, once it has ended in a free cell."""
         harm = np.array([self.harm if kind == self.kind else 0.0 for kind in KINDS])
-        in_the_way = self.target in (Target.FREE, Target.STAIRWELL) and ended == self.begun and not self.fell
-        return Booking(self.begun, ended, harm, self.reached_toy, in_the_way and self.met_robot)
+        blocked = self.met_robot and ended == self.begun and not self.fell
+        what = np.array([blocked and self.target == Target[name.upper()] for name in BLOCKED])
+        return Booking(self.begun, ended, harm, self.reached_toy, what)

@@ -7,11 +7,14 @@ Its own name, which is the same in all of them, is that of its seed: `house-2000
 
 from __future__ import annotations
 
+import collections
 import re
+from collections.abc import Iterable
 
 from caregiver_mj.errors import FloorPlanError
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.generator import generate
+from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.plans.request import Request
 
 LARGEST_SET = 1000  # houses
@@ -47,6 +50,27 @@ def house_set(name: str) -> tuple[FloorPlan, ...]:
     if seeds is None:
         raise FloorPlanError(f"no set of floor plans '{name}': there are train-N and test-N, such as test-100")
     return tuple(generate(seed) for seed in seeds)
+
+
+def houses_named(names: Iterable[str], damage: DamageWeights = DamageWeights()) -> tuple[FloorPlan, ...]:
+    """The houses that several names stand for, in their order.
+
+    Args:
+        names: Of sets, or of single houses as `FloorPlan.load` takes them.
+        damage: What a collision costs.
+
+    Raises:
+        FloorPlanError: There is no such house or set, or two houses have the same name.
+    """
+    plans: list[FloorPlan] = []
+    for name in names:
+        seeds = _seeds(name)
+        wanted = [name] if seeds is None else [f"house-{seed}" for seed in seeds]
+        plans += [FloorPlan.load(one, damage=damage) for one in wanted]
+    counts = collections.Counter(plan.name for plan in plans)
+    if twice := [name for name, count in counts.items() if count > 1]:
+        raise FloorPlanError(f"{len(twice)} houses are named twice, such as '{twice[0]}'")
+    return tuple(plans)
 
 
 def _seeds(name: str) -> range | None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.percept import Assessment, Percept
-from caregiver_mj.interventions.intervention import STAND_ASIDE, Intervention
+from caregiver_mj.interventions.intervention import Intervention
 from caregiver_mj.interventions.registry import verb_of
 from caregiver_mj.interventions.routine import LEFT_LYING, PASSED_OVER, Means, PassedOver, Routine
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -98,7 +98,7 @@ class Executive:
             self.routine.hear(percept, wanted)
             return
         if wanted.hazard != NOTHING and percept.out_of_reach[0, wanted.hazard]:
-            wanted = Intervention(STAND_ASIDE)
+            wanted = Intervention(self._caregiver.idle_verb)
         if self.routine is None or self._is_another(wanted):
             self._begin(wanted, view, percept)
 

@@ -14,6 +14,7 @@ from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.instructed import InstructedCaregiver
 from caregiver_mj.caregivers.percept import Assessment
 from caregiver_mj.caregivers.registry import make_caregiver
+from caregiver_mj.caregivers.start import starting_tables
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.interventions.intervention import BLOCK, RELOCATE, Intervention
@@ -34,6 +35,8 @@ if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.house.r
 
 class CaregiverPolicy:
     """The scripted caregiver. Call it with a time step to get an action.
+
+    From the next reset on, the environment's house is prepared for its children as the caregiver wants it.
 
     Attributes:
         plan: The house.
@@ -58,11 +61,13 @@ class CaregiverPolicy:
             raise CaregiverError("there is no robot in this environment for a caregiver to act with")
         self.plan: FloorPlan = task.plan
         self.caregiver = _caregiver(caregiver, task, seed)
-        self._task = task  # to be told the episode's seed, and to tell it what has been done; never to look at
+        # To be told how the episode begins, and to tell it what has been done; never to look at.
+        self._task = task
+        task.caregiver = self.caregiver
         self._timestep = env.control_timestep()
         embodiment = task.embodiment
         self.robot = RobotMotion(embodiment, self._timestep)
-        navigator = Navigator(self.plan, embodiment)
+        navigator = Navigator(self.plan, embodiment, self.caregiver.yields)
         retrievals = RetrievalPlanner(
             navigator, lambda: PlanningScene(build_house(self.plan, embodiment), self.plan, embodiment)
         )
@@ -73,7 +78,8 @@ class CaregiverPolicy:
         """Answers an observation with an action.
 
         Raises:
-            CaregiverError: The observation is flat; the caregiver needs its keys.
+            CaregiverError: The observation is flat; the caregiver needs its keys. Or the house has not been prepared
+                as the caregiver wants it.
         """
         observation = timestep.observation
         if "base_position" not in observation:
@@ -97,6 +103,7 @@ class CaregiverPolicy:
         self._perception.reset(observation)
         children = len(np.atleast_2d(observation["toddler_position"]))
         self.caregiver.reset(1, [self._task.caregiver_seed], children)
+        _check_start(self.caregiver, self._task)
         if isinstance(self.caregiver, InstructedCaregiver):
             self.caregiver.orders = _orders(self.plan, observation)
         self.executive.reset()
@@ -142,9 +149,17 @@ def _caregiver(caregiver: str | Caregiver, task, seed: int) -> Caregiver:
         made = InstructedCaregiver(task.plan) if task.goal_given else make_caregiver(caregiver, task.plan, seed)
     if made is None:
         raise CaregiverError(f"caregiver '{caregiver}' does not act, and so is no policy; leave the robot out instead")
-    if not made.in_house:
-        raise CaregiverError(f"{type(made).__name__} acts in the grid only: the robot cannot do all that it wants")
     return made
+
+
+def _check_start(caregiver: Caregiver, task) -> None:
+    """Raises CaregiverError if the episode has not begun as the caregiver's does."""
+    wanted, found = starting_tables(task.plan, caregiver)[0].tolist(), task.candles.starting_tables
+    if found != wanted:
+        raise CaregiverError(
+            f"the candles stood on tables {found} at the start, and {type(caregiver).__name__} wants them on {wanted}: "
+            "make its policy before env.reset(), and no other one in between"
+        )
 
 
 def _orders(plan: FloorPlan, observation: dict[str, np.ndarray]) -> Intervention:

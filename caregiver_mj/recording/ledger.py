@@ -10,6 +10,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.record import DAMAGE_THRESHOLD
 
 KINDS = ("stairwell", "candle", "table")  # of damage
+BLOCKED = ("stairwell", "free")  # what a move led to that the caregiver was in the way of
 
 
 class Ledger:
@@ -19,13 +20,15 @@ class Ledger:
         timestep: Novice timesteps booked so far.
         harm: Damage of each kind that each child has taken, (B, K, kinds), in the order of `KINDS`.
         toys: Toy bins that each has reached, (B, K).
-        moves_blocked: Moves of each into the caregiver, (B, K).
+        moves_blocked: Moves of each into the caregiver, (B, K, what they led to), in the order of `BLOCKED`.
+        longest_blocked: Most timesteps on end in which each was blocked, (B, K).
         interventions: Interventions begun, (B,).
         interventions_done: Interventions completed, (B,).
         candles_dropped: Candles that fell, (B,).
         strikes: Contacts with a moving robot, (B,).
-        stopped_at: Timestep at which the threshold of damage was reached, (B,); 0 where it was not.
-        visits: Timesteps that children ended in each free cell, summed over everything, (free cells,).
+        stopped_at: Timestep in which the damage came above the threshold, (B,); 0 where it did not.
+        damage_until_stop: Damage until then, (B,).
+        visits: Timesteps that children ended in each free cell, (B, free cells).
         damage_at: Damage that they took in each, likewise.
     """
 
@@ -41,13 +44,15 @@ class Ledger:
         self._timesteps = timesteps
         self.timestep = 0
         self.harm = np.zeros((batch, children, len(KINDS)))
-        self.toys, self.moves_blocked = np.zeros((2, batch, children), int)
+        self.toys, self.longest_blocked, self._blocked_since = np.zeros((3, batch, children), int)
+        self.moves_blocked = np.zeros((batch, children, len(BLOCKED)), int)
         self.interventions, self.interventions_done = np.zeros((2, batch), int)
         self.candles_dropped, self.strikes = np.zeros((2, batch), int)
-        self.stopped_at = np.zeros(batch, int)
+        self.stopped_at, self.damage_until_stop = np.zeros(batch, int), np.zeros(batch)
         self._visited = np.zeros((batch, len(plan.free_cells)), bool)
         self._visited[np.arange(batch)[:, None], cells] = True
-        self.visits, self.damage_at = np.zeros((2, len(plan.free_cells)))
+        self.visits, self.damage_at = np.zeros((2, batch, len(plan.free_cells)))
+        self._each = np.arange(batch)
 
     def book(
         self, begun: np.ndarray, ended: np.ndarray, harm: np.ndarray, toys: np.ndarray, blocked: np.ndarray
@@ -59,17 +64,22 @@ class Ledger:
             ended: Those in which they ended it, (B, K).
             harm: Damage of each kind that each child took in it, (B, K, kinds).
             toys: Whether each reached its toy bin, (B, K).
-            blocked: Whether the caregiver was in the way of each, (B, K).
+            blocked: Whether the caregiver was in the way of each, by what its move led to, (B, K, `BLOCKED`).
         """
         self.timestep += 1
         self.harm += harm
         self.toys += toys
         self.moves_blocked += blocked
-        self.damage_at += np.bincount(begun.ravel(), harm.sum(axis=2).ravel(), len(self.damage_at))
-        self.visits += np.bincount(ended.ravel(), minlength=len(self.visits))
+        self._blocked_since = np.where(blocked.any(axis=2), self._blocked_since + 1, 0)
+        self.longest_blocked = np.maximum(self.longest_blocked, self._blocked_since)
+        for child in range(begun.shape[1]):
+            self.damage_at[self._each, begun[:, child]] += harm[:, child].sum(axis=1)
+            self.visits[self._each, ended[:, child]] += 1
         running = np.flatnonzero(self.stopped_at == 0)
         self._visited[running[:, None], ended[running]] = True
-        self.stopped_at[(self.stopped_at == 0) & (self.damage >= DAMAGE_THRESHOLD)] = self.timestep
+        damage = self.damage
+        self.damage_until_stop[running] = damage[running]
+        self.stopped_at[(self.stopped_at == 0) & (damage > DAMAGE_THRESHOLD)] = self.timestep
 
     @property
     def damage(self) -> np.ndarray:
@@ -82,10 +92,14 @@ class Ledger:
         return {
             "damage": self.damage,
             **{f"damage_{kind}": damage for kind, damage in zip(KINDS, by_kind, strict=True)},
+            "damage_until_stop": self.damage_until_stop,
+            "stopped": (self.stopped_at > 0).astype(int),
             "timesteps_to_threshold": np.where(self.stopped_at > 0, self.stopped_at, self._timesteps),
             "cells_visited": self._visited.sum(axis=1),
             "toys_reached": self.toys.sum(axis=1),
-            "moves_blocked": self.moves_blocked.sum(axis=1),
+            "moves_blocked": self.moves_blocked.sum(axis=(1, 2)),
+            **{f"moves_blocked_{what}": self.moves_blocked[..., i].sum(axis=1) for i, what in enumerate(BLOCKED)},
+            "longest_blocked": self.longest_blocked.max(axis=1),
             "interventions": self.interventions,
             "interventions_done": self.interventions_done,
             "candles_dropped": self.candles_dropped,

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from typing import Any
 
 # ruff: noqa: RUF009 - `_column` only describes a field
-DAMAGE_THRESHOLD = 15.0  # the paper ends an interaction after this much (section V.E)
+DAMAGE_THRESHOLD = 15.0  # the paper ends an interaction as soon as the damage is above this (section V.E)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -74,11 +74,16 @@ class EpisodeRecord:
         "damage",
     )
     damage_table: float = _column("damage", "at bare tables", "bumps into bare tables (1 each)", "damage")
+    damage_until_stop: float = _column(
+        "damage",
+        "damage until the stop",
+        "all damage until it comes above 15, where the paper ends an interaction",
+        "damage",
+    )
     damage_by_child: list[float] = _column("damage", "damage of each child", "all damage of each child", "child")
 
-    timesteps_to_threshold: int = _column(
-        "timesteps", "timesteps", "until 15 damage, at which the paper ends an interaction; else 200", "count"
-    )
+    stopped: int = _column("", "share stopped", "whether the damage came above 15: 1 or 0", "count")
+    timesteps_to_threshold: int = _column("timesteps", "timesteps", "until that; 200 if it never did", "count")
     cells_visited: int = _column("cells", "cells visited", "distinct cells that any child visited until then", "count")
     toys_reached: int = _column(
         "bins", "toys reached", "toy bins reached by all children, over all 200 timesteps", "count"
@@ -86,6 +91,15 @@ class EpisodeRecord:
     toys_by_child: list[float] = _column("bins", "toys of each child", "toy bins that each child reached", "child")
     moves_blocked: int = _column(
         "moves", "moves blocked", "children's moves into the caregiver: how much it was in the way", "count"
+    )
+    moves_blocked_stairwell: int = _column(
+        "moves", "stairwells denied", "of those, moves into a stairwell that it stood in", "count"
+    )
+    moves_blocked_free: int = _column(
+        "moves", "free moves denied", "of those, moves to where it stood in the way", "count"
+    )
+    longest_blocked: int = _column(
+        "timesteps", "longest blocked", "most timesteps on end in which it blocked the moves of one child", "count"
     )
     interventions: int = _column("", "interventions", "interventions begun", "count")
     interventions_done: int = _column(

@@ -1,7 +1,8 @@
 """How the robot drives: to where a skill wants it, round children or out of their way, never faster than it could stop.
 
 A skill has a `Driver`, whose `drive` it calls once a control timestep. It plans a path, follows it at the rate that the
-children allow, yields where robot and child are in each other's way, and gives up what a child keeps closed.
+children allow, yields where robot and child are in each other's way (or waits there, if it is not to yield), and gives
+up what a child keeps closed.
 """
 
 from __future__ import annotations
@@ -127,6 +128,8 @@ class Driver:
         self._replan_at = view.now + (_REPLAN_INTERVAL if points else _BARRED_INTERVAL)
         if points:
             self.aside_until = -math.inf
+        elif not self._navigator.yields:
+            self._stops, self._path_goal = True, None  # and stands there until they leave one
         else:
             if comes(view, self._embodiment):
                 self.aside_until = view.now + _PATIENCE

@@ -24,12 +24,13 @@ class Navigator(Routes):
 
     Attributes:
         robot: The robot.
+        yields: Whether it makes room where children leave it no way; else it waits where it is.
         clearance: How much room there is where.
     """
 
-    def __init__(self, plan: FloorPlan, robot: Embodiment):
+    def __init__(self, plan: FloorPlan, robot: Embodiment, yields: bool = True):
         super().__init__(plan)
-        self.robot = robot
+        self.robot, self.yields = robot, yields
         self.clearance = Clearance(plan, robot)
         self._berth = robot.footprint + CHILD_RADIUS + _CHILD_CLEARANCE  # metres, middle to middle
 

@@ -1,5 +1,6 @@
 """Evaluation: what is in its rows, its table and its maps, and what they depend on."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -14,11 +15,13 @@ from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
+from caregiver_mj.plans.sets import houses_named
 
 # Columns of the contract, written out once more.
 COLUMNS = ["world", "house", "caregiver", "family", "epsilon", "children", "episode", "seed"]
-DAMAGE = ["damage", "damage_stairwell", "damage_candle", "damage_table"]
-COUNTS = ["timesteps_to_threshold", "cells_visited", "toys_reached", "moves_blocked", "interventions"]
+DAMAGE = ["damage", "damage_stairwell", "damage_candle", "damage_table", "damage_until_stop"]
+COUNTS = ["stopped", "timesteps_to_threshold", "cells_visited", "toys_reached", "moves_blocked"]
+COUNTS += ["moves_blocked_stairwell", "moves_blocked_free", "longest_blocked", "interventions"]
 COUNTS += ["interventions_done", "candles_dropped", "strikes"]
 TIMES = ["sim_seconds", "wall_seconds"]
 MEASURES = [*DAMAGE, *COUNTS, *TIMES]
@@ -76,7 +79,9 @@ def test_contract(settings, result, tmp_path):
         assert row["house"] == "paper"
         assert row["episodes"] == settings.episodes
         for column in ["damage_normalised", *MEASURES]:
-            assert row[f"{column}_ci_low"] - 1e-9 <= row[f"{column}_mean"] <= row[f"{column}_ci_high"] + 1e-9
+            low, high = row[f"{column}_ci_low"], row[f"{column}_ci_high"]
+            assert low - 1e-9 <= row[f"{column}_mean"]
+            assert high is None or row[f"{column}_mean"] <= high + 1e-9
             assert row[f"{column}_sd"] >= 0
     assert summary["seed"] == 3
     wanted = {"caregiver_mj", "python", "numpy", "mujoco", "dm_control", "mink", "ruckig"}
@@ -157,3 +162,38 @@ def test_damage_is_that_of_the_settings():
         assert (costly[f"damage_{kind}"] == ratio * cheap[f"damage_{kind}"]).all()
         assert cheap[f"damage_{kind}"].sum() > 0
     assert (cheap.toys_reached == costly.toys_reached).all()
+
+
+# -- Several houses ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("world", ["grid", "house"])
+def test_rows_of_a_house_do_not_depend_on_the_other_houses(world, tmp_path):
+    plans, families, episodes = houses_named(["test-2"]), (1.0, "toddler:.5") if world == "grid" else (1.0,), 2
+    settings = Settings((PAPER, *plans), world, ("none",), families, episodes, seed=4)
+    found = evaluate(settings, RunFolder(tmp_path / "run", settings.record()), jobs=2)
+    assert list(dict.fromkeys(found.episodes.house)) == ["paper", "house-200000", "house-200001"]
+    by_itself = evaluate(dataclasses.replace(settings, plans=plans[1]))
+    for table, alone in ((found.episodes, by_itself.episodes), (found.maps, by_itself.maps)):
+        here = table[table.house == "house-200001"].reset_index(drop=True).drop(columns="wall_seconds", errors="ignore")
+        pd.testing.assert_frame_equal(here, alone.drop(columns="wall_seconds", errors="ignore"), check_exact=True)
+    again = RunFolder(tmp_path / "run", settings.record(), resume=True)
+    assert all(again.read(str(block)) is not None for block in settings.blocks())
+
+
+@pytest.mark.parametrize("caregiver", ["none", "paper"])
+def test_rows_do_not_depend_on_the_children_beside_them(caregiver):
+    families = (1.0, "explorer:.25", "toddler:.5", "avoider:.1", "seeker:.5", "1,.25", "adversary:0,explorer:.5")
+    settings = Settings(PAPER, "grid", (caregiver,), families, 3)
+    assert [len(block.families) for block in settings.blocks()] == [5, 2]
+    each = [rows(evaluate(dataclasses.replace(settings, families=(family,)))) for family in families]
+    pd.testing.assert_frame_equal(rows(evaluate(settings)), pd.concat(each, ignore_index=True), check_exact=True)
+
+
+@pytest.mark.parametrize("world", ["grid", "house"])
+def test_the_floor_is_that_of_a_child_alone(world):
+    found = evaluate(Settings(PAPER, world, ("none", "floor"), (1.0,), 2)).episodes
+    alone, floor = (found[found.caregiver == name].reset_index(drop=True) for name in ("none", "floor"))
+    assert (floor.damage == alone.damage_table + alone.damage_candle / 4).all()
+    assert floor.damage.sum() > 0
+    assert (floor.moves_blocked_stairwell == alone.damage_stairwell / 5).all()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from caregiver_mj.experiments.intervals import of_difference, of_mean, of_ratio
+from caregiver_mj.experiments.intervals import of_difference, of_mean, of_mean_ratio, of_ratio
 from caregiver_mj.experiments.studentised import quantiles, resamples, shares, solve
 
 INF = np.inf
@@ -207,6 +207,40 @@ def test_one_accident_in_twenty_episodes_bounds_nothing_from_above():
 def test_a_ratio_is_of_what_cannot_be_negative():
     with pytest.raises(ValueError, match="negative"):
         of_ratio(np.array([1.0, -1.0]), np.array([1.0, 1.0]))
+
+
+# -- Several ratios of the same units ----------------------------------------------------------------
+
+
+def test_mean_ratio_by_hand():
+    theirs = np.array([[1.0, 1], [2, 1], [3, 1], [4, 1]])
+    assert of_mean_ratio(theirs * [2, 1], theirs) == pytest.approx((1.5, 1.5, 1.5))  # 2 and 1 in every unit
+    assert of_mean_ratio(theirs[:3] * [2, 1], theirs[:3]) == pytest.approx((1.5, 0, INF))  # of three
+    value, low, high = of_mean_ratio(np.array([[2.0, 2], [2, 1], [8, 0], [8, 1]]), theirs)
+    assert value == (20 / 10 + 4 / 4) / 2
+    assert 0 <= low < value < high
+    assert np.isnan(of_mean_ratio(theirs, theirs * [1, 0])).all()
+
+
+def test_mean_of_one_ratio(pairs):
+    """The delta method is not Fieller's, but close where the mean below is well above zero."""
+    ours, theirs = (np.tile(side, 5) + np.arange(100) % 7 for side in pairs)
+    wanted = of_ratio(ours, theirs)
+    width = wanted.high - wanted.low
+    assert of_mean_ratio(ours[:, None], theirs[:, None]) == pytest.approx(wanted, abs=0.03 * width)
+    both = [np.stack([side, side], axis=1) for side in (ours, theirs)]
+    assert of_mean_ratio(*both) == pytest.approx(of_mean_ratio(ours[:, None], theirs[:, None]))
+
+
+def test_coverage_of_a_mean_ratio():
+    random = np.random.default_rng(8)
+    covered = []
+    for _ in range(200):
+        shared = random.gamma(2.0, 1.0, (30, 1))
+        theirs = random.poisson(shared * [10, 5]).astype(float)
+        _, low, high = of_mean_ratio(random.poisson(shared * [3, 2]), theirs)
+        covered.append(low <= (0.3 + 0.4) / 2 <= high)
+    assert 0.91 < np.mean(covered) < 0.99
 
 
 # -- Coverage, in short; docs/coverage.md has it at length -------------------------------------------

@@ -39,6 +39,8 @@ def test_families_may_be_said_by_their_epsilon():
         ({"families": (Family((ChildSpec(0.5, "angel"),)),)}, "no child 'angel'"),
         ({"episodes": 0}, "episodes must be at least 1, not 0"),
         ({"seed": -1}, "the seed must not be negative: -1"),
+        ({"plans": (PAPER, PAPER)}, "houses must be one or more, each of them once"),
+        ({"plans": (PAPER, FloorPlan.load("house-3", damage=DamageWeights(1, 1, 1)))}, "cost the same in all houses"),
         ({"embodiment": "butler"}, "no robot 'butler': there are mobile_fr3, mobile_ur5e"),
     ],
 )
@@ -72,12 +74,19 @@ def test_the_record_says_everything():
     assert record["epsilons"] == [0.1, 0.625]
     assert record["damage"].startswith("7.5:0.333")
     assert Settings.of_record(record) == SEVERAL
+    houses = dataclasses.replace(SEVERAL, plans=(*SEVERAL.plans, FloorPlan.load("house-3")), houses="those two")
+    record = json.loads(json.dumps(houses.record()))
+    assert [plan["name"] for plan in record["plans"]] == ["paper", "house-3"]
+    assert [(p.name, p.rows, p.cell_size) for p in Settings.of_record(record).plans] == [
+        (p.name, p.rows, p.cell_size) for p in houses.plans
+    ]
+    assert Settings.of_record(record).houses == "those two"
 
 
 @pytest.mark.parametrize(
     "change",
     [
-        {"plan": FloorPlan.load("paper", cell_size=0.9, damage=DamageWeights(7.5, 0.3333, 0.0))},
+        {"plans": FloorPlan.load("paper", cell_size=0.9, damage=DamageWeights(7.5, 0.3333, 0.0))},
         {"families": (0.1, "1,adversary:.26")},
         {"families": (0.1, "1,.25")},
         {"caregivers": ("none",)},
@@ -96,10 +105,34 @@ def test_other_settings_have_another_record(change):
 def test_blocks_are_all_of_the_work_once():
     blocks = SEVERAL.blocks(grid_block=3)
     assert [(len(block), block.first, block.end) for block in blocks[:3]] == [(3, 0, 3), (3, 3, 6), (1, 6, 7)]
-    work = [(block.caregiver, block.family, i) for block in blocks for i in range(block.first, block.end)]
+    work = [(block.caregiver, family, i) for block in blocks for family in block.families for i in block.numbers]
     assert len(work) == len(set(work)) == 2 * 2 * 7
     assert len({str(block) for block in blocks}) == len(blocks)  # which are names of files
     assert not any("/" in str(block) for block in blocks)
+
+
+def test_in_the_grid_as_many_children_each_go_side_by_side():
+    settings = dataclasses.replace(SEVERAL, families=(1.0, "1,.25", 0.5, 0.25, ".5,.5"), caregivers=("none",))
+    blocks = settings.blocks(grid_block=12)
+    assert [(list(map(str, block.families)), block.first, block.end) for block in blocks] == [
+        (["1", "0.5", "0.25"], 0, 4),
+        (["1", "0.5", "0.25"], 4, 7),
+        (["1,0.25", "0.5,0.5"], 0, 6),
+        (["1,0.25", "0.5,0.5"], 6, 7),
+    ]
+    assert [len(block) for block in blocks] == [12, 9, 12, 2]
+    many = dataclasses.replace(SEVERAL, families=tuple(i / 100 for i in range(100)))
+    assert max(len(str(block)) for block in many.blocks()) < 200  # of the 255 that the name of a file may have
+
+
+def test_blocks_of_several_houses_say_which():
+    settings = dataclasses.replace(SEVERAL, plans=(PAPER, FloorPlan.load("house-3")))
+    blocks = settings.blocks()
+    assert [block.house for block in blocks] == ["paper"] * 4 + ["house-3"] * 4
+    assert len({str(block) for block in blocks}) == 8
+    assert settings.plan_of["house-3"] is settings.plans[1]
+    with pytest.raises(CaregiverError, match="there are 2 houses"):
+        _ = settings.plan
 
 
 def test_in_the_house_a_block_is_an_episode():

@@ -1,37 +1,49 @@
-"""From episodes to tables, worked out by hand."""
+"""From episodes to tables, worked out by hand: in one house, over several, and house by house."""
+
+import dataclasses
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from caregiver_mj.experiments import statistics
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments import statistics, two_level
+from caregiver_mj.experiments.by_house import by_house
+from caregiver_mj.experiments.intervals import of_ratio
+from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.experiments.summary import summarise
+from caregiver_mj.plans.floor_plan import FloorPlan
 
 
-def frame(**damages):
+def frame(house="h", epsilon=1.0, toys=0, **damages):
     """Episodes by hand: of each caregiver a list of damages."""
     return pd.DataFrame(
         {
             "world": "grid",
-            "house": "h",
+            "house": house,
             "caregiver": name,
-            "family": "1",
-            "epsilon": 1.0,
+            "family": f"{epsilon:g}",
+            "epsilon": epsilon,
             "episode": episode,
             "damage": damage,
             "timesteps_to_threshold": 200 - damage,
             "cells_visited": 1,
-            "toys_reached": 0,
+            "toys_reached": toys,
         }
         for name, values in damages.items()
         for episode, damage in enumerate(values)
     )
 
 
-def test_summary_by_hand():
-    none, paper = statistics.summarise(frame(none=[10, 20], paper=[6, 0]), ("damage", "cells_visited"))
+# -- One house ---------------------------------------------------------------------------------------
+
+
+def test_means_by_hand():
+    none, paper = statistics.mean_rows(frame(none=[10, 20], paper=[6, 0]), ("damage", "cells_visited"))
+    assert (none["house"], none["caregiver"], none["family"], none["episodes"]) == ("h", "none", "1", 2)
     assert none["damage_mean"] == 15
     assert none["damage_sd"] == pytest.approx(50**0.5)  # ((10-15)² + (20-15)²) / (2-1)
-    assert (none["damage_ci_low"], none["damage_ci_high"]) == (10, 20)  # a quarter of resamples are (10, 10)
+    assert (none["damage_ci_low"], none["damage_ci_high"]) == (0, None)  # two episodes bound nothing
     assert none["damage_normalised_mean"] == pytest.approx(0.75)
     assert paper["damage_normalised_mean"] == pytest.approx(0.15)
     assert paper["damage_normalised_sd"] == pytest.approx(18**0.5 / 20)
@@ -39,38 +51,175 @@ def test_summary_by_hand():
     assert (none["cells_visited_ci_low"], none["cells_visited_ci_high"]) == (1, 1)
 
 
-def test_summary_of_one_harmless_episode():
-    (row,) = statistics.summarise(frame(none=[0]), ("damage",))
+def test_means_of_one_harmless_episode():
+    (row,) = statistics.mean_rows(frame(none=[0]), ("damage",))
     assert (row["damage_mean"], row["damage_sd"], row["damage_normalised_mean"]) == (0, 0, 0)
-    assert row["damage_ci_low"] is row["damage_ci_high"] is None
+    assert (row["damage_ci_low"], row["damage_ci_high"]) == (0, None)
 
 
 def test_comparison_by_hand():
-    (row,) = statistics.compare(frame(none=[10, 20, 30, 40, 50], paper=[9, 18, 27, 36, 45]), "paper", "none")
+    theirs = [10, 20, 30, 40, 50, 60]
+    episodes = frame(none=theirs, paper=[0.9 * damage for damage in theirs])
+    (row,) = statistics.comparison_rows(episodes, "paper", "none")
+    assert (row["caregiver"], row["baseline"], row["house"], row["episodes"]) == ("paper", "none", "h", 6)
     assert row["damage_left"] == pytest.approx(0.9)
     assert row["damage_left_ci_low"] == pytest.approx(0.9)  # the ratio is the same in every pair
     assert row["damage_left_ci_high"] == pytest.approx(0.9)
-    assert row["damage_difference_mean"] == -3
-    assert row["damage_p"] == pytest.approx(2 / 2**5)  # all five of one sign: two of the 32 assignments
-    assert row["timesteps_to_threshold_difference_mean"] == 3
-    assert row["toys_reached_p"] == 1  # no difference at all
+    assert row["damage_difference_mean"] == pytest.approx(-3.5)
+    assert row["damage_p"] == pytest.approx(2 / 2**6)  # all six of one sign: two of the 64 assignments
+    assert row["damage_difference_ci_low"] < -3.5 < row["damage_difference_ci_high"] < 0
+    assert row["damage_verdict"] == "less"
+    assert row["timesteps_to_threshold_difference_mean"] == pytest.approx(3.5)
+    assert row["timesteps_to_threshold_verdict"] == "more"
+    assert (row["toys_reached_p"], row["toys_reached_verdict"]) == (None, "no verdict")  # no difference at all
+    assert row["toys_reached_left"] is row["toys_reached_left_ci_low"] is None  # and no toys
+    assert "damage_equivalence" not in row  # to nobody's care
+    assert "moves_blocked_free_p" not in row  # that was not measured
+
+
+def test_too_few_pairs_for_any_verdict():
+    (row,) = statistics.comparison_rows(frame(none=[10, 20, 30, 40, 50], paper=[1, 2, 3, 4, 5]), "paper", "none")
+    assert (row["damage_p"], row["damage_verdict"]) == (None, "no verdict")  # p = 2 / 2**5 at least
 
 
 def test_comparison_pairs_by_episode():
-    episodes = frame(none=[10, 20, 30], paper=[9, 19, 29]).iloc[::-1]
-    (row,) = statistics.compare(episodes, "paper", "none")
+    episodes = frame(none=[10, 20, 30, 40], paper=[9, 19, 29, 39]).iloc[::-1]
+    (row,) = statistics.comparison_rows(episodes, "paper", "none")
     assert row["damage_difference_ci_low"] == row["damage_difference_ci_high"] == -1
 
 
 def test_comparison_without_any_damage():
-    (row,) = statistics.compare(frame(none=[0, 0], paper=[0, 0]), "paper", "none")
-    assert row["damage_left"] is row["damage_left_ci_low"] is None
-    assert row["damage_p"] == 1
+    (row,) = statistics.comparison_rows(frame(none=[0, 0], paper=[0, 0]), "paper", "none")
+    assert row["damage_left"] is row["damage_left_ci_low"] is row["damage_p"] is None
 
 
-def test_interval_agrees_with_theory():
-    data = np.random.default_rng(1).normal(5.0, 2.0, size=(400, 1))
-    low, high = statistics.mean_interval(data)
-    error = data.std(ddof=1) / 20
-    assert low[0] == pytest.approx(data.mean() - 1.96 * error, abs=0.15 * error)
-    assert high[0] == pytest.approx(data.mean() + 1.96 * error, abs=0.15 * error)
+def test_margins():
+    damage = [10, 20, 30, 40, 50, 60]
+    episodes = pd.concat([frame(toys=20, guard=damage), frame(toys=19, paper=[0.95 * one for one in damage])])
+    (row,) = statistics.comparison_rows(episodes, "paper", "guard")
+    assert row["damage_verdict"] == "less"
+    assert row["damage_equivalence"] == "equivalent"  # less, but within the margin of 10 %
+    assert row["toys_reached_left"] == pytest.approx(0.95)
+    assert row["toys_reached_not_inferior"] == "inferior"  # by more than 3 %
+
+
+def test_what_does_not_pair_is_refused():
+    with pytest.raises(CaregiverError, match="1 episodes of 'paper' or 'none' have no counterpart"):
+        statistics.comparison_rows(frame(none=[1, 2], paper=[1]), "paper", "none")
+    with pytest.raises(CaregiverError, match="no episodes with the caregiver 'nanny': there are none, paper"):
+        statistics.comparison_rows(frame(none=[1], paper=[1]), "nanny", "none")
+
+
+# -- Several houses ----------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def houses():
+    """Damage in twelve houses of 20 episodes, with the caregiver and without."""
+    random = np.random.default_rng(1)
+    share = random.uniform(0.2, 0.5, 12)
+    theirs = [random.poisson(mean, 20).astype(float) for mean in random.uniform(5, 30, 12)]
+    return [random.binomial(x.astype(int), p).astype(float) for x, p in zip(theirs, share, strict=True)], theirs
+
+
+@pytest.fixture(scope="module")
+def episodes(houses):
+    """The same as rows, at epsilon 1 and, with half of the damage, at .5."""
+    parts = [
+        frame(f"h{j:02}", epsilon, paper=epsilon * ours, none=epsilon * theirs)
+        for epsilon in (1.0, 0.5)
+        for j, (ours, theirs) in enumerate(zip(*houses, strict=True))
+    ]
+    return pd.concat(parts, ignore_index=True)
+
+
+def test_means_over_houses_by_hand():
+    episodes = pd.concat([frame("a", none=[10, 20]), frame("b", none=[1, 1, 1, 1])])
+    (row,) = statistics.mean_rows(episodes, ("damage",))
+    assert (row["house"], row["houses"], row["episodes"]) == ("2 houses", 2, 6)
+    assert row["damage_mean"] == 8  # of 15 and 1, which count the same
+    assert row["damage_sd"] == pytest.approx(98**0.5)  # ((15-8)² + (1-8)²) / (2-1)
+
+
+def test_comparison_over_houses(houses, episodes):
+    first, second = statistics.comparison_rows(episodes, "paper", "none")
+    assert (first["world"], first["epsilon"], second["epsilon"]) == ("grid", 1.0, 0.5)
+    assert (first["house"], first["houses"], first["houses_defined"], first["episodes"]) == ("12 houses", 12, 12, 240)
+    left, difference = two_level.of_ratio(*houses), two_level.of_difference(*houses)
+    assert tuple(first[f"damage_left{part}"] for part in ("", "_ci_low", "_ci_high")) == pytest.approx(left)
+    by_house = tuple(first[f"damage_left_by_house{part}"] for part in ("", "_ci_low", "_ci_high"))
+    assert by_house == pytest.approx(two_level.of_mean_ratio(*houses))
+    assert first["damage_difference_mean"] == pytest.approx(2 * second["damage_difference_mean"])
+    assert first["damage_difference_ci_low"] == pytest.approx(difference.low)
+    assert first["damage_p"] == pytest.approx(2 / 2**12)  # less in all twelve houses
+    assert first["damage_verdict"] == "less"
+
+
+def test_the_order_of_rows_does_not_matter(episodes):
+    shuffled = episodes.sample(frac=1, random_state=0).sort_values("epsilon", ascending=False, kind="stable")
+    found = statistics.comparison_rows(shuffled, "paper", "none")
+    assert found == statistics.comparison_rows(episodes, "paper", "none")
+
+
+def test_kinds_of_children_stay_apart(episodes):
+    both = pd.concat([episodes, episodes.assign(family="adversary:1", epsilon=1.0)[episodes.epsilon == 1.0]])
+    found = statistics.comparison_rows(both, "paper", "none")
+    assert [row["family"] for row in found] == ["1", "0.5", "adversary:1"]
+
+
+def test_one_house_and_several_have_the_same_keys(episodes):
+    one = episodes[episodes.house == "h03"]
+    for rows in (lambda part: statistics.mean_rows(part, ["damage"]),
+                 lambda part: statistics.comparison_rows(part, "paper", "none")):  # fmt: skip
+        more = {"houses", "houses_defined", *(f"damage_left_by_house{end}" for end in ("", "_ci_low", "_ci_high"))}
+        assert set(rows(episodes)[0]) - more == set(rows(one)[0])
+
+
+# -- The summary -------------------------------------------------------------------------------------
+
+
+def test_who_is_compared_with_whom():
+    settings = Settings(FloorPlan.load("paper"), "grid", ("none", "guard", "paper"), (1.0,), 2, seed=5)
+    found = summarise(settings, frame(none=[2, 3], guard=[1, 2], paper=[1, 1]))
+    compared = [(row["caregiver"], row["baseline"]) for row in found["comparisons"]]
+    assert compared == [("guard", "none"), ("paper", "none"), ("paper", "guard")]
+    assert [row["caregiver"] for row in found["rows"]] == ["none", "guard", "paper"]
+    assert found["seed"] == 5
+    alone = dataclasses.replace(settings, caregivers=("guard",))
+    assert summarise(alone, frame(guard=[1, 2]))["comparisons"] == []
+
+
+# -- House by house ----------------------------------------------------------------------------------
+
+
+def test_every_house(houses, episodes):
+    table = by_house(episodes)
+    assert list(table.columns) == [
+        *("world", "house", "caregiver", "family", "epsilon", "episodes"),
+        *("damage", "timesteps_to_threshold", "cells_visited", "toys_reached"),
+        *("damage_left", "damage_left_ci_low", "damage_left_ci_high"),
+    ]
+    assert list(table.house) == [f"h{j:02}" for _ in range(2) for j in range(12) for _ in range(2)]
+    paper = table[(table.caregiver == "paper") & (table.family == "1")]
+    assert paper.damage.tolist() == pytest.approx([np.mean(ours) for ours in houses[0]])
+    assert (table.episodes == 20).all()
+    for row, ours, theirs in zip(paper.itertuples(), *houses, strict=True):
+        found = row.damage_left, row.damage_left_ci_low, row.damage_left_ci_high
+        assert found == pytest.approx(of_ratio(ours, theirs))
+    assert table[table.caregiver == "none"].damage_left.isna().all()
+
+
+def test_houses_with_other_numbers_of_episodes_or_without_damage():
+    parts = (
+        frame("a", none=[4, 4, 4, 4], paper=[1, 1, 1, 1]),
+        frame("b", none=[0, 0], paper=[0, 0]),
+        frame("c", paper=[1, 1]),  # never alone
+    )
+    table = by_house(pd.concat(parts).iloc[::-1]).set_index(["house", "caregiver"])
+    assert tuple(table.loc[("a", "paper")][["damage_left", "damage_left_ci_low"]]) == (0.25, 0.25)
+    assert table.loc[[("b", "paper"), ("c", "paper")]].filter(like="damage_left").isna().all(axis=None)
+
+
+def test_houses_whose_episodes_do_not_pair():
+    with pytest.raises(CaregiverError, match="episodes of 'paper' or 'none' in house 'h' have no counterpart"):
+        by_house(frame(none=[1, 2], paper=[1]))

@@ -12,6 +12,7 @@ from caregiver_mj.experiments.verdicts import (
     enough,
     equivalent,
     judge,
+    judge_columns,
     not_inferior,
     sign_flip_p,
 )
@@ -40,7 +41,15 @@ def test_many_signs_are_drawn():
     difference = np.array([1.0] * 21 + [-1.0] * 9)
     assert sign_flip_p(difference) == pytest.approx(stats.binomtest(21, 30).pvalue, rel=0.05)
     assert sign_flip_p(difference) == sign_flip_p(difference[::-1])
-    assert sign_flip_p(np.ones(300)) == pytest.approx(1e-5)
+    assert sign_flip_p(np.ones(300)) == pytest.approx(300 / 10_000_000, rel=1e-3)  # the least there can be
+
+
+def test_columns_are_judged_as_each_by_itself():
+    columns = np.stack([[1.0] * 25 + [-1.0] * 5, [1.0, 2, 3] + [0.0] * 27, [1.0, -3, 2] * 10], axis=1)
+    assert sign_flip_p(columns).tolist() == [sign_flip_p(column) for column in columns.T]
+    found = judge_columns(of_difference(columns, np.zeros_like(columns)), columns)
+    assert [one.verdict for one in found] == [Verdict.MORE, Verdict.NONE, Verdict.NONE]
+    assert [np.isnan(one.p) for one in found] == [False, True, False]
 
 
 def test_drawn_signs_agree_with_all():

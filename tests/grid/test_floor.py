@@ -9,7 +9,7 @@ from caregiver_mj.caregivers import CAREGIVERS, Caregiver, make_caregiver
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.family import CHILDREN
 from caregiver_mj.children.tape import Tape
-from caregiver_mj.grid.floor import run_floor
+from caregiver_mj.grid.floor import FloorWorld
 from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
@@ -25,6 +25,11 @@ def moving(action, timesteps=1):
 @pytest.fixture(scope="module")
 def paper():
     return FloorPlan.load("paper")
+
+
+def run_floor(plan, family, seeds):
+    """The ledger of a family's episodes."""
+    return FloorWorld(plan, family).run([Tape.draw_family(np.random.RandomState(seed), 1) for seed in seeds])
 
 
 # -- The floor -----------------------------------------------------------------------------------

@@ -35,11 +35,11 @@ def paper():
 # Unassisted novices in the house `paper`: an independent simulation of 4,000 episodes a row.
 #        epsilon: damage, timesteps to threshold, cells visited, toys reached
 ALONE = {
-    1.00: (88.6, 40.7, 9.0, 0.5),
-    0.75: (69.2, 51.1, 15.3, 5.3),
-    0.50: (47.4, 73.8, 23.7, 11.9),
-    0.25: (24.3, 130.5, 28.5, 19.2),
-    0.05: (4.9, 198.0, 28.9, 25.1),
+    1.00: (88.6, 43.2, 9.3, 0.5),
+    0.75: (69.2, 55.3, 16.0, 5.3),
+    0.50: (47.4, 78.3, 24.3, 11.9),
+    0.25: (24.3, 136.4, 28.7, 19.2),
+    0.05: (4.9, 198.8, 28.9, 25.1),
 }
 PUBLISHED_EPISODES = 4000
 ROUNDING = 0.05  # the published figures have one decimal
@@ -151,7 +151,8 @@ class PlainWorld:
         self.seen = {self.novice}
         self.over = False
         self.harm = dict.fromkeys("SCT", 0)
-        self.lasted, self.toys, self.blocked, self.begun, self.done = len(tape.steps), 0, 0, 0, 0
+        self.lasted, self.toys, self.begun, self.done = len(tape.steps), 0, 0, 0
+        self.blocked, self.series, self.longest, self.until_stop = {"S": 0, ".": 0}, 0, 0, 0
 
     def step(self):
         chance, which, toy = self.tape.steps[self.time]
@@ -165,8 +166,12 @@ class PlainWorld:
             there = good[int(which * len(good))]
         kind = self.at[there]
         self.meant = there if kind == "." else self.novice
+        if not (self.assisted and there == self.caregiver):
+            self.series = 0
         if self.assisted and there == self.caregiver:
-            self.blocked += 1
+            self.blocked[kind] += 1
+            self.series += 1
+            self.longest = max(self.longest, self.series)
         elif kind == ".":
             self.novice = there
         elif kind == "S":
@@ -180,7 +185,8 @@ class PlainWorld:
             self.goal = self.bins[int(toy * len(self.bins))]
         if not self.over:
             self.seen.add(self.novice)
-            if sum(self.harm.values()) >= 15:
+            self.until_stop = sum(self.harm.values())
+            if self.until_stop > 15:
                 self.over, self.lasted = True, self.time
         if self.assisted:
             for _ in range(3):
@@ -258,10 +264,15 @@ class PlainWorld:
             "damage_stairwell": self.harm["S"],
             "damage_candle": self.harm["C"],
             "damage_table": self.harm["T"],
+            "damage_until_stop": self.until_stop,
+            "stopped": int(self.over),
             "timesteps_to_threshold": self.lasted,
             "cells_visited": len(self.seen),
             "toys_reached": self.toys,
-            "moves_blocked": self.blocked,
+            "moves_blocked": sum(self.blocked.values()),
+            "moves_blocked_stairwell": self.blocked["S"],
+            "moves_blocked_free": self.blocked["."],
+            "longest_blocked": self.longest,
             "interventions": self.begun,
             "interventions_done": self.done,
         }
@@ -347,7 +358,7 @@ def test_the_novice_draws_the_same_with_and_without_a_caregiver(paper):
     for _ in range(30):
         alone.step()
         assisted.step()
-    untouched = assisted.ledger.moves_blocked[:, 0] == 0
+    untouched = (assisted.ledger.moves_blocked == 0).all(axis=(1, 2))
     assert untouched.sum() > 20
     assert (alone.child_cell == assisted.child_cell)[untouched].all()
 

@@ -54,7 +54,7 @@ def test_every_fall_is_counted_once(physics, candles):
     assert candles.count_fallen(physics) == 0
     tilt(physics, 0, 90)  # ... and lets it fall again
     assert candles.count_fallen(physics) == 1
-    candles.reset()
+    candles.reset(PLAN.candle_tables)
     assert candles.count_fallen(physics) == 2
 
 

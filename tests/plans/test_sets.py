@@ -4,7 +4,8 @@ import pytest
 
 from caregiver_mj.errors import FloorPlanError
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.sets import house, house_set
+from caregiver_mj.plans.hazards import DamageWeights
+from caregiver_mj.plans.sets import house, house_set, houses_named
 
 
 def test_a_set_is_a_beginning_of_every_larger_one():
@@ -53,3 +54,15 @@ def test_houses_beyond_a_set():
 @pytest.mark.parametrize("name", ["paper", "test-5/x", "test-5/-1", "exam-5/1", "/1", "plans/house.txt"])
 def test_other_names_are_no_houses_of_a_set(name):
     assert house(name) is None
+
+
+def test_houses_by_several_names():
+    plans = houses_named(["paper", "test-2", "train-100/5"], DamageWeights(20, 4, 1))
+    assert [plan.name for plan in plans] == ["paper", "house-200000", "house-200001", "house-100005"]
+    assert {plan.damage for plan in plans} == {DamageWeights(20, 4, 1)}
+    assert plans[1].rows == house_set("test-1")[0].rows
+
+
+def test_a_house_twice_is_refused():
+    with pytest.raises(FloorPlanError, match="1 houses are named twice, such as 'house-200001'"):
+        houses_named(["test-2", "test-100/1"])

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from scripted_child import NORTH, STAY, Scripted
+from scripted_child import EAST, NORTH, STAY, Scripted
 
 import caregiver_mj
 from caregiver_mj.caregivers import Caregiver
@@ -223,3 +223,82 @@ def test_a_robot_in_a_stairwell_stays_however_long():
     scene.run(2 * TIME_OUT)
     assert scene.is_at((2, 9))
     assert scene.policy.interventions == scene.policy.interventions_done == 1
+
+
+# -- Keeping still -----------------------------------------------------------------------------------
+
+
+def far_from_start(scene: Scene) -> float:
+    """Metres that the base has been from where it stood at first, at most."""
+    return max(math.dist(pose[:2], scene.base[0][:2]) for pose in scene.base)
+
+
+@pytest.mark.parametrize(("yields", "moves"), [(False, False), (True, True)])
+def test_an_idle_robot_that_does_not_yield_stands_still_beside_a_child(yields, moves):
+    """The child wants to its other bin, through the doorway in which the robot stands."""
+    idle = Determined(DOORWAY)
+    idle.yields = yields
+    scene = Scene(DOORWAY, idle, (2, 2), (2, 4), seed=1)
+    scene.run(20.0)
+    outcome = scene.env.task.outcome()
+    assert (far_from_start(scene) > 0.5) == moves
+    assert moves or far_from_start(scene) < 0.02  # pushed at most
+    assert (outcome["moves_blocked"] > 5) == (not moves)
+    assert outcome["strikes"] == 0
+
+
+@pytest.mark.parametrize(("yields", "moves"), [(False, False), (True, True)])
+def test_a_robot_that_does_not_yield_waits_where_it_stands_until_the_child_leaves_a_way(yields, moves):
+    caregiver = Determined(ONE_WAY, 0)
+    caregiver.yields = yields
+    scene = Scene(ONE_WAY, caregiver, (2, 4), (2, 6))
+    scene.child.move = STAY
+    scene.run(6.0)
+    assert (far_from_start(scene) > 0.5) == moves
+    assert moves or far_from_start(scene) < 0.02
+    scene.env.task.children[0].put((2, 8))  # behind the robot
+    assert scene.run(6.0, lambda: scene.is_at((2, 1)))
+    assert scene.policy.interventions == 1
+
+
+@pytest.mark.parametrize(("yields", "moves"), [(False, False), (True, True)])
+def test_a_robot_that_does_not_yield_is_no_danger_to_a_child_that_comes(yields, moves):
+    """The child comes along the corridor to its bin, from where the stairwell is that the robot wants to block."""
+    corridor = FloorPlan.parse("###########\n########B##\n#S.......S#\n###########", "corridor_to_bin")
+    caregiver = Determined(corridor, 0)
+    caregiver.yields = yields
+    scene = Scene(corridor, caregiver, (2, 3), (2, 6))
+    scene.child.move = EAST
+    scene.run(9.0)
+    x = np.array(scene.base)[:, 0]
+    assert (x.max() - x[0] > 0.3) == moves  # eastwards, out of the child's way
+    outcome = scene.env.task.outcome()
+    assert (outcome["moves_blocked"] > 0) == (not moves)
+    assert outcome["strikes"] == 0
+
+
+def test_a_robot_that_does_not_yield_stops_on_its_way_when_a_child_closes_it():
+    caregiver = Determined(ONE_WAY, 0)
+    caregiver.yields = False
+    scene = Scene(ONE_WAY, caregiver, (2, 8), (2, 7))
+    scene.child.move = STAY
+    scene.run(1.0)
+    scene.env.task.children[0].put((2, 2))
+    scene.run(3.0)
+    stopped = scene.base[-1][:2]
+    child = scene.env.physics.toddler_position()[:2]
+    assert math.dist(stopped, child) - TOUCHING > 0.6  # it has not come as near as it might
+    scene.run(3.0)
+    assert math.dist(scene.base[-1][:2], stopped) < 0.01
+
+
+def test_a_robot_that_gives_up_a_way_does_not_make_room_either():
+    """After ten seconds it passes the stairwell over, and has nothing else to do for a while."""
+    caregiver = Determined(ONE_WAY, 0)
+    caregiver.yields = False
+    scene = Scene(ONE_WAY, caregiver, (2, 4), (2, 6))
+    scene.child.move = STAY
+    assert scene.run(14.0, lambda: scene.policy.target == NOTHING and scene.time > 1.0)
+    assert scene.time > GIVES_UP
+    scene.run(4.0)
+    assert far_from_start(scene) < 0.02

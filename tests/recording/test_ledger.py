@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.recording.ledger import KINDS, Ledger
+from caregiver_mj.recording.ledger import BLOCKED, KINDS, Ledger
 
 PLAN = FloorPlan.parse("#####\n#B..#\n#...#\n#T.S#\n#####", "small")  # six free cells
 FREE = 6
 STAIRS, CANDLE, TABLE = (np.array(row, float) for row in ([5, 0, 0], [0, 4, 0], [0, 0, 1]))
 NONE = np.zeros(3)
+STAIRWELL, FREE_CELL, NOT = [True, False], [False, True], [False, False]  # what a child is denied
 
 
 def ledger(*starts, timesteps=10) -> Ledger:
@@ -20,7 +21,8 @@ def ledger(*starts, timesteps=10) -> Ledger:
 def book(ledger, begun, ended, harm, toys=None, blocked=None) -> None:
     begun, ended, harm = np.array(begun), np.array(ended), np.array(harm)
     nothing = np.zeros(begun.shape, bool)
-    ledger.book(begun, ended, harm, nothing if toys is None else toys, nothing if blocked is None else blocked)
+    unhindered = np.zeros((*begun.shape, len(BLOCKED)), bool)
+    ledger.book(begun, ended, harm, nothing if toys is None else toys, unhindered if blocked is None else blocked)
 
 
 def test_kinds_are_those_of_the_columns():
@@ -35,18 +37,23 @@ def test_an_episode_of_an_only_child():
     book(one, [[2]], [[3]], [[NONE]])
     book(one, [[3]], [[3]], [[CANDLE]])
     book(one, [[3]], [[3]], [[CANDLE]], toys=np.array([[True]]))
-    book(one, [[3]], [[3]], [[TABLE]], blocked=np.array([[True]]))
+    book(one, [[3]], [[3]], [[TABLE]], blocked=np.array([[FREE_CELL]]))
     assert one.outcome() == {
         "damage": 14.0,  # 5 + 4 + 4 + 1
         "damage_stairwell": 5.0,
         "damage_candle": 8.0,
         "damage_table": 1.0,
         "damage_by_child": [14.0],
+        "damage_until_stop": 14.0,
+        "stopped": 0,
         "timesteps_to_threshold": 10,  # not reached: the length of an episode
         "cells_visited": 2,
         "toys_reached": 1,
         "toys_by_child": [1.0],
         "moves_blocked": 1,
+        "moves_blocked_stairwell": 0,
+        "moves_blocked_free": 1,
+        "longest_blocked": 1,
         "interventions": 0,
         "interventions_done": 0,
         "candles_dropped": 0,
@@ -56,25 +63,40 @@ def test_an_episode_of_an_only_child():
     book(one, [[3]], [[4]], [[NONE]])
     outcome = one.outcome()
     assert outcome["damage"] == 19.0
-    assert outcome["timesteps_to_threshold"] == 6
+    assert (outcome["stopped"], outcome["timesteps_to_threshold"], outcome["damage_until_stop"]) == (1, 6, 19.0)
     assert outcome["cells_visited"] == 2  # cell 4 came later
-    assert one.visits.tolist() == [0, 0, 1, 5, 1, 0]
-    assert one.damage_at.tolist() == [0, 0, 5, 14, 0, 0]  # where it stood when it was hurt
+    assert one.visits.tolist() == [[0, 0, 1, 5, 1, 0]]
+    assert one.damage_at.tolist() == [[0, 0, 5, 14, 0, 0]]  # where it stood when it was hurt
     assert one.timestep == 7
 
 
-def test_the_threshold_is_reached_by_fifteen_exactly():
+def test_the_paper_stops_above_fifteen_not_at_it():
     one = ledger([0])
-    for damage in (5, 5, 4):
+    for damage in (5, 5, 5):
         book(one, [[0]], [[0]], [[[damage, 0, 0]]])
-    assert one.outcome()["timesteps_to_threshold"] == 10
-    book(one, [[0]], [[0]], [[TABLE]])
-    assert one.outcome()["timesteps_to_threshold"] == 4
+    assert (one.outcome()["stopped"], one.outcome()["timesteps_to_threshold"]) == (0, 10)
+    book(one, [[0]], [[0]], [[CANDLE]])
+    book(one, [[0]], [[0]], [[STAIRS]])  # after the stop
+    outcome = one.outcome()
+    assert (outcome["stopped"], outcome["timesteps_to_threshold"], outcome["damage_until_stop"]) == (1, 4, 19.0)
+    assert outcome["damage"] == 24.0
+
+
+def test_what_the_caregiver_denies_and_for_how_long():
+    one = ledger([0, 1])
+    denied = [[FREE_CELL, NOT], [STAIRWELL, FREE_CELL], [NOT, FREE_CELL], [FREE_CELL, FREE_CELL], [NOT, NOT]]
+    for blocked in denied:
+        book(one, [[0, 1]], [[0, 1]], [[NONE, NONE]], blocked=np.array([blocked]))
+    assert one.moves_blocked.tolist() == [[[1, 2], [0, 3]]]
+    assert one.longest_blocked.tolist() == [[2, 3]]  # on end, of each child by itself
+    outcome = one.outcome()
+    names = ("moves_blocked", "moves_blocked_stairwell", "moves_blocked_free", "longest_blocked")
+    assert [outcome[name] for name in names] == [6, 1, 5, 3]
 
 
 def test_the_cell_in_which_the_threshold_is_reached_still_counts():
     one = ledger([0])
-    book(one, [[0]], [[1]], [[3 * STAIRS]])
+    book(one, [[0]], [[1]], [[4 * STAIRS]])
     book(one, [[1]], [[2]], [[NONE]])
     assert one.outcome()["cells_visited"] == 2
 
@@ -82,19 +104,26 @@ def test_the_cell_in_which_the_threshold_is_reached_still_counts():
 def test_children_count_together_and_each():
     two = ledger([0, 5])
     book(two, [[0, 5]], [[1, 5]], [[NONE, STAIRS]], toys=np.array([[True, False]]))
-    book(two, [[1, 5]], [[1, 4]], [[CANDLE, TABLE]], toys=np.array([[True, True]]), blocked=np.array([[True, True]]))
-    book(two, [[1, 4]], [[0, 1]], [[STAIRS, NONE]])
+    book(
+        two,
+        [[1, 5]],
+        [[1, 4]],
+        [[CANDLE, TABLE]],
+        toys=np.array([[True, True]]),
+        blocked=np.array([[FREE_CELL, STAIRWELL]]),
+    )
+    book(two, [[1, 4]], [[0, 1]], [[STAIRS + TABLE, NONE]])
     outcome = two.outcome()
-    assert outcome["damage"] == 15.0
-    assert outcome["damage_by_child"] == [9.0, 6.0]
-    assert (outcome["damage_stairwell"], outcome["damage_candle"], outcome["damage_table"]) == (10.0, 4.0, 1.0)
+    assert outcome["damage"] == 16.0
+    assert outcome["damage_by_child"] == [10.0, 6.0]
+    assert (outcome["damage_stairwell"], outcome["damage_candle"], outcome["damage_table"]) == (10.0, 4.0, 2.0)
     assert outcome["timesteps_to_threshold"] == 3  # of all damage together
     assert outcome["cells_visited"] == 4  # 0, 1, 4 and 5, by whomever
     assert outcome["toys_reached"] == 3
     assert outcome["toys_by_child"] == [2.0, 1.0]
     assert outcome["moves_blocked"] == 2
     assert two.visits.sum() == 2 * 3
-    assert two.damage_at.tolist() == [0, 9, 0, 0, 0, 6]
+    assert two.damage_at.tolist() == [[0, 10, 0, 0, 0, 6]]
 
 
 def test_episodes_of_a_batch_do_not_mix():
@@ -104,14 +133,14 @@ def test_episodes_of_a_batch_do_not_mix():
     for _ in range(8):
         begun, ended = random.integers(FREE, size=(2, 2, 2))
         harm = 5.0 * random.integers(2, size=(2, 2, 3))
-        toys, blocked = random.random((2, 2, 2)) < 0.5
+        toys, blocked = random.random((2, 2)) < 0.5, random.random((2, 2, 2)) < 0.5
         together.book(begun, ended, harm, toys, blocked)
         for i, one in enumerate(alone):
             one.book(begun[i : i + 1], ended[i : i + 1], harm[i : i + 1], toys[i : i + 1], blocked[i : i + 1])
     for i, one in enumerate(alone):
         assert together.outcome(i) == one.outcome()
-    np.testing.assert_array_equal(together.visits, sum(one.visits for one in alone))
-    np.testing.assert_array_equal(together.damage_at, sum(one.damage_at for one in alone))
+    np.testing.assert_array_equal(together.visits, np.concatenate([one.visits for one in alone]))
+    np.testing.assert_array_equal(together.damage_at, np.concatenate([one.damage_at for one in alone]))
 
 
 def test_other_events_are_booked_by_whoever_sees_them():

@@ -35,12 +35,18 @@ def test_former_columns_are_all_there_in_their_order():
         "children",
         "damage_by_child",
         "toys_by_child",
+        "stopped",
+        "damage_until_stop",
+        "moves_blocked_stairwell",
+        "moves_blocked_free",
+        "longest_blocked",
     }
 
 
 def test_measures_can_be_averaged():
-    assert set(MEASURES) == set(FORMER[6:])
-    assert names("damage") == ("damage", "damage_stairwell", "damage_candle", "damage_table")
+    assert [name for name in MEASURES if name in FORMER] == FORMER[6:]
+    assert {"stopped", "damage_until_stop", "longest_blocked"} < set(MEASURES)
+    assert names("damage")[:4] == tuple(FORMER[6:10])
     assert names("time", "damage") == (*names("damage"), "sim_seconds", "wall_seconds")
 
 

@@ -64,7 +64,7 @@ def test_samples_always_have_a_ratio():
 def test_houses_alike_are_covered():
     pools = [Pool(f"h{i}", 1.0, ours=np.arange(40.0) % (3 + i), theirs=np.arange(40.0)) for i in range(6)]
     rows = cover_houses(pools, 8, 10, 20, (0,))
-    assert [row["quantity"] for row in rows] == ["ratio_of_means", "mean_ratio", "mean_difference"]
+    assert [row["quantity"] for row in rows] == ["ratio of means", "mean of ratios", "mean difference"]
     assert all(row["covered"] >= 0.7 for row in rows)
 
 

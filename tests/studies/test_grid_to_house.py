@@ -10,17 +10,18 @@ import pandas as pd
 import pytest
 
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments import two_level
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.settings import Settings
-from caregiver_mj.experiments.two_level import over_houses
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.studies.grid_to_house import ratios, words
-from caregiver_mj.studies.grid_to_house.breakdown import GRID, REMAINDER, STEPS, ladder
-from caregiver_mj.studies.grid_to_house.document import asked, document
+from caregiver_mj.studies.grid_to_house.breakdown import GRID, REMAINDER, STEPS, InGrid, ladder
+from caregiver_mj.studies.grid_to_house.document import document
 from caregiver_mj.studies.grid_to_house.figures import draw_houses, draw_steps
+from caregiver_mj.studies.grid_to_house.handicap import Handicap
 from caregiver_mj.studies.grid_to_house.phases import PARTS, PHASES
 from caregiver_mj.studies.grid_to_house.results import Results
 from caregiver_mj.studies.grid_to_house.rows import Rows, in_both_worlds, read_rows
@@ -95,7 +96,7 @@ def chance(houses=40, seed=0):
 def test_the_interval_of_one_epsilon_is_that_over_houses():
     grid, house = chance()
     ours, theirs = ([part.to_numpy() for _, part in t[1.0].groupby("house")] for t in (house, grid))
-    assert ratios.ratio(house[[1.0]], grid[[1.0]]) == pytest.approx(over_houses(ours, theirs).ratio_of_means)
+    assert ratios.ratio(house[[1.0]], grid[[1.0]]) == pytest.approx(two_level.of_ratio(ours, theirs))
 
 
 def test_the_interval_of_the_mean_of_ratios_is_about_that_of_resampled_houses():
@@ -112,11 +113,6 @@ def test_the_interval_of_the_mean_of_ratios_is_about_that_of_resampled_houses():
     assert ratios.ratio(house * [1, 7], grid * [1, 7]) == pytest.approx(found)
 
 
-def test_the_interval_over_episodes_of_one_house():
-    grid, house = table([[10, 2]]), table([[12, 3]])
-    assert ratios.over_episodes(house, grid) == pytest.approx((1.35, 1.35, 1.35))
-
-
 def test_the_steps_lead_from_the_grid_to_the_house():
     found = results()
     steps = ratios.steps(found)
@@ -131,38 +127,46 @@ def test_the_steps_lead_from_the_grid_to_the_house():
 # -- Rows of a run ---------------------------------------------------------------------------------
 
 
-def a_run(folder, run_seed=0, **changes):
+def a_run(folder, run=None, **changes):
     """A finished run of two episodes in one house; its rows are the grid's."""
-    found = evaluate(
-        Settings(FloorPlan.load("house-200000"), "grid", ("none", "paper"), EPSILONS, 2, run_seed)
-    ).episodes
+    settings = Settings(FloorPlan.load("house-200000"), "grid", ("none", "paper"), EPSILONS, 2, seed=5)
+    found = evaluate(settings).episodes
     found.assign(**({"world": "house"} | changes)).to_parquet(folder / "episodes.parquet")
-    (folder / "run.json").write_text(json.dumps({"seed": run_seed}))
+    (folder / "run.json").write_text(json.dumps(settings.record() | {"world": "house"} | (run or {})))
     return found
 
 
 def test_the_grid_runs_the_episodes_of_a_run(tmp_path):
-    made = a_run(tmp_path, run_seed=5)
+    made = a_run(tmp_path)
     rows = in_both_worlds(read_rows(tmp_path), jobs=1)
-    assert (rows.houses, rows.epsilons, rows.episodes, rows.seed) == (("house-200000",), EPSILONS, 2, 5)
+    assert (rows.houses, rows.epsilons, rows.episodes) == (("house-200000",), EPSILONS, 2)
     for caregiver in ("none", "paper"):
         assert rows.damage("grid", caregiver).equals(rows.damage("house", caregiver))
     wanted = made[(made.caregiver == "paper") & (made.epsilon == 0.5)].damage.tolist()
     assert rows.damage("house", "paper")[0.5].tolist() == wanted
 
 
+def test_the_grid_without_a_handicap_is_the_grid(tmp_path):
+    a_run(tmp_path)
+    rows = read_rows(tmp_path)
+    found = InGrid(rows.settings, 2).damages({GRID: Handicap(), "waiting": Handicap(near=1.0)}, "house-200000")
+    assert found[GRID].equals(rows.damage("house", "paper").rename_axis(columns=None))
+    assert not found["waiting"].equals(found[GRID])
+
+
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("run", "changes", "told"),
     [
-        ({"caregiver": "paper"}, "lacks episodes with none and paper"),
-        ({"world": "grid"}, "is not one of novices in the physical house"),
-        ({"family": "toddler"}, "is not one of novices in the physical house"),
-        ({"seed": 1}, "have other seeds"),
-        ({"house": "nowhere"}, "nowhere"),
+        ({}, {"caregiver": "paper"}, "lacks episodes with none and paper"),
+        ({"episodes": 3}, {}, "lacks episodes with none and paper"),
+        ({"world": "grid"}, {}, "is not one of single novices in the physical house"),
+        ({"families": ["toddler:0.5", "1"]}, {}, "is not one of single novices in the physical house"),
+        ({"seed": 1}, {}, "have other seeds"),
+        ({"plans": 1}, {}, "holds no finished run"),
     ],
 )
-def test_runs_that_will_not_do(tmp_path, changes, told):
-    a_run(tmp_path, **changes)
+def test_runs_that_will_not_do(tmp_path, run, changes, told):
+    a_run(tmp_path, run, **changes)
     with pytest.raises(CaregiverError, match=told):
         read_rows(tmp_path)
 
@@ -188,7 +192,7 @@ def test_where_the_interval_lies(interval, told):
     assert words.where(Estimate(1.1, *interval)) == told
 
 
-def made_rows(houses, grid=10.0, house=12.0, alone=40.0):
+def made_rows(houses, called, grid=10.0, house=12.0, alone=40.0):
     """Two episodes in each house with each novice, all the same; at epsilon 0.5 there is half the damage.
 
     Of the physical houses every other one has a little more than that, and the others as much less.
@@ -203,12 +207,13 @@ def made_rows(houses, grid=10.0, house=12.0, alone=40.0):
         for world, cared in (("grid", grid), ("house", house + off * (len(houses) > 1)))
         for caregiver, damage in (("none", alone), ("paper", cared))
     ]
-    return Rows(pd.DataFrame(rows), 0)
+    settings = Settings(tuple(map(FloorPlan.load, houses)), "house", ("none", "paper"), EPSILONS, 2, houses=called)
+    return Rows(pd.DataFrame(rows), settings)
 
 
 def results(**damage):
     """Results in which the house leaves 1.2 times what the grid leaves."""
-    rows = made_rows(HOUSES, **damage)
+    rows = made_rows(HOUSES, "test-6", **damage)
     level = {GRID: 1.0, "once": 1.0, "driving": 1.1, "waiting": 1.3, "driving alone": 1.1, "waiting alone": 1.15}
     zeros = dict.fromkeys(PARTS, 0.0)
     phases = [
@@ -262,9 +267,9 @@ def test_page_of_houses_within_the_goal():
 
 
 def test_page_with_a_house_as_an_aside():
-    found = dataclasses.replace(results(), aside=made_rows(["paper"], house=15.0))
+    found = dataclasses.replace(results(), aside=made_rows(["paper"], "", house=15.0))
     assert "house `paper` over 2 episodes" in flat(found)
-    assert "| all, on `paper` | | | | 0.25 | 0.38 | 1.50 [1.50, 1.50] |" in flat(found)
+    assert "| all, on `paper` | | | | 0.25 | 0.38 | 1.50 [0.00, ∞] |" in flat(found)
 
 
 @pytest.mark.parametrize(
@@ -299,11 +304,6 @@ def test_numbers():
     shown = [number(value) for value in (1.234, -0.001, math.inf, -math.inf, math.nan)]
     assert shown == ["1.23", "0.00", "∞", "-∞", "–"]
     assert signed(Estimate(-0.001, -0.2, 0.3)) == "+0.00 [-0.20, +0.30]"
-
-
-def test_what_houses_are_called_together():
-    assert asked(HOUSES) == "`test-6`"
-    assert asked(("apartment", "paper")) == "`apartment`, `paper`"
 
 
 def test_figures():

@@ -7,12 +7,10 @@ import pytest
 from caregiver_mj.caregivers import Caregiver
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.children.tape import Tape
-from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.seeds import episode_seed, episode_tapes
-from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.studies.grid_to_house import breakdown
-from caregiver_mj.studies.grid_to_house.breakdown import GRID, GridEpisodes, ladder
+from caregiver_mj.studies.grid_to_house.breakdown import GRID, ladder
 from caregiver_mj.studies.grid_to_house.grid import WatchedGrid
 from caregiver_mj.studies.grid_to_house.handicap import Handicap, HandicappedGrid, minded_cells
 
@@ -73,16 +71,6 @@ def test_who_decides_once_carries_on():
     assert walk(Handicap(), Turncoat, 10, 2)[0] == [9, 10]  # to 9, back, and to 9 again
     assert walk(Handicap(once=True), Turncoat, 10, 2)[0] == [7, 10]
     assert walk(Handicap(once=True, pace=1.5), Turncoat, 10, 2)[0] == [8, 6]
-
-
-def test_a_handicap_of_nothing_changes_nothing():
-    episodes = GridEpisodes("paper", (1.0, 0.25), 20, 3)
-    plain = evaluate(Settings(FloorPlan.load("paper"), "grid", ("paper",), (1.0, 0.25), 20, 3)).episodes
-    found = episodes.damage(Handicap())
-    assert found.index.tolist() == [("paper", i) for i in range(20)]
-    for epsilon in (1.0, 0.25):
-        assert (found[epsilon].to_numpy() == plain[plain.epsilon == epsilon].damage.to_numpy()).all()
-    assert not found.equals(episodes.damage(Handicap(near=1.0)))
 
 
 def test_worlds_are_handicapped_each_for_itself():

@@ -106,7 +106,7 @@ def test_damage_is_the_sum_over_the_children_and_of_each_the_worst_of_a_timestep
     assert outcome["damage"] == 20.0
     assert (outcome["damage_candle"], outcome["damage_stairwell"], outcome["damage_table"]) == (8.0, 10.0, 2.0)
     assert outcome["timesteps_to_threshold"] == 2
-    at = dict(zip(ROW.free_cells, env.task.ledger.damage_at.tolist(), strict=True))
+    at = dict(zip(ROW.free_cells, env.task.ledger.damage_at[0].tolist(), strict=True))
     assert at == {(1, 1): 8, (1, 2): 0, (1, 3): 10, (1, 4): 0, (1, 5): 2}
 
 
@@ -154,7 +154,7 @@ def test_the_robot_blocks_each_child_by_itself():
     env = row((3, SOUTH), (4, EAST), robot=True)
     env.physics.set_robot(np.array([*ROW.position((2, 3)), 0.0]))  # on the landing
     timesteps(env, 2)
-    assert env.task.ledger.moves_blocked[0].tolist() == [2, 0]
+    assert env.task.ledger.moves_blocked[0].tolist() == [[2, 0], [0, 0]]
     assert env.task.outcome()["damage_stairwell"] == 0
 
 

@@ -43,9 +43,7 @@ LIMITS = RobotLimits(
     finger_speed=_FINGER_SPEED,
 )
 
-BENDS = Bends(
-    tucked=np.radians([0.0, -115.0, 99.5, 30.0, 90.0, 0.0]), bend=3, bends=(1.57, 1.0, 0.5, 0.0), turn=5
-)
+BENDS = Bends(tucked=np.radians([0.0, -115.0, 99.5, 30.0, 90.0, 0.0]), bend=3, bends=(1.57, 1.0, 0.5, 0.0), turn=5)
 
 POSTURES = Postures(
     carry=(0.38, 0.93),

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from caregiver_mj.caregivers.paper import PaperCaregiver
+from caregiver_mj.experiments.intervals import of_ratio
 from caregiver_mj.experiments.settings import EPSILONS
-from caregiver_mj.experiments.statistics import ratio_interval
 from caregiver_mj.studies.ablations.study import PRIORS, Figures, Study, Variant, paper, variants
 from caregiver_mj.studies.documents import table_head, table_row
 
@@ -60,7 +60,7 @@ def print_safety(study: Study) -> None:
 
 
 def _damage_left(assisted: Figures, alone: Figures) -> str:
-    ratio, low, high = ratio_interval(assisted["damage"], alone["damage"])
+    ratio, low, high = of_ratio(assisted["damage"], alone["damage"])
     return f"{ratio:.3f} ± {(high - low) / 2:.3f}"
 
 

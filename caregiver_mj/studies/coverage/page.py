@@ -143,7 +143,7 @@ def _houses(rows: pd.DataFrame) -> str:
     found = []
     for (epsilon, houses), group in rows.groupby(["epsilon", "houses"], sort=False):
         found.append([f"{epsilon:g}", str(houses), *(_covered(one) for one in group.itertuples())])
-    return table(["epsilon", "houses", *(name.replace("_", " ") for name in rows.quantity.unique())], found)
+    return table(["epsilon", "houses", *rows.quantity.unique()], found)
 
 
 def _covered(row: Any) -> str:

@@ -7,12 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from caregiver_mj.experiments.intervals import of_difference, of_mean
-from caregiver_mj.experiments.two_level import over_houses
+from caregiver_mj.experiments import two_level
+from caregiver_mj.experiments.intervals import Estimate, of_difference, of_mean
 from caregiver_mj.studies.coverage.methods import IN_USE, METHODS, Ends
 from caregiver_mj.studies.coverage.pools import Pool
 
 _BLOCK = 100  # samples at once
+_OVER_HOUSES = {
+    "ratio of means": two_level.of_ratio,
+    "mean of ratios": two_level.of_mean_ratio,
+    "mean difference": two_level.of_difference,
+}
 
 
 def misses(low: np.ndarray, high: np.ndarray, truth: float) -> dict[str, float]:
@@ -71,19 +76,20 @@ def cover_houses(
 ) -> list[dict[str, Any]]:
     """Coverage over houses: so many of the pools are drawn, then so many episodes in each of them."""
     random = np.random.default_rng(seed)
-    found = []
+    found: dict[str, list[Estimate]] = {name: [] for name in _OVER_HOUSES}
     for _ in range(samples):
         drawn = [pools[i].draw(random, (episodes,)) for i in random.integers(len(pools), size=houses)]
-        found.append(over_houses(*zip(*drawn, strict=True)))
+        for name, estimate in _OVER_HOUSES.items():
+            found[name].append(estimate(*zip(*drawn, strict=True)))
     ours, theirs = (np.array([getattr(pool, side).mean() for pool in pools]) for side in ("ours", "theirs"))
     truths = {
-        "ratio_of_means": ours.sum() / theirs.sum(),
-        "mean_ratio": (ours / theirs).mean(),
-        "mean_difference": (ours - theirs).mean(),
+        "ratio of means": ours.sum() / theirs.sum(),
+        "mean of ratios": (ours / theirs).mean(),
+        "mean difference": (ours - theirs).mean(),
     }
     rows = []
     for name, truth in truths.items():
-        low, high = np.array([getattr(one, name)[1:] for one in found]).T
+        _, low, high = np.array(found[name]).T
         rows.append({"quantity": name, "houses": houses, "truth": truth, **misses(low, high, truth)})
     return rows
 

@@ -12,10 +12,10 @@ import pandas as pd
 
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.experiments.seeds import episode_seed, episode_tapes
+from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.studies.grid_to_house.grid import WatchedGrid
 from caregiver_mj.studies.grid_to_house.handicap import Handicap, HandicappedGrid
 from caregiver_mj.studies.grid_to_house.phases import DONE
-from caregiver_mj.studies.houses import load_house
 
 # Levels between the grid and the house, each with all that those before it have, and what is new in it, in words.
 GRID = "grid"
@@ -25,52 +25,44 @@ ALONE = {"driving alone": "driving", "waiting alone": "waiting"}  # one handicap
 
 
 @dataclasses.dataclass(frozen=True)
-class GridEpisodes:
-    """Episodes to run in the grid.
+class InGrid:
+    """Episodes of a run, with the caregiver in the grid.
 
     Attributes:
-        house: Name of the house.
-        epsilons: Novices.
-        count: Episodes for each, from 0.
-        seed: Seed of the run.
+        settings: Of the run.
+        count: Episodes in each house with each novice, whatever the run has.
     """
 
-    house: str
-    epsilons: tuple[float, ...]
+    settings: Settings
     count: int
-    seed: int
 
-    def _worlds(self, kind: type[HandicappedGrid], handicap: Handicap) -> Iterable[tuple[float, HandicappedGrid]]:
-        """A grid for each epsilon in which all episodes have been run."""
-        plan = load_house(self.house)
-        tapes = [episode_tapes(episode_seed(self.seed, i), 1) for i in range(self.count)]
-        for epsilon in self.epsilons:
-            world = kind(plan, epsilon, make_caregiver("paper", plan, self.seed), handicap)
-            world.run(tapes)
-            yield epsilon, world
+    def damages(self, handicaps: dict[str, Handicap], house: str) -> dict[str, pd.DataFrame]:
+        """Damage at every level in one house: a row an episode, a column an epsilon."""
+        return {level: self.damage(handicap, house) for level, handicap in handicaps.items()}
 
-    def damage(self, handicap: Handicap) -> pd.DataFrame:
-        """Damage with a caregiver so handicapped: a row an episode, a column an epsilon."""
-        worlds = self._worlds(HandicappedGrid, handicap)
+    def damage(self, handicap: Handicap, house: str) -> pd.DataFrame:
+        """The same with one handicap."""
+        worlds = self._worlds(HandicappedGrid, handicap, house)
         table = pd.DataFrame({epsilon: world.ledger.damage for epsilon, world in worlds})
-        table.index = pd.MultiIndex.from_product([[self.house], range(self.count)], names=["house", "episode"])
+        table.index = pd.MultiIndex.from_product([[house], range(self.count)], names=["house", "episode"])
         return table
 
-    def phases(self, handicap: Handicap) -> pd.DataFrame:
-        """Phases of a caregiver so handicapped, with the `time` that each took, in thirds of a timestep."""
-        logs = [row for _, world in self._worlds(WatchedGrid, handicap) for row in world.phases]
+    def phases(self, handicap: Handicap, house: str) -> pd.DataFrame:
+        """Phases in one house with the `time` that each took, in thirds of a timestep."""
+        logs = [row for _, world in self._worlds(WatchedGrid, handicap, house) for row in world.phases]
         table = pd.DataFrame(logs, columns=["phase", "actions", "near", "shortest"])
         return table.assign(time=handicap.pace * table.actions + handicap.near * table.near)
 
-
-def run_levels(handicaps: dict[str, Handicap], episodes: GridEpisodes) -> dict[str, pd.DataFrame]:
-    """Damage at every level."""
-    return {level: episodes.damage(handicap) for level, handicap in handicaps.items()}
-
-
-def run_phases(handicap: Handicap, episodes: GridEpisodes) -> pd.DataFrame:
-    """The phases at one level."""
-    return episodes.phases(handicap)
+    def _worlds(
+        self, kind: type[HandicappedGrid], handicap: Handicap, house: str
+    ) -> Iterable[tuple[float, HandicappedGrid]]:
+        """A grid for each epsilon in which all episodes have been run."""
+        plan, seed = self.settings.plan_of[house], self.settings.seed
+        tapes = [episode_tapes(episode_seed(seed, i), 1) for i in range(self.count)]
+        for family in self.settings.families:
+            world = kind(plan, family, make_caregiver("paper", plan, seed), handicap)
+            world.run(tapes)
+            yield family.epsilon, world
 
 
 def pace(phases: pd.DataFrame) -> float:

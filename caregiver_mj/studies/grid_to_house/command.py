@@ -5,14 +5,14 @@ from __future__ import annotations
 import argparse
 import pathlib
 
-from caregiver_mj.experiments.settings import EPSILONS
-from caregiver_mj.plans.sets import house_set
+from caregiver_mj.experiments.settings import EPSILONS, Settings
+from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.studies import grid_to_house
 from caregiver_mj.studies.documents import write_figure, write_page
-from caregiver_mj.studies.grid_to_house.document import asked, document
+from caregiver_mj.studies.grid_to_house.document import document
 from caregiver_mj.studies.grid_to_house.figures import draw_houses, draw_steps
 from caregiver_mj.studies.grid_to_house.measure import measure
-from caregiver_mj.studies.grid_to_house.rows import Rows, read_rows, run_rows
+from caregiver_mj.studies.grid_to_house.rows import CAREGIVERS, Rows, read_rows, run_rows
 from caregiver_mj.studies.grid_to_house.time_figure import draw_time
 from caregiver_mj.studies.trials import add_jobs
 
@@ -26,7 +26,9 @@ def main(arguments: list[str] | None = None) -> None:
     )
     parser.add_argument("--run", type=pathlib.Path, metavar="DIR", help="a finished run in the house, to take it from")
     parser.add_argument("--aside", type=pathlib.Path, metavar="DIR", help="another one, of a house that does not count")
-    parser.add_argument("--houses", default="test-10", help="set of houses to run without --run (default: %(default)s)")
+    parser.add_argument(
+        "--houses", default="test-10", help="set of houses, or one, to run without --run (default: %(default)s)"
+    )
     parser.add_argument("--episodes", type=int, default=20, help="episodes in each, likewise (default: %(default)s)")
     parser.add_argument(
         "--watched", type=int, default=2, help="episodes to watch in each house for each epsilon (default: %(default)s)"
@@ -40,8 +42,9 @@ def main(arguments: list[str] | None = None) -> None:
     if options.run:
         rows = read_rows(options.run)
     else:
-        houses = tuple(plan.name for plan in house_set(options.houses))
-        rows = run_rows(houses, "house", options.episodes, options.jobs)
+        plans = houses_named([options.houses])
+        settings = Settings(plans, "house", CAREGIVERS, EPSILONS, options.episodes, houses=options.houses)
+        rows = run_rows(settings, options.jobs)
     aside = read_rows(options.aside) if options.aside else None
     results = measure(rows, aside, options.watched, options.many, options.jobs)
     text = document(results, _commands(options, parser, rows, aside))
@@ -60,11 +63,11 @@ def _commands(
     for option, found in (("run", rows), ("aside", aside)):
         folder = getattr(options, option)
         if folder:
-            houses = asked(found.houses).replace("`", "").replace(",", "")
-            ran = f"caregiver-mj evaluate --world house --houses {houses} --episodes {found.episodes}"
+            settings = found.settings
+            ran = f"caregiver-mj evaluate --world house --houses {settings.place} --episodes {settings.episodes}"
             if found.epsilons != EPSILONS:
                 ran += f" --epsilon {' '.join(f'{e:g}' for e in found.epsilons)}"
-            commands.append(f"{ran}{f' --seed {found.seed}' if found.seed else ''} --out runs/{folder.name}")
+            commands.append(f"{ran}{f' --seed {settings.seed}' if settings.seed else ''} --out runs/{folder.name}")
             command += f" --{option} runs/{folder.name}"
     for option in ("houses", "episodes", "watched", "many"):
         if getattr(options, option) != parser.get_default(option):

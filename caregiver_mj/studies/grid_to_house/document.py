@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from caregiver_mj.plans.sets import house_set
 from caregiver_mj.studies.documents import fill
 from caregiver_mj.studies.grid_to_house import words
 from caregiver_mj.studies.grid_to_house.phases import FULL_RATE, STOPPED_RATE
@@ -28,9 +27,9 @@ def document(results: Results, commands: list[str]) -> str:
     rows = results.rows
     epsilons = ", ".join(f"{e:g}" for e in rows.epsilons)
     intro = fill(
-        f"The caregiver `paper` in {len(rows.houses)} houses ({asked(rows.houses)}), {rows.episodes} episodes in each "
-        f"for each epsilon of {epsilons}: the same novices in the grid and in the physical house. All of this page is "
-        "printed by"
+        f"The caregiver `paper` in {len(rows.houses)} houses (`{rows.settings.place}`), {rows.episodes} episodes in "
+        f"each for each epsilon of {epsilons}: the same novices in the grid and in the physical house. All of this "
+        "page is printed by"
     )
     columns = fill(
         "Mean damage an episode alone and with the caregiver, what is left of it, and *house / grid*, the ratio of "
@@ -95,11 +94,3 @@ Mean damage an episode with the caregiver; *done* is interventions completed.
 
 {kind_table(results)}
 """
-
-
-def asked(houses: tuple[str, ...]) -> str:
-    """What to call some houses together."""
-    for name in (f"test-{len(houses)}", f"train-{len(houses)}"):
-        if sorted(plan.name for plan in house_set(name)) == sorted(houses):
-            return f"`{name}`"
-    return ", ".join(f"`{house}`" for house in houses)

@@ -10,9 +10,8 @@ import itertools
 import numpy as np
 import pandas as pd
 
-from caregiver_mj.experiments import intervals
+from caregiver_mj.experiments import intervals, two_level
 from caregiver_mj.experiments.intervals import Estimate
-from caregiver_mj.experiments.two_level import over_houses
 from caregiver_mj.studies.grid_to_house.breakdown import GRID, REMAINDER, STEPS
 from caregiver_mj.studies.grid_to_house.results import Results
 
@@ -31,7 +30,7 @@ def ratio(ours: pd.DataFrame, theirs: pd.DataFrame) -> Estimate:
     # Relative to the greatest ratio, for no sample may be negative.
     above = (ours[weight.index] + (each.max() - each) * theirs[weight.index]) @ weight
     below = theirs[weight.index] @ weight
-    found = over_houses(_split(above), _split(below)).ratio_of_means
+    found = two_level.of_ratio(_split(above), _split(below))
     shift = each.max() - each.mean()
     return Estimate(found.value - shift, max(0.0, found.low - shift), found.high - shift)
 
@@ -76,12 +75,6 @@ def _linear(ours: pd.DataFrame, theirs: pd.DataFrame) -> pd.DataFrame:
     y, x = ours.groupby("house").mean(), theirs.groupby("house").mean()
     each = y.mean() / x.mean()
     return each + (y - each * x) / x.mean()
-
-
-def over_episodes(ours: pd.DataFrame, theirs: pd.DataFrame) -> Estimate:
-    """The mean over the epsilons of ours over theirs in one house, of which the episodes are the units of chance."""
-    each = ours.mean() / theirs.mean()
-    return intervals.of_mean((each + (ours - each * theirs) / theirs.mean()).mean(axis=1).to_numpy())
 
 
 def _weights(theirs: pd.DataFrame) -> pd.Series:

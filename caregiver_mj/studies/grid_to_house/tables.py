@@ -6,12 +6,12 @@ import math
 
 import pandas as pd
 
-from caregiver_mj.experiments.intervals import Estimate
+from caregiver_mj.experiments.intervals import Estimate, of_mean_ratio
 from caregiver_mj.recording.ledger import KINDS
 from caregiver_mj.studies.documents import table
 from caregiver_mj.studies.grid_to_house.breakdown import REMAINDER, STEPS
 from caregiver_mj.studies.grid_to_house.phases import PARTS, PHASES
-from caregiver_mj.studies.grid_to_house.ratios import at, over_episodes, ratio, steps
+from caregiver_mj.studies.grid_to_house.ratios import at, ratio, steps
 from caregiver_mj.studies.grid_to_house.results import Results
 from caregiver_mj.studies.grid_to_house.rows import Rows
 
@@ -38,7 +38,14 @@ def damage_table(results: Results) -> str:
 def _aside_line(rows: Rows) -> tuple[str, ...]:
     alone, grid, house = rows.damage("house", "none"), rows.damage("grid", "paper"), rows.damage("house", "paper")
     left = [number((damage.mean() / alone.mean()).mean()) for damage in (grid, house)]
-    return (f"{ALL}, on `{', '.join(rows.houses)}`", "", "", "", *left, interval(over_episodes(house, grid)))
+    return (
+        f"{ALL}, on `{rows.settings.place}`",
+        "",
+        "",
+        "",
+        *left,
+        interval(of_mean_ratio(house.to_numpy(), grid.to_numpy())),
+    )
 
 
 def kind_table(results: Results) -> str:

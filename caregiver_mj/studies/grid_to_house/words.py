@@ -144,6 +144,6 @@ def aside(results: Results) -> str:
         return ""
     rows = results.aside
     return (
-        f" As an aside, and not in the average, house `{', '.join(rows.houses)}` over {rows.episodes} episodes, with "
+        f" As an aside, and not in the average, house `{rows.settings.place}` over {rows.episodes} episodes, with "
         "an interval over these."
     )

@@ -11,8 +11,8 @@ from rich.progress import Progress
 
 from caregiver_mj.children.family import Family
 from caregiver_mj.experiments.evaluation import evaluate
+from caregiver_mj.experiments.intervals import of_difference, of_ratio
 from caregiver_mj.experiments.settings import Settings
-from caregiver_mj.experiments.statistics import mean_interval, ratio_interval
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 FAMILIES = ("1,0.25", "0.5,0.5")
@@ -54,11 +54,9 @@ def rows(episodes: pd.DataFrame) -> list[dict[str, Any]]:
             row = {"world": world, "house": house, "family": family, "caregiver": name, "episodes": len(part)}
             row["damage"] = float(part.damage.mean())
             row["by_child"] = each.mean(axis=0).tolist()
-            row["left"] = ratio_interval(part.damage.to_numpy(float), alone.damage.to_numpy(float))
+            row["left"] = of_ratio(part.damage.to_numpy(), alone.damage.to_numpy())
             row |= {column: float(part[column].mean()) for column in MEANS}
             if name in without:
-                difference = (part.damage - by[without[name]].damage).to_numpy(float)[:, None]
-                low, high = mean_interval(difference)
-                row["factor"] = float(difference.mean()), float(low[0]), float(high[0])
+                row["factor"] = of_difference(part.damage.to_numpy(), by[without[name]].damage.to_numpy())
             found.append(row)
     return found

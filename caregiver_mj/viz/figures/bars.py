@@ -28,7 +28,7 @@ class Series:
         label: What it is called in the legend.
         mean: Means.
         low: Lower ends of their intervals.
-        high: Upper ends.
+        high: Upper ends, NaN also where an interval has none.
         sd: Standard deviations, if they are to be shown.
         published: The paper's means, if it has any.
     """
@@ -84,10 +84,12 @@ def damage_left(novices: Sequence[str], series: Sequence[Series]) -> Figure:
         published = next((s.published for s in series if s.published is not None), np.full(len(novices), np.nan))
         count = len(series) + bool(np.isfinite(published).any())
         offsets = (np.arange(count) - (count - 1) / 2) * min(0.18, 0.7 / count)
+        top = max(1.15, 1.05 * np.nanmax([1.0, *(np.nanmax([*s.high, *s.mean, 0]) for s in series)]))
         keys = {}
         for one, (colour, marker), offset in zip(series, itertools.cycle(_SERIES), offsets, strict=False):
             x = places + offset
-            axes.vlines(x, one.low, one.high, color=unit(colour), linewidth=2.4)
+            high = np.where(np.isnan(one.high) & ~np.isnan(one.low), top, one.high)  # it has no upper end
+            axes.vlines(x, one.low, high, color=unit(colour), linewidth=2.4)
             keys[one.label] = axes.plot(
                 x, one.mean, marker, color=unit(colour), markeredgecolor=INK, markeredgewidth=0.6, markersize=6.5
             )[0]
@@ -97,7 +99,7 @@ def damage_left(novices: Sequence[str], series: Sequence[Series]) -> Figure:
         axes.text(len(novices) - 0.52, 1.015, "no caregiver", ha="right", va="bottom", color=INK, fontsize=9)
         axes.set_xticks(places, novices)
         axes.set_xlim(-0.5, len(novices) - 0.5)
-        axes.set_ylim(0, max(1.15, 1.05 * np.nanmax([1.0, *(np.nanmax([*s.high, *s.mean, 0]) for s in series)])))
+        axes.set_ylim(0, top)
         axes.set_ylabel("damage left")
         _legend(axes, keys)
     return figure

@@ -1,14 +1,23 @@
-"""How the caregiver does against others that act, and where it does not win."""
+"""How the caregiver does against others that act, and what of that is shown."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from caregiver_mj.experiments.verdicts import MARGINS, Verdict
 from caregiver_mj.viz.report.run import Run
 from caregiver_mj.viz.report.table import Table
-from caregiver_mj.viz.report.words import family_name, p_value, with_interval
+from caregiver_mj.viz.report.words import family_name, with_interval
 
-SIGNIFICANT = 0.01  # p below which one caregiver is said to beat another
+_MARGIN = f"within {MARGINS['damage']:.0%}".replace("%", " %")
+# What a comparison may show, best first: what is said of it; and whether numbers go with it.
+_FINDINGS = {
+    "less": ("less damage", False),
+    "hardly less": (f"less damage, but {_MARGIN}", True),
+    "equivalent": (f"equivalent, {_MARGIN}", True),
+    "none": ("no verdict", True),
+    "more": ("more damage", True),
+}
 
 
 def baselines(run: Run) -> dict[str, Any] | None:
@@ -26,26 +35,32 @@ def baselines(run: Run) -> dict[str, Any] | None:
 
 
 def verdicts(run: Run) -> list[tuple[bool, str]]:
-    """For each baseline whether the caregiver beats it with every family, and a sentence that says so plainly."""
+    """For each baseline whether the caregiver has less damage with every family, and a sentence of what is shown."""
     found = []
     for baseline in run.baselines:
         rows = [(f, row) for f in run.families if (row := run.comparison(run.caregiver, baseline, f)) is not None]
-        lost = [told for family, row in rows if (told := _unless_won(family, row))]
-        if not lost:
-            text = f"Beats {baseline} with every {run.nouns.group}: less damage, p < {SIGNIFICANT} each."
-        else:
-            some = f"{len(lost)} of {len(rows)} {run.nouns.groups}"
-            which = f"any {run.nouns.group}" if len(lost) == len(rows) else some
-            text = f"Does not beat {baseline} with {which}. Difference in damage there: {'; '.join(lost)}."
-        found.append((not lost, text))
+        told: dict[str, list[str]] = {finding: [] for finding in _FINDINGS}
+        for family, row in rows:
+            finding = _finding(row)
+            told[finding].append(_told(family, row) if _FINDINGS[finding][1] else family_name(family))
+        if len(told["less"]) == len(rows):
+            told["less"] = [f"every {run.nouns.group}"]
+        parts = [f"{_FINDINGS[finding][0]} with {', '.join(which)}" for finding, which in told.items() if which]
+        found.append((all(_finding(row) == "less" for _, row in rows), f"Against {baseline}: {'; '.join(parts)}."))
     return found if run.caregiver == "paper" else []  # the summary compares no other one with baselines
 
 
-def _unless_won(family: str, row: dict[str, Any]) -> str:
-    """The numbers of a comparison that is not won, else nothing."""
-    clear, difference = row["damage_p"] < SIGNIFICANT, row["damage_difference_mean"]
-    if clear and difference < 0:
-        return ""
-    worse = "more damage: " if clear else ""
-    numbers = f"{with_interval(row, 'damage_difference_mean', 2, sign='+')}, {p_value(row['damage_p'])}"
-    return f"{worse}{family_name(family)} {numbers}"
+def _finding(row: dict[str, Any]) -> str:
+    """What a comparison shows: the difference first, then how much it is."""
+    equivalent = row["damage_equivalence"] == Verdict.EQUIVALENT
+    if row["damage_verdict"] == Verdict.MORE:
+        return "more"
+    if row["damage_verdict"] == Verdict.LESS:
+        return "hardly less" if equivalent else "less"
+    return "equivalent" if equivalent else "none"
+
+
+def _told(family: str, row: dict[str, Any]) -> str:
+    """A family, and its difference in damage and the ratio of damages."""
+    difference = with_interval(row, "damage_difference_mean", 2, sign="+")
+    return f"{family_name(family)} (difference {difference}, ratio {with_interval(row, 'damage_left', 2)})"

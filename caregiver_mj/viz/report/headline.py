@@ -7,13 +7,12 @@ from typing import Any
 import numpy as np
 
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
-from caregiver_mj.experiments import statistics
+from caregiver_mj.experiments.samples import Sample
 from caregiver_mj.recording.record import DAMAGE_THRESHOLD
 from caregiver_mj.viz.report import published
 from caregiver_mj.viz.report.run import Run
 from caregiver_mj.viz.report.words import TITLES, number
 
-FEW = 10  # episodes, of which a bootstrap makes too narrow an interval
 _FACTS = {
     "timesteps_to_threshold": f"until {DAMAGE_THRESHOLD:g} damage",
     "cells_visited": "until then",
@@ -24,14 +23,16 @@ _FACTS = {
 def headline(run: Run) -> dict[str, Any]:
     """What the page begins with: `avoided`, the share of all families' damage that the caregiver avoids, and more."""
     # Families of the same episode share their chance, so it is episodes that are drawn again, all families together.
-    damage = run.episodes.pivot_table(index="episode", columns="caregiver", values="damage", aggfunc="sum")
-    left, low, high = statistics.ratio_interval(damage[run.caregiver].to_numpy(), damage["none"].to_numpy())
+    damage = run.episodes.groupby(["caregiver", "house", "episode"])["damage"].sum().reset_index()
+    ours, theirs = (Sample(damage[damage.caregiver == name]) for name in (run.caregiver, "none"))
+    left, low, high = ours.estimators.of_ratio(ours.values(["damage"]), theirs.values(["damage"])).column(0)
     alone, guarded = (run.mean(caregiver, "damage") for caregiver in ("none", run.caregiver))
     guarded_episodes = run.episodes[run.episodes.caregiver == run.caregiver]
     mishaps = {column: int(guarded_episodes[column].sum()) for column in ("strikes", "candles_dropped")}
     return {
         "avoided": f"{number(100 * (1 - left), 0)} %" if np.isfinite(left) else None,
-        "interval": f"{number(100 * (1 - high))} to {number(100 * (1 - low))} %" if np.isfinite(low) else None,
+        "interval": f"{number(100 * (1 - high))} to {number(100 * (1 - low))} %" if np.isfinite(high) else None,
+        "open": bool(np.isinf(high)),
         "paper": _avoided_in_paper(run),
         "damage": {"alone": alone, "guarded": guarded, "most": max(alone, guarded) or 1.0},
         "facts": [
@@ -41,7 +42,6 @@ def headline(run: Run) -> dict[str, Any]:
         "deeds": {c: number(run.mean(run.caregiver, c)) for c in ("moves_blocked", "interventions_done")},
         "mishaps": mishaps if run.settings.world == "house" else None,
         "guarded_episodes": len(guarded_episodes),
-        "few": run.settings.episodes < FEW,
     }
 
 

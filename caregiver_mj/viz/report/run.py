@@ -13,7 +13,8 @@ import pandas as pd
 
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.experiments.settings import FLOOR, Settings
+from caregiver_mj.experiments.summary import summarise
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.robot.embodiment import DEFAULT
@@ -71,7 +72,7 @@ class Run:
     @property
     def baselines(self) -> tuple[str, ...]:
         """The other caregivers that do something."""
-        return tuple(c for c in self.settings.caregivers if c not in ("none", self.caregiver))
+        return tuple(c for c in self.settings.caregivers if c not in ("none", FLOOR, self.caregiver))
 
     def row(self, caregiver: str, family: str) -> dict[str, Any]:
         """The summary's row of a caregiver and a family."""
@@ -138,15 +139,24 @@ def _read(path: pathlib.Path) -> Run:
     record.setdefault("families", [str(Family.of(epsilon)) for epsilon in record.get("epsilons", ())])
     record.setdefault("damage", str(DamageWeights()))
     record.setdefault("embodiment", DEFAULT)
+    if "plan" in record:  # there was only one
+        plan = {"name": record["house"], "cell_size": record["cell_size"], "rows": record["plan"]}
+        record |= {"plans": [plan], "houses": ""}
     for row in [*summary["rows"], *summary["comparisons"]]:
         row.setdefault("family", str(Family.of(row["epsilon"])))
-    settings = Settings.of_record(record)
+    settings, episodes = Settings.of_record(record), pd.read_parquet(path / "episodes.parquet")
+    if "family" not in episodes:
+        episodes["family"] = [str(Family.of(epsilon)) for epsilon in episodes["epsilon"]]
+    if any("damage_verdict" not in row for row in summary["comparisons"]):  # it has other statistics
+        summary |= {key: summarise(settings, episodes)[key] for key in ("rows", "comparisons")}
     caregivers = settings.caregivers
     return Run(
         settings=settings,
         families=tuple(map(str, settings.families)),
-        episodes=pd.read_parquet(path / "episodes.parquet"),
+        episodes=episodes,
         summary={key: summary[key] for key in ("rows", "comparisons", "versions")},
         maps=pd.read_parquet(path / "maps.parquet"),
-        caregiver="paper" if "paper" in caregivers else next((c for c in caregivers if c != "none"), "none"),
+        caregiver="paper"
+        if "paper" in caregivers
+        else next((c for c in caregivers if c not in ("none", FLOOR)), "none"),
     )

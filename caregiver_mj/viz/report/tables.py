@@ -65,20 +65,22 @@ def _beside_published(
 
 def comparison_table(run: Run) -> Table:
     """The differences that the caregiver makes, with intervals and tests."""
+    found = {family: run.comparison(run.caregiver, "none", family) for family in run.families}
+    compared = [column for column in statistics.COMPARED if all(f"{column}_p" in row for row in found.values())]
     rows = []
-    for family in run.families:
-        row = run.comparison(run.caregiver, "none", family)
+    for family, row in found.items():
         cells = [
             f"{with_interval(row, f'{column}_difference_mean', 1, sign='+')}\n{p_value(row[f'{column}_p'])}"
-            for column in statistics.COMPARED
+            for column in compared
         ]
         rows.append((family_name(family), *cells))
     note = (
-        f"With the caregiver less without, paired: episode i has the same {run.nouns.who} both times. In brackets the "
-        "95 % bootstrap interval of the mean difference; p by Wilcoxon's signed-rank test, two-sided, "
-        f"{run.settings.episodes} pairs each, not corrected for the {len(rows) * len(statistics.COMPARED)} tests."
+        f"With the caregiver less without, paired: episode i has the same {run.nouns.who} both times. The mean "
+        "difference, in brackets its 95 % interval (studentised bootstrap; ∞ where the episodes do not bound it), and "
+        "the p of the same mean being zero (sign flips, two-sided, not corrected for the "
+        f"{len(rows) * len(compared)} tests); no p where fewer than six pairs differ, for none could be small enough."
     )
-    columns = (run.nouns.who, *(TITLES[column] for column in statistics.COMPARED))
+    columns = (run.nouns.who, *(TITLES[column] for column in compared))
     return Table(f"Differences that the caregiver makes — {run.title}", columns, rows, note)
 
 

@@ -81,19 +81,19 @@ def number(value: float, digits: int = 1, sign: str = "-") -> str:
 
 
 def with_interval(row: dict[str, Any] | None, key: str, digits: int = 1, sign: str = "-", between: str = " ") -> str:
-    """A mean of the summary with its interval in brackets."""
+    """A number of the summary with its interval in brackets, whose open ends are infinite."""
     if row is None or row[key] is None:
         return NONE
     stem = key.removesuffix("_mean")
-    text = number(row[key], digits, sign)
-    if row[f"{stem}_ci_low"] is None:
-        return text
-    ends = (number(row[f"{stem}_ci_{end}"], digits, sign) for end in ("low", "high"))
-    return f"{text}{between}[{', '.join(ends)}]"
+    low, high = (row[f"{stem}_ci_{end}"] for end in ("low", "high"))
+    ends = ("−∞" if low is None else number(low, digits, sign), "∞" if high is None else number(high, digits, sign))
+    return f"{number(row[key], digits, sign)}{between}[{', '.join(ends)}]"
 
 
-def p_value(value: float) -> str:
-    """A p, as exactly as it is worth."""
+def p_value(value: float | None) -> str:
+    """A p, as exactly as it is worth, if there is one."""
+    if value is None:
+        return "no p"
     if value < 0.001:
         return "p < 0.001"
     return f"p = {value:.3f}" if value < 0.1 else f"p = {value:.2f}"

@@ -1,0 +1,54 @@
+"""Every house by itself: the points of a figure over houses."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.intervals import of_ratio
+from caregiver_mj.recording.record import MEASURES
+
+_KEYS = ["world", "house", "caregiver", "family", "epsilon"]
+
+
+def by_house(episodes: pd.DataFrame) -> pd.DataFrame:
+    """What each caregiver comes to in each house.
+
+    Args:
+        episodes: A row an episode.
+
+    Returns:
+        A row for each world, house, caregiver and family: `episodes`, how many, the mean of each of `MEASURES` that
+        there is, and `damage_left`, the ratio of mean damage to that of `none`, with `damage_left_ci_low` and
+        `_ci_high`. These are NaN where there is no ratio, also for `none` itself; an upper end is infinite where the
+        episodes give none.
+
+    Raises:
+        CaregiverError: An episode has no counterpart without a caregiver.
+    """
+    groups = episodes.sort_values("episode", kind="stable").groupby(_KEYS, sort=False)
+    table = groups[[column for column in MEASURES if column in episodes]].mean()
+    table.insert(0, "episodes", groups.size())
+    order = pd.MultiIndex.from_frame(episodes[_KEYS].drop_duplicates())
+    left = pd.DataFrame(np.nan, table.index, ["damage_left", "damage_left_ci_low", "damage_left_ci_high"])
+    for keys, (ours, theirs) in _alike(groups):
+        left.loc[keys] = np.stack(of_ratio(ours, theirs), axis=1)
+    return table.join(left).loc[order].reset_index()
+
+
+def _alike(groups):
+    """Pairs of samples (episodes, cells), and the keys of their cells: together are cells of as many episodes."""
+    damage = {key: rows.set_index("episode")["damage"].astype(float) for key, rows in groups[["episode", "damage"]]}
+    sizes: dict[int, list[tuple]] = {}
+    for key, ours in damage.items():
+        world, house, caregiver, *who = key
+        theirs = damage.get((world, house, "none", *who))
+        if caregiver == "none" or theirs is None:
+            continue
+        if not ours.index.equals(theirs.index):
+            raise CaregiverError(f"episodes of '{caregiver}' or 'none' in house '{house}' have no counterpart")
+        sizes.setdefault(len(ours), []).append(key)
+    for keys in sizes.values():
+        theirs = ((world, house, "none", *who) for world, house, _, *who in keys)
+        yield keys, tuple(np.stack([damage[key].to_numpy() for key in side], axis=1) for side in (keys, theirs))

@@ -1,0 +1,68 @@
+"""A run's rows and maps as tables, block by block: a million rows of JSON would not fit into memory together."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from caregiver_mj.experiments.blocks import MAPS
+from caregiver_mj.experiments.run_folder import Result
+from caregiver_mj.experiments.settings import Block, Settings
+from caregiver_mj.recording.record import COLUMNS
+
+if TYPE_CHECKING:
+    import pandas as pd  # imported where used: workers, and commands that only read a plan, do without
+
+_TEXTS = [column.name for column in COLUMNS if column.type == "str"]
+
+
+class Tables(NamedTuple):
+    """What came of a block, or of a run.
+
+    Attributes:
+        episodes: A row an episode.
+        maps: A row for each caregiver, family and free cell.
+    """
+
+    episodes: pd.DataFrame
+    maps: pd.DataFrame
+
+
+def tables_of(settings: Settings, block: Block, result: Result) -> Tables:
+    """The tables of one block."""
+    import pandas as pd
+
+    episodes = pd.DataFrame(result["rows"])
+    for column in _TEXTS:
+        episodes[column] = [sys.intern(text) for text in episodes[column]]
+    plan = settings.plan_of[block.house] if block.house else settings.plan
+    row, column = np.array(plan.free_cells).T
+    maps = []
+    for family in block.families:
+        what = {"world": settings.world, "house": plan.name, "caregiver": block.caregiver}
+        what |= {"family": str(family), "epsilon": family.epsilon}
+        maps.append(pd.DataFrame(what | {"row": row, "column": column} | result["maps"][str(family)]))
+    return Tables(episodes, pd.concat(maps, ignore_index=True))
+
+
+def put_together(settings: Settings, blocks: Sequence[Tables]) -> Tables:
+    """Those of a run: house by house, family by family, caregiver by caregiver."""
+    import pandas as pd
+
+    episodes = pd.concat([block.episodes for block in blocks], ignore_index=True)
+    maps = pd.concat([block.maps for block in blocks], ignore_index=True)
+    orders = {
+        "house": {plan.name: i for i, plan in enumerate(settings.plans)},
+        "family": {str(family): i for i, family in enumerate(settings.families)},
+        "caregiver": {name: i for i, name in enumerate(settings.caregivers)},
+    }
+
+    def in_order(table: pd.DataFrame) -> pd.DataFrame:
+        places = [table[column].map(order).to_numpy() for column, order in orders.items()]
+        return table.iloc[np.lexsort(places[::-1])].reset_index(drop=True)
+
+    keys = [column for column in maps if column not in MAPS]
+    return Tables(in_order(episodes), in_order(maps.groupby(keys, sort=False, as_index=False)[list(MAPS)].sum()))
