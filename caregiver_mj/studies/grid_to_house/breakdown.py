@@ -6,11 +6,12 @@ How long the robot takes is measured in the house; the handicaps are such that t
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
+from typing import TypeVar
 
 import pandas as pd
 
 from caregiver_mj.caregivers.registry import make_caregiver
+from caregiver_mj.children.side_by_side import side_by_side
 from caregiver_mj.experiments.seeds import episode_seed, episode_tapes
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.studies.grid_to_house.grid import WatchedGrid
@@ -22,6 +23,8 @@ GRID = "grid"
 STEPS = {"once": "deciding once", "driving": "driving", "waiting": "waiting"}
 REMAINDER = "not explained"
 ALONE = {"driving alone": "driving", "waiting alone": "waiting"}  # one handicap without the others
+
+AnyGrid = TypeVar("AnyGrid", bound=HandicappedGrid)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -42,27 +45,24 @@ class InGrid:
 
     def damage(self, handicap: Handicap, house: str) -> pd.DataFrame:
         """The same with one handicap."""
-        worlds = self._worlds(HandicappedGrid, handicap, house)
-        table = pd.DataFrame({epsilon: world.ledger.damage for epsilon, world in worlds})
-        table.index = pd.MultiIndex.from_product([[house], range(self.count)], names=["house", "episode"])
-        return table
+        damage = self._run(HandicappedGrid, handicap, house).ledger.damage.reshape(-1, self.count).T
+        index = pd.MultiIndex.from_product([[house], range(self.count)], names=["house", "episode"])
+        return pd.DataFrame(damage, index, columns=[family.epsilon for family in self.settings.families])
 
     def phases(self, handicap: Handicap, house: str) -> pd.DataFrame:
         """Phases in one house with the `time` that each took, in thirds of a timestep."""
-        logs = [row for _, world in self._worlds(WatchedGrid, handicap, house) for row in world.phases]
-        table = pd.DataFrame(logs, columns=["phase", "actions", "near", "shortest"])
+        log = self._run(WatchedGrid, handicap, house).phases
+        table = pd.DataFrame(log, columns=["phase", "actions", "near", "shortest"])
         return table.assign(time=handicap.pace * table.actions + handicap.near * table.near)
 
-    def _worlds(
-        self, kind: type[HandicappedGrid], handicap: Handicap, house: str
-    ) -> Iterable[tuple[float, HandicappedGrid]]:
-        """A grid for each epsilon in which all episodes have been run."""
-        plan, seed = self.settings.plan_of[house], self.settings.seed
-        tapes = [episode_tapes(episode_seed(seed, i), 1) for i in range(self.count)]
-        for family in self.settings.families:
-            world = kind(plan, family, make_caregiver("paper", plan, seed), handicap)
-            world.run(tapes)
-            yield family.epsilon, world
+    def _run(self, kind: type[AnyGrid], handicap: Handicap, house: str) -> AnyGrid:
+        """A grid in which all episodes have been run, those of one epsilon after those of another."""
+        settings, plan = self.settings, self.settings.plan_of[house]
+        tapes = [episode_tapes(episode_seed(settings.seed, i), 1) for i in range(self.count)]
+        children = side_by_side(plan, settings.families, self.count)
+        world = kind(plan, children, make_caregiver("paper", plan, settings.seed), handicap)
+        world.run(tapes * len(settings.families))
+        return world
 
 
 def pace(phases: pd.DataFrame) -> float:
