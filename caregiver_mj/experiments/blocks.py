@@ -80,13 +80,14 @@ def _run_in_grid(settings: Settings, plan: FloorPlan, block: Block, seeds: list[
 def _run_in_house(settings: Settings, plan: FloorPlan, block: Block, seeds: list[int]) -> _Measured:
     (family,) = block.families
     env, policy = _house(plan, family, block.caregiver, settings.seed, settings.embodiment)
+    nothing = np.zeros(env.action_spec().shape)
     measured, visits, damage = [], [], []
     for seed in seeds:
         start = time.perf_counter()
         env.task.reseed(episode_random(seed))
         timestep = env.reset()
         while not timestep.last():
-            timestep = env.step(policy(timestep) if policy else np.zeros(env.action_spec().shape))
+            timestep = env.step(policy(timestep) if policy else nothing)
         times = {"sim_seconds": env.physics.time(), "wall_seconds": time.perf_counter() - start}
         measured.append(env.task.outcome() | times)
         visits.append(env.task.ledger.visits)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.blocks import run_block
+from caregiver_mj.experiments.by_house import by_house
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import GRID_BLOCK, Block, Settings
 from caregiver_mj.experiments.summary import summarise
@@ -33,11 +34,13 @@ class Evaluation:
         summary: The table made of them.
         maps: A row for each caregiver, family and free cell: over all their episodes, the timesteps that children
             ended in the cell (`visits`), and the damage that they took there.
+        houses: Of several houses, a row for each house, caregiver and family (see `by_house`); else None.
     """
 
     episodes: pd.DataFrame
     summary: dict[str, Any]
     maps: pd.DataFrame
+    houses: pd.DataFrame | None
 
 
 def evaluate(
@@ -80,7 +83,8 @@ def evaluate(
             done[block] = tables_of(settings, block, result)
             progress(len(block))
     episodes, maps = put_together(settings, [done[block] for block in blocks])
-    evaluation = Evaluation(episodes, summarise(settings, episodes), maps)
+    houses = by_house(episodes) if len(settings.plans) > 1 else None
+    evaluation = Evaluation(episodes, summarise(settings, episodes), maps, houses)
     if folder:
-        folder.finish(evaluation.episodes, evaluation.summary, evaluation.maps)
+        folder.finish(episodes, evaluation.summary, maps, houses)
     return evaluation

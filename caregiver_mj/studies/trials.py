@@ -77,7 +77,7 @@ def run_all(function: Callable[[Job], Result], jobs: Sequence[Job], processes: i
 def add_trials(parser: argparse.ArgumentParser, name: str, count: int) -> None:
     """Adds the options of a study: how many trials (called `--<name>`), `--first`, `--jobs` and `--json`."""
     parser.add_argument(f"--{name}", dest="trials", type=int, default=count, help="how many (default: %(default)s)")
-    parser.add_argument("--first", type=int, default=0, metavar="SEED", help="seed of the first (default: 0)")
+    parser.add_argument("--first", type=int, default=0, metavar="SEED", help="seed of the first (default: %(default)s)")
     parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="also write all results to a file")
     add_jobs(parser)
 

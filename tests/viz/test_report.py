@@ -118,7 +118,7 @@ def test_statistics(page):
     # Damage falls by 35 on average; all eight differences of one sign: p = 2 / 2**8 = 0.008.
     row = words(page).split("Differences that the caregiver makes — Grid")[1].split("random motion")[1]
     assert row.startswith(" −35.0 [")
-    assert "] p = 0.008 +70.0 [" in row
+    assert "] p = 0.008 0.0 [0.0, 0.0] no p +70.0 [" in row  # damage until the stop is none of these runs
     assert "0.0 [0.0, 0.0] no p 25 % random" in row  # as many toys
 
 
