@@ -17,7 +17,7 @@ from caregiver_mj.viz.figures.style import ALONE, FLOOR_LINE, GUARDED, INK, MUTE
 if TYPE_CHECKING:
     import pandas as pd  # only what is handed in is one
 
-_ROW = 0.2  # inches for a caregiver
+_ROW, _BARE_ROW = 0.2, 0.15  # inches for a caregiver, with points and without
 _MOST = 2.0  # damage left that is drawn where it is; above that, at the edge
 _MANY = 2000  # points that are drawn as an image, or the file would be too large
 _SPREAD = 0.32  # of the points of a caregiver, to both sides
@@ -46,12 +46,12 @@ def houses(
         columns: Panels in a row.
     """
     caregivers = [name for name in dict.fromkeys(means["caregiver"]) if name not in ("none", floor)]
-    if by_house is None:
-        by_house = means.iloc[:0]
+    row = _ROW if by_house is not None else _BARE_ROW
+    by_house = means.iloc[:0] if by_house is None else by_house
     limit = _limit(by_house[by_house["caregiver"].isin(caregivers)], means)
     width = WIDTH if columns == 1 else 1.2 + 1.75 * columns
     with mpl.rc_context({**STYLE, "axes.grid.axis": "x"}):
-        figure, found = panels(names, columns, width, 0.42 + _ROW * len(caregivers))
+        figure, found = panels(names, columns, width, 0.42 + row * len(caregivers))
         keys: dict[str, Any] = {}
         for family, axes in found.items():
             points, middles = (table[table["family"] == family] for table in (by_house, means))
@@ -86,7 +86,7 @@ def _panel(
             continue
         mean, low, high = means.loc[name, ["damage_left", "damage_left_ci_low", "damage_left_ci_high"]].astype(float)
         ends = 0.0 if np.isnan(low) else low, limit if np.isnan(high) else min(high, limit)
-        interval = axes.hlines(row, *ends, color=INK, linewidth=2.6, zorder=4)
+        interval = axes.hlines(row, *ends, color=INK, linewidth=2.2, zorder=4)
         middle = axes.plot(
             mean, row, "D", color="white", markeredgecolor=INK, markeredgewidth=1, markersize=4.6, zorder=5
         )[0]
@@ -99,5 +99,5 @@ def _limit(points: pd.DataFrame, means: pd.DataFrame) -> float:
     """The right end of the axis: all means and nearly all houses are left of it."""
     left = points["damage_left"].dropna().to_numpy(float)
     middles = means.loc[means["caregiver"] != "none", ["damage_left", "damage_left_ci_high"]].to_numpy(float)
-    wanted = [1.1, *1.03 * middles[np.isfinite(middles)], *np.quantile(left, [0.97] if len(left) else [])]
+    wanted = [1.1, *1.03 * middles[np.isfinite(middles)], *([np.quantile(left, 0.97)] if len(left) else [])]
     return float(min(max(wanted), _MOST))

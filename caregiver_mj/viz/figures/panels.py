@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 from caregiver_mj.viz.figures.style import HEIGHT, INK, WIDTH
 
 
-def single() -> tuple[Figure, Axes]:
-    """A figure with one panel."""
-    figure = Figure((WIDTH, HEIGHT), layout="constrained", facecolor="white")
+def single(height: float = HEIGHT) -> tuple[Figure, Axes]:
+    """A figure with one panel, of a height in inches."""
+    figure = Figure((WIDTH, height), layout="constrained", facecolor="white")
     return figure, figure.add_subplot()
 
 

@@ -15,7 +15,7 @@ from caregiver_mj.viz import colours
 from caregiver_mj.viz.colours import unit
 from caregiver_mj.viz.figures.panels import explain, single
 from caregiver_mj.viz.figures.series import Series
-from caregiver_mj.viz.figures.style import ALONE, FLOOR_LINE, INK, PUBLISHED, STYLE
+from caregiver_mj.viz.figures.style import ALONE, FLOOR_LINE, HEIGHT, INK, PUBLISHED, STYLE
 
 _SERIES = ((colours.ROBOT, "o"), (colours.BIN, "s"), (colours.STAIRWELL, "^"), (colours.CANDLE, "v"))
 _HIGHEST = 2.0  # share that an interval may take the axis to
@@ -56,13 +56,13 @@ def toys_kept(novices: Sequence[str], series: Sequence[Series], margin: float) -
         margin: The share of toys that may be lost, below which a line is drawn.
     """
     with mpl.rc_context(STYLE):
-        figure, axes = single()
+        figure, axes = single(0.8 * HEIGHT)
         known = [mean for one in series for mean in one.mean if np.isfinite(mean)] or [1.0]
         bottom, top = max(0.0, min(0.85, min(known) - 0.1)), min(_HIGHEST, max(1.15, max(known) + 0.1))
         keys = _markers(axes, series, top, bottom)
         keys[f"{100 * margin:g} % lost"] = axes.axhline(1 - margin, **FLOOR_LINE)
         axes.axhline(1.0, color=unit(ALONE), linewidth=1.6)
-        _name(axes, novices, "toys reached, of those alone")
+        _name(axes, novices, "toys, of those alone")
         axes.set_ylim(bottom, top)
         explain(figure, keys)
     return figure

@@ -28,7 +28,7 @@ def survival(
     *,
     caregiver: str = "paper",
     floor: str = "floor",
-    columns: int = 2,
+    columns: int = 3,
 ) -> Figure:
     """The share of episodes that are not yet stopped, over time; a panel for each family.
 
@@ -50,13 +50,13 @@ def survival(
         looks[name] = {"color": unit(colour), "linewidth": 1.4, "linestyle": line}
     time = np.arange(EPISODE_TIMESTEPS + 1)
     with mpl.rc_context({**STYLE, "axes.grid.axis": "both"}):
-        figure, found = panels(names, columns, WIDTH if columns <= 2 else 1.75 * columns + 0.5, 1.45)
+        figure, found = panels(names, columns, WIDTH if columns <= 3 else 1.75 * columns + 0.5, 1.3)
         keys = {}
         for family, axes in found.items():
             for name in caregivers:
                 chosen = episodes[(episodes["caregiver"] == name) & (episodes["family"] == family)]
                 keys["alone" if name == "none" else name] = axes.plot(time, going(chosen, time), **looks[name])[0]
-            axes.set(xlim=(0, EPISODE_TIMESTEPS), ylim=(0, 1.04), xticks=range(0, EPISODE_TIMESTEPS + 1, 50))
+            axes.set(xlim=(0, EPISODE_TIMESTEPS), ylim=(0, 1.04), xticks=range(0, EPISODE_TIMESTEPS + 1, 100))
         figure.supxlabel("timesteps", fontsize=9.5, color=INK)
         figure.supylabel("share not yet stopped", fontsize=9.5, color=INK)
         explain(figure, keys, most=4)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
@@ -32,46 +33,73 @@ def child(run: Run) -> dict[str, Any] | None:
     toys = figures.toys_kept(
         list(lines.values()), [left_series(run, c, c, run.families, "toys_reached") for c in shown], MARGIN
     )
+    toys_caption = f"Toys reached, as a share of those alone; {toys_verdicts(run)} — {run.title}"
     return {
         "table": child_table(run),
-        "others": [toys_table(run), denied_table(run)] if run.baselines else [],
+        "more": [stop_table(run), *([toys_table(run), denied_table(run)] if run.baselines else [])],
         "pictures": [
             Picture.of(f"survival_{run.name}", survival, f"Episodes that are not yet stopped — {run.title}"),
-            Picture.of(f"toys_{run.name}", toys, f"Toys reached, as a share of those alone — {run.title}"),
+            Picture.of(f"toys_{run.name}", toys, toys_caption),
         ],
     }
 
 
+def toys_verdicts(run: Run) -> str:
+    """With whom the caregiver is shown to lose less of the toys than the margin, in a sentence."""
+    with_whom: dict[str, list[str]] = {}
+    for family in run.families:
+        verdict = run.comparison(run.caregiver, "none", family)["toys_reached_not_inferior"]
+        with_whom.setdefault(verdict, []).append(family_name(family))
+    told = "; ".join(f"{verdict} with {', '.join(names)}" for verdict, names in with_whom.items())
+    return f"with {run.caregiver} and a margin of {100 * MARGIN:g} %, stated beforehand: {told}"
+
+
 def child_table(run: Run) -> Table:
-    """Toys, moves denied, and the stop, without and with the caregiver."""
-    pairs = [
-        (run.row("none", f), run.row(run.caregiver, f), run.comparison(run.caregiver, "none", f)) for f in run.families
-    ]
-    alone, guarded, compared = zip(*pairs, strict=True)
-
-    def cells(label: str, rows: Any, key: str, digits: int = 1, scale: float = 1.0) -> tuple[str, ...]:
-        return label, *(with_interval(row, key, digits, between="\n", scale=scale) for row in rows)
-
-    verdicts = (row["toys_reached_not_inferior"] for row in compared)
+    """Toys kept, moves denied and the share that is stopped."""
+    alone, guarded, compared = _rows(run)
+    stopped = (
+        f"{100 * before['stopped_mean']:.0f} → {100 * after['stopped_mean']:.0f}"
+        for before, after in zip(alone, guarded, strict=True)
+    )
     rows = [
-        cells("toys reached, without", alone, "toys_reached_mean"),
-        cells("toys reached, with", guarded, "toys_reached_mean"),
-        cells("toys kept, %", compared, "toys_reached_left", scale=100.0),
-        (f"less than {100 * MARGIN:g} % lost?", *verdicts),
-        cells("moves into a stairwell denied", guarded, "moves_blocked_stairwell_mean"),
-        cells("free moves denied", guarded, "moves_blocked_free_mean"),
-        cells("longest time blocked, timesteps", guarded, "longest_blocked_mean"),
-        cells("stopped without, % of episodes", alone, "stopped_mean", 0, 100.0),
-        cells("stopped with, % of episodes", guarded, "stopped_mean", 0, 100.0),
-        cells("damage until the stop, without", alone, "damage_until_stop_mean"),
-        cells("damage until the stop, with", guarded, "damage_until_stop_mean"),
+        _cells("toys kept, %", compared, "toys_reached_left", 100.0),
+        (f"< {100 * MARGIN:g} % lost?", *(row["toys_reached_not_inferior"] for row in compared)),
+        _cells("stairwells denied", guarded, "moves_blocked_stairwell_mean"),
+        _cells("free moves denied", guarded, "moves_blocked_free_mean"),
+        _cells("longest blocked", guarded, "longest_blocked_mean"),
+        ("stopped, %", *stopped),
     ]
     note = (
-        "Means of an episode and their 95 % intervals. Toys are not inferior where the interval of the share kept is "
-        f"above {100 * (1 - MARGIN):g} %; that margin was stated before any comparison. The stop is where the damage "
-        f"comes above {DAMAGE_THRESHOLD:g}; the longest time blocked is that of timesteps on end."
+        "Toys reached with the caregiver, of those without; not inferior where the interval is above "
+        f"{100 * (1 - MARGIN):g} %, a margin stated before any comparison. Moves an episode that the caregiver denies, "
+        "and timesteps on end. Episodes stopped, without → with. In brackets 95 % intervals."
     )
-    return Table(f"The child's side — {run.title}", ("quantity", *map(family_name, run.families)), rows, note)
+    return Table(f"The child's side — {run.title}", ("with the caregiver", *map(family_name, run.families)), rows, note)
+
+
+def stop_table(run: Run) -> Table:
+    """Toys and the damage until the stop, without and with the caregiver."""
+    alone, guarded, _ = _rows(run)
+    rows = [
+        _cells("toys reached, without", alone, "toys_reached_mean"),
+        _cells("toys reached, with", guarded, "toys_reached_mean"),
+        _cells("damage until the stop, without", alone, "damage_until_stop_mean"),
+        _cells("damage until the stop, with", guarded, "damage_until_stop_mean"),
+    ]
+    note = f"Means of an episode and 95 % intervals. The stop is where the damage comes above {DAMAGE_THRESHOLD:g}."
+    return Table(
+        f"Toys, and damage until the stop — {run.title}", ("mean", *map(family_name, run.families)), rows, note
+    )
+
+
+def _rows(run: Run) -> tuple[list[Any], list[Any], list[Any]]:
+    """The summary's rows of each family, without and with the caregiver, and of the comparison of both."""
+    alone, guarded = ([run.row(caregiver, family) for family in run.families] for caregiver in ("none", run.caregiver))
+    return alone, guarded, [run.comparison(run.caregiver, "none", family) for family in run.families]
+
+
+def _cells(label: str, rows: Sequence[Any], key: str, scale: float = 1.0) -> tuple[str, ...]:
+    return label, *(with_interval(row, key, between="\n", scale=scale) for row in rows)
 
 
 def toys_table(run: Run) -> Table:
@@ -113,10 +141,9 @@ def why_all_timesteps() -> str:
     least, most = DAMAGE_THRESHOLD + 1, DAMAGE_THRESHOLD + max(DamageWeights().stairwell, DamageWeights().candle)
     bound = math.floor(100 * stopped * least / most) / 100
     return (
-        f"Damage here is that of all {EPISODE_TIMESTEPS} timesteps, not that until the stop, for so it is in the "
-        f"paper. Its section V.E speaks of episodes lasting {EPISODE_TIMESTEPS} timesteps, in which it was also recorded "
-        f"when the damage came above {DAMAGE_THRESHOLD:g}; and only so do its Tables I and II fit each other. By Table "
-        f"II children that move at random go on for {timesteps:.0f} timesteps with the caregiver, so at least "
-        f"{100 * stopped:.0f} % of them are stopped, with {least:g} to {most:g} damage. Until the stop their mean in "
-        f"Table I, a share of the greatest damage, would be at least {bound:.2f}; it is {damage:.2f}."
+        f"Damage is that of all {EPISODE_TIMESTEPS} timesteps and not that until the stop, for so it is in the paper: "
+        f"its section V.E speaks of episodes lasting {EPISODE_TIMESTEPS} timesteps, and only so do its Tables I and II "
+        f"fit each other. By Table II children that move at random go on for {timesteps:.0f} timesteps with the "
+        f"caregiver, so at least {100 * stopped:.0f} % of them are stopped, with {least:g} to {most:g} damage. Until "
+        f"the stop their mean in Table I, a share of the greatest, would be at least {bound:.2f}; it is {damage:.2f}."
     )

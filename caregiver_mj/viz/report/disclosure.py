@@ -9,19 +9,18 @@ from caregiver_mj.viz.report import published
 from caregiver_mj.viz.report.run import Run
 
 FITTED = (
-    "House `paper` is not the house of the paper: that is its Figure 1, which we lack. Of many plans, `paper` is the "
-    "one on which a simulation came closest to the paper's Tables I and II, both to their levels and to the differences "
-    "that a caregiver makes. So agreement with the paper in this house validates nothing; what a caregiver is worth "
-    "shows in houses that nobody chose."
+    "House `paper` is not the house of the paper: that is its Figure 1, which we lack. It was chosen, of many plans, "
+    "for coming closest to the paper's Tables I and II, to levels and to differences. So agreement with the paper in it "
+    "validates nothing; what a caregiver is worth shows in houses that nobody chose."
 )
 EPSILON = (
-    "Epsilon is the share of moves that are random, as in the names of the paper's novices (75 % random is 0.75). The "
-    "paper's text (section V.B) writes epsilon for the other share, that of optimal moves."
+    "Epsilon is the share of moves that are random, as in the names of the paper's novices; the paper's text (section "
+    "V.B) writes epsilon for the other share."
 )
 SAME_RULE = (
-    "`nearest` and `paper` are the same rule but where every hazard left is four or more moves away: for one child "
-    "1 - P(safe) and what normalises the distance are common to all hazards and cancel, and 5 (a stairwell) against "
-    "4 (a candle) decides only between distances such as 5 and 4. Of their comparison expect no more than that."
+    "`nearest` and `paper` are the same rule but where every hazard left is four or more moves away: with one child "
+    "1 - P(safe) and what normalises distances are common to all hazards and cancel, and 5 (stairwell) against 4 "
+    "(candle) decides only between distances such as 5 and 4."
 )
 
 

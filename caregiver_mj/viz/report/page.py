@@ -20,7 +20,7 @@ from caregiver_mj.viz.report.child import why_all_timesteps
 from caregiver_mj.viz.report.disclosure import disclosures
 from caregiver_mj.viz.report.film import Film, found_film, make_film
 from caregiver_mj.viz.report.markdown import markdown
-from caregiver_mj.viz.report.run import read_run
+from caregiver_mj.viz.report.reading import read_run
 from caregiver_mj.viz.report.section import section
 from caregiver_mj.viz.report.words import SEVERAL, SINGLE
 
