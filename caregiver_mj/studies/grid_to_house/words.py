@@ -50,8 +50,8 @@ def differences(results: Results) -> str:
     cared = results.rows.table[results.rows.table.caregiver == "paper"]
     means = cared.groupby("world")[[f"damage_{kind}" for kind in KINDS]].mean()
     parts = dict(zip(KINDS, means.loc["house"] - means.loc["grid"], strict=True))
-    told = ", ".join(f"{value:+.2f} by {kind}s" for kind, value in parts.items())
-    return f"The mean difference of {sum(parts.values()):+.2f} damage an episode comes from {told}."
+    told = ", ".join(f"{number(value, '+')} by {kind}s" for kind, value in parts.items())
+    return f"The mean difference of {number(sum(parts.values()), '+')} damage an episode comes from {told}."
 
 
 def blame(results: Results) -> str:
@@ -67,7 +67,7 @@ def blame(results: Results) -> str:
     else:
         verdict = f"The greatest of the three is {STEPS[greatest]}, but that may be chance as well."
     return (
-        f"From the grid's 1 to the house's {1 + total:.2f} it is {total:+.2f}: {told}. {verdict} "
+        f"From the grid's 1 to the house's {number(1 + total)} it is {number(total, '+')}: {told}. {verdict} "
         f"{left_over(found[REMAINDER])}"
     )
 
