@@ -34,7 +34,9 @@ def panels(titles: Mapping[str, str], columns: int, width: float, height: float)
     grid = np.atleast_1d(figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)).ravel()
     found = dict(zip(titles, grid, strict=False))
     for key, axes in found.items():
-        axes.set_title(titles[key], loc="left", fontsize=9.5, fontweight="bold", color=INK, pad=4)
+        axes.set_title(
+            titles[key], loc="left", fontsize=9.5 if columns < 3 else 8.8, fontweight="bold", color=INK, pad=4
+        )
     for spare, above in zip(grid[len(titles) :], grid[len(titles) - columns :], strict=False):
         spare.set_visible(False)
         above.tick_params(labelbottom=True)  # nothing stands below it

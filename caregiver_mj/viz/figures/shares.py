@@ -62,7 +62,7 @@ def toys_kept(novices: Sequence[str], series: Sequence[Series], margin: float) -
         keys = _markers(axes, series, top, bottom)
         keys[f"{100 * margin:g} % lost"] = axes.axhline(1 - margin, **FLOOR_LINE)
         axes.axhline(1.0, color=unit(ALONE), linewidth=1.6)
-        _name(axes, novices, "toys, of those alone")
+        _name(axes, novices, "toys kept")
         axes.set_ylim(bottom, top)
         explain(figure, keys)
     return figure

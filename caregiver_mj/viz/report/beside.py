@@ -42,7 +42,7 @@ def side_by_side(runs: Sequence[Run]) -> dict[str, Any] | None:
         rows.append((family_name(family), *cells))
     note = "Share of the damage that is left with the caregiver, and its 95 % interval."
     note += "" if apart is None else _on_average(families, apart)
-    title = "Damage left, " + " beside ".join(run.title.lower() for run in runs)
+    title = f"Damage left in {len(runs)} runs"
     who = next((run for run in runs if run.several), runs[0]).nouns.who
     figure = figures.damage_left([in_lines(family) for family in families], series)
     picture = Picture.of("damage_left", figure, "Damage left with the caregiver, as a share of that without")

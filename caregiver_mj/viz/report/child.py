@@ -105,7 +105,7 @@ def _cells(label: str, rows: Sequence[Any], key: str, scale: float = 1.0) -> tup
 def toys_table(run: Run) -> Table:
     """Toys kept with each caregiver."""
     rows = []
-    for caregiver in (run.caregiver, *run.baselines):
+    for caregiver in run.acting:
         cells = []
         for row in (run.comparison(caregiver, "none", family) for family in run.families):
             kept = with_interval(row, "toys_reached_left", between="\n", scale=100.0)
@@ -118,11 +118,8 @@ def toys_table(run: Run) -> Table:
 
 def denied_table(run: Run) -> Table:
     """What each caregiver denies the child."""
-    rows = [
-        (caregiver, *(_denied(run.row(caregiver, family)) for family in run.families))
-        for caregiver in (run.caregiver, *run.baselines)
-    ]
-    note = "Moves of an episode denied: into a stairwell + free ones; below, the longest time blocked, timesteps."
+    rows = [(caregiver, *(_denied(run.row(caregiver, family)) for family in run.families)) for caregiver in run.acting]
+    note = "Moves of an episode denied: into a stairwell + free ones (longest time blocked, timesteps)."
     columns = ("caregiver", *map(family_name, run.families))
     return Table(f"Moves denied by each caregiver — {run.title}", columns, rows, note)
 
@@ -131,7 +128,7 @@ def _denied(row: dict[str, Any]) -> str:
     stairwell, free, longest = (
         row[f"{column}_mean"] for column in ("moves_blocked_stairwell", "moves_blocked_free", "longest_blocked")
     )
-    return f"{stairwell:.1f} + {free:.1f}\n{longest:.1f}"
+    return f"{stairwell:.1f} + {free:.1f}\n({longest:.1f})"
 
 
 def why_all_timesteps() -> str:

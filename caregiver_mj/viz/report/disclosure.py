@@ -10,8 +10,8 @@ from caregiver_mj.viz.report.run import Run
 
 FITTED = (
     "House `paper` is not the house of the paper: that is its Figure 1, which we lack. It was chosen, of many plans, "
-    "for coming closest to the paper's Tables I and II, to levels and to differences. So agreement with the paper in it "
-    "validates nothing; what a caregiver is worth shows in houses that nobody chose."
+    "for coming closest to the paper's Tables I and II, to levels and to differences. So agreement with the paper in "
+    "it validates nothing; what a caregiver is worth shows in houses that nobody chose."
 )
 EPSILON = (
     "Epsilon is the share of moves that are random, as in the names of the paper's novices; the paper's text (section "

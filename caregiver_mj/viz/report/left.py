@@ -14,7 +14,10 @@ from caregiver_mj.viz.report.table import Table
 from caregiver_mj.viz.report.words import family_name, in_lines, with_interval
 
 _FEW = 4  # caregivers that are told apart side by side; more of them have a row each
-FLOOR_IS = "The floor is what stays when every candle is gone and every stairwell shut: no caregiver can leave less."
+FLOOR_IS = (
+    "The floor is what blocking and relocating cannot prevent: bumps into tables when every candle is gone and every "
+    "stairwell shut. Below it comes only who is in the child's way."
+)
 
 
 def left(run: Run) -> dict[str, Any]:

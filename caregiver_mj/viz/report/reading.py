@@ -59,8 +59,8 @@ def _read(path: pathlib.Path) -> Run:
         episodes["family"] = [str(Family.of(epsilon)) for epsilon in episodes["epsilon"]]
     if any("damage_verdict" not in row for row in summary["comparisons"]):  # it has other statistics
         summary |= {key: summarise(settings, episodes)[key] for key in ("rows", "comparisons")}
-    caregivers, table = settings.caregivers, path / "houses.parquet"
-    houses = None
+    acting = [caregiver for caregiver in settings.caregivers if caregiver not in ("none", FLOOR)]
+    table, houses = path / "houses.parquet", None
     if len(settings.plans) > 1:
         houses = pd.read_parquet(table) if table.is_file() else by_house(episodes)
     return Run(
@@ -69,8 +69,6 @@ def _read(path: pathlib.Path) -> Run:
         episodes=episodes,
         summary={key: summary[key] for key in ("rows", "comparisons", "versions")},
         maps=pd.read_parquet(path / "maps.parquet"),
-        caregiver="paper"
-        if "paper" in caregivers
-        else next((c for c in caregivers if c not in ("none", FLOOR)), "none"),
+        caregiver="paper" if "paper" in acting else next(iter(acting), "none"),
         by_house=houses,
     )

@@ -70,7 +70,7 @@ class Run:
         world, place = _WORLDS[self.settings.world], self.settings.place
         if self.houses > 1:
             return f"{world}, {self.houses} houses" + (f" ({place})" if len(place) <= _LONGEST else "")
-        return world if place == "paper" else f"{world} ({place})"
+        return f"{world} ({place})"
 
     @property
     def several(self) -> bool:
@@ -85,7 +85,12 @@ class Run:
     @property
     def baselines(self) -> tuple[str, ...]:
         """The other caregivers that do something."""
-        return tuple(c for c in self.settings.caregivers if c not in ("none", FLOOR, self.caregiver))
+        return tuple(c for c in self.acting if c != self.caregiver)
+
+    @property
+    def acting(self) -> tuple[str, ...]:
+        """All caregivers that do something, in the run's order."""
+        return tuple(c for c in self.settings.caregivers if c not in ("none", FLOOR))
 
     @property
     def floor(self) -> tuple[str, ...]:

@@ -31,9 +31,8 @@ def damage_table(run: Run) -> Table:
         )
         rows.append((family_name(family), *cells))
     note = (
-        f"Mean normalised damage in {EPISODE_TIMESTEPS} timesteps, and the share of it that is left with the "
-        "caregiver; in brackets the 95 % interval. 1.0 is the greatest damage of any episode of the run, here "
-        f"{run.episodes.damage.max():g}; the more episodes, the greater that is, so compare the shares left."
+        f"Mean normalised damage in {EPISODE_TIMESTEPS} timesteps and its 95 % interval. 1.0 is the greatest of any "
+        f"episode of the run ({run.episodes.damage.max():g}), the greater, the more episodes: compare the shares left."
     )
     return _beside_published(run, f"Table I. Damage — {run.title}", ("without", "with", "left"), rows, note)
 
