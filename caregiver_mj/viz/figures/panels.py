@@ -32,11 +32,10 @@ def panels(titles: Mapping[str, str], columns: int, width: float, height: float)
     rows = math.ceil(len(titles) / columns)
     figure = Figure((width, height * rows + 0.55), layout="constrained", facecolor="white")
     grid = np.atleast_1d(figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)).ravel()
+    size = 9.5 if width / columns > WIDTH / 3 else 8.8  # points, or titles side by side would touch
     found = dict(zip(titles, grid, strict=False))
     for key, axes in found.items():
-        axes.set_title(
-            titles[key], loc="left", fontsize=9.5 if columns < 3 else 8.8, fontweight="bold", color=INK, pad=4
-        )
+        axes.set_title(titles[key], loc="left", fontsize=size, fontweight="bold", color=INK, pad=4)
     for spare, above in zip(grid[len(titles) :], grid[len(titles) - columns :], strict=False):
         spare.set_visible(False)
         above.tick_params(labelbottom=True)  # nothing stands below it

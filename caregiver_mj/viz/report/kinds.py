@@ -12,19 +12,16 @@ from caregiver_mj.viz.report.run import Run
 from caregiver_mj.viz.report.table import Table
 from caregiver_mj.viz.report.words import NONE, family_name, in_lines, number, with_interval
 
-_OF_ALL = "bare tables, of all that is left"
+_OF_ALL = "left by tables"
 
 
 def kinds(run: Run) -> dict[str, Any]:
     """A figure and a table."""
     names = {family: in_lines(family) for family in run.families}
     figure = figures.kinds(pd.DataFrame(run.summary["rows"]), names, caregiver=run.caregiver)
-    caption = f"What did the damage, as shares of all damage without a caregiver; on the bars, damage — {run.title}"
-    return {
-        "short": short_table(run),
-        "table": kinds_table(run),
-        "pictures": [Picture.of(f"kinds_{run.name}", figure, caption)],
-    }
+    caption = f"What did the damage, as shares of that without a caregiver; on the bars, damage — {run.title}"
+    pictures = [Picture.of(f"kinds_{run.name}", figure, caption)]
+    return {"short": short_table(run), "table": kinds_table(run), "pictures": pictures}
 
 
 def short_table(run: Run) -> Table:
@@ -40,7 +37,7 @@ def short_table(run: Run) -> Table:
         rows.append((floor, *(number(run.row(floor, family)["damage_mean"]) for family in run.families)))
     rows.append((_OF_ALL, *(_share(run, family) for family in run.families)))
     columns = ("damage at", *map(family_name, run.families))
-    return Table(f"Damage without → with the caregiver — {run.title}", columns, rows, "Means of an episode.")
+    return Table(f"Damage without → with the caregiver — {run.title}", columns, rows)
 
 
 def kinds_table(run: Run) -> Table:

@@ -16,7 +16,7 @@ from caregiver_mj.viz.report.words import family_name, in_lines, with_interval
 _FEW = 4  # caregivers that are told apart side by side; more of them have a row each
 FLOOR_IS = (
     "The floor is what blocking and relocating cannot prevent: bumps into tables when every candle is gone and every "
-    "stairwell shut. Below it comes only who is in the child's way."
+    "stairwell shut. A caregiver comes below it only by being in the child's way."
 )
 
 
