@@ -148,8 +148,8 @@ def test_disclosures(folder, many, page):
 
 
 def test_nearest_and_paper_differ_only_from_four_moves_on():
-    # What the page says of the two rules: 5 / a against 4 / b, of a stairwell a moves away and a candle b moves away, by
-    # the greater of which one goes, and by the smaller of a and b the other; of equals stairwells come first.
+    # What the page says of the two rules: of a stairwell a moves and a candle b moves away, one takes the greater of
+    # 5 / a and 4 / b, the other the smaller of a and b; of equals, stairwells come first.
     a, b = np.mgrid[1:30, 1:30]
     paper, nearest = 5 * b >= 4 * a, a <= b
     assert np.minimum(a, b)[paper != nearest].min() == 4

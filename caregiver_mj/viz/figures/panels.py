@@ -12,6 +12,9 @@ from matplotlib.figure import Figure
 
 from caregiver_mj.viz.figures.style import HEIGHT, INK, WIDTH
 
+_LETTERS = 13.5  # of a legend, an inch
+_HANDLE = 4  # letters that a key's handle takes
+
 
 def single(height: float = HEIGHT) -> tuple[Figure, Axes]:
     """A figure with one panel, of a height in inches."""
@@ -45,8 +48,15 @@ def panels(titles: Mapping[str, str], columns: int, width: float, height: float)
 def explain(figure: Figure, keys: Mapping[str, Any], most: int = 3) -> None:
     """Explains the keys above the axes, at most so many in a row, which Matplotlib fills column by column."""
     columns = min(most, len(keys))
+    while columns > 1 and _letters(list(keys), columns) > _LETTERS * figure.get_figwidth():
+        columns -= 1
     in_columns = [list(keys.items())[i::columns] for i in range(columns)]
     names, artists = zip(*(key for column in in_columns for key in column), strict=True)
     figure.legend(
         artists, names, loc="outside upper left", ncols=columns, columnspacing=1, handlelength=1.2, handletextpad=0.5
     )
+
+
+def _letters(names: list[str], columns: int) -> int:
+    """How wide a row of keys is: of each column the longest name, and its handle."""
+    return sum(max(map(len, names[i::columns])) + _HANDLE for i in range(columns))
