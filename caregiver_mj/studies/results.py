@@ -51,13 +51,15 @@ def run(arguments: Sequence[str]) -> None:
 
 
 def publish(report: pathlib.Path, docs: pathlib.Path, name: str) -> None:
-    """Copies tables and figures of a report, and what each house comes to, to the documentation."""
+    """Copies the tables of a report, the figures in them, and what each house comes to, to the documentation."""
     folder = docs / name
     shutil.rmtree(folder, ignore_errors=True)
     (folder / "figures").mkdir(parents=True)
-    shutil.copy(report / "tables.md", folder / "README.md")
+    text = (report / "tables.md").read_text("utf-8").replace(".png)", ".svg)")
+    (folder / "README.md").write_text(text, "utf-8")
     for figure in sorted((report / "figures").glob("*.svg")):
-        shutil.copy(figure, folder / "figures")
+        if f"(figures/{figure.name})" in text:
+            shutil.copy(figure, folder / "figures")
     if (report / "houses.parquet").is_file():
         pd.read_parquet(report / "houses.parquet").round(4).to_csv(folder / "houses.csv", index=False)
 
