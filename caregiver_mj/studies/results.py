@@ -55,9 +55,9 @@ def publish(report: pathlib.Path, docs: pathlib.Path, name: str) -> None:
     folder = docs / name
     shutil.rmtree(folder, ignore_errors=True)
     (folder / "figures").mkdir(parents=True)
-    text = (report / "tables.md").read_text("utf-8").replace(".png)", ".svg)")
+    text = (report / "tables.md").read_text("utf-8")
     (folder / "README.md").write_text(text, "utf-8")
-    for figure in sorted((report / "figures").glob("*.svg")):
+    for figure in sorted((report / "figures").glob("*.png")):
         if f"(figures/{figure.name})" in text:
             shutil.copy(figure, folder / "figures")
     if (report / "houses.parquet").is_file():
