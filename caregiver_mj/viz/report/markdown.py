@@ -44,4 +44,7 @@ def _section(section: dict[str, Any]) -> list[str]:
 
 
 def _figures(pictures: Sequence[Picture]) -> list[str]:
-    return [f"![{picture.caption}](figures/{picture.name}.png)\n" for picture in pictures]
+    """Where to find them; of one that there is for narrow and for wide pages the wide one."""
+    names = {picture.name for picture in pictures}
+    shown = [picture for picture in pictures if f"{picture.name}_wide" not in names]
+    return [f"![{picture.caption}](figures/{picture.name}.png)\n" for picture in shown]
