@@ -66,6 +66,8 @@ class Retrieve(Skill):
         robot.reach(0.0)
         if not holds:
             robot.grip(self.embodiment.grasp.open)
+        elif self._pitch_down is None:  # a bump made it seem lost, but it has been in the hand all along
+            return Status.DONE if robot.reached == 0.0 else Status.COMMITTED
         if self._stance is None or not (still or holds):
             return self._choose_stance(view, still, holds)
         x, y, yaw = self._stance.base
