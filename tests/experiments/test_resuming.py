@@ -34,15 +34,9 @@ def start(folder, *more, **options):
     """Starts the run `LONG` as a real process."""
     command = [sys.executable, "-m", "caregiver_mj", "evaluate", "--world", "grid", "--epsilon", "1"]
     command += ["--episodes", "2000", "--out", str(folder), *more]
-    return subprocess.Popen(
-        command,
-        stderr=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-        # Tests that run in the background of a script have been told to ignore Ctrl-C, and so would their children.
-        preexec_fn=functools.partial(signal.signal, signal.SIGINT, signal.default_int_handler),
-        **options,
-    )
+    # Tests that run in the background of a script have been told to ignore Ctrl-C, and so would their children.
+    options = {"preexec_fn": functools.partial(signal.signal, signal.SIGINT, signal.default_int_handler)} | options
+    return subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, **options)
 
 
 def blocks_on_disk(folder):
