@@ -5,6 +5,8 @@ from __future__ import annotations
 from caregiver_mj.caregivers.baselines import GuardCaregiver, NearestCaregiver, RandomCaregiver
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.childproof import ChildproofCaregiver
+from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
+from caregiver_mj.caregivers.foresight.knows_goal import KnowsGoalCaregiver
 from caregiver_mj.caregivers.paper import (
     PaperAlikeCaregiver,
     PaperCaregiver,
@@ -34,6 +36,8 @@ CAREGIVERS: Registry[type[Caregiver]] = Registry(
         "candles": CandlesCaregiver,
         "wanderer": WandererCaregiver,
         "childproof": ChildproofCaregiver,
+        "foresight": ForesightCaregiver,
+        "knows-goal": KnowsGoalCaregiver,
     },
 )
 

@@ -1,0 +1,110 @@
+"""What the caregiver can do now, and what is to be expected of it."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+
+from caregiver_mj.caregivers.foresight.travel import HANDLING, timesteps
+from caregiver_mj.caregivers.foresight.values import Values
+from caregiver_mj.caregivers.percept import Percept, bare_tables
+from caregiver_mj.plans.hazards import NOTHING
+
+
+class Options:
+    """Everything that can be done in W worlds in which all candles are on tables: every post, every relocation.
+
+    Those are first the posts, then for every candle (in the order of hazards) every bare table (in that of tables).
+    """
+
+    def __init__(self, values: Values, percept: Percept, worlds: np.ndarray, belief: np.ndarray, left: int):
+        """Works them out.
+
+        Args:
+            values: What is to come in the house.
+            percept: What is seen.
+            worlds: Indices of the worlds, (W,).
+            belief: Probability of every goal and epsilon of each child, (W, K, G, E).
+            left: Actions that the caregiver has left in this timestep.
+        """
+        self._values = values
+        self._child = percept.child_cell[worlds]
+        self._belief = belief.reshape(*belief.shape[:2], -1).astype(np.float32)
+        self._tables = percept.candle_table[worlds]  # (W, candles)
+        count, candles = self._tables.shape
+        bare = bare_tables(self._tables, values.layouts.bears.shape[1])
+        self._bare = np.nonzero(bare)[1].reshape(count, -1)  # (W, bare tables)
+        self._layout = values.layouts.of(self._tables)
+        ways, cell = values.ways, percept.caregiver_cell[worlds]
+        # With several children, the one that is most in the way.
+        to_post = ways.to_landing[self._child, :, cell[:, None]].max(axis=1)
+        to_table = ways.to_table[self._child, :, cell[:, None]].max(axis=1)
+        each = np.arange(count)[:, None]
+        get = to_table[each, self._tables].astype(int) + HANDLING  # (W, candles)
+        onward = ways.onward[cell[:, None, None], self._tables[:, :, None], self._bare[:, None, :]]
+        self._when = np.concatenate(
+            [timesteps(to_post, left), timesteps(get[..., None] + onward + HANDLING, left).reshape(count, -1)], axis=1
+        )
+        self._get = timesteps(get, left)
+        self._out_of_reach = None if percept.out_of_reach is None else percept.out_of_reach[worlds]
+
+    @functools.cached_property
+    def damage(self) -> np.ndarray:
+        """Expected damage to come of each option, less that of candles that stay and guarded stairs, (W, options)."""
+        values, count = self._values, len(self._layout)
+        after = values.layouts.after[
+            self._layout[:, None, None], self._tables[:, :, None], self._bare[:, None, :]
+        ]  # (W, candles, bare tables)
+        relocated = values.table_column[after, self._bare[:, None, :]].reshape(count, -1)
+        column = np.concatenate([values.post_column[self._layout], relocated], axis=1)
+        total = np.zeros(column.shape)
+        for child, belief in zip(self._child.T, np.moveaxis(self._belief, 1, 0), strict=True):
+            arrival = values.arrival[self._when, column, child[:, None]]  # (W, options, G E)
+            saved = values.staying[self._get, self._tables, child[:, None]]  # (W, candles, G E)
+            damage = np.einsum("wog,wg->wo", arrival, belief)
+            posts = values.post_column.shape[1]
+            of_candles = damage[:, posts:].reshape(*self._get.shape, -1)  # a view
+            of_candles -= np.einsum("wcg,wg->wc", saved, belief)[..., None]
+            total += damage
+        return total
+
+    @functools.cached_property
+    def inaction(self) -> np.ndarray:
+        """Expected damage to come if nothing is done, (W,)."""
+        values = self._values
+        total = np.zeros(len(self._tables))
+        for child, belief in zip(self._child.T, np.moveaxis(self._belief, 1, 0), strict=True):
+            candles = values.staying[0][self._tables, child[:, None]].sum(axis=1)  # (W, G E)
+            total += ((candles + values.at_large[child]) * belief).sum(axis=1)
+        return total
+
+    @functools.cached_property
+    def hazards(self) -> np.ndarray:
+        """Number of the hazard that each option is about, (options,); NOTHING for a post that is no stairwell."""
+        posts, candles = self._values.post_column.shape[1], self._tables.shape[1]
+        stairwells = self._values.stairwells
+        about = np.arange(posts) if stairwells else np.full(posts, NOTHING)
+        return np.concatenate([about, np.repeat(stairwells + np.arange(candles), self._bare.shape[1])])
+
+    def best(self, begun: np.ndarray, hysteresis: float) -> tuple[np.ndarray, np.ndarray]:
+        """What to do.
+
+        Args:
+            begun: The hazard that the caregiver is about, or NOTHING, (W,).
+            hysteresis: By what share of the damage of inaction something else must be better.
+
+        Returns:
+            The hazard, and the table to which it goes if it is a candle, else NOTHING: (W,) each.
+        """
+        goes_on = (self.hazards == begun[:, None]) & (begun[:, None] != NOTHING)
+        damage = self.damage - np.where(goes_on, hysteresis * self.inaction[:, None], 0.0)
+        if self._out_of_reach is not None:
+            barred = (self.hazards != NOTHING) & self._out_of_reach[:, self.hazards]
+            damage = np.where(barred, np.inf, damage)
+        option = damage.argmin(axis=1)
+        posts = self._values.post_column.shape[1]
+        if not self._bare.size:
+            return self.hazards[option], np.full(len(option), NOTHING)
+        table = self._bare[np.arange(len(option)), (option - posts) % self._bare.shape[1]]
+        return self.hazards[option], np.where(option >= posts, table, NOTHING)
