@@ -6,7 +6,7 @@ import functools
 
 import numpy as np
 
-from caregiver_mj.caregivers.foresight.travel import HANDLING, timesteps
+from caregiver_mj.caregivers.foresight.departure import Departure
 from caregiver_mj.caregivers.foresight.values import Values
 from caregiver_mj.caregivers.percept import Percept, bare_tables
 from caregiver_mj.plans.hazards import NOTHING
@@ -36,17 +36,7 @@ class Options:
         bare = bare_tables(self._tables, values.layouts.bears.shape[1])
         self._bare = np.nonzero(bare)[1].reshape(count, -1)  # (W, bare tables)
         self._layout = values.layouts.of(self._tables)
-        ways, cell = values.ways, percept.caregiver_cell[worlds]
-        # With several children, the one that is most in the way.
-        to_post = ways.to_landing[self._child, :, cell[:, None]].max(axis=1)
-        to_table = ways.to_table[self._child, :, cell[:, None]].max(axis=1)
-        each = np.arange(count)[:, None]
-        get = to_table[each, self._tables].astype(int) + HANDLING  # (W, candles)
-        onward = ways.onward[cell[:, None, None], self._tables[:, :, None], self._bare[:, None, :]]
-        self._when = np.concatenate(
-            [timesteps(to_post, left), timesteps(get[..., None] + onward + HANDLING, left).reshape(count, -1)], axis=1
-        )
-        self._get = timesteps(get, left)
+        self._cell, self._left = percept.caregiver_cell[worlds], left
         self._out_of_reach = None if percept.out_of_reach is None else percept.out_of_reach[worlds]
 
     @functools.cached_property
@@ -58,16 +48,24 @@ class Options:
         ]  # (W, candles, bare tables)
         relocated = values.table_column[after, self._bare[:, None, :]].reshape(count, -1)
         column = np.concatenate([values.post_column[self._layout], relocated], axis=1)
-        total = np.zeros(column.shape)
-        for child, belief in zip(self._child.T, np.moveaxis(self._belief, 1, 0), strict=True):
-            arrival = values.arrival[self._when, column, child[:, None]]  # (W, options, G E)
-            saved = values.staying[self._get, self._tables, child[:, None]]  # (W, candles, G E)
-            damage = np.einsum("wog,wg->wo", arrival, belief)
-            posts = values.post_column.shape[1]
-            of_candles = damage[:, posts:].reshape(*self._get.shape, -1)  # a view
-            of_candles -= np.einsum("wcg,wg->wc", saved, belief)[..., None]
-            total += damage
-        return total
+        return sum(
+            self._of_child(child, belief, column)
+            for child, belief in zip(self._child.T, np.moveaxis(self._belief, 1, 0), strict=True)
+        )
+
+    def _of_child(self, child: np.ndarray, belief: np.ndarray, column: np.ndarray) -> np.ndarray:
+        values, each = self._values, np.arange(len(child))
+        departure = Departure(values.ways, values.transit, child, self._cell, self._left)
+        posts = values.post_column.shape[1]
+        guarded = values.guards(departure, values.arrival, column[:, :posts].T, child)  # (posts, W, G E)
+        longest = len(values.staying) - 1
+        tables, bare = self._tables.T, self._bare.T
+        when = np.minimum(departure.to_place[tables[:, None], bare[None], each], longest)
+        placed = values.arrival[when.reshape(-1, len(child)), column[:, posts:].T, child]
+        got = values.staying[np.minimum(departure.to_get[tables, each], longest), tables, child]
+        saved = np.repeat(np.einsum("cwg,wg->wc", got, belief), len(bare), axis=1)
+        damage = [np.einsum("owg,wg->wo", value, belief) for value in (guarded, placed)]
+        return np.concatenate([damage[0], damage[1] - saved], axis=1)
 
     @functools.cached_property
     def inaction(self) -> np.ndarray:

@@ -1,8 +1,7 @@
-"""How long a caregiver is on its way, with a child in it."""
+"""How the caregiver walks to where it has something to do, round a child that it knows the cell of."""
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 
 import numpy as np
@@ -13,22 +12,7 @@ from caregiver_mj.plans.yielding import yielding
 
 ACTIONS_PER_TIMESTEP = 3  # of the caregiver, in a novice timestep: what a duration is measured in
 HANDLING = 1  # action to get a candle, or to place it
-WAIT = 6  # actions more than without a child that it takes to get by where the child bars the only way
-
-
-@dataclasses.dataclass(frozen=True)
-class Start:
-    """How far it is from where the caregiver is, or would be, if a child is in some cell.
-
-    Attributes:
-        landings: Actions to each post (a stairwell's landing), (children's cells, posts).
-        tables: Actions until it stands beside each table, (children's cells, tables).
-        onward: From there until it stands beside another one, (tables, tables).
-    """
-
-    landings: np.ndarray
-    tables: np.ndarray
-    onward: np.ndarray
+_DETOURS = 3  # timesteps more than anything takes without a child
 
 
 @functools.lru_cache(maxsize=4)
@@ -38,68 +22,66 @@ def travel(plan: FloorPlan) -> Travel:
 
 
 class Travel:
-    """The caregiver's ways to the stairwells and the tables of a house.
+    """The caregiver's ways to the posts (the landings of the stairwells) and to beside the tables of a house.
 
-    A child in the way is walked round. Where it bars the only way, it is waited for.
-
-    In a house without stairwells there is one post all the same: wherever the caregiver happens to be.
+    It goes round the child. Where that bars the only way, it follows as closely as it can.
 
     Attributes:
-        to_landing: Actions to each post from each cell, (children's cells, posts, caregiver cells).
-        to_table: Actions until it stands beside each table, (children's cells, tables, caregiver cells).
+        posts: Cells of the posts.
+        step: The cell that the caregiver is in after a number of actions, 0 to 3, on its way to each post and then to
+            each candle that it takes from a table: (actions, children's cells, posts and tables, cells). Who has got
+            the candle is in one more cell, which there is not, the last one: `DONE`.
+        done: The number of that cell.
+        to_table: Actions until it stands beside each table if there is no child, (cells, tables).
         onward: Actions from beside one table, to which it has come from a cell, to beside another one,
-            (caregiver cells, tables, tables).
+            (cells, tables, tables).
+        longest: The most timesteps that anything is thought to take.
+        middle: The cell from which the tables are nearest.
+        central: For every table the cell beside it from which the rest is nearest.
     """
 
     def __init__(self, plan: FloorPlan):
-        landings = [[plan.cell_index[cell]] for cell in plan.stairwells]
-        stands = plan.graph.beside(plan.tables)
-        traps = yielding(plan).traps
-        better = [[cell for cell in stand if not traps[cell]] for stand in stands]
-        self._landings, self._stands = landings, stands
         graph, cells = plan.graph, len(plan.caregiver_cells)
-        open_way = graph.distances_from(landings + stands).astype(int)
-        shape = len(plan.free_cells), len(open_way), cells
-        distance = np.empty(shape, np.int16)
-        count = len(landings)
-        for child in range(shape[0]):
-            found = graph.distances_from(landings + better, child)
-            if (found[count:] == UNREACHABLE).any():
-                found[count:] = np.where(
-                    found[count:] < UNREACHABLE, found[count:], graph.distances_from(stands, child)
-                )
-            distance[child] = np.where(found < UNREACHABLE, found, open_way + WAIT)
-        self.to_landing, self.to_table = distance[:, :count], distance[:, count:]
-        if not count:
-            self.to_landing = np.zeros((shape[0], 1, cells), np.int16)
+        self.posts = [plan.cell_index[cell] for cell in plan.stairwells]
+        stands = graph.beside(plan.tables)
+        goals = [[post] for post in self.posts] + stands
+        open_way = graph.distances_from(goals).astype(int)
+        self.done = cells
+        self.step = self._steps(plan, goals, open_way)
+        count = len(self.posts)
+        self.to_table = open_way[count:].T
         between = graph.distances_from(range(cells)).astype(int)
-        self.onward = np.zeros((cells, len(stands), len(stands)), np.int16)
+        self.onward = np.zeros((cells, len(stands), len(stands)), int)
         for table, stand in enumerate(stands):
             if stand:
                 arrival = np.array(stand)[between[:, stand].argmin(axis=1)]
                 self.onward[:, table] = open_way[count:, arrival].T
-        self.onward[self.onward == UNREACHABLE] = 0  # a table that nobody can stand at
-        self._central = [min(stand, key=lambda cell: open_way[:, cell].sum(), default=0) for stand in stands]
+        longest = timesteps(self.to_table.max(initial=0) + self.onward.max(initial=0) + 2 * HANDLING, 1)
+        self.longest = int(max(longest, timesteps(open_way.max(initial=0), 1))) + _DETOURS
+        self.middle = int(self.to_table.sum(axis=1).argmin())
+        self.central = [min(stand, key=lambda cell: open_way[:, cell].sum(), default=0) for stand in stands]
 
-    @property
-    def posts(self) -> int:
-        """How many posts there are."""
-        return self.to_landing.shape[1]
-
-    def from_cell(self, cell: int) -> Start:
-        """What is how far from a cell."""
-        return Start(self.to_landing[:, :, cell], self.to_table[:, :, cell], self.onward[cell])
-
-    def from_post(self, post: int) -> Start:
-        """What is how far from a post; on an average, if it could be anywhere."""
-        if self._landings:
-            return self.from_cell(self._landings[post][0])
-        tables = np.round(self.to_table.mean(axis=2)).astype(int)
-        return Start(self.to_landing[:, :, 0], tables, np.round(self.onward.mean(axis=0)).astype(int))
-
-    def from_table(self, table: int) -> Start:
-        """What is how far from beside a table, on the side from which the rest is nearest."""
-        return self.from_cell(self._central[table])
+    def _steps(self, plan: FloorPlan, goals: list[list[int]], open_way: np.ndarray) -> np.ndarray:
+        graph, cells, posts = plan.graph, len(plan.caregiver_cells), len(self.posts)
+        traps = yielding(plan).traps
+        better = [[cell for cell in goal if not traps[cell]] for goal in goals]
+        one = np.empty((len(plan.free_cells), len(goals), cells + 1), np.int16)
+        one[..., cells] = cells
+        for child in range(len(one)):
+            distance = graph.distances_from(better, child)
+            if (barred := distance == UNREACHABLE).any():
+                distance = np.where(barred, graph.distances_from(goals, child), distance)
+                if (barred := distance == UNREACHABLE).any():
+                    close = graph.distances_from(_lowest(open_way, graph.parts(child)), child)
+                    distance = np.where(barred, close, distance)
+            one[child, :, :cells] = graph.downhill(distance)
+            for goal in range(posts, len(goals)):
+                there = [cell for cell in goals[goal] if distance[goal, cell] == 0 and not barred[goal, cell]]
+                one[child, goal, there] = cells
+        steps = [np.broadcast_to(np.arange(cells + 1, dtype=np.int16), one.shape)]
+        for _ in range(ACTIONS_PER_TIMESTEP):
+            steps.append(np.take_along_axis(one, steps[-1].astype(int), axis=2))
+        return np.stack(steps)
 
 
 def timesteps(actions: np.ndarray, left: np.ndarray | int) -> np.ndarray:
@@ -110,3 +92,13 @@ def timesteps(actions: np.ndarray, left: np.ndarray | int) -> np.ndarray:
         left: How many of these it can do before the child's next move.
     """
     return np.maximum(0, -((left - np.asarray(actions, int)) // ACTIONS_PER_TIMESTEP))
+
+
+def _lowest(height: np.ndarray, part: np.ndarray) -> list[list[int]]:
+    """For each of some heights (goals, cells) the lowest cells of every part, (cells,), of a divided house."""
+    lowest = []
+    for one in height:
+        least = np.full(part.max() + 1, np.iinfo(int).max)
+        np.minimum.at(least, part, one)
+        lowest.append(np.flatnonzero(one == least[part]).tolist())
+    return lowest

@@ -16,16 +16,10 @@ import functools
 import numpy as np
 
 from caregiver_mj.caregivers.foresight.child_model import novice_chain
+from caregiver_mj.caregivers.foresight.departure import Departure
 from caregiver_mj.caregivers.foresight.layouts import Layouts
-from caregiver_mj.caregivers.foresight.travel import (
-    ACTIONS_PER_TIMESTEP,
-    HANDLING,
-    Start,
-    Travel,
-    timesteps,
-    travel,
-)
-from caregiver_mj.danger.chain import ChildChain
+from caregiver_mj.caregivers.foresight.transit import Transit, single
+from caregiver_mj.caregivers.foresight.travel import ACTIONS_PER_TIMESTEP, travel
 from caregiver_mj.danger.passage import expected_hits
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
@@ -49,72 +43,93 @@ class Values:
 
     Attributes:
         ways: The caregiver's ways.
+        transit: What happens on them.
         stairwells: How many stairwells there are.
         layouts: The layouts of the candles.
-        arrival: Value of being at a post, or of having put a candle down, after so many timesteps in which all
-            stairwells are open, (timesteps, columns, cells, G E). There is a column for every layout and post, and one
-            for every layout and table that bears a candle; that candle's own damage from then on is counted, too.
+        arrival: Value of being at a post, or of having put a candle down, so many timesteps later, (timesteps, columns,
+            cells, G E). There is a column for every layout and post, and one for every layout and table that bears a
+            candle. The latter hold the damage of open stairwells until then, too, and all of that candle's from then on.
         post_column: Columns of the posts, (layouts, posts).
         table_column: Columns of the tables, (layouts, tables).
-        staying: Damage from then on of a candle that stays on a table after so many timesteps,
+        staying: Damage from then on of a candle that stays on a table, so many timesteps later,
             (timesteps, tables, cells, G E).
         at_large: Damage of stairwells that stay open, (cells, G E).
     """
 
     def __init__(self, plan: FloorPlan, rounds: int = ROUNDS, waits: int = WAITS):
-        self._chain, self.ways = novice_chain(plan), travel(plan)
-        chain, ways = self._chain, self.ways
+        chain, self.ways = novice_chain(plan), travel(plan)
         self.layouts = Layouts(len(plan.tables), len(plan.candle_tables))
         stairwells = self.stairwells = len(plan.stairwells)
-        cells, goals, epsilons = chain.shape
-        self._rows = cells, goals * epsilons
-        self._next = (DISCOUNT * chain.transition).astype(np.float32)
-        self._next.indices, self._next.indptr = (a.astype(np.int32) for a in (self._next.indices, self._next.indptr))
+        posts = max(1, stairwells)  # one that is anywhere, if there are none
+        self._rows = chain.shape[0], chain.shape[1] * chain.shape[2]
+        self._next = single(DISCOUNT * chain.transition)
         fall = (plan.damage.stairwell * chain.hits[:, :stairwells]).astype(np.float32)
         self._open = fall.sum(axis=1)  # damage of the next move if all stairwells are open, (states,)
         self._guarded = self._open[:, None] - fall if stairwells else np.zeros((chain.size, 1), np.float32)
+        self.transit = Transit(chain, self.ways, self._open, DISCOUNT)
         harm = plan.damage.candle - plan.damage.table
-        forever = expected_hits(chain, DISCOUNT)
-        self.at_large = self._by_cell(plan.damage.stairwell * forever[:, :stairwells].sum(axis=1).astype(np.float32))
-        self._longest = _longest(ways)
-        self.staying = self._ahead((harm * forever[:, stairwells:]).astype(np.float32))
+        forever = expected_hits(chain, DISCOUNT).astype(np.float32)
+        self.at_large = self._by_cell(plan.damage.stairwell * forever[:, :stairwells].sum(axis=1))
+        self._longest = self.ways.longest
+        self.staying = self._ahead(harm * forever[:, stairwells:])
         self._exposed = self._by_time(self._open)
-        count, posts = len(self.layouts), ways.posts
+        count = len(self.layouts)
         self.post_column = np.arange(count * posts).reshape(count, posts)
         self.table_column = np.full((count, len(plan.tables)), NOTHING)
         self.table_column[self.layouts.bears] = count * posts + np.arange(self.layouts.bears.sum())
-        self._posts = [_Departure(ways.from_post(post), ACTIONS_PER_TIMESTEP) for post in range(posts)]
-        self._tables = [_Departure(ways.from_table(table), _LEFT_AFTER) for table in range(len(plan.tables))]
+        cells = self.ways.posts or [self.ways.middle]
+        self._posts = [self._departure(cell, ACTIONS_PER_TIMESTEP) for cell in cells]
+        self._tables = [self._departure(cell, _LEFT_AFTER) for cell in self.ways.central]
         self.arrival = self._solve(rounds, waits)
+
+    def guards(self, departure: Departure, arrival: np.ndarray, column: np.ndarray, child: np.ndarray) -> np.ndarray:
+        """Values of going to a post.
+
+        Args:
+            departure: Where from, with n children.
+            arrival: As the attribute of that name.
+            column: Columns of the posts, (posts, ..., n), in which n may be 1.
+            child: The children's cells, (n,).
+
+        Returns:
+            Array (posts, ..., n, G E).
+        """
+        between = (slice(None), *[None] * (column.ndim - 2))
+        when = np.minimum(departure.to_post, self._longest)[between]
+        state = np.arange(self._rows[1])
+        return arrival[when, column[..., None], child[:, None], state] + departure.falls[between]
 
     # -- The programme ---------------------------------------------------------------------------
 
+    def _departure(self, cell: int, left: int) -> Departure:
+        """From one cell, with a child in each."""
+        child = np.arange(self._rows[0])
+        return Departure(self.ways, self.transit, child, np.full(len(child), cell), left)
+
     def _solve(self, rounds: int, waits: int) -> np.ndarray:
         """Begins with a caregiver that only ever guards, and lets it do more and more, round by round."""
-        posts = len(self._posts)
+        size, posts = self._next.shape[0], len(self._posts)
         columns = int(self.table_column.max(initial=self.post_column.max())) + 1
-        # Guarding does not depend on the layout.
-        guard = np.zeros((self._chain.size, posts), np.float32)
-        for _ in range(rounds):
-            arrival = self._ahead(guard) + self._exposed[:, None]
-            leave = np.stack([self._flat(d.guards(arrival, np.arange(posts)).min(axis=0)) for d in self._posts], axis=1)
-            guard = self._wait(guard, leave, waits)
-        value = np.empty((self._chain.size, columns), np.float32)
+        child, column = np.arange(self._rows[0]), np.arange(posts)[:, None]
+        guard = np.zeros((size, posts), np.float32)
+        for _ in range(rounds):  # guarding does not depend on the layout
+            arrival = self._ahead(guard)
+            leave = [self._flat(self.guards(d, arrival, column, child).min(axis=0)) for d in self._posts]
+            guard = self._wait(guard, np.stack(leave, axis=1), waits)
+        value = np.empty((size, columns), np.float32)
         value[:, self.post_column] = guard[:, None]
-        arrival = self._ahead(guard) + self._exposed[:, None]
+        arrival = self._ahead(guard)
         for table, departure in enumerate(self._tables):
-            best = self._flat(departure.guards(arrival, np.arange(posts)).min(axis=0))
-            column = self.table_column[:, table]
-            value[:, column[column != NOTHING]] = best[:, None]
+            found = self.table_column[:, table]
+            best = self.guards(departure, arrival, column, child).min(axis=0)
+            value[:, found[found != NOTHING]] = self._flat(best)[:, None]
+        everywhere = np.arange(len(self.layouts))
         for _ in range(rounds if self.table_column.size else 0):
             arrival = self._arrival(value)
-            leave = np.empty((self._chain.size, *self.post_column.shape), np.float32)
-            for post, departure in enumerate(self._posts):
-                leave[:, :, post] = self._flat(self._best(departure, arrival, np.arange(len(self.layouts))))
-            at_posts = value[:, : self.post_column.size].reshape(leave.shape)
-            waited = self._wait(at_posts.reshape(len(value), -1), leave.reshape(len(value), -1), waits)
+            leave = np.stack([self._flat(self._best(d, arrival, everywhere)) for d in self._posts], axis=2)
             value = value.copy()
-            value[:, : self.post_column.size] = waited
+            at_posts = value[:, : self.post_column.size]
+            at_posts[:] = self._wait(at_posts, leave.reshape(size, -1), waits)
             for table, departure in enumerate(self._tables):
                 which = np.flatnonzero(self.layouts.bears[:, table])
                 value[:, self.table_column[which, table]] = self._flat(self._best(departure, arrival, which))
@@ -133,20 +148,23 @@ class Values:
             value = cost + self._next @ np.minimum(value, leave)
         return value
 
-    def _best(self, departure: _Departure, arrival: np.ndarray, which: np.ndarray) -> np.ndarray:
+    def _best(self, departure: Departure, arrival: np.ndarray, which: np.ndarray) -> np.ndarray:
         """Value of the best thing to do in some layouts, (layouts, cells, G E)."""
-        best = departure.guards(arrival, self.post_column[which].T).min(axis=0)
+        child = np.arange(self._rows[0])
+        best = self.guards(departure, arrival, self.post_column[which].T[..., None], child).min(axis=0)
         after = self.layouts.after[which]
+        get, place = (np.minimum(when, self._longest) for when in (departure.to_get, departure.to_place))
         for source, target in zip(*np.nonzero((after != NOTHING).any(axis=0)), strict=True):
             here = np.flatnonzero(after[:, source, target] != NOTHING)
             column = self.table_column[after[here, source, target], target]
-            found = departure.relocates(arrival, self.staying, source, target, column)
+            found = arrival[place[source, target], column[:, None], child]
+            found -= self.staying[get[source], source, child]
             best[here] = np.minimum(best[here], found)
         return best
 
     def _arrival(self, value: np.ndarray) -> np.ndarray:
         arrival = self._ahead(value)
-        arrival += self._exposed[:, None]
+        arrival[:, self.post_column.size :] += self._exposed[:, None]
         for table, column in enumerate(self.table_column.T):
             arrival[:, column[column != NOTHING]] += self.staying[:, table, None]
         return arrival
@@ -177,40 +195,3 @@ class Values:
             sums.append(self._by_cell(total))
             total = cost + self._next @ total
         return np.stack(sums)
-
-
-class _Departure:
-    """Somewhere from where the caregiver sets out: what it can do, and how long that takes.
-
-    Attributes:
-        to_post: Timesteps to each post, (posts, cells of the child).
-        to_get: Timesteps until the candle of each table is in its hand, (tables, cells).
-        to_place: Timesteps until it has been put down on another one, (tables, tables, cells).
-    """
-
-    def __init__(self, start: Start, left: int):
-        self.to_post = timesteps(start.landings, left).T
-        get = start.tables.T + HANDLING
-        self.to_get = timesteps(get, left)
-        self.to_place = timesteps(get[:, None] + start.onward[..., None] + HANDLING, left)
-        self._cell = np.arange(get.shape[1])
-
-    def guards(self, arrival: np.ndarray, column: np.ndarray) -> np.ndarray:
-        """Values of going to a post, whose columns are (posts, ...): (posts, ..., cells, G E)."""
-        when = self.to_post.reshape(len(column), *[1] * (column.ndim - 1), -1)
-        return arrival[when, column[..., None], self._cell]
-
-    def relocates(
-        self, arrival: np.ndarray, staying: np.ndarray, source: int, target: int, column: np.ndarray
-    ) -> np.ndarray:
-        """Values of carrying a candle from a table to another one, to columns (n,): (n, cells, G E)."""
-        saved = staying[self.to_get[source], source, self._cell]
-        return arrival[self.to_place[source, target], column[:, None], self._cell] - saved
-
-
-def _longest(ways: Travel) -> int:
-    """The most timesteps that anything takes."""
-    actions = ways.to_landing.max(initial=0)
-    if ways.to_table.size:
-        actions = max(actions, int(ways.to_table.max()) + int(ways.onward.max()) + 2 * HANDLING)
-    return int(timesteps(actions, 1))
