@@ -14,6 +14,7 @@ from caregiver_mj.caregivers.paper import (
     PaperMaxCaregiver,
 )
 from caregiver_mj.caregivers.parts import CandlesCaregiver, PaperStillCaregiver, StairsCaregiver
+from caregiver_mj.caregivers.predictive import PaperPredictiveCaregiver
 from caregiver_mj.caregivers.wanderer import WandererCaregiver
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.registry import Registry
@@ -31,6 +32,7 @@ CAREGIVERS: Registry[type[Caregiver]] = Registry(
         "paper-max": PaperMaxCaregiver,
         "paper-alike": PaperAlikeCaregiver,
         "paper-max-alike": PaperMaxAlikeCaregiver,
+        "paper-predictive": PaperPredictiveCaregiver,
         "paper-still": PaperStillCaregiver,
         "stairs": StairsCaregiver,
         "candles": CandlesCaregiver,

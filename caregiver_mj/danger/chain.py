@@ -53,7 +53,7 @@ class ChildChain:
     @functools.cached_property
     def transition(self) -> csr_array:
         """Probabilities from each state (row) to each (column), (states, states)."""
-        cells, goals, epsilons = self.shape
+        _, goals, epsilons = self.shape
         reaches = self.goal_at[:, None] == np.arange(goals)[:, None]  # (cells, G, moves)
         next_goal = np.where(reaches[..., None], 1.0 / goals, np.eye(goals)[:, None, :])  # (cells, G, moves, next)
         cell, goal, move, after = np.nonzero(next_goal)

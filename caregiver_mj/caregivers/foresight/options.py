@@ -32,7 +32,7 @@ class Options:
         self._child = percept.child_cell[worlds]
         self._belief = belief.reshape(*belief.shape[:2], -1).astype(np.float32)
         self._tables = percept.candle_table[worlds]  # (W, candles)
-        count, candles = self._tables.shape
+        count = len(self._tables)
         bare = bare_tables(self._tables, values.layouts.bears.shape[1])
         self._bare = np.nonzero(bare)[1].reshape(count, -1)  # (W, bare tables)
         self._layout = values.layouts.of(self._tables)

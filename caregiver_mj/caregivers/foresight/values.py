@@ -48,7 +48,7 @@ class Values:
         layouts: The layouts of the candles.
         arrival: Value of being at a post, or of having put a candle down, so many timesteps later, (timesteps, columns,
             cells, G E). There is a column for every layout and post, and one for every layout and table that bears a
-            candle. The latter hold the damage of open stairwells until then, too, and all of that candle's from then on.
+            candle. With the latter comes the damage of open stairwells until then, and all of that candle from then on.
         post_column: Columns of the posts, (layouts, posts).
         table_column: Columns of the tables, (layouts, tables).
         staying: Damage from then on of a candle that stays on a table, so many timesteps later,
