@@ -31,12 +31,8 @@ class Departure:
         posts = len(ways.posts)
         goal = np.arange(ways.step.shape[2])[:, None]
         at = ways.step[left, child, goal, cell]  # where it is when the child moves, (goals, n)
-        if posts:
-            self.to_post = transit.to_post[goal[:posts], child, :, at[:posts]]
-            self.falls = transit.falls[goal[:posts], child, :, at[:posts]]
-        else:  # it is where it is
-            self.falls = np.zeros((1, len(child), transit.to_post.shape[2]), np.float32)
-            self.to_post = self.falls.astype(int)
+        self.to_post = transit.to_post[goal[:posts], child, :, at[:posts]]
+        self.falls = transit.falls[goal[:posts], child, :, at[:posts]]
         self.to_get = transit.to_get[goal[: len(goal) - posts], child, at[posts:]].astype(int)
         # What a child in the way costs, it costs on the way to the first table.
         get = ways.to_table[cell].T + HANDLING  # actions

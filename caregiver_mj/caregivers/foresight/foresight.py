@@ -57,6 +57,19 @@ class ForesightCaregiver(Caregiver):
     def choose(self, percept: Percept) -> np.ndarray:
         return self.decide(percept).hazard
 
+    def expected_damage(self, percept: Percept, worlds: np.ndarray) -> np.ndarray:
+        """Expected discounted damage to come by stairwells, and by candles instead of bare tables.
+
+        Args:
+            percept: What is seen after the caregiver's last action in a timestep.
+            worlds: Indices of worlds in which all candles are on tables, (W,).
+
+        Returns:
+            Array (W,).
+        """
+        options = Options(self._values, percept, worlds, self.belief.probability[worlds], 0)
+        return options.candles + options.damage.min(axis=1)
+
     def decide(self, percept: Percept) -> Interventions:
         batch = len(percept.caregiver_cell)
         answer = Interventions.idle(batch)

@@ -19,7 +19,8 @@ class Layouts:
     """
 
     def __init__(self, tables: int, candles: int):
-        self.tables = np.array(list(itertools.combinations(range(tables), candles)), int).reshape(-1, candles)
+        chosen = list(itertools.combinations(range(tables), candles))
+        self.tables = np.array(chosen, int).reshape(len(chosen), candles)
         bits = np.int64(1) << np.arange(tables)
         bears = self.bears = np.zeros((len(self.tables), tables), bool)
         bears[np.arange(len(bears))[:, None], self.tables] = True

@@ -68,14 +68,16 @@ class Options:
         return np.concatenate([damage[0], damage[1] - saved], axis=1)
 
     @functools.cached_property
+    def candles(self) -> np.ndarray:
+        """Expected damage to come of candles that stay where they are, (W,)."""
+        staying = self._values.staying[0]
+        each = staying[self._tables[:, None], self._child[..., None]].sum(axis=2)  # (W, K, G E)
+        return (each * self._belief).sum(axis=(1, 2))
+
+    @functools.cached_property
     def inaction(self) -> np.ndarray:
         """Expected damage to come if nothing is done, (W,)."""
-        values = self._values
-        total = np.zeros(len(self._tables))
-        for child, belief in zip(self._child.T, np.moveaxis(self._belief, 1, 0), strict=True):
-            candles = values.staying[0][self._tables, child[:, None]].sum(axis=1)  # (W, G E)
-            total += ((candles + values.at_large[child]) * belief).sum(axis=1)
-        return total
+        return self.candles + (self._values.at_large[self._child] * self._belief).sum(axis=(1, 2))
 
     @functools.cached_property
     def hazards(self) -> np.ndarray:

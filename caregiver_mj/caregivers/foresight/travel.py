@@ -27,7 +27,7 @@ class Travel:
     It goes round the child. Where that bars the only way, it follows as closely as it can.
 
     Attributes:
-        posts: Cells of the posts.
+        posts: Cells of the posts. A house without stairwells has one all the same: where the tables are nearest.
         step: The cell that the caregiver is in after a number of actions, 0 to 3, on its way to each post and then to
             each candle that it takes from a table: (actions, children's cells, posts and tables, cells). Who has got
             the candle is in one more cell, which there is not, the last one: `DONE`.
@@ -36,14 +36,15 @@ class Travel:
         onward: Actions from beside one table, to which it has come from a cell, to beside another one,
             (cells, tables, tables).
         longest: The most timesteps that anything is thought to take.
-        middle: The cell from which the tables are nearest.
         central: For every table the cell beside it from which the rest is nearest.
     """
 
     def __init__(self, plan: FloorPlan):
         graph, cells = plan.graph, len(plan.caregiver_cells)
-        self.posts = [plan.cell_index[cell] for cell in plan.stairwells]
         stands = graph.beside(plan.tables)
+        self.posts = [plan.cell_index[cell] for cell in plan.stairwells]
+        if not self.posts:
+            self.posts = [int(graph.distances_from(stands).sum(axis=0).argmin()) if stands else 0]
         goals = [[post] for post in self.posts] + stands
         open_way = graph.distances_from(goals).astype(int)
         self.done = cells
@@ -58,13 +59,13 @@ class Travel:
                 self.onward[:, table] = open_way[count:, arrival].T
         longest = timesteps(self.to_table.max(initial=0) + self.onward.max(initial=0) + 2 * HANDLING, 1)
         self.longest = int(max(longest, timesteps(open_way.max(initial=0), 1))) + _DETOURS
-        self.middle = int(self.to_table.sum(axis=1).argmin())
         self.central = [min(stand, key=lambda cell: open_way[:, cell].sum(), default=0) for stand in stands]
 
     def _steps(self, plan: FloorPlan, goals: list[list[int]], open_way: np.ndarray) -> np.ndarray:
         graph, cells, posts = plan.graph, len(plan.caregiver_cells), len(self.posts)
         traps = yielding(plan).traps
         better = [[cell for cell in goal if not traps[cell]] for goal in goals]
+        open_step = graph.downhill(open_way)
         one = np.empty((len(plan.free_cells), len(goals), cells + 1), np.int16)
         one[..., cells] = cells
         for child in range(len(one)):
@@ -75,9 +76,11 @@ class Travel:
                     close = graph.distances_from(_lowest(open_way, graph.parts(child)), child)
                     distance = np.where(barred, close, distance)
             one[child, :, :cells] = graph.downhill(distance)
+            # Where the child is thought to have walked through the caregiver it has been kept back, and bars no way.
+            one[child, :, child] = open_step[:, child]
             for goal in range(posts, len(goals)):
                 there = [cell for cell in goals[goal] if distance[goal, cell] == 0 and not barred[goal, cell]]
-                one[child, goal, there] = cells
+                one[child, goal, [*there, *set(goals[goal]) & {child}]] = cells
         steps = [np.broadcast_to(np.arange(cells + 1, dtype=np.int16), one.shape)]
         for _ in range(ACTIONS_PER_TIMESTEP):
             steps.append(np.take_along_axis(one, steps[-1].astype(int), axis=2))

@@ -60,7 +60,7 @@ class Values:
         chain, self.ways = novice_chain(plan), travel(plan)
         self.layouts = Layouts(len(plan.tables), len(plan.candle_tables))
         stairwells = self.stairwells = len(plan.stairwells)
-        posts = max(1, stairwells)  # one that is anywhere, if there are none
+        posts = len(self.ways.posts)
         self._rows = chain.shape[0], chain.shape[1] * chain.shape[2]
         self._next = single(DISCOUNT * chain.transition)
         fall = (plan.damage.stairwell * chain.hits[:, :stairwells]).astype(np.float32)
@@ -69,7 +69,8 @@ class Values:
         self.transit = Transit(chain, self.ways, self._open, DISCOUNT)
         harm = plan.damage.candle - plan.damage.table
         forever = expected_hits(chain, DISCOUNT).astype(np.float32)
-        self.at_large = self._by_cell(plan.damage.stairwell * forever[:, :stairwells].sum(axis=1))
+        falls = plan.damage.stairwell * forever[:, :stairwells]
+        self.at_large = self._by_cell(falls.sum(axis=1))
         self._longest = self.ways.longest
         self.staying = self._ahead(harm * forever[:, stairwells:])
         self._exposed = self._by_time(self._open)
@@ -77,10 +78,10 @@ class Values:
         self.post_column = np.arange(count * posts).reshape(count, posts)
         self.table_column = np.full((count, len(plan.tables)), NOTHING)
         self.table_column[self.layouts.bears] = count * posts + np.arange(self.layouts.bears.sum())
-        cells = self.ways.posts or [self.ways.middle]
-        self._posts = [self._departure(cell, ACTIONS_PER_TIMESTEP) for cell in cells]
+        self._posts = [self._departure(cell, ACTIONS_PER_TIMESTEP) for cell in self.ways.posts]
         self._tables = [self._departure(cell, _LEFT_AFTER) for cell in self.ways.central]
-        self.arrival = self._solve(rounds, waits)
+        others = falls.sum(axis=1, keepdims=True) - (falls if stairwells else 0.0)  # if it stays in a post for ever
+        self.arrival = self._solve(others, rounds, waits)
 
     def guards(self, departure: Departure, arrival: np.ndarray, column: np.ndarray, child: np.ndarray) -> np.ndarray:
         """Values of going to a post.
@@ -106,13 +107,12 @@ class Values:
         child = np.arange(self._rows[0])
         return Departure(self.ways, self.transit, child, np.full(len(child), cell), left)
 
-    def _solve(self, rounds: int, waits: int) -> np.ndarray:
-        """Begins with a caregiver that only ever guards, and lets it do more and more, round by round."""
+    def _solve(self, guard: np.ndarray, rounds: int, waits: int) -> np.ndarray:
+        """Begins with a caregiver that never leaves its post, (states, posts), and lets it do more, round by round."""
         size, posts = self._next.shape[0], len(self._posts)
         columns = int(self.table_column.max(initial=self.post_column.max())) + 1
         child, column = np.arange(self._rows[0]), np.arange(posts)[:, None]
-        guard = np.zeros((size, posts), np.float32)
-        for _ in range(rounds):  # guarding does not depend on the layout
+        for _ in range(ROUNDS):  # which post it should be in does not depend on the layout
             arrival = self._ahead(guard)
             leave = [self._flat(self.guards(d, arrival, column, child).min(axis=0)) for d in self._posts]
             guard = self._wait(guard, np.stack(leave, axis=1), waits)
