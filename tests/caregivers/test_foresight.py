@@ -6,7 +6,7 @@ import pytest
 from caregiver_mj.caregivers.foresight.child_model import EPSILONS, novice_chain
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.foresight.knows_goal import KnowsGoalCaregiver
-from caregiver_mj.caregivers.foresight.layouts import Layouts
+from caregiver_mj.caregivers.foresight.layouts import AllLayouts, PairLayouts
 from caregiver_mj.caregivers.foresight.travel import timesteps, travel
 from caregiver_mj.caregivers.foresight.values import Values, values
 from caregiver_mj.caregivers.paper import PaperCaregiver
@@ -65,18 +65,31 @@ def percept(plan, child, caregiver, candle_table=None, previous=None, action=-1)
 
 class TestLayouts:
     def test_all_of_them(self):
-        layouts = Layouts(3, 2)
-        assert layouts.tables.tolist() == [[0, 1], [0, 2], [1, 2]]
-        assert layouts.of(np.array([[1, 0], [2, 1], [0, 2]])).tolist() == [0, 2, 1]
+        layouts = AllLayouts(3, 2)
+        assert layouts.bears.astype(int).tolist() == [[1, 1, 0], [1, 0, 1], [0, 1, 1]]
+        bare = np.array([[2], [0], [1]])
+        tables = np.array([[1, 0], [2, 1], [0, 2]])
+        assert layouts.now(tables, bare).tolist() == [[0], [2], [1]]
+        # Candle by candle: tables 0 and 2, then 0 and 1 ...
+        assert layouts.later(tables, bare)[:, :, 0].tolist() == [[1, 2], [0, 1], [2, 0]]
 
     def test_what_comes_after(self):
-        after = Layouts(3, 2).after
+        after = AllLayouts(3, 2).after
         assert after[0].tolist() == [[-1, -1, 2], [-1, -1, 1], [-1, -1, -1]]
 
     def test_no_candles(self):
-        layouts = Layouts(2, 0)
+        layouts = AllLayouts(2, 0)
         assert len(layouts) == 1
-        assert layouts.of(np.empty((3, 0), int)).tolist() == [0, 0, 0]
+        assert layouts.now(np.empty((3, 0), int), np.tile([0, 1], (3, 1))).tolist() == [[0], [0], [0]]
+
+    def test_pairs(self):
+        layouts = PairLayouts(3)
+        there = layouts.now(np.array([[1]]), np.array([[0, 2]]))[0]
+        assert layouts.bears[there].argmax(axis=1).tolist() == [1, 1]
+        back = layouts.later(np.array([[1]]), np.array([[0, 2]]))[0, 0]
+        assert layouts.bears[back].argmax(axis=1).tolist() == [0, 2]
+        assert layouts.after[there, 1, [0, 2]].tolist() == back.tolist()
+        assert (layouts.after[there[0], :, 2] == -1).all()
 
 
 class TestTravel:

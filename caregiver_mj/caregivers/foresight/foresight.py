@@ -83,5 +83,10 @@ class ForesightCaregiver(Caregiver):
             answer.verb[free] = np.where(is_stairwell, BLOCK, np.where(is_candle, RELOCATE, self.idle_verb))
             answer.hazard[free], answer.destination[free] = hazard, destination
             self._begun[free] = hazard
+        if percept.candle_cell is not None:  # one on the floor is picked up before anything else
+            for world in np.flatnonzero((percept.candle_cell != NOTHING).any(axis=1) & (percept.holding == NOTHING)):
+                lying = percept.candle_cell[world].argmax()
+                answer.verb[world], answer.hazard[world] = RELOCATE, self.plan.hazards.of_candle(int(lying))
+                answer.destination[world] = self.destination(percept, np.full(batch, lying))[world]
         self._left = max(1, self._left - 1)
         return answer

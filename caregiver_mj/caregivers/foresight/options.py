@@ -35,37 +35,35 @@ class Options:
         count = len(self._tables)
         bare = bare_tables(self._tables, values.layouts.bears.shape[1])
         self._bare = np.nonzero(bare)[1].reshape(count, -1)  # (W, bare tables)
-        self._layout = values.layouts.of(self._tables)
         self._cell, self._left = percept.caregiver_cell[worlds], left
         self._out_of_reach = None if percept.out_of_reach is None else percept.out_of_reach[worlds]
 
     @functools.cached_property
     def damage(self) -> np.ndarray:
         """Expected damage to come of each option, less that of candles that stay and guarded stairs, (W, options)."""
-        values, count = self._values, len(self._layout)
-        after = values.layouts.after[
-            self._layout[:, None, None], self._tables[:, :, None], self._bare[:, None, :]
-        ]  # (W, candles, bare tables)
-        relocated = values.table_column[after, self._bare[:, None, :]].reshape(count, -1)
-        column = np.concatenate([values.post_column[self._layout], relocated], axis=1)
+        layouts = self._values.layouts
+        now, later = (which(self._tables, self._bare) for which in (layouts.now, layouts.later))
         return sum(
-            self._of_child(child, belief, column)
+            self._of_child(child, belief, now, later)
             for child, belief in zip(self._child.T, np.moveaxis(self._belief, 1, 0), strict=True)
         )
 
-    def _of_child(self, child: np.ndarray, belief: np.ndarray, column: np.ndarray) -> np.ndarray:
+    def _of_child(self, child: np.ndarray, belief: np.ndarray, now: np.ndarray, later: np.ndarray) -> np.ndarray:
         values, each = self._values, np.arange(len(child))
         departure = Departure(values.ways, values.transit, child, self._cell, self._left)
-        posts = values.post_column.shape[1]
-        guarded = values.guards(departure, values.arrival, column[:, :posts].T, child)  # (posts, W, G E)
-        longest = len(values.staying) - 1
+        posts = np.moveaxis(values.post_column[now], 0, 2)  # (layouts of now, posts, W)
+        guarded = values.guards(departure, values.arrival, posts.swapaxes(0, 1), child)  # (posts, layouts, W, G E)
+        damage = np.einsum("plwg,wg->wpl", guarded, belief).min(axis=2)
+        if not self._bare.size or not self._tables.size:
+            return damage
         tables, bare = self._tables.T, self._bare.T
+        longest = len(values.staying) - 1
         when = np.minimum(departure.to_place[tables[:, None], bare[None], each], longest)
-        placed = values.arrival[when.reshape(-1, len(child)), column[:, posts:].T, child]
+        column = np.moveaxis(values.table_column[later, self._bare[:, None, :]], 0, 2)
+        placed = np.einsum("cbwg,wg->wcb", values.arrival[when, column, child], belief)
         got = values.staying[np.minimum(departure.to_get[tables, each], longest), tables, child]
-        saved = np.repeat(np.einsum("cwg,wg->wc", got, belief), len(bare), axis=1)
-        damage = [np.einsum("owg,wg->wo", value, belief) for value in (guarded, placed)]
-        return np.concatenate([damage[0], damage[1] - saved], axis=1)
+        placed -= np.einsum("cwg,wg->wc", got, belief)[..., None]
+        return np.concatenate([damage, placed.reshape(len(child), -1)], axis=1)
 
     @functools.cached_property
     def candles(self) -> np.ndarray:

@@ -12,18 +12,20 @@ moves.
 from __future__ import annotations
 
 import functools
+import math
 
 import numpy as np
 
 from caregiver_mj.caregivers.foresight.child_model import novice_chain
 from caregiver_mj.caregivers.foresight.departure import Departure
-from caregiver_mj.caregivers.foresight.layouts import Layouts
+from caregiver_mj.caregivers.foresight.layouts import AllLayouts, Layouts, PairLayouts
 from caregiver_mj.caregivers.foresight.transit import Transit, single
 from caregiver_mj.caregivers.foresight.travel import ACTIONS_PER_TIMESTEP, travel
 from caregiver_mj.danger.passage import expected_hits
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
+LARGEST = 4_000_000  # states of a child times columns, above which a house is taken apart into pairs of tables
 DISCOUNT = 0.985  # of damage, a timestep
 ROUNDS, WAITS = 8, 15  # rounds of iteration over the options, and over how long to wait for one in each
 # Of a caregiver that has put a candle down: actions that it has left in that timestep, on an average.
@@ -58,7 +60,7 @@ class Values:
 
     def __init__(self, plan: FloorPlan, rounds: int = ROUNDS, waits: int = WAITS):
         chain, self.ways = novice_chain(plan), travel(plan)
-        self.layouts = Layouts(len(plan.tables), len(plan.candle_tables))
+        self.layouts = layouts_of(plan, chain.size)
         stairwells = self.stairwells = len(plan.stairwells)
         posts = len(self.ways.posts)
         self._rows = chain.shape[0], chain.shape[1] * chain.shape[2]
@@ -195,3 +197,15 @@ class Values:
             sums.append(self._by_cell(total))
             total = cost + self._next @ total
         return np.stack(sums)
+
+
+def layouts_of(plan: FloorPlan, states: int) -> Layouts:
+    """All layouts of a house if there are not too many of them, else pairs.
+
+    Args:
+        plan: The house.
+        states: How many states a child can be in.
+    """
+    tables, candles = len(plan.tables), len(plan.candle_tables)
+    columns = math.comb(tables, candles) * (max(1, len(plan.stairwells)) + candles)
+    return AllLayouts(tables, candles) if states * columns <= LARGEST else PairLayouts(tables)
