@@ -67,12 +67,13 @@ def comparison_rows(episodes: pd.DataFrame, caregiver: str, baseline: str) -> li
         For each world and family:
 
         - `damage_left` and `toys_reached_left`, the ratios of means;
-        - `damage_left_by_house`, of several houses: the mean over those with damage (`houses_defined`) of their ratios;
+        - `damage_left_by_house`, of several houses: the mean over those with damage (`houses_defined`) of their ratios,
+          without an interval, for where little happens in a house both are biased (see docs/coverage.md);
         - `<column>_difference_mean` for those of `COMPARED` that there are, caregiver less baseline, and of the same
           difference `<column>_p`, by sign flips, and `<column>_verdict`: "less", "more" or "no verdict";
         - `toys_reached_not_inferior`, and against a caregiver that acts `damage_equivalence`: verdicts at `MARGINS`.
 
-        Ratios and differences have `_ci_low` and `_ci_high`. None where there is no such number.
+        Other ratios and differences have `_ci_low` and `_ci_high`. None where there is no such number.
 
     Raises:
         CaregiverError: There is no such caregiver, or an episode of one has no counterpart with the other.
@@ -100,7 +101,7 @@ def _shares(ours: Sample, theirs: Sample, *, acts: bool) -> dict[str, Any]:
     if ours.houses > 1:
         row["houses_defined"] = int((theirs.units(["damage"]) > 0).sum())
         by_house = two_level.of_mean_ratio(*(side.values(["damage"]) for side in (ours, theirs)))
-        row |= _columns("damage_left_by_house", by_house.column(0))
+        row["damage_left_by_house"] = _number(by_house.column(0).value)
     if acts:
         row["damage_equivalence"] = equivalent(*damage, MARGINS["damage"], found.column(0)).value
     row |= _columns("toys_reached_left", found.column(1))

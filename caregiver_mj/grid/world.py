@@ -22,6 +22,7 @@ from caregiver_mj.children.tape import Tape, start_cells
 from caregiver_mj.grid.paths import paths
 from caregiver_mj.interventions.intervention import Interventions
 from caregiver_mj.interventions.registry import VERBS, verb_of
+from caregiver_mj.interventions.verb import STAY
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
@@ -114,8 +115,7 @@ class GridWorld:
             self.caregiver.watch(self.percept())
             if isinstance(self.caregiver, ToldCaregiver):
                 self.caregiver.hear(self.truth())
-            for _ in range(self._caregiver_actions):
-                self.act_caregiver(self.caregiver)
+            self.care(self.caregiver)
 
     def run(self, tapes: Sequence[Sequence[Tape]], progress: Callable[[], None] = lambda: None) -> Ledger:
         """Runs whole episodes, one for each family of tapes.
@@ -203,17 +203,31 @@ class GridWorld:
 
     # -- The caregiver ---------------------------------------------------------------------------
 
-    def act_caregiver(self, caregiver: Caregiver) -> None:
-        """One action of the caregiver in every world. A subclass can look on from here, before and after."""
-        percept = self.percept()
-        before, self.orders = self.orders, self.orders.where(self.holding != NOTHING, caregiver.decide(percept))
-        parties = [(verb, np.flatnonzero(self.orders.verb == name)) for name, verb in VERBS.items()]
-        if sum(which.size for _, which in parties) < len(self.orders):
+    def care(self, caregiver: Caregiver) -> None:
+        """The caregiver's actions in one novice timestep. A subclass can allow it others."""
+        for _ in range(self._caregiver_actions):
+            self.act_caregiver(caregiver)
+
+    def act_caregiver(
+        self, caregiver: Caregiver, acts: np.ndarray | bool = True, decides: np.ndarray | bool = True
+    ) -> None:
+        """One action of the caregiver. A subclass can look on from here, before and after.
+
+        Args:
+            caregiver: The caregiver.
+            acts: Whether it acts in each world, (B,). Where it does not, nothing changes.
+            decides: Whether it decides anew before, (B,). Where it does not, it carries on with its orders.
+        """
+        percept, acts = self.percept(), np.broadcast_to(acts, len(self.orders))
+        carries_on = (self.holding != NOTHING) | ~(acts & decides)
+        before, self.orders = self.orders, self.orders.where(carries_on, caregiver.decide(percept))
+        parties = [(verb, np.flatnonzero((self.orders.verb == name) & acts)) for name, verb in VERBS.items()]
+        if sum(which.size for _, which in parties) < acts.sum():
             verb_of(next(name for name in self.orders.verb if name not in VERBS))  # raises
         begins = self.orders.begins_after(before)
         self.done &= ~begins
 
-        place = np.empty(len(self.orders), int)
+        place = np.full(len(self.orders), STAY)
         for verb, which in parties:
             if which.size:
                 self.ledger.interventions[which] += begins[which] & verb.counts

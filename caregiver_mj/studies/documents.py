@@ -37,5 +37,10 @@ def write_page(folder: pathlib.Path, name: str, text: str, figure: Figure, kinds
     """Writes a page and its figure, in one or several kinds such as "svg", to a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / f"{name}.md").write_text(text, encoding="utf-8")
+    write_figure(folder, name, figure, kinds)
+
+
+def write_figure(folder: pathlib.Path, name: str, figure: Figure, kinds: Sequence[str]) -> None:
+    """Writes a figure, in one or several kinds such as "svg", to a folder that is there."""
     for kind in kinds:
         (folder / f"{name}.{kind}").write_bytes(as_bytes(figure, kind))

@@ -1,60 +1,44 @@
-"""From grid to house: phases in both worlds, and the page about them."""
+"""From grid to house: ratios over houses, the robot watched, and the page about them."""
 
 import dataclasses
+import itertools
+import json
 import math
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.experiments.seeds import episode_seed, episode_tapes
-from caregiver_mj.grid.world import GridWorld
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments import two_level
+from caregiver_mj.experiments.evaluation import evaluate
+from caregiver_mj.experiments.intervals import Estimate
+from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.studies.grid_to_house import words
+from caregiver_mj.studies.grid_to_house import ratios, words
+from caregiver_mj.studies.grid_to_house.breakdown import GRID, REMAINDER, STEPS, InGrid, ladder
 from caregiver_mj.studies.grid_to_house.document import document
-from caregiver_mj.studies.grid_to_house.figures import draw
-from caregiver_mj.studies.grid_to_house.grid import WatchedGrid, grid_delays
+from caregiver_mj.studies.grid_to_house.figures import draw_houses, draw_steps
+from caregiver_mj.studies.grid_to_house.handicap import Handicap
 from caregiver_mj.studies.grid_to_house.phases import PARTS, PHASES
-from caregiver_mj.studies.grid_to_house.results import EPSILONS, Results
+from caregiver_mj.studies.grid_to_house.results import Results
+from caregiver_mj.studies.grid_to_house.rows import Rows, in_both_worlds, read_rows
+from caregiver_mj.studies.grid_to_house.tables import number, signed
+from caregiver_mj.studies.grid_to_house.time_figure import draw_time
 from caregiver_mj.studies.grid_to_house.watch import Watch
 from caregiver_mj.tasks import load
 
-TAPES = [episode_tapes(episode_seed(0, i), 1) for i in range(20)]
-
-
-@pytest.fixture(scope="module")
-def paper():
-    return FloorPlan.load("paper")
-
-
-# -- The grid --------------------------------------------------------------------------------------
-
-
-def test_the_grid_logs_what_was_done_and_is_not_changed_by_it(paper):
-    watched, plain = (kind(paper, 0.5, make_caregiver("paper", paper, 0)) for kind in (WatchedGrid, GridWorld))
-    ledger, other = watched.run(TAPES), plain.run(TAPES)
-    assert all((ledger.totals()[name] == other.totals()[name]).all() for name in other.totals())
-    table = pd.DataFrame(watched.phases)
-    counts = table.phase.value_counts()
-    assert counts["fetch"] >= counts["carry"] > 0
-    # Whoever is there already when it occurs to it has blocked a stairwell, too, but in no phase.
-    assert 0 < counts["carry"] + counts["block"] <= ledger.interventions_done.sum()
-    assert (table.actions >= table.shortest).all()
-
-
-def test_the_grids_caregiver_loses_a_little_time(paper):
-    delays = grid_delays(paper, EPSILONS, 20)
-    assert set(delays) == set(PHASES)
-    assert all(0.0 < seconds < 5.0 for seconds in delays.values())
+EPSILONS = (1.0, 0.5)
+HOUSES = tuple(f"house-{seed}" for seed in range(200_000, 200_006))
 
 
 # -- The house -------------------------------------------------------------------------------------
 
 
-def test_the_watch_accounts_for_every_second(paper):
+def test_the_watch_accounts_for_every_second():
+    paper = FloorPlan.load("paper")
     env = load("supervise", paper, 0.5, random=1)
     policy = CaregiverPolicy(env)
     timestep = env.reset()
@@ -73,6 +57,125 @@ def test_the_watch_accounts_for_every_second(paper):
     assert (done.grid >= 0).all()
 
 
+# -- Ratios ----------------------------------------------------------------------------------------
+
+
+def table(by_house):
+    """Damage of two episodes in each house, a number for each epsilon."""
+    index = pd.MultiIndex.from_product([range(len(by_house)), range(2)], names=["house", "episode"])
+    return pd.DataFrame(np.repeat(np.array(by_house, float), 2, axis=0), index, columns=list(EPSILONS))
+
+
+def test_the_ratio_is_the_mean_of_those_of_every_epsilon():
+    grid, house = table([[10, 1], [20, 3]]), table([[10, 3], [35, 3]])
+    assert ratios.ratio(house[[1.0]], grid[[1.0]]).value == pytest.approx(45 / 30)
+    assert ratios.ratio(house, grid).value == pytest.approx((45 / 30 + 6 / 4) / 2)
+    found = ratios.by_house(house, grid)
+    assert found.ratio.tolist() == pytest.approx(
+        [(10 / 15 + 3 / 2) / (10 / 15 + 1 / 2), (35 / 15 + 3 / 2) / (4 / 3 + 3 / 2)]
+    )
+    assert found.weight.sum() == pytest.approx(1.0)
+
+
+def test_epsilons_and_houses_in_which_nothing_happens():
+    grid, house = table([[10, 0], [0, 0]]), table([[12, 1], [0, 0]])
+    assert ratios.ratio(house, grid).value == pytest.approx(1.2)
+    assert ratios.by_house(house, grid).ratio.isna().tolist() == [False, True]
+    assert math.isnan(ratios.ratio(house[[0.5]], grid[[0.5]]).value)
+
+
+def chance(houses=40, seed=0):
+    random = np.random.default_rng(seed)
+    rate = random.gamma(2.0, 3.0, houses).repeat(2)
+    index = pd.MultiIndex.from_product([range(houses), range(2)], names=["house", "episode"])
+    draw = (pd.DataFrame({1.0: random.poisson(4 * rate), 0.5: random.poisson(rate)}, index) for _ in range(2))
+    grid, house = draw
+    return grid, house * [1.0, 2.0]
+
+
+def test_the_interval_of_one_epsilon_is_that_over_houses():
+    grid, house = chance()
+    ours, theirs = ([part.to_numpy() for _, part in t[1.0].groupby("house")] for t in (house, grid))
+    assert ratios.ratio(house[[1.0]], grid[[1.0]]) == pytest.approx(two_level.of_ratio(ours, theirs))
+
+
+def test_the_interval_of_the_mean_of_ratios_is_about_that_of_resampled_houses():
+    grid, house = chance()
+    found = ratios.ratio(house, grid)
+    random = np.random.default_rng(1)
+    y, x = (t.groupby("house").mean().to_numpy() for t in (house, grid))
+    drawn = [random.integers(len(x), size=len(x)) for _ in range(2000)]
+    low, high = np.quantile([(y[d].mean(0) / x[d].mean(0)).mean() for d in drawn], [0.025, 0.975])
+    assert found.value == pytest.approx(1.5, abs=0.25)
+    assert found.high - found.low == pytest.approx(high - low, rel=0.25)
+    assert found.low == pytest.approx(low, abs=0.1)
+    # Another unit of damage at one epsilon changes nothing.
+    assert ratios.ratio(house * [1, 7], grid * [1, 7]) == pytest.approx(found)
+
+
+def test_the_steps_lead_from_the_grid_to_the_house():
+    found = results()
+    steps = ratios.steps(found)
+    assert list(steps) == [*STEPS, REMAINDER]
+    whole = {name: step.value for name, (_, step) in steps.items()}
+    assert whole == pytest.approx({"once": 0.0, "driving": 0.1, "waiting": 0.2, REMAINDER: -0.1})
+    first = {name: ratios.at(step, 0).value for name, (step, _) in steps.items()}
+    assert first == pytest.approx(whole)
+    assert ratios.alone(found, "waiting alone").value == pytest.approx(0.15)
+
+
+# -- Rows of a run ---------------------------------------------------------------------------------
+
+
+def a_run(folder, run=None, **changes):
+    """A finished run of two episodes in one house; its rows are the grid's."""
+    settings = Settings(FloorPlan.load("house-200000"), "grid", ("none", "paper"), EPSILONS, 2, seed=5)
+    found = evaluate(settings).episodes
+    found.assign(**({"world": "house"} | changes)).to_parquet(folder / "episodes.parquet")
+    (folder / "run.json").write_text(json.dumps(settings.record() | {"world": "house"} | (run or {})))
+    return found
+
+
+def test_the_grid_runs_the_episodes_of_a_run(tmp_path):
+    made = a_run(tmp_path)
+    rows = in_both_worlds(read_rows(tmp_path), jobs=1)
+    assert (rows.houses, rows.epsilons, rows.episodes) == (("house-200000",), EPSILONS, 2)
+    for caregiver in ("none", "paper"):
+        assert rows.damage("grid", caregiver).equals(rows.damage("house", caregiver))
+    wanted = made[(made.caregiver == "paper") & (made.epsilon == 0.5)].damage.tolist()
+    assert rows.damage("house", "paper")[0.5].tolist() == wanted
+
+
+def test_the_grid_without_a_handicap_is_the_grid(tmp_path):
+    a_run(tmp_path)
+    rows = read_rows(tmp_path)
+    found = InGrid(rows.settings, 2).damages({GRID: Handicap(), "waiting": Handicap(near=1.0)}, "house-200000")
+    assert found[GRID].equals(rows.damage("house", "paper").rename_axis(columns=None))
+    assert not found["waiting"].equals(found[GRID])
+
+
+@pytest.mark.parametrize(
+    ("run", "changes", "told"),
+    [
+        ({}, {"caregiver": "paper"}, "lacks episodes with none and paper"),
+        ({"episodes": 3}, {}, "lacks episodes with none and paper"),
+        ({"world": "grid"}, {}, "is not one of single novices in the physical house"),
+        ({"families": ["toddler:0.5", "1"]}, {}, "is not one of single novices in the physical house"),
+        ({"seed": 1}, {}, "have other seeds"),
+        ({"plans": 1}, {}, "holds no finished run"),
+    ],
+)
+def test_runs_that_will_not_do(tmp_path, run, changes, told):
+    a_run(tmp_path, run, **changes)
+    with pytest.raises(CaregiverError, match=told):
+        read_rows(tmp_path)
+
+
+def test_no_run(tmp_path):
+    with pytest.raises(CaregiverError, match="holds no finished run"):
+        read_rows(tmp_path)
+
+
 # -- The page --------------------------------------------------------------------------------------
 
 
@@ -82,70 +185,134 @@ def test_the_watch_accounts_for_every_second(paper):
         ((1.0, 1.1), "lies within the goal as a whole"),
         ((1.1, 1.2), "reaches to both sides of the goal"),
         ((1.2, 1.3), "lies above the goal as a whole"),
-        ((0.0, math.inf), "of so few episodes has no upper end"),
+        ((0.0, math.inf), "has no end, for there is too little to tell from"),
     ],
 )
 def test_where_the_interval_lies(interval, told):
-    assert words.where(*interval) == told
+    assert words.where(Estimate(1.1, *interval)) == told
 
 
-def test_slowest_tenth():
-    # Eleven phases: the slowest two of them take 9 and 3 of 15 seconds; the one that is quicker than the grid's none.
-    phases = pd.DataFrame({"house": [10.0, 4.0, 4.0] + [2.0] * 7 + [1.0], "grid": [1.0, 1.0, 1.0] + [2.0] * 7 + [5.0]})
-    assert words.slowest(phases) == pytest.approx(12.0 / 15.0)
-    assert words.slowest(phases[3:]) == 0.0
+def made_rows(houses, called, grid=10.0, house=12.0, alone=40.0):
+    """Two episodes in each house with each novice, all the same; at epsilon 0.5 there is half the damage.
 
-
-def results():
-    """Five episodes for each epsilon, in which the house leaves 1.1 times what the grid leaves."""
-
-    def world(damage):
-        columns = {"damage": damage, "damage_stairwell": 5.0, "damage_candle": 4.0, "damage_table": 1.0, "done": 6}
-        return {epsilon: pd.DataFrame([columns] * 5) for epsilon in EPSILONS}
-
-    zeros = dict.fromkeys(PARTS, 0.0)
+    Of the physical houses every other one has a little more than that, and the others as much less.
+    """
+    kinds = {"damage_stairwell": 5.0, "damage_candle": 4.0, "damage_table": 1.0, "interventions_done": 6}
     rows = [
+        {"world": world, "house": name, "caregiver": caregiver, "epsilon": e, "episode": i, "damage": damage * e}
+        | kinds
+        for off, name in zip(itertools.cycle((0.1, -0.1)), houses, strict=False)
+        for e in EPSILONS
+        for i in range(2)
+        for world, cared in (("grid", grid), ("house", house + off * (len(houses) > 1)))
+        for caregiver, damage in (("none", alone), ("paper", cared))
+    ]
+    settings = Settings(tuple(map(FloorPlan.load, houses)), "house", ("none", "paper"), EPSILONS, 2, houses=called)
+    return Rows(pd.DataFrame(rows), settings)
+
+
+def results(**damage):
+    """Results in which the house leaves 1.2 times what the grid leaves."""
+    rows = made_rows(HOUSES, "test-6", **damage)
+    level = {GRID: 1.0, "once": 1.0, "driving": 1.1, "waiting": 1.3, "driving alone": 1.1, "waiting alone": 1.15}
+    zeros = dict.fromkeys(PARTS, 0.0)
+    phases = [
         {**zeros, "phase": phase, "end": end, "grid": 2.0, "house": 3.0, "clear": 2.5, "lost": 0.0, "full": 3.0}
         for phase in PHASES
         for end in ("done", "given up")
     ]
     return Results(
-        episodes=5,
-        alone={e: (np.full(5, 40.0), np.full(5, 40.0)) for e in EPSILONS},
-        grid=world(10.0),
-        house=world(11.0),
-        many=2000,
-        reference=dict.fromkeys(EPSILONS, 0.25),
-        phases=pd.DataFrame(rows),
+        rows=rows,
+        aside=None,
+        levels={name: share * rows.damage("grid", "paper") for name, share in level.items()},
+        handicaps=ladder(1.08, 0.42),
+        phases=pd.DataFrame(phases),
         seconds=pd.DataFrame([{"block": 3.0, "idle": 333.0}] * 2),
-        grid_delays=dict.fromkeys(PHASES, 0.5),
+        same=(6, 6),
+        delays={GRID: 0.5, "waiting": 0.9},
     )
 
 
+def flat(found):
+    return " ".join(document(found, ["python scripts/grid_to_house.py"]).split())
+
+
 def test_page():
-    text = document(results(), "python scripts/grid_to_house.py")
+    text = document(results(), ["caregiver-mj evaluate", "python scripts/grid_to_house.py"])
     assert text.startswith("# From grid to house\n")
-    assert "    python scripts/grid_to_house.py\n" in text
-    flat = " ".join(text.split())
-    assert "the house leaves 1.10 times the damage that the grid leaves" in flat
-    assert "That is within the goal of 1.15 at most" in flat
-    assert "15 of 15 episodes have the same damage in both worlds" in flat
-    assert "over 2,000 episodes" in flat
-    assert "| average |  |  |  |  |  |  | **1.100 [1.10, 1.10]** |" in text
+    assert "    caregiver-mj evaluate\n    python scripts/grid_to_house.py\n" in text
+    told = flat(results())
+    assert "in 6 houses (`test-6`), 2 episodes in each for each epsilon of 1, 0.5" in told
+    assert "leaves 1.20 times the damage that the grid leaves (95 % interval 1.19 to 1.21" in told
+    assert "That is not within the goal of 1.15 at most; the interval lies above the goal as a whole." in told
+    assert "24 of 24 episodes have the same damage in both worlds" in told
+    assert "6 of 6 episodes have the damage that they have in the run" in told
+    assert "| 0.5 | 20.00 | 5.00 | 6.00 | 0.25 | 0.30 | 1.20 [1.19, 1.21] |" in text
+    assert "| all |  |  |  | 0.25 | 0.30 | **1.20 [1.19, 1.21]** |" in text
+    step = "+0.00 [+0.00, +0.00] | +0.10 [+0.10, +0.10] | +0.20 [+0.20, +0.20] | -0.10 [-0.11, -0.09]"
+    assert f"| all | {step} | **1.20** |" in text
+    assert "The greatest of the three is waiting. Together they overdo it: the house leaves less." in told
+    assert "takes 1.08 thirds of a timestep instead of one" in told
+    assert "driving +0.10 [+0.10, +0.10] and waiting +0.15 [+0.15, +0.15]" in told
     assert "| fetch | 1 | 2.00 (2.00) | 3.00 (3.00) | 1.00 (1.00) |" in text
-    assert "- **carry**: +1.00 s." in text
-    assert "block: 1 done, 1 given up for another target or at the end, 0 failed" in flat
-    assert "nan" not in text
+    assert "block: 1 done, 1 given up for another target or at the end, 0 failed" in told
+    assert not {"nan", "inf"} & set(told.replace(",", " ").split())
     assert all(len(line) <= 120 for line in text.splitlines() if not line.startswith("|"))
 
 
-def test_page_of_a_house_that_leaves_too_much():
-    bad = dataclasses.replace(results(), house={e: t.assign(damage=20.0) for e, t in results().house.items()})
-    assert "That is not within the goal" in " ".join(document(bad, "").split())
+def test_page_of_houses_within_the_goal():
+    told = flat(results(house=10.5))
+    assert "leaves 1.05 times" in told
+    assert "That is within the goal of 1.15 at most; the interval lies within the goal as a whole." in told
 
 
-def test_figure():
-    figure = draw(results())
-    damage, time = figure.axes
-    assert [label.get_text() for label in damage.get_xticklabels()] == [f"epsilon {e:g}" for e in EPSILONS]
-    assert [label.get_text() for label in time.get_yticklabels()] == list(PHASES)
+def test_page_with_a_house_as_an_aside():
+    found = dataclasses.replace(results(), aside=made_rows(["paper"], "", house=15.0))
+    assert "house `paper` over 2 episodes" in flat(found)
+    assert "| all, on `paper` | | | | 0.25 | 0.38 | 1.50 [0.00, ∞] |" in flat(found)
+
+
+@pytest.mark.parametrize(
+    ("driving", "told"),
+    [
+        ([0.1] * 6, "The greatest of the three is driving."),
+        ([0.5, -0.3, 0.1] * 2, "The greatest of the three is driving, but that may be chance as well."),
+        ([-0.1] * 6, "None of the three makes the house worse."),
+    ],
+)
+def test_what_costs_most(driving, told):
+    found = results()
+    grid = found.levels[GRID]
+    shares = pd.Series(driving, HOUSES).reindex(grid.index.get_level_values("house")).to_numpy()
+    changed = dict.fromkeys(("driving", "waiting"), grid.mul(1 + shares, axis=0))
+    assert told in words.blame(dataclasses.replace(found, levels=found.levels | changed))
+
+
+@pytest.mark.parametrize(
+    ("interval", "told"),
+    [
+        ((0.1, 0.2), "it leaves more."),
+        ((-0.2, -0.1), "the house leaves less."),
+        ((-0.1, 0.1), "may be chance."),
+    ],
+)
+def test_what_is_not_explained(interval, told):
+    assert words.left_over(Estimate(0.0, *interval)).endswith(told)
+
+
+def test_numbers():
+    shown = [number(value) for value in (1.234, -0.001, math.inf, -math.inf, math.nan)]
+    assert shown == ["1.23", "0.00", "∞", "-∞", "–"]
+    assert signed(Estimate(-0.001, -0.2, 0.3)) == "+0.00 [-0.20, +0.30]"
+
+
+def test_figures():
+    labels = [label.get_text() for label in draw_houses(results()).axes[0].get_xticklabels()]
+    assert labels == ["epsilon 1", "epsilon 0.5", "all"]
+    figure = draw_steps(results())
+    assert [axes.get_title(loc="left") for axes in figure.axes] == ["epsilon 1", "epsilon 0.5", "all"]
+    labels = [label.get_text() for label in figure.axes[-1].get_xticklabels()]
+    assert labels == ["grid", "deciding once", "driving", "waiting", "not explained", "house"]
+    heights = [bar.get_height() for bar in figure.axes[-1].patches]
+    assert heights == pytest.approx([0.0, 0.1, 0.2, -0.1])
+    assert [label.get_text() for label in draw_time(results()).axes[0].get_yticklabels()] == list(PHASES)

@@ -58,6 +58,7 @@ def _row(key, episode, damage, children, mark):
     shares = [1.0] if children == 1 else [0.8, 0.2]
     row = {**key, "children": children, "episode": episode, "seed": 100 + episode, **dict.fromkeys(MEASURES, 0)}
     row |= {"damage": float(damage), "damage_table": float(damage), "timesteps_to_threshold": 200 - 2 * damage}
+    row |= {"stopped": int(damage > 15), "damage_until_stop": float(min(damage, 16))}
     row |= {"cells_visited": 5 + episode % 2, "toys_reached": 3, "moves_blocked": 2, "interventions_done": 4}
     row |= {"strikes": mark, "sim_seconds": 337.5, "wall_seconds": 1.0}
     return row | {"damage_by_child": [share * damage for share in shares], "toys_by_child": [2.0, 1.0][:children]}

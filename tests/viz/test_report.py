@@ -20,7 +20,7 @@ from caregiver_mj.viz.report.film import Film
 from caregiver_mj.viz.report.headline import headline
 from caregiver_mj.viz.report.maps import mean_map
 from caregiver_mj.viz.report.published import PUBLISHED, compares_with
-from caregiver_mj.viz.report.tables import comparison_table, damage_table, measures_table, timesteps_table
+from caregiver_mj.viz.report.tables import comparison_table, damage_table, measures_tables, timesteps_table
 from caregiver_mj.viz.report.words import family_name, in_lines, number, with_interval
 
 
@@ -57,9 +57,9 @@ def test_headline(page):
     # Without: 400 + 100; with: 120 + 40, over the same novices.
     assert "68 % of the damage avoided" in words(page)
     # In the paper: 1 - (0.2291 + 0.0466) / (0.7346 + 0.1887) = 0.701
-    assert "In the paper, the same novices together: 70 %." in words(page)
+    assert "In the paper, the same novices together: 70 %; this house was fitted to that ." in words(page)
     assert "damage without 31.2 with caregiver 10.0" in words(page)  # 500 / 16 and 160 / 16
-    assert "timesteps until 15 damage 137.5 180.0" in words(page)  # 200 - 2 * damage
+    assert "timesteps until damage is above 15 137.5 180.0" in words(page)  # 200 - 2 * damage
     assert "toys reached in 200 timesteps 3.0 3.0" in words(page)
     assert "In all its 16 episodes together, it strikes the child 48 times" in words(page)  # in the house, 3 in each
     assert words(page).count("it strikes") == 1  # not in the grid
@@ -95,7 +95,7 @@ def test_tables_stand_beside_the_published_ones(folder, page):
 def test_the_paper_is_cited_for_its_own_house_alone(tmp_path, page):
     other = write_run(tmp_path / "tiny", plan=TINY)
     alone = report.write_report([other]).read_text("utf-8")
-    for word in ("published", "In the paper", "diamonds", "Its numbers are those"):
+    for word in ("published", "In the paper, the same", "diamonds", "Its numbers are those", "fitted"):
         assert (word in page, word in alone) == (True, False), word
     assert "| novice | without | with | left |" in (other / "tables.md").read_text("utf-8")
     paper, tiny = report.read_run(write_run(tmp_path / "paper")), report.read_run(other)
@@ -118,7 +118,9 @@ def test_statistics(page):
     # Damage falls by 35 on average; all eight differences of one sign: p = 2 / 2**8 = 0.008.
     row = words(page).split("Differences that the caregiver makes — Grid")[1].split("random motion")[1]
     assert row.startswith(" −35.0 [")
-    assert "] p = 0.008 0.0 [0.0, 0.0] no p +70.0 [" in row  # damage until the stop is none of these runs
+    # Until the stop it is 16, without and with in two episodes; in the other six it is 10 with: p = 2 / 2**6 = 0.031.
+    assert "] p = 0.008 −4.5 [" in row
+    assert "] p = 0.031 +70.0 [" in row
     assert "0.0 [0.0, 0.0] no p 25 % random" in row  # as many toys
 
 
@@ -176,7 +178,7 @@ def test_a_run_with_other_statistics_gets_these(tmp_path):
 
 
 def test_worlds_side_by_side(page):
-    text = words(page).split("Damage left, grid beside physical house")[1]
+    text = words(page).split("Damage left in 2 runs")[1]
     assert re.search(r"random motion 0\.30 \[\S+ \S+\] 0\.30 \[\S+ \S+\] 0\.31 0 %", text)
 
 
@@ -213,11 +215,19 @@ def test_numbers_have_a_true_minus():
     assert number(2.0, 1, "+") == "+2.0"
 
 
-def test_every_measure_is_called_what_its_column_is(page):
-    tables = words(page).split("Every measure — ")[1:]
-    for world, text in zip(("Grid", "Physical house"), tables, strict=True):
-        titles = [c.title for c in COLUMNS if c.role in ("damage", "count") and (world != "Grid" or not c.world)]
-        assert text.startswith(f"{world} novice, caregiver {' '.join(titles)} random motion, none")
+def test_every_measure_is_called_what_its_column_is(folder):
+    for world in ("grid", "house"):
+        run = report.read_run(folder.parent / world)
+        titles = [c.title for c in COLUMNS if c.role in ("damage", "count") and (world != "grid" or not c.world)]
+        tables = measures_tables(run)
+        assert [table.title.split(" — ")[0] for table in tables] == [
+            "Every measure, random motion",
+            "Every measure, 25 % random",
+        ]
+        for table in tables:
+            assert [row[0] for row in table.rows] == titles
+            assert table.columns == ("measure", *run.settings.caregivers)
+        assert tables[0].rows[0][:3] == ("damage", "50.0", "15.0")
 
 
 @pytest.mark.parametrize(
@@ -240,9 +250,10 @@ def test_families_have_names(family, name, lines):
 def test_a_run_of_an_older_version_gives_the_same_tables(tmp_path):
     new, old = (write_run(tmp_path / age) for age in ("new", "old"))
     runs = report.read_run(new), report.read_run(as_older_version(old))
-    for table in (damage_table, timesteps_table, comparison_table, measures_table):
+    for table in (damage_table, timesteps_table, comparison_table):
         first, second = (table(run).markdown() for run in runs)
         assert first == second
+    assert measures_tables(runs[0]) == measures_tables(runs[1])
     assert runs[0].command() == runs[1].command()
 
 
@@ -252,7 +263,8 @@ def test_a_run_of_an_older_version_gives_the_same_tables(tmp_path):
 def test_figures_are_there_in_both_forms(folder):
     names = {"damage_left"}
     for world in ("grid", "house"):
-        names |= {f"{name}_{world}" for name in ("figure_2", "figure_3", "figure_4", "damage_left")}
+        names |= {f"figure_{number}_{world}" for number in (2, 3, 4)}
+        names |= {f"{name}_{world}" for name in ("damage_left", "kinds", "survival", "toys")}
         names |= {f"map_{what}_{who}_{world}" for what in ("visits", "damage") for who in ("with", "without")}
     assert {path.name for path in (folder / "figures").iterdir()} == {
         f"{n}.{kind}" for n in names for kind in ("svg", "png")

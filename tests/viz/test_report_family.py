@@ -26,16 +26,16 @@ def test_families_are_called_by_their_children(page):
     assert "2 x 25 % random 0.208 [" in page
     assert "8 paired episodes of each of 2 families." in page
     assert "episode i has the same children both times" in page
-    assert "Where the children went, without the caregiver — Physical house" in page
+    assert "Where the children went, without the caregiver — Physical house (paper)" in page
 
 
 def test_there_is_no_talk_of_one_novice(page):
     for word in ("novice ", "novices", "the toddler", "the child "):
-        assert word not in page.split("The same again")[0], word
+        assert word not in page.split("To know before comparing")[0], word
 
 
 def test_the_paper_is_not_cited(page):
-    for word in ("published", "In the paper", "diamonds", "Its numbers are those"):
+    for word in ("published", "In the paper, the same", "diamonds", "Its numbers are those"):
         assert word not in page
 
 
@@ -68,7 +68,7 @@ def test_single_children_and_families_beside_each_other(run, tmp_path):
     table = side_by_side([report.read_run(write_run(tmp_path)), report.read_run(run)])["table"]
     names = ["random motion", "100 % and 50 % random", "25 % random", "2 x 25 % random"]
     assert [row[0] for row in table.rows] == names
-    assert table.columns == ("children", "Grid", "Physical house", "house against grid")
+    assert table.columns == ("children", "Grid (paper)", "Physical house (paper)", "house against grid")
     assert [row[3] for row in table.rows] == ["–"] * 4
 
 

@@ -1,4 +1,4 @@
-"""Runs the episodes in both worlds."""
+"""Runs what the study needs beside the house's episodes."""
 
 from __future__ import annotations
 
@@ -9,53 +9,84 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from caregiver_mj.experiments.blocks import run_block
-from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.seeds import episode_random, episode_seed
 from caregiver_mj.experiments.settings import Settings
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.policy import CaregiverPolicy
-from caregiver_mj.recording.record import names
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.studies.grid_to_house.grid import grid_delays
-from caregiver_mj.studies.grid_to_house.results import EPSILONS, Results
+from caregiver_mj.studies.grid_to_house import breakdown
+from caregiver_mj.studies.grid_to_house.breakdown import GRID, InGrid, ladder
+from caregiver_mj.studies.grid_to_house.handicap import Handicap
+from caregiver_mj.studies.grid_to_house.phases import action_time
+from caregiver_mj.studies.grid_to_house.results import Results
+from caregiver_mj.studies.grid_to_house.rows import Rows, in_both_worlds
 from caregiver_mj.studies.grid_to_house.watch import Watch
 from caregiver_mj.studies.trials import run_all
 from caregiver_mj.tasks import load
 
-_REFERENCE = 2000  # episodes in the grid, to say how lucky the few are
+_ROUNDS = 3  # to find how long an action near the child takes: that changes where the caregiver is, by a little
 
-# An episode's figures, its phases, and what its time went into.
-_Watched = tuple[dict[str, float], list[dict[str, Any]], Mapping[str, float]]
+# An episode's damage, its phases, and what its time went into.
+Watched = tuple[float, list[dict[str, Any]], Mapping[str, float]]
 
 
-def measure(house: str, episodes: int, jobs: int) -> Results:
-    """Runs everything."""
-    plan, many = FloorPlan.load(house), max(episodes, _REFERENCE)
-    grid = _run_grid(plan, episodes)
-    damage = _run_grid(plan, many).groupby(["caregiver", "epsilon"]).damage.mean()
-    work = [(epsilon, episode) for epsilon in EPSILONS for episode in range(episodes)]
-    found = run_all(functools.partial(run_watched, plan), work, jobs, "in the house, with the caregiver")
-    watched = dict(zip(work, found, strict=True))
-    alone = _run_alone(plan, episodes, jobs)
+def measure(rows: Rows, aside: Rows | None, watched: int, many: int, jobs: int) -> Results:
+    """Runs everything.
+
+    Args:
+        rows: The episodes in the house.
+        aside: Those in a house that does not count.
+        watched: Episodes in each house with each novice to watch, no more than there are.
+        many: Episodes in each house with each novice in the grid for the breakdown.
+        jobs: Worker processes.
+    """
+    settings = rows.settings
+    work = [(house, e, i) for house in rows.houses for e in rows.epsilons for i in range(min(watched, rows.episodes))]
+    found = run_all(functools.partial(run_watched, settings), work, jobs, "watched in the house")
+    phases = pd.DataFrame([phase for _, log, _ in found for phase in log])
+    own = rows.damage("house", "paper")
+    same = sum(own.loc[(house, i), e] == damage for (house, e, i), (damage, _, _) in zip(work, found, strict=True))
+
+    seconds = action_time(settings.plans[0])
+    few = InGrid(settings, rows.episodes)
+    handicaps = _fit(phases, few, rows.houses, seconds, jobs)
+    run_levels = functools.partial(InGrid(settings, many).damages, handicaps)
+    tables = run_all(run_levels, rows.houses, jobs, "in the grid, handicapped")
     return Results(
-        episodes=episodes,
-        alone={e: (_of(grid, "none", e).damage.to_numpy(), _of(alone, "none", e).damage.to_numpy()) for e in EPSILONS},
-        grid={e: _of(grid, "paper", e) for e in EPSILONS},
-        house={e: pd.DataFrame([watched[e, i][0] for i in range(episodes)]) for e in EPSILONS},
-        many=many,
-        reference={e: damage["paper", e] / damage["none", e] for e in EPSILONS},
-        phases=pd.DataFrame([phase for _, phases, _ in found for phase in phases]),
-        seconds=pd.DataFrame([seconds for _, _, seconds in found]).fillna(0.0),
-        grid_delays=grid_delays(plan, EPSILONS, episodes),
+        rows=in_both_worlds(rows, jobs),
+        aside=in_both_worlds(aside, jobs) if aside else None,
+        levels={level: pd.concat([table[level] for table in tables]) for level in handicaps},
+        handicaps=handicaps,
+        phases=phases,
+        seconds=pd.DataFrame([spent for _, _, spent in found]).fillna(0.0),
+        same=(int(same), len(work)),
+        delays={
+            level: breakdown.delay(phases, _phases(few, handicaps[level], rows.houses, jobs), seconds)
+            for level in (GRID, "waiting")
+        },
     )
 
 
-def run_watched(plan: FloorPlan, job: tuple[float, int]) -> _Watched:
-    """Runs one episode, by epsilon and number, in the house with the caregiver."""
-    epsilon, episode = job
-    env, policy, navigator = _house(plan, epsilon)
-    env.task.reseed(episode_random(episode_seed(0, episode)))
+def _fit(
+    phases: pd.DataFrame, episodes: InGrid, houses: tuple[str, ...], seconds: float, jobs: int
+) -> dict[str, Handicap]:
+    """The handicaps with which the grid's caregiver takes as long as the robot: `seconds` are those of an action."""
+    pace = breakdown.pace(phases)
+    handicap = Handicap(once=True, pace=pace)
+    for _ in range(_ROUNDS):
+        in_grid = _phases(episodes, handicap, houses, jobs)
+        handicap = Handicap(True, pace, breakdown.near(phases, in_grid, handicap, seconds))
+    return ladder(pace, handicap.near)
+
+
+def _phases(episodes: InGrid, handicap: Handicap, houses: tuple[str, ...], jobs: int) -> pd.DataFrame:
+    return pd.concat(run_all(functools.partial(episodes.phases, handicap), houses, jobs, "phases in the grid"))
+
+
+def run_watched(settings: Settings, job: tuple[str, float, int]) -> Watched:
+    """Runs one episode in the house with the caregiver, by house, epsilon and number."""
+    house, epsilon, episode = job
+    env, policy, navigator = _house(settings, house, epsilon)
+    env.task.reseed(episode_random(episode_seed(settings.seed, episode)))
     timestep = env.reset()
     watch = Watch(env, policy, navigator)
     while not timestep.last():
@@ -63,29 +94,11 @@ def run_watched(plan: FloorPlan, job: tuple[float, int]) -> _Watched:
         watch.look()
         timestep = env.step(action)
     watch.finish()
-    outcome = {name: float(env.task.outcome()[name]) for name in names("damage")}
-    return outcome | {"done": policy.interventions_done}, watch.phases, dict(watch.seconds)
+    return float(env.task.outcome()["damage"]), watch.phases, dict(watch.seconds)
 
 
-@functools.lru_cache(maxsize=1)  # jobs of one epsilon follow each other
-def _house(plan: FloorPlan, epsilon: float) -> tuple[Any, CaregiverPolicy, Navigator]:
-    env = load("supervise", plan, epsilon, random=np.random.RandomState(0))
-    return env, CaregiverPolicy(env), Navigator(plan, env.task.embodiment)
-
-
-def _run_grid(plan: FloorPlan, episodes: int) -> pd.DataFrame:
-    """The same episodes in the grid, without and with the caregiver."""
-    return evaluate(Settings(plan, "grid", families=EPSILONS, episodes=episodes)).episodes
-
-
-def _run_alone(plan: FloorPlan, episodes: int, jobs: int) -> pd.DataFrame:
-    """The same episodes in the house, without the caregiver."""
-    settings = Settings(plan, "house", ("none",), EPSILONS, episodes)
-    found = run_all(functools.partial(run_block, settings), settings.blocks(), jobs, "in the house, alone")
-    return pd.DataFrame([row for block in found for row in block["rows"]])
-
-
-def _of(table: pd.DataFrame, caregiver: str, epsilon: float) -> pd.DataFrame:
-    """The rows of a caregiver and epsilon, by episode."""
-    rows = table[(table.caregiver == caregiver) & (table.epsilon == epsilon)].sort_values("episode")
-    return rows.rename(columns={"interventions_done": "done"})
+@functools.lru_cache(maxsize=1)  # jobs of one house and epsilon follow each other
+def _house(settings: Settings, house: str, epsilon: float) -> tuple[Any, CaregiverPolicy, Navigator]:
+    plan, kwargs = settings.plan_of[house], {"embodiment": settings.embodiment}
+    env = load("supervise", plan, epsilon, random=np.random.RandomState(0), task_kwargs=kwargs)
+    return env, CaregiverPolicy(env, seed=settings.seed), Navigator(plan, env.task.embodiment)

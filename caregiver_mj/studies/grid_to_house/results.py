@@ -1,16 +1,15 @@
-"""All that was measured, and what is worked out from it."""
+"""All that was measured."""
 
 from __future__ import annotations
 
 import dataclasses
 
-import numpy as np
 import pandas as pd
 
-from caregiver_mj.experiments.intervals import Estimate, of_mean_ratio
+from caregiver_mj.studies.grid_to_house.handicap import Handicap
 from caregiver_mj.studies.grid_to_house.phases import DONE
+from caregiver_mj.studies.grid_to_house.rows import Rows
 
-EPSILONS = (1.0, 0.75, 0.5)
 GOAL = 0.15  # the house may leave this much more damage than the grid, relative, averaged over the epsilons
 
 
@@ -19,33 +18,31 @@ class Results:
     """All that was measured.
 
     Attributes:
-        episodes: How many, for each epsilon.
-        alone: Damage without the caregiver in the grid and in the house, by epsilon, (episodes,) each.
-        grid: The grid's episodes with the caregiver, by epsilon.
-        house: The house's, likewise.
-        many: How many episodes in the grid `reference` is from.
-        reference: Damage left in the grid over that many, by epsilon.
+        rows: The episodes in both worlds.
+        aside: Those in a house that does not count, if any.
+        levels: Damage in the grid at each level of the breakdown: a row a house and episode, a column an epsilon.
+        handicaps: The handicap of each level.
         phases: The house's phases.
-        seconds: What the time of the house's episodes went into, a row an episode.
-        grid_delays: By how many seconds the grid's caregiver is slower than on the shortest way, by phase.
+        seconds: What the time of the watched episodes went into, a row an episode.
+        same: How many watched episodes have the damage that their row has, and how many there are.
+        delays: At the first and last level, mean seconds by which a phase takes longer than on the shortest way.
     """
 
-    episodes: int
-    alone: dict[float, tuple[np.ndarray, np.ndarray]]
-    grid: dict[float, pd.DataFrame]
-    house: dict[float, pd.DataFrame]
-    many: int
-    reference: dict[float, float]
+    rows: Rows
+    aside: Rows | None
+    levels: dict[str, pd.DataFrame]
+    handicaps: dict[str, Handicap]
     phases: pd.DataFrame
     seconds: pd.DataFrame
-    grid_delays: dict[str, float]
+    same: tuple[int, int]
+    delays: dict[str, float]
 
     @property
     def done(self) -> pd.DataFrame:
         """The house's completed phases."""
         return self.phases[self.phases.end == DONE]
 
-    def ratio(self) -> Estimate:
-        """House over grid, averaged over the epsilons, with its interval."""
-        house, grid = (np.stack([world[e].damage for e in EPSILONS], axis=1) for world in (self.house, self.grid))
-        return of_mean_ratio(house, grid)
+    @property
+    def many(self) -> int:
+        """Episodes in each house with each novice at each level."""
+        return len(next(iter(self.levels.values()))) // len(self.rows.houses)

@@ -2,54 +2,102 @@
 
 from __future__ import annotations
 
-from caregiver_mj.experiments.intervals import of_ratio
+import math
+
+import pandas as pd
+
+from caregiver_mj.experiments.intervals import Estimate, of_mean_ratio
+from caregiver_mj.recording.ledger import KINDS
 from caregiver_mj.studies.documents import table
+from caregiver_mj.studies.grid_to_house.breakdown import REMAINDER, STEPS
 from caregiver_mj.studies.grid_to_house.phases import PARTS, PHASES
-from caregiver_mj.studies.grid_to_house.results import EPSILONS, Results
+from caregiver_mj.studies.grid_to_house.ratios import at, ratio, steps
+from caregiver_mj.studies.grid_to_house.results import Results
+from caregiver_mj.studies.grid_to_house.rows import Rows
+
+ALL = "all"
 
 
 def damage_table(results: Results) -> str:
     """Damage and what is left of it, by epsilon."""
-    titles = ("epsilon", "alone", "grid", "house", "left in the grid", "left in the house", "of many", "house / grid")
-    rows = []
-    for e in EPSILONS:
-        alone, grid, house = results.alone[e], results.grid[e].damage.to_numpy(), results.house[e].damage.to_numpy()
-        rows.append(
-            (
-                f"{e:g}",
-                *(f"{damage.mean():.2f}" for damage in (alone[1], grid, house)),
-                _interval(*of_ratio(grid, alone[0])),
-                _interval(*of_ratio(house, alone[1])),
-                f"{results.reference[e]:.3f}",
-                _interval(*of_ratio(house, grid)),
-            )
-        )
-    rows.append(("average", *[""] * 6, f"**{_interval(*results.ratio())}**"))
-    return table(titles, rows)
+    rows = results.rows
+    alone, grid, house = rows.damage("house", "none"), rows.damage("grid", "paper"), rows.damage("house", "paper")
+    titles = ("epsilon", "alone", "grid", "house", "left in the grid", "left in the house", "house / grid")
+    lines = []
+    for e in rows.epsilons:
+        means = [f"{damage[e].mean():.2f}" for damage in (alone, grid, house)]
+        left = [number(ratio(damage[[e]], alone[[e]]).value) for damage in (grid, house)]
+        lines.append((f"{e:g}", *means, *left, interval(ratio(house[[e]], grid[[e]]))))
+    left = [number(ratio(damage, alone).value) for damage in (grid, house)]
+    lines.append((ALL, "", "", "", *left, f"**{interval(ratio(house, grid))}**"))
+    if results.aside:
+        lines.append(_aside_line(results.aside))
+    return table(titles, lines)
+
+
+def _aside_line(rows: Rows) -> tuple[str, ...]:
+    alone, grid, house = rows.damage("house", "none"), rows.damage("grid", "paper"), rows.damage("house", "paper")
+    left = [number((damage.mean() / alone.mean()).mean()) for damage in (grid, house)]
+    return (
+        f"{ALL}, on `{rows.settings.place}`",
+        "",
+        "",
+        "",
+        *left,
+        interval(of_mean_ratio(house.to_numpy(), grid.to_numpy())),
+    )
 
 
 def kind_table(results: Results) -> str:
     """Damage of each kind, and what was done, by epsilon."""
-    columns = {"stairwell": "damage_stairwell", "candle": "damage_candle", "table": "damage_table", "done": "done"}
+    columns = {kind: f"damage_{kind}" for kind in KINDS} | {"done": "interventions_done"}
+    cared = results.rows.table[results.rows.table.caregiver == "paper"]
+    means = cared.groupby(["epsilon", "world"])[list(columns.values())].mean()
     titles = ("epsilon", *(f"{name} {world}" for name in columns for world in ("grid", "house")))
-    rows = []
-    for e in EPSILONS:
-        worlds = results.grid[e], results.house[e]
-        rows.append((f"{e:g}", *(f"{world[name].mean():.2f}" for name in columns.values() for world in worlds)))
-    return table(titles, rows)
+    lines = [
+        (f"{e:g}", *(f"{means.loc[(e, world), name]:.2f}" for name in columns.values() for world in ("grid", "house")))
+        for e in results.rows.epsilons
+    ]
+    return table(titles, lines)
+
+
+def step_table(results: Results) -> str:
+    """What leads from the grid to the house, by epsilon."""
+    found = steps(results)
+    rows = results.rows
+    grid, house = rows.damage("grid", "paper"), rows.damage("house", "paper")
+    lines = []
+    for i, e in enumerate(rows.epsilons):
+        parts = [signed(at(each, i)) for each, _ in found.values()]
+        lines.append((f"{e:g}", *parts, number(ratio(house[[e]], grid[[e]]).value)))
+    lines.append((ALL, *(signed(whole) for _, whole in found.values()), f"**{number(ratio(house, grid).value)}**"))
+    return table(("epsilon", *STEPS.values(), REMAINDER, "house / grid"), lines)
 
 
 def phase_table(results: Results) -> str:
     """Seconds of completed phases."""
     titles = ("phase", "number", "grid", "house", "house - grid", "clear", "full rate", *list(PARTS.values())[1:])
-    rows = []
-    for phase in PHASES:
-        own = results.done[results.done.phase == phase]
-        times = own.assign(extra=own.house - own.grid)
-        names = ("grid", "house", "extra", "clear", *PARTS)
-        rows.append((phase, str(len(own)), *(f"{times[n].mean():.2f} ({times[n].median():.2f})" for n in names)))
-    return table(titles, rows)
+    names = ("grid", "house", "extra", "clear", *PARTS)
+    done = results.done.assign(extra=results.done.house - results.done.grid)
+    return table(titles, [_phase_line(phase, done[done.phase == phase], names) for phase in PHASES])
 
 
-def _interval(value: float, low: float, high: float) -> str:
-    return f"{value:.3f} [{low:.2f}, {high:.2f}]"
+def _phase_line(phase: str, own: pd.DataFrame, names: tuple[str, ...]) -> tuple[str, ...]:
+    return (phase, str(len(own)), *(f"{own[name].mean():.2f} ({own[name].median():.2f})" for name in names))
+
+
+def interval(estimate: Estimate) -> str:
+    """A ratio with its interval."""
+    return f"{number(estimate.value)} [{number(estimate.low)}, {number(estimate.high)}]"
+
+
+def signed(estimate: Estimate) -> str:
+    """A difference with its interval."""
+    return f"{number(estimate.value, '+')} [{number(estimate.low, '+')}, {number(estimate.high, '+')}]"
+
+
+def number(value: float, sign: str = "") -> str:
+    """Two digits; a dash where there is no number, and a sign of infinity."""
+    if math.isnan(value):
+        return "–"
+    return ("-∞" if value < 0 else "∞") if math.isinf(value) else f"{round(value, 2) + 0.0:{sign}.2f}"  # never -0.00

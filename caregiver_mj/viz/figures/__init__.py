@@ -1,10 +1,32 @@
-"""The report's figures: bars as in the paper's figures 2 to 4, what is left of the damage, and maps of the house.
+"""The report's figures, which studies use too; their data come as arrays or as plain tables.
 
-They are drawn for a column some 400 pixels wide, so that they can be read on a phone as they are.
+They are drawn for a column some 400 pixels wide, so that they can be read on a phone as they are. Bars are as in the
+paper's figures 2 to 4; beside them there are the damage that is left, house by house and kind by kind, the toys that
+are kept, how long children go on, and maps of the house.
 """
 
-from caregiver_mj.viz.figures.bars import Series, bars, damage_left
+from caregiver_mj.viz.figures.bars import bars
 from caregiver_mj.viz.figures.house_map import HURT, WENT, heat_map
+from caregiver_mj.viz.figures.houses import houses
+from caregiver_mj.viz.figures.kinds import KINDS, kinds
+from caregiver_mj.viz.figures.series import Series
+from caregiver_mj.viz.figures.shares import damage_left, toys_kept
 from caregiver_mj.viz.figures.style import ALONE, GUARDED, as_bytes
+from caregiver_mj.viz.figures.survival import survival
 
-__all__ = ["ALONE", "GUARDED", "HURT", "WENT", "Series", "as_bytes", "bars", "damage_left", "heat_map"]
+__all__ = [
+    "ALONE",
+    "GUARDED",
+    "HURT",
+    "KINDS",
+    "WENT",
+    "Series",
+    "as_bytes",
+    "bars",
+    "damage_left",
+    "heat_map",
+    "houses",
+    "kinds",
+    "survival",
+    "toys_kept",
+]

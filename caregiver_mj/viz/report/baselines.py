@@ -6,7 +6,6 @@ from typing import Any
 
 from caregiver_mj.experiments.verdicts import MARGINS, Verdict
 from caregiver_mj.viz.report.run import Run
-from caregiver_mj.viz.report.table import Table
 from caregiver_mj.viz.report.words import family_name, with_interval
 
 _MARGIN = f"within {MARGINS['damage']:.0%}".replace("%", " %")
@@ -18,20 +17,6 @@ _FINDINGS = {
     "none": ("no verdict", True),
     "more": ("more damage", True),
 }
-
-
-def baselines(run: Run) -> dict[str, Any] | None:
-    """A table of what each caregiver leaves of the damage, and verdicts; None where there is no other one."""
-    if not run.baselines:
-        return None
-    caregivers = (run.caregiver, *run.baselines)
-    rows = []
-    for family in run.families:
-        cells = [with_interval(run.comparison(c, "none", family), "damage_left", 2) for c in caregivers]
-        rows.append((family_name(family), *cells))
-    note = "Share of the damage without a caregiver that is left, and its 95 % interval."
-    table = Table(f"Damage left by each caregiver — {run.title}", (run.nouns.who, *caregivers), rows, note)
-    return {"table": table, "verdicts": verdicts(run)}
 
 
 def verdicts(run: Run) -> list[tuple[bool, str]]:

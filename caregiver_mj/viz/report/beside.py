@@ -42,7 +42,7 @@ def side_by_side(runs: Sequence[Run]) -> dict[str, Any] | None:
         rows.append((family_name(family), *cells))
     note = "Share of the damage that is left with the caregiver, and its 95 % interval."
     note += "" if apart is None else _on_average(families, apart)
-    title = "Damage left, " + " beside ".join(run.title.lower() for run in runs)
+    title = f"Damage left in {len(runs)} runs"
     who = next((run for run in runs if run.several), runs[0]).nouns.who
     figure = figures.damage_left([in_lines(family) for family in families], series)
     picture = Picture.of("damage_left", figure, "Damage left with the caregiver, as a share of that without")
@@ -59,7 +59,9 @@ def _all_families(runs: Sequence[Run]) -> list[str]:
 
 
 def _apart(runs: Sequence[Run], left: Sequence[np.ndarray]) -> np.ndarray | None:
-    """How much more is left in the house than in the grid, (families,), if these are the two runs."""
+    """How much more is left in the house than in the grid, (families,), if these are two runs of the same one."""
+    if any(run.settings.plans != runs[0].settings.plans for run in runs):
+        return None
     shares = {run.settings.world: one for run, one in zip(runs, left, strict=True)}
     return shares["house"] / shares["grid"] - 1 if len(runs) == 2 and len(shares) == 2 else None
 

@@ -1,4 +1,4 @@
-"""The figures of a run: those of the paper, and what is left of the damage."""
+"""The figures of a run as in the paper, and how figures go into a page."""
 
 from __future__ import annotations
 
@@ -37,32 +37,36 @@ class Picture:
 
 
 def charts(run: Run) -> list[Picture]:
-    """The paper's figures 2 to 4, then the damage that each caregiver leaves."""
+    """The paper's figures 2 to 4."""
     names = [in_lines(family) for family in run.families]
     pictures = []
     timesteps, cells = "timesteps_to_threshold", "cells_visited"
     normalised = f"normalised {TITLES['damage']}"
     for number, column, quantity, top, caption in (
         (2, "damage_normalised", normalised, 1.0, "Damage, as a share of the greatest of any episode"),
-        (3, timesteps, UNITS[timesteps], EPISODE_TIMESTEPS, f"Timesteps until {DAMAGE_THRESHOLD:g} damage"),
+        (
+            3,
+            timesteps,
+            UNITS[timesteps],
+            EPISODE_TIMESTEPS,
+            f"Timesteps until damage is above {DAMAGE_THRESHOLD:g}",
+        ),
         (4, cells, UNITS[cells], None, "Distinct cells visited until then"),
     ):
         alone, guarded = (_series(run, caregiver, column) for caregiver in ("none", run.caregiver))
         figure = figures.bars(names, alone, guarded, quantity, top)
         caption = f"Figure {number}. {caption} — {run.title}"
         pictures.append(Picture.of(f"figure_{number}_{run.name}", figure, caption))
-    left = [left_series(run, caregiver, caregiver, run.families) for caregiver in (run.caregiver, *run.baselines)]
-    caption = f"Damage left, as a share of that without a caregiver, with its 95 % interval — {run.title}"
-    return [*pictures, Picture.of(f"damage_left_{run.name}", figures.damage_left(names, left), caption)]
+    return pictures
 
 
-def left_series(run: Run, caregiver: str, label: str, families: Sequence[str]) -> Series:
-    """The share of the damage that a caregiver leaves with each of some families."""
+def left_series(run: Run, caregiver: str, label: str, families: Sequence[str], of: str = "damage") -> Series:
+    """The share of the damage, or of the toys reached, that a caregiver leaves with each of some families."""
     rows = [run.comparison(caregiver, "none", family) or {} for family in families]
     mean, low, high = (
-        np.array([row.get(f"damage_left{part}") for row in rows], float) for part in ("", "_ci_low", "_ci_high")
+        np.array([row.get(f"{of}_left{part}") for row in rows], float) for part in ("", "_ci_low", "_ci_high")
     )
-    return Series(label, mean, low, high, published=published.left(run, families))
+    return Series(label, mean, low, high, published=published.left(run, families) if of == "damage" else None)
 
 
 def _series(run: Run, caregiver: str, column: str) -> Series:

@@ -89,9 +89,9 @@ def filmed_family(run: Run) -> str:
 
 
 def episode_of(run: Run, family: str) -> dict[str, Any]:
-    """A run's first episode, as arguments of `render_episode`."""
+    """A run's first episode, in its first house, as arguments of `render_episode`."""
     return {
-        "house": run.plan,
+        "house": run.settings.plans[0],
         "epsilon": family,
         "seed": run.settings.seed,
         "episode": 0,

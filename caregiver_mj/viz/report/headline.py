@@ -14,10 +14,11 @@ from caregiver_mj.viz.report.run import Run
 from caregiver_mj.viz.report.words import TITLES, number
 
 _FACTS = {
-    "timesteps_to_threshold": f"until {DAMAGE_THRESHOLD:g} damage",
+    "timesteps_to_threshold": f"until damage is above {DAMAGE_THRESHOLD:g}",
     "cells_visited": "until then",
     "toys_reached": f"in {EPISODE_TIMESTEPS} timesteps",
 }
+_DEEDS = ("moves_blocked", "moves_blocked_stairwell", "moves_blocked_free", "interventions_done")
 
 
 def headline(run: Run) -> dict[str, Any]:
@@ -32,6 +33,7 @@ def headline(run: Run) -> dict[str, Any]:
     return {
         "avoided": f"{number(100 * (1 - left), 0)} %" if np.isfinite(left) else None,
         "interval": f"{number(100 * (1 - high))} to {number(100 * (1 - low))} %" if np.isfinite(high) else None,
+        "left": f"{number(left, 2)} [{number(low, 2)}, {number(high, 2)}]" if np.isfinite(high) else None,
         "open": bool(np.isinf(high)),
         "paper": _avoided_in_paper(run),
         "damage": {"alone": alone, "guarded": guarded, "most": max(alone, guarded) or 1.0},
@@ -39,7 +41,7 @@ def headline(run: Run) -> dict[str, Any]:
             (f"{TITLES[column]} {when}", number(run.mean("none", column)), number(run.mean(run.caregiver, column)))
             for column, when in _FACTS.items()
         ],
-        "deeds": {c: number(run.mean(run.caregiver, c)) for c in ("moves_blocked", "interventions_done")},
+        "deeds": {c: number(run.mean(run.caregiver, c)) for c in _DEEDS if c in run.episodes},
         "mishaps": mishaps if run.settings.world == "house" else None,
         "guarded_episodes": len(guarded_episodes),
     }

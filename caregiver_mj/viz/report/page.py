@@ -13,14 +13,15 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.run_folder import StorageError
 from caregiver_mj.viz import colours, figures
 from caregiver_mj.viz.colours import Colour
-from caregiver_mj.viz.report import published, tables
-from caregiver_mj.viz.report.baselines import baselines
+from caregiver_mj.viz.report import published
 from caregiver_mj.viz.report.beside import side_by_side
-from caregiver_mj.viz.report.charts import Picture, charts
+from caregiver_mj.viz.report.charts import Picture
+from caregiver_mj.viz.report.child import why_all_timesteps
+from caregiver_mj.viz.report.disclosure import disclosures
 from caregiver_mj.viz.report.film import Film, found_film, make_film
-from caregiver_mj.viz.report.headline import headline
-from caregiver_mj.viz.report.maps import maps
-from caregiver_mj.viz.report.run import Run, read_run
+from caregiver_mj.viz.report.markdown import markdown
+from caregiver_mj.viz.report.reading import read_run
+from caregiver_mj.viz.report.section import section
 from caregiver_mj.viz.report.words import SEVERAL, SINGLE
 
 
@@ -31,6 +32,8 @@ def write_report(
     render: bool = False,
 ) -> pathlib.Path:
     """Writes report.html, tables.md and figures/ into the first of some folders.
+
+    Whatever the order of the folders, runs over several houses come first, and house `paper` last.
 
     Args:
         folders: Of finished runs, each of another world or house.
@@ -45,38 +48,21 @@ def write_report(
         RenderingError: There is no OpenGL to render with.
         StorageError: The report could not be written.
     """
-    runs = [read_run(folder) for folder in folders]
-    names = [run.name for run in runs]
-    if len(set(names)) < len(names):
+    given = [read_run(folder) for folder in folders]
+    places = [(run.settings.world, *(plan.name for plan in run.settings.plans)) for run in given]
+    if len(set(places)) < len(places):
         raise CaregiverError("the runs are of the same world and house: a report compares different ones")
+    runs = sorted(given, key=lambda run: run.rank)
     if render:
         shown = make_film(runs, folders[0])
     else:
         shown = Film(pathlib.Path(film), pathlib.Path(film).name) if film else found_film(folders)
     film_on_page = None if shown is None else {"name": shown.caption, "data": shown.data()}
-    sections, beside = [_section(run) for run in runs], side_by_side(runs)
+    sections, beside = [section(run) for run in runs], side_by_side(runs)
     page = _page(sections, beside, film_on_page)
-    pictures = [picture for section in sections for picture in section["pictures"]]
-    return _write(pathlib.Path(folders[0]), page, _markdown(sections, beside), [*pictures, *_pictures(beside)])
-
-
-def _section(run: Run) -> dict[str, Any]:
-    """Everything that the page shows about a run."""
-    shown_charts, shown_maps = charts(run), maps(run)
-    return {
-        "run": run,
-        "nouns": run.nouns,
-        "cited": published.compares_with(run),
-        "headline": headline(run),
-        "published": [tables.damage_table(run), tables.timesteps_table(run)],
-        "charts": shown_charts,
-        "comparison": tables.comparison_table(run),
-        "children": tables.children_table(run),
-        "baselines": baselines(run),
-        "maps": shown_maps,
-        "measures": tables.measures_table(run),
-        "pictures": [*shown_charts, *shown_maps],
-    }
+    pictures = [picture for one in sections for picture in one["pictures"]]
+    pictures += beside["pictures"] if beside else []
+    return _write(pathlib.Path(folders[0]), page, markdown(sections, beside), pictures)
 
 
 def _page(sections: list[dict[str, Any]], beside: dict[str, Any] | None, film: dict[str, str] | None) -> str:
@@ -84,13 +70,15 @@ def _page(sections: list[dict[str, Any]], beside: dict[str, Any] | None, film: d
         loader=jinja2.PackageLoader("caregiver_mj.viz.report"), autoescape=True, trim_blocks=True, lstrip_blocks=True
     )
     environment.undefined = jinja2.StrictUndefined
-    several = any(section["run"].several for section in sections)
+    several = any(one["run"].several for one in sections)
     return environment.get_template("report.html").render(
         sections=sections,
         beside=beside,
         film=film,
         paper=published.PAPER,
-        cited=any(section["cited"] for section in sections),
+        disclosures=disclosures([one["run"] for one in sections]),
+        why_all_timesteps=why_all_timesteps(),
+        cited=any(one["cited"] for one in sections),
         nouns=SEVERAL if several else SINGLE,
         several=several,
         colours=_css_colours(),
@@ -107,32 +95,6 @@ def _css_colours() -> dict[str, str]:
         "guarded": css(figures.GUARDED),
         "highlight": css(colours.TODDLER),
     }
-
-
-def _markdown(sections: list[dict[str, Any]], beside: dict[str, Any] | None) -> str:
-    """All tables in Markdown."""
-    parts = ["# Tables\n"]
-    for section in sections:
-        run, told = section["run"], section["headline"]
-        avoided = f"{told['avoided'] or 'there is none'}"
-        avoided += f", 95 % interval {told['interval']}" if told["interval"] else ""
-        parts.append(f"## {run.title}\n")
-        parts.append(f"Damage avoided with caregiver `{run.caregiver}`: {avoided}.\n")
-        parts.append(f"    {run.command()}\n")
-        parts += [table.markdown() for table in [*section["published"], section["comparison"]]]
-        parts += [section["children"].markdown()] if section["children"] else []
-        if section["baselines"]:
-            parts.append(section["baselines"]["table"].markdown())
-            parts += [f"- {text}" for _, text in section["baselines"]["verdicts"]] + [""]
-        parts.append(section["measures"].markdown())
-    parts += [beside["table"].markdown()] if beside else []
-    if any(section["cited"] for section in sections):
-        parts.append(f"The paper's numbers: {published.PAPER}, Tables I and II.\n")
-    return "\n".join(parts)
-
-
-def _pictures(beside: dict[str, Any] | None) -> list[Picture]:
-    return beside["pictures"] if beside else []
 
 
 def _write(folder: pathlib.Path, page: str, tables_text: str, pictures: Sequence[Picture]) -> pathlib.Path:

@@ -38,7 +38,9 @@ def compares_with(run: Run) -> bool:
     They are of one novice, in a house of the paper's own that is not published. House `paper` stands in for it, and
     no other does.
     """
-    return run.plan == FloorPlan.load("paper") and any(len(words.members(family)) == 1 for family in run.families)
+    return run.settings.plans == (FloorPlan.load("paper"),) and any(
+        len(words.members(family)) == 1 for family in run.families
+    )
 
 
 def means(run: Run, column: str, family: str) -> tuple[float, float] | None:

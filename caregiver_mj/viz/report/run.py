@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
-import json
-import os
-import pathlib
+import re
 import shlex
 from typing import Any
 
 import pandas as pd
 
-from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.settings import FLOOR, Settings
-from caregiver_mj.experiments.summary import summarise
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.viz.report import words
 
 _WORLDS = {"grid": "Grid", "house": "Physical house"}
+_LONGEST = 40  # letters of what houses are called in titles and file names
 
 
 @dataclasses.dataclass(frozen=True)
@@ -34,6 +31,7 @@ class Run:
         summary: What matters of the content of summary.json.
         maps: A row for each caregiver, family and free cell.
         caregiver: The caregiver that the report is about: `paper` if it ran.
+        by_house: Of several houses, a row for each of them, caregiver and family, as `experiments.by_house` has it.
     """
 
     settings: Settings
@@ -42,22 +40,37 @@ class Run:
     summary: dict[str, Any]
     maps: pd.DataFrame
     caregiver: str
+    by_house: pd.DataFrame | None = None
 
     @property
     def plan(self) -> FloorPlan:
-        """The house."""
+        """The house, if there is only one."""
         return self.settings.plan
+
+    @property
+    def houses(self) -> int:
+        """How many houses there are."""
+        return len(self.settings.plans)
+
+    @property
+    def rank(self) -> int:
+        """Where it stands on a page: unseen houses first, then those to learn in, a single one, and `paper` last."""
+        if self.houses > 1:
+            return int(self.settings.houses.startswith("train-"))
+        return 3 if self.plan.name == "paper" else 2
 
     @property
     def name(self) -> str:
         """Tells the run from others, in file names."""
-        world, house = self.settings.world, self.plan.name.replace("/", "-")
-        return world if house == "paper" else f"{world}_{house}"
+        world, place = self.settings.world, re.sub(r"[^\w.-]+", "-", self.settings.place)[:_LONGEST]
+        return world if place == "paper" else f"{world}_{place}"
 
     @property
     def title(self) -> str:
-        world = _WORLDS[self.settings.world]
-        return world if self.plan.name == "paper" else f"{world} ({self.plan.name})"
+        world, place = _WORLDS[self.settings.world], self.settings.place
+        if self.houses > 1:
+            return f"{world}, {self.houses} houses" + (f" ({place})" if len(place) <= _LONGEST else "")
+        return f"{world} ({place})"
 
     @property
     def several(self) -> bool:
@@ -72,7 +85,22 @@ class Run:
     @property
     def baselines(self) -> tuple[str, ...]:
         """The other caregivers that do something."""
-        return tuple(c for c in self.settings.caregivers if c not in ("none", FLOOR, self.caregiver))
+        return tuple(c for c in self.acting if c != self.caregiver)
+
+    @property
+    def acting(self) -> tuple[str, ...]:
+        """All caregivers that do something, in the run's order."""
+        return tuple(c for c in self.settings.caregivers if c not in ("none", FLOOR))
+
+    @property
+    def floor(self) -> tuple[str, ...]:
+        """The name of the floor, if the run has it."""
+        return tuple(c for c in self.settings.caregivers if c == FLOOR)
+
+    def rivals(self, most: int) -> tuple[str, ...]:
+        """Those of the other caregivers that leave the least damage, in the run's order."""
+        best = sorted(self.baselines, key=lambda caregiver: self.mean(caregiver, "damage"))[:most]
+        return tuple(c for c in self.baselines if c in best)
 
     def row(self, caregiver: str, family: str) -> dict[str, Any]:
         """The summary's row of a caregiver and a family."""
@@ -91,38 +119,20 @@ class Run:
     def command(self) -> str:
         """The command that gives the same rows again."""
         settings = self.settings
-        command = ["caregiver-mj", "evaluate", "--world", settings.world, "--house", _asked_house(self.plan)]
-        if self.plan.damage != DamageWeights():
-            command += ["--damage", str(self.plan.damage)]
+        command = ["caregiver-mj", "evaluate", "--world", settings.world, *self._asked_houses()]
+        damage = settings.plans[0].damage
+        if damage != DamageWeights():
+            command += ["--damage", str(damage)]
         if settings.embodiment != DEFAULT:
             command += ["--embodiment", settings.embodiment]
         command += ["--caregiver", *settings.caregivers, "--epsilon", *self.families]
         return shlex.join([*command, "--episodes", str(settings.episodes), "--seed", str(settings.seed)])
 
-
-def read_run(folder: str | os.PathLike[str]) -> Run:
-    """Reads a finished run.
-
-    Raises:
-        CaregiverError: There is none in the folder, or none that a report can be made of.
-    """
-    path = pathlib.Path(folder)
-    if not (path / "run.json").is_file():
-        raise CaregiverError(f"'{folder}' holds no run: `caregiver-mj evaluate --out DIR` makes one")
-    if not (path / "summary.json").is_file():
-        raise CaregiverError(f"the run in '{folder}' is not finished: go on with `caregiver-mj evaluate --resume`")
-    if not (path / "maps.parquet").is_file():
-        raise CaregiverError(f"the run in '{folder}' has no maps.parquet, as runs of an older version: run it again")
-    try:
-        run = _read(path)
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise CaregiverError(f"the run in '{folder}' cannot be read: {error}") from error
-    caregivers = run.settings.caregivers
-    if not {run.caregiver, "none"} <= set(caregivers) or run.caregiver == "none":
-        raise CaregiverError(
-            f"the run in '{folder}' has {' and '.join(caregivers)}: a report compares `none` with a caregiver"
-        )
-    return run
+    def _asked_houses(self) -> list[str]:
+        """The houses, as options of that command."""
+        if self.houses == 1:
+            return ["--house", _asked_house(self.plan)]
+        return ["--houses", *(self.settings.houses.split() or [_asked_house(plan) for plan in self.settings.plans])]
 
 
 def _asked_house(plan: FloorPlan) -> str:
@@ -131,32 +141,3 @@ def _asked_house(plan: FloorPlan) -> str:
         return plan.name if FloorPlan.load(plan.name).rows == plan.rows else f"{plan.name}.txt"
     except CaregiverError:
         return f"{plan.name}.txt"
-
-
-def _read(path: pathlib.Path) -> Run:
-    record, summary = (json.loads((path / f"{name}.json").read_text("utf-8")) for name in ("run", "summary"))
-    # Runs of an older version have single novices, the paper's damages, and the one robot that there was.
-    record.setdefault("families", [str(Family.of(epsilon)) for epsilon in record.get("epsilons", ())])
-    record.setdefault("damage", str(DamageWeights()))
-    record.setdefault("embodiment", DEFAULT)
-    if "plan" in record:  # there was only one
-        plan = {"name": record["house"], "cell_size": record["cell_size"], "rows": record["plan"]}
-        record |= {"plans": [plan], "houses": ""}
-    for row in [*summary["rows"], *summary["comparisons"]]:
-        row.setdefault("family", str(Family.of(row["epsilon"])))
-    settings, episodes = Settings.of_record(record), pd.read_parquet(path / "episodes.parquet")
-    if "family" not in episodes:
-        episodes["family"] = [str(Family.of(epsilon)) for epsilon in episodes["epsilon"]]
-    if any("damage_verdict" not in row for row in summary["comparisons"]):  # it has other statistics
-        summary |= {key: summarise(settings, episodes)[key] for key in ("rows", "comparisons")}
-    caregivers = settings.caregivers
-    return Run(
-        settings=settings,
-        families=tuple(map(str, settings.families)),
-        episodes=episodes,
-        summary={key: summary[key] for key in ("rows", "comparisons", "versions")},
-        maps=pd.read_parquet(path / "maps.parquet"),
-        caregiver="paper"
-        if "paper" in caregivers
-        else next((c for c in caregivers if c not in ("none", FLOOR)), "none"),
-    )

@@ -22,18 +22,17 @@ def damage_table(run: Run) -> Table:
         alone, guarded = run.row("none", family), run.row(run.caregiver, family)
         cited = published.means(run, "damage_normalised", family)
         cells = (
-            with_interval(alone, "damage_normalised_mean", 3),
+            with_interval(alone, "damage_normalised_mean", 3, between="\n"),
             NONE if cited is None else f"{cited[0]:.3f}",
-            with_interval(guarded, "damage_normalised_mean", 3),
+            with_interval(guarded, "damage_normalised_mean", 3, between="\n"),
             NONE if cited is None else f"{cited[1]:.3f}",
-            with_interval(run.comparison(run.caregiver, "none", family), "damage_left", 2),
+            with_interval(run.comparison(run.caregiver, "none", family), "damage_left", 2, between="\n"),
             NONE if cited is None else f"{cited[1] / cited[0]:.2f}",
         )
         rows.append((family_name(family), *cells))
     note = (
-        f"Mean normalised damage in {EPISODE_TIMESTEPS} timesteps, and the share of it that is left with the "
-        "caregiver; in brackets the 95 % interval. 1.0 is the greatest damage of any episode of the run, here "
-        f"{run.episodes.damage.max():g}; the more episodes, the greater that is, so compare the shares left."
+        f"Mean normalised damage in {EPISODE_TIMESTEPS} timesteps and its 95 % interval. 1.0 is the greatest of any "
+        f"episode of the run ({run.episodes.damage.max():g}), the greater, the more episodes: compare the shares left."
     )
     return _beside_published(run, f"Table I. Damage — {run.title}", ("without", "with", "left"), rows, note)
 
@@ -45,10 +44,10 @@ def timesteps_table(run: Run) -> Table:
         cited = published.means(run, column, family)
         cells = [family_name(family)]
         for i, caregiver in enumerate(("none", run.caregiver)):
-            cells.append(with_interval(run.row(caregiver, family), f"{column}_mean"))
+            cells.append(with_interval(run.row(caregiver, family), f"{column}_mean", between="\n"))
             cells.append(NONE if cited is None else f"{cited[i]:.1f}")
         rows.append(tuple(cells))
-    note = f"Mean timesteps until {DAMAGE_THRESHOLD:g} damage, at most {EPISODE_TIMESTEPS}."
+    note = f"Mean timesteps until the damage is above {DAMAGE_THRESHOLD:g}, at most {EPISODE_TIMESTEPS}."
     return _beside_published(run, f"Table II. Timesteps — {run.title}", ("without", "with"), rows, note)
 
 
@@ -84,19 +83,20 @@ def comparison_table(run: Run) -> Table:
     return Table(f"Differences that the caregiver makes — {run.title}", columns, rows, note)
 
 
-def measures_table(run: Run) -> Table:
-    """The mean of every measure."""
+def measures_tables(run: Run) -> list[Table]:
+    """The mean of every measure with every caregiver, a table for each family."""
     measured = [c for c in COLUMNS if c.role in ("damage", "count") and c.world in ("", run.settings.world)]
-    rows = [
-        (
-            f"{family_name(row['family'])}, {row['caregiver']}",
-            *(number(row[f"{column.name}_mean"]) for column in measured),
-        )
-        for row in run.summary["rows"]
-    ]
     note = "Means of an episode. Standard deviations and intervals are in summary.json."
-    columns = (f"{run.nouns.who}, caregiver", *(column.title for column in measured))
-    return Table(f"Every measure — {run.title}", columns, rows, note)
+    tables = []
+    for family in run.families:
+        found = {caregiver: run.row(caregiver, family) for caregiver in run.settings.caregivers}
+        rows = [
+            (column.title, *(number(row[f"{column.name}_mean"]) for row in found.values()))
+            for column in measured
+            if all(f"{column.name}_mean" in row for row in found.values())
+        ]
+        tables.append(Table(f"Every measure, {family_name(family)} — {run.title}", ("measure", *found), rows, note))
+    return tables
 
 
 def children_table(run: Run) -> Table | None:

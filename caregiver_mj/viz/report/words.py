@@ -80,14 +80,19 @@ def number(value: float, digits: int = 1, sign: str = "-") -> str:
     return text.replace("-", "−")
 
 
-def with_interval(row: dict[str, Any] | None, key: str, digits: int = 1, sign: str = "-", between: str = " ") -> str:
+def with_interval(
+    row: dict[str, Any] | None, key: str, digits: int = 1, sign: str = "-", between: str = " ", scale: float = 1.0
+) -> str:
     """A number of the summary with its interval in brackets, whose open ends are infinite."""
     if row is None or row[key] is None:
         return NONE
     stem = key.removesuffix("_mean")
-    low, high = (row[f"{stem}_ci_{end}"] for end in ("low", "high"))
-    ends = ("−∞" if low is None else number(low, digits, sign), "∞" if high is None else number(high, digits, sign))
-    return f"{number(row[key], digits, sign)}{between}[{', '.join(ends)}]"
+    value, low, high = (row[name] for name in (key, f"{stem}_ci_low", f"{stem}_ci_high"))
+    ends = (
+        "−∞" if low is None else number(scale * low, digits, sign),
+        "∞" if high is None else number(scale * high, digits, sign),
+    )
+    return f"{number(scale * value, digits, sign)}{between}[{', '.join(ends)}]"
 
 
 def p_value(value: float | None) -> str:

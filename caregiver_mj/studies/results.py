@@ -1,0 +1,84 @@
+"""The results that the README shows: runs every evaluation behind them, reports on all, and fills docs/results.
+
+A run that was broken off goes on where it stopped; one that is finished is not run again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import pathlib
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+
+import pandas as pd
+
+from caregiver_mj.errors import CaregiverError
+
+_ALL = "none random wanderer nearest guard stairs candles childproof paper-still paper floor"
+_OTHERS = "toddler:.5 explorer:.25 avoider:.25 seeker:.25"  # children that are no novices
+RUNS = {  # in the order of the report
+    "grid-test-100": f"--world grid --houses test-100 --caregiver {_ALL} --episodes 100",
+    "house-test-10": "--world house --houses test-10 --caregiver none paper nearest floor --episodes 20",
+    "grid-apartment": f"--world grid --house apartment --caregiver {_ALL} --episodes 1000",
+    "grid-paper": f"--world grid --house paper --caregiver {_ALL} --episodes 2000",
+    "house-paper": "--world house --house paper --caregiver none paper --episodes 200",
+}
+CHILDREN = {  # who are no novices
+    "grid-children": f"--world grid --houses test-100 --caregiver none nearest paper floor --epsilon {_OTHERS} "
+    "--episodes 50",
+    "house-children": f"--world house --houses test-10 --caregiver none paper floor --epsilon {_OTHERS} --episodes 2",
+}
+
+
+def command(runs: pathlib.Path, name: str, jobs: int) -> list[str]:
+    """The command of a run."""
+    asked = shlex.split((RUNS | CHILDREN)[name])
+    return ["evaluate", *asked, "--jobs", str(jobs), "--out", str(runs / name), "--resume"]
+
+
+def run(arguments: Sequence[str]) -> None:
+    """Runs a command of this package.
+
+    Raises:
+        CaregiverError: It failed.
+    """
+    print("caregiver-mj", shlex.join(arguments), file=sys.stderr)
+    if subprocess.run([sys.executable, "-m", "caregiver_mj", *arguments], check=False).returncode:
+        raise CaregiverError(f"caregiver-mj {shlex.join(arguments)} failed")
+
+
+def publish(report: pathlib.Path, docs: pathlib.Path, name: str) -> None:
+    """Copies the tables of a report, the figures in them, and what each house comes to, to the documentation."""
+    folder = docs / name
+    shutil.rmtree(folder, ignore_errors=True)
+    (folder / "figures").mkdir(parents=True)
+    text = (report / "tables.md").read_text("utf-8")
+    (folder / "README.md").write_text(text, "utf-8")
+    for figure in sorted((report / "figures").glob("*.png")):
+        if f"(figures/{figure.name})" in text:
+            shutil.copy(figure, folder / "figures")
+    if (report / "houses.parquet").is_file():
+        pd.read_parquet(report / "houses.parquet").round(4).to_csv(folder / "houses.csv", index=False)
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Runs what is missing, reports, and publishes."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--runs", type=pathlib.Path, default=pathlib.Path("runs"), metavar="DIR")
+    parser.add_argument("--docs", type=pathlib.Path, default=pathlib.Path("docs"), metavar="DIR")
+    parser.add_argument("--jobs", type=int, default=2, help="worker processes (default: %(default)s)")
+    parser.add_argument(
+        "--only", nargs="+", choices=[*RUNS, *CHILDREN], metavar="RUN", help="run these, publish nothing"
+    )
+    options = parser.parse_args(arguments)
+    for name in options.only or [*RUNS, *CHILDREN]:
+        run(command(options.runs, name, options.jobs))
+    if options.only:
+        return
+    for group, name in ((RUNS, "results"), (CHILDREN, "children")):
+        folders = [options.runs / run for run in group]
+        run(["report", *map(str, folders)])
+        publish(folders[0], options.docs, name)

@@ -1,0 +1,87 @@
+"""What each caregiver leaves of the damage: in one house, or over several and in each of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pandas as pd
+
+from caregiver_mj.viz import figures
+from caregiver_mj.viz.report.baselines import verdicts
+from caregiver_mj.viz.report.charts import Picture, left_series
+from caregiver_mj.viz.report.run import Run
+from caregiver_mj.viz.report.table import Table
+from caregiver_mj.viz.report.words import family_name, in_lines, with_interval
+
+_FEW = 4  # caregivers that are told apart side by side; more of them have a row each
+FLOOR_IS = (
+    "The floor is what blocking and relocating cannot prevent: bumps into tables when every candle is gone and every "
+    "stairwell shut. A caregiver comes below it only by being in the child's way."
+)
+
+
+def left(run: Run) -> dict[str, Any]:
+    """Everything that the page shows of it."""
+    return {
+        "table": left_table(run),
+        "pictures": _pictures(run),
+        "verdicts": verdicts(run),
+        "wins": wins_table(run),
+        "floor": FLOOR_IS if run.floor else "",
+    }
+
+
+def left_table(run: Run) -> Table:
+    """Caregivers by families, in the run's order."""
+    caregivers = [caregiver for caregiver in run.settings.caregivers if caregiver != "none"]
+    rows = [
+        (c, *(with_interval(run.comparison(c, "none", f), "damage_left", 2, between="\n") for f in run.families))
+        for c in caregivers
+    ]
+    note = "Share of the damage without a caregiver that is left, and its 95 % interval."
+    if run.houses > 1:
+        note += f" Means over {run.houses} houses, each of which counts the same; intervals are over houses."
+    columns = ("caregiver", *map(family_name, run.families))
+    return Table(f"Damage left by each caregiver — {run.title}", columns, rows, note)
+
+
+def wins_table(run: Run) -> Table | None:
+    """In how many houses the caregiver has less damage than each other one, and in how many more."""
+    if run.by_house is None or not run.baselines:
+        return None
+    damage = run.by_house.pivot_table(index=["family", "house"], columns="caregiver", values="damage")
+    rows = []
+    for baseline in run.baselines:
+        cells = []
+        for family in run.families:
+            difference = damage.loc[family, run.caregiver] - damage.loc[family, baseline]
+            cells.append(f"{(difference < 0).sum()} : {(difference > 0).sum()}")
+        rows.append((baseline, *cells))
+    note = (
+        f"Houses in which {run.caregiver} has less damage : houses in which it has more, of {run.houses}; in the rest "
+        f"it is the same. Of {run.settings.episodes} episodes a house, so chance has its part in each."
+    )
+    title = f"Houses with less and with more damage with {run.caregiver} than with others — {run.title}"
+    return Table(title, ("against", *map(family_name, run.families)), rows, note)
+
+
+def _pictures(run: Run) -> list[Picture]:
+    """Every house as a point; of a single house, or of few caregivers in one, their shares."""
+    caption = f"Damage left, as a share of that without a caregiver, with its 95 % interval — {run.title}"
+    name, floor = f"damage_left_{run.name}", next(iter(run.floor), "")
+    means = pd.DataFrame([row for row in run.summary["comparisons"] if row["baseline"] == "none"])
+    means = means.set_index("caregiver").loc[[c for c in run.settings.caregivers if c != "none"]].reset_index()
+    names = {family: family_name(family) for family in run.families}
+    if run.by_house is not None:
+        caption = f"Damage left in each house, and its mean over houses with the 95 % interval — {run.title}"
+        narrow, wide = (
+            figures.houses(run.by_house, means, names, caregiver=run.caregiver, columns=columns)
+            for columns in (1, len(names))
+        )
+        return [Picture.of(name, narrow, caption), Picture.of(f"{name}_wide", wide, caption)]
+    if len(run.baselines) >= _FEW:
+        return [Picture.of(name, figures.houses(None, means, names, caregiver=run.caregiver), caption)]
+    series = [left_series(run, caregiver, caregiver, run.families) for caregiver in (run.caregiver, *run.baselines)]
+    line = left_series(run, floor, floor, run.families) if floor else None
+    lines = [in_lines(family) for family in run.families]
+    return [Picture.of(name, figures.damage_left(lines, series, line), caption)]

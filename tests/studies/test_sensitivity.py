@@ -1,0 +1,294 @@
+"""The study of sensitivity: what it varies, what it derives by hand, its page and its figure."""
+
+import dataclasses
+from itertools import count
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from random_plans import plan_texts
+
+from caregiver_mj.caregivers.baselines import NearestCaregiver
+from caregiver_mj.caregivers.paper import PaperCaregiver
+from caregiver_mj.caregivers.percept import Percept
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.evaluation import evaluate
+from caregiver_mj.experiments.intervals import Estimate, of_difference, of_ratio
+from caregiver_mj.experiments.settings import EPSILONS, Settings
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING, DamageWeights
+from caregiver_mj.recording.record import DAMAGE_THRESHOLD
+from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.studies.sensitivity import house, words
+from caregiver_mj.studies.sensitivity.conditions import (
+    CONDITIONS,
+    LINEAR,
+    NEAREST,
+    NONE,
+    PAPER,
+    SPEEDS,
+    STILL,
+    WEIGHTED,
+    WEIGHTS,
+)
+from caregiver_mj.studies.sensitivity.document import document
+from caregiver_mj.studies.sensitivity.figures import draw
+from caregiver_mj.studies.sensitivity.house_table import difference, house_table
+from caregiver_mj.studies.sensitivity.measure import Figures, Job, first, run
+from caregiver_mj.studies.sensitivity.places import Place
+from caregiver_mj.studies.sensitivity.results import Results
+from caregiver_mj.studies.sensitivity.same_rule import cells_apart, first_apart
+from caregiver_mj.studies.sensitivity.same_rule_table import plans_apart, share_apart
+from caregiver_mj.studies.sensitivity.tables import interval
+
+# A corridor: wherever the child is, stairwell and candle are 11 moves away together. The bare table is by the stairs.
+CORRIDOR = FloorPlan.parse("##############\n#S..........C#\n##T######B####\n##############")
+
+
+# -- Where the two rules are the same ----------------------------------------------------------------
+
+
+def choices(plan, candle_table):
+    """What the rule and `nearest` choose with a child in each cell."""
+    cells = len(plan.free_cells)
+    child = np.arange(cells)[:, None]
+    percept = Percept(
+        child, child, np.full_like(child, NOTHING), np.zeros(cells, int), np.tile(candle_table, (cells, 1)),
+        np.full(cells, NOTHING),
+    )  # fmt: skip
+    return PaperCaregiver(plan).choose(percept), NearestCaregiver(plan).choose(percept)
+
+
+@settings(max_examples=25, deadline=None)
+@given(plan_texts(), st.sampled_from(["5:4:1", "20:4:1", "1:1:1", "4:5:1"]), st.randoms(use_true_random=False))
+def test_the_rules_differ_just_where_the_derivation_says(text, weights, random):
+    plan = FloorPlan.parse(text, damage=DamageWeights.parse(weights))
+    tables = np.array(random.sample(range(len(plan.tables)), len(plan.candle_tables)), int)
+    ours, theirs = choices(plan, tables)
+    assert (ours != theirs).tolist() == cells_apart(plan, tables).tolist()
+    if weights == "1:1:1":
+        assert not cells_apart(plan).any()
+
+
+def test_the_rules_differ_in_a_corridor_by_hand():
+    east, west = (CORRIDOR.graph.table_distances[:, 0], CORRIDOR.graph.stairwell_distances[:, 0])
+    assert (east + west == 11).all()
+    apart = {(int(c), int(s)) for c, s, so in zip(east, west, cells_apart(CORRIDOR), strict=True) if so}
+    assert apart == {(5, 6)}
+    dear = dataclasses.replace(CORRIDOR, damage=DamageWeights(20.0, 4.0, 1.0))
+    apart = {(int(c), int(s)) for c, s, so in zip(east, west, cells_apart(dear), strict=True) if so}
+    assert apart == {(2, 9), (3, 8), (4, 7), (5, 6)}
+
+
+def test_the_nearest_distances_at_which_they_differ():
+    assert first_apart(5, 4, 7) == [(4, 5), (5, 6), (6, 7)]
+    assert first_apart(5, 4, 4) == []
+    assert first_apart(1, 1, 30) == []
+    assert first_apart(20, 4, 3) == [(1, 2), (1, 3), (2, 3)]
+
+
+def test_without_stairs_or_candles_there_is_nothing_to_differ_about():
+    assert not cells_apart(FloorPlan.parse("######\n#S..B#\n###T##\n######")).any()
+    assert not cells_apart(FloorPlan.parse("######\n#C..B#\n###T##\n######")).any()
+
+
+# -- In the grid -------------------------------------------------------------------------------------
+
+
+def test_every_condition_is_run_once():
+    assert len(set(CONDITIONS)) == len(CONDITIONS) == 10
+    assert SPEEDS[3] == WEIGHTED["5:4:1"] == PAPER
+
+
+def test_places_are_houses_or_sets():
+    assert Place.of("paper", 4, 2) == Place("paper", ("paper",), 4)
+    assert Place.of("train-2", 4, 3) == Place("train-2", ("house-100000", "house-100001"), 3)
+    with pytest.raises(CaregiverError, match="no floor plan 'nowhere'"):
+        Place.of("nowhere", 4, 2)
+
+
+def run_at(condition, epsilon=1.0, episodes=4):
+    return run(Job("paper", epsilon, condition, episodes))
+
+
+def test_episodes_are_those_of_an_evaluation():
+    rows = evaluate(Settings(FloorPlan.load("paper"), "grid", ("none", "paper"), (0.5,), 4)).episodes
+    for one in (NONE, PAPER):
+        found, own = run_at(one, 0.5), rows[rows.caregiver == one.caregiver]
+        assert found.damage("5:4:1").tolist() == own.damage.tolist()
+        alike = own.damage_stairwell / 5 + own.damage_candle / 4 + own.damage_table
+        assert found.damage("1:1:1").tolist() == alike.tolist()
+        assert found.toys.tolist() == own.toys_reached.tolist()
+        assert found.stop_above.tolist() == own.timesteps_to_threshold.tolist()
+        assert (found.stop_at <= found.stop_above).all()
+
+
+def test_the_first_timestep_of_either_reading():
+    damage = np.array([[4.0, 14.0, 0.0], [15.0, 16.0, 15.0], [15.0, 16.0, 15.0], [19.0, 16.0, 15.0]])
+    assert first(damage >= DAMAGE_THRESHOLD).tolist() == [2, 2, 2]
+    assert first(damage > DAMAGE_THRESHOLD).tolist() == [4, 2, 4]  # 4 timesteps are all
+
+
+def test_what_is_varied_changes_what_happens_but_for_equal_weights_which_make_the_rule_nearest():
+    at = {one: run_at(one).collisions.tolist() for one in CONDITIONS}
+    for one in (LINEAR, STILL, WEIGHTED["20:4:1"], *(SPEEDS[actions] for actions in (1, 2, 4))):
+        assert at[one] != at[PAPER]
+    assert at[WEIGHTED["1:1:1"]] == at[NEAREST]
+
+
+def test_the_two_rules_differ_in_a_timestep_only_where_they_can():
+    assert run_at(PAPER).differs.any()
+    assert not run_at(NEAREST).differs.any()
+    assert share_apart("house-100001", "1:1:1") == 0 < share_apart("house-100001", "5:4:1")
+    assert share_apart("house-100001", "5:4:1") < share_apart("house-100001", "20:4:1")
+
+
+@pytest.fixture(scope="module")
+def results():
+    """Made up, over a house and a set of two."""
+    places, random = (Place("paper", ("paper",), 9), Place("train-2", ("house-100000", "house-100001"), 9)), count(1)
+    figures = {}
+    for place in places:
+        for house_ in place.houses:
+            for one in CONDITIONS:
+                for epsilon in EPSILONS:
+                    draws = np.random.default_rng(next(random))
+                    stops = np.sort(draws.integers(1, 201, (2, 9)), axis=0)
+                    differs = draws.random(9) * (one == PAPER and house_ != "house-100000")
+                    figures[house_, one, epsilon] = Figures(
+                        draws.integers(0, 9, (9, 3)), draws.integers(0, 30, 9), stops[1], stops[0], differs
+                    )
+    return Results(places, figures)
+
+
+def test_what_is_left_is_of_the_damage_of_those_alone(results):
+    single, several = results.places
+    ours, alone = (results.figures["paper", one, 1.0].collisions @ [20, 4, 1] for one in (LINEAR, NONE))
+    assert results.left(single, LINEAR, "20:4:1")[0] == of_ratio(ours, alone)
+    ours, alone = (
+        [(results.figures[name, one, 0.75].collisions @ [5, 4, 1]).mean() for name in several.houses]
+        for one in (LINEAR, NONE)
+    )
+    assert results.left(several, LINEAR)[1].value == pytest.approx(sum(ours) / sum(alone))
+
+
+def test_differences_are_paired_and_of_means_over_houses(results):
+    single, several = results.places
+    ours, theirs = (results.figures["paper", one, 0.05].collisions @ [1, 1, 1] for one in (PAPER, NEAREST))
+    assert results.difference(single, PAPER, NEAREST, "1:1:1")[-1] == of_difference(ours, theirs)
+    ours, theirs = ([results.figures[name, one, 1.0].toys.mean() for name in several.houses] for one in (STILL, PAPER))
+    assert results.toys_difference(several, STILL, PAPER)[0].value == pytest.approx(np.mean(ours) - np.mean(theirs))
+    damage = [
+        results.figures["paper", PAPER, e].damage("5:4:1") - results.figures["paper", NEAREST, e].damage("5:4:1")
+        for e in EPSILONS
+    ]
+    assert results.mean_difference("paper", PAPER, NEAREST).value == pytest.approx(np.mean(damage))
+
+
+def test_what_is_averaged_over_houses_and_epsilons(results):
+    several = results.places[1]
+    found = [results.figures[name, PAPER, e] for name in several.houses for e in EPSILONS]
+    np.testing.assert_allclose(
+        results.collisions(several, PAPER), np.mean([one.collisions for one in found], axis=(0, 1))
+    )
+    assert results.differs(several, PAPER) == pytest.approx(np.mean([one.differs for one in found]))
+    assert results.other_stops(several, PAPER) == pytest.approx(np.mean([o.stop_at != o.stop_above for o in found]))
+    above = np.mean([results.figures[name, PAPER, 0.25].stop_above for name in several.houses])
+    assert results.stops(several, PAPER, "above")[3] == pytest.approx(above)
+
+
+def test_plans_on_which_the_rules_never_differ_are_left_out(results):
+    assert [place.name for place in plans_apart(results)] == ["paper", "house-100001"]
+
+
+# -- In the house ------------------------------------------------------------------------------------
+
+
+def test_a_slowed_robot_is_the_same_but_for_its_speed():
+    robot = find_embodiment()
+    slow = house.slowed(robot, 0.5)
+    assert slow.limits.base.velocity == robot.limits.base.velocity / 2
+    assert slow.limits.base_speed == robot.limits.base_speed / 2
+    assert slow.limits.base.acceleration == robot.limits.base.acceleration
+    assert (slow.model, slow.layout, slow.footprint, slow.limits.yaw) == (
+        robot.model, robot.layout, robot.footprint, robot.limits.yaw)  # fmt: skip
+
+
+def test_a_slowed_robot_drives_no_faster():
+    """Measured in the physics, over the first 20 seconds of an episode."""
+    fastest = {}
+    for share in (1.0, 0.5):
+        env, policy = house.make(house.Robot(speed=share), 1.0)
+        timestep, speeds = env.reset(), [0.0]
+        for _ in range(1000):
+            timestep = env.step(policy(timestep))
+            speeds.append(float(np.hypot(*env.physics.base_velocity()[:2])))
+        fastest[share] = max(speeds)
+    top = find_embodiment().limits.base_speed
+    assert fastest[0.5] <= 0.5 * top < fastest[1.0] <= 1.001 * top
+
+
+def test_finished_episodes_in_the_house_are_kept(tmp_path, monkeypatch):
+    monkeypatch.setattr(house, "ROBOTS", {"none": None})
+    first_run = house.measure(1, 1, tmp_path / "run", epsilons=(1.0,))
+    assert len(first_run) == 1
+    files = list((tmp_path / "run" / "episodes").glob("*.json"))
+    assert len(files) == 1
+    files[0].write_text(files[0].read_text().replace('"strikes": 0', '"strikes": 7'))
+    assert house.measure(1, 1, tmp_path / "run", epsilons=(1.0,)).strikes.tolist() == [7]
+
+
+# -- The page ----------------------------------------------------------------------------------------
+
+
+def made_episodes():
+    random = np.random.default_rng(0)
+    rows = [
+        {"robot": robot, "epsilon": epsilon, "episode": i, "damage": float(random.integers(1, 20)), "strikes": 0,
+         "toys_reached": int(random.integers(9)), "candles_dropped": 0}
+        for robot in house.ROBOTS for epsilon in EPSILONS for i in range(6)
+    ]  # fmt: skip
+    return pd.DataFrame(rows)
+
+
+def test_differences_in_the_house_are_paired():
+    episodes = made_episodes()
+    own, still = (episodes[(episodes.robot == name) & (episodes.epsilon == 0.5)] for name in ("paper", "paper-still"))
+    found = difference(episodes.sample(frac=1.0, random_state=0).sort_values("epsilon", ascending=False, kind="stable"),
+                       "paper-still", "damage")[EPSILONS.index(0.5)]  # fmt: skip
+    assert found.value == pytest.approx(still.damage.mean() - own.damage.mean())
+    assert house_table(episodes).count("| `paper` at 50 % of its speed |") == 3
+
+
+def test_verdicts_in_words():
+    above, below, neither = Estimate(1.0, 0.5, 1.5), Estimate(-1.0, -1.5, -0.5), Estimate(0.1, -0.5, 0.6)
+    assert words.verdict([above, above, neither, below, neither]) == (
+        "more at epsilon 1 and 0.75, less at epsilon 0.25, no difference seen at the others"
+    )
+    assert words.side(Estimate(-1.0, -np.inf, -0.5)) == 0
+    assert words.verdict([neither] * 5) == "no difference seen at any epsilon"
+    assert words.verdict([Estimate(0.0, 0.0, 0.0)] * 5) == "the same in every episode"
+    assert words.verdict([below] * 5) == "less at epsilon 1, 0.75, 0.5, 0.25 and 0.05"
+
+
+def test_page_and_figure(results):
+    text = document(results, made_episodes(), "python scripts/sensitivity.py --docs docs")
+    assert text.startswith("# Sensitivity\n")
+    assert "| `train-2` | 20:4:1 |" in text
+    assert "| the paper's own | `paper` | Table II | 97.0 | 164.2 | 171.5 | 200.0 | 200.0 |" in text
+    assert "4 and 5, 5 and 6, 6 and 7" in " ".join(text.split())
+    assert "In all of these 150 episodes there were 0 strikes and 0 dropped candles." in text
+    assert all(len(line) <= 120 for line in text.splitlines() if not line.startswith("|"))
+    assert "physical house" not in document(results, pd.DataFrame(), "command").split("## ")[4]
+    figure = draw(results)
+    assert len(figure.axes) == 4 * len(results.places)
+    labels = figure.axes[0].get_legend_handles_labels()[1]
+    assert labels == [*WEIGHTS, "20:4:1, nearest"]
+
+
+def test_intervals_as_they_are_told():
+    assert interval(Estimate(-0.004, -1.0, 2.0), "+") == "+0.00 (-1.00 to +2.00)"
+    assert interval(Estimate(0.5, 0.5, 0.5)) == "0.50"
+    assert interval(Estimate(0.5, 0.0, np.inf)) == "0.50 (–)"
