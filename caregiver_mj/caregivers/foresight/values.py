@@ -126,7 +126,7 @@ class Values:
             best = self.guards(departure, arrival, column, child).min(axis=0)
             value[:, found[found != NOTHING]] = self._flat(best)[:, None]
         everywhere = np.arange(len(self.layouts))
-        for _ in range(rounds if self.table_column.size else 0):
+        for _ in range(rounds if self.layouts.bears.any() else 0):
             arrival = self._arrival(value)
             leave = np.stack([self._flat(self._best(d, arrival, everywhere)) for d in self._posts], axis=2)
             value = value.copy()
@@ -179,7 +179,7 @@ class Values:
 
     def _flat(self, value: np.ndarray) -> np.ndarray:
         """The reverse of `_by_cell`."""
-        return value.reshape(*value.shape[:-2], -1).T
+        return value.reshape(*value.shape[:-2], self._next.shape[0]).T
 
     def _ahead(self, value: np.ndarray) -> np.ndarray:
         """Discounted expectations of values (states, columns) so many timesteps later: (timesteps, columns, ...)."""
