@@ -13,6 +13,7 @@ from random_plans import plan_texts
 
 from caregiver_mj.caregivers import CAREGIVERS, Caregiver, Percept, make_caregiver
 from caregiver_mj.caregivers.baselines import GuardCaregiver, NearestCaregiver, RandomCaregiver
+from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.parts import CandlesCaregiver, StairsCaregiver
 from caregiver_mj.children.tape import pick
@@ -216,6 +217,9 @@ def test_a_house_without_stairwells():
     for caregiver in all_caregivers(plan):
         caregiver.reset(2)
         decision = caregiver.choose(percept)
+        if isinstance(caregiver, ForesightCaregiver):  # which may bide its time
+            assert set(decision.tolist()) <= {NOTHING, 0}
+            continue
         cannot = isinstance(caregiver, GuardCaregiver | StairsCaregiver)
         assert decision.tolist() == ([NOTHING] * 2 if cannot else [0, 0])
 
