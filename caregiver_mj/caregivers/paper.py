@@ -80,11 +80,7 @@ class PaperCaregiver(Caregiver):
 
     def assess(self, percept: Percept) -> Assessment:
         """P(safe|tau), P(reach|tau) and expected danger as they stand now."""
-        distance = self.hazard_distances(percept)
-        if self._reach == "inverse":
-            reach = safety.reach_inverse(distance)
-        else:
-            reach = safety.reach_linear(distance, self._largest_distance)
+        reach = self.reach(percept)
         safe, damage = safety.probability_safe(self._log_ratio), self.plan.hazards.damage
         danger = safety.expected_danger(safe, reach, damage)
         # 1 - P(safe) may round to 0 after a long safe walk. What tells between children is how they compare, so it is
@@ -94,6 +90,13 @@ class PaperCaregiver(Caregiver):
         weighted = (weight if self._weighs_safety else np.ones_like(weight))[..., None] * reach * damage
         urgency = weighted.sum(axis=1) if self._over_children == "sum" else weighted.max(axis=1)
         return Assessment(safe, reach, danger, urgency)
+
+    def reach(self, percept: Percept) -> np.ndarray:
+        """P(reach_o|tau) of every hazard by every child, (B, K, hazards)."""
+        distance = self.hazard_distances(percept)
+        if self._reach == "inverse":
+            return safety.reach_inverse(distance)
+        return safety.reach_linear(distance, self._largest_distance)
 
     def choose(self, percept: Percept) -> np.ndarray:
         assessment = self.assess(percept)

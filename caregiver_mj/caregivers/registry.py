@@ -5,6 +5,8 @@ from __future__ import annotations
 from caregiver_mj.caregivers.baselines import GuardCaregiver, NearestCaregiver, RandomCaregiver
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.childproof import ChildproofCaregiver
+from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
+from caregiver_mj.caregivers.foresight.knows_goal import KnowsGoalCaregiver
 from caregiver_mj.caregivers.paper import (
     PaperAlikeCaregiver,
     PaperCaregiver,
@@ -12,6 +14,7 @@ from caregiver_mj.caregivers.paper import (
     PaperMaxCaregiver,
 )
 from caregiver_mj.caregivers.parts import CandlesCaregiver, PaperStillCaregiver, StairsCaregiver
+from caregiver_mj.caregivers.predictive import PaperPredictiveCaregiver
 from caregiver_mj.caregivers.wanderer import WandererCaregiver
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.registry import Registry
@@ -29,11 +32,14 @@ CAREGIVERS: Registry[type[Caregiver]] = Registry(
         "paper-max": PaperMaxCaregiver,
         "paper-alike": PaperAlikeCaregiver,
         "paper-max-alike": PaperMaxAlikeCaregiver,
+        "paper-predictive": PaperPredictiveCaregiver,
         "paper-still": PaperStillCaregiver,
         "stairs": StairsCaregiver,
         "candles": CandlesCaregiver,
         "wanderer": WandererCaregiver,
         "childproof": ChildproofCaregiver,
+        "foresight": ForesightCaregiver,
+        "knows-goal": KnowsGoalCaregiver,
     },
 )
 

@@ -67,6 +67,10 @@ class Behaviour(abc.ABC):
             Indices into `ACTIONS`, (B,), or NOTHING for a child that stays where it is.
         """
 
+    def epsilons(self, batch: int) -> np.ndarray:
+        """Share of random moves in each of B episodes, (B,)."""
+        return np.full(batch, self.epsilon)
+
     def next_bin(self, draw: np.ndarray) -> np.ndarray:
         """Bins to go to next (B,), uniform over all bins, from uniform draws (B,)."""
         return pick(draw, len(self.plan.bins))

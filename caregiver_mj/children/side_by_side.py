@@ -38,6 +38,10 @@ class SideBySide(Behaviour):
     def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
         return self._each(lambda part, share: part.act(sight.of(share), draws[share]))
 
+    def epsilons(self, batch: int) -> np.ndarray:
+        parts = zip(self._parts, self._sizes, strict=True)
+        return np.concatenate([part.epsilons(size) for part, size in parts])
+
     def next_bin(self, draw: np.ndarray) -> np.ndarray:
         return self._each(lambda part, share: part.next_bin(draw[share]))
 

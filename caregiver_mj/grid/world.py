@@ -15,6 +15,7 @@ import numpy as np
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.start import starting_tables
+from caregiver_mj.caregivers.told import ToldCaregiver, Truth
 from caregiver_mj.children.behaviour import Sight
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import Tape, start_cells
@@ -112,6 +113,8 @@ class GridWorld:
         self._move_children()
         if self.caregiver:
             self.caregiver.watch(self.percept())
+            if isinstance(self.caregiver, ToldCaregiver):
+                self.caregiver.hear(self.truth())
             self.care(self.caregiver)
 
     def run(self, tapes: Sequence[Sequence[Tape]], progress: Callable[[], None] = lambda: None) -> Ledger:
@@ -140,6 +143,11 @@ class GridWorld:
             self.candle_table,
             self.holding,
         )
+
+    def truth(self) -> Truth:
+        """What no caregiver can see."""
+        epsilons = [behaviour.epsilons(len(self.goal)) for behaviour in self.behaviours]
+        return Truth(self.goal, np.stack(epsilons, axis=1))
 
     def forget_orders(self, which: np.ndarray) -> None:
         """Has the caregiver be about nothing in some worlds, (n,), so that whatever comes next is begun anew."""

@@ -1,0 +1,1 @@
+"""A caregiver that sees harm coming, and all that it knows beforehand of a house."""

@@ -1,0 +1,40 @@
+"""Setting out: how long everything takes that the caregiver could do from where it is, with a child where that is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from caregiver_mj.caregivers.foresight.transit import Transit
+from caregiver_mj.caregivers.foresight.travel import HANDLING, Travel, timesteps
+
+
+class Departure:
+    """Durations in moves of the child, for n pairs of a child and a caregiver.
+
+    Attributes:
+        to_post: Until the caregiver is in each post, (posts, n, G E).
+        falls: Damage of open stairwells on the way, likewise.
+        to_get: Until the candle of each table is in its hand, (tables, n).
+        to_place: Until it has been put down on another one, (tables, tables, n).
+    """
+
+    def __init__(self, ways: Travel, transit: Transit, child: np.ndarray, cell: np.ndarray, left: int):
+        """Works them out.
+
+        Args:
+            ways: The caregiver's ways.
+            transit: What happens on them.
+            child: The child's cells, (n,).
+            cell: The caregiver's cells, (n,).
+            left: Actions that the caregiver has left before the child's next move.
+        """
+        posts = len(ways.posts)
+        goal = np.arange(ways.step.shape[2])[:, None]
+        at = ways.step[left, child, goal, cell]  # where it is when the child moves, (goals, n)
+        self.to_post = transit.to_post[goal[:posts], child, :, at[:posts]]
+        self.falls = transit.falls[goal[:posts], child, :, at[:posts]]
+        self.to_get = transit.to_get[goal[: len(goal) - posts], child, at[posts:]].astype(int)
+        # What a child in the way costs, it costs on the way to the first table.
+        get = ways.to_table[cell].T + HANDLING  # actions
+        place = get[:, None] + np.moveaxis(ways.onward[cell], 0, 2) + HANDLING
+        self.to_place = self.to_get[:, None] + timesteps(place, left) - timesteps(get, left)[:, None]

@@ -1,0 +1,92 @@
+"""The caregiver that sees harm coming: it looks ahead to where the children may go, and to what it could still do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from caregiver_mj.caregivers.caregiver import Caregiver
+from caregiver_mj.caregivers.foresight.child_model import novice_chain
+from caregiver_mj.caregivers.foresight.options import Options
+from caregiver_mj.caregivers.foresight.travel import ACTIONS_PER_TIMESTEP
+from caregiver_mj.caregivers.foresight.values import values
+from caregiver_mj.caregivers.percept import Percept
+from caregiver_mj.danger.belief import Belief
+from caregiver_mj.interventions.intervention import BLOCK, RELOCATE, Interventions
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
+
+CHANGE = 0.005  # probability, in a timestep, that a child's epsilon is another one from then on
+# By how much something else must be better than what it is about, as a share of all damage that would come if it did
+# nothing: so that it does not turn round for a trifle.
+HYSTERESIS = 0.001
+
+
+class ForesightCaregiver(Caregiver):
+    """Does that from which the least damage is to be expected, later interventions included.
+
+    It believes in every toy bin that a child may be going to, and every epsilon that it may have, as far as the child's
+    moves speak for them. What follows for each of them if the caregiver blocks a stairwell, or carries a candle to a
+    table, is known beforehand; those expectations are weighed by the belief, and added up over the children.
+    """
+
+    def __init__(self, plan: FloorPlan, seed: int = 0, *, hysteresis: float = HYSTERESIS, change: float = CHANGE):
+        """Looks ahead.
+
+        Args:
+            plan: The house.
+            seed: Not used: it draws no lots.
+            hysteresis: By what share of all the damage to come another intervention must be better than this one.
+            change: Probability, in a timestep, that a child's epsilon changes.
+        """
+        super().__init__(plan, seed)
+        self._values = values(plan)
+        self._hysteresis, self._change = hysteresis, change
+        self.reset(1)
+
+    def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
+        self.belief = Belief(novice_chain(self.plan), batch, children, self._change)
+        self._begun = np.full(batch, NOTHING)  # the hazard that it is about
+        self._left = ACTIONS_PER_TIMESTEP
+
+    def watch(self, percept: Percept) -> None:
+        self.belief.watch(percept.previous_cell, percept.previous_action)
+        self._left = ACTIONS_PER_TIMESTEP
+
+    def choose(self, percept: Percept) -> np.ndarray:
+        return self.decide(percept).hazard
+
+    def expected_damage(self, percept: Percept, worlds: np.ndarray) -> np.ndarray:
+        """Expected discounted damage to come by stairwells, and by candles instead of bare tables.
+
+        Args:
+            percept: What is seen after the caregiver's last action in a timestep.
+            worlds: Indices of worlds in which all candles are on tables, (W,).
+
+        Returns:
+            Array (W,).
+        """
+        options = Options(self._values, percept, worlds, self.belief.probability[worlds], 0)
+        return options.candles + options.damage.min(axis=1)
+
+    def decide(self, percept: Percept) -> Interventions:
+        batch = len(percept.caregiver_cell)
+        answer = Interventions.idle(batch)
+        answer.verb[:] = self.idle_verb
+        # Whoever has a candle in the hand puts it down first.
+        free = np.flatnonzero((percept.candle_table != NOTHING).all(axis=1) & (percept.holding == NOTHING))
+        if free.size and len(self.plan.hazards):
+            options = Options(self._values, percept, free, self.belief.probability[free], self._left)
+            hazard, destination = options.best(self._begun[free], self._hysteresis)
+            is_stairwell, is_candle = self.plan.hazards.is_stairwell(hazard), self.plan.hazards.is_candle(hazard)
+            answer.verb[free] = np.where(is_stairwell, BLOCK, np.where(is_candle, RELOCATE, self.idle_verb))
+            answer.hazard[free], answer.destination[free] = hazard, destination
+            self._begun[free] = hazard
+        if percept.candle_cell is not None:  # one on the floor is picked up before anything else
+            for world in np.flatnonzero((percept.candle_cell != NOTHING).any(axis=1) & (percept.holding == NOTHING)):
+                lying = percept.candle_cell[world].argmax()
+                answer.verb[world], answer.hazard[world] = RELOCATE, self.plan.hazards.of_candle(int(lying))
+                answer.destination[world] = self.destination(percept, np.full(batch, lying))[world]
+        self._left = max(1, self._left - 1)
+        return answer

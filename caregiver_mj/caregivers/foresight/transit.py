@@ -1,0 +1,79 @@
+"""How long the caregiver is on its way while a child walks about in it, and what befalls the child meanwhile."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from caregiver_mj.caregivers.foresight.travel import ACTIONS_PER_TIMESTEP, Travel
+from caregiver_mj.danger.chain import ChildChain
+
+_MOVES = 30  # of a child, after which the caregiver is thought to have arrived anyway
+_TYPICAL = 0.5  # epsilon of the child round which it fetches candles
+
+
+class Transit:
+    """Expectations for every state of a child that is about to move and every cell of the caregiver on its way.
+
+    Attributes:
+        to_post: Moves of the child until the caregiver is in each post, rounded, (posts, cells, G E, cells of it).
+        falls: Damage of open stairwells, discounted, meanwhile, likewise.
+        to_get: Moves of the child until the caregiver has got the candle from each table, rounded, by the child's cell,
+            (tables, cells, cells of it).
+    """
+
+    def __init__(self, chain: ChildChain, ways: Travel, damage: np.ndarray, discount: float):
+        """Works them out.
+
+        Args:
+            chain: How the child moves.
+            ways: How the caregiver does.
+            damage: Expected damage of the next move if all stairwells are open, (states,).
+            discount: Of damage, a timestep.
+        """
+        posts, tables = len(ways.posts), ways.step.shape[2] - len(ways.posts)
+        cells = chain.shape[0]
+        ones, sure = np.ones(chain.size, np.float32), single(chain.transition)
+        later = single(discount * chain.transition)
+        shape = posts, cells, chain.size // cells, ways.done + 1
+        self.to_post, self.falls = np.zeros(shape, np.int8), np.zeros(shape, np.float32)
+        for post, cell in enumerate(ways.posts):
+            step = ways.step[ACTIONS_PER_TIMESTEP, :, post]
+            self.to_post[post] = np.round(_until(sure, ones, step, cell))
+            self.falls[post] = _until(later, damage.astype(np.float32), step, cell)
+        typical = dataclasses.replace(chain, epsilons=np.array([_TYPICAL]))
+        sure, ones = single(typical.transition), np.ones(typical.size, np.float32)
+        self.to_get = np.zeros((tables, cells, ways.done + 1), np.int8)
+        for table in range(tables):
+            moves = _until(sure, ones, ways.step[ACTIONS_PER_TIMESTEP, :, posts + table], ways.done)
+            self.to_get[table] = np.round(moves.mean(axis=1))
+
+
+def _until(transition: csr_array, cost: np.ndarray, step: np.ndarray, end: int) -> np.ndarray:
+    """Expected sum of a cost of the child's moves until the caregiver is in a cell.
+
+    Args:
+        transition: Of the child, (states, states), discounted or not.
+        cost: Of a move from each state, (states,).
+        step: Where the caregiver is after each of its turns, (children's cells, cells).
+        end: The cell in which it has arrived.
+
+    Returns:
+        Array (children's cells, states of a cell, cells).
+    """
+    cells, places = step.shape
+    index = step[:, None].astype(int)
+    total = np.zeros((cells, len(cost) // cells, places), np.float32)
+    arrived = np.arange(places) == end
+    for _ in range(_MOVES):
+        after = np.take_along_axis(total, index, axis=2).reshape(len(cost), places)
+        total = (cost[:, None] + transition @ after).reshape(total.shape)
+        total[..., arrived] = 0.0
+    return total
+
+
+def single(matrix: csr_array) -> csr_array:
+    """The same in single precision, which is precise enough and takes half the time."""
+    return csr_array((matrix.data.astype(np.float32), matrix.indices.astype(np.int32), matrix.indptr.astype(np.int32)))

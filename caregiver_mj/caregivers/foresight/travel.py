@@ -1,0 +1,107 @@
+"""How the caregiver walks to where it has something to do, round a child that it knows the cell of."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+
+from caregiver_mj.plans.cell_graph import UNREACHABLE
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.yielding import yielding
+
+ACTIONS_PER_TIMESTEP = 3  # of the caregiver, in a novice timestep: what a duration is measured in
+HANDLING = 1  # action to get a candle, or to place it
+_DETOURS = 3  # timesteps more than anything takes without a child
+
+
+@functools.lru_cache(maxsize=4)
+def travel(plan: FloorPlan) -> Travel:
+    """The ways through a house; made once."""
+    return Travel(plan)
+
+
+class Travel:
+    """The caregiver's ways to the posts (the landings of the stairwells) and to beside the tables of a house.
+
+    It goes round the child. Where that bars the only way, it follows as closely as it can.
+
+    Attributes:
+        posts: Cells of the posts. A house without stairwells has one all the same: where the tables are nearest.
+        step: The cell that the caregiver is in after a number of actions, 0 to 3, on its way to each post and then to
+            each candle that it takes from a table: (actions, children's cells, posts and tables, cells). Who has got
+            the candle is in one more cell, which there is not, the last one: `DONE`.
+        done: The number of that cell.
+        to_table: Actions until it stands beside each table if there is no child, (cells, tables).
+        onward: Actions from beside one table, to which it has come from a cell, to beside another one,
+            (cells, tables, tables).
+        longest: The most timesteps that anything is thought to take.
+        central: For every table the cell beside it from which the rest is nearest.
+    """
+
+    def __init__(self, plan: FloorPlan):
+        graph, cells = plan.graph, len(plan.caregiver_cells)
+        stands = graph.beside(plan.tables)
+        self.posts = [plan.cell_index[cell] for cell in plan.stairwells]
+        if not self.posts:
+            self.posts = [int(graph.distances_from(stands).sum(axis=0).argmin()) if stands else 0]
+        goals = [[post] for post in self.posts] + stands
+        open_way = graph.distances_from(goals).astype(int)
+        self.done = cells
+        self.step = self._steps(plan, goals, open_way)
+        count = len(self.posts)
+        self.to_table = open_way[count:].T
+        between = graph.distances_from(range(cells)).astype(int)
+        self.onward = np.zeros((cells, len(stands), len(stands)), int)
+        for table, stand in enumerate(stands):
+            if stand:
+                arrival = np.array(stand)[between[:, stand].argmin(axis=1)]
+                self.onward[:, table] = open_way[count:, arrival].T
+        longest = timesteps(self.to_table.max(initial=0) + self.onward.max(initial=0) + 2 * HANDLING, 1)
+        self.longest = int(max(longest, timesteps(open_way.max(initial=0), 1))) + _DETOURS
+        self.central = [min(stand, key=lambda cell: open_way[:, cell].sum(), default=0) for stand in stands]
+
+    def _steps(self, plan: FloorPlan, goals: list[list[int]], open_way: np.ndarray) -> np.ndarray:
+        graph, cells, posts = plan.graph, len(plan.caregiver_cells), len(self.posts)
+        traps = yielding(plan).traps
+        better = [[cell for cell in goal if not traps[cell]] for goal in goals]
+        open_step = graph.downhill(open_way)
+        one = np.empty((len(plan.free_cells), len(goals), cells + 1), np.int16)
+        one[..., cells] = cells
+        for child in range(len(one)):
+            distance = graph.distances_from(better, child)
+            if (barred := distance == UNREACHABLE).any():
+                distance = np.where(barred, graph.distances_from(goals, child), distance)
+                if (barred := distance == UNREACHABLE).any():
+                    close = graph.distances_from(_lowest(open_way, graph.parts(child)), child)
+                    distance = np.where(barred, close, distance)
+            one[child, :, :cells] = graph.downhill(distance)
+            # Where the child is thought to have walked through the caregiver it has been kept back, and bars no way.
+            one[child, :, child] = open_step[:, child]
+            for goal in range(posts, len(goals)):
+                there = [cell for cell in goals[goal] if distance[goal, cell] == 0 and not barred[goal, cell]]
+                one[child, goal, [*there, *set(goals[goal]) & {child}]] = cells
+        steps = [np.broadcast_to(np.arange(cells + 1, dtype=np.int16), one.shape)]
+        for _ in range(ACTIONS_PER_TIMESTEP):
+            steps.append(np.take_along_axis(one, steps[-1].astype(int), axis=2))
+        return np.stack(steps)
+
+
+def timesteps(actions: np.ndarray, left: np.ndarray | int) -> np.ndarray:
+    """How many moves a child makes while the caregiver is busy.
+
+    Args:
+        actions: For how many actions it is.
+        left: How many of these it can do before the child's next move.
+    """
+    return np.maximum(0, -((left - np.asarray(actions, int)) // ACTIONS_PER_TIMESTEP))
+
+
+def _lowest(height: np.ndarray, part: np.ndarray) -> list[list[int]]:
+    """For each of some heights (goals, cells) the lowest cells of every part, (cells,), of a divided house."""
+    lowest = []
+    for one in height:
+        least = np.full(part.max() + 1, np.iinfo(int).max)
+        np.minimum.at(least, part, one)
+        lowest.append(np.flatnonzero(one == least[part]).tolist())
+    return lowest

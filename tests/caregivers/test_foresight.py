@@ -1,0 +1,258 @@
+"""The caregiver with foresight: what it reckons with, against values worked by hand, and what it does about it."""
+
+import numpy as np
+import pytest
+
+from caregiver_mj.caregivers.foresight.child_model import EPSILONS, novice_chain
+from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
+from caregiver_mj.caregivers.foresight.knows_goal import KnowsGoalCaregiver
+from caregiver_mj.caregivers.foresight.layouts import AllLayouts, PairLayouts
+from caregiver_mj.caregivers.foresight.travel import timesteps, travel
+from caregiver_mj.caregivers.foresight.values import Values, values
+from caregiver_mj.caregivers.paper import PaperCaregiver
+from caregiver_mj.caregivers.percept import Percept
+from caregiver_mj.caregivers.predictive import PaperPredictiveCaregiver
+from caregiver_mj.caregivers.registry import CAREGIVERS
+from caregiver_mj.caregivers.told import ToldCaregiver, Truth
+from caregiver_mj.children.family import Family
+from caregiver_mj.children.side_by_side import side_by_side
+from caregiver_mj.children.tape import Tape
+from caregiver_mj.grid.world import GridWorld, run_episodes
+from caregiver_mj.interventions.intervention import BLOCK, RELOCATE
+from caregiver_mj.plans.floor_plan import FloorPlan
+
+CORRIDOR = """
+#######
+#B...S#
+#######
+"""
+TWO_ENDS = """
+#########
+#S.....S#
+###.#####
+###B#####
+#########
+"""
+TABLES = """
+########
+#C....T#
+#......#
+#.B..B.#
+########
+"""
+NO_CANDLE = """
+#####
+#B.T#
+#..S#
+#####
+"""
+ONLY_TOYS = """
+#####
+#B.B#
+#####
+"""
+
+
+def tapes(count, first=0):
+    return [Tape.draw_family(np.random.RandomState(seed), 1) for seed in range(first, first + count)]
+
+
+def percept(plan, child, caregiver, candle_table=None, previous=None, action=-1):
+    tables = plan.candle_tables if candle_table is None else candle_table
+    return Percept(
+        np.array([[child]]),
+        np.array([[child if previous is None else previous]]),
+        np.array([[action]]),
+        np.array([caregiver]),
+        np.array([tables], int).reshape(1, -1),
+        np.array([-1]),
+    )
+
+
+class TestLayouts:
+    def test_all_of_them(self):
+        layouts = AllLayouts(3, 2)
+        assert layouts.bears.astype(int).tolist() == [[1, 1, 0], [1, 0, 1], [0, 1, 1]]
+        bare = np.array([[2], [0], [1]])
+        tables = np.array([[1, 0], [2, 1], [0, 2]])
+        assert layouts.now(tables, bare).tolist() == [[0], [2], [1]]
+        # Candle by candle: tables 0 and 2, then 0 and 1 ...
+        assert layouts.later(tables, bare)[:, :, 0].tolist() == [[1, 2], [0, 1], [2, 0]]
+
+    def test_what_comes_after(self):
+        after = AllLayouts(3, 2).after
+        assert after[0].tolist() == [[-1, -1, 2], [-1, -1, 1], [-1, -1, -1]]
+
+    def test_no_candles(self):
+        layouts = AllLayouts(2, 0)
+        assert len(layouts) == 1
+        assert layouts.now(np.empty((3, 0), int), np.tile([0, 1], (3, 1))).tolist() == [[0], [0], [0]]
+
+    def test_pairs(self):
+        layouts = PairLayouts(3)
+        there = layouts.now(np.array([[1]]), np.array([[0, 2]]))[0]
+        assert layouts.bears[there].argmax(axis=1).tolist() == [1, 1]
+        back = layouts.later(np.array([[1]]), np.array([[0, 2]]))[0, 0]
+        assert layouts.bears[back].argmax(axis=1).tolist() == [0, 2]
+        assert layouts.after[there, 1, [0, 2]].tolist() == back.tolist()
+        assert (layouts.after[there[0], :, 2] == -1).all()
+
+
+class TestTravel:
+    def test_moves_of_the_child_meanwhile(self):
+        # Three actions a timestep: with all of them left, three take no move of the child and four take one.
+        assert timesteps(np.array([0, 3, 4, 6, 7]), 3).tolist() == [0, 0, 1, 1, 2]
+        assert timesteps(np.array([0, 1, 2, 4, 5]), 1).tolist() == [0, 0, 1, 1, 2]
+
+    def test_steps_round_the_child(self):
+        ways = travel(FloorPlan.parse(TWO_ENDS))
+        # Cells 0 to 4 from west to east, 5 before the bin, landings 6 and 7. From cell 0 to the east landing:
+        assert ways.step[:, 5, 1, 0].tolist() == [0, 1, 2, 3]
+        # With the child in cell 3 it comes no farther than cell 2.
+        assert ways.step[:, 3, 1, 0].tolist() == [0, 1, 2, 2]
+
+    def test_a_candle_is_got_one_action_after_it_is_there(self):
+        ways = travel(FloorPlan.parse(TABLES))
+        table = len(ways.posts)
+        start = 1  # two cells east of the first table, whose neighbour is cell 0
+        assert ways.step[:, 10, table, start].tolist() == [1, 0, ways.done, ways.done]
+
+
+class TestValues:
+    def test_a_child_at_its_goal_is_in_no_danger(self):
+        # From the middle of the corridor an expert walks away from the stairs: no falls but by chance, and whoever
+        # stands in the stairwell already has none to expect.
+        found = values(FloorPlan.parse(CORRIDOR))
+        assert found.arrival[0, found.post_column[0, 0]] == pytest.approx(0.0)
+
+    def test_falls_while_the_caregiver_is_on_its_way(self):
+        plan = FloorPlan.parse(CORRIDOR)
+        found = values(plan)
+        # The caregiver in cell 0 and the child, at random, in cell 2 before the stairs: it falls with probability 1/4
+        # while the caregiver, which cannot pass, follows it.
+        bins, epsilon = len(plan.bins), len(EPSILONS) - 1
+        state = (bins - 1) * len(EPSILONS) + epsilon
+        assert found.transit.falls[0, 2, state, 1] > 5 / 4
+        # One move of the child until it is there, if it can pass at once: then only that move's danger.
+        one_move = found.transit.falls[0, 0, state, 1]
+        assert one_move == pytest.approx(0.0)
+
+    def test_more_rounds_find_no_worse(self):
+        plan = FloorPlan.load("paper")
+        few, many = Values(plan, rounds=2), Values(plan, rounds=4)
+        posts = few.post_column.ravel()
+        assert (many.arrival[0, posts] <= few.arrival[0, posts] + 1e-3).all()
+        assert many.arrival[0, posts].mean() < few.arrival[0, posts].mean() - 0.01
+
+    def test_they_are_what_happens(self):
+        """The damage that is expected at first is about what comes, told everything."""
+        plan, episodes = FloorPlan.load("train-100/6"), 80
+        caregiver = KnowsGoalCaregiver(plan)
+        world = GridWorld(plan, 0.5, caregiver)
+        world.reset(tapes(episodes))
+        world.step()
+        free = np.flatnonzero((world.candle_table >= 0).all(axis=1))
+        expected = caregiver.expected_damage(world.percept(), free)
+        before, total = world.ledger.harm.sum(axis=1), np.zeros(episodes)
+        for timestep in range(199):
+            world.step()
+            now = world.ledger.harm.sum(axis=1)
+            harm = (now - before) @ [1.0, 0.75, 0.0]  # three of four that a candle does it does because it is there
+            total, before = total + 0.985**timestep * harm, now
+        assert 0.3 * expected.mean() < total[free].mean() < 1.1 * expected.mean()
+
+
+class TestForesight:
+    def test_goes_where_the_child_is_heading(self):
+        """In a corridor with stairs at both ends, it takes the child's way for a hint, before it is near either."""
+        plan = FloorPlan.parse(TWO_ENDS)
+        caregiver = ForesightCaregiver(plan)
+        for towards, stairwell in ((0, 0), (4, 1)):
+            caregiver.reset(1)
+            # Away from the bin again and again: a child at random, next to one of the ends.
+            answer = caregiver.decide(percept(plan, towards, 2))
+            assert (answer.verb[0], answer.hazard[0]) == (BLOCK, stairwell)
+
+    def test_carries_the_candle_to_a_table_that_it_chooses(self):
+        plan = FloorPlan.parse(TABLES)
+        caregiver = ForesightCaregiver(plan)
+        answer = caregiver.decide(percept(plan, 1, 9))
+        assert (answer.verb[0], answer.hazard[0], answer.destination[0]) == (RELOCATE, 0, 1)
+        away = caregiver.decide(percept(plan, 9, 5, candle_table=[1]))
+        assert away.hazard[0] in (-1, 0)
+
+    def test_puts_down_first_what_it_holds(self):
+        plan = FloorPlan.parse(TABLES)
+        held = percept(plan, 1, 9, candle_table=[-1])
+        assert ForesightCaregiver(plan).decide(held).hazard[0] == -1
+
+    @pytest.mark.parametrize("text", [CORRIDOR, TWO_ENDS, TABLES, NO_CANDLE, ONLY_TOYS])
+    def test_lives_in_every_house(self, text):
+        ledger = run_episodes(FloorPlan.parse(text), "0.5", ForesightCaregiver(FloorPlan.parse(text)), range(3))
+        assert ledger.timestep == 200
+
+    def test_an_episode_does_not_depend_on_its_batch(self):
+        plan = FloorPlan.load("paper")
+        caregiver = ForesightCaregiver(plan)
+        together = run_episodes(plan, "0.5", caregiver, range(3)).totals()
+        alone = run_episodes(plan, "0.5", caregiver, [2]).totals()
+        assert all(values[2] == alone[name][0] for name, values in together.items())
+
+    def test_it_beats_the_rule_where_that_is_weak(self):
+        plan, seeds = FloorPlan.load("train-100/6"), range(60)
+        rule, ours = (run_episodes(plan, "0.5", c(plan), seeds).totals() for c in (PaperCaregiver, ForesightCaregiver))
+        difference = ours["damage"] - rule["damage"]
+        assert difference.mean() < -3 * difference.std() / len(seeds) ** 0.5
+
+    def test_several_children(self):
+        plan = FloorPlan.load("paper")
+        ledger = run_episodes(plan, "0.5,0.75", ForesightCaregiver(plan), range(2))
+        assert ledger.harm.shape[1] == 2
+
+
+class TestToldCaregivers:
+    def test_only_bounds_are_told(self):
+        told = {name for name, maker in CAREGIVERS.items() if maker and issubclass(maker, ToldCaregiver)}
+        assert told == {"knows-goal"}
+
+    def test_the_world_tells_the_truth(self):
+        class Listener(PaperCaregiver, ToldCaregiver):
+            def hear(self, truth):
+                self.truth = truth
+
+        plan = FloorPlan.load("paper")
+        caregiver = Listener(plan)
+        children = side_by_side(plan, [Family.of(0.25), Family.of(1.0)], 2)
+        world = GridWorld(plan, children, caregiver)
+        world.reset(tapes(4))
+        world.step()
+        assert caregiver.truth.epsilon[:, 0].tolist() == [0.25, 0.25, 1.0, 1.0]
+        assert caregiver.truth.goal.tolist() == world.goal.tolist()
+
+    def test_it_believes_what_it_is_told(self):
+        caregiver = KnowsGoalCaregiver(FloorPlan.load("paper"))
+        caregiver.hear(Truth(np.array([[2]]), np.array([[0.375]])))
+        # Half way between two that it has plans for.
+        assert caregiver.belief.goal[0, 0].tolist() == [0, 0, 1, 0]
+        assert caregiver.belief.epsilon[0, 0].tolist() == pytest.approx([0, 0.5, 0.5, 0, 0])
+
+
+class TestPredictive:
+    def test_reach_is_a_first_passage(self):
+        plan = FloorPlan.parse(CORRIDOR)
+        caregiver = PaperPredictiveCaregiver(plan, horizon=1)
+        # Before the stairs, with every epsilon as probable: only a random move leads there.
+        assert caregiver.reach(percept(plan, 2, 0)) == pytest.approx(np.mean(EPSILONS) / 4)
+        assert caregiver.reach(percept(plan, 1, 0)) == pytest.approx(0.0)
+
+    def test_a_candle_in_the_hand_is_out_of_reach(self):
+        plan = FloorPlan.parse(TABLES)
+        caregiver = PaperPredictiveCaregiver(plan)
+        assert caregiver.reach(percept(plan, 1, 9)) > 0
+        assert caregiver.reach(percept(plan, 1, 9, candle_table=[-1])) == 0
+
+
+def test_the_model_is_the_novice():
+    chain = novice_chain(FloorPlan.load("paper"))
+    assert chain.moves.sum(axis=-1) == pytest.approx(1.0)
+    assert chain.transition.sum(axis=1) == pytest.approx(1.0)
