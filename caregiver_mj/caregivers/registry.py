@@ -5,6 +5,7 @@ from __future__ import annotations
 from caregiver_mj.caregivers.baselines import GuardCaregiver, NearestCaregiver, RandomCaregiver
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.childproof import ChildproofCaregiver
+from caregiver_mj.caregivers.foresight.clairvoyant import ClairvoyantCaregiver
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.foresight.knows_goal import KnowsGoalCaregiver
 from caregiver_mj.caregivers.paper import (
@@ -40,6 +41,7 @@ CAREGIVERS: Registry[type[Caregiver]] = Registry(
         "childproof": ChildproofCaregiver,
         "foresight": ForesightCaregiver,
         "knows-goal": KnowsGoalCaregiver,
+        "clairvoyant": ClairvoyantCaregiver,
     },
 )
 

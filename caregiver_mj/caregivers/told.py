@@ -7,8 +7,22 @@ from __future__ import annotations
 
 import abc
 import dataclasses
+from collections.abc import Callable
 
 import numpy as np
+
+
+@dataclasses.dataclass(frozen=True)
+class Future:
+    """What children will do in the next T timesteps if nobody stands in their way.
+
+    Attributes:
+        cell: Their cells after each of their moves, (T, B, K).
+        object: What each move bumps into, likewise: first the stairwells, then the tables; NOTHING for neither.
+    """
+
+    cell: np.ndarray
+    object: np.ndarray
 
 
 @dataclasses.dataclass(frozen=True)
@@ -18,10 +32,12 @@ class Truth:
     Attributes:
         goal: Index of the toy bin that each goes to, (B, K).
         epsilon: Share of random moves of each, (B, K).
+        future: Works out what will come, to the end of the episode; None in a world that cannot.
     """
 
     goal: np.ndarray
     epsilon: np.ndarray
+    future: Callable[[], Future] | None = None
 
 
 class ToldCaregiver(abc.ABC):

@@ -67,6 +67,16 @@ class ChildChain:
         return transition
 
     @functools.cached_property
+    def enters(self) -> csr_array:
+        """Probability that the next move from each state leads into each other cell, (states, cells)."""
+        cells, goals, epsilons = self.shape
+        cell, move = np.nonzero(self.next_cell != np.arange(cells)[:, None])
+        row = cell[:, None] * (goals * epsilons) + np.arange(goals * epsilons)
+        column = np.broadcast_to(self.next_cell[cell, move][:, None], row.shape)
+        chance = self.moves[cell, :, :, move]
+        return coo_array((chance.ravel(), (row.ravel(), column.ravel())), shape=(self.size, cells)).tocsr()
+
+    @functools.cached_property
     def hits(self) -> np.ndarray:
         """Probability that the next move from each state bumps into each object, (states, objects)."""
         cell, move = np.nonzero(self.object_at >= 0)

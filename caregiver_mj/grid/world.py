@@ -8,6 +8,7 @@ cell. A caregiver that yields keeps out of the children's way when it has nothin
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -15,7 +16,7 @@ import numpy as np
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.start import starting_tables
-from caregiver_mj.caregivers.told import ToldCaregiver, Truth
+from caregiver_mj.caregivers.told import Future, ToldCaregiver, Truth
 from caregiver_mj.children.behaviour import Sight
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import Tape, start_cells
@@ -147,7 +148,22 @@ class GridWorld:
     def truth(self) -> Truth:
         """What no caregiver can see."""
         epsilons = [behaviour.epsilons(len(self.goal)) for behaviour in self.behaviours]
-        return Truth(self.goal, np.stack(epsilons, axis=1))
+        return Truth(self.goal, np.stack(epsilons, axis=1), self.future)
+
+    def future(self) -> Future:
+        """What will come to the end of the episode if the caregiver is nowhere."""
+        alone = copy.copy(self)
+        alone.caregiver, alone.goal, alone.bumped = None, self.goal.copy(), self.bumped.copy()
+        alone.behaviours = copy.deepcopy(self.behaviours, {id(self.plan): self.plan})
+        alone.ledger = Ledger(self.plan, self.child_cell, len(self._draws))
+        cells, objects = [], []
+        for _ in range(self.timestep, len(self._draws)):
+            alone._move_children()
+            cells.append(alone.child_cell)
+            before, action = alone.previous_cell, alone.previous_action
+            objects.append(np.where(action == NOTHING, NOTHING, self.plan.graph.bumps[before, action]))
+        shape = -1, *self.child_cell.shape
+        return Future(np.reshape(cells, shape).astype(int), np.reshape(objects, shape).astype(int))
 
     def forget_orders(self, which: np.ndarray) -> None:
         """Has the caregiver be about nothing in some worlds, (n,), so that whatever comes next is begun anew."""

@@ -88,6 +88,16 @@ class CellGraph:
         return np.where(target == Target.FREE, self._index[there], here), target, objects[there]
 
     @functools.cached_property
+    def bumps(self) -> np.ndarray:
+        """The stairwell or table that every move bumps into, (free cells, 4): first the stairwells, then the tables.
+
+        -1 for none of these.
+        """
+        _, target, index = self.moves
+        tables = np.where(target == Target.TABLE, index + len(self._plan.stairwells), -1)
+        return np.where(target == Target.STAIRWELL, index, tables)
+
+    @functools.cached_property
     def neighbours(self) -> tuple[tuple[int, ...], ...]:
         """For every cell those north, east, south and west of it in which the caregiver can stand."""
         return tuple(tuple(int(n) for n in around if n >= 0) for around in self._around)

@@ -132,9 +132,9 @@ class TestValues:
         # while the caregiver, which cannot pass, follows it.
         bins, epsilon = len(plan.bins), len(EPSILONS) - 1
         state = (bins - 1) * len(EPSILONS) + epsilon
-        assert found.transit.falls[0, 2, state, 1] > 5 / 4
+        assert found.transit.cost[0, 2, state, 1] > 5 / 4
         # One move of the child until it is there, if it can pass at once: then only that move's danger.
-        one_move = found.transit.falls[0, 0, state, 1]
+        one_move = found.transit.cost[0, 0, state, 1]
         assert one_move == pytest.approx(0.0)
 
     def test_more_rounds_find_no_worse(self):

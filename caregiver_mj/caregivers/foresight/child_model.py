@@ -20,8 +20,6 @@ def novice_chain(plan: FloorPlan) -> ChildChain:
     """Novices in a house. Its goals are the toy bins; its objects are first the stairwells, then the tables."""
     next_cell, target, index = plan.graph.moves
     goal_at = np.where(target == Target.BIN, index, NOTHING)
-    tables = np.where(target == Target.TABLE, index + len(plan.stairwells), NOTHING)
-    object_at = np.where(target == Target.STAIRWELL, index, tables)
     greedy = Novice(plan, 0.0).action_probabilities()
     objects = len(plan.stairwells) + len(plan.tables)
-    return ChildChain(greedy, np.array(EPSILONS), next_cell, goal_at, object_at, objects)
+    return ChildChain(greedy, np.array(EPSILONS), next_cell, goal_at, plan.graph.bumps, objects)

@@ -13,8 +13,9 @@ class Departure:
 
     Attributes:
         to_post: Until the caregiver is in each post, (posts, n, G E).
-        falls: Damage of open stairwells on the way, likewise.
+        cost: What happens on the way, as damage, likewise.
         to_get: Until the candle of each table is in its hand, (tables, n).
+        denied: Price of the moves denied to the child until then, (tables, n, G).
         to_place: Until it has been put down on another one, (tables, tables, n).
     """
 
@@ -32,9 +33,22 @@ class Departure:
         goal = np.arange(ways.step.shape[2])[:, None]
         at = ways.step[left, child, goal, cell]  # where it is when the child moves, (goals, n)
         self.to_post = transit.to_post[goal[:posts], child, :, at[:posts]]
-        self.falls = transit.falls[goal[:posts], child, :, at[:posts]]
+        self.cost = transit.cost[goal[:posts], child, :, at[:posts]]
         self.to_get = transit.to_get[goal[: len(goal) - posts], child, at[posts:]].astype(int)
+        self.denied = transit.denied[goal[: len(goal) - posts], child, :, at[posts:]]
         # What a child in the way costs, it costs on the way to the first table.
-        get = ways.to_table[cell].T + HANDLING  # actions
-        place = get[:, None] + np.moveaxis(ways.onward[cell], 0, 2) + HANDLING
-        self.to_place = self.to_get[:, None] + timesteps(place, left) - timesteps(get, left)[:, None]
+        self.to_place = to_place(ways, self.to_get, cell, left)
+
+
+def to_place(ways: Travel, to_get: np.ndarray, cell: np.ndarray, left: int) -> np.ndarray:
+    """Moves of the child until a candle is on another table, (tables, tables, n), from those until it is in the hand.
+
+    Args:
+        ways: The caregiver's ways.
+        to_get: Until the candle of each table is in its hand, (tables, n).
+        cell: The caregiver's cells, (n,).
+        left: Actions that the caregiver has left before the child's next move.
+    """
+    get = ways.to_table[cell].T + HANDLING  # actions
+    place = get[:, None] + np.moveaxis(ways.onward[cell], 0, 2) + HANDLING
+    return to_get[:, None] + timesteps(place, left) - timesteps(get, left)[:, None]

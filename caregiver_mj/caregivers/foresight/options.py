@@ -63,6 +63,8 @@ class Options:
         placed = np.einsum("cbwg,wg->wcb", values.arrival[when, column, child], belief)
         got = values.staying[np.minimum(departure.to_get[tables, each], longest), tables, child]
         placed -= np.einsum("cwg,wg->wc", got, belief)[..., None]
+        of_goal = belief.reshape(len(child), departure.denied.shape[-1], -1).sum(axis=2)
+        placed += np.einsum("cwg,wg->wc", departure.denied[tables, each], of_goal)[..., None]
         return np.concatenate([damage, placed.reshape(len(child), -1)], axis=1)
 
     @functools.cached_property

@@ -19,12 +19,13 @@ class Transit:
 
     Attributes:
         to_post: Moves of the child until the caregiver is in each post, rounded, (posts, cells, G E, cells of it).
-        falls: Damage of open stairwells, discounted, meanwhile, likewise.
+        cost: Damage of open stairwells meanwhile and the price of moves that the child is denied, discounted, likewise.
         to_get: Moves of the child until the caregiver has got the candle from each table, rounded, by the child's cell,
             (tables, cells, cells of it).
+        denied: Price of the moves that the child is denied meanwhile, (tables, cells, G, cells of it).
     """
 
-    def __init__(self, chain: ChildChain, ways: Travel, damage: np.ndarray, discount: float):
+    def __init__(self, chain: ChildChain, ways: Travel, damage: np.ndarray, discount: float, price: float):
         """Works them out.
 
         Args:
@@ -32,23 +33,34 @@ class Transit:
             ways: How the caregiver does.
             damage: Expected damage of the next move if all stairwells are open, (states,).
             discount: Of damage, a timestep.
+            price: Of a move into a free cell that the caregiver denies the child, in damage.
         """
         posts, tables = len(ways.posts), ways.step.shape[2] - len(ways.posts)
         cells = chain.shape[0]
-        ones, sure = np.ones(chain.size, np.float32), single(chain.transition)
-        later = single(discount * chain.transition)
+        ones, sure = np.ones((chain.size, 1), np.float32), single(chain.transition)
+        later, costs = single(discount * chain.transition), damage[:, None] + _denied(chain, ways, price)
         shape = posts, cells, chain.size // cells, ways.done + 1
-        self.to_post, self.falls = np.zeros(shape, np.int8), np.zeros(shape, np.float32)
+        self.to_post, self.cost = np.zeros(shape, np.int8), np.zeros(shape, np.float32)
         for post, cell in enumerate(ways.posts):
             step = ways.step[ACTIONS_PER_TIMESTEP, :, post]
             self.to_post[post] = np.round(_until(sure, ones, step, cell))
-            self.falls[post] = _until(later, damage.astype(np.float32), step, cell)
+            self.cost[post] = _until(later, costs, step, cell)
         typical = dataclasses.replace(chain, epsilons=np.array([_TYPICAL]))
-        sure, ones = single(typical.transition), np.ones(typical.size, np.float32)
+        sure, ones = single(typical.transition), np.ones((typical.size, 1), np.float32)
+        later, costs = single(discount * typical.transition), _denied(typical, ways, price)
         self.to_get = np.zeros((tables, cells, ways.done + 1), np.int8)
+        self.denied = np.zeros((tables, cells, chain.shape[1], ways.done + 1), np.float32)
         for table in range(tables):
-            moves = _until(sure, ones, ways.step[ACTIONS_PER_TIMESTEP, :, posts + table], ways.done)
-            self.to_get[table] = np.round(moves.mean(axis=1))
+            step = ways.step[ACTIONS_PER_TIMESTEP, :, posts + table]
+            self.to_get[table] = np.round(_until(sure, ones, step, ways.done).mean(axis=1))
+            self.denied[table] = _until(later, costs, step, ways.done)
+
+
+def _denied(chain: ChildChain, ways: Travel, price: float) -> np.ndarray:
+    """Price of the next move from each state if the caregiver is in each cell, (states, cells of it)."""
+    denied = np.zeros((chain.size, ways.done + 1), np.float32)
+    denied[:, : chain.shape[0]] = price * chain.enters.toarray()
+    return denied
 
 
 def _until(transition: csr_array, cost: np.ndarray, step: np.ndarray, end: int) -> np.ndarray:
@@ -56,7 +68,7 @@ def _until(transition: csr_array, cost: np.ndarray, step: np.ndarray, end: int) 
 
     Args:
         transition: Of the child, (states, states), discounted or not.
-        cost: Of a move from each state, (states,).
+        cost: Of a move from each state while the caregiver is in each cell, (states, cells), or (states, 1).
         step: Where the caregiver is after each of its turns, (children's cells, cells).
         end: The cell in which it has arrived.
 
@@ -69,7 +81,7 @@ def _until(transition: csr_array, cost: np.ndarray, step: np.ndarray, end: int) 
     arrived = np.arange(places) == end
     for _ in range(_MOVES):
         after = np.take_along_axis(total, index, axis=2).reshape(len(cost), places)
-        total = (cost[:, None] + transition @ after).reshape(total.shape)
+        total = (cost + transition @ after).reshape(total.shape)
         total[..., arrived] = 0.0
     return total
 

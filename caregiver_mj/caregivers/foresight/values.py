@@ -33,9 +33,9 @@ _LEFT_AFTER = 1
 
 
 @functools.lru_cache(maxsize=2)
-def values(plan: FloorPlan) -> Values:
+def values(plan: FloorPlan, price: float = 0.0) -> Values:
     """The values of a house; made once."""
-    return Values(plan)
+    return Values(plan, price)
 
 
 class Values:
@@ -58,7 +58,7 @@ class Values:
         at_large: Damage of stairwells that stay open, (cells, G E).
     """
 
-    def __init__(self, plan: FloorPlan, rounds: int = ROUNDS, waits: int = WAITS):
+    def __init__(self, plan: FloorPlan, price: float = 0.0, rounds: int = ROUNDS, waits: int = WAITS):
         chain, self.ways = novice_chain(plan), travel(plan)
         self.layouts = layouts_of(plan, chain.size)
         stairwells = self.stairwells = len(plan.stairwells)
@@ -68,7 +68,7 @@ class Values:
         fall = (plan.damage.stairwell * chain.hits[:, :stairwells]).astype(np.float32)
         self._open = fall.sum(axis=1)  # damage of the next move if all stairwells are open, (states,)
         self._guarded = self._open[:, None] - fall if stairwells else np.zeros((chain.size, 1), np.float32)
-        self.transit = Transit(chain, self.ways, self._open, DISCOUNT)
+        self.transit = Transit(chain, self.ways, self._open, DISCOUNT, price)
         harm = plan.damage.candle - plan.damage.table
         forever = expected_hits(chain, DISCOUNT).astype(np.float32)
         falls = plan.damage.stairwell * forever[:, :stairwells]
@@ -100,7 +100,7 @@ class Values:
         between = (slice(None), *[None] * (column.ndim - 2))
         when = np.minimum(departure.to_post, self._longest)[between]
         state = np.arange(self._rows[1])
-        return arrival[when, column[..., None], child[:, None], state] + departure.falls[between]
+        return arrival[when, column[..., None], child[:, None], state] + departure.cost[between]
 
     # -- The programme ---------------------------------------------------------------------------
 
@@ -161,6 +161,7 @@ class Values:
             column = self.table_column[after[here, source, target], target]
             found = arrival[place[source, target], column[:, None], child]
             found -= self.staying[get[source], source, child]
+            found += self._of_goals(departure.denied[source])
             best[here] = np.minimum(best[here], found)
         return best
 
@@ -170,6 +171,10 @@ class Values:
         for table, column in enumerate(self.table_column.T):
             arrival[:, column[column != NOTHING]] += self.staying[:, table, None]
         return arrival
+
+    def _of_goals(self, value: np.ndarray) -> np.ndarray:
+        """Values that are the same whatever epsilon is, (..., G), for all of them, (..., G E)."""
+        return np.repeat(value, self._rows[1] // value.shape[-1], axis=-1)
 
     # -- Arrays ----------------------------------------------------------------------------------
 
