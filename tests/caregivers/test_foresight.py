@@ -213,7 +213,7 @@ class TestForesight:
 class TestToldCaregivers:
     def test_only_bounds_are_told(self):
         told = {name for name, maker in CAREGIVERS.items() if maker and issubclass(maker, ToldCaregiver)}
-        assert told == {"knows-goal"}
+        assert told == {"knows-goal", "clairvoyant"}
 
     def test_the_world_tells_the_truth(self):
         class Listener(PaperCaregiver, ToldCaregiver):

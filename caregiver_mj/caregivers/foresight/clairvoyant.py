@@ -42,6 +42,7 @@ class ClairvoyantCaregiver(ToldCaregiver, Caregiver):
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
         self._begun, self._left = np.full(batch, NOTHING), ACTIONS_PER_TIMESTEP
         self._now = -1  # number of the children's next move
+        self._cells: np.ndarray | None = None  # of the children after every move
         self._since = np.full(batch, NOTHING)  # that for which the plan of each world was made
 
     def watch(self, percept: Percept) -> None:
@@ -52,11 +53,11 @@ class ClairvoyantCaregiver(ToldCaregiver, Caregiver):
     def hear(self, truth: Truth) -> None:
         if truth.future is None:
             raise CaregiverError("'clairvoyant' has to know what will come, which nobody does in this world")
-        if self._now == 0:
+        if self._cells is None:
             stale = np.ones(len(self._begun), bool)
         else:
             stale = (self._child != self._cells[self._now - 1]).any(axis=1) | (self._now - self._since >= _SPAN)
-        if stale.any() and (self._now == 0 or self._now < len(self._cells)):
+        if stale.any() and (self._cells is None or self._now < len(self._cells)):
             self._foresee(truth, np.flatnonzero(stale))
 
     def choose(self, percept: Percept) -> np.ndarray:
@@ -81,7 +82,7 @@ class ClairvoyantCaregiver(ToldCaregiver, Caregiver):
         """Plans anew for some worlds."""
         future = truth.future()
         length, batch, children = future.cell.shape
-        if self._now == 0:
+        if self._cells is None:
             tables, keep = len(self.plan.tables), _SPAN + MOVES + self._ways.longest + 1
             self._cells = np.zeros((length, batch, children), int)
             self._falls, self._harm = np.zeros((length + 1, batch)), np.zeros((length + 1, tables, batch))
@@ -106,6 +107,8 @@ class ClairvoyantCaregiver(ToldCaregiver, Caregiver):
 
     def _best(self, percept: Percept, worlds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The hazard, and the table to which it goes if it is a candle, (W,) each; see `Options`, which is alike."""
+        if self._cells is None:
+            raise CaregiverError("'clairvoyant' has not been told what will come")
         programme, plan, each = self._programme, self.plan, np.arange(len(worlds))
         tables, posts = percept.candle_table[worlds], programme.post_stand.shape[1]
         bare = np.nonzero(bare_tables(tables, len(plan.tables)))[1].reshape(len(worlds), -1)

@@ -1,0 +1,152 @@
+"""The caregiver that knows what will come: what it is told, what it reckons with, and what it does about it."""
+
+import numpy as np
+import pytest
+
+from caregiver_mj.caregivers.foresight.clairvoyant import ClairvoyantCaregiver
+from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
+from caregiver_mj.caregivers.foresight.hindsight import EFFORT, PRICE, Hindsight, round_the_child
+from caregiver_mj.caregivers.foresight.travel import travel
+from caregiver_mj.caregivers.told import ToldCaregiver, Truth
+from caregiver_mj.children.tape import Tape
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.grid.world import GridWorld, run_episodes
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
+
+TWO_ENDS = """
+#########
+#S.....S#
+###.#####
+###B#####
+#########
+"""
+TABLES = """
+########
+#C....T#
+#......#
+#.B..B.#
+########
+"""
+
+
+def tapes(count):
+    return [Tape.draw_family(np.random.RandomState(seed), 1) for seed in range(count)]
+
+
+def stays(cell, moves):
+    return np.full((moves + 1, 1), cell)
+
+
+def bumps(*objects):
+    return np.array(objects)[:, None, None]
+
+
+class TestFuture:
+    @pytest.mark.parametrize("family", ["0.5", "explorer:0.5", "0.5,0.75"])
+    def test_it_is_what_children_do_alone(self, family):
+        class Listener(ForesightCaregiver, ToldCaregiver):
+            told = None
+
+            def hear(self, truth):
+                self.told = self.told or truth.future()
+
+        plan = FloorPlan.load("paper")
+        listener = Listener(plan)
+        children = len(family.split(","))
+        chance = [Tape.draw_family(np.random.RandomState(seed), children) for seed in range(3)]
+        told = GridWorld(plan, family, listener)
+        told.reset(chance)
+        told.step()
+        alone = GridWorld(plan, family, None)
+        alone.reset(chance)
+        alone.step()
+        same = (alone.child_cell == told.child_cell).all(axis=1)  # where the caregiver was not in the way at once
+        assert same.any()
+        cells, damage = [], []
+        for _ in range(len(listener.told.cell)):
+            before = alone.ledger.damage
+            alone.step()
+            cells.append(alone.child_cell)
+            damage.append(alone.ledger.damage - before)
+        assert (listener.told.cell[:, same] == np.array(cells)[:, same]).all()
+        hits = (listener.told.object >= 0).any(axis=2)
+        assert (hits[:, same] == (np.array(damage)[:, same] > 0)).all()
+
+    def test_a_world_that_cannot_tell(self):
+        caregiver = ClairvoyantCaregiver(FloorPlan.load("paper"))
+        world = GridWorld(FloorPlan.load("paper"), 0.5, caregiver)
+        world.reset(tapes(1))
+        with pytest.raises(CaregiverError, match="not been told"):
+            caregiver.choose(world.percept())
+        caregiver.watch(world.percept())
+        with pytest.raises(CaregiverError, match="nobody does in this world"):
+            caregiver.hear(Truth(np.zeros((1, 1), int), np.zeros((1, 1))))
+
+    def test_a_house_with_too_many_layouts(self):
+        with pytest.raises(CaregiverError, match="too many layouts"):
+            ClairvoyantCaregiver(FloorPlan.load("apartment"))
+
+
+class TestHindsight:
+    def test_two_stairwells_by_hand(self):
+        # Six actions lie between the landings. With the three that are left after a move of the child it takes until
+        # after its next one.
+        plan = FloorPlan.parse(TWO_ENDS)
+        programme, cells = Hindsight(plan), stays(5, 4)  # the child is in the bin's bay
+
+        def least(*objects):
+            return programme.to_come(cells, bumps(*objects), programme.carrying(cells), 1)[0, :, 0].tolist()
+
+        assert least(NOTHING, NOTHING, 0, NOTHING) == [0, 0]
+        assert least(NOTHING, 0, 0, NOTHING) == [0, 5]  # from the second it comes too late for the one of the two
+        assert least(0, 1, NOTHING, NOTHING) == [5, 5]
+        assert least(0, NOTHING, 1, NOTHING) == [0, 5]
+        assert least(1, 0, 1, 0) == [10, 10]
+
+    def test_a_candle_by_hand(self):
+        plan = FloorPlan.parse(TABLES)
+        programme, cells = Hindsight(plan), stays(13, 8)  # the child is in the bay at the right
+        on_first, on_second = (
+            programme.post_stand[programme.layouts.now(np.array([[table]]), np.array([[1 - table]]))[0, 0], 0]
+            for table in (0, 1)
+        )
+
+        def to_come(*objects):
+            """Damage by a candle that stays is left out."""
+            return programme.to_come(cells, bumps(*objects), programme.carrying(cells), 1)[0, :, 0]
+
+        never = [NOTHING] * 7
+        assert to_come(*never, NOTHING)[on_first] == 0
+        assert to_come(*never, 0)[on_first] == pytest.approx(EFFORT - 3)  # 4 - 1 is saved
+        assert to_come(0, *never)[on_first] == 0  # too late
+        assert to_come(*never[1:], 1, 1)[on_first] == 0
+        assert to_come(*never[1:], 1, 1)[on_second] == pytest.approx(EFFORT - 6)
+
+    def test_ways_round_a_child_whose_moves_are_known(self):
+        plan = FloorPlan.parse(TWO_ENDS)
+        near_second = np.array([[plan.cell_index[(1, 6)]]])
+        moves, denied = round_the_child(travel(plan), stays(5, 6), near_second, 3)
+        assert moves[:, 0, 0].tolist() == [1, 0]  # five actions and one
+        assert not denied.any()
+        walks = np.array([plan.cell_index[1, column] for column in (2, 3, 4, 5)])[:, None]
+        moves, denied = round_the_child(travel(plan), walks, near_second, 3)
+        assert denied[:, 0, 0].tolist() == [PRICE, 0]  # on the way to the first it stands before the child
+
+
+class TestLimit:
+    def test_it_leaves_less_than_foresight_and_does_little(self):
+        plan, seeds = FloorPlan.load("train-100/6"), range(20)
+        ours, others = (
+            run_episodes(plan, 0.5, caregiver(plan), seeds).totals()
+            for caregiver in (ClairvoyantCaregiver, ForesightCaregiver)
+        )
+        assert ours["damage"].mean() < others["damage"].mean()
+        assert ours["interventions"].mean() < others["interventions"].mean() / 2
+
+    def test_an_episode_does_not_depend_on_its_batch(self):
+        plan = FloorPlan.load("train-100/2")
+        caregiver = ClairvoyantCaregiver(plan)
+        together = run_episodes(plan, 0.5, caregiver, range(3)).totals()
+        alone = run_episodes(plan, 0.5, caregiver, [2]).totals()
+        assert all(values[2] == alone[name][0] for name, values in together.items())
