@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 from scipy.sparse import csr_array
 
-from caregiver_mj.caregivers.foresight.travel import ACTIONS_PER_TIMESTEP, Travel
+from caregiver_mj.caregivers.foresight.travel import Travel
 from caregiver_mj.danger.chain import ChildChain
 
 _MOVES = 30  # of a child, after which the caregiver is thought to have arrived anyway
@@ -40,36 +40,37 @@ class Transit:
         shape = posts, cells, chain.size // cells, ways.done + 1
         self.to_post, self.falls = np.zeros(shape, np.int8), np.zeros(shape, np.float32)
         for post, cell in enumerate(ways.posts):
-            step = ways.step[ACTIONS_PER_TIMESTEP, :, post]
+            step = [(share, after[:, post]) for share, after in ways.in_a_timestep()]
             self.to_post[post] = np.round(_until(sure, ones, step, cell))
             self.falls[post] = _until(later, damage.astype(np.float32), step, cell)
         typical = dataclasses.replace(chain, epsilons=np.array([_TYPICAL]))
         sure, ones = single(typical.transition), np.ones(typical.size, np.float32)
         self.to_get = np.zeros((tables, cells, ways.done + 1), np.int8)
         for table in range(tables):
-            moves = _until(sure, ones, ways.step[ACTIONS_PER_TIMESTEP, :, posts + table], ways.done)
+            step = [(share, after[:, posts + table]) for share, after in ways.in_a_timestep()]
+            moves = _until(sure, ones, step, ways.done)
             self.to_get[table] = np.round(moves.mean(axis=1))
 
 
-def _until(transition: csr_array, cost: np.ndarray, step: np.ndarray, end: int) -> np.ndarray:
+def _until(transition: csr_array, cost: np.ndarray, step: list[tuple[float, np.ndarray]], end: int) -> np.ndarray:
     """Expected sum of a cost of the child's moves until the caregiver is in a cell.
 
     Args:
         transition: Of the child, (states, states), discounted or not.
         cost: Of a move from each state, (states,).
-        step: Where the caregiver is after each of its turns, (children's cells, cells).
+        step: Where the caregiver may be after each of its turns, (children's cells, cells), and with what probability.
         end: The cell in which it has arrived.
 
     Returns:
         Array (children's cells, states of a cell, cells).
     """
-    cells, places = step.shape
-    index = step[:, None].astype(int)
+    cells, places = step[0][1].shape
+    turns = [(share, after[:, None].astype(int)) for share, after in step]
     total = np.zeros((cells, len(cost) // cells, places), np.float32)
     arrived = np.arange(places) == end
     for _ in range(_MOVES):
-        after = np.take_along_axis(total, index, axis=2).reshape(len(cost), places)
-        total = (cost[:, None] + transition @ after).reshape(total.shape)
+        after = sum(np.float32(share) * np.take_along_axis(total, index, axis=2) for share, index in turns)
+        total = (cost[:, None] + transition @ after.reshape(len(cost), places)).reshape(total.shape)
         total[..., arrived] = 0.0
     return total
 

@@ -20,7 +20,8 @@ from caregiver_mj.caregivers.foresight.child_model import novice_chain
 from caregiver_mj.caregivers.foresight.departure import Departure
 from caregiver_mj.caregivers.foresight.layouts import AllLayouts, Layouts, PairLayouts
 from caregiver_mj.caregivers.foresight.transit import Transit, single
-from caregiver_mj.caregivers.foresight.travel import ACTIONS_PER_TIMESTEP, travel
+from caregiver_mj.caregivers.foresight.travel import travel
+from caregiver_mj.caregivers.pace import PAPER, Pace
 from caregiver_mj.danger.passage import expected_hits
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
@@ -28,14 +29,17 @@ from caregiver_mj.plans.hazards import NOTHING
 LARGEST = 4_000_000  # states of a child times columns, above which a house is taken apart into pairs of tables
 DISCOUNT = 0.985  # of damage, a timestep
 ROUNDS, WAITS = 8, 15  # rounds of iteration over the options, and over how long to wait for one in each
-# Of a caregiver that has put a candle down: actions that it has left in that timestep, on an average.
-_LEFT_AFTER = 1
+_LEFT_AFTER = 1 / 3  # of a timestep in which it has put a candle down, on an average
+
+
+def values(plan: FloorPlan, pace: Pace = PAPER) -> Values:
+    """The values of a house at some pace of the caregiver; made once."""
+    return _made(plan, pace)
 
 
 @functools.lru_cache(maxsize=2)
-def values(plan: FloorPlan) -> Values:
-    """The values of a house; made once."""
-    return Values(plan)
+def _made(plan: FloorPlan, pace: Pace) -> Values:
+    return Values(plan, pace=pace)
 
 
 class Values:
@@ -58,8 +62,8 @@ class Values:
         at_large: Damage of stairwells that stay open, (cells, G E).
     """
 
-    def __init__(self, plan: FloorPlan, rounds: int = ROUNDS, waits: int = WAITS):
-        chain, self.ways = novice_chain(plan), travel(plan)
+    def __init__(self, plan: FloorPlan, rounds: int = ROUNDS, waits: int = WAITS, pace: Pace = PAPER):
+        chain, self.ways = novice_chain(plan), travel(plan, pace)
         self.layouts = layouts_of(plan, chain.size)
         stairwells = self.stairwells = len(plan.stairwells)
         posts = len(self.ways.posts)
@@ -80,8 +84,8 @@ class Values:
         self.post_column = np.arange(count * posts).reshape(count, posts)
         self.table_column = np.full((count, len(plan.tables)), NOTHING)
         self.table_column[self.layouts.bears] = count * posts + np.arange(self.layouts.bears.sum())
-        self._posts = [self._departure(cell, ACTIONS_PER_TIMESTEP) for cell in self.ways.posts]
-        self._tables = [self._departure(cell, _LEFT_AFTER) for cell in self.ways.central]
+        self._posts = [self._departure(cell, pace.cells) for cell in self.ways.posts]
+        self._tables = [self._departure(cell, _LEFT_AFTER * pace.cells) for cell in self.ways.central]
         others = falls.sum(axis=1, keepdims=True) - (falls if stairwells else 0.0)  # if it stays in a post for ever
         self.arrival = self._solve(others, rounds, waits)
 
@@ -104,7 +108,7 @@ class Values:
 
     # -- The programme ---------------------------------------------------------------------------
 
-    def _departure(self, cell: int, left: int) -> Departure:
+    def _departure(self, cell: int, left: float) -> Departure:
         """From one cell, with a child in each."""
         child = np.arange(self._rows[0])
         return Departure(self.ways, self.transit, child, np.full(len(child), cell), left)
