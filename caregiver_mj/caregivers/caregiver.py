@@ -33,13 +33,11 @@ class Caregiver(abc.ABC):
         takes_orders: Whether it only passes on what it was told, which leaves no choice to the one who carries it out.
         yields: Whether it steps aside, or follows, where a child bars its way, and keeps out of the children's way when
             there is nothing to do. One that does not stays where it is.
-        reckons: Whether it reckons with how long things take, and so must be told its `pace`.
-        pace: That. Its world enters it before the first `reset` there.
+        pace: How long it takes for what it does. Its world enters it before the first `reset` there.
     """
 
     takes_orders = False
     yields = True
-    reckons = False
     pace: Pace = PAPER
 
     def __init__(self, plan: FloorPlan, seed: int = 0):

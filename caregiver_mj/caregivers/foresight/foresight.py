@@ -31,8 +31,6 @@ class ForesightCaregiver(Caregiver):
     table, is known beforehand; those expectations are weighed by the belief, and added up over the children.
     """
 
-    reckons = True
-
     def __init__(self, plan: FloorPlan, seed: int = 0, *, hysteresis: float = HYSTERESIS, change: float = CHANGE):
         """Looks ahead.
 

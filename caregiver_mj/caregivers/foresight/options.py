@@ -18,7 +18,9 @@ class Options:
     Those are first the posts, then for every candle (in the order of hazards) every bare table (in that of tables).
     """
 
-    def __init__(self, values: Values, percept: Percept, worlds: np.ndarray, belief: np.ndarray, left: np.ndarray | float):
+    def __init__(
+        self, values: Values, percept: Percept, worlds: np.ndarray, belief: np.ndarray, left: np.ndarray | float
+    ):
         """Works them out.
 
         Args:

@@ -36,8 +36,8 @@ class Travel:
         pace: How long it takes.
         posts: Cells of the posts. A house without stairwells has one all the same: where the tables are nearest.
         step: The cell that the caregiver is in after a number of steps, 0 to those of a timestep, on its way to each
-            post and then to each candle that it takes from a table: (steps, children's cells, posts and tables, cells). Who has got
-            the candle is in one more cell, which there is not, the last one: `DONE`.
+            post and then to each candle that it takes from a table: (steps, children's cells, posts and tables,
+            cells). Who has got the candle is in one more cell, which there is not, the last one: `DONE`.
         done: The number of that cell.
         to_table: Steps until it stands beside each table if there is no child, (cells, tables).
         onward: Steps from beside one table, to which it has come from a cell, to beside another one,
