@@ -41,8 +41,8 @@ def document(results: Results, commands: list[str]) -> str:
     epsilons = ", ".join(f"{e:g}" for e in rows.epsilons)
     intro = fill(
         f"The caregiver `{rows.caregiver}` in {len(rows.houses)} houses (`{rows.settings.place}`), {rows.episodes} "
-        f"episodes in each for each epsilon of {epsilons}: the same novices in the grid and in the physical house. All of this "
-        "page is printed by"
+        f"episodes in each for each epsilon of {epsilons}: the same novices in the grid and in the physical house. All "
+        "of this page is printed by"
     )
     columns = fill(
         "Mean damage an episode alone and with the caregiver, what is left of it, and *house / grid*, the ratio of "
