@@ -146,7 +146,7 @@ class TestTravel:
         assert (sure, after[5, 1, 0]) == (1.0, 2)
 
     def test_slower_is_later(self):
-        fast, slow = (values(FloorPlan.parse(TWO_ENDS), Pace(cells)).transit.to_post for cells in (3.0, 1.5))
+        fast, slow = (values(FloorPlan.parse(TWO_ENDS), Pace(cells)).transit.to_post[..., :-1] for cells in (3.0, 1.5))
         assert (slow >= fast).all()
         assert slow.mean() > 1.5 * fast.mean()
 
