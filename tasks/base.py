@@ -11,6 +11,7 @@ from dm_env import specs
 
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.start import starting_tables
+from caregiver_mj.caregivers.told import Truth
 from caregiver_mj.children.family import Family, Who
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape, start_cells
 from caregiver_mj.children.walk import novice_timestep
@@ -177,6 +178,13 @@ class CareTask(base.Task):
 
     def get_termination(self, physics: Physics) -> float | None:
         return None
+
+    # -- For bounds only --------------------------------------------------------------------------
+
+    def truth(self) -> Truth:
+        """What no caregiver can see, of a batch of one, as it will be after the children's present moves."""
+        goals, behaviours = zip(*((child.next_goal, child.behaviour) for child in self.children), strict=True)
+        return Truth(np.array([goals]), np.stack([behaviour.epsilons(1) for behaviour in behaviours], axis=1))
 
     # -- Results ---------------------------------------------------------------------------------
 

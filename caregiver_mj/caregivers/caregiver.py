@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from caregiver_mj.caregivers.pace import PAPER, Pace
 from caregiver_mj.caregivers.percept import Assessment, Percept, bare_tables
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.interventions.intervention import BLOCK, DO_NOTHING, RELOCATE, STAND_ASIDE, Interventions
@@ -32,10 +33,12 @@ class Caregiver(abc.ABC):
         takes_orders: Whether it only passes on what it was told, which leaves no choice to the one who carries it out.
         yields: Whether it steps aside, or follows, where a child bars its way, and keeps out of the children's way when
             there is nothing to do. One that does not stays where it is.
+        pace: How long it takes for what it does. Its world enters it before the first `reset` there.
     """
 
     takes_orders = False
     yields = True
+    pace: Pace = PAPER
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
         self.plan = plan

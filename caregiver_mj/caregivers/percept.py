@@ -26,6 +26,8 @@ class Percept:
             no candle can be on the floor, as in the grid.
         out_of_reach: Whether a hazard is to be passed over because the caregiver could not get to it lately,
             (B, hazards). Left out if there is none.
+        time_left: Share of a novice timestep until the children make their next moves, those of which `child_cell`
+            does not know yet, (B,). Left out where all of it is left.
     """
 
     child_cell: np.ndarray
@@ -36,6 +38,7 @@ class Percept:
     holding: np.ndarray
     candle_cell: np.ndarray | None = None
     out_of_reach: np.ndarray | None = None
+    time_left: np.ndarray | None = None
 
 
 @dataclasses.dataclass(frozen=True)

@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver
+from caregiver_mj.caregivers.pace import Pace
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.start import starting_tables
 from caregiver_mj.caregivers.told import Future, ToldCaregiver, Truth
@@ -49,6 +50,7 @@ class GridWorld:
         previous_cell: Cell in which each made its last move, (B, K).
         previous_action: That move, or NOTHING, (B, K).
         caregiver_cell: The caregiver's cell, (B,).
+        time_left: Share of the timestep that the caregiver has left, (B,).
         candle_table: Table on which each candle is, or NOTHING, (B, candles).
         holding: Candle in the caregiver's hand, or NOTHING, (B,).
         orders: What the caregiver is about.
@@ -84,6 +86,7 @@ class GridWorld:
         offsets = np.cumsum([0, *map(len, places.values())]).tolist()
         self._offsets = dict(zip(places, offsets, strict=False))
         if caregiver:
+            caregiver.pace = Pace(caregiver_actions)
             self._paths = paths(plan, tuple(tuple(place) for group in places.values() for place in group))
 
     def reset(self, tapes: Sequence[Sequence[Tape]]) -> None:
@@ -100,6 +103,7 @@ class GridWorld:
         self.previous_cell = self.child_cell.copy()
         self.previous_action = np.full((batch, children), NOTHING)
         self.holding = np.full(batch, NOTHING)
+        self.time_left = np.ones(batch)
         self.orders = Interventions.idle(batch)
         self.done = np.zeros(batch, bool)
         self.ledger = Ledger(plan, self.child_cell, len(self._draws))
@@ -143,6 +147,7 @@ class GridWorld:
             self.caregiver_cell,
             self.candle_table,
             self.holding,
+            time_left=self.time_left,
         )
 
     def truth(self) -> Truth:
@@ -221,7 +226,8 @@ class GridWorld:
 
     def care(self, caregiver: Caregiver) -> None:
         """The caregiver's actions in one novice timestep. A subclass can allow it others."""
-        for _ in range(self._caregiver_actions):
+        for left in range(self._caregiver_actions, 0, -1):
+            self.time_left = np.full(len(self.holding), left / self._caregiver_actions)
             self.act_caregiver(caregiver)
 
     def act_caregiver(

@@ -87,11 +87,12 @@ class HouseChild:
         sight = Sight(*(np.array([value]) for value in (self.cell, self.goal, caregiver_cell, self._bumped)))
         action = int(self.behaviour.act(sight, draws)[0])
         self.move = Move(self.cell, self.cell, draw=draws[:, 2])
-        next_cell, target, _ = self._moves
+        next_cell, target, index = self._moves
         if action == NOTHING or (target[self.cell, action] == Target.FREE and next_cell[self.cell, action] in taken):
             self.walk.stay()
             return
         self.move.target, self.move.going = Target(int(target[self.cell, action])), int(next_cell[self.cell, action])
+        self.move.to_toy = self.move.target == Target.BIN and int(index[self.cell, action]) == self.goal
         home, (down, right) = self._plan.free_cells[self.cell], ACTIONS[action]
         ahead = home[0] + down, home[1] + right
         ends = (tuple(self._plan.position(cell).tolist()) for cell in (home, ahead))
@@ -142,6 +143,13 @@ class HouseChild:
             self.goal = int(self.behaviour.next_bin(move.draw)[0])
         self.move = Move(self.cell, self.cell)
         return move.booking(self.cell)
+
+    @property
+    def next_goal(self) -> int:
+        """The toy bin that it will want to get to after its present move, if that takes it where it is to."""
+        if not self.move.to_toy:
+            return self.goal
+        return int(self.behaviour.next_bin(self.move.draw)[0])
 
     def _nearest_cell(self) -> int:
         """The free cell that it is in, or nearest to."""

@@ -29,6 +29,7 @@ class Move:
         begun: Free cell in which it begins.
         going: Free cell in which it ends, as far as the floor plan tells.
         target: What it leads to, or None if the child stays where it is.
+        to_toy: Whether that is the bin that the child wants to get to.
         draw: Uniform draw for the next bin, should the child reach the one that it wants to get to, (1,).
         harm: Damage of the worst thing that has happened so far.
         kind: What that was, one of `KINDS`, or "" if nothing has.
@@ -40,6 +41,7 @@ class Move:
     begun: int
     going: int
     target: Target | None = None
+    to_toy: bool = False
     draw: np.ndarray | None = None
     harm: float = 0.0
     kind: str = ""

@@ -8,6 +8,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.percept import Assessment, Percept
+from caregiver_mj.caregivers.told import Truth
 from caregiver_mj.interventions.intervention import Intervention
 from caregiver_mj.interventions.registry import verb_of
 from caregiver_mj.interventions.routine import LEFT_LYING, PASSED_OVER, Means, PassedOver, Routine
@@ -39,8 +40,19 @@ class Executive:
         navigator: Navigator,
         retrievals: RetrievalPlanner,
         novice_timestep: float,
+        truth: Callable[[], Truth] | None = None,
     ):
-        self._plan, self._caregiver = plan, caregiver
+        """Puts the caregiver in charge.
+
+        Args:
+            plan: The house.
+            caregiver: Who decides.
+            navigator: Plans the base's paths.
+            retrievals: Plans how to pick up what has fallen.
+            novice_timestep: Seconds of a novice timestep.
+            truth: Asked what a `ToldCaregiver` is told after every move of the children; None for any other one.
+        """
+        self._plan, self._caregiver, self._truth = plan, caregiver, truth
         self._means = Means(
             plan=plan,
             navigator=navigator,
@@ -90,6 +102,8 @@ class Executive:
         """Asks the caregiver what to do, and sets about it unless the robot's hands are full."""
         if observed:
             self._caregiver.watch(percept)
+            if self._truth:
+                self._caregiver.hear(self._truth())
         self.assessment = self._caregiver.assess(percept)
         if self.routine and not self.routine.interruptible:
             return

@@ -50,12 +50,12 @@ class Perception:
         self._next_cell = plan.graph.moves[0]
         self._tables = layout.table_rectangles(plan)
         self._centres = {cell: tuple(plan.position(cell).tolist()) for cell in plan.caregiver_cells}
-        self._begun, self._all_clear = 0, False
+        self._begun, self._all_clear, self._gone = 0, False, 0.0
         self._children: list[_Sighting] = []
 
     def reset(self, observation: dict[str, np.ndarray]) -> None:
         """Begins an episode with its first observation."""
-        self._begun, self._all_clear = 0, False
+        self._begun, self._all_clear, self._gone = 0, False, 0.0
         self._children = []
         for x, y, _ in np.atleast_2d(observation["toddler_position"]).tolist():
             cell = self.free_cell((x, y))
@@ -89,6 +89,7 @@ class Perception:
             so that all of them are known.
         """
         move = math.floor(clock + 1e-6)
+        self._gone = max(0.0, clock - move)
         if move != self._begun:
             self._begun, self._all_clear = move, False
             for sighting, child in zip(self._children, view.children, strict=True):
@@ -135,7 +136,13 @@ class Perception:
             holding=np.array([holding]),
             candle_cell=cells[None],
             out_of_reach=out_of_reach[None],
+            time_left=np.array([self._time_left]),
         )
+
+    @property
+    def _time_left(self) -> float:
+        """Share of a novice timestep until the moves that are not made out yet: now, if they have just begun."""
+        return 1.0 - self._gone if any(child.is_clear for child in self._children) else 0.0
 
     def free_cell(self, position: Vector) -> int:
         """Index of the free cell at, or nearest to, a position."""

@@ -2,6 +2,7 @@
 
 It sees the world through the task's observation only: where the children, the candles and the robot are. What the
 children did it infers from how they moved; what to do it asks a `Caregiver`; how, it leaves to the robot's routines.
+Only a `ToldCaregiver` is told more than can be seen, by the task and past the observation.
 """
 
 from __future__ import annotations
@@ -15,12 +16,14 @@ from caregiver_mj.caregivers.instructed import InstructedCaregiver
 from caregiver_mj.caregivers.percept import Assessment
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.caregivers.start import starting_tables
+from caregiver_mj.caregivers.told import ToldCaregiver
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.interventions.intervention import BLOCK, RELOCATE, Intervention
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.policy.executive import Executive
+from caregiver_mj.policy.pace import robot_pace
 from caregiver_mj.policy.perception import Perception
 from caregiver_mj.robot import separation
 from caregiver_mj.robot.motion import RobotMotion
@@ -64,6 +67,7 @@ class CaregiverPolicy:
         # To be told how the episode begins, and to tell it what has been done; never to look at.
         self._task = task
         task.caregiver = self.caregiver
+        truth = task.truth if isinstance(self.caregiver, ToldCaregiver) else None
         self._timestep = env.control_timestep()
         embodiment = task.embodiment
         self.robot = RobotMotion(embodiment, self._timestep)
@@ -71,8 +75,9 @@ class CaregiverPolicy:
         retrievals = RetrievalPlanner(
             navigator, lambda: PlanningScene(build_house(self.plan, embodiment), self.plan, embodiment)
         )
+        self.caregiver.pace = robot_pace(navigator, task.novice_timestep, self._timestep)
         self._perception = Perception(self.plan)
-        self.executive = Executive(self.plan, self.caregiver, navigator, retrievals, task.novice_timestep)
+        self.executive = Executive(self.plan, self.caregiver, navigator, retrievals, task.novice_timestep, truth)
 
     def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
         """Answers an observation with an action.

@@ -1,14 +1,20 @@
 """The caregiver with foresight: what it reckons with, against values worked by hand, and what it does about it."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from caregiver_mj.caregivers.foresight.child_model import EPSILONS, novice_chain
+from caregiver_mj.caregivers.foresight.departure import Departure
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.foresight.knows_goal import KnowsGoalCaregiver
 from caregiver_mj.caregivers.foresight.layouts import AllLayouts, PairLayouts
+from caregiver_mj.caregivers.foresight.reckoning import Reckoning
+from caregiver_mj.caregivers.foresight.standing import each_on_a_table
 from caregiver_mj.caregivers.foresight.travel import timesteps, travel
 from caregiver_mj.caregivers.foresight.values import Values, values
+from caregiver_mj.caregivers.pace import Pace
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.predictive import PaperPredictiveCaregiver
@@ -20,6 +26,7 @@ from caregiver_mj.children.tape import Tape
 from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.interventions.intervention import BLOCK, RELOCATE
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
 
 CORRIDOR = """
 #######
@@ -38,6 +45,27 @@ TABLES = """
 #C....T#
 #......#
 #.B..B.#
+########
+"""
+THREE_TABLES = """
+########
+#C....T#
+#......#
+#.B..BT#
+########
+"""
+STAIRS_AND_TABLES = """
+########
+#C....T#
+#......#
+#.B..BS#
+########
+"""
+FOUR_TABLES = """
+########
+#C....T#
+#......#
+#CB..BT#
 ########
 """
 NO_CANDLE = """
@@ -104,6 +132,25 @@ class TestTravel:
         assert timesteps(np.array([0, 3, 4, 6, 7]), 3).tolist() == [0, 0, 1, 1, 2]
         assert timesteps(np.array([0, 1, 2, 4, 5]), 1).tolist() == [0, 0, 1, 1, 2]
 
+    def test_moves_of_the_child_at_another_pace(self):
+        slow = Pace(cells=2.5)
+        assert timesteps(np.array([2.5, 2.6, 5.0, 5.1, 7.5]), 0.0, slow).tolist() == [1, 2, 2, 3, 3]
+        assert timesteps(np.array([2.5, 2.6, 5.0]), 2.5, slow).tolist() == [0, 1, 1]
+
+    def test_a_pace_between_two_numbers_of_cells_is_either_in_turn(self):
+        plan = FloorPlan.parse(TWO_ENDS)
+        # From cell 0 to the landing in the east, with the child before the bin: 2 cells or 3, 2.25 on an average.
+        (first, two), (second, three) = travel(plan, Pace(cells=2.25)).in_a_timestep()
+        assert (first, second) == pytest.approx((0.75, 0.25))
+        assert (two[5, 1, 0], three[5, 1, 0]) == (2, 3)
+        ((sure, after),) = travel(plan, Pace(cells=2)).in_a_timestep()
+        assert (sure, after[5, 1, 0]) == (1.0, 2)
+
+    def test_slower_is_later(self):
+        fast, slow = (values(FloorPlan.parse(TWO_ENDS), Pace(cells)).transit.to_post[..., :-1] for cells in (3.0, 1.5))
+        assert (slow >= fast).all()
+        assert slow.mean() > 1.5 * fast.mean()
+
     def test_steps_round_the_child(self):
         ways = travel(FloorPlan.parse(TWO_ENDS))
         # Cells 0 to 4 from west to east, 5 before the bin, landings 6 and 7. From cell 0 to the east landing:
@@ -134,12 +181,12 @@ class TestValues:
         state = (bins - 1) * len(EPSILONS) + epsilon
         assert found.transit.cost[0, 2, state, 1] > 5 / 4
         # One move of the child until it is there, if it can pass at once: then only that move's danger.
-        one_move = found.transit.cost[0, 0, state, 1]
+        one_move = values(plan, reckoning=Reckoning(price=0.0)).transit.cost[0, 0, state, 1]
         assert one_move == pytest.approx(0.0)
 
     def test_more_rounds_find_no_worse(self):
         plan = FloorPlan.load("paper")
-        few, many = Values(plan, rounds=2), Values(plan, rounds=4)
+        few, many = (Values(plan, reckoning=Reckoning(rounds=n)) for n in (2, 4))
         posts = few.post_column.ravel()
         assert (many.arrival[0, posts] <= few.arrival[0, posts] + 1e-3).all()
         assert many.arrival[0, posts].mean() < few.arrival[0, posts].mean() - 0.01
@@ -181,10 +228,73 @@ class TestForesight:
         away = caregiver.decide(percept(plan, 9, 5, candle_table=[1]))
         assert away.hazard[0] in (-1, 0)
 
+    def test_every_world_tells_it_its_pace_and_the_time_left(self):
+        plan, told = FloorPlan.parse(TABLES), []
+
+        class Listener(ForesightCaregiver):
+            def decide(self, percept):
+                told.append(percept.time_left.tolist())
+                return super().decide(percept)
+
+        caregiver = Listener(plan)
+        world = GridWorld(plan, 0.5, caregiver, caregiver_actions=2)
+        world.reset(tapes(2))
+        world.step()
+        assert caregiver.pace == Pace(cells=2)
+        assert told == [[1.0, 1.0], [0.5, 0.5]]
+
+    def test_the_time_left_counts(self):
+        """Who is in cell 0 is at the near end at once, and at the far end a timestep later; or each a move later."""
+        found = values(FloorPlan.parse(TWO_ENDS))
+        for cells, moves in ((3, [0, 1]), (2.8, [0, 1]), (0, [1, 2])):
+            departure = Departure(found.ways, found.transit, np.array([5]), np.array([0]), cells)
+            assert departure.to_post[:, 0, 0].tolist() == moves
+
     def test_puts_down_first_what_it_holds(self):
         plan = FloorPlan.parse(TABLES)
         held = percept(plan, 1, 9, candle_table=[-1])
         assert ForesightCaregiver(plan).decide(held).hazard[0] == -1
+
+    def test_keeps_to_the_table_that_it_chose_when_the_candle_is_in_the_hand(self):
+        plan = FloorPlan.parse(THREE_TABLES)
+        caregiver, candle = ForesightCaregiver(plan), np.array([0])
+        chosen = caregiver.decide(percept(plan, 1, 9)).destination[0]
+        # The child goes to where the farthest table is another one.
+        held = percept(plan, 3, 9, candle_table=[NOTHING])
+        assert caregiver.destination(held, candle).tolist() == [chosen]
+        farthest = PaperCaregiver(plan).destination(held, candle).tolist()
+        assert farthest != [chosen]
+        caregiver.reset(1)
+        assert caregiver.destination(held, candle).tolist() == farthest  # nothing has been chosen
+
+    def test_picks_up_a_candle_from_the_floor_before_anything_else(self):
+        plan = FloorPlan.parse(STAIRS_AND_TABLES)
+        lying = dataclasses.replace(
+            percept(plan, 1, 9, candle_table=[NOTHING]),
+            candle_cell=np.array([[4]]),
+            out_of_reach=np.array([[False, False]]),
+        )
+        answer = ForesightCaregiver(plan).decide(lying)
+        assert (answer.verb[0], answer.hazard[0]) == (RELOCATE, 1)
+        # Where it does not get at it there is still the stairwell.
+        beyond = dataclasses.replace(lying, out_of_reach=np.array([[False, True]]))
+        answer = ForesightCaregiver(plan).decide(beyond)
+        assert (answer.verb[0], answer.hazard[0]) == (BLOCK, 0)
+        nothing = dataclasses.replace(lying, out_of_reach=np.array([[True, True]]))
+        assert ForesightCaregiver(plan).decide(nothing).hazard[0] == NOTHING
+
+    def test_reckons_with_every_candle_on_a_table_of_its_own(self):
+        plan = FloorPlan.parse(FOUR_TABLES)  # tables 0 to 3 in the corners of the room
+        one_lies = dataclasses.replace(
+            percept(plan, 1, 9, candle_table=[0, NOTHING]), candle_cell=np.array([[NOTHING, 0]])
+        )
+        assert each_on_a_table(plan, one_lies).candle_table.tolist() == [[0, 2]]
+        together = dataclasses.replace(one_lies, candle_table=np.array([[1, 1]]), candle_cell=np.full((1, 2), NOTHING))
+        assert each_on_a_table(plan, together).candle_table.tolist() == [[1, 3]]
+        held = dataclasses.replace(one_lies, candle_cell=np.full((1, 2), NOTHING), holding=np.array([1]))
+        assert each_on_a_table(plan, held).candle_table.tolist() == [[0, NOTHING]]
+        grid = percept(plan, 1, 9)
+        assert each_on_a_table(plan, grid) is grid
 
     @pytest.mark.parametrize("text", [CORRIDOR, TWO_ENDS, TABLES, NO_CANDLE, ONLY_TOYS])
     def test_lives_in_every_house(self, text):

@@ -108,3 +108,18 @@ def test_whoever_stands_at_a_table_is_counted_to_the_nearest_cell():
     assert ROOM.free_cells[perception.free_cell((x - 0.4, y))] == (3, 4)
     seen = percept(perception, base=(x - 0.3, y))
     assert ROOM.caregiver_cells[seen.caregiver_cell[0]] == (3, 4)
+
+
+def test_the_time_left_is_until_the_move_that_is_not_made_out_yet():
+    perception = Perception(ROOM)
+    x, y = centre(2, 4)
+    perception.reset(observe((x, y)))
+    assert percept(perception).time_left.tolist() == [0.0]  # it is about to set out, no one knows where
+    follow(perception, 0.0, (x, y))
+    assert percept(perception).time_left.tolist() == [0.0]
+    follow(perception, 0.15, (x + 0.06, y))
+    assert percept(perception).time_left == pytest.approx(0.85)
+    follow(perception, 0.9, (x + 0.6, y))
+    assert percept(perception).time_left == pytest.approx(0.1)
+    follow(perception, 1.0, (x + 0.75, y))
+    assert percept(perception).time_left.tolist() == [0.0]

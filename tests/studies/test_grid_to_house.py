@@ -19,7 +19,7 @@ from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.studies.grid_to_house import ratios, words
 from caregiver_mj.studies.grid_to_house.breakdown import GRID, REMAINDER, STEPS, InGrid, ladder
-from caregiver_mj.studies.grid_to_house.document import document
+from caregiver_mj.studies.grid_to_house.document import document, page_name
 from caregiver_mj.studies.grid_to_house.figures import draw_houses, draw_steps
 from caregiver_mj.studies.grid_to_house.handicap import Handicap
 from caregiver_mj.studies.grid_to_house.phases import PARTS, PHASES
@@ -127,9 +127,9 @@ def test_the_steps_lead_from_the_grid_to_the_house():
 # -- Rows of a run ---------------------------------------------------------------------------------
 
 
-def a_run(folder, run=None, **changes):
+def a_run(folder, run=None, names=("none", "paper"), **changes):
     """A finished run of two episodes in one house; its rows are the grid's."""
-    settings = Settings(FloorPlan.load("house-200000"), "grid", ("none", "paper"), EPSILONS, 2, seed=5)
+    settings = Settings(FloorPlan.load("house-200000"), "grid", names, EPSILONS, 2, seed=5)
     found = evaluate(settings).episodes
     found.assign(**({"world": "house"} | changes)).to_parquet(folder / "episodes.parquet")
     (folder / "run.json").write_text(json.dumps(settings.record() | {"world": "house"} | (run or {})))
@@ -144,6 +144,18 @@ def test_the_grid_runs_the_episodes_of_a_run(tmp_path):
         assert rows.damage("grid", caregiver).equals(rows.damage("house", caregiver))
     wanted = made[(made.caregiver == "paper") & (made.epsilon == 0.5)].damage.tolist()
     assert rows.damage("house", "paper")[0.5].tolist() == wanted
+
+
+def test_of_a_run_with_several_caregivers_the_one_that_is_asked_for(tmp_path):
+    made = a_run(tmp_path, names=("none", "paper", "guard"))
+    rows = read_rows(tmp_path, "guard")
+    assert (rows.caregiver, rows.settings.caregivers) == ("guard", ("none", "guard"))
+    wanted = made[(made.caregiver == "guard") & (made.epsilon == 0.5)].damage.tolist()
+    assert in_both_worlds(rows, jobs=1).cared[0][0.5].tolist() == wanted
+    without = InGrid(rows.settings, 2).damages({GRID: Handicap()}, "house-200000")[GRID]
+    assert without[0.5].tolist() == wanted
+    with pytest.raises(CaregiverError, match="lacks episodes with none and nearest"):
+        read_rows(tmp_path, "nearest")
 
 
 def test_the_grid_without_a_handicap_is_the_grid(tmp_path):
@@ -192,7 +204,7 @@ def test_where_the_interval_lies(interval, told):
     assert words.where(Estimate(1.1, *interval)) == told
 
 
-def made_rows(houses, called, grid=10.0, house=12.0, alone=40.0):
+def made_rows(houses, called, grid=10.0, house=12.0, alone=40.0, who="paper"):
     """Two episodes in each house with each novice, all the same; at epsilon 0.5 there is half the damage.
 
     Of the physical houses every other one has a little more than that, and the others as much less.
@@ -205,9 +217,9 @@ def made_rows(houses, called, grid=10.0, house=12.0, alone=40.0):
         for e in EPSILONS
         for i in range(2)
         for world, cared in (("grid", grid), ("house", house + off * (len(houses) > 1)))
-        for caregiver, damage in (("none", alone), ("paper", cared))
+        for caregiver, damage in (("none", alone), (who, cared))
     ]
-    settings = Settings(tuple(map(FloorPlan.load, houses)), "house", ("none", "paper"), EPSILONS, 2, houses=called)
+    settings = Settings(tuple(map(FloorPlan.load, houses)), "house", ("none", who), EPSILONS, 2, houses=called)
     return Rows(pd.DataFrame(rows), settings)
 
 
@@ -258,6 +270,17 @@ def test_page():
     assert "block: 1 done, 1 given up for another target or at the end, 0 failed" in told
     assert not {"nan", "inf"} & set(told.replace(",", " ").split())
     assert all(len(line) <= 120 for line in text.splitlines() if not line.startswith("|"))
+
+
+def test_page_of_another_caregiver():
+    found = dataclasses.replace(results(), rows=made_rows(HOUSES, "test-6", who="foresight"))
+    text = document(found, ["python scripts/grid_to_house.py --caregiver foresight"])
+    assert page_name(found) == "grid_to_house_foresight"
+    assert "The caregiver `foresight` in 6 houses" in text
+    assert "(grid_to_house_foresight_steps.png)" in text
+    assert "The rule" not in text
+    assert "leaves 1.20 times" in text
+    assert page_name(results()) == "grid_to_house"
 
 
 def test_page_of_houses_within_the_goal():

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.caregivers.foresight.hindsight import EFFORT, MOVES, Hindsight, round_the_child
-from caregiver_mj.caregivers.foresight.travel import ACTIONS_PER_TIMESTEP, travel
+from caregiver_mj.caregivers.foresight.hindsight import ACTIONS, EFFORT, MOVES, Hindsight, round_the_child
+from caregiver_mj.caregivers.foresight.travel import travel
 from caregiver_mj.caregivers.percept import Percept, bare_tables
 from caregiver_mj.caregivers.told import ToldCaregiver, Truth
 from caregiver_mj.errors import CaregiverError
@@ -40,14 +40,14 @@ class ClairvoyantCaregiver(ToldCaregiver, Caregiver):
         self.reset(1)
 
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
-        self._begun, self._left = np.full(batch, NOTHING), ACTIONS_PER_TIMESTEP
+        self._begun, self._left = np.full(batch, NOTHING), ACTIONS
         self._now = -1  # number of the children's next move
         self._cells: np.ndarray | None = None  # of the children after every move
         self._since = np.full(batch, NOTHING)  # that for which the plan of each world was made
 
     def watch(self, percept: Percept) -> None:
         self._child = percept.child_cell
-        self._left = ACTIONS_PER_TIMESTEP
+        self._left = ACTIONS
         self._now += 1
 
     def hear(self, truth: Truth) -> None:

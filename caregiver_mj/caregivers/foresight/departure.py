@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from caregiver_mj.caregivers.foresight.transit import Transit
-from caregiver_mj.caregivers.foresight.travel import HANDLING, Travel, timesteps
+from caregiver_mj.caregivers.foresight.travel import Travel, timesteps
 
 
 class Departure:
@@ -19,7 +19,7 @@ class Departure:
         to_place: Until it has been put down on another one, (tables, tables, n).
     """
 
-    def __init__(self, ways: Travel, transit: Transit, child: np.ndarray, cell: np.ndarray, left: int):
+    def __init__(self, ways: Travel, transit: Transit, child: np.ndarray, cell: np.ndarray, left: np.ndarray | float):
         """Works them out.
 
         Args:
@@ -27,28 +27,18 @@ class Departure:
             transit: What happens on them.
             child: The child's cells, (n,).
             cell: The caregiver's cells, (n,).
-            left: Actions that the caregiver has left before the child's next move.
+            left: Cells that the caregiver can walk before the child's next move, (n,) or for all.
         """
-        posts = len(ways.posts)
+        posts, pace = len(ways.posts), ways.pace
         goal = np.arange(ways.step.shape[2])[:, None]
-        at = ways.step[left, child, goal, cell]  # where it is when the child moves, (goals, n)
+        taking = np.where(goal < posts, 0.0, pace.get - 1.0)  # on the ways a candle is taken in the time of a step
+        walked = np.clip(np.rint(left - taking).astype(int), 0, len(ways.step) - 1)
+        at = ways.step[walked, child, goal, cell]  # where it is when the child moves, (goals, n)
         self.to_post = transit.to_post[goal[:posts], child, :, at[:posts]]
         self.cost = transit.cost[goal[:posts], child, :, at[:posts]]
         self.to_get = transit.to_get[goal[: len(goal) - posts], child, at[posts:]].astype(int)
         self.denied = transit.denied[goal[: len(goal) - posts], child, :, at[posts:]]
         # What a child in the way costs, it costs on the way to the first table.
-        self.to_place = to_place(ways, self.to_get, cell, left)
-
-
-def to_place(ways: Travel, to_get: np.ndarray, cell: np.ndarray, left: int) -> np.ndarray:
-    """Moves of the child until a candle is on another table, (tables, tables, n), from those until it is in the hand.
-
-    Args:
-        ways: The caregiver's ways.
-        to_get: Until the candle of each table is in its hand, (tables, n).
-        cell: The caregiver's cells, (n,).
-        left: Actions that the caregiver has left before the child's next move.
-    """
-    get = ways.to_table[cell].T + HANDLING  # actions
-    place = get[:, None] + np.moveaxis(ways.onward[cell], 0, 2) + HANDLING
-    return to_get[:, None] + timesteps(place, left) - timesteps(get, left)[:, None]
+        get = ways.to_table[cell].T + pace.get  # steps
+        place = get[:, None] + np.moveaxis(ways.onward[cell], 0, 2) + pace.place
+        self.to_place = self.to_get[:, None] + timesteps(place, left, pace) - timesteps(get, left, pace)[:, None]

@@ -9,9 +9,10 @@ import numpy as np
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.foresight.child_model import novice_chain
 from caregiver_mj.caregivers.foresight.options import Options
-from caregiver_mj.caregivers.foresight.travel import ACTIONS_PER_TIMESTEP
+from caregiver_mj.caregivers.foresight.reckoning import SOUND, Reckoning
+from caregiver_mj.caregivers.foresight.standing import each_on_a_table
 from caregiver_mj.caregivers.foresight.values import values
-from caregiver_mj.caregivers.percept import Percept
+from caregiver_mj.caregivers.percept import Percept, bare_tables
 from caregiver_mj.danger.belief import Belief
 from caregiver_mj.interventions.intervention import BLOCK, RELOCATE, Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -21,9 +22,6 @@ CHANGE = 0.005  # probability, in a timestep, that a child's epsilon is another 
 # By how much something else must be better than what it is about, as a share of all damage that would come if it did
 # nothing: so that it does not turn round for a trifle.
 HYSTERESIS = 0.001
-# Of a move into a free cell that it denies a child, in damage: with as much it denies no more than the rule, at every
-# epsilon (studies/foresight finds it on train-100).
-PRICE = 0.05
 
 
 class ForesightCaregiver(Caregiver):
@@ -41,7 +39,7 @@ class ForesightCaregiver(Caregiver):
         *,
         hysteresis: float = HYSTERESIS,
         change: float = CHANGE,
-        price: float = PRICE,
+        reckoning: Reckoning = SOUND,
     ):
         """Looks ahead.
 
@@ -50,21 +48,22 @@ class ForesightCaregiver(Caregiver):
             seed: Not used: it draws no lots.
             hysteresis: By what share of all the damage to come another intervention must be better than this one.
             change: Probability, in a timestep, that a child's epsilon changes.
-            price: Of a move into a free cell that it denies a child, in damage.
+            reckoning: What it reckons with when it looks ahead.
         """
         super().__init__(plan, seed)
-        self._values = values(plan, price)
-        self._hysteresis, self._change = hysteresis, change
-        self.reset(1)
+        self._hysteresis, self._change, self._reckoning = hysteresis, change, reckoning
+        self._begin(1, 1)
 
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
+        values(self.plan, self.pace, self._reckoning)  # made now, so that no decision has to wait for them
+        self._begin(batch, children)
+
+    def _begin(self, batch: int, children: int) -> None:
         self.belief = Belief(novice_chain(self.plan), batch, children, self._change)
-        self._begun = np.full(batch, NOTHING)  # the hazard that it is about
-        self._left = ACTIONS_PER_TIMESTEP
+        self._begun, self._table = np.full((2, batch), NOTHING)  # the hazard that it is about, and its destination
 
     def watch(self, percept: Percept) -> None:
         self.belief.watch(percept.previous_cell, percept.previous_action)
-        self._left = ACTIONS_PER_TIMESTEP
 
     def choose(self, percept: Percept) -> np.ndarray:
         return self.decide(percept).hazard
@@ -79,26 +78,49 @@ class ForesightCaregiver(Caregiver):
         Returns:
             Array (W,).
         """
-        options = Options(self._values, percept, worlds, self.belief.probability[worlds], 0)
+        plans = values(self.plan, self.pace, self._reckoning)
+        options = Options(plans, percept, worlds, self.belief.probability[worlds], 0.0)
         return options.candles + options.damage.min(axis=1)
 
     def decide(self, percept: Percept) -> Interventions:
-        batch = len(percept.caregiver_cell)
-        answer = Interventions.idle(batch)
+        answer = Interventions.idle(len(percept.caregiver_cell))
         answer.verb[:] = self.idle_verb
-        # Whoever has a candle in the hand puts it down first.
-        free = np.flatnonzero((percept.candle_table != NOTHING).all(axis=1) & (percept.holding == NOTHING))
+        lying = self._within_reach_on_the_floor(percept)
+        # Whoever has a candle in the hand puts it down first, and one on the floor is picked up before anything else.
+        empty = percept.holding == NOTHING
+        for world in np.flatnonzero(empty & lying.any(axis=1)):
+            candle = lying[world].argmax()
+            destination = self.destination(percept, np.full(len(lying), candle))[world]
+            self._order(answer, np.array([world]), self.plan.hazards.of_candle(int(candle)), destination)
+        free = np.flatnonzero(empty & ~lying.any(axis=1))
         if free.size and len(self.plan.hazards):
-            options = Options(self._values, percept, free, self.belief.probability[free], self._left)
-            hazard, destination = options.best(self._begun[free], self._hysteresis)
-            is_stairwell, is_candle = self.plan.hazards.is_stairwell(hazard), self.plan.hazards.is_candle(hazard)
-            answer.verb[free] = np.where(is_stairwell, BLOCK, np.where(is_candle, RELOCATE, self.idle_verb))
-            answer.hazard[free], answer.destination[free] = hazard, destination
-            self._begun[free] = hazard
-        if percept.candle_cell is not None:  # one on the floor is picked up before anything else
-            for world in np.flatnonzero((percept.candle_cell != NOTHING).any(axis=1) & (percept.holding == NOTHING)):
-                lying = percept.candle_cell[world].argmax()
-                answer.verb[world], answer.hazard[world] = RELOCATE, self.plan.hazards.of_candle(int(lying))
-                answer.destination[world] = self.destination(percept, np.full(batch, lying))[world]
-        self._left = max(1, self._left - 1)
+            belief, left = self.belief.probability[free], percept.time_left
+            plans = values(self.plan, self.pace, self._reckoning)
+            seen = each_on_a_table(self.plan, percept)
+            options = Options(plans, seen, free, belief, 1.0 if left is None else left[free])
+            self._order(answer, free, *options.best(self._begun[free], self._hysteresis))
         return answer
+
+    def destination(self, percept: Percept, candle: np.ndarray) -> np.ndarray:
+        """The table that was chosen with the candle, as long as it is bare; else the farthest one."""
+        chosen = np.where(self._begun == self.plan.hazards.of_candle(candle), self._table, NOTHING)
+        bare = bare_tables(percept.candle_table, len(self.plan.tables))[np.arange(len(chosen)), chosen]
+        return np.where(bare & (chosen != NOTHING), chosen, super().destination(percept, candle))
+
+    def _order(
+        self, answer: Interventions, worlds: np.ndarray, hazard: np.ndarray | int, destination: np.ndarray | int
+    ) -> None:
+        """Enters what to do in some worlds, and remembers it."""
+        is_stairwell, is_candle = self.plan.hazards.is_stairwell(hazard), self.plan.hazards.is_candle(hazard)
+        answer.verb[worlds] = np.where(is_stairwell, BLOCK, np.where(is_candle, RELOCATE, self.idle_verb))
+        answer.hazard[worlds] = self._begun[worlds] = hazard
+        answer.destination[worlds] = self._table[worlds] = destination
+
+    def _within_reach_on_the_floor(self, percept: Percept) -> np.ndarray:
+        """Which candles are to be picked up, bool (B, candles)."""
+        if percept.candle_cell is None:
+            return np.zeros(percept.candle_table.shape, bool)
+        lying = percept.candle_cell != NOTHING
+        if percept.out_of_reach is None:
+            return lying
+        return lying & ~self.plan.hazards.split(percept.out_of_reach)[1]

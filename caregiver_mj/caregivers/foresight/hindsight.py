@@ -10,10 +10,12 @@ from __future__ import annotations
 import numpy as np
 
 from caregiver_mj.caregivers.foresight.layouts import AllLayouts
-from caregiver_mj.caregivers.foresight.travel import ACTIONS_PER_TIMESTEP, Travel, travel
+from caregiver_mj.caregivers.foresight.travel import Travel, travel
+from caregiver_mj.caregivers.pace import PAPER
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
+ACTIONS = int(PAPER.cells)  # in a timestep
 PRICE = 1.0  # of a move that the caregiver denies the child, after which all comes differently, in damage
 EFFORT = 0.05  # of carrying a candle, in damage: so that it is not done for nothing
 MOVES = 30  # of the child, after which the caregiver is thought to have arrived anyway
@@ -42,7 +44,7 @@ class Hindsight:
         self.table_stand[layouts.bears] = count * posts + np.arange(layouts.bears.sum())
         self.stands = count * posts + int(layouts.bears.sum())
         layout, table = np.nonzero(layouts.bears)
-        at_posts = np.repeat(np.arange(count), posts), np.tile(ways.posts, count).astype(int), ACTIONS_PER_TIMESTEP
+        at_posts = np.repeat(np.arange(count), posts), np.tile(ways.posts, count).astype(int), ACTIONS
         at_tables = layout, np.array(ways.central, int)[table], _LEFT_AFTER
         self._from_posts, self._from_tables = (_Ways(self, plan, *here) for here in (at_posts, at_tables))
 
@@ -200,5 +202,5 @@ def round_the_child(ways: Travel, cells: np.ndarray, cell: np.ndarray, left: int
         moves += under_way
         denied += under_way & (at == after) & (child != after)
         child = after
-        at = np.where(under_way, step[ACTIONS_PER_TIMESTEP, child, goal, at], at)
+        at = np.where(under_way, step[ACTIONS, child, goal, at], at)
     return moves, PRICE * denied

@@ -18,7 +18,9 @@ class Options:
     Those are first the posts, then for every candle (in the order of hazards) every bare table (in that of tables).
     """
 
-    def __init__(self, values: Values, percept: Percept, worlds: np.ndarray, belief: np.ndarray, left: int):
+    def __init__(
+        self, values: Values, percept: Percept, worlds: np.ndarray, belief: np.ndarray, left: np.ndarray | float
+    ):
         """Works them out.
 
         Args:
@@ -26,7 +28,7 @@ class Options:
             percept: What is seen.
             worlds: Indices of the worlds, (W,).
             belief: Probability of every goal and epsilon of each child, (W, K, G, E).
-            left: Actions that the caregiver has left in this timestep.
+            left: Share of a novice timestep until the children's next moves, (W,) or for all worlds.
         """
         self._values = values
         self._child = percept.child_cell[worlds]
@@ -35,7 +37,7 @@ class Options:
         count = len(self._tables)
         bare = bare_tables(self._tables, values.layouts.bears.shape[1])
         self._bare = np.nonzero(bare)[1].reshape(count, -1)  # (W, bare tables)
-        self._cell, self._left = percept.caregiver_cell[worlds], left
+        self._cell, self._left = percept.caregiver_cell[worlds], left * values.ways.pace.cells
         self._out_of_reach = None if percept.out_of_reach is None else percept.out_of_reach[worlds]
 
     @functools.cached_property

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 from scipy.sparse import csr_array
 
-from caregiver_mj.caregivers.foresight.travel import ACTIONS_PER_TIMESTEP, Travel
+from caregiver_mj.caregivers.foresight.travel import Travel
 from caregiver_mj.danger.chain import ChildChain
 
 _MOVES = 30  # of a child, after which the caregiver is thought to have arrived anyway
@@ -42,7 +42,7 @@ class Transit:
         shape = posts, cells, chain.size // cells, ways.done + 1
         self.to_post, self.cost = np.zeros(shape, np.int8), np.zeros(shape, np.float32)
         for post, cell in enumerate(ways.posts):
-            step = ways.step[ACTIONS_PER_TIMESTEP, :, post]
+            step = [(share, after[:, post]) for share, after in ways.in_a_timestep()]
             self.to_post[post] = np.round(_until(sure, ones, step, cell))
             self.cost[post] = _until(later, costs, step, cell)
         typical = dataclasses.replace(chain, epsilons=np.array([_TYPICAL]))
@@ -51,7 +51,7 @@ class Transit:
         self.to_get = np.zeros((tables, cells, ways.done + 1), np.int8)
         self.denied = np.zeros((tables, cells, chain.shape[1], ways.done + 1), np.float32)
         for table in range(tables):
-            step = ways.step[ACTIONS_PER_TIMESTEP, :, posts + table]
+            step = [(share, after[:, posts + table]) for share, after in ways.in_a_timestep()]
             self.to_get[table] = np.round(_until(sure, ones, step, ways.done).mean(axis=1))
             self.denied[table] = _until(later, costs, step, ways.done)
 
@@ -63,25 +63,25 @@ def _denied(chain: ChildChain, ways: Travel, price: float) -> np.ndarray:
     return denied
 
 
-def _until(transition: csr_array, cost: np.ndarray, step: np.ndarray, end: int) -> np.ndarray:
+def _until(transition: csr_array, cost: np.ndarray, step: list[tuple[float, np.ndarray]], end: int) -> np.ndarray:
     """Expected sum of a cost of the child's moves until the caregiver is in a cell.
 
     Args:
         transition: Of the child, (states, states), discounted or not.
         cost: Of a move from each state while the caregiver is in each cell, (states, cells), or (states, 1).
-        step: Where the caregiver is after each of its turns, (children's cells, cells).
+        step: Where the caregiver may be after each of its turns, (children's cells, cells), and with what probability.
         end: The cell in which it has arrived.
 
     Returns:
         Array (children's cells, states of a cell, cells).
     """
-    cells, places = step.shape
-    index = step[:, None].astype(int)
+    cells, places = step[0][1].shape
+    turns = [(share, after[:, None].astype(int)) for share, after in step]
     total = np.zeros((cells, len(cost) // cells, places), np.float32)
     arrived = np.arange(places) == end
     for _ in range(_MOVES):
-        after = np.take_along_axis(total, index, axis=2).reshape(len(cost), places)
-        total = (cost + transition @ after).reshape(total.shape)
+        after = sum(np.float32(share) * np.take_along_axis(total, index, axis=2) for share, index in turns)
+        total = (cost + transition @ after.reshape(len(cost), places)).reshape(total.shape)
         total[..., arrived] = 0.0
     return total
 

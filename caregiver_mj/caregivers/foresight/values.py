@@ -19,23 +19,27 @@ import numpy as np
 from caregiver_mj.caregivers.foresight.child_model import novice_chain
 from caregiver_mj.caregivers.foresight.departure import Departure
 from caregiver_mj.caregivers.foresight.layouts import AllLayouts, Layouts, PairLayouts
+from caregiver_mj.caregivers.foresight.reckoning import SOUND, Reckoning
 from caregiver_mj.caregivers.foresight.transit import Transit, single
-from caregiver_mj.caregivers.foresight.travel import ACTIONS_PER_TIMESTEP, travel
+from caregiver_mj.caregivers.foresight.travel import travel
+from caregiver_mj.caregivers.pace import PAPER, Pace
 from caregiver_mj.danger.passage import expected_hits
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
 LARGEST = 4_000_000  # states of a child times columns, above which a house is taken apart into pairs of tables
-DISCOUNT = 0.985  # of damage, a timestep
-ROUNDS, WAITS = 8, 15  # rounds of iteration over the options, and over how long to wait for one in each
-# Of a caregiver that has put a candle down: actions that it has left in that timestep, on an average.
-_LEFT_AFTER = 1
+_GUARDING, _WAITS = 8, 15  # rounds of iteration over posts alone, and over how long to wait in each of any round
+_LEFT_AFTER = 1 / 3  # of a timestep in which it has put a candle down, on an average
+
+
+def values(plan: FloorPlan, pace: Pace = PAPER, reckoning: Reckoning = SOUND) -> Values:
+    """The values of a house at some pace of the caregiver; made once."""
+    return _made(plan, pace, reckoning)
 
 
 @functools.lru_cache(maxsize=2)
-def values(plan: FloorPlan, price: float = 0.0) -> Values:
-    """The values of a house; made once."""
-    return Values(plan, price)
+def _made(plan: FloorPlan, pace: Pace, reckoning: Reckoning) -> Values:
+    return Values(plan, pace, reckoning)
 
 
 class Values:
@@ -58,19 +62,20 @@ class Values:
         at_large: Damage of stairwells that stay open, (cells, G E).
     """
 
-    def __init__(self, plan: FloorPlan, price: float = 0.0, rounds: int = ROUNDS, waits: int = WAITS):
-        chain, self.ways = novice_chain(plan), travel(plan)
+    def __init__(self, plan: FloorPlan, pace: Pace = PAPER, reckoning: Reckoning = SOUND):
+        chain, self.ways = novice_chain(plan), travel(plan, pace, reckoning.obstacle)
+        discount = reckoning.discount
         self.layouts = layouts_of(plan, chain.size)
         stairwells = self.stairwells = len(plan.stairwells)
         posts = len(self.ways.posts)
         self._rows = chain.shape[0], chain.shape[1] * chain.shape[2]
-        self._next = single(DISCOUNT * chain.transition)
+        self._next = single(discount * chain.transition)
         fall = (plan.damage.stairwell * chain.hits[:, :stairwells]).astype(np.float32)
         self._open = fall.sum(axis=1)  # damage of the next move if all stairwells are open, (states,)
         self._guarded = self._open[:, None] - fall if stairwells else np.zeros((chain.size, 1), np.float32)
-        self.transit = Transit(chain, self.ways, self._open, DISCOUNT, price)
+        self.transit = Transit(chain, self.ways, self._open, discount, reckoning.price)
         harm = plan.damage.candle - plan.damage.table
-        forever = expected_hits(chain, DISCOUNT).astype(np.float32)
+        forever = expected_hits(chain, discount).astype(np.float32)
         falls = plan.damage.stairwell * forever[:, :stairwells]
         self.at_large = self._by_cell(falls.sum(axis=1))
         self._longest = self.ways.longest
@@ -80,10 +85,10 @@ class Values:
         self.post_column = np.arange(count * posts).reshape(count, posts)
         self.table_column = np.full((count, len(plan.tables)), NOTHING)
         self.table_column[self.layouts.bears] = count * posts + np.arange(self.layouts.bears.sum())
-        self._posts = [self._departure(cell, ACTIONS_PER_TIMESTEP) for cell in self.ways.posts]
-        self._tables = [self._departure(cell, _LEFT_AFTER) for cell in self.ways.central]
+        self._posts = [self._departure(cell, pace.cells) for cell in self.ways.posts]
+        self._tables = [self._departure(cell, _LEFT_AFTER * pace.cells) for cell in self.ways.central]
         others = falls.sum(axis=1, keepdims=True) - (falls if stairwells else 0.0)  # if it stays in a post for ever
-        self.arrival = self._solve(others, rounds, waits)
+        self.arrival = self._solve(others, reckoning.rounds)
 
     def guards(self, departure: Departure, arrival: np.ndarray, column: np.ndarray, child: np.ndarray) -> np.ndarray:
         """Values of going to a post.
@@ -104,20 +109,20 @@ class Values:
 
     # -- The programme ---------------------------------------------------------------------------
 
-    def _departure(self, cell: int, left: int) -> Departure:
+    def _departure(self, cell: int, left: float) -> Departure:
         """From one cell, with a child in each."""
         child = np.arange(self._rows[0])
         return Departure(self.ways, self.transit, child, np.full(len(child), cell), left)
 
-    def _solve(self, guard: np.ndarray, rounds: int, waits: int) -> np.ndarray:
+    def _solve(self, guard: np.ndarray, rounds: int) -> np.ndarray:
         """Begins with a caregiver that never leaves its post, (states, posts), and lets it do more, round by round."""
         size, posts = self._next.shape[0], len(self._posts)
         columns = int(self.table_column.max(initial=self.post_column.max())) + 1
         child, column = np.arange(self._rows[0]), np.arange(posts)[:, None]
-        for _ in range(ROUNDS):  # which post it should be in does not depend on the layout
+        for _ in range(_GUARDING):  # which post it should be in does not depend on the layout
             arrival = self._ahead(guard)
             leave = [self._flat(self.guards(d, arrival, column, child).min(axis=0)) for d in self._posts]
-            guard = self._wait(guard, np.stack(leave, axis=1), waits)
+            guard = self._wait(guard, np.stack(leave, axis=1))
         value = np.empty((size, columns), np.float32)
         value[:, self.post_column] = guard[:, None]
         arrival = self._ahead(guard)
@@ -131,22 +136,21 @@ class Values:
             leave = np.stack([self._flat(self._best(d, arrival, everywhere)) for d in self._posts], axis=2)
             value = value.copy()
             at_posts = value[:, : self.post_column.size]
-            at_posts[:] = self._wait(at_posts, leave.reshape(size, -1), waits)
+            at_posts[:] = self._wait(at_posts, leave.reshape(size, -1))
             for table, departure in enumerate(self._tables):
                 which = np.flatnonzero(self.layouts.bears[:, table])
                 value[:, self.table_column[which, table]] = self._flat(self._best(departure, arrival, which))
         return self._arrival(value)
 
-    def _wait(self, value: np.ndarray, leave: np.ndarray, waits: int) -> np.ndarray:
+    def _wait(self, value: np.ndarray, leave: np.ndarray) -> np.ndarray:
         """Values of being at a post when a child is about to move, if one may leave after any of its moves.
 
         Args:
             value: Those found so far, (states, columns), in which the post runs fastest.
             leave: Values of leaving after a move, likewise.
-            waits: For how many moves more it may wait.
         """
         cost = np.tile(self._guarded, value.shape[1] // self._guarded.shape[1])
-        for _ in range(waits):
+        for _ in range(_WAITS):
             value = cost + self._next @ np.minimum(value, leave)
         return value
 

@@ -17,6 +17,7 @@ from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.studies.grid_to_house.grid import WatchedGrid
 from caregiver_mj.studies.grid_to_house.handicap import Handicap, HandicappedGrid
 from caregiver_mj.studies.grid_to_house.phases import DONE
+from caregiver_mj.studies.grid_to_house.rows import caregiver_of
 
 # Levels between the grid and the house, each with all that those before it have, and what is new in it, in words.
 GRID = "grid"
@@ -60,7 +61,7 @@ class InGrid:
         settings, plan = self.settings, self.settings.plan_of[house]
         tapes = [episode_tapes(episode_seed(settings.seed, i), 1) for i in range(self.count)]
         children = side_by_side(plan, settings.families, self.count)
-        world = kind(plan, children, make_caregiver("paper", plan, settings.seed), handicap)
+        world = kind(plan, children, make_caregiver(caregiver_of(settings), plan, settings.seed), handicap)
         world.run(tapes * len(settings.families))
         return world
 

@@ -9,10 +9,10 @@ from caregiver_mj.experiments.settings import EPSILONS, Settings
 from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.studies import grid_to_house
 from caregiver_mj.studies.documents import write_figure, write_page
-from caregiver_mj.studies.grid_to_house.document import document
+from caregiver_mj.studies.grid_to_house.document import document, page_name
 from caregiver_mj.studies.grid_to_house.figures import draw_houses, draw_steps
 from caregiver_mj.studies.grid_to_house.measure import measure
-from caregiver_mj.studies.grid_to_house.rows import CAREGIVERS, Rows, read_rows, run_rows
+from caregiver_mj.studies.grid_to_house.rows import RULE, Rows, read_rows, run_rows
 from caregiver_mj.studies.grid_to_house.time_figure import draw_time
 from caregiver_mj.studies.trials import add_jobs
 
@@ -26,6 +26,7 @@ def main(arguments: list[str] | None = None) -> None:
     )
     parser.add_argument("--run", type=pathlib.Path, metavar="DIR", help="a finished run in the house, to take it from")
     parser.add_argument("--aside", type=pathlib.Path, metavar="DIR", help="another one, of a house that does not count")
+    parser.add_argument("--caregiver", default=RULE, help="who protects the children (default: %(default)s)")
     parser.add_argument(
         "--houses", default="test-10", help="set of houses, or one, to run without --run (default: %(default)s)"
     )
@@ -40,19 +41,21 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--docs", type=pathlib.Path, metavar="DIR", help="also write the page and its figures there")
     options = parser.parse_args(arguments)
     if options.run:
-        rows = read_rows(options.run)
+        rows = read_rows(options.run, options.caregiver)
     else:
         plans = houses_named([options.houses])
-        settings = Settings(plans, "house", CAREGIVERS, EPSILONS, options.episodes, houses=options.houses)
+        names = ("none", options.caregiver)
+        settings = Settings(plans, "house", names, EPSILONS, options.episodes, houses=options.houses)
         rows = run_rows(settings, options.jobs)
-    aside = read_rows(options.aside) if options.aside else None
+    aside = read_rows(options.aside, options.caregiver) if options.aside else None
     results = measure(rows, aside, options.watched, options.many, options.jobs)
     text = document(results, _commands(options, parser, rows, aside))
     print(text, end="")
     if options.docs:
-        write_page(options.docs, "grid_to_house", text, draw_houses(results), _KINDS)
-        write_figure(options.docs, "grid_to_house_steps", draw_steps(results), _KINDS)
-        write_figure(options.docs, "grid_to_house_time", draw_time(results), _KINDS)
+        name = page_name(results)
+        write_page(options.docs, name, text, draw_houses(results), _KINDS)
+        write_figure(options.docs, f"{name}_steps", draw_steps(results), _KINDS)
+        write_figure(options.docs, f"{name}_time", draw_time(results), _KINDS)
 
 
 def _commands(
@@ -65,11 +68,13 @@ def _commands(
         if folder:
             settings = found.settings
             ran = f"caregiver-mj evaluate --world house --houses {settings.place} --episodes {settings.episodes}"
+            if found.caregiver != RULE:
+                ran += f" --caregiver none {found.caregiver}"
             if found.epsilons != EPSILONS:
                 ran += f" --epsilon {' '.join(f'{e:g}' for e in found.epsilons)}"
             commands.append(f"{ran}{f' --seed {settings.seed}' if settings.seed else ''} --out runs/{folder.name}")
             command += f" --{option} runs/{folder.name}"
-    for option in ("houses", "episodes", "watched", "many"):
+    for option in ("caregiver", "houses", "episodes", "watched", "many"):
         if getattr(options, option) != parser.get_default(option):
             command += f" --{option} {getattr(options, option)}"
     return [*commands, f"{command} --docs docs"]

@@ -6,13 +6,20 @@ from caregiver_mj.studies.documents import fill
 from caregiver_mj.studies.grid_to_house import words
 from caregiver_mj.studies.grid_to_house.phases import FULL_RATE, STOPPED_RATE
 from caregiver_mj.studies.grid_to_house.results import Results
+from caregiver_mj.studies.grid_to_house.rows import RULE
 from caregiver_mj.studies.grid_to_house.tables import damage_table, kind_table, phase_table, step_table
 
 _STEPS = """\
 The grid's caregiver is made to lack, one after the other, what the robot lacks, in the same houses with the same
 novices. *Deciding once*: it decides before the first of its three actions in a timestep, and carries on with that for
-the rest of it. The rule looks at the child and at candles, and the child makes one move a timestep; so it could change
-its mind only after it has put a candle down, when the robot decides anew as well. This is the most that it can cost.
+the rest of it.
+"""
+_RULE = """\
+The rule looks at the child and at candles, and the child makes one move a timestep; so it could change its mind only
+after it has put a candle down, when the robot decides anew as well. This is the most that it can cost.
+"""
+_OTHERS = """\
+The robot decides once a timestep, too, but anew after it has put a candle down; so this is the most that it can cost.
 """
 _LIKE_WITH_LIKE = """\
 What else differs counts as not explained. In the grid a child moves at once, then the caregiver; a child is blocked if
@@ -22,14 +29,20 @@ the robot has seen where the child is going. Nor has the grid grasps that miss, 
 """
 
 
+def page_name(results: Results) -> str:
+    """What the page is called, and its figures begin with."""
+    caregiver = results.rows.caregiver
+    return "grid_to_house" if caregiver == RULE else f"grid_to_house_{caregiver}"
+
+
 def document(results: Results, commands: list[str]) -> str:
     """The text of the page, which commands print."""
-    rows = results.rows
+    rows, name = results.rows, page_name(results)
     epsilons = ", ".join(f"{e:g}" for e in rows.epsilons)
     intro = fill(
-        f"The caregiver `paper` in {len(rows.houses)} houses (`{rows.settings.place}`), {rows.episodes} episodes in "
-        f"each for each epsilon of {epsilons}: the same novices in the grid and in the physical house. All of this "
-        "page is printed by"
+        f"The caregiver `{rows.caregiver}` in {len(rows.houses)} houses (`{rows.settings.place}`), {rows.episodes} "
+        f"episodes in each for each epsilon of {epsilons}: the same novices in the grid and in the physical house. All "
+        "of this page is printed by"
     )
     columns = fill(
         "Mean damage an episode alone and with the caregiver, what is left of it, and *house / grid*, the ratio of "
@@ -54,7 +67,7 @@ def document(results: Results, commands: list[str]) -> str:
 
 {fill(words.headline(results))}
 
-![House over grid, every house a point](grid_to_house.png)
+![House over grid, every house a point]({name}.png)
 
 {columns}
 
@@ -64,13 +77,13 @@ def document(results: Results, commands: list[str]) -> str:
 
 {fill(words.blame(results))}
 
-![From the grid to the house, step by step](grid_to_house_steps.png)
+![From the grid to the house, step by step]({name}_steps.png)
 
 {step_table(results)}
 
 {fill(f"In units of the grid's damage, with 95 % intervals over houses. {many}")}
 
-{fill(f"{_STEPS} {words.handicaps(results)}")}
+{fill(f"{_STEPS} {_RULE if rows.caregiver == RULE else _OTHERS} {words.handicaps(results)}")}
 
 {fill(_LIKE_WITH_LIKE)}
 
@@ -78,7 +91,7 @@ def document(results: Results, commands: list[str]) -> str:
 
 {fill(words.delay(results))}
 
-![Seconds of a phase](grid_to_house_time.png)
+![Seconds of a phase]({name}_time.png)
 
 {parts}
 

@@ -37,7 +37,7 @@ def draw_houses(results: Results) -> Figure:
         axes.axhline(1 + GOAL, color=INK, linewidth=0.8, linestyle=":")
         axes.text(len(epsilons) + 0.5, 1 + GOAL, f" {1 + GOAL:.2f}", va="center", color=INK)
         for i, chosen in enumerate([*([e] for e in epsilons), list(epsilons)]):
-            ours, theirs = (results.rows.damage(world, "paper")[chosen] for world in ("house", "grid"))
+            ours, theirs = (damage[chosen] for damage in results.rows.cared)
             _draw_points(axes, i, by_house(ours, theirs).dropna())
             _draw_estimate(axes, i, ratio(ours, theirs))
         axes.set_xticks(range(len(epsilons) + 1), [*(f"epsilon {e:g}" for e in epsilons), "all"])

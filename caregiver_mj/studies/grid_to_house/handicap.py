@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver
+from caregiver_mj.caregivers.pace import Pace
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.grid.world import CAREGIVER_ACTIONS, GridWorld
@@ -45,6 +46,7 @@ class HandicappedGrid(GridWorld):
     def __init__(self, plan: FloorPlan, family: Family | float, caregiver: Caregiver, handicap: Handicap):
         super().__init__(plan, family, caregiver)
         self.handicap = handicap
+        caregiver.pace = Pace(CAREGIVER_ACTIONS / handicap.pace)
         self._minds = minded_cells(plan)
 
     def reset(self, tapes: Sequence[Sequence[Tape]]) -> None:
@@ -59,6 +61,7 @@ class HandicappedGrid(GridWorld):
             acts = self.time >= cost - _ROUNDING
             if not acts.any():
                 return
+            self.time_left = self.time / CAREGIVER_ACTIONS
             self.act_caregiver(caregiver, acts, decides)
             self.time -= np.where(acts, cost, 0.0)
             if self.handicap.once:

@@ -18,7 +18,7 @@ from caregiver_mj.studies.grid_to_house.breakdown import GRID, InGrid, ladder
 from caregiver_mj.studies.grid_to_house.handicap import Handicap
 from caregiver_mj.studies.grid_to_house.phases import action_time
 from caregiver_mj.studies.grid_to_house.results import Results
-from caregiver_mj.studies.grid_to_house.rows import Rows, in_both_worlds
+from caregiver_mj.studies.grid_to_house.rows import Rows, caregiver_of, in_both_worlds
 from caregiver_mj.studies.grid_to_house.watch import Watch
 from caregiver_mj.studies.trials import run_all
 from caregiver_mj.tasks import load
@@ -43,7 +43,7 @@ def measure(rows: Rows, aside: Rows | None, watched: int, many: int, jobs: int) 
     work = [(house, e, i) for house in rows.houses for e in rows.epsilons for i in range(min(watched, rows.episodes))]
     found = run_all(functools.partial(run_watched, settings), work, jobs, "watched in the house")
     phases = pd.DataFrame([phase for _, log, _ in found for phase in log])
-    own = rows.damage("house", "paper")
+    own = rows.cared[0]
     same = sum(own.loc[(house, i), e] == damage for (house, e, i), (damage, _, _) in zip(work, found, strict=True))
 
     seconds = action_time(settings.plans[0])
@@ -101,4 +101,4 @@ def run_watched(settings: Settings, job: tuple[str, float, int]) -> Watched:
 def _house(settings: Settings, house: str, epsilon: float) -> tuple[Any, CaregiverPolicy, Navigator]:
     plan, kwargs = settings.plan_of[house], {"embodiment": settings.embodiment}
     env = load("supervise", plan, epsilon, random=np.random.RandomState(0), task_kwargs=kwargs)
-    return env, CaregiverPolicy(env, seed=settings.seed), Navigator(plan, env.task.embodiment)
+    return env, CaregiverPolicy(env, caregiver_of(settings), settings.seed), Navigator(plan, env.task.embodiment)

@@ -49,7 +49,7 @@ def steps(results: Results) -> dict[str, tuple[Estimate, Estimate]]:
         For each of `STEPS` and the remainder, by epsilon with arrays (epsilons,), and in all.
     """
     linear = {level: _linear(results.levels[level], results.levels[GRID]) for level in (GRID, *STEPS)}
-    linear[REMAINDER] = _linear(results.rows.damage("house", "paper"), results.rows.damage("grid", "paper"))
+    linear[REMAINDER] = _linear(*results.rows.cared)
     return {now: difference(linear[now], linear[before]) for before, now in itertools.pairwise(linear)}
 
 

@@ -16,16 +16,16 @@ from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.seeds import episode_seed
 from caregiver_mj.experiments.settings import Settings
 
-CAREGIVERS = ("none", "paper")
+RULE = "paper"  # the caregiver if no other is named
 
 
 @dataclasses.dataclass(frozen=True)
 class Rows:
-    """Episodes of single novices in several houses, with `CAREGIVERS`.
+    """Episodes of single novices in several houses, left alone and with one caregiver.
 
     Attributes:
         table: A row an episode, with the columns of `episodes.parquet`.
-        settings: Of the run in the house.
+        settings: Of the run in the house, with these two caregivers.
     """
 
     table: pd.DataFrame
@@ -46,27 +46,43 @@ class Rows:
         """Episodes in each house with each novice and caregiver."""
         return self.settings.episodes
 
+    @property
+    def caregiver(self) -> str:
+        """Name of the caregiver."""
+        return caregiver_of(self.settings)
+
+    @property
+    def cared(self) -> tuple[pd.DataFrame, pd.DataFrame]:
+        """Damage with the caregiver, in the house and in the grid."""
+        return self.damage("house", self.caregiver), self.damage("grid", self.caregiver)
+
     def damage(self, world: str, caregiver: str) -> pd.DataFrame:
         """Damage in one world: a row a house and episode, a column an epsilon."""
         own = self.table[(self.table.world == world) & (self.table.caregiver == caregiver)]
         return own.pivot(index=["house", "episode"], columns="epsilon", values="damage")[list(self.epsilons)]
 
 
-def read_rows(folder: pathlib.Path) -> Rows:
-    """Reads those of a finished run in the house.
+def caregiver_of(settings: Settings) -> str:
+    """Name of the caregiver that a run is about, beside children left alone."""
+    return next(name for name in settings.caregivers if name != "none")
+
+
+def read_rows(folder: pathlib.Path, caregiver: str = RULE) -> Rows:
+    """Reads those of a finished run in the house: of children left alone, and with a caregiver.
 
     Raises:
         CaregiverError: It has not got what is needed.
     """
+    names = ("none", caregiver)
     try:
         table, run = pd.read_parquet(folder / "episodes.parquet"), json.loads((folder / "run.json").read_text("utf-8"))
-        settings = dataclasses.replace(Settings.of_record(run), caregivers=CAREGIVERS)
-        rows = Rows(table[table.caregiver.isin(CAREGIVERS)], settings)
+        settings = dataclasses.replace(Settings.of_record(run), caregivers=names)
+        rows = Rows(table[table.caregiver.isin(names)], settings)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise CaregiverError(f"'{folder}' holds no finished run: {error}") from error
     wanted = len(settings.plans) * len(settings.families) * settings.episodes
-    if any((rows.table.caregiver == name).sum() != wanted for name in CAREGIVERS):
-        raise CaregiverError(f"the run in '{folder}' lacks episodes with {' and '.join(CAREGIVERS)}")
+    if any((rows.table.caregiver == name).sum() != wanted for name in names):
+        raise CaregiverError(f"the run in '{folder}' lacks episodes with {' and '.join(names)}")
     if settings.world != "house" or any(family != Family.of(family.epsilon) for family in settings.families):
         raise CaregiverError(f"the run in '{folder}' is not one of single novices in the physical house")
     seeds = rows.table.episode.map(lambda episode: episode_seed(settings.seed, episode))

@@ -21,7 +21,7 @@ ALL = "all"
 def damage_table(results: Results) -> str:
     """Damage and what is left of it, by epsilon."""
     rows = results.rows
-    alone, grid, house = rows.damage("house", "none"), rows.damage("grid", "paper"), rows.damage("house", "paper")
+    alone, (house, grid) = rows.damage("house", "none"), rows.cared
     titles = ("epsilon", "alone", "grid", "house", "left in the grid", "left in the house", "house / grid")
     lines = []
     for e in rows.epsilons:
@@ -36,7 +36,7 @@ def damage_table(results: Results) -> str:
 
 
 def _aside_line(rows: Rows) -> tuple[str, ...]:
-    alone, grid, house = rows.damage("house", "none"), rows.damage("grid", "paper"), rows.damage("house", "paper")
+    alone, (house, grid) = rows.damage("house", "none"), rows.cared
     left = [number((damage.mean() / alone.mean()).mean()) for damage in (grid, house)]
     return (
         f"{ALL}, on `{rows.settings.place}`",
@@ -51,7 +51,7 @@ def _aside_line(rows: Rows) -> tuple[str, ...]:
 def kind_table(results: Results) -> str:
     """Damage of each kind, and what was done, by epsilon."""
     columns = {kind: f"damage_{kind}" for kind in KINDS} | {"done": "interventions_done"}
-    cared = results.rows.table[results.rows.table.caregiver == "paper"]
+    cared = results.rows.table[results.rows.table.caregiver == results.rows.caregiver]
     means = cared.groupby(["epsilon", "world"])[list(columns.values())].mean()
     titles = ("epsilon", *(f"{name} {world}" for name in columns for world in ("grid", "house")))
     lines = [
@@ -65,7 +65,7 @@ def step_table(results: Results) -> str:
     """What leads from the grid to the house, by epsilon."""
     found = steps(results)
     rows = results.rows
-    grid, house = rows.damage("grid", "paper"), rows.damage("house", "paper")
+    house, grid = rows.cared
     lines = []
     for i, e in enumerate(rows.epsilons):
         parts = [signed(at(each, i)) for each, _ in found.values()]

@@ -27,7 +27,7 @@ _BUDGET = {
 
 def headline(results: Results) -> str:
     """The ratio over houses, and whether it is small enough."""
-    found = ratio(results.rows.damage("house", "paper"), results.rows.damage("grid", "paper"))
+    found = ratio(*results.rows.cared)
     verdict = "within" if found.value <= 1 + GOAL else "not within"
     return (
         f"With the caregiver, the physical house leaves {number(found.value)} times the damage that the grid leaves "
@@ -47,7 +47,7 @@ def where(found: Estimate) -> str:
 
 def differences(results: Results) -> str:
     """Which kinds of damage make the difference."""
-    cared = results.rows.table[results.rows.table.caregiver == "paper"]
+    cared = results.rows.table[results.rows.table.caregiver == results.rows.caregiver]
     means = cared.groupby("world")[[f"damage_{kind}" for kind in KINDS]].mean()
     parts = dict(zip(KINDS, means.loc["house"] - means.loc["grid"], strict=True))
     told = ", ".join(f"{number(value, '+')} by {kind}s" for kind, value in parts.items())

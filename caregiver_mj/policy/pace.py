@@ -1,0 +1,72 @@
+"""How long a robot takes in a house for what a caregiver does, from its limits, with no child in its way.
+
+The house's ways are those from anywhere that it has something to do to anywhere else that it has, driven from rest to
+rest. What children cost it on them a caregiver reckons with itself.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from caregiver_mj.caregivers.pace import PAPER, Pace
+from caregiver_mj.plans import layout
+from caregiver_mj.plans.cell_graph import Cell
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot.embodiment import Embodiment
+from caregiver_mj.robot.kinematics import arm_of
+from caregiver_mj.robot.limits import Limits
+from caregiver_mj.robot.motion import RobotMotion
+from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.reach import reach_path
+from caregiver_mj.robot.scalar_motion import ScalarMotion
+
+_WAYS = 40  # driven to find the mean
+_STEP = 0.005  # seconds
+
+
+def robot_pace(navigator: Navigator, novice_timestep: float, control_timestep: float) -> Pace:
+    """The pace of a robot in a house.
+
+    Args:
+        navigator: Of the house and the robot.
+        novice_timestep: Seconds of a novice timestep.
+        control_timestep: Seconds of one of the robot's.
+    """
+    cells, seconds = 0, 0.0
+    for start, goal in _ways(navigator.plan):
+        route = navigator.route(start, goal)
+        here, there = (navigator.centres[cell] for cell in (start, goal))
+        motion = RobotMotion(navigator.robot, control_timestep)
+        motion.reset((*here, 0.0))
+        motion.drive_along(navigator.path(here, there, goal), navigator.clearance.has_room)
+        cells, seconds = cells + len(route) - 1, seconds + motion.time_left
+    if not cells:
+        return PAPER
+    of_a_cell = seconds / cells
+    get, place = handling_times(navigator.robot)
+    return Pace(novice_timestep / of_a_cell, get / of_a_cell, place / of_a_cell)
+
+
+def _ways(plan: FloorPlan) -> list[tuple[Cell, Cell]]:
+    """Some of the ways between the landings and the cells beside tables."""
+    places = list(dict.fromkeys([*plan.stairwells, *(c for table in plan.tables for c in plan.free_neighbours(table))]))
+    ways = [(start, goal) for start in places for goal in places if start != goal]
+    return [ways[i] for i in np.random.RandomState(0).permutation(len(ways))[:_WAYS]]
+
+
+def handling_times(robot: Embodiment) -> tuple[float, float]:
+    """Seconds for which the hand keeps the base waiting at a table: to get a candle, and to place it."""
+    grasp, approach = robot.grasp, robot.approach
+    reach = reach_path(arm_of(robot), round(1e4 * (layout.TABLE_HEIGHT + grasp.height))).limits
+    down = _time(reach, approach.hover, 1.0, 1.0) - approach.last_time  # the base still drives meanwhile
+    opened = _time(robot.limits.gripper, grasp.closed, grasp.open, grasp.open)
+    get = down + grasp.grip_time + _time(reach, 1.0, 0.0, approach.drive_loaded)
+    return get, down - grasp.release_time + opened + _time(reach, 1.0, 0.0, approach.drive)
+
+
+def _time(limits: Limits, start: float, end: float, until: float) -> float:
+    """Seconds from rest until a motion to an end has come as far as somewhere."""
+    motion = ScalarMotion(limits, start)
+    motion.move_to(end, 0.0)
+    times = np.arange(0.0, motion.arrival + _STEP, _STEP)
+    return float(next(t for t in times if abs(motion.at(t)[0] - start) >= abs(until - start) - 1e-9))
