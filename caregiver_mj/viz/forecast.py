@@ -6,13 +6,12 @@ import dataclasses
 
 import numpy as np
 
-from caregiver_mj.caregivers.outlook import HORIZON
 from caregiver_mj.caregivers.percept import Assessment
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.tiles import Tile
 
-SOON = 5  # timesteps in which a child may be somewhere; what may hurt it is told for `HORIZON`
+SOON = 5  # timesteps in which a child may be somewhere; what may hurt it is told for `outlook.HORIZON`
 LEAST = 0.02  # probability that is drawn
 _THICKNESS = 0.012  # metres, of a tile: above rugs and thresholds
 _SIDE = 0.92  # of a tile, of a cell
@@ -26,7 +25,7 @@ class Forecast:
 
     Attributes:
         presence: Probability that each comes to be in each free cell within `SOON` timesteps, (K, free cells).
-        harm: Probability that any of them runs into each hazard within `HORIZON` timesteps, (hazards,).
+        harm: Probability that any of them runs into each hazard within `outlook.HORIZON` timesteps, (hazards,).
         goal: Probability that each is on its way to each toy bin, (K, bins).
         epsilon: Share of random moves that is to be expected of each, (K,).
     """

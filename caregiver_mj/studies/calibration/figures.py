@@ -59,10 +59,13 @@ def _line(axes: Axes, scores: Scores, shade: colours.Colour) -> None:
     """What happened by what was predicted, in bins of which there is enough."""
     predicted, (value, low, high) = scores.reliability()
     drawn = scores.count.sum(axis=0) >= FEWEST
+    if not drawn.any():
+        return  # an empty line would stretch the layout
     x, value, low, high = (values[drawn] for values in (predicted, value, low, high))
     colour = colours.unit(shade)
-    # What never happened lies below a logarithmic scale: at its lower edge.
+    # What never happened lies below a logarithmic scale, and is drawn at its edge.
     foot = axes.get_ylim()[0] if axes.get_yscale() == "log" else 0.0
+    x = np.maximum(x, foot)
     bounded = np.isfinite(high) & (low > 0)
     axes.vlines(x[bounded], np.maximum(low, foot)[bounded], high[bounded], color=colour, linewidth=1.0, alpha=0.55)
     axes.plot(x, np.maximum(value, foot), "o-", color=colour, markersize=2.8, linewidth=1.1, clip_on=False)

@@ -26,8 +26,8 @@ _KINDS = {
 _PAGE = """\
 # Does what foresight believes come true?
 
-`foresight` believes something of a child: which toy bin it is going to and what share of its moves is random, as far as
-its moves so far tell. From that follows how probable it is that the child bumps into each stairwell and each table
+`foresight` believes something of a child: which toy bin it is going to and what share of its moves is random, as far
+as its moves so far tell. From that follows how probable it is that the child bumps into each stairwell and each table
 within the next 1, 5 and 15 timesteps (the first passage, with {change:.1%} a timestep that epsilon changes, as the
 caregiver has it). Here that is held against what happened: {episodes:,} episodes of each child in each of {houses}
 generated houses that nothing was fitted to (`{names}`), in the grid, with nobody to protect it. All of this page is
@@ -35,66 +35,71 @@ printed by
 
     {command}
 
-A prediction is made before every move, of every object that the child could bump into in that time (what is farther away
-than that is no prediction). It uses nothing that is seen later. Brackets are 95 % intervals with the house as the unit of
-chance.
+A prediction is made before every move, of every object that the child could bump into in that time (what is farther
+away than that is no prediction). It uses nothing that is seen later. Brackets are 95 % intervals with the house as
+the unit of chance.
 
 ![Predicted against observed collisions, a panel for each child](calibration.png)
 
-Collisions with any one object: of all predictions in a bin the mean, and how often they came true, on logarithmic scales.
-On the line they are the same. A point on the lower edge never came true, or less often than that; bins of fewer than
-{fewest} predictions are left out, and so are intervals that the houses do not bound.
+Collisions with any one object: of all predictions in a bin the mean, and how often they came true, on logarithmic
+scales. On the line they are the same. A point on the lower edge never came true, or less often than that; bins of
+fewer than {fewest} predictions are left out, and so are intervals that the houses do not bound.
 
 ## Where it is right
 
-The belief begins with five epsilons, each as probable. Of children as it imagines them, five novices of these epsilons
-together, what it says is what happens: {together_bias} times as many collisions predicted as there were within {longest}
-timesteps, and a calibration error of {together_error:.2%}. That holds for each kind of thing:
+The belief begins with five epsilons, each as probable. Of children as it imagines them, five novices of these
+epsilons together, what it says is what happens: {together_bias} times as many collisions are predicted as happen
+within {longest} timesteps, and the calibration error is {together_error:.2%}. That holds for each kind of thing:
 
 {kinds}
 
-*Happened* is the share of predictions that came true, *predicted* their mean. The *skill* is 1 less the mean squared error
-(Brier score) over that of somebody who knows how often this child bumps into things and nothing else: 1 is at best, and below
-0 it would be better to say the same all the time. The *calibration error* is the mean distance of points from the line,
-each bin counted by its predictions.
+*Happened* is the share of predictions that came true, *predicted* their mean. The *skill* is 1 less the mean squared
+error (Brier score) over that of somebody who knows how often this child bumps into things and nothing else: 1 is at
+best, and below 0 it would be better to say the same all the time. The *calibration error* is the mean distance of
+points from the line, each bin counted by its predictions.
 
 ## Where it is wrong
 
-- **One child at a time** is not the mixture. Before it has seen many moves the belief takes a careful child for less careful
-  than it is, and a careless one for less careless: of `novice 1` it predicts {novice_1} times the collisions that happen,
-  of `novice 0.25` {novice_quarter} times, of `novice 0.05`, the most careful epsilon that it knows, {novice_least} times. Within
-  one timestep all depends on epsilon, so that there its predictions of one novice have no skill: they differ only by how
-  sure it is of a number that is the same all the time. Novices between its epsilons are no worse than those beside them.
-- **`expert`** never bumps into anything; within {longest} timesteps {expert:.1%} was predicted of each object near it. The
-  belief has no epsilon below 0.05.
-- **`toddler`** is thought to bump into things {toddler_low} to {toddler_high} times as often as it does. It walks {walking:.0%} of the
-  time only, in bouts, and the belief, which learns nothing from a rest, takes every timestep for a move.
-- **`explorer`** does not know the house. The careful one (0.25) has more collisions than predicted, {explorer} times as many
-  predicted as happened, and at the wrong places: what is thought to be improbable (below 1 %) happens several times as
-  often, for its ways lead through furniture that it has not met; and what is thought to be probable happens less
-  often, for what it has met it goes round.
-- **`seeker`** goes to the robot, not to toys. The belief takes that for random moves: {seeker} times the
+- **One child at a time** is not the mixture. Before it has seen many moves the belief takes a careful child for less
+  careful than it is, and a careless one for less careless. Predicted over happened is {novice_1} of `novice 1`,
+  {novice_quarter} of `novice 0.25` and {novice_least} of `novice 0.05`, the most careful one that it knows. Within
+  one timestep all depends on epsilon, so that there its predictions of one novice have no skill: they differ only by
+  how sure it is of a number that is the same all the time. Novices between its epsilons are no worse than those
+  beside them.
+- **`expert`** never bumps into anything; within {longest} timesteps {expert:.1%} was predicted of each object near
+  it. The belief has no epsilon below 0.05.
+- **`toddler`** is thought to bump into things {toddler_low} times as often as it does at epsilon 0.75, and
+  {toddler_high} times at 0.25. It walks {walking:.0%} of the time only, in bouts, and the belief, which learns
+  nothing from a rest, takes every timestep for a move.
+- **`explorer`** does not know the house. The careful one (0.25) has more collisions than predicted ({explorer} is
+  predicted over happened), and at the wrong places: what is thought to be improbable (below 1 %) happens several
+  times as often, for its ways lead through furniture that it has not met; and what is thought to be probable happens
+  less often, for what it has met it goes round.
+- **`seeker`** goes to the robot, not to toys. The belief takes that for random moves, and predicts {seeker} times the
   collisions of the careful one (0.25).
-- **`adversary`** does so with all its moves, and walks round everything but the robot: {adversary:.1%} predicted within
-  {longest} timesteps of each object near it, none happened.
+- **`adversary`** does so with all its moves, and walks round everything but the robot: {adversary:.1%} predicted
+  within {longest} timesteps of each object near it, none happened.
 - **`avoider`** is predicted as well as a novice as long as the robot stands still.
 
-Except for the explorer the errors are to the safe side. The last three are watched beside a robot that stands still where it
-was at first; without one, seeker and avoider are novices, and the adversary walks north for ever.
+Except for the explorer, and a little for the most random novice, the errors are to the safe side. The last three are
+watched beside a robot that stands still where it was at first; without one, seeker and avoider are novices, and the
+adversary walks north for ever.
 
 {tables}
 
 ## What the paper's P(safe|tau) says
 
-P(safe|tau) is drawn in films and weighs children against one another. It is the odds that a child moves as experts do, and not at
-random. How often the next {longest} timesteps are harmless (no fall, no bump into any table) is something else:
+P(safe|tau) is drawn in films and weighs children against one another. It is the probability that a child moves as
+experts do, and not at random. How often the next {longest} timesteps are harmless (no fall, no bump into any table)
+is something else:
 
 ![Stated probability of a harmless stretch against its frequency](calibration_safe.png)
 
-Of all the timesteps of the five novices together it is {safe_mean:.2f} on average, while {harmless:.0%} of the stretches that
-follow are harmless. It tells careful children from careless ones, and is soon close to 0 or 1; for any one child the line
-is flat: when it is high the next {longest} timesteps are as harmful as when it is low, for it does not look at what is near. The belief's
-own probability of a harmless stretch lies on the line for children as it imagines them.
+Of all the timesteps of the five novices together it is {safe_mean:.2f} on average, while {harmless:.0%} of the
+stretches that follow are harmless. It tells careful children from careless ones, and is soon close to 0 or 1; for any
+one child the line is flat: when it is high the next {longest} timesteps are as harmful as when it is low, for it does
+not look at what is near. The belief's own probability of a harmless stretch lies on the line for children as it
+imagines them.
 
 {safe}
 """
@@ -167,6 +172,8 @@ _TITLES = ("happened", "predicted", "predicted over happened", "Brier score", "s
 
 
 def _figures(scores: Scores) -> Iterable[str]:
+    if not scores.count.any():
+        return ["–"] * len(_TITLES)
     return (
         f"{scores.base_rate:.2%}",
         f"{scores.mean:.2%}",

@@ -49,12 +49,12 @@ class Scores:
     @property
     def base_rate(self) -> float:
         """Share of the predictions that came true."""
-        return self.happened.sum() / self.count.sum()
+        return self._mean(self.happened.sum())
 
     @property
     def mean(self) -> float:
         """Mean of what was predicted."""
-        return self.predicted.sum() / self.count.sum()
+        return self._mean(self.predicted.sum())
 
     def bias(self) -> Estimate:
         """What was predicted over what happened: above 1 it was too much."""
@@ -63,7 +63,7 @@ class Scores:
     @property
     def brier(self) -> float:
         """Mean squared difference (Brier score)."""
-        return self.square.sum() / self.count.sum()
+        return self._mean(self.square.sum())
 
     def skill(self) -> Estimate:
         """1 - the Brier score over that of somebody who always says the base rate: 1 at best, 0 no better than that."""
@@ -75,7 +75,12 @@ class Scores:
     @property
     def calibration_error(self) -> float:
         """Mean distance of frequency and prediction, bin by bin (expected calibration error)."""
-        return np.abs((self.predicted - self.happened).sum(axis=0)).sum() / self.count.sum()
+        return self._mean(np.abs((self.predicted - self.happened).sum(axis=0)).sum())
+
+    def _mean(self, total: float) -> float:
+        """A sum over all predictions as their mean; NaN where there are none."""
+        count = self.count.sum()
+        return float(total / count) if count else np.nan
 
     def reliability(self) -> tuple[np.ndarray, Estimate]:
         """Of every bin the mean of what was predicted, and the frequency with which it happened, (bins,) each."""

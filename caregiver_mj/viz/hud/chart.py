@@ -73,7 +73,7 @@ class Chart:
             canvas.ellipse((x - r, y - r, x + r, y + r), colours.of_child(number), outline=GROUND, width=FINE)
 
     def _draw_forecast(self, canvas: ImageDraw.ImageDraw, state: HudState) -> None:
-        """Where the children may be, where they may be hurt, and a ring round each toy bin that they may be going to."""
+        """Where the children may be, where they may be hurt, and a frame round toy bins that they may be going to."""
         plan, forecast, ground = state.plan, state.forecast, self._ground
         for cell in np.flatnonzero(forecast.presence.max(axis=0) >= LEAST).tolist():
             child = int(forecast.presence[:, cell].argmax())

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from PIL import Image
 
+from caregiver_mj.caregivers.outlook import HORIZON
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.colours import TEXT, Colour, mix
-from caregiver_mj.viz.forecast import HORIZON, SOON
+from caregiver_mj.viz.forecast import SOON
 from caregiver_mj.viz.hud import cards
 from caregiver_mj.viz.hud.state import HudState
 from caregiver_mj.viz.hud.text import Scale, fit, write
