@@ -71,10 +71,10 @@ points from the line, each bin counted by its predictions.
 - **`toddler`** is thought to bump into things {toddler_low} times as often as it does at epsilon 0.75, and
   {toddler_high} times at 0.25. It walks {walking:.0%} of the time only, in bouts, and the belief, which learns
   nothing from a rest, takes every timestep for a move.
-- **`explorer`** does not know the house. The careful one (0.25) has more collisions than predicted ({explorer} is
-  predicted over happened), and at the wrong places: what is thought to be improbable (below 1 %) happens several
-  times as often, for its ways lead through furniture that it has not met; and what is thought to be probable happens
-  less often, for what it has met it goes round.
+- **`explorer`** does not know the house. Of the careful one (0.25) too few collisions are predicted, {explorer} times
+  as many as happen, and at other places: what is thought to be improbable (below 1 %) happens several
+  times as often, for its ways lead through furniture that it has not met; and what is thought to be probable
+  happens less often, for what it has met it goes round.
 - **`seeker`** goes to the robot, not to toys. The belief takes that for random moves, and predicts {seeker} times the
   collisions of the careful one (0.25).
 - **`adversary`** does so with all its moves, and walks round everything but the robot: {adversary:.1%} predicted
