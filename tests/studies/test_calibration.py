@@ -83,9 +83,9 @@ def test_a_child_of_the_model_is_calibrated():
         assert scores.calibration_error < 0.006
         assert scores.skill().value > 0.03
         predicted, frequency = scores.reliability()
-        often = scores.count.sum(axis=0) > 5000
-        assert often.sum() >= 3
-        assert frequency.value[often] == pytest.approx(predicted[often], rel=0.2)
+        often = scores.predicted.sum(axis=0) > 400  # collisions: chance alone is 5 % then
+        assert often.sum() >= 2
+        assert frequency.value[often] == pytest.approx(predicted[often], rel=0.15)
     assert Scores.of(rows, children.TOGETHER, 15, (HARMLESS,)).calibration_error < 0.02
     # The paper's number is not one of harm.
     assert Scores.of(rows, children.TOGETHER, 15, (SAFE,)).calibration_error > 0.2
