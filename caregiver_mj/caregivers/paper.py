@@ -79,8 +79,10 @@ class PaperCaregiver(Caregiver):
         self._log_ratio += np.where(moved, ratio, 0.0)
 
     def assess(self, percept: Percept) -> Assessment:
-        """P(safe|tau), P(reach|tau) and expected danger as they stand now."""
-        reach = self.reach(percept)
+        return self.weigh(self.reach(percept))
+
+    def weigh(self, reach: np.ndarray) -> Assessment:
+        """P(safe|tau) and expected danger as they stand now, with P(reach|tau) (B, K, hazards)."""
         safe, damage = safety.probability_safe(self._log_ratio), self.plan.hazards.damage
         danger = safety.expected_danger(safe, reach, damage)
         # 1 - P(safe) may round to 0 after a long safe walk. What tells between children is how they compare, so it is

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from caregiver_mj.plans.hazards import NOTHING
+
+if TYPE_CHECKING:
+    from caregiver_mj.caregivers.outlook import Outlook
 
 
 @dataclasses.dataclass(frozen=True)
@@ -51,12 +55,14 @@ class Assessment:
         danger: Expected danger of every hazard to every child, equation (2), (B, K, hazards).
         urgency: What decides between the hazards: their dangers, put together over the children and divided by the
             greatest 1 - P(safe) of any child, (B, hazards).
+        outlook: What the caregiver believes of the children and what follows from that, if it looks ahead.
     """
 
     safe: np.ndarray
     reach: np.ndarray
     danger: np.ndarray
     urgency: np.ndarray
+    outlook: Outlook | None = None
 
 
 def bare_tables(candle_table: np.ndarray, tables: int) -> np.ndarray:

@@ -8,6 +8,7 @@ import math
 from caregiver_mj.caregivers.registry import CAREGIVERS
 from caregiver_mj.cli.parsing import add_children, add_embodiment, add_house, add_seed, read_family, read_house
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.viz import OVERLAYS
 
 
 def add_to(commands: argparse._SubParsersAction) -> None:
@@ -32,6 +33,11 @@ def add_to(commands: argparse._SubParsersAction) -> None:
     add_seed(command, "of the run to which the episode belongs")
     command.add_argument("--episode", type=int, default=0, metavar="N", help="its number in that run")
     command.add_argument("--seconds", type=float, default=30.0, help="length of the film at most")
+    command.add_argument(
+        "--overlay",
+        choices=OVERLAYS,
+        help="laid over the floor: where the caregiver thinks that the child may be soon, and what may hurt it",
+    )
     command.add_argument("--out", required=True, metavar="FILE.mp4", help="the film")
     command.add_argument("--still", metavar="FILE.png", help="also a picture of a telling moment")
     command.set_defaults(run=_run)
@@ -58,6 +64,7 @@ def _run(arguments: argparse.Namespace) -> None:
         seconds=arguments.seconds,
         caregiver=arguments.caregiver,
         embodiment=arguments.embodiment,
+        overlay=arguments.overlay,
         still=arguments.still,
     )
     print(arguments.out)

@@ -11,6 +11,7 @@ TEXT = (242, 244, 247)  # on them
 WALL, FLOOR, TABLE, BIN = (120, 130, 146), (38, 45, 57), (133, 100, 72), (0, 158, 115)
 STAIRWELL, CANDLE = (204, 121, 167), (230, 159, 0)  # reddish purple, orange
 FLAME = (255, 236, 170)  # the bright middle of a candle's
+HARM = (222, 30, 96)  # that may be coming: crimson, which no floor or furniture has
 TODDLER, ROBOT, DAMAGE = (240, 228, 66), (86, 180, 233), (240, 120, 50)  # yellow, sky blue, vermillion
 
 HAZARDS = {HazardKind.STAIRWELL: STAIRWELL, HazardKind.CANDLE: CANDLE}

@@ -5,12 +5,14 @@ from __future__ import annotations
 import caregiver_mj.house.rendering  # noqa: F401 (comes before dm_control)
 
 # isort: split
+import dataclasses
 import math
 import os
 
 import numpy as np
 from dm_control.rl import control
 
+from caregiver_mj.caregivers.percept import Assessment
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.seeds import episode_random, episode_seed
@@ -19,7 +21,9 @@ from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.tasks import load
 from caregiver_mj.viz import moment
+from caregiver_mj.viz.forecast import Forecast
 from caregiver_mj.viz.hud import HudState
+from caregiver_mj.viz.tiles import Tile
 
 _LIFTED = 0.05  # metres above its place at the start from which a candle is in the robot's hand
 
@@ -31,22 +35,32 @@ class Episode:
         env: The environment.
         policy: The caregiver's, or None without a robot.
         family: The children.
+        foresees: Whether what may be coming is shown.
     """
 
-    def __init__(self, env: control.Environment, policy: CaregiverPolicy | None, family: Family):
+    def __init__(
+        self, env: control.Environment, policy: CaregiverPolicy | None, family: Family, foresees: bool = False
+    ):
         """Begins an episode.
 
         Args:
             env: An environment of this package.
             policy: What acts in it; None where there is no robot.
             family: The children in it, as they are to be called.
+            foresees: Whether to show what the caregiver thinks may be coming.
+
+        Raises:
+            CaregiverError: It thinks nothing of the kind.
         """
-        self.env, self.policy, self.family = env, policy, family
+        self.env, self.policy, self.family, self.foresees = env, policy, family, foresees
         self._timestep = env.reset()
         self._action = self._decide()
         self._steps = 0
         self._candle_rest = self._candles()[:, 2]
         self._trails: list[np.ndarray] = []  # a look each, (children, 2)
+        self._forecast: tuple[Assessment | None, Forecast | None] = None, None  # the last one, and what it is of
+        if foresees and self.forecast is None:
+            raise CaregiverError("this caregiver does not predict where children may be, as 'foresight' does")
 
     @classmethod
     def load(
@@ -58,6 +72,7 @@ class Episode:
         number: int | None = 0,
         caregiver: str = "paper",
         embodiment: str = DEFAULT,
+        foresees: bool = False,
     ) -> Episode:
         """Begins an episode of a run: the same, step for step, as an evaluation with this seed has.
 
@@ -69,6 +84,7 @@ class Episode:
             number: Number of the episode; None if the seed is that of a single episode, which belongs to no run.
             caregiver: Name of the caregiver; without a robot for "none".
             embodiment: Name of the robot.
+            foresees: Whether to show what the caregiver thinks may be coming.
 
         Raises:
             CaregiverError: Something of that is not possible.
@@ -80,7 +96,8 @@ class Episode:
         robot = caregiver != "none"
         kwargs = {"robot": robot, "embodiment": embodiment}
         env = load(task, house=house, epsilon=family, random=random, task_kwargs=kwargs)
-        return cls(env, CaregiverPolicy(env, caregiver=caregiver, seed=seed) if robot else None, family)
+        policy = CaregiverPolicy(env, caregiver=caregiver, seed=seed) if robot else None
+        return cls(env, policy, family, foresees)
 
     def run_until(self, seconds: float) -> bool:
         """Runs the simulation up to a time and looks at the children; whether the episode lasts so long."""
@@ -99,6 +116,18 @@ class Episode:
         """How long it has run in the simulated world."""
         return self._steps * self.env.control_timestep()
 
+    @property
+    def forecast(self) -> Forecast | None:
+        """What may be coming, if that is shown."""
+        assessment = self.policy.assessment if self.policy and self.foresees else None
+        if assessment is not self._forecast[0]:
+            self._forecast = assessment, Forecast.of(assessment)
+        return self._forecast[1]
+
+    def tiles(self) -> list[Tile]:
+        """The same, to be laid on the floor."""
+        return self.forecast.tiles(self.env.task.plan, self._candles()) if self.forecast else []
+
     def child_to_carried_candle(self) -> float:
         """Least distance (m) of a child from a candle that is in the robot's hand; infinite if none is."""
         candles = self._candles()
@@ -108,9 +137,9 @@ class Episode:
 
     def hud_state(self, trail_length: int) -> HudState:
         """What the display shows of this moment, with so many of the latest looks at the children as their trails."""
-        return moment.hud_state(
-            self.env.task, self.policy, self._timestep.observation, self.family, self._trails[-trail_length:]
-        )
+        trails = self._trails[-trail_length:]
+        shown = moment.hud_state(self.env.task, self.policy, self._timestep.observation, self.family, trails)
+        return dataclasses.replace(shown, forecast=self.forecast)
 
     def _decide(self) -> np.ndarray:
         if self.policy is None:

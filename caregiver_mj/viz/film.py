@@ -17,6 +17,7 @@ from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiment import DEFAULT
+from caregiver_mj.viz import OVERLAYS
 from caregiver_mj.viz.encoder import film_writer, writable
 from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.studio import Studio
@@ -49,6 +50,7 @@ def render_episode(
     height: int = DEFAULT_SIZE[1],
     fps: float = DEFAULT_FPS,
     camera: str = "overview",
+    overlay: str | None = None,
     still: str | os.PathLike[str] | None = None,
     quiet: bool = False,
     studio: Callable[[Episode, int, int, str, int], Films] = Studio,
@@ -73,6 +75,8 @@ def render_episode(
         height: Height of the picture in pixels, even.
         fps: Frames a second.
         camera: The camera of the large view.
+        overlay: What is laid over the floor, one of `OVERLAYS`: "danger" for where the caregiver thinks that the
+            children may be soon, and what may hurt them. None for nothing.
         still: Where to put a picture of a telling moment, `FILE.png`: a child nearest to a candle in the robot's
             hand, or else the middle of the film.
         quiet: Whether to do without the progress bar.
@@ -84,7 +88,10 @@ def render_episode(
     """
     path, still = writable(path, ".mp4"), None if still is None else writable(still, ".png")
     _check_picture(width, height, fps, seconds)
-    filmed = Episode.load(task, house, epsilon, seed, episode, caregiver, embodiment)
+    if overlay not in (None, *OVERLAYS):
+        raise CaregiverError(f"no overlay '{overlay}': there is {', '.join(OVERLAYS)}")
+    foresees = overlay == "danger"
+    filmed = Episode.load(task, house, epsilon, seed, episode, caregiver, embodiment, foresees)
     best: tuple[float, np.ndarray | None] = (math.inf, None)
     count = max(1, round(seconds * fps))
     with (

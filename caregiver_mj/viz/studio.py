@@ -10,6 +10,7 @@ from caregiver_mj.viz.cameras import Camera, camera_names
 from caregiver_mj.viz.colours import GROUND
 from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.still_camera import StillCamera
+from caregiver_mj.viz.tiles import TileLayer
 
 _INSETS = ("follow", "wrist")  # cameras shown beside the overview
 _WIDE = 1.5  # width over height from which a picture has room for insets beside the house
@@ -49,6 +50,7 @@ class Studio:
             self._camera: Camera = StillCamera(physics, names[camera], *size)
         else:
             self._camera = Camera(physics, names[camera], *size, shadows=True)
+        self._tiles = TileLayer(physics, names[camera], *size) if episode.foresees else None
         self._insets = []
         captions = {"follow": "toddler" if len(episode.family) == 1 else "child 1", "wrist": "gripper"}
         if width > _WIDE * height:
@@ -60,5 +62,7 @@ class Studio:
     def frame(self) -> np.ndarray:
         """Renders the present moment, (height, width, 3)."""
         self._main[:] = self._camera.render()
+        if self._tiles:
+            self._tiles.lay(self._main, self._episode.tiles())
         insets = [(caption, camera.render()) for caption, camera in self._insets]
         return hud.draw(self._page, self._episode.hud_state(self._trail_length), insets)

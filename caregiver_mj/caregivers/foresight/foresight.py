@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
@@ -12,7 +13,9 @@ from caregiver_mj.caregivers.foresight.options import Options
 from caregiver_mj.caregivers.foresight.reckoning import SOUND, Reckoning
 from caregiver_mj.caregivers.foresight.standing import each_on_a_table
 from caregiver_mj.caregivers.foresight.values import values
-from caregiver_mj.caregivers.percept import Percept, bare_tables
+from caregiver_mj.caregivers.outlook import Outlook
+from caregiver_mj.caregivers.paper import PaperCaregiver
+from caregiver_mj.caregivers.percept import Assessment, Percept, bare_tables
 from caregiver_mj.danger.belief import Belief
 from caregiver_mj.interventions.intervention import BLOCK, RELOCATE, Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -45,17 +48,19 @@ class ForesightCaregiver(Caregiver):
 
         Args:
             plan: The house.
-            seed: Not used: it draws no lots.
+            seed: Of the paper's model of safety beside it; what it does draws no lots.
             hysteresis: By what share of all the damage to come another intervention must be better than this one.
             change: Probability, in a timestep, that a child's epsilon changes.
             reckoning: What it reckons with when it looks ahead.
         """
         super().__init__(plan, seed)
         self._hysteresis, self._change, self._reckoning = hysteresis, change, reckoning
+        self._rule = PaperCaregiver(plan, seed)  # for whoever looks on; it decides nothing
         self._begin(1, 1)
 
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
         values(self.plan, self.pace, self._reckoning)  # made now, so that no decision has to wait for them
+        self._rule.reset(batch, seeds, children)
         self._begin(batch, children)
 
     def _begin(self, batch: int, children: int) -> None:
@@ -64,6 +69,15 @@ class ForesightCaregiver(Caregiver):
 
     def watch(self, percept: Percept) -> None:
         self.belief.watch(percept.previous_cell, percept.previous_action)
+        self._rule.watch(percept)
+
+    def assess(self, percept: Percept) -> Assessment:
+        """What it believes, beside the paper's P(safe|tau); P(reach) in equation (2) is what follows from that belief.
+
+        It decides by more than these numbers: by `expected_damage`, which counts what it could still do.
+        """
+        outlook = Outlook(novice_chain(self.plan), percept.child_cell, self.belief.probability)
+        return dataclasses.replace(self._rule.weigh(outlook.reach(self.plan, percept)), outlook=outlook)
 
     def choose(self, percept: Percept) -> np.ndarray:
         return self.decide(percept).hazard

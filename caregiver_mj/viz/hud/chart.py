@@ -10,6 +10,7 @@ from PIL import Image, ImageDraw
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.colours import GROUND, TEXT, Colour, mix
+from caregiver_mj.viz.forecast import LEAST, strength
 from caregiver_mj.viz.hud import cards
 from caregiver_mj.viz.hud.ground_plan import GroundPlan
 from caregiver_mj.viz.hud.state import ChildState, HudState
@@ -55,6 +56,8 @@ class Chart:
 
     def _draw_moving(self, canvas: ImageDraw.ImageDraw, state: HudState) -> None:
         unit = self._ground.unit
+        if state.forecast is not None:
+            self._draw_forecast(canvas, state)
         pointed_at, where = state.mark or ("", None)
         if pointed_at == "cell":
             canvas.rectangle(self._ground.square(where), outline=TEXT, width=max(FINE, round(0.12 * unit)))
@@ -68,6 +71,23 @@ class Chart:
         for number, child in reversed(list(enumerate(state.children))):  # the first one on top
             x, y = self._ground.pixel(child.position)
             canvas.ellipse((x - r, y - r, x + r, y + r), colours.of_child(number), outline=GROUND, width=FINE)
+
+    def _draw_forecast(self, canvas: ImageDraw.ImageDraw, state: HudState) -> None:
+        """Where the children may be, where they may be hurt, and a frame round toy bins that they may be going to."""
+        plan, forecast, ground = state.plan, state.forecast, self._ground
+        for cell in np.flatnonzero(forecast.presence.max(axis=0) >= LEAST).tolist():
+            child = int(forecast.presence[:, cell].argmax())
+            shade = mix(colours.FLOOR, colours.of_child(child), strength(forecast.presence[child, cell]))
+            canvas.rectangle(ground.square(plan.free_cells[cell]), shade)
+        for number in np.flatnonzero(forecast.harm >= LEAST).tolist():
+            x, y = ground.pixel(self._place(state, number))
+            r = 0.5 * ground.unit
+            shade = mix(colours.FLOOR, colours.HARM, strength(forecast.harm[number]))
+            canvas.rectangle((x - r, y - r, x + r, y + r), outline=shade, width=max(FINE, round(0.16 * ground.unit)))
+        for goal, place in enumerate(plan.bins):
+            width = round(0.3 * ground.unit * float(forecast.goal[:, goal].max()))
+            if width:
+                canvas.rectangle(ground.square(place), outline=TEXT, width=width)
 
     def _draw_trail(self, canvas: ImageDraw.ImageDraw, child: ChildState, colour: Colour) -> None:
         points = [self._ground.pixel(position) for position in [*child.trail, child.position]]

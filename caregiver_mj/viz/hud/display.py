@@ -12,6 +12,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz.colours import GROUND, TEXT
 from caregiver_mj.viz.hud import cards
 from caregiver_mj.viz.hud.chart import Chart
+from caregiver_mj.viz.hud.legend import Legend
 from caregiver_mj.viz.hud.state import HudState
 from caregiver_mj.viz.hud.strip import Strip
 from caregiver_mj.viz.hud.text import Scale, write
@@ -34,6 +35,9 @@ def draw(frame: np.ndarray, state: HudState, insets: Sequence[tuple[str, np.ndar
     strip, chart = _strip(width, height), _chart(state.plan, width, height)
     cards.put(drawn, strip.box, lambda region: strip.draw(region, state))
     cards.put(drawn, chart.box, lambda region: chart.draw(region, state))
+    if state.forecast is not None:
+        legend = _legend(state.plan, width, height)
+        cards.put(drawn, legend.box, lambda region: legend.draw(region, state))
     scale = Scale.of(height)
     top, right = scale.px(12), width - scale.px(12)
     for caption, picture in insets:
@@ -69,3 +73,8 @@ def _strip(width: int, height: int) -> Strip:
 @functools.lru_cache(maxsize=8)
 def _chart(plan: FloorPlan, width: int, height: int) -> Chart:
     return Chart(plan, width, height)
+
+
+@functools.lru_cache(maxsize=8)
+def _legend(plan: FloorPlan, width: int, height: int) -> Legend:
+    return Legend(_chart(plan, width, height).box, height)

@@ -9,6 +9,7 @@ import numpy as np
 from caregiver_mj.interventions.verb import Mark
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.viz.forecast import Forecast
 
 
 @dataclasses.dataclass(frozen=True)
@@ -46,6 +47,7 @@ class HudState:
         target: Number of the hazard that is being dealt with, or NOTHING.
         mark: What is pointed at on the plan: a cell is outlined, a candle gets a halo; None for nothing.
         intervention: What the caregiver is doing, in words.
+        forecast: What may be coming, if that is to be shown.
     """
 
     plan: FloorPlan
@@ -61,3 +63,4 @@ class HudState:
     target: int = NOTHING
     mark: Mark | None = None
     intervention: str = ""
+    forecast: Forecast | None = None

@@ -1,0 +1,71 @@
+"""What may be coming, to be laid over the floor: where the children may be soon, and what may hurt them."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from caregiver_mj.caregivers.percept import Assessment
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.viz import colours
+from caregiver_mj.viz.tiles import Tile
+
+SOON = 5  # timesteps in which a child may be somewhere; what may hurt it is told for `outlook.HORIZON`
+LEAST = 0.02  # probability that is drawn
+_THICKNESS = 0.012  # metres, of a tile: above rugs and thresholds
+_SIDE = 0.92  # of a tile, of a cell
+_PILLAR = 0.75  # metres: the height of what stands on hazards, above the tables
+_DENSEST = 0.75  # opacity of what is sure
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Forecast:
+    """What a caregiver expects of K children.
+
+    Attributes:
+        presence: Probability that each comes to be in each free cell within `SOON` timesteps, (K, free cells).
+        harm: Probability that any of them runs into each hazard within `outlook.HORIZON` timesteps, (hazards,).
+        goal: Probability that each is on its way to each toy bin, (K, bins).
+        epsilon: Share of random moves that is to be expected of each, (K,).
+    """
+
+    presence: np.ndarray
+    harm: np.ndarray
+    goal: np.ndarray
+    epsilon: np.ndarray
+
+    @classmethod
+    def of(cls, assessment: Assessment | None) -> Forecast | None:
+        """What follows from a caregiver's beliefs, None if it has none, for a batch of one."""
+        if assessment is None or (outlook := assessment.outlook) is None:
+            return None
+        harm = 1.0 - np.prod(1.0 - assessment.reach[0], axis=0)
+        epsilon = outlook.epsilon[0] @ outlook.chain.epsilons
+        return cls(outlook.presence(SOON)[0], harm, outlook.goal[0], epsilon)
+
+    def tiles(self, plan: FloorPlan, candles: np.ndarray) -> list[Tile]:
+        """Tiles where the children may be, and pillars where hazards may hurt them, the denser the more probable.
+
+        Args:
+            plan: The house.
+            candles: Where the candles are, (candles, 2) or more, metres.
+        """
+        half = _SIDE * plan.cell_size / 2
+        found = []
+        for cell in np.flatnonzero(self.presence.max(axis=0) >= LEAST).tolist():
+            child = int(self.presence[:, cell].argmax())
+            opacity = strength(self.presence[child, cell])
+            place = tuple(plan.position(plan.free_cells[cell]))
+            found.append(Tile(place, half, _THICKNESS, colours.of_child(child), _DENSEST * opacity))
+        for number in np.flatnonzero(self.harm >= LEAST).tolist():
+            stairwell = plan.hazards.stairwell(number)
+            place = candles[plan.hazards.candle(number)] if stairwell < 0 else plan.position(plan.stairwells[stairwell])
+            where = float(place[0]), float(place[1])
+            found.append(Tile(where, half, _PILLAR, colours.HARM, _DENSEST * strength(self.harm[number])))
+        return found
+
+
+def strength(probability: float) -> float:
+    """How strong the colour is that stands for a probability: its root, so that small ones can be told from none."""
+    return float(np.sqrt(probability))

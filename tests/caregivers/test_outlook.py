@@ -1,0 +1,79 @@
+"""What caregivers with a belief say beside their decisions."""
+
+import numpy as np
+import pytest
+
+from caregiver_mj.caregivers.foresight.child_model import EPSILONS
+from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
+from caregiver_mj.caregivers.paper import PaperCaregiver
+from caregiver_mj.caregivers.percept import Percept
+from caregiver_mj.caregivers.predictive import PaperPredictiveCaregiver
+from caregiver_mj.plans.floor_plan import FloorPlan
+
+CORRIDOR = FloorPlan.parse("#######\n#B...S#\n#######")  # cells 0 to 2, the landing is cell 3
+TABLES = FloorPlan.parse("########\n#C....T#\n#......#\n#.B..B.#\n########")
+EAST, NOTHING = 1, -1
+
+
+def see(plan, child, previous=None, action=NOTHING, candle_table=None, candle_cell=None):
+    tables = plan.candle_tables if candle_table is None else candle_table
+    return Percept(
+        np.array([[child]]),
+        np.array([[child if previous is None else previous]]),
+        np.array([[action]]),
+        np.array([0]),
+        np.array([tables], int).reshape(1, -1),
+        np.array([NOTHING]),
+        None if candle_cell is None else np.array([candle_cell]),
+    )
+
+
+@pytest.fixture(params=[ForesightCaregiver, PaperPredictiveCaregiver])
+def caregiver(request):
+    return request.param(CORRIDOR)
+
+
+def test_the_belief_is_there_to_be_seen(caregiver):
+    """Away from its only toy nobody goes but by chance: with a fourth of epsilon."""
+    moved = see(CORRIDOR, 1, previous=0, action=EAST)
+    caregiver.watch(moved)
+    outlook = caregiver.assess(moved).outlook
+    wanted = np.array(EPSILONS) / np.sum(EPSILONS)
+    assert outlook.epsilon[0, 0] == pytest.approx(wanted, abs=0.01)  # it may have changed
+    assert outlook.goal[0, 0] == pytest.approx([1.0])
+
+
+def test_presence_within_a_timestep(caregiver):
+    """Of a child in the middle: to its toy unless it moves at random to the other side, or into a wall."""
+    random = np.mean(EPSILONS)
+    here = caregiver.assess(see(CORRIDOR, 1)).outlook.presence(1)[0, 0]
+    assert here == pytest.approx([1 - 0.75 * random, random / 2, random / 4])
+
+
+def test_safety_is_that_of_the_paper_and_danger_is_equation_2(caregiver):
+    rule = PaperCaregiver(CORRIDOR)
+    for who in (caregiver, rule):
+        who.watch(see(CORRIDOR, 1, previous=0, action=EAST))
+        who.watch(see(CORRIDOR, 2, previous=1, action=EAST))
+    found = caregiver.assess(see(CORRIDOR, 2))
+    assert found.safe == pytest.approx(rule.assess(see(CORRIDOR, 2)).safe)
+    assert found.danger == pytest.approx((1 - found.safe[..., None]) * found.reach * CORRIDOR.damage.stairwell)
+    assert found.urgency == pytest.approx(found.reach[:, 0] * CORRIDOR.damage.stairwell)
+
+
+def test_reach_in_a_timestep():
+    caregiver = ForesightCaregiver(CORRIDOR)
+    here = see(CORRIDOR, 2)
+    assert caregiver.assess(here).outlook.reach(CORRIDOR, here, 1) == pytest.approx(np.mean(EPSILONS) / 4)
+
+
+def test_a_candle_that_is_carried_or_lies_on_the_floor():
+    caregiver = ForesightCaregiver(TABLES)
+    assert caregiver.assess(see(TABLES, 1)).reach > 0
+    assert caregiver.assess(see(TABLES, 1, candle_table=[NOTHING])).reach == 0
+    lying = see(TABLES, 1, candle_table=[NOTHING], candle_cell=[3])  # two cells east of the child
+    assert caregiver.assess(lying).reach == pytest.approx(1 / 2)
+
+
+def test_the_rule_has_no_outlook():
+    assert PaperCaregiver(CORRIDOR).assess(see(CORRIDOR, 1)).outlook is None

@@ -1,0 +1,158 @@
+"""The study of calibration: its sums by hand, a child that is the model itself, and a small run of all of it."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from caregiver_mj.caregivers.foresight.child_model import EPSILONS
+from caregiver_mj.children.family import CHILDREN, Family
+from caregiver_mj.children.tape import Tape
+from caregiver_mj.grid.world import GridWorld
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.studies.calibration import children
+from caregiver_mj.studies.calibration.command import main
+from caregiver_mj.studies.calibration.scores import EACH, Scores
+from caregiver_mj.studies.calibration.tally import HARMLESS, HORIZONS, SAFE, House, tally, tally_house
+from caregiver_mj.studies.calibration.watch import Questions, Watched, watch_children
+
+# One cell: a toy west of it, stairs east, a table with a candle north and a bare one south.
+SMALL = FloorPlan.parse("#####\n##C##\n#B.S#\n##T##\n#####", "small")
+KITCHEN = FloorPlan.parse("#######\n#B..C##\n#....S#\n#.T..B#\n#######", "kitchen")
+
+
+def tapes(count, first=0):
+    return [Tape.draw_family(np.random.RandomState(seed), 1) for seed in range(first, first + count)]
+
+
+def test_questions():
+    questions = Questions.of(KITCHEN)
+    assert questions.kinds.tolist() == ["stairwell", "candle", "table", "any stairwell", "any candle", "anything"]
+    assert questions.groups.astype(int).tolist() == [[1, 0, 0, 1, 0, 1], [0, 1, 0, 0, 1, 1], [0, 0, 1, 0, 0, 1]]
+
+
+def test_what_happens_within_some_timesteps():
+    bumped = np.array([0, 0, 1, 0, 0, 1], bool)[:, None, None]
+    watched = Watched(np.empty(0), np.empty(0), bumped, np.empty(0))
+    assert watched.happened(1).ravel().tolist() == bumped.ravel().tolist()
+    # From the times 0 to 3: moves 0 to 2, 1 to 3, 2 to 4, 3 to 5.
+    assert watched.happened(3).ravel().tolist() == [True, True, True, True]
+    assert watched.happened(2).ravel().tolist() == [False, True, True, False, True]
+
+
+def test_the_first_prediction_by_hand():
+    """In one cell between everything any random move bumps, and no other: a fourth of epsilon for each object."""
+    watched = watch_children(SMALL, [Family.of(1.0)], tapes(3), (1, 2), change=0.0)
+    epsilon = np.array(EPSILONS)
+    assert watched.predicted[0, 0, :, :3] == pytest.approx(epsilon.mean() / 4)
+    # Within two: unless it happens in neither.
+    assert watched.predicted[1, 0, :, 0] == pytest.approx(np.mean(1 - (1 - epsilon / 4) ** 2))
+    assert watched.predicted[0, 0, :, -1] == pytest.approx(epsilon.mean() * 3 / 4)  # anything
+    assert watched.possible.all()
+    # Every move tells: the toy speaks for a careful child.
+    bumped = watched.bumped[0, :, -1]
+    likelihood = np.where(bumped[:, None], epsilon * 3 / 4, 1 - epsilon * 3 / 4)
+    after = (likelihood * epsilon).sum(axis=1) / likelihood.sum(axis=1) / 4
+    assert watched.predicted[0, 1, :, 0] == pytest.approx(after)
+
+
+def test_bumps_are_the_damage_of_the_world():
+    """What is watched is what the same children's world books."""
+    seeds = tapes(20)
+    watched = watch_children(KITCHEN, [Family.of(0.5)], seeds, (1,))
+    harm = GridWorld(KITCHEN, 0.5, None).run(seeds).harm[:, 0]
+    assert watched.bumped.sum(axis=0)[:, :3] * [5, 4, 1] == pytest.approx(harm)
+
+
+def test_what_cannot_happen_is_no_prediction():
+    watched = watch_children(KITCHEN, [Family.of(1.0)], tapes(10), (1, 5))
+    for number, horizon in enumerate((1, 5)):
+        happened = watched.happened(horizon)
+        assert watched.possible[number, : len(happened)][happened].all()
+    assert not watched.possible[0].all()
+    assert (watched.predicted[~watched.possible] == 0).all()
+
+
+def test_a_child_of_the_model_is_calibrated():
+    """Five novices, each as often, whose epsilon never changes: on average just what the belief begins with."""
+    count, names = 150, children.MODELLED
+    watched = watch_children(KITCHEN, [Family.parse(name) for name in names], tapes(count), HORIZONS, change=0.0)
+    rows = tally(watched, Questions.of(KITCHEN).kinds, names, count).assign(house="kitchen")
+    for horizon in HORIZONS:
+        scores = Scores.of(rows, children.TOGETHER, horizon)
+        assert scores.mean == pytest.approx(scores.base_rate, rel=0.03)
+        assert scores.calibration_error < 0.006
+        assert scores.skill().value > 0.03
+        predicted, frequency = scores.reliability()
+        often = scores.predicted.sum(axis=0) > 400  # collisions: chance alone is 5 % then
+        assert often.sum() >= 2
+        assert frequency.value[often] == pytest.approx(predicted[often], rel=0.15)
+    assert Scores.of(rows, children.TOGETHER, 15, (HARMLESS,)).calibration_error < 0.02
+    # The paper's number is not one of harm.
+    assert Scores.of(rows, children.TOGETHER, 15, (SAFE,)).calibration_error > 0.2
+
+
+def test_a_child_that_is_not_of_the_model_is_not():
+    watched = watch_children(KITCHEN, [Family.parse("toddler:0.5")], tapes(50), HORIZONS)
+    rows = tally(watched, Questions.of(KITCHEN).kinds, ["toddler:0.5"], 50).assign(house="kitchen")
+    assert Scores.of(rows, "toddler:0.5", 15).mean > 1.3 * Scores.of(rows, "toddler:0.5", 15).base_rate
+
+
+def made(house, place, count, predicted, happened):
+    """A row of predictions that are all alike."""
+    each = predicted / count
+    square = happened * (1 - each) ** 2 + (count - happened) * each**2
+    what = {"family": "1", "horizon": 5, "kind": EACH[0], "house": house, "bin": place}
+    return what | {"count": count, "predicted": predicted, "happened": happened, "square": square}
+
+
+def test_scores_by_hand():
+    # Ten predictions of 0.1 of which two come true, and ten of 0.5, of which four do.
+    rows = pd.DataFrame([made("a", 1, 10, 1.0, 2.0), made("b", 2, 10, 5.0, 4.0)])
+    scores = Scores.of(rows, "1", 5)
+    assert scores.base_rate == pytest.approx(0.3)
+    assert scores.mean == pytest.approx(0.3)
+    assert scores.bias().value == pytest.approx(1.0)
+    brier = (2 * 0.81 + 8 * 0.01 + 10 * 0.25) / 20
+    assert scores.brier == pytest.approx(brier)
+    assert scores.skill().value == pytest.approx(1 - brier / (0.3 * 0.7))
+    assert scores.calibration_error == pytest.approx(0.1)  # each bin is off by 0.1
+    predicted, frequency = scores.reliability()
+    assert predicted[1:3] == pytest.approx([0.1, 0.5])
+    assert frequency.value[1:3] == pytest.approx([0.2, 0.4])
+    assert np.isnan(predicted[0])
+
+
+def test_every_behaviour_is_watched():
+    names = {name.rpartition(":")[0] or "novice" for name in children.families()}
+    assert names == set(CHILDREN)
+    assert {f"{epsilon:g}" for epsilon in EPSILONS} <= set(children.families())
+
+
+def test_company_makes_a_difference():
+    """Without a robot a seeker is a novice."""
+    family = [Family.parse("seeker:0.25")]
+    alone, beside = (
+        watch_children(KITCHEN, family, tapes(5), (1,), robot) for robot in (None, children.Bystander(KITCHEN))
+    )
+    novice = watch_children(KITCHEN, [Family.of(0.25)], tapes(5), (1,))
+    np.testing.assert_array_equal(alone.bumped, novice.bumped)
+    assert (beside.bumped != novice.bumped).any()
+
+
+def test_a_house_depends_on_nothing_else():
+    rows = tally_house(House(KITCHEN, 2, 7))
+    assert rows.equals(tally_house(House(KITCHEN, 2, 7)))
+    assert set(rows.family) == set(children.families())
+
+
+def test_the_page(tmp_path, capsys):
+    house, docs = tmp_path / "kitchen.txt", tmp_path / "docs"
+    house.write_text("\n".join("".join(row) for row in KITCHEN.symbols) + "\n")
+    main(["--houses", str(house), "--episodes", "2", "--jobs", "1", "--docs", str(docs)])
+    text = capsys.readouterr().out
+    assert (docs / "calibration.md").read_text() == text
+    assert f"scripts/calibration.py --houses {house} --episodes 2 --docs docs" in text
+    assert {path.name for path in docs.iterdir()} == {"calibration.md", "calibration.png", "calibration_safe.png"}
+    for family in children.families():
+        assert f"| {children.title(family)} |" in text
+    assert "nan" not in text

@@ -1,0 +1,132 @@
+"""What films lay over the floor: where children may be soon, and what may hurt them."""
+
+import numpy as np
+import pytest
+from test_hud import DARK, PLAN, changed, frame, spread, state
+
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.tasks import load
+from caregiver_mj.viz import colours, hud
+from caregiver_mj.viz.cameras import camera_names
+from caregiver_mj.viz.episode import Episode
+from caregiver_mj.viz.film import render_episode
+from caregiver_mj.viz.forecast import LEAST, Forecast, strength
+from caregiver_mj.viz.studio import Studio
+from caregiver_mj.viz.tiles import Tile, TileLayer
+
+HOUSE = "########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########"
+FREE = len(PLAN.free_cells)
+
+
+@pytest.fixture(scope="module")
+def house(tmp_path_factory):
+    path = tmp_path_factory.mktemp("house") / "small.txt"
+    path.write_text(HOUSE)
+    return path
+
+
+def forecast(presence=None, harm=(0.0, 0.0, 0.0), goal=(1.0,)):
+    """A forecast in `test_hud.PLAN`, of the probability of some cells, of as many children as that has rows."""
+    rows = presence or [{}]
+    of_cells = np.zeros((len(rows), FREE))
+    for row, cells in zip(of_cells, rows, strict=True):
+        for cell, probability in cells.items():
+            row[cell] = probability
+    return Forecast(of_cells, np.array(harm), np.tile(goal, (len(rows), 1)), np.full(len(rows), 0.5))
+
+
+def test_tiles_lie_where_children_may_be():
+    tiles = forecast([{3: 0.25, 4: LEAST / 2}, {3: 0.04, 5: 1.0}]).tiles(PLAN, np.zeros((2, 3)))
+    assert [tile.centre for tile in tiles] == [tuple(PLAN.position(PLAN.free_cells[cell])) for cell in (3, 5)]
+    assert [tile.colour for tile in tiles] == [colours.of_child(0), colours.of_child(1)]  # whoever is more probable
+    assert tiles[0].opacity == pytest.approx(tiles[1].opacity / 2)  # the root of a fourth
+
+
+def test_pillars_stand_on_hazards():
+    candles = np.array([[0.1, 0.2, 0.6], [1.1, 1.2, 0.6]])
+    stairwell, candle = forecast(harm=[0.5, 0.0, 0.25]).tiles(PLAN, candles)
+    assert stairwell.centre == tuple(PLAN.position(PLAN.stairwells[0]))
+    assert candle.centre == (1.1, 1.2)
+    assert stairwell.opacity > candle.opacity
+    assert stairwell.height > 0.6  # above the tables
+
+
+def test_strength_can_be_told_from_nothing():
+    assert [strength(p) for p in (0.0, 0.01, 0.25, 1.0)] == pytest.approx([0.0, 0.1, 0.5, 1.0])
+
+
+def test_the_plan_shows_the_forecast_and_a_legend():
+    plain = hud.draw(frame(), state(robot=None, mark=None))
+    cell = PLAN.free_cells.index((2, 4))  # where nobody is
+    shown = hud.draw(frame(), state(robot=None, mark=None, forecast=forecast([{cell: 1.0}], goal=(0.0,))))
+    left, top, right, bottom = spread(changed(shown, plain)[: 720 // 3, : 1280 // 3])
+    there = hud.draw(frame(), state(child={"position": PLAN.position((2, 4))}, robot=None, mark=None))
+    child = (np.abs(there[:240, :400].astype(int) - colours.TODDLER).max(axis=2) < 40).nonzero()
+    assert left <= np.median(child[1]) <= right
+    assert top <= np.median(child[0]) <= bottom
+    legend = changed(shown, plain)[720 // 3 :, : 1280 // 4]
+    assert legend.any()  # words on a card that is there for it alone
+    assert (shown[720 // 3 : 500, : 1280 // 4] != DARK).any()
+
+
+def test_a_bin_that_is_the_goal_is_framed():
+    less, more = (
+        hud.draw(frame(), state(forecast=forecast(goal=(goal,))))[:230, :400].sum(dtype=int) for goal in (0.1, 1.0)
+    )
+    assert more > less
+
+
+@pytest.fixture(scope="module")
+def physics(house):
+    env = load("supervise", house=house, task_kwargs={"robot": False})
+    env.reset()
+    env.physics.model.vis.global_.offwidth = 320
+    env.physics.model.vis.global_.offheight = 240
+    return env.physics, env.task.plan
+
+
+def test_tiles_blend_and_are_hidden(physics):
+    physics, plan = physics
+    layer = TileLayer(physics, camera_names(physics)["overview"], 320, 240)
+    half = plan.cell_size / 2
+
+    def laid(cell, height=0.01):
+        picture = np.full((240, 320, 3), 100, np.uint8)
+        layer.lay(picture, [Tile(tuple(plan.position(cell)), half, height, (200, 0, 100), 0.25)])
+        seen = (picture != 100).any(axis=2)
+        assert (picture[seen] == (125, 75, 100)).all()
+        return seen.sum()
+
+    open_floor, under_a_table = laid((2, 3)), laid((3, 5))
+    assert 0 < under_a_table < 0.7 * open_floor
+    assert laid((2, 3), height=0.8) > 1.3 * open_floor
+    blank = np.zeros((240, 320, 3), np.uint8)
+    layer.lay(blank, [])
+    assert not blank.any()
+
+
+def test_a_film_shows_what_the_caregiver_believes(house):
+    def picture(foresees):
+        episode = Episode.load(house=house, children=0.5, seed=3, caregiver="paper-predictive", foresees=foresees)
+        assert episode.run_until(4.0)
+        return episode, Studio(episode, 480, 360, "overview", 10).frame()
+
+    (_, plain), (episode, shown) = picture(False), picture(True)
+    assert changed(plain, shown)[: hud.strip_top(480, 360), 480 // 3 :].sum() > 500
+    np.testing.assert_array_equal(plain[hud.strip_top(480, 360) :], shown[hud.strip_top(480, 360) :])
+    found = episode.forecast
+    assert found is episode.forecast  # made once for every look
+    reach = episode.policy.assessment.reach[0, 0]
+    np.testing.assert_allclose(found.harm, reach)
+    assert found.presence.shape == (1, len(episode.env.task.plan.free_cells))
+    assert found.goal.sum() == pytest.approx(1.0)
+    assert 0.05 <= found.epsilon[0] <= 1.0
+
+
+@pytest.mark.parametrize("caregiver", ["paper", "none"])
+def test_who_believes_nothing_shows_nothing(house, tmp_path, caregiver):
+    with pytest.raises(CaregiverError, match="does not predict"):
+        render_episode(tmp_path / "film.mp4", house=house, caregiver=caregiver, overlay="danger", quiet=True)
+    with pytest.raises(CaregiverError, match="no overlay 'rain': there is danger"):
+        render_episode(tmp_path / "film.mp4", house=house, caregiver=caregiver, overlay="rain", quiet=True)
+    assert not list(tmp_path.iterdir())
