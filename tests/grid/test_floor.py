@@ -145,14 +145,16 @@ def test_where_no_child_bars_the_way_making_room_changes_nothing():
 
 @functools.cache
 def caregiver_of(name):
-    return make_caregiver(name, FloorPlan.load("apartment"))
+    # Layouts of the apartment are too many to know for each what would have been best.
+    return make_caregiver(name, FloorPlan.load("paper" if name == "clairvoyant" else "apartment"))
 
 
 @pytest.mark.parametrize("name", CAREGIVERS)
 @pytest.mark.parametrize("child", CHILDREN)
 def test_an_episode_with_any_child_is_the_same_alone_and_among_others(child, name):
     """With a novice beside it, for what a child remembers must be its own."""
-    plan, caregiver = FloorPlan.load("apartment"), caregiver_of(name)
+    caregiver = caregiver_of(name)
+    plan = caregiver.plan if caregiver else FloorPlan.load("apartment")
     world = GridWorld(plan, f"{child}:0.6,0.3", caregiver)
     families = [Tape.draw_family(np.random.RandomState(seed), 2, timesteps=50) for seed in (7, 3, 11)]
     together = world.run(families)
