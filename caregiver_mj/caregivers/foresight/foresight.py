@@ -43,6 +43,7 @@ class ForesightCaregiver(Caregiver):
         hysteresis: float = HYSTERESIS,
         change: float = CHANGE,
         reckoning: Reckoning = SOUND,
+        chooses_table: bool = True,
     ):
         """Looks ahead.
 
@@ -52,9 +53,11 @@ class ForesightCaregiver(Caregiver):
             hysteresis: By what share of all the damage to come another intervention must be better than this one.
             change: Probability, in a timestep, that a child's epsilon changes.
             reckoning: What it reckons with when it looks ahead.
+            chooses_table: Whether it chooses the table with the candle; else that is the farthest one, as for the rule.
         """
         super().__init__(plan, seed)
         self._hysteresis, self._change, self._reckoning = hysteresis, change, reckoning
+        self._chooses_table = chooses_table
         self._rule = PaperCaregiver(plan, seed)  # for whoever looks on; it decides nothing
         self._begin(1, 1)
 
@@ -112,7 +115,9 @@ class ForesightCaregiver(Caregiver):
             plans = values(self.plan, self.pace, self._reckoning)
             seen = each_on_a_table(self.plan, percept)
             options = Options(plans, seen, free, belief, 1.0 if left is None else left[free])
-            self._order(answer, free, *options.best(self._begun[free], self._hysteresis))
+            self._order(
+                answer, free, *options.best(self._begun[free], self._hysteresis, self._only_tables(percept, free))
+            )
         return answer
 
     def destination(self, percept: Percept, candle: np.ndarray) -> np.ndarray:
@@ -120,6 +125,14 @@ class ForesightCaregiver(Caregiver):
         chosen = np.where(self._begun == self.plan.hazards.of_candle(candle), self._table, NOTHING)
         bare = bare_tables(percept.candle_table, len(self.plan.tables))[np.arange(len(chosen)), chosen]
         return np.where(bare & (chosen != NOTHING), chosen, super().destination(percept, candle))
+
+    def _only_tables(self, percept: Percept, worlds: np.ndarray) -> np.ndarray | None:
+        candles = percept.candle_table.shape[1]
+        if self._chooses_table or not candles:
+            return None
+        count = len(percept.candle_table)
+        tables = [super(ForesightCaregiver, self).destination(percept, np.full(count, c)) for c in range(candles)]
+        return np.stack(tables, axis=1)[worlds]
 
     def _order(
         self, answer: Interventions, worlds: np.ndarray, hazard: np.ndarray | int, destination: np.ndarray | int

@@ -89,12 +89,15 @@ class Options:
         about = np.arange(posts) if stairwells else np.full(posts, NOTHING)
         return np.concatenate([about, np.repeat(stairwells + np.arange(candles), self._bare.shape[1])])
 
-    def best(self, begun: np.ndarray, hysteresis: float) -> tuple[np.ndarray, np.ndarray]:
+    def best(
+        self, begun: np.ndarray, hysteresis: float, tables: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
         """What to do.
 
         Args:
             begun: The hazard that the caregiver is about, or NOTHING, (W,).
             hysteresis: By what share of the damage of inaction something else must be better.
+            tables: The only table to which each candle may go, (W, candles), if there is no choice.
 
         Returns:
             The hazard, and the table to which it goes if it is a candle, else NOTHING: (W,) each.
@@ -104,6 +107,10 @@ class Options:
         if self._out_of_reach is not None:
             barred = (self.hazards != NOTHING) & self._out_of_reach[:, self.hazards]
             damage = np.where(barred, np.inf, damage)
+        if tables is not None:
+            candles, bare = tables.shape[1], self._bare.shape[1]
+            other = np.tile(self._bare, candles) != np.repeat(tables, bare, axis=1)
+            damage[:, damage.shape[1] - other.shape[1] :][other] = np.inf
         option = damage.argmin(axis=1)
         each = np.arange(len(option))
         hazard = np.where(np.isinf(damage[each, option]), NOTHING, self.hazards[option])

@@ -27,7 +27,7 @@ from caregiver_mj.danger.passage import expected_hits
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
-LARGEST = 4_000_000  # states of a child times columns, above which a house is taken apart into pairs of tables
+LARGEST = 6_000_000  # states of a child times columns, above which a house is taken apart into pairs of tables
 _GUARDING, _WAITS = 8, 15  # rounds of iteration over posts alone, and over how long to wait in each of any round
 _LEFT_AFTER = 1 / 3  # of a timestep in which it has put a candle down, on an average
 
