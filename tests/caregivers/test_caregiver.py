@@ -305,6 +305,7 @@ def test_every_caregiver_decides_for_each_world_alone_and_only_on_hazards(text, 
         holding=np.full(batch, NOTHING),
         candle_cell=np.full((batch, candles), NOTHING),
         out_of_reach=random.random((batch, len(plan.hazards))) < 0.2,
+        time_left=random.integers(0, 4, size=batch) / 3,
     )
     for caregiver in all_caregivers(plan):
         caregiver.reset(batch, range(batch), children)
