@@ -28,9 +28,10 @@ RUNS = {  # in the order of the report
     "house-paper": "--world house --house paper --caregiver none paper --episodes 200",
 }
 CHILDREN = {  # who are no novices
-    "grid-children": f"--world grid --houses test-100 --caregiver none nearest paper foresight floor --epsilon {_OTHERS} "
-    "--episodes 50",
-    "house-children": f"--world house --houses test-10 --caregiver none paper foresight floor --epsilon {_OTHERS} --episodes 2",
+    "grid-children": "--world grid --houses test-100 --caregiver none nearest paper foresight floor "
+    f"--epsilon {_OTHERS} --episodes 50",
+    "house-children": "--world house --houses test-10 --caregiver none paper foresight floor "
+    f"--epsilon {_OTHERS} --episodes 2",
 }
 
 

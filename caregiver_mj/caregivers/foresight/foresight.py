@@ -24,7 +24,7 @@ from caregiver_mj.plans.hazards import NOTHING
 CHANGE = 0.005  # probability, in a timestep, that a child's epsilon is another one from then on
 # By how much something else must be better than what it is about, as a share of all damage that would come if it did
 # nothing: so that it does not turn round for a trifle.
-HYSTERESIS = 0.001
+HYSTERESIS = 0.004
 
 
 class ForesightCaregiver(Caregiver):

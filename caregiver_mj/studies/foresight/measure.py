@@ -43,11 +43,8 @@ def run(job: Job) -> pd.DataFrame:
     plan = FloorPlan.load(job.house)
     children = side_by_side(plan, [Family.of(epsilon) for epsilon in EPSILONS], job.episodes)
     tapes = [episode_tapes(episode_seed(0, episode), 1) for episode in range(job.episodes)] * len(EPSILONS)
-    world: GridWorld
-    if job.variant == FLOOR:
-        world = FloorWorld(plan, children)
-    else:
-        world = GridWorld(plan, children, made(job.variant, plan))
+    is_floor = job.variant == FLOOR
+    world = FloorWorld(plan, children) if is_floor else GridWorld(plan, children, made(job.variant, plan))
     totals = world.run(tapes).totals()
     index = {
         "house": job.house,

@@ -55,8 +55,8 @@ ABLATIONS: dict[str, dict[str, Callable[[FloorPlan], Caregiver] | str]] = {
         **{f"{rounds} round{'s' * (rounds != 1)}": _reckoning(rounds=rounds) for rounds in (0, 1, 2, 4)},
     },
     "hysteresis (share of the damage of doing nothing)": {
-        ".001": _foresight(),
-        **{f"{share:g}".lstrip("0") or "0": _foresight(hysteresis=share) for share in (0.0, 0.01, 0.03, 0.1)},
+        ".004": _foresight(),
+        **{f"{share:g}".lstrip("0") or "0": _foresight(hysteresis=share) for share in (0.0, 0.001, 0.016, 0.1)},
     },
     "the child in the way": {"an obstacle": _foresight(), "not there": _reckoning(obstacle=False)},
     "table": {"chosen": _foresight(), "the farthest one": _foresight(chooses_table=False)},
