@@ -102,7 +102,7 @@ def _house(plan: FloorPlan, family: Family, caregiver: str, seed: int, embodimen
 
     robot = caregiver != "none"
     kwargs = {"robot": robot, "embodiment": embodiment}
-    env = tasks.load("supervise", plan, family, np.random.RandomState(0), task_kwargs=kwargs)
+    env = tasks.load("supervise", plan, family, np.random.RandomState(0), task_kwargs=kwargs, visuals=False)
     if not robot:
         return env, None
     from caregiver_mj.policy.policy import CaregiverPolicy

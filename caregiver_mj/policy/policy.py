@@ -69,7 +69,7 @@ class CaregiverPolicy:
         self.robot = RobotMotion(embodiment, self._timestep)
         navigator = Navigator(self.plan, embodiment, self.caregiver.yields)
         retrievals = RetrievalPlanner(
-            navigator, lambda: PlanningScene(build_house(self.plan, embodiment), self.plan, embodiment)
+            navigator, lambda: PlanningScene(build_house(self.plan, embodiment, visuals=False), self.plan, embodiment)
         )
         self._perception = Perception(self.plan)
         self.executive = Executive(self.plan, self.caregiver, navigator, retrievals, task.novice_timestep)
