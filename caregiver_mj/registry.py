@@ -45,7 +45,7 @@ class Registry(Mapping[str, "Kind | None"], Generic[Kind]):
             raise CaregiverError(f"{self.what} '{name}' ({value}) is not a subclass of {self._base}")
 
     def __contains__(self, name: object) -> bool:
-        return name in list(self)  # without loading it
+        return name in self._own or name in list(self)  # without loading it
 
     def __iter__(self) -> Iterator[str]:
         offered = importlib.metadata.entry_points(group=self.group).names

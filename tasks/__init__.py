@@ -39,6 +39,7 @@ def load(
     random: np.random.RandomState | int | None = None,
     task_kwargs: dict | None = None,
     environment_kwargs: dict | None = None,
+    visuals: bool = True,
 ) -> control.Environment:
     """Makes an environment.
 
@@ -51,6 +52,8 @@ def load(
         task_kwargs: Further arguments of the task: `embodiment`, the robot's name, or `robot=False`, and so on;
             `family` takes the place of epsilon, and `time_limit`, in seconds, that of the task's own.
         environment_kwargs: Further arguments of `dm_control.rl.control.Environment`.
+        visuals: Whether the house has what is only to be seen. Without it nothing can be rendered, episodes are the
+            same, and they run faster.
 
     Returns:
         A `dm_env.Environment`.
@@ -71,8 +74,9 @@ def load(
     seconds = options.pop("time_limit", None)
     made = kind(plan, **options)
     seconds = seconds or made.time_limit or EPISODE_TIMESTEPS * made.novice_timestep
+    robot = made.has_robot and made.embodiment
     return control.Environment(
-        Physics.from_plan(plan, made.has_robot and made.embodiment, made.table_positions, len(made.children)),
+        Physics.from_plan(plan, robot, made.table_positions, len(made.children), visuals),
         made,
         time_limit=seconds,
         control_timestep=made.control_timestep,

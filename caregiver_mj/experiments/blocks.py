@@ -5,7 +5,6 @@ A row depends on nothing but the settings and its own place in them.
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import time
 from typing import Any
@@ -54,7 +53,7 @@ def run_block(settings: Settings, block: Block) -> Result:
     ]
     sums = [values.reshape(len(block.families), len(seeds), -1).sum(axis=1).tolist() for values in maps]
     return {
-        "rows": list(map(dataclasses.asdict, rows)),
+        "rows": list(map(vars, rows)),
         "maps": {
             str(family): dict(zip(MAPS, of_family, strict=True))
             for family, *of_family in zip(block.families, *sums, strict=True)
@@ -102,7 +101,7 @@ def _house(plan: FloorPlan, family: Family, caregiver: str, seed: int, embodimen
 
     robot = caregiver != "none"
     kwargs = {"robot": robot, "embodiment": embodiment}
-    env = tasks.load("supervise", plan, family, np.random.RandomState(0), task_kwargs=kwargs)
+    env = tasks.load("supervise", plan, family, np.random.RandomState(0), task_kwargs=kwargs, visuals=False)
     if not robot:
         return env, None
     from caregiver_mj.policy.policy import CaregiverPolicy

@@ -109,18 +109,19 @@ class Paths:
             np.minimum.at(least, part, height)
             return np.flatnonzero(height == least[part])
 
-        aside = graph.downhill(graph.distances_from([lowest(in_the_way)], closed)[0])
+        way, *far = graph.distances_from([lowest(in_the_way), *self._safe_stand, *self._stand], closed)
+        aside = graph.downhill(way)
         self._distance[row, ASIDE] = UNREACHABLE
         self._next_cell[row, ASIDE] = self._next_aside[row, ASIDE] = aside
         if self._stand:
-            distance = graph.distances_from(self._safe_stand, closed)
-            distance = np.where(distance < UNREACHABLE, distance, graph.distances_from(self._stand, closed))
+            safe, unsafe = np.split(np.array(far), 2)
+            distance = np.where(safe < UNREACHABLE, safe, unsafe)
             self._distance[row, :ASIDE] = height = distance
             barred = distance == UNREACHABLE
             if np.delete(barred, closed, axis=1).any():
                 left = self.open_distance.astype(int)
-                close = graph.distances_from([lowest(d) for d in left], closed)
-                clear = graph.distances_from([lowest(d + UNREACHABLE * in_the_way) for d in left], closed)
+                nearest = [lowest(d) for d in (*left, *(left + UNREACHABLE * in_the_way))]
+                close, clear = np.split(graph.distances_from(nearest, closed), 2)
                 height = np.where(barred, close, distance)
                 self._next_aside[row, :ASIDE] = graph.downhill(clear)
             self._next_cell[row, :ASIDE] = graph.downhill(height)

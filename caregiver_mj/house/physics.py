@@ -47,10 +47,11 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         robot: bool | str | Embodiment = True,
         table_positions: np.ndarray | None = None,
         children: int = 1,
+        visuals: bool = True,
     ) -> Physics:
         """Builds the house of a floor plan; the arguments are those of `build_house`."""
         embodiment = None if robot is False else find_embodiment(None if robot is True else robot)
-        spec = build_house(plan, embodiment or False, table_positions, children)
+        spec = build_house(plan, embodiment or False, table_positions, children, visuals)
         TouchReader.add_sensors(spec, children)
         return cls(wrapper.MjData(wrapper.MjModel(spec.compile())), embodiment)
 

@@ -14,7 +14,7 @@ import numpy as np
 from caregiver_mj.house.cameras import add_cameras
 from caregiver_mj.house.decor import add_decorations, add_doorways, add_rugs, add_walls
 from caregiver_mj.house.ground import add_ground
-from caregiver_mj.house.parts import place_model, read_model
+from caregiver_mj.house.parts import place_model, read_model, remove_visuals
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import DEFAULT_CELL_SIZE, FloorPlan
 from caregiver_mj.robot.embodiment import Embodiment
@@ -34,6 +34,7 @@ def build_house(
     robot: bool | str | Embodiment = True,
     table_positions: np.ndarray | None = None,
     children: int = 1,
+    visuals: bool = True,
 ) -> mujoco.MjSpec:
     """Builds the scene of a house.
 
@@ -43,16 +44,19 @@ def build_house(
             have their zero at the house's origin.
         table_positions: Where the tables' centres are, (tables, 2), metres, if not in the middle of their cells.
         children: How many children are in it. They do not collide with each other.
+        visuals: Whether to add what is only to be seen. All that moves or collides is the same without it, and the
+            simulation faster.
 
     Returns:
         A specification to compile. The children's joints have their zero at the house's origin too.
     """
     spec = read_model("scene")
-    add_ground(spec, plan)
     add_walls(spec, plan)
-    add_doorways(spec, plan)
-    add_rugs(spec, plan)
-    add_decorations(spec, plan)
+    if visuals:
+        add_ground(spec, plan)
+        add_doorways(spec, plan)
+        add_rugs(spec, plan)
+        add_decorations(spec, plan)
     if table_positions is None:
         table_positions = layout.table_rectangles(plan)[:, :2]
     for i, position in enumerate(table_positions):
@@ -69,6 +73,8 @@ def build_house(
         model = find_embodiment(None if robot is True else robot).model
         spec.attach(read_spec(model), prefix="robot/", frame=spec.worldbody.add_frame())
     add_cameras(spec, plan)
+    if not visuals:
+        remove_visuals(spec)
     return spec
 
 

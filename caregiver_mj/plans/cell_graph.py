@@ -253,4 +253,6 @@ class CellGraph:
 
 
 def _as_graph(edges: np.ndarray, size: int) -> csr_array:
-    return csr_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(size, size))
+    """A graph of nodes and the edges between them, (edges, 2), in the order of the nodes that they begin at."""
+    begins, ends = edges.T.copy()
+    return csr_array((np.ones(len(edges)), ends, np.searchsorted(begins, np.arange(size + 1))), shape=(size, size))

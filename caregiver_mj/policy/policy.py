@@ -73,7 +73,7 @@ class CaregiverPolicy:
         self.robot = RobotMotion(embodiment, self._timestep)
         navigator = Navigator(self.plan, embodiment, self.caregiver.yields)
         retrievals = RetrievalPlanner(
-            navigator, lambda: PlanningScene(build_house(self.plan, embodiment), self.plan, embodiment)
+            navigator, lambda: PlanningScene(build_house(self.plan, embodiment, visuals=False), self.plan, embodiment)
         )
         self.caregiver.pace = robot_pace(navigator, task.novice_timestep, self._timestep)
         self._perception = Perception(self.plan)

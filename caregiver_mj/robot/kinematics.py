@@ -37,6 +37,8 @@ class Arm:
         self.embodiment = embodiment
         self._model = read_spec(embodiment.model).compile()
         self._configuration = mink.Configuration(self._model)
+        self._data = mujoco.MjData(self._model)
+        self._pinch = self._data.site("pinch")
         joints = embodiment.names.arm
         self._arm = np.array([self._model.joint(name).qposadr[0] for name in joints])
         self._task = mink.FrameTask("pinch", "site", position_cost=1.0, orientation_cost=1.0, lm_damping=1e-6)
@@ -101,10 +103,9 @@ class Arm:
 
     def pinch(self, q: np.ndarray) -> np.ndarray:
         """Forward kinematics: the pinch point (3,) in metres for joint positions (joints,) in radians."""
-        full = np.zeros(self._model.nq)
-        full[self._arm] = q
-        self._configuration.update(full)
-        return self._configuration.get_transform_frame_to_world("pinch", "site").translation()
+        self._data.qpos[self._arm] = q
+        mujoco.mj_kinematics(self._model, self._data)
+        return self._pinch.xpos.copy()
 
     @functools.cached_property
     def tucked(self) -> np.ndarray:

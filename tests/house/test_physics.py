@@ -26,9 +26,9 @@ def walk_at(x, y, yaw=0.0, velocity=(0.0, 0.0)) -> ToddlerWalk:
     return walk
 
 
-def house(children=1, robot=False) -> Physics:
+def house(children=1, robot=False, visuals=True) -> Physics:
     """A house with its children out of everybody's way, in a row."""
-    physics = Physics.from_plan(PLAN, robot, children=children)
+    physics = Physics.from_plan(PLAN, robot, children=children, visuals=visuals)
     with physics.reset_context():
         for child in range(children):
             physics.set_toddler(walk_at(*PLAN.position(ROOMY)), child)
@@ -74,6 +74,21 @@ def test_children_are_of_one_build():
             twin = model.geom(f"toddler/{name.split('/')[1]}")
             np.testing.assert_array_equal(model.geom(name).size, twin.size)
             np.testing.assert_array_equal(model.geom(name).contype, twin.contype)
+
+
+@pytest.mark.parametrize("robot", ["mobile_fr3", "mobile_ur5e"])
+def test_without_visuals_the_house_is_smaller_and_everything_moves_exactly_as_with_them(robot):
+    seen, bare = (house(robot=robot, visuals=visuals) for visuals in (True, False))
+    assert bare.model.ngeom < seen.model.ngeom / 5
+    candle = seen.model.ptr.joint("candle_0/joint").dofadr + np.arange(6)
+    np.testing.assert_array_equal(bare.model.dof_length[candle], seen.model.dof_length[candle])  # when it falls asleep
+    for physics in (seen, bare):
+        action = np.full(physics.action_spec().shape, 0.2)
+        for _ in range(100):  # two seconds
+            physics.set_action(action)
+            physics.step(4)
+    np.testing.assert_array_equal(bare.data.qpos, seen.data.qpos)
+    np.testing.assert_array_equal(bare.data.qvel, seen.data.qvel)
 
 
 # -- Readouts ----------------------------------------------------------------------------------------
