@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver, first_of_greatest
+from caregiver_mj.caregivers.experts import Experts, InPlace
 from caregiver_mj.caregivers.percept import Assessment, Percept
-from caregiver_mj.children.expert import EXPERT_TIMESTEPS, expert_trajectories
+from caregiver_mj.children.expert import EXPERT_TIMESTEPS
 from caregiver_mj.danger import safety
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -35,6 +36,7 @@ class PaperCaregiver(Caregiver):
         threshold: float = 0.0,
         over_children: str = "sum",
         weighs_safety: bool = True,
+        experts: Experts | None = None,
     ):
         """Learns the action prior from experts.
 
@@ -48,6 +50,8 @@ class PaperCaregiver(Caregiver):
             threshold: Expected danger below which nothing is done.
             over_children: How the dangers to several children are put together: their "sum", or the "max".
             weighs_safety: Whether the factor 1 - P(safe) tells between children; without it all count alike.
+            experts: Whose routes it has seen; by default those of experts in this house, which `hyperprior` and
+                `expert_timesteps` are for.
 
         Raises:
             CaregiverError: An option has none of its values.
@@ -56,12 +60,8 @@ class PaperCaregiver(Caregiver):
         for what, value in (("reach", reach), ("prior", prior), ("over_children", over_children)):
             if value not in _OPTIONS[what]:
                 raise CaregiverError(f"{what} must be one of {', '.join(_OPTIONS[what])}, not {value!r}")
-        random = np.random.default_rng(seed)
-        experts = expert_trajectories(plan, random, expert_timesteps)
-        alpha = safety.action_counts(experts, len(plan.free_cells), hyperprior)
-        self.action_prior = (
-            safety.action_prior_draw(alpha, random) if prior == "draw" else safety.action_prior_mean(alpha)
-        )
+        experts = experts or InPlace(expert_timesteps, hyperprior)
+        self.action_prior = experts.action_prior(plan, np.random.default_rng(seed), prior == "draw")
         self._reach, self._threshold = reach, threshold
         self._over_children, self._weighs_safety = over_children, weighs_safety
         # Candles can come to stand on any table, so the largest distance is that over all tables.

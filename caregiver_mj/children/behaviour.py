@@ -68,8 +68,17 @@ class Behaviour(abc.ABC):
         """
 
     def epsilons(self, batch: int) -> np.ndarray:
-        """Share of random moves in each of B episodes, (B,)."""
+        """Share of random moves in each of B episodes, (B,): that of the next move, if it changes."""
         return np.full(batch, self.epsilon)
+
+    def reconsider(self, goal: np.ndarray, draw: np.ndarray) -> np.ndarray:
+        """Bins that the children go to now, asked before every move: a child may want another one before it arrives.
+
+        Args:
+            goal: Those that they were going to, (B,).
+            draw: Uniform draws for the next bin, (B,).
+        """
+        return goal
 
     def next_bin(self, draw: np.ndarray) -> np.ndarray:
         """Bins to go to next (B,), uniform over all bins, from uniform draws (B,)."""

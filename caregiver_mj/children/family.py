@@ -11,9 +11,11 @@ import numpy as np
 from caregiver_mj.children.adversary import Adversary
 from caregiver_mj.children.avoider import Avoider
 from caregiver_mj.children.behaviour import Behaviour, check_epsilon
+from caregiver_mj.children.drifter import Drifter, Waverer
 from caregiver_mj.children.explorer import Explorer
 from caregiver_mj.children.novice import Expert, Novice
 from caregiver_mj.children.seeker import Seeker
+from caregiver_mj.children.switcher import Switcher
 from caregiver_mj.children.toddler import Toddler
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -31,6 +33,9 @@ CHILDREN: Registry[type[Behaviour]] = Registry(
         "avoider": Avoider,
         "explorer": Explorer,
         "toddler": Toddler,
+        "drifter": Drifter,
+        "waverer": Waverer,
+        "switcher": Switcher,
     },
 )
 NOVICE = "novice"

@@ -23,7 +23,7 @@ class Novice(Behaviour):
         self._greedy_count, self._greedy_actions = shortest_path_actions(plan)
 
     def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
-        at_random = draws[:, 0] < self.epsilon
+        at_random = draws[:, 0] < self.epsilons(len(draws))
         count, actions = self.ways(sight)
         greedy = actions[np.arange(len(count)), pick(draws[:, 1], count)]
         return np.where(at_random, pick(draws[:, 1], len(ACTIONS)), greedy)

@@ -42,6 +42,9 @@ class SideBySide(Behaviour):
         parts = zip(self._parts, self._sizes, strict=True)
         return np.concatenate([part.epsilons(size) for part, size in parts])
 
+    def reconsider(self, goal: np.ndarray, draw: np.ndarray) -> np.ndarray:
+        return self._each(lambda part, share: part.reconsider(goal[share], draw[share]))
+
     def next_bin(self, draw: np.ndarray) -> np.ndarray:
         return self._each(lambda part, share: part.next_bin(draw[share]))
 

@@ -98,6 +98,8 @@ class GridWorld:
         self.timestep = 0
         plan = self.plan
         self.child_cell, self.caregiver_cell = start_cells(len(plan.free_cells), len(plan.stairwells), start)
+        for behaviour in self.behaviours:
+            behaviour.reset(batch)
         self.goal = np.stack([b.next_bin(start[:, k, 2]) for k, b in enumerate(self.behaviours)], axis=1)
         self.bumped = np.zeros((batch, children), bool)
         self.previous_cell = self.child_cell.copy()
@@ -107,8 +109,6 @@ class GridWorld:
         self.orders = Interventions.idle(batch)
         self.done = np.zeros(batch, bool)
         self.ledger = Ledger(plan, self.child_cell, len(self._draws))
-        for behaviour in self.behaviours:
-            behaviour.reset(batch)
         if self.caregiver:
             self.caregiver.reset(batch, [family[0].caregiver_seed for family in tapes], children)
         self.candle_table = starting_tables(plan, self.caregiver, batch)
@@ -196,6 +196,7 @@ class GridWorld:
         cell, behaviour, caregiver_cell = self.child_cell[:, child], self.behaviours[child], self.caregiver_cell
         if not self.caregiver:
             caregiver_cell = np.full(len(cell), NOTHING)
+        self.goal[:, child] = behaviour.reconsider(self.goal[:, child], draws[:, 2])
         action = behaviour.act(Sight(cell, self.goal[:, child], caregiver_cell, self.bumped[:, child]), draws)
         target, index = self._target[cell, action], self._target_index[cell, action]
         stays = action == NOTHING

@@ -84,6 +84,7 @@ class HouseChild:
             taken: Free cells in which other children are, or will be. The child does not set out for one of these.
         """
         draws = self._draws[timestep][None] if timestep < len(self._draws) else random.random_sample((1, 3))
+        self.goal = int(self.behaviour.reconsider(np.array([self.goal]), draws[:, 2])[0])
         sight = Sight(*(np.array([value]) for value in (self.cell, self.goal, caregiver_cell, self._bumped)))
         action = int(self.behaviour.act(sight, draws)[0])
         self.move = Move(self.cell, self.cell, draw=draws[:, 2])

@@ -1,0 +1,65 @@
+"""Children whose epsilon changes during the episode: nothing that was seen of them long ago holds for ever."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from caregiver_mj.children.behaviour import Sight
+from caregiver_mj.children.novice import Novice
+from caregiver_mj.children.tape import EPISODE_TIMESTEPS
+from caregiver_mj.plans.floor_plan import FloorPlan
+
+DRIFT = 0.35  # by how much epsilon differs, at the ends of an episode, from its mean: 0.05 to 0.75 around 0.4
+STRIDE = 0.03  # of the walk of epsilon in a timestep; in an episode that would be 0.03 sqrt(200) = 0.42, were it free
+_DIGITS = 2**20  # a draw times this has a fraction that is uniform too, and that tells nothing of the next bin
+
+
+class Drifter(Novice):
+    """A novice that grows careless: a child that tires.
+
+    In every timestep its epsilon is higher by as much, from one end of its range to the other, and stays there after an
+    episode's length. The epsilon by which it is called is the mean: the range is as wide on either side of that, and
+    `DRIFT` at most.
+    """
+
+    def __init__(self, plan: FloorPlan, epsilon: float):
+        super().__init__(plan, epsilon)
+        self._drift = min(DRIFT, self.epsilon, 1.0 - self.epsilon)
+        self.reset(1)
+
+    def reset(self, batch: int) -> None:
+        self._timestep = 0
+
+    def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
+        action = super().act(sight, draws)
+        self._timestep += 1
+        return action
+
+    def epsilons(self, batch: int) -> np.ndarray:
+        share = min(1.0, self._timestep / (EPISODE_TIMESTEPS - 1))
+        return np.full(batch, self.epsilon + self._drift * (2.0 * share - 1.0))
+
+
+class Waverer(Novice):
+    """A novice whose epsilon goes up and down at random: now careful, now careless.
+
+    It begins with the epsilon by which it is called. After every move that is higher or lower by `STRIDE`, with equal
+    probability; what would be below 0 or above 1 is reflected there.
+    """
+
+    def __init__(self, plan: FloorPlan, epsilon: float):
+        super().__init__(plan, epsilon)
+        self.reset(1)
+
+    def reset(self, batch: int) -> None:
+        self._epsilons = np.full(batch, self.epsilon)
+
+    def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
+        action = super().act(sight, draws)
+        up = draws[:, 2] * _DIGITS % 1.0 < 0.5
+        walked = np.abs(self._epsilons + np.where(up, STRIDE, -STRIDE))
+        self._epsilons = 1.0 - np.abs(1.0 - walked)
+        return action
+
+    def epsilons(self, batch: int) -> np.ndarray:
+        return self._epsilons.copy()

@@ -1,0 +1,127 @@
+"""Children that change in mid-episode: their epsilon, or the bins that they want."""
+
+import numpy as np
+import pytest
+
+from caregiver_mj.caregivers.paper import PaperCaregiver
+from caregiver_mj.children.behaviour import Sight
+from caregiver_mj.children.drifter import STRIDE, Drifter, Waverer
+from caregiver_mj.children.family import Family
+from caregiver_mj.children.novice import Novice
+from caregiver_mj.children.side_by_side import side_by_side
+from caregiver_mj.children.switcher import SWITCH
+from caregiver_mj.children.tape import Tape
+from caregiver_mj.experiments.evaluation import evaluate
+from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.grid.world import GridWorld
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
+
+PLAN = FloorPlan.load("paper")
+SIGHT = Sight(np.zeros(2, int), np.zeros(2, int), np.full(2, NOTHING), np.zeros(2, bool))
+
+
+def tapes(count):
+    return [Tape.draw_family(np.random.RandomState(seed), 1) for seed in range(count)]
+
+
+def course(child, timesteps, third=0.0):
+    """The epsilons before each of so many moves, (timesteps, 2)."""
+    child.reset(2)
+    found = []
+    for timestep in range(timesteps):
+        found.append(child.epsilons(2))
+        draw = third[timestep] if np.ndim(third) else third
+        child.act(SIGHT, np.array([[0.5, 0.5, draw], [0.5, 0.5, 0.0]]))
+    return np.array(found)
+
+
+@pytest.mark.parametrize(("epsilon", "low", "high"), [(0.4, 0.05, 0.75), (0.1, 0.0, 0.2), (0.9, 0.8, 1.0), (1.0, 1, 1)])
+def test_the_drifter_goes_evenly_from_one_end_to_the_other(epsilon, low, high):
+    found = course(Drifter(PLAN, epsilon), 250)
+    assert found[0] == pytest.approx(low)
+    assert found[199:] == pytest.approx(high)
+    assert np.diff(found[:200], axis=0) == pytest.approx((high - low) / 199)
+    assert found[:200].mean() == pytest.approx(epsilon)
+
+
+def test_the_drifter_is_careful_at_first_and_careless_at_last():
+    random = np.random.default_rng(0)
+    chance, sight = random.random((200, 3)), Sight(*(np.full(200, value) for value in (30, 0, NOTHING, False)))
+    drifter = Drifter(PLAN, 0.4)
+    drifter.reset(200)
+    early, careful = drifter.act(sight, chance), Novice(PLAN, 0.05).act(sight, chance)
+    assert (early == careful).all()
+    for _ in range(198):
+        drifter.act(sight, chance)
+    assert (drifter.act(sight, chance) == Novice(PLAN, 0.75).act(sight, chance)).all()
+    assert (careful != Novice(PLAN, 0.75).act(sight, chance)).any()
+
+
+def test_the_waverer_walks_by_its_own_draws_and_turns_at_the_ends():
+    # The fraction of 2^20 draws: 0 is up, 0.75 is down.
+    down = 0.75 / 2**20
+    found = course(Waverer(PLAN, 0.05), 4, [down, down, 0.0, 0.0])
+    assert found[:, 0] == pytest.approx([0.05, 0.02, 0.01, 0.04])
+    assert found[:, 1] == pytest.approx([0.05, 0.08, 0.11, 0.14])
+    assert course(Waverer(PLAN, 0.98), 3)[:, 0] == pytest.approx([0.98, 0.99, 0.98])
+
+
+def test_what_moves_the_waverer_tells_nothing_of_its_next_bin():
+    child = Waverer(PLAN, 0.5)
+    draws = np.random.default_rng(1).random((20_000, 3))
+    many = Sight(*(np.full(len(draws), value) for value in (0, 0, NOTHING, False)))
+    child.reset(len(draws))
+    child.act(many, draws)
+    up, bins = child.epsilons(len(draws)) > 0.5, child.next_bin(draws[:, 2])
+    assert abs(child.epsilons(len(draws)) - 0.5) == pytest.approx(STRIDE)
+    for number in range(len(PLAN.bins)):
+        assert up[bins == number].mean() == pytest.approx(0.5, abs=0.05)
+
+
+def test_the_switcher_wants_one_half_of_the_bins_and_then_the_other():
+    world = GridWorld(PLAN, "switcher:0.25", None)
+    goals = []
+    families = tapes(20)
+    world.reset(families)
+    for _ in range(200):
+        goals.append(world.goal.copy())
+        world.step()
+    half = (len(PLAN.bins) + 1) // 2
+    before, after = np.array(goals[:SWITCH]), np.array(goals[SWITCH + 1 :])
+    assert set(np.unique(before)) == set(range(half))
+    assert set(np.unique(after)) == set(range(half, len(PLAN.bins)))
+
+
+def test_a_switcher_with_one_bin_is_a_novice():
+    plan = FloorPlan.parse("######\n#...B#\n#.C.T#\n######")
+    ledgers = [GridWorld(plan, child, None).run(tapes(5)) for child in ("switcher:0.5", "0.5")]
+    assert ledgers[0].outcome(3) == ledgers[1].outcome(3)
+
+
+def test_side_by_side_they_change_as_by_themselves():
+    names = ("switcher:0.25", "drifter:0.4", "waverer:0.4")
+    families = [Family.of(name) for name in names]
+    caregiver = PaperCaregiver(PLAN)
+    together = GridWorld(PLAN, side_by_side(PLAN, families, 2), caregiver).run(tapes(2) * 3)
+    for i, name in enumerate(names):
+        alone = GridWorld(PLAN, name, caregiver).run(tapes(2))
+        assert [alone.outcome(k) for k in range(2)] == [together.outcome(2 * i + k) for k in range(2)]
+
+
+@pytest.mark.parametrize("name", ["drifter:0.4", "waverer:0.4", "switcher:0.25"])
+def test_alone_they_are_the_same_in_both_worlds(name):
+    runs = (evaluate(Settings(PLAN, world, ("none",), (name,), 1)) for world in ("grid", "house"))
+    grid, house = (run.episodes.iloc[0] for run in runs)
+    for column in ("damage", "damage_stairwell", "damage_candle", "damage_table", "toys_reached", "cells_visited"):
+        assert house[column] == grid[column], column
+    assert grid.toys_reached > 0
+
+
+def test_a_world_tells_the_truth_of_a_changing_child():
+    world = GridWorld(PLAN, "drifter:0.4", None)
+    world.reset(tapes(1))
+    assert world.truth().epsilon == pytest.approx(0.05)
+    for _ in range(199):
+        world.step()
+    assert world.truth().epsilon == pytest.approx(0.75)
