@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import functools
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.foresight.child_model import novice_chain
+from caregiver_mj.caregivers.foresight.itineraries import Itineraries
 from caregiver_mj.caregivers.foresight.options import Options
+from caregiver_mj.caregivers.foresight.outlook import outlook
 from caregiver_mj.caregivers.foresight.travel import ACTIONS_PER_TIMESTEP
-from caregiver_mj.caregivers.foresight.values import values
+from caregiver_mj.caregivers.foresight.values import has_values, values
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.danger.belief import Belief
 from caregiver_mj.interventions.intervention import BLOCK, RELOCATE, Interventions
@@ -41,7 +44,7 @@ class ForesightCaregiver(Caregiver):
             change: Probability, in a timestep, that a child's epsilon changes.
         """
         super().__init__(plan, seed)
-        self._values = values(plan)
+        self._options = options(plan)
         self._hysteresis, self._change = hysteresis, change
         self.reset(1)
 
@@ -67,8 +70,8 @@ class ForesightCaregiver(Caregiver):
         Returns:
             Array (W,).
         """
-        options = Options(self._values, percept, worlds, self.belief.probability[worlds], 0)
-        return options.candles + options.damage.min(axis=1)
+        found = self._options(percept, worlds, self.belief.probability[worlds], 0)
+        return found.candles + found.damage.min(axis=1)
 
     def decide(self, percept: Percept) -> Interventions:
         batch = len(percept.caregiver_cell)
@@ -77,8 +80,8 @@ class ForesightCaregiver(Caregiver):
         # Whoever has a candle in the hand puts it down first.
         free = np.flatnonzero((percept.candle_table != NOTHING).all(axis=1) & (percept.holding == NOTHING))
         if free.size and len(self.plan.hazards):
-            options = Options(self._values, percept, free, self.belief.probability[free], self._left)
-            hazard, destination = options.best(self._begun[free], self._hysteresis)
+            found = self._options(percept, free, self.belief.probability[free], self._left)
+            hazard, destination = found.best(self._begun[free], self._hysteresis)
             is_stairwell, is_candle = self.plan.hazards.is_stairwell(hazard), self.plan.hazards.is_candle(hazard)
             answer.verb[free] = np.where(is_stairwell, BLOCK, np.where(is_candle, RELOCATE, self.idle_verb))
             answer.hazard[free], answer.destination[free] = hazard, destination
@@ -90,3 +93,14 @@ class ForesightCaregiver(Caregiver):
                 answer.destination[world] = self.destination(percept, np.full(batch, lying))[world]
         self._left = max(1, self._left - 1)
         return answer
+
+
+def options(plan: FloorPlan) -> Callable[..., Options]:
+    """What can be done in a house: `Options` without its first argument. A large house has `Itineraries`.
+
+    Raises:
+        CaregiverError: It is too large for these as well.
+    """
+    if has_values(plan):
+        return functools.partial(Options, values(plan))
+    return functools.partial(Itineraries, outlook(plan))

@@ -18,18 +18,18 @@ import numpy as np
 
 from caregiver_mj.caregivers.foresight.child_model import novice_chain
 from caregiver_mj.caregivers.foresight.departure import Departure
-from caregiver_mj.caregivers.foresight.layouts import AllLayouts, Layouts, PairLayouts
+from caregiver_mj.caregivers.foresight.layouts import AllLayouts
 from caregiver_mj.caregivers.foresight.transit import Transit, single
 from caregiver_mj.caregivers.foresight.travel import ACTIONS_PER_TIMESTEP, travel
 from caregiver_mj.danger.passage import expected_hits
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
-LARGEST = 4_000_000  # states of a child times columns, above which a house is taken apart into pairs of tables
+LARGEST = 4_000_000  # states of a child times columns, above which there are no such values of a house
 DISCOUNT = 0.985  # of damage, a timestep
 ROUNDS, WAITS = 8, 15  # rounds of iteration over the options, and over how long to wait for one in each
 # Of a caregiver that has put a candle down: actions that it has left in that timestep, on an average.
-_LEFT_AFTER = 1
+LEFT_AFTER = 1
 
 
 @functools.lru_cache(maxsize=2)
@@ -60,7 +60,7 @@ class Values:
 
     def __init__(self, plan: FloorPlan, rounds: int = ROUNDS, waits: int = WAITS):
         chain, self.ways = novice_chain(plan), travel(plan)
-        self.layouts = layouts_of(plan, chain.size)
+        self.layouts = AllLayouts(len(plan.tables), len(plan.candle_tables))
         stairwells = self.stairwells = len(plan.stairwells)
         posts = len(self.ways.posts)
         self._rows = chain.shape[0], chain.shape[1] * chain.shape[2]
@@ -81,7 +81,7 @@ class Values:
         self.table_column = np.full((count, len(plan.tables)), NOTHING)
         self.table_column[self.layouts.bears] = count * posts + np.arange(self.layouts.bears.sum())
         self._posts = [self._departure(cell, ACTIONS_PER_TIMESTEP) for cell in self.ways.posts]
-        self._tables = [self._departure(cell, _LEFT_AFTER) for cell in self.ways.central]
+        self._tables = [self._departure(cell, LEFT_AFTER) for cell in self.ways.central]
         others = falls.sum(axis=1, keepdims=True) - (falls if stairwells else 0.0)  # if it stays in a post for ever
         self.arrival = self._solve(others, rounds, waits)
 
@@ -199,13 +199,8 @@ class Values:
         return np.stack(sums)
 
 
-def layouts_of(plan: FloorPlan, states: int) -> Layouts:
-    """All layouts of a house if there are not too many of them, else pairs.
-
-    Args:
-        plan: The house.
-        states: How many states a child can be in.
-    """
+def has_values(plan: FloorPlan) -> bool:
+    """Whether a house is small enough for them."""
     tables, candles = len(plan.tables), len(plan.candle_tables)
     columns = math.comb(tables, candles) * (max(1, len(plan.stairwells)) + candles)
-    return AllLayouts(tables, candles) if states * columns <= LARGEST else PairLayouts(tables)
+    return novice_chain(plan).size * columns <= LARGEST
