@@ -34,7 +34,15 @@ class ForesightCaregiver(Caregiver):
     table, is known beforehand; those expectations are weighed by the belief, and added up over the children.
     """
 
-    def __init__(self, plan: FloorPlan, seed: int = 0, *, hysteresis: float = HYSTERESIS, change: float = CHANGE):
+    def __init__(
+        self,
+        plan: FloorPlan,
+        seed: int = 0,
+        *,
+        hysteresis: float = HYSTERESIS,
+        change: float = CHANGE,
+        options: Callable[..., Options] | None = None,
+    ):
         """Looks ahead.
 
         Args:
@@ -42,9 +50,10 @@ class ForesightCaregiver(Caregiver):
             seed: Not used: it draws no lots.
             hysteresis: By what share of all the damage to come another intervention must be better than this one.
             change: Probability, in a timestep, that a child's epsilon changes.
+            options: What can be done, if it is not to be `options_of` the house.
         """
         super().__init__(plan, seed)
-        self._options = options(plan)
+        self._options = options or options_of(plan)
         self._hysteresis, self._change = hysteresis, change
         self.reset(1)
 
@@ -70,8 +79,19 @@ class ForesightCaregiver(Caregiver):
         Returns:
             Array (W,).
         """
-        found = self._options(percept, worlds, self.belief.probability[worlds], 0)
+        found = self.options_in(percept, worlds, 0)
         return found.candles + found.damage.min(axis=1)
+
+    def options_in(self, percept: Percept, worlds: np.ndarray, left: int | None = None) -> Options:
+        """What it can do in some worlds, (W,), and what that is worth.
+
+        Args:
+            percept: What is seen.
+            worlds: Indices of worlds in which all candles are on tables.
+            left: Actions that it has left in this timestep, if not as many as it has.
+        """
+        left = self._left if left is None else left
+        return self._options(percept, worlds, self.belief.probability[worlds], left)
 
     def decide(self, percept: Percept) -> Interventions:
         batch = len(percept.caregiver_cell)
@@ -80,7 +100,7 @@ class ForesightCaregiver(Caregiver):
         # Whoever has a candle in the hand puts it down first.
         free = np.flatnonzero((percept.candle_table != NOTHING).all(axis=1) & (percept.holding == NOTHING))
         if free.size and len(self.plan.hazards):
-            found = self._options(percept, free, self.belief.probability[free], self._left)
+            found = self.options_in(percept, free)
             hazard, destination = found.best(self._begun[free], self._hysteresis)
             is_stairwell, is_candle = self.plan.hazards.is_stairwell(hazard), self.plan.hazards.is_candle(hazard)
             answer.verb[free] = np.where(is_stairwell, BLOCK, np.where(is_candle, RELOCATE, self.idle_verb))
@@ -95,7 +115,7 @@ class ForesightCaregiver(Caregiver):
         return answer
 
 
-def options(plan: FloorPlan) -> Callable[..., Options]:
+def options_of(plan: FloorPlan) -> Callable[..., Options]:
     """What can be done in a house: `Options` without its first argument. A large house has `Itineraries`.
 
     Raises:

@@ -18,7 +18,7 @@ from caregiver_mj.caregivers.foresight.options import Options
 from caregiver_mj.caregivers.foresight.travel import HANDLING, timesteps
 
 FOLLOWED = 16  # relocations that look best, and are looked at together with what could follow
-FOLLOWING = 2  # relocations that follow
+FOLLOWING = 1  # relocations that follow: two were no better
 STAYS = np.array([1, 2, 4, 8, 16])  # moves of a child for which to stay in a post before they do
 _AT_ONCE = 32  # worlds that are thought of at a time, so that it takes little memory
 
