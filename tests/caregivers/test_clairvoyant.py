@@ -108,8 +108,7 @@ class TestHindsight:
         plan = FloorPlan.parse(TABLES)
         programme, cells = Hindsight(plan), stays(13, 8)  # the child is in the bay at the right
         on_first, on_second = (
-            programme.post_stand[programme.layouts.now(np.array([[table]]), np.array([[1 - table]]))[0, 0], 0]
-            for table in (0, 1)
+            programme.post_stand[programme.layouts.now(np.array([[table]]))[0], 0] for table in (0, 1)
         )
 
         def to_come(*objects):
@@ -141,7 +140,8 @@ class TestLimit:
             run_episodes(plan, 0.5, caregiver(plan), seeds).totals()
             for caregiver in (ClairvoyantCaregiver, ForesightCaregiver)
         )
-        assert ours["damage"].mean() < others["damage"].mean()
+        ours_left, others_left = (t["damage_stairwell"] + t["damage_candle"] for t in (ours, others))
+        assert ours_left.mean() < others_left.mean() / 2  # bare tables are chance
         assert ours["interventions"].mean() < others["interventions"].mean() / 2
 
     def test_an_episode_does_not_depend_on_its_batch(self):

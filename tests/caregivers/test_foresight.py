@@ -1,15 +1,19 @@
 """The caregiver with foresight: what it reckons with, against values worked by hand, and what it does about it."""
 
 import dataclasses
+import functools
 
 import numpy as np
 import pytest
 
 from caregiver_mj.caregivers.foresight.child_model import EPSILONS, novice_chain
 from caregiver_mj.caregivers.foresight.departure import Departure
-from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
+from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, options_of
+from caregiver_mj.caregivers.foresight.itineraries import Itineraries
 from caregiver_mj.caregivers.foresight.knows_goal import KnowsGoalCaregiver
-from caregiver_mj.caregivers.foresight.layouts import AllLayouts, PairLayouts
+from caregiver_mj.caregivers.foresight.layouts import AllLayouts
+from caregiver_mj.caregivers.foresight.options import Options
+from caregiver_mj.caregivers.foresight.prospects import MOMENTS, prospects
 from caregiver_mj.caregivers.foresight.reckoning import Reckoning
 from caregiver_mj.caregivers.foresight.standing import each_on_a_table
 from caregiver_mj.caregivers.foresight.travel import timesteps, travel
@@ -23,9 +27,11 @@ from caregiver_mj.caregivers.told import ToldCaregiver, Truth
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.side_by_side import side_by_side
 from caregiver_mj.children.tape import Tape
+from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.interventions.intervention import BLOCK, RELOCATE
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.generator import generate
 from caregiver_mj.plans.hazards import NOTHING
 
 CORRIDOR = """
@@ -103,7 +109,7 @@ class TestLayouts:
         assert layouts.bears.astype(int).tolist() == [[1, 1, 0], [1, 0, 1], [0, 1, 1]]
         bare = np.array([[2], [0], [1]])
         tables = np.array([[1, 0], [2, 1], [0, 2]])
-        assert layouts.now(tables, bare).tolist() == [[0], [2], [1]]
+        assert layouts.now(tables).tolist() == [0, 2, 1]
         # Candle by candle: tables 0 and 2, then 0 and 1 ...
         assert layouts.later(tables, bare)[:, :, 0].tolist() == [[1, 2], [0, 1], [2, 0]]
 
@@ -114,16 +120,7 @@ class TestLayouts:
     def test_no_candles(self):
         layouts = AllLayouts(2, 0)
         assert len(layouts) == 1
-        assert layouts.now(np.empty((3, 0), int), np.tile([0, 1], (3, 1))).tolist() == [[0], [0], [0]]
-
-    def test_pairs(self):
-        layouts = PairLayouts(3)
-        there = layouts.now(np.array([[1]]), np.array([[0, 2]]))[0]
-        assert layouts.bears[there].argmax(axis=1).tolist() == [1, 1]
-        back = layouts.later(np.array([[1]]), np.array([[0, 2]]))[0, 0]
-        assert layouts.bears[back].argmax(axis=1).tolist() == [0, 2]
-        assert layouts.after[there, 1, [0, 2]].tolist() == back.tolist()
-        assert (layouts.after[there[0], :, 2] == -1).all()
+        assert layouts.now(np.empty((3, 0), int)).tolist() == [0, 0, 0]
 
 
 class TestTravel:
@@ -318,6 +315,87 @@ class TestForesight:
         plan = FloorPlan.load("paper")
         ledger = run_episodes(plan, "0.5,0.75", ForesightCaregiver(plan), range(2))
         assert ledger.harm.shape[1] == 2
+
+
+def composed(plan):
+    """Options as a large house has them."""
+    return functools.partial(Itineraries, prospects(plan))
+
+
+class TestLargeHouses:
+    MIDDLING = "house-0-20x20"
+
+    def test_small_ones_have_values_of_all_layouts(self):
+        assert options_of(FloorPlan.parse(TABLES)).func is Options
+        assert options_of(FloorPlan.load(self.MIDDLING)).func is Itineraries
+
+    def test_what_a_relocation_is_worth(self):
+        """Where there are no stairs: what the candle does until it is got, and from when it is placed."""
+        plan = FloorPlan.parse(TABLES)
+        caregiver = ForesightCaregiver(plan, options=composed(plan))
+        found = caregiver.options_in(percept(plan, 1, 9), np.array([0]))
+        staying = values(plan).staying @ np.full(len(plan.bins) * len(EPSILONS), 1 / 10)  # (timesteps, tables, cells)
+        # From cell 9 it is beside the first table after 4 actions and beside the other after 5 more: with three of them
+        # left, it gets after 1 move of the child and places after 3.
+        assert found.damage[0, 1] == pytest.approx(staying[3, 1, 1] - staying[1, 0, 1], rel=1e-4)
+
+    @pytest.mark.parametrize("text", [CORRIDOR, TWO_ENDS, TABLES, NO_CANDLE, ONLY_TOYS])
+    def test_lives_in_every_house(self, text):
+        plan = FloorPlan.parse(text)
+        ledger = run_episodes(plan, "0.5,0.75", ForesightCaregiver(plan, options=composed(plan)), range(3))
+        assert ledger.timestep == 200
+
+    def test_who_stands_in_the_only_stairwell_has_nothing_to_fear(self):
+        plan = FloorPlan.parse(CORRIDOR)
+        landing = len(plan.free_cells)
+        there, small = (
+            ForesightCaregiver(plan, options=each).options_in(percept(plan, 2, landing), np.array([0]))
+            for each in (composed(plan), None)
+        )
+        assert there.damage[0, 0] == pytest.approx(0.0, abs=1e-5)
+        assert there.inaction == pytest.approx(small.inaction, rel=1e-4)
+        assert there.inaction > 1
+
+    def test_it_goes_round_a_child_or_waits(self):
+        plan = FloorPlan.parse(TWO_ENDS)
+        detours = prospects(plan).detours
+        # From cell 0 to the east landing it is 5 actions, and 4 moves of the child more if that is in between.
+        found = detours.actions(np.array([0, 3, 5]), np.array([1, 0, 0]))
+        assert found[:, 1].tolist() == [4, 5 + 12, 5]
+
+    def test_what_can_follow_is_never_worse(self):
+        plan = FloorPlan.load(self.MIDDLING)
+        world = GridWorld(plan, 0.5, None)
+        world.reset(tapes(20))
+        belief = ForesightCaregiver(plan).belief.probability.repeat(20, axis=0)
+        found = Itineraries(prospects(plan), world.percept(), np.arange(20), belief, 1.0)
+        alone = Itineraries(prospects(plan), world.percept(), np.arange(20), belief, 1.0)
+        alone.following = 0
+        assert (found.damage <= alone.damage).all()
+        assert (found.damage < alone.damage - 1e-3).any()
+
+    def test_it_takes_little_memory(self):
+        plan = FloorPlan.load(self.MIDDLING)
+        columns = len(plan.tables) + 2 * len(plan.stairwells) + 1
+        bins = len(plan.bins)
+        shape = len(plan.free_cells), len(MOMENTS), columns, bins * len(EPSILONS)
+        assert prospects(plan).ahead.shape == shape
+        assert prospects(plan).ahead.nbytes < 2e7
+
+    def test_it_beats_the_nearest_first(self):
+        plan, seeds = FloorPlan.load(self.MIDDLING), range(40)
+        theirs, ours = (
+            np.concatenate(
+                [run_episodes(plan, epsilon, caregiver, seeds).totals()["damage"] for epsilon in (0.75, 0.5)]
+            )
+            for caregiver in (CAREGIVERS["nearest"](plan), ForesightCaregiver(plan))
+        )
+        assert ours.mean() < theirs.mean() - 2 * (ours - theirs).std() / len(ours) ** 0.5
+
+    def test_beyond_what_it_can_hold(self):
+        plan = generate(0, (60, 60), stairwells=4, candles=40, tables=20, bins=10)
+        with pytest.raises(CaregiverError, match=r"too large .* 10 toy bins, 60 tables and 4 stairwells"):
+            ForesightCaregiver(plan)
 
 
 class TestToldCaregivers:

@@ -112,7 +112,7 @@ class ClairvoyantCaregiver(ToldCaregiver, Caregiver):
         programme, plan, each = self._programme, self.plan, np.arange(len(worlds))
         tables, posts = percept.candle_table[worlds], programme.post_stand.shape[1]
         bare = np.nonzero(bare_tables(tables, len(plan.tables)))[1].reshape(len(worlds), -1)
-        layout = programme.layouts.now(tables, bare)[:, 0]
+        layout = programme.layouts.now(tables)
         ahead = np.concatenate([percept.child_cell[None, worlds, 0], self._cells[self._now :, worlds, 0]])
         here = percept.caregiver_cell[None, worlds]
         moves, denied = (found[:, 0] for found in round_the_child(self._ways, ahead, here, self._left))

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+import functools
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.foresight.child_model import novice_chain
+from caregiver_mj.caregivers.foresight.itineraries import Itineraries
 from caregiver_mj.caregivers.foresight.options import Options
+from caregiver_mj.caregivers.foresight.prospects import check_size, prospects
 from caregiver_mj.caregivers.foresight.reckoning import SOUND, Reckoning
 from caregiver_mj.caregivers.foresight.standing import each_on_a_table
-from caregiver_mj.caregivers.foresight.values import values
+from caregiver_mj.caregivers.foresight.values import has_values, values
 from caregiver_mj.caregivers.outlook import Outlook
+from caregiver_mj.caregivers.pace import PAPER, Pace
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Assessment, Percept, bare_tables
 from caregiver_mj.danger.belief import Belief
@@ -44,6 +48,7 @@ class ForesightCaregiver(Caregiver):
         change: float = CHANGE,
         reckoning: Reckoning = SOUND,
         chooses_table: bool = True,
+        options: Callable[..., Options] | None = None,
     ):
         """Looks ahead.
 
@@ -54,21 +59,33 @@ class ForesightCaregiver(Caregiver):
             change: Probability, in a timestep, that a child's epsilon changes.
             reckoning: What it reckons with when it looks ahead.
             chooses_table: Whether it chooses the table with the candle; else that is the farthest one, as for the rule.
+            options: What can be done, if it is not to be `options_of` the house.
+
+        Raises:
+            CaregiverError: The house is too large.
         """
         super().__init__(plan, seed)
+        check_size(plan)
+        self._given, self._options, self._prepared_for = options, None, None
         self._hysteresis, self._change, self._reckoning = hysteresis, change, reckoning
         self._chooses_table = chooses_table
         self._rule = PaperCaregiver(plan, seed)  # for whoever looks on; it decides nothing
         self._begin(1, 1)
 
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
-        values(self.plan, self.pace, self._reckoning)  # made now, so that no decision has to wait for them
+        self._prepare()  # now, so that no decision has to wait for it
         self._rule.reset(batch, seeds, children)
         self._begin(batch, children)
 
     def _begin(self, batch: int, children: int) -> None:
         self.belief = Belief(novice_chain(self.plan), batch, children, self._change)
         self._begun, self._table = np.full((2, batch), NOTHING)  # the hazard that it is about, and its destination
+
+    def _prepare(self) -> None:
+        """Finds out what there is to do, if its pace is another one than before."""
+        if self._prepared_for != self.pace:
+            self._options = self._given or options_of(self.plan, self.pace, self._reckoning)
+            self._prepared_for = self.pace
 
     def watch(self, percept: Percept) -> None:
         self.belief.watch(percept.previous_cell, percept.previous_action)
@@ -95,9 +112,19 @@ class ForesightCaregiver(Caregiver):
         Returns:
             Array (W,).
         """
-        plans = values(self.plan, self.pace, self._reckoning)
-        options = Options(plans, percept, worlds, self.belief.probability[worlds], 0.0)
-        return options.candles + options.damage.min(axis=1)
+        found = self.options_in(percept, worlds, 0.0)
+        return found.candles + found.damage.min(axis=1)
+
+    def options_in(self, percept: Percept, worlds: np.ndarray, left: np.ndarray | float = 1.0) -> Options:
+        """What it can do in some worlds, (W,), and what that is worth.
+
+        Args:
+            percept: What is seen.
+            worlds: Indices of worlds in which all candles are on tables.
+            left: Share of a timestep until the children's next moves, (W,) or for all.
+        """
+        self._prepare()
+        return self._options(percept, worlds, self.belief.probability[worlds], left)
 
     def decide(self, percept: Percept) -> Interventions:
         answer = Interventions.idle(len(percept.caregiver_cell))
@@ -111,13 +138,10 @@ class ForesightCaregiver(Caregiver):
             self._order(answer, np.array([world]), self.plan.hazards.of_candle(int(candle)), destination)
         free = np.flatnonzero(empty & ~lying.any(axis=1))
         if free.size and len(self.plan.hazards):
-            belief, left = self.belief.probability[free], percept.time_left
-            plans = values(self.plan, self.pace, self._reckoning)
-            seen = each_on_a_table(self.plan, percept)
-            options = Options(plans, seen, free, belief, 1.0 if left is None else left[free])
-            self._order(
-                answer, free, *options.best(self._begun[free], self._hysteresis, self._only_tables(percept, free))
-            )
+            left = 1.0 if percept.time_left is None else percept.time_left[free]
+            found = self.options_in(each_on_a_table(self.plan, percept), free, left)
+            tables = self._only_tables(percept, free)
+            self._order(answer, free, *found.best(self._begun[free], self._hysteresis, tables))
         return answer
 
     def destination(self, percept: Percept, candle: np.ndarray) -> np.ndarray:
@@ -151,3 +175,10 @@ class ForesightCaregiver(Caregiver):
         if percept.out_of_reach is None:
             return lying
         return lying & ~self.plan.hazards.split(percept.out_of_reach)[1]
+
+
+def options_of(plan: FloorPlan, pace: Pace = PAPER, reckoning: Reckoning = SOUND) -> Callable[..., Options]:
+    """What can be done in a house: `Options` without its first argument. A large house has `Itineraries`."""
+    if has_values(plan):
+        return functools.partial(Options, values(plan, pace, reckoning))
+    return functools.partial(Itineraries, prospects(plan, pace, reckoning))

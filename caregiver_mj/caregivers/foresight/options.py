@@ -7,6 +7,7 @@ import functools
 import numpy as np
 
 from caregiver_mj.caregivers.foresight.departure import Departure
+from caregiver_mj.caregivers.foresight.prospects import Prospects
 from caregiver_mj.caregivers.foresight.values import Values
 from caregiver_mj.caregivers.percept import Percept, bare_tables
 from caregiver_mj.plans.hazards import NOTHING
@@ -19,23 +20,28 @@ class Options:
     """
 
     def __init__(
-        self, values: Values, percept: Percept, worlds: np.ndarray, belief: np.ndarray, left: np.ndarray | float
+        self,
+        values: Values | Prospects,
+        percept: Percept,
+        worlds: np.ndarray,
+        belief: np.ndarray,
+        left: np.ndarray | float,
     ):
         """Works them out.
 
         Args:
-            values: What is to come in the house.
+            values: What is to come in the house; an `Prospects` for `Itineraries`.
             percept: What is seen.
             worlds: Indices of the worlds, (W,).
             belief: Probability of every goal and epsilon of each child, (W, K, G, E).
-            left: Share of a novice timestep until the children's next moves, (W,) or for all worlds.
+            left: Share of a timestep until the children's next moves, (W,) or for all.
         """
         self._values = values
         self._child = percept.child_cell[worlds]
         self._belief = belief.reshape(*belief.shape[:2], -1).astype(np.float32)
         self._tables = percept.candle_table[worlds]  # (W, candles)
         count = len(self._tables)
-        bare = bare_tables(self._tables, values.layouts.bears.shape[1])
+        bare = bare_tables(self._tables, values.staying.shape[1])
         self._bare = np.nonzero(bare)[1].reshape(count, -1)  # (W, bare tables)
         self._cell, self._left = percept.caregiver_cell[worlds], left * values.ways.pace.cells
         self._out_of_reach = None if percept.out_of_reach is None else percept.out_of_reach[worlds]
@@ -44,7 +50,7 @@ class Options:
     def damage(self) -> np.ndarray:
         """Expected damage to come of each option, less that of candles that stay and guarded stairs, (W, options)."""
         layouts = self._values.layouts
-        now, later = (which(self._tables, self._bare) for which in (layouts.now, layouts.later))
+        now, later = layouts.now(self._tables), layouts.later(self._tables, self._bare)
         return sum(
             self._of_child(child, belief, now, later)
             for child, belief in zip(self._child.T, np.moveaxis(self._belief, 1, 0), strict=True)
@@ -53,9 +59,8 @@ class Options:
     def _of_child(self, child: np.ndarray, belief: np.ndarray, now: np.ndarray, later: np.ndarray) -> np.ndarray:
         values, each = self._values, np.arange(len(child))
         departure = Departure(values.ways, values.transit, child, self._cell, self._left)
-        posts = np.moveaxis(values.post_column[now], 0, 2)  # (layouts of now, posts, W)
-        guarded = values.guards(departure, values.arrival, posts.swapaxes(0, 1), child)  # (posts, layouts, W, G E)
-        damage = np.einsum("plwg,wg->wpl", guarded, belief).min(axis=2)
+        guarded = values.guards(departure, values.arrival, values.post_column[now].T, child)  # (posts, W, G E)
+        damage = np.einsum("pwg,wg->wp", guarded, belief)
         if not self._bare.size or not self._tables.size:
             return damage
         tables, bare = self._tables.T, self._bare.T
@@ -84,7 +89,7 @@ class Options:
     @functools.cached_property
     def hazards(self) -> np.ndarray:
         """Number of the hazard that each option is about, (options,); NOTHING for a post that is no stairwell."""
-        posts, candles = self._values.post_column.shape[1], self._tables.shape[1]
+        posts, candles = len(self._values.ways.posts), self._tables.shape[1]
         stairwells = self._values.stairwells
         about = np.arange(posts) if stairwells else np.full(posts, NOTHING)
         return np.concatenate([about, np.repeat(stairwells + np.arange(candles), self._bare.shape[1])])
@@ -114,7 +119,7 @@ class Options:
         option = damage.argmin(axis=1)
         each = np.arange(len(option))
         hazard = np.where(np.isinf(damage[each, option]), NOTHING, self.hazards[option])
-        posts = self._values.post_column.shape[1]
+        posts = len(self._values.ways.posts)
         if not self._bare.size:
             return hazard, np.full(len(option), NOTHING)
         table = self._bare[each, (option - posts) % self._bare.shape[1]]

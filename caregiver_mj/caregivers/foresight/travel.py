@@ -35,10 +35,9 @@ class Travel:
     Attributes:
         pace: How long it takes.
         posts: Cells of the posts. A house without stairwells has one all the same: where the tables are nearest.
-        step: The cell that the caregiver is in after a number of steps, 0 to those of a timestep, on its way to each
-            post and then to each candle that it takes from a table: (steps, children's cells, posts and tables,
-            cells). Who has got the candle is in one more cell, which there is not, the last one: `DONE`.
-        done: The number of that cell.
+        goals: Where it goes: the cell of each post, then those beside each table.
+        open_way: Steps until it is at each goal if there is no child, (goals, cells).
+        done: The number of the cell in which it has got a candle; see `step`.
         to_table: Steps until it stands beside each table if there is no child, (cells, tables).
         onward: Steps from beside one table, to which it has come from a cell, to beside another one,
             (cells, tables, tables).
@@ -47,7 +46,7 @@ class Travel:
     """
 
     def __init__(self, plan: FloorPlan, pace: Pace, obstacle: bool):
-        self.pace = pace
+        self.pace, self._plan, self._obstacle = pace, plan, obstacle
         graph, cells = plan.graph, len(plan.caregiver_cells)
         stands = graph.beside(plan.tables)
         self.posts = [plan.cell_index[cell] for cell in plan.stairwells]
@@ -56,11 +55,11 @@ class Travel:
         goals = [[post] for post in self.posts] + stands
         open_way = graph.distances_from(goals).astype(int)
         self.done = cells
-        self.step = self._steps(plan, goals, open_way, obstacle)
+        self.goals, self.open_way = goals, open_way
         count = len(self.posts)
         self.to_table = open_way[count:].T
         between = graph.distances_from(range(cells)).astype(int)
-        self.onward = np.zeros((cells, len(stands), len(stands)), int)
+        self.onward = np.zeros((cells, len(stands), len(stands)), np.int16)
         for table, stand in enumerate(stands):
             if stand:
                 arrival = np.array(stand)[between[:, stand].argmin(axis=1)]
@@ -69,7 +68,14 @@ class Travel:
         self.longest = int(timesteps(max(there_and_back, open_way.max(initial=0)), 1, pace)) + _DETOURS
         self.central = [min(stand, key=lambda cell: open_way[:, cell].sum(), default=0) for stand in stands]
 
-    def _steps(self, plan: FloorPlan, goals: list[list[int]], open_way: np.ndarray, obstacle: bool) -> np.ndarray:
+    @functools.cached_property
+    def step(self) -> np.ndarray:
+        """The cell that it is in after a number of steps, 0 to those of a timestep, on its way to each goal.
+
+        (steps, children's cells, goals, cells). Who has got the candle from a table is in one more cell, which there is
+        not, the last one: `done`. Worked out when first asked for, as it takes much memory in a large house.
+        """
+        plan, goals, open_way, obstacle = self._plan, self.goals, self.open_way, self._obstacle
         graph, cells, posts = plan.graph, len(plan.caregiver_cells), len(self.posts)
         traps = yielding(plan).traps
         better = [[cell for cell in goal if not traps[cell]] for goal in goals]

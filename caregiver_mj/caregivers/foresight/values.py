@@ -6,7 +6,7 @@ into bare tables are always the same. Values here are differences from candles t
 
 The caregiver is at a *post* (in a stairwell) or beside a table where it has just put a candle down. From there it goes
 to a post, or carries a candle from one table to another; it does not turn round on the way. Time counts in children's
-moves.
+moves: what is left until the next one when a candle has been put down is lost.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.foresight.child_model import novice_chain
 from caregiver_mj.caregivers.foresight.departure import Departure
-from caregiver_mj.caregivers.foresight.layouts import AllLayouts, Layouts, PairLayouts
+from caregiver_mj.caregivers.foresight.layouts import AllLayouts
 from caregiver_mj.caregivers.foresight.reckoning import SOUND, Reckoning
 from caregiver_mj.caregivers.foresight.transit import Transit, single
 from caregiver_mj.caregivers.foresight.travel import travel
@@ -27,9 +27,8 @@ from caregiver_mj.danger.passage import expected_hits
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
-LARGEST = 6_000_000  # states of a child times columns, above which a house is taken apart into pairs of tables
-_GUARDING, _WAITS = 8, 15  # rounds of iteration over posts alone, and over how long to wait in each of any round
-_LEFT_AFTER = 1 / 3  # of a timestep in which it has put a candle down, on an average
+LARGEST = 6_000_000  # states of a child times columns, above which there are no such values of a house
+GUARDING, WAITS = 8, 15  # rounds of iteration over posts alone, and over how long to wait in each of any round
 
 
 def values(plan: FloorPlan, pace: Pace = PAPER, reckoning: Reckoning = SOUND) -> Values:
@@ -65,7 +64,7 @@ class Values:
     def __init__(self, plan: FloorPlan, pace: Pace = PAPER, reckoning: Reckoning = SOUND):
         chain, self.ways = novice_chain(plan), travel(plan, pace, reckoning.obstacle)
         discount = reckoning.discount
-        self.layouts = layouts_of(plan, chain.size)
+        self.layouts = AllLayouts(len(plan.tables), len(plan.candle_tables))
         stairwells = self.stairwells = len(plan.stairwells)
         posts = len(self.ways.posts)
         self._rows = chain.shape[0], chain.shape[1] * chain.shape[2]
@@ -86,7 +85,7 @@ class Values:
         self.table_column = np.full((count, len(plan.tables)), NOTHING)
         self.table_column[self.layouts.bears] = count * posts + np.arange(self.layouts.bears.sum())
         self._posts = [self._departure(cell, pace.cells) for cell in self.ways.posts]
-        self._tables = [self._departure(cell, _LEFT_AFTER * pace.cells) for cell in self.ways.central]
+        self._tables = [self._departure(cell, 0.0) for cell in self.ways.central]
         others = falls.sum(axis=1, keepdims=True) - (falls if stairwells else 0.0)  # if it stays in a post for ever
         self.arrival = self._solve(others, reckoning.rounds)
 
@@ -119,7 +118,7 @@ class Values:
         size, posts = self._next.shape[0], len(self._posts)
         columns = int(self.table_column.max(initial=self.post_column.max())) + 1
         child, column = np.arange(self._rows[0]), np.arange(posts)[:, None]
-        for _ in range(_GUARDING):  # which post it should be in does not depend on the layout
+        for _ in range(GUARDING):  # which post it should be in does not depend on the layout
             arrival = self._ahead(guard)
             leave = [self._flat(self.guards(d, arrival, column, child).min(axis=0)) for d in self._posts]
             guard = self._wait(guard, np.stack(leave, axis=1))
@@ -150,7 +149,7 @@ class Values:
             leave: Values of leaving after a move, likewise.
         """
         cost = np.tile(self._guarded, value.shape[1] // self._guarded.shape[1])
-        for _ in range(_WAITS):
+        for _ in range(WAITS):
             value = cost + self._next @ np.minimum(value, leave)
         return value
 
@@ -208,13 +207,8 @@ class Values:
         return np.stack(sums)
 
 
-def layouts_of(plan: FloorPlan, states: int) -> Layouts:
-    """All layouts of a house if there are not too many of them, else pairs.
-
-    Args:
-        plan: The house.
-        states: How many states a child can be in.
-    """
+def has_values(plan: FloorPlan) -> bool:
+    """Whether a house is small enough for them."""
     tables, candles = len(plan.tables), len(plan.candle_tables)
     columns = math.comb(tables, candles) * (max(1, len(plan.stairwells)) + candles)
-    return AllLayouts(tables, candles) if states * columns <= LARGEST else PairLayouts(tables)
+    return novice_chain(plan).size * columns <= LARGEST

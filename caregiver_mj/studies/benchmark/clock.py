@@ -20,7 +20,13 @@ class Clock:
 
     _running: ClassVar[list[Clock]] = []
 
-    def __init__(self):
+    def __init__(self, timer: Callable[[], float] = time.perf_counter):
+        """Begins with nothing.
+
+        Args:
+            timer: What tells the time, in seconds.
+        """
+        self._timer = timer
         self.own = 0.0
         self.times: list[float] = []
 
@@ -32,11 +38,11 @@ class Clock:
             if self in self._running:
                 return function(*args, **kwargs)
             self._running.append(self)
-            start = time.perf_counter()
+            start = self._timer()
             try:
                 return function(*args, **kwargs)
             finally:
-                seconds = time.perf_counter() - start
+                seconds = self._timer() - start
                 self._running.pop()
                 self.times.append(seconds)
                 self.own += seconds
