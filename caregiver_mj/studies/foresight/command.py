@@ -32,11 +32,12 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument(
         "--episodes", type=int, default=50, help="in each house, with each novice; 0 for none (default: %(default)s)"
     )
+    parser.add_argument("--out", type=pathlib.Path, metavar="DIR", help="keep the variants' episodes, or take them")
     add_jobs(parser)
     parser.add_argument("--docs", type=pathlib.Path, metavar="DIR", help="write the page and its figure there")
     options = parser.parse_args(arguments)
     runs = [read(folder) for folder in options.run]
-    rows = measure(options.houses, options.episodes, options.jobs) if options.episodes else pd.DataFrame()
+    rows = _measured(options) if options.episodes else pd.DataFrame()
     text = page(runs, rows, _command(options, parser))
     print(text, end="")
     if not options.docs:
@@ -61,6 +62,17 @@ def read(folder: pathlib.Path) -> Bars:
         if name not in set(rows.caregiver):
             raise CaregiverError(f"no episodes with caregiver '{name}' in {folder}")
     return Bars(folder.name, rows)
+
+
+def _measured(options: argparse.Namespace) -> pd.DataFrame:
+    """The variants' episodes: those that were kept, if there are any."""
+    if not options.out:
+        return measure(options.houses, options.episodes, options.jobs)
+    file = options.out / f"{options.houses}-{options.episodes}.parquet"
+    if not file.is_file():
+        options.out.mkdir(parents=True, exist_ok=True)
+        measure(options.houses, options.episodes, options.jobs).to_parquet(file, index=False)
+    return pd.read_parquet(file)
 
 
 def _command(options: argparse.Namespace, parser: argparse.ArgumentParser) -> str:

@@ -1,0 +1,122 @@
+"""The study of foresight: what it says of a run, by hand, and its page."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from caregiver_mj.cli import main as caregiver_mj
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.settings import EPSILONS
+from caregiver_mj.experiments.verdicts import Verdict
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.studies.foresight import variants
+from caregiver_mj.studies.foresight.bars import Bars
+from caregiver_mj.studies.foresight.command import main, read
+from caregiver_mj.studies.foresight.figure import draw
+from caregiver_mj.studies.foresight.measure import COLUMNS, Job, run
+from caregiver_mj.studies.foresight.page import page
+
+HOUSES, EPISODES = 6, 10
+DAMAGE = {"none": 10.0, "paper": 4.0, "nearest": 4.0, "foresight": 3.0, "knows-goal": 2.8, "floor": 2.0}
+
+
+@pytest.fixture
+def bars():
+    """Every house has its own level; foresight is worse than the rule in the first."""
+    random = np.random.default_rng(0)
+    rows = []
+    for house in range(HOUSES):
+        for family in ("0.5", "0.25"):
+            noise = random.normal(0.0, 0.1, EPISODES)
+            noise -= noise.mean()
+            for name, damage in DAMAGE.items():
+                level = 4.5 if house == 0 and name == "foresight" else damage
+                for episode in range(EPISODES):
+                    rows.append((f"h{house}", name, family, episode, level * (1 + noise[episode]), 10.0, 2.0))
+    columns = ["house", "caregiver", "family", "episode", "damage", "toys_reached", "moves_blocked_free"]
+    return Bars("made", pd.DataFrame(rows, columns=columns))
+
+
+class TestBars:
+    def test_left(self, bars):
+        assert bars.left("paper", "0.5").value == pytest.approx(0.4)
+        assert bars.left("foresight", "0.5").value == pytest.approx((5 * 3.0 + 4.5) / 60)
+
+    def test_what_is_closed_and_removed(self, bars):
+        below = sum([4.0 - 4.5, *[4.0 - 3.0] * 5])
+        assert bars.removed(("0.5", "0.25")).value == pytest.approx(below / (6 * 2.0))
+        assert bars.closed(("0.5",)).value == pytest.approx(below / (6 * 1.2))
+        low, high = bars.removed(("0.5",))[1:]
+        assert low < below / 12 < high
+
+    def test_houses(self, bars):
+        assert bars.houses_with("paper", "0.25") == (5, 0, 1)
+        assert bars.clear("paper", "0.25") == (5, 1)
+
+    def test_the_child(self, bars):
+        ratio, verdict = bars.toys("0.5")
+        assert ratio.value == 1
+        assert verdict == Verdict.NOT_INFERIOR
+        assert bars.denied("0.5")[0] == 2
+        assert bars.denied("0.5")[1].value == 0
+
+    def test_against_the_rule(self, bars):
+        found = bars.against("paper", ("0.5", "0.25"))
+        assert found.estimate.value == pytest.approx(-(5 * 1.0 - 0.5) / 60)
+        assert 0.03 < found.p < 0.2  # one of six houses has another sign
+
+
+class TestVariants:
+    def test_each_can_be_made(self):
+        plan = FloorPlan.parse("########\n#C....T#\n#......#\n#.B..B.#\n########")
+        for name in variants.variants():
+            if name not in ("none", variants.FLOOR):
+                assert variants.made(name, plan).plan is plan
+        assert variants.made("none", plan) is None
+
+    def test_every_way_is_measured(self):
+        names = variants.variants()
+        for what, ways in variants.ABLATIONS.items():
+            assert all(variants.key_of(what, how) in names for how in ways)
+
+
+def test_the_page(tmp_path, capsys):
+    run = tmp_path / "runs" / "some"
+    caregivers = ["none", "paper", "nearest", "foresight", "knows-goal", "floor"]
+    evaluate = ["evaluate", "--world", "grid", "--houses", "train-2", "--epsilon", "1", "0.75", "--episodes", "6"]
+    assert caregiver_mj([*evaluate, "--caregiver", *caregivers, "--out", str(run)]) == 0
+    main(["--run", str(run), "--episodes", "0", "--docs", str(tmp_path)])
+    text = (tmp_path / "foresight.md").read_text("utf-8")
+    assert text in capsys.readouterr().out
+    assert "python scripts/foresight.py --run runs/some --episodes 0 --docs docs" in text
+    assert "## some: 2 houses" in text
+    assert "| `knows-goal` |" in text
+
+
+def test_the_page_of_what_is_taken_apart():
+    rows = [
+        (f"h{house}", name, f"{epsilon:g}", episode, 3.0 + episode + (name == "none"), 5.0, 1.0, 2.0)
+        for house in range(3)
+        for name in variants.variants()
+        for epsilon in EPSILONS
+        for episode in range(4)
+    ]
+    table = pd.DataFrame(rows, columns=["house", "caregiver", "family", "episode", *COLUMNS])
+    text = page([], table, "python scripts/foresight.py")
+    for what in variants.ABLATIONS:
+        assert f"| {what} |" in text
+    assert "0.818" in text  # 4.5 / 5.5
+    assert "Damage left over 3 houses of 4 episodes" in text
+    assert len(draw(table).axes) == 2 * (len(EPSILONS) - 1)
+
+
+def test_rows_of_a_variant():
+    rows = run(Job("house-100002", "hysteresis (share of the damage of doing nothing): .1", 2))
+    assert list(rows.columns) == ["house", "caregiver", "family", "episode", *COLUMNS]
+    assert len(rows) == 2 * len(EPSILONS)
+    assert rows.damage.gt(0).any()
+
+
+def test_a_folder_without_a_run(tmp_path):
+    with pytest.raises(CaregiverError, match="no finished run"):
+        read(tmp_path)
