@@ -44,7 +44,9 @@ class Check:
 
 
 def check_limits(log: EpisodeLog, robot: Embodiment) -> list[Check]:
-    """Compares an episode with a robot's limits as published, not with the lower ones that it plans for.
+    """Compares what was commanded in an episode, and the base's speed, with a robot's limits.
+
+    They are those that are published, not the lower ones that it plans for. What else was measured: `check_motion`.
 
     Velocity, acceleration and jerk of the arm are finite differences of the commanded joint positions at the control
     timestep; before the first command it was at rest there.
@@ -56,11 +58,11 @@ def check_limits(log: EpisodeLog, robot: Embodiment) -> list[Check]:
     speed = np.hypot(*log.base_velocity[:, :2].T)[:, None]
     gripper = np.full(2, limits.finger_speed)
     return [
-        _worst("arm velocity, commanded", "rad/s", arm[0], limits.arm.velocity, step, joints),
-        _worst("arm acceleration, commanded", "rad/s^2", arm[1], limits.arm.acceleration, step, joints),
-        _worst("arm jerk, commanded", "rad/s^3", arm[2], limits.arm.jerk, step, joints),
-        _worst("base speed, measured", "m/s", speed, np.array([limits.base_speed]), log.physics_timestep),
-        _worst("finger speed, commanded", "m/s", np.diff(fingers, axis=0) / step, gripper, step, ("left", "right")),
+        worst("arm velocity, commanded", "rad/s", arm[0], limits.arm.velocity, step, joints),
+        worst("arm acceleration, commanded", "rad/s^2", arm[1], limits.arm.acceleration, step, joints),
+        worst("arm jerk, commanded", "rad/s^3", arm[2], limits.arm.jerk, step, joints),
+        worst("base speed, measured", "m/s", speed, np.array([limits.base_speed]), log.physics_timestep),
+        worst("finger speed, commanded", "m/s", np.diff(fingers, axis=0) / step, gripper, step, ("left", "right")),
     ]
 
 
@@ -98,10 +100,11 @@ def strike_times(log: EpisodeLog) -> np.ndarray:
     return np.flatnonzero(log.contact_speed > _MOVES) * log.physics_timestep
 
 
-def _worst(
+def worst(
     name: str, unit: str, values: np.ndarray, bounds: np.ndarray, timestep: float, names: tuple[str, ...] = ("",)
 ) -> Check:
-    """The check of values (steps, things) with bounds (things,)."""
+    """The check of values (steps, things) with bounds, (things,) or of every step (steps, things)."""
     size = np.abs(values)
-    row, column = np.unravel_index(np.argmax(size / bounds), size.shape)
-    return Check(name, unit, float(size[row, column]), float(bounds[column]), float(row * timestep), names[column])
+    bounds = np.broadcast_to(bounds, size.shape)
+    place = row, column = np.unravel_index(np.argmax(size / bounds), size.shape)
+    return Check(name, unit, float(size[place]), float(bounds[place]), float(row * timestep), names[column])

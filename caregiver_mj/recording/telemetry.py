@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
+from caregiver_mj.recording.dynamics import Dynamics
+
 if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.house.rendering
     import dm_env
     from dm_control.rl import control
@@ -32,6 +34,11 @@ class EpisodeLog:
         physics_timestep: Seconds.
         commands: What the actuators were told, in the order of the robot's model, (n, actuators).
         base_velocity: Velocity of the base in the world, m/s and rad/s, (m, 3).
+        arm_position: Joint positions, rad, (m, joints).
+        arm_velocity: Joint velocities, rad/s, (m, joints).
+        arm_torque: What moved each joint and held it up, N m, (m, joints), see `Dynamics`.
+        finger_velocity: Of each finger, m/s, (m, 2).
+        pressure_centre: Where on the floor the wheels' forces together act, in the base's frame, metres, (m, 2).
         distance: From each part of the robot that can touch something to the child, metres, (m, parts); infinite if
             far away.
         speed: Of the point of each part that is nearest to the child, m/s, (m, parts); 0 if far away.
@@ -44,6 +51,11 @@ class EpisodeLog:
     physics_timestep: float
     commands: np.ndarray
     base_velocity: np.ndarray
+    arm_position: np.ndarray
+    arm_velocity: np.ndarray
+    arm_torque: np.ndarray
+    finger_velocity: np.ndarray
+    pressure_centre: np.ndarray
     distance: np.ndarray
     speed: np.ndarray
     approach: np.ndarray
@@ -101,7 +113,7 @@ class Recorder:
         self._physics = env.physics
         self._control_timestep = env.control_timestep()
         self._model, self._data = model, _ = env.physics.model.ptr, env.physics.data.ptr
-        self._base = [model.joint(f"robot/{name}").dofadr[0] for name in env.task.embodiment.names.base]
+        self._dynamics = Dynamics(model, env.physics.data.ptr, env.task.embodiment.names)
         geoms = [model.geom(i) for i in range(model.ngeom)]
         self._parts = [geom.id for geom in geoms if geom.name.startswith("robot/") and geom.contype[0]]
         self._child = model.geom("toddler/body").id
@@ -128,7 +140,8 @@ class Recorder:
     def _look(self) -> None:
         rows, data = self._rows, self._data
         rows["commands"].append(data.ctrl.copy())
-        rows["base_velocity"].append(data.qvel[self._base])
+        for name, values in self._dynamics.measure().items():
+            rows[name].append(values)
         speeds = [touch.speed for touch in self._physics.touches if touch.kind == "robot"]
         rows["contact_speed"].append(max(speeds, default=-np.inf))
         distance, speed, approach = np.full(len(self._parts), np.inf), *np.zeros((2, len(self._parts)))

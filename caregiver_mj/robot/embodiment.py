@@ -16,6 +16,8 @@ from __future__ import annotations
 import dataclasses
 from importlib.resources.abc import Traversable
 
+import numpy as np
+
 from caregiver_mj.robot.handling import Approach, Bends, Clearances, Grasp, Postures
 from caregiver_mj.robot.limits import RobotLimits
 
@@ -65,10 +67,12 @@ class Wheels:
     Attributes:
         radius: Of the wheels; times the square root of 2 for those across the corners, whose ways are diagonal.
         lever: Half the wheelbase and half the track together.
+        places: Where each is, x ahead of the base's middle and y to its left.
     """
 
     radius: float
     lever: float
+    places: tuple[tuple[float, float], ...]
 
     def rates(self, ahead: float, aside: float, turn: float) -> tuple[float, float, float, float]:
         """Rates of turning, in the order of `Names.wheels`, from the base's velocity in its own axes."""
@@ -106,6 +110,7 @@ class Embodiment:
         actuators: Of the model's actuators, in which the gripper has two fingers.
         footprint: Radius of the circle about the base's middle in which all of the base is.
         wheels: How the wheels turn as the base moves.
+        torque: What the arm's motors can do, of each joint, N m, (joints,).
         limits: Bounds of its motion.
         servos: How the base follows its reference.
         bends: Where to look for the arm's joint positions.
@@ -122,6 +127,7 @@ class Embodiment:
     actuators: Layout
     footprint: float
     wheels: Wheels
+    torque: np.ndarray
     limits: RobotLimits
     servos: Servos
     bends: Bends

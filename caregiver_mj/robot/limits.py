@@ -23,18 +23,41 @@ class Limits:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
+class NearEnds:
+    """How joints must slow down towards the ends of their ranges: to sqrt(slope * way left) - offset.
+
+    Attributes:
+        low: Where the way down ends, of each joint, rad.
+        high: Where the way up ends, rad.
+        slope: rad/s^2.
+        offset: rad/s.
+    """
+
+    low: np.ndarray
+    high: np.ndarray
+    slope: np.ndarray
+    offset: np.ndarray
+
+    def velocity(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+        """Bounds of the joints' speeds at positions, in the directions of velocities (..., joints), rad/s."""
+        left = np.where(velocity > 0, self.high - position, position - self.low)
+        return np.maximum(0.0, np.sqrt(self.slope * np.maximum(0.0, left)) - self.offset)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
 class ArmLimits:
     """Bounds of an arm's joints: as published, and the part of them that is planned for.
 
     Less is planned for than is published: it is gentler, and rounding cannot carry the arm over.
 
     Attributes:
-        velocity: Of each joint, rad/s.
+        velocity: Of each joint, rad/s, in the middle of its range.
         acceleration: Of each joint, rad/s^2.
         jerk: Of each joint, rad/s^3.
         velocity_share: The part of the velocity that is planned for.
         acceleration_share: The part of the acceleration that is planned for.
         planned_jerk: rad/s^3, of all joints.
+        near_ends: What is left of the velocity near the ends of the joints' ranges; None if all of it is.
     """
 
     velocity: np.ndarray
@@ -43,6 +66,13 @@ class ArmLimits:
     velocity_share: float
     acceleration_share: float
     planned_jerk: float
+    near_ends: NearEnds | None = None
+
+    def velocity_at(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+        """Bounds of the joints' speeds at positions, in the directions of velocities (..., joints), rad/s."""
+        if self.near_ends is None:
+            return np.broadcast_to(self.velocity, position.shape)
+        return np.minimum(self.velocity, self.near_ends.velocity(position, velocity))
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

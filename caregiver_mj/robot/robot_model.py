@@ -70,7 +70,15 @@ class RobotModel:
         mujoco.mju_rotVecQuat(axis, joint.axis, body.quat)
         # A wheel's way is square to its axis; what it goes ahead is that of its way which is not aside.
         radius = tyre.size[0] / abs(axis[1])
-        return Wheels(float(radius), round(float(np.abs(body.pos[:2]).sum()), 9))
+        places = tuple(
+            tuple(self._model.body(int(self._model.joint(name).bodyid[0])).pos[:2].tolist())
+            for name in self._names.wheels
+        )
+        return Wheels(float(radius), round(float(np.abs(body.pos[:2]).sum()), 9), places)
+
+    def torque(self) -> np.ndarray:
+        """What the arm's motors can do, of each joint, (joints,), N m."""
+        return self._model.actuator_forcerange[self.actuators().arm, 1].copy()
 
     def lag(self, joint: str, arm: np.ndarray) -> float:
         """By how much the velocity servo of a joint follows later: mass (or inertia) over gain, seconds.

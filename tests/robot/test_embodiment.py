@@ -146,7 +146,8 @@ def test_footprint_is_read_from_the_hull(name, radius):
 
 
 def test_wheels_are_read_from_the_model():
-    assert find_embodiment("mobile_fr3").wheels == Wheels(radius=0.075, lever=0.33)
+    places = ((0.155, 0.175), (0.155, -0.175), (-0.155, 0.175), (-0.155, -0.175))
+    assert find_embodiment("mobile_fr3").wheels == Wheels(radius=0.075, lever=0.33, places=places)
     diagonal = find_embodiment("mobile_ur5e").wheels
     assert diagonal.radius == pytest.approx(0.065 * np.sqrt(2))
     assert diagonal.lever == pytest.approx(0.296)

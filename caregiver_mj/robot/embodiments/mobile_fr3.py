@@ -8,7 +8,7 @@ import numpy as np
 
 from caregiver_mj.robot.embodiment import Embodiment, Names, Servos
 from caregiver_mj.robot.handling import Approach, Bends, Clearances, Grasp, Postures
-from caregiver_mj.robot.limits import ArmLimits, Limits, RobotLimits
+from caregiver_mj.robot.limits import ArmLimits, Limits, NearEnds, RobotLimits
 from caregiver_mj.robot.robot_model import RobotModel, own_model
 
 NAMES = Names(
@@ -31,6 +31,12 @@ LIMITS = RobotLimits(
         velocity_share=0.9,
         acceleration_share=0.97,
         planned_jerk=400.0,
+        near_ends=NearEnds(
+            low=np.array([-2.7501, -1.7918, -2.9065, -3.0481, -2.8101, 0.54092, -3.0196]),
+            high=np.array([2.7501, 1.7918, 2.9065, -0.1458, 2.8101, 4.5205, 3.0196]),
+            slope=np.array([12.0, 5.17, 7.0, 8.0, 34.0, 11.0, 34.0]),
+            offset=np.array([0.30, 0.20, 0.20, 0.30, 0.35, 0.35, 0.35]),
+        ),
     ),
     # At 3.5 m/s^2 the base is well within what its servos can do (400 N for 83 kg) and from tipping over (5.2 m/s^2).
     base=Limits(velocity=0.97 * _BASE_SPEED, acceleration=3.5, jerk=35.0),
@@ -97,6 +103,7 @@ def mobile_fr3() -> Embodiment:
         actuators=model.actuators(),
         footprint=model.footprint(),
         wheels=model.wheels(),
+        torque=model.torque(),
         limits=LIMITS,
         servos=SERVOS,
         bends=BENDS,

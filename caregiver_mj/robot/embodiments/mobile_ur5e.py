@@ -92,6 +92,7 @@ def mobile_ur5e() -> Embodiment:
         actuators=model.actuators(),
         footprint=model.footprint(),
         wheels=model.wheels(),
+        torque=model.torque(),
         limits=LIMITS,
         servos=Servos(4.0, 6.0, *lags),
         bends=BENDS,
