@@ -144,7 +144,7 @@ class CareTask(base.Task):
         return physics.action_spec()
 
     def before_step(self, action: np.ndarray, physics: Physics) -> None:
-        physics.set_action(action)
+        physics.set_action(action, self.control_timestep)
         if self._control_steps % self._steps_a_move == 0:
             self.children.begin(self.timestep, self.random, physics)
         self.children.step(self.control_timestep, physics)

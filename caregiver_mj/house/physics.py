@@ -73,7 +73,7 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
     def _reload_from_data(self, data) -> None:
         super()._reload_from_data(data)
         model, raw = self.model.ptr, self.data.ptr
-        self._raw, self._qpos = (model, raw), raw.qpos
+        self._raw, self._qpos, self._timestep = (model, raw), raw.qpos, float(model.opt.timestep)
         joints = {model.joint(i).name for i in range(model.njnt)}
         children = next(k for k in itertools.count() if child_joints(k)[0] not in joints)
         names = itertools.chain.from_iterable(map(child_joints, range(children)))
@@ -150,8 +150,12 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
 
     # -- Writing ---------------------------------------------------------------------------------
 
-    def set_action(self, action: np.ndarray) -> None:
-        """Sets what the robot's actuators shall do until the next action, (0,) where there is no robot.
+    def set_action(self, action: np.ndarray, seconds: float = 0.0) -> None:
+        """Sets what the robot's actuators shall do until the next action.
+
+        Args:
+            action: As in `action_spec`, (0,) where there is no robot.
+            seconds: In which they get there from what they do now, in a straight line; at once by default.
 
         Raises:
             CaregiverError: The action has another shape, or a value that is not finite.
@@ -164,7 +168,7 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
             name = self.action_spec().name.split("\t")[index]
             raise CaregiverError(f"action[{index}] ({name}) is {action[index]}, not a finite number")
         if self._robot is not None:
-            self._robot.set_action(action)
+            self._robot.set_action(action, max(1, round(seconds / self._timestep)))
             self._robot.roll_wheels()
 
     def set_toddler(self, walk: ToddlerWalk, child: int = 0) -> None:
@@ -185,11 +189,13 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
 
     def step(self, nstep: int = 1) -> None:
         """Advances the simulation, and keeps the children's contacts of every physics step in `touches`."""
-        (model, data), reader = self._raw, self.touch_reader
+        (model, data), reader, robot = self._raw, self.touch_reader, self._robot
         self.touches = []
         warnings = self._warnings.tolist()
         for _ in range(nstep):
             mujoco.mj_step(model, data)
+            if robot is not None:
+                robot.advance()
             if reader.is_any():
                 self.touches += reader.read()
         # dm_control's check at every step would take 7 % of the closed loop's time, so it is only asked to report.

@@ -34,6 +34,8 @@ class RobotBody:
             for joints in (names.base, names.arm, names.fingers, names.wheels)
         )
         self._model, self._ctrl = model, data.ctrl
+        self._targets, self._change = np.empty_like(data.ctrl), np.empty_like(data.ctrl)
+        self._left = 0  # physics steps until the actuators get their targets
         self._source = np.empty(embodiment.actuators.size, int)  # of each actuator: which number of an action it gets
         for actuators, part in zip(_parts(embodiment.actuators), _parts(embodiment.layout), strict=True):
             self._source[actuators] = _indices(part)
@@ -53,14 +55,38 @@ class RobotBody:
         """Whether the fingers are as close together as round a candle, or closer."""
         return bool(self.fingers[0].sum() < 2 * _LOOSE)
 
-    def set_action(self, action: np.ndarray) -> None:
-        """Sets what the actuators shall do; both fingers get the gripper's value."""
-        action.take(self._source, out=self._ctrl, mode="clip")  # without a mode it would take a copy first
+    def set_action(self, action: np.ndarray, steps: int = 1) -> None:
+        """Sets what the actuators shall do; both fingers get the gripper's value.
+
+        Args:
+            action: Laid out as the robot's.
+            steps: Physics steps in which they get there from what they do now, in a straight line. Servos that are
+                told at once what is a control timestep away would jolt the robot.
+        """
+        action.take(self._source, out=self._targets, mode="clip")  # without a mode it would take a copy first
+        self._left = steps - 1
+        np.subtract(self._targets, self._ctrl, out=self._change)
+        self._change /= steps
+        if steps == 1:
+            self._ctrl[:] = self._targets
+        else:
+            self._ctrl += self._change
+
+    def advance(self) -> None:
+        """Takes the actuators one physics step further; call after every one."""
+        if self._left > 1:
+            self._ctrl += self._change
+        elif self._left == 1:
+            self._ctrl[:] = self._targets
+        self._left -= 1
 
     def place(self, base: np.ndarray, arm: np.ndarray | None = None) -> None:
         """Puts the robot somewhere, its hand open: base pose (3,) and arm joints (joints,), tucked if not given."""
         self.base[0][:], self.fingers[0][:] = base, self.embodiment.grasp.open
         self.arm[0][:] = arm_of(self.embodiment).tucked if arm is None else arm
+        actuators = self.embodiment.actuators
+        self._ctrl[actuators.base], self._ctrl[actuators.gripper] = 0.0, self.embodiment.grasp.open
+        self._ctrl[actuators.arm], self._left = self.arm[0], 0
 
     def roll_wheels(self) -> None:
         """Turns the wheels as the base moves. They bear no load."""

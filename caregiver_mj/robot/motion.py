@@ -40,7 +40,7 @@ class RobotMotion(BaseMotion):
     def __init__(self, robot: Embodiment, control_timestep: float):
         super().__init__(robot.limits.base)
         self.robot = robot
-        self._half_timestep = control_timestep / 2
+        self._timestep = control_timestep
         self._first, self._last = robot.layout.base.start, robot.layout.gripper.start
         self._top_speed = _TOP_SHARE * robot.limits.base_speed
 
@@ -146,18 +146,19 @@ class RobotMotion(BaseMotion):
             base: Measured pose (x, y, yaw) of the base.
 
         Returns:
-            Base velocities, arm joint targets and gripper target in one array, laid out as the robot's.
+            Base velocities, arm joint targets and gripper target at its end in one array, laid out as the robot's.
         """
         if not self._watched:
             self.set_rate(0.0)
         self._watched = False
         action, first = self._action, self._first
         action[first], action[first + 1], action[first + 2] = self._base_action(base)
-        posture = (self.reach_path, self._reach.at(self.now)[0])
+        end = self.now + self._timestep  # the actuators get there in the course of the timestep
+        posture = (self.reach_path, self._reach.at(end)[0])
         if posture != self._posture:
             self._posture = posture
             action[self.robot.layout.arm] = self.reach_path.joints(posture[1])
-        action[self._last] = self._gripper.at(self.now)[0]
+        action[self._last] = self._gripper.at(end)[0]
         return action.copy()
 
     def _base_action(self, base: Sequence[float]) -> tuple[float, float, float]:
@@ -167,10 +168,10 @@ class RobotMotion(BaseMotion):
         if math.dist((x, y), base[:2]) > _HELD_UP:  # it must find a new way from where it is
             self._hold((float(base[0]), float(base[1])))
             x, y = self._here
-        middle = now + self._half_timestep  # an action is held for a timestep: aim at the middle of it
-        _, (vx, vy), (ax, ay) = self._base_at(middle)
+        end = now + self._timestep  # the actuators get there in the course of the timestep
+        _, (vx, vy), (ax, ay) = self._base_at(end)
         yaw = self._yaw.at(now)[0]
-        _, yaw_rate, yaw_acceleration = self._yaw.at(middle)
+        _, yaw_rate, yaw_acceleration = self._yaw.at(end)
         back_x, back_y = servos.position_gain * (x - base[0]), servos.position_gain * (y - base[1])
         most = _GENTLE_SPEED if self.gentle else _CATCH_UP_SPEED
         if (push := math.hypot(back_x, back_y)) > most:
