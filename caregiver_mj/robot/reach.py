@@ -39,8 +39,10 @@ class ReachPath:
         self._ways = np.diff(self._poses, axis=0)
         self.goal = len(self._ways)
         way = np.abs(self._ways).max(axis=0) + 1e-12
+        # The nearer to the end of its range a joint is, the slower it must be, and the poses are the extremes.
+        velocity = np.min([arm.velocity_at(self._poses, sign * np.ones_like(self._poses)) for sign in (1, -1)], (0, 1))
         self.limits = Limits(
-            velocity=float((arm.velocity * arm.velocity_share / way).min()),
+            velocity=float((velocity * arm.velocity_share / way).min()),
             acceleration=float((arm.acceleration * arm.acceleration_share / way).min()),
             jerk=float(arm.planned_jerk / way.max()),
         )
