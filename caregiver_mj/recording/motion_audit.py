@@ -20,8 +20,7 @@ _LEAST = 1e-3  # rad/s: no joint's limit is less, be it next to the end of its r
 def check_motion(log: EpisodeLog, robot: Embodiment) -> list[Check]:
     """Compares what was measured at every physics step with a robot's limits.
 
-    The arm's are those that are published. Of base and turns nothing is published: they are those that are planned
-    for. Accelerations, jerks and the centre of pressure are told as of a physics step and as means over 20 ms; before
+    They are those that are published, or else set, not the lower ones that are planned for. Accelerations, jerks and the centre of pressure are told as of a physics step and as means over 20 ms; before
     the first step all was at rest.
     """
     limits, step, joints = robot.limits, log.physics_timestep, robot.names.arm
@@ -35,14 +34,16 @@ def check_motion(log: EpisodeLog, robot: Embodiment) -> list[Check]:
             change = _differences(arm, steps, order, step)
             checks.append(worst(f"arm {what}, {over}", f"rad/{unit}", change, getattr(limits.arm, what), step, joints))
             speed = np.hypot(*_differences(base, steps, order, step).T)[:, None]
-            checks.append(worst(f"base {what}, {over}", f"m/{unit}", speed, _only(limits.base, what), step))
+            checks.append(
+                worst(f"base {what}, {over}", f"m/{unit}", speed, np.array([getattr(limits, f"base_{what}")]), step)
+            )
             turn = _differences(log.base_velocity[:, 2:], steps, order, step)
-            checks.append(worst(f"turn {what}, {over}", f"rad/{unit}", turn, _only(limits.yaw, what), step))
+            checks.append(worst(f"turn {what}, {over}", f"rad/{unit}", turn, _only(limits.turn, what), step))
     speed = np.hypot(*base.T)[:, None]
     checks += [
         worst("arm torque", "N m", log.arm_torque, robot.torque, step, joints),
         worst("base speed", "m/s", speed, np.array([limits.base_speed]), step),
-        worst("turn rate", "rad/s", log.base_velocity[:, 2:], _only(limits.yaw, "velocity"), step),
+        worst("turn rate", "rad/s", log.base_velocity[:, 2:], _only(limits.turn, "velocity"), step),
         worst("finger speed", "m/s", fingers, np.full(2, limits.finger_speed), step, robot.names.fingers),
         *(_balance(log, robot, steps, over) for steps, over in windows.items()),
     ]

@@ -9,7 +9,7 @@ import numpy as np
 
 from caregiver_mj.robot.base_path import BasePath
 from caregiver_mj.robot.limits import Limits
-from caregiver_mj.robot.ruckig_calls import PathError
+from caregiver_mj.robot.ruckig_calls import NOTHING, PathError
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 from caregiver_mj.robot.se2 import Vector
 
@@ -19,6 +19,9 @@ _CHECK_INTERVAL = 0.08  # seconds between the points of a path that are checked 
 # The path is played back at a rate of 0 to 1, to slow down on it. The slower the path itself is, the quicker the rate
 # may change; below this speed it makes no difference any more.
 _SLOW = 0.3  # m/s
+_AHEAD = (0.0, 0.05, 0.1, 0.15)  # seconds on the path for which a change of rate, once begun, must leave room
+_SHARE = 0.97  # of the base's acceleration that path and rate together may have; the rest is the feedback's
+_LEAST_SHARE = 0.05  # of that, a change of rate may always have
 
 
 class BaseMotion:
@@ -32,13 +35,14 @@ class BaseMotion:
 
     now = 0.0
 
-    def __init__(self, limits: Limits):
+    def __init__(self, limits: Limits, bounds: Limits):
         """Prepares it.
 
         Args:
-            limits: Bounds of the base's speed, acceleration and jerk.
+            limits: Bounds of a path's speed, acceleration and jerk.
+            bounds: The same of the base, when its rate on the path changes as well.
         """
-        self._base_limits = limits
+        self._base_limits, self._bounds = limits, bounds
         self._looked_up: tuple[float, tuple[Vector, Vector, Vector]] | None = None  # the last moment, and its motion
 
     def drive_along(self, points: Sequence[Vector], is_clear: Callable[[np.ndarray], bool]) -> None:
@@ -64,7 +68,7 @@ class BaseMotion:
         self._path, self._looked_up = path, None
         # The path begins with the present velocity, so it is played back at full rate from the first moment; from rest
         # the rate may start anywhere, and starts at nothing until `set_rate` says how much the child allows.
-        self._playback = ScalarMotion(self._rate_limits(self._base_limits.velocity), 0.0)
+        self._playback = ScalarMotion(Limits(1.0, 1.0, 1.0), 0.0)  # from its first change on: `_rate_limits`
         self._rate = 1.0 if moves else 0.0
         self._playback.run_at(self._rate, self.now, at_once=True)
 
@@ -81,9 +85,15 @@ class BaseMotion:
             self._playback.run_at(rate, self.now, at_once=True)
         # The solver is asked for worthwhile changes only.
         elif abs(rate - self._rate) > 0.04 or (rate in (0.0, 1.0) and rate != self._rate):
-            self._rate, self._looked_up = rate, None
-            self._playback.set_limits(self._rate_limits(math.hypot(*self.planned_velocity())))
-            self._playback.run_at(rate, self.now)
+            self._rate = rate
+            self._change_rate()
+        elif self._playback.arrival > self.now:  # meanwhile the path may leave more to the rate, or less
+            self._change_rate()
+
+    def _change_rate(self) -> None:
+        self._looked_up = None
+        self._playback.set_limits(self._rate_limits())
+        self._playback.run_at(self._rate, self.now)
 
     def base_reference(self) -> tuple[Vector, Vector, Vector]:
         """Position, velocity and acceleration of the base's reference now."""
@@ -151,7 +161,22 @@ class BaseMotion:
         self._here, self._path, self._rate = position, None, 1.0
         self._looked_up = None
 
-    def _rate_limits(self, speed: float) -> Limits:
-        """Bounds of the rate of playback that keep those of the base, on a path of this speed."""
-        speed = max(speed, _SLOW)
-        return Limits(1.0, self._base_limits.acceleration / speed, self._base_limits.jerk / speed)
+    def _rate_limits(self) -> Limits:
+        """Bounds of the rate of playback that keep those of the base: the rate gets what the path leaves.
+
+        At a rate r the base's acceleration is r^2 times the path's, and the rate's change times the path's velocity.
+        """
+        most = _SHARE * self._bounds.acceleration
+        jerk = self._bounds.jerk - self._base_limits.jerk
+        along, rate, _ = self._playback.at(self.now)
+        way = 1.0 if self._rate > rate else -1.0
+        left, fastest = 2.0 * most, _SLOW
+        for ahead in _AHEAD:
+            _, (vx, vy), (ax, ay) = self._path.at(along + ahead)
+            if (speed := math.hypot(vx, vy)) < NOTHING:
+                continue
+            with_it = rate * rate * (vx * ax + vy * ay) / speed
+            across = rate * rate * (vx * ay - vy * ax) / speed
+            left = min(left, math.sqrt(max(0.0, most * most - across * across)) - way * with_it)
+            fastest = max(fastest, speed)
+        return Limits(1.0, max(left, _LEAST_SHARE * most) / fastest, jerk / fastest)

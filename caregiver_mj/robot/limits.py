@@ -87,6 +87,9 @@ class RobotLimits:
             goes on along the tangent of the hand's arc, and friction knows no place to come back to.
         gripper: Planned for each finger, metres.
         base_speed: The highest speed of the base, m/s; what is planned leaves the feedback something to correct with.
+        base_acceleration: Its highest acceleration, m/s^2, whatever slows it down or speeds it up on its path.
+        base_jerk: Its highest jerk, m/s^3, likewise.
+        turn: The highest of the base's turns, feedback and all.
         finger_speed: The highest speed of each finger, m/s.
     """
 
@@ -96,4 +99,7 @@ class RobotLimits:
     yaw_gentle: Limits
     gripper: Limits
     base_speed: float
+    base_acceleration: float
+    base_jerk: float
+    turn: Limits
     finger_speed: float

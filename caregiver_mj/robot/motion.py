@@ -14,6 +14,7 @@ import numpy as np
 from caregiver_mj.robot.base_motion import BaseMotion
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.kinematics import arm_of
+from caregiver_mj.robot.limits import Limits
 from caregiver_mj.robot.reach import ReachPath, reach_path
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 
@@ -38,7 +39,8 @@ class RobotMotion(BaseMotion):
     """
 
     def __init__(self, robot: Embodiment, control_timestep: float):
-        super().__init__(robot.limits.base)
+        limits = robot.limits
+        super().__init__(limits.base, Limits(limits.base_speed, limits.base_acceleration, limits.base_jerk))
         self.robot = robot
         self._timestep = control_timestep
         self._first, self._last = robot.layout.base.start, robot.layout.gripper.start

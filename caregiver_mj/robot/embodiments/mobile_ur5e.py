@@ -35,11 +35,14 @@ LIMITS = RobotLimits(
         acceleration_share=0.97,
         planned_jerk=300.0,
     ),
-    base=Limits(velocity=0.97 * _BASE_SPEED, acceleration=2.2, jerk=22.0),
+    base=Limits(velocity=0.97 * _BASE_SPEED, acceleration=1.6, jerk=16.0),
     yaw=Limits(velocity=2.0, acceleration=5.0, jerk=50.0),
     yaw_gentle=Limits(velocity=1.0, acceleration=4.0, jerk=40.0),
     gripper=Limits(velocity=0.97 * _FINGER_SPEED, acceleration=4.0, jerk=200.0),
     base_speed=_BASE_SPEED,
+    base_acceleration=1.8,
+    base_jerk=30.0,
+    turn=Limits(velocity=2.4, acceleration=5.4, jerk=60.0),
     finger_speed=_FINGER_SPEED,
 )
 
