@@ -20,8 +20,9 @@ _LEAST = 1e-3  # rad/s: no joint's limit is less, be it next to the end of its r
 def check_motion(log: EpisodeLog, robot: Embodiment) -> list[Check]:
     """Compares what was measured at every physics step with a robot's limits.
 
-    They are those that are published, or else set, not the lower ones that are planned for. Accelerations, jerks and the centre of pressure are told as of a physics step and as means over 20 ms; before
-    the first step all was at rest.
+    They are those that are published, or else set, not the lower ones that are planned for. Accelerations, jerks and
+    the centre of pressure are told as of a physics step and as means over 20 ms; before the first step all was at
+    rest.
     """
     limits, step, joints = robot.limits, log.physics_timestep, robot.names.arm
     arm, base, fingers = log.arm_velocity, log.base_velocity[:, :2], log.finger_velocity

@@ -64,9 +64,9 @@ def test_a_joint_must_be_slower_near_the_end_of_its_range():
 
 def test_base_is_judged_by_the_length_of_its_vectors():
     found = checks(base_velocity=[((slice(100, None), 0), 0.03), ((slice(100, None), 1), -0.04)])
-    limits = ROBOT.limits.base
-    assert found["base acceleration, 20 ms"].ratio == pytest.approx(2.5 / limits.acceleration)
-    assert found["base jerk, 20 ms"].ratio == pytest.approx(125.0 / limits.jerk)
+    limits = ROBOT.limits
+    assert found["base acceleration, 20 ms"].ratio == pytest.approx(2.5 / limits.base_acceleration)
+    assert found["base jerk, 20 ms"].ratio == pytest.approx(125.0 / limits.base_jerk)
     assert found["base speed"].ratio == pytest.approx(0.05 / ROBOT.limits.base_speed)
 
 
