@@ -22,8 +22,8 @@ _BOUNDS = "knows-goal floor"
 _OTHERS = "toddler:.5 explorer:.25 avoider:.25 seeker:.25"  # children that are no novices
 RUNS = {  # in the order of the report
     "grid-test-100": f"--world grid --houses test-100 --caregiver {_ALL} {_BOUNDS} --episodes 100",
-    "grid-test-20": "--world grid --houses test-20 --caregiver none nearest paper foresight knows-goal clairvoyant floor "
-    "--episodes 100",
+    "grid-test-20": "--world grid --houses test-20 --caregiver none nearest paper foresight knows-goal clairvoyant "
+    "floor --episodes 100",
     "house-test-10": "--world house --houses test-10 --caregiver none paper nearest foresight floor --episodes 20",
     "grid-apartment": f"--world grid --house apartment --caregiver {_ALL} {_BOUNDS} --episodes 1000",
     "grid-paper": f"--world grid --house paper --caregiver {_ALL} {_BOUNDS} --episodes 2000",
