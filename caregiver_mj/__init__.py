@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.errors import CaregiverError, MissingExtraError
 from caregiver_mj.plans.floor_plan import FloorPlan, house_names
 
 if TYPE_CHECKING:
@@ -26,3 +27,8 @@ def __getattr__(name: str) -> Any:
     if name in _LAZY:
         return getattr(importlib.import_module(_LAZY[name]), name)
     raise AttributeError(f"module 'caregiver_mj' has no attribute {name!r}")
+
+
+# Gymnasium finds environments by the module that registers them, so where it is installed this has to happen now.
+with contextlib.suppress(MissingExtraError):
+    importlib.import_module("caregiver_mj.envs")

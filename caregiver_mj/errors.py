@@ -11,3 +11,7 @@ class FloorPlanError(CaregiverError):
 
 class RenderingError(CaregiverError):
     """No OpenGL backend for offscreen rendering could be brought up."""
+
+
+class MissingExtraError(CaregiverError, ImportError):
+    """A package is not installed that only a part of this one needs; the message says which extra brings it."""

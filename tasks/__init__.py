@@ -73,12 +73,12 @@ def load(
         raise CaregiverError(f"{task} needs the robot")
     seconds = options.pop("time_limit", None)
     made = kind(plan, **options)
-    seconds = seconds or made.time_limit or EPISODE_TIMESTEPS * made.novice_timestep
+    made.time_limit = seconds or made.time_limit or EPISODE_TIMESTEPS * made.novice_timestep
     robot = made.has_robot and made.embodiment
     return control.Environment(
         Physics.from_plan(plan, robot, made.table_positions, len(made.children), visuals),
         made,
-        time_limit=seconds,
+        time_limit=made.time_limit,
         control_timestep=made.control_timestep,
         **(environment_kwargs or {}),
     )

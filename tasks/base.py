@@ -193,6 +193,16 @@ class CareTask(base.Task):
         """Novice timesteps completed in this episode."""
         return self.ledger.timestep
 
+    @property
+    def damage(self) -> float:
+        """All damage to the children so far, with that of the present novice timestep, which is not booked yet."""
+        return float(self.ledger.damage[0]) + sum(child.move.harm for child in self.children)
+
+    @property
+    def strikes(self) -> int:
+        """How often the robot has struck a child so far."""
+        return int(self.ledger.strikes[0])
+
     def outcome(self) -> dict:
         """What has been measured in the episode so far, named as the columns of `EpisodeRecord`."""
         return self.ledger.outcome()

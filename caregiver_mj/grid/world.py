@@ -115,7 +115,7 @@ class GridWorld:
 
     def step(self) -> None:
         """One novice timestep: the children's moves, then the caregiver's actions."""
-        self._move_children()
+        self.move_children()
         if self.caregiver:
             self.caregiver.watch(self.percept())
             if isinstance(self.caregiver, ToldCaregiver):
@@ -163,7 +163,7 @@ class GridWorld:
         alone.ledger = Ledger(self.plan, self.child_cell, len(self._draws))
         cells, objects = [], []
         for _ in range(self.timestep, len(self._draws)):
-            alone._move_children()
+            alone.move_children()
             cells.append(alone.child_cell)
             before, action = alone.previous_cell, alone.previous_action
             objects.append(np.where(action == NOTHING, NOTHING, self.plan.graph.bumps[before, action]))
@@ -178,7 +178,8 @@ class GridWorld:
 
     # -- The children ----------------------------------------------------------------------------
 
-    def _move_children(self) -> None:
+    def move_children(self) -> None:
+        """The first half of a novice timestep: every child makes a move or stays, and what comes of it is booked."""
         draws = self._draws[self.timestep]
         self.timestep += 1
         # New arrays, for a caregiver may have kept what it was shown.

@@ -87,16 +87,16 @@ class Executive:
             new_move: Whether it has just become clear what a child is about to do.
             all_known: Whether that is now clear of all of them.
         """
-
-        def percept() -> Percept:
-            return see(self.holding, self._means.passed_over.now(view.now))
-
         if new_move and self.routine:
             self.routine.skill.replan()
         if new_move or view.now == 0.0 or self.routine is None:
-            self._decide(view, percept(), observed=all_known)
+            self._decide(view, self.percept(view, see), observed=all_known)
         if self.routine:
-            self._note(self.routine.step(view, robot, percept), view)
+            self._note(self.routine.step(view, robot, lambda: self.percept(view, see)), view)
+
+    def percept(self, view: View, see: See) -> Percept:
+        """What the caregiver sees now, with what only the executive knows: what is in the hand, what is passed over."""
+        return see(self.holding, self._means.passed_over.now(view.now))
 
     def _decide(self, view: View, percept: Percept, observed: bool) -> None:
         """Asks the caregiver what to do, and sets about it unless the robot's hands are full."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.instructed import InstructedCaregiver
-from caregiver_mj.caregivers.percept import Assessment
+from caregiver_mj.caregivers.percept import Assessment, Percept
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.caregivers.start import starting_tables
 from caregiver_mj.caregivers.told import ToldCaregiver
@@ -83,6 +83,18 @@ class CaregiverPolicy:
         """Answers an observation with an action.
 
         Raises:
+            CaregiverError: As of `see`.
+        """
+        self.see(timestep)
+        return self.act()
+
+    def see(self, timestep: dm_env.TimeStep) -> bool:
+        """Takes an observation in, which is the first half of answering it.
+
+        Returns:
+            Whether it has just become clear where all children are heading: once a novice timestep.
+
+        Raises:
             CaregiverError: The observation is flat; the caregiver needs its keys. Or the house has not been prepared
                 as the caregiver wants it.
         """
@@ -93,6 +105,12 @@ class CaregiverPolicy:
             self._reset(observation)
         view = self._perception.look(observation, self.robot.now)
         new_move, all_known = self._perception.watch(view, float(observation["clock"]))
+        self._seen = view, new_move, all_known
+        return all_known
+
+    def act(self) -> np.ndarray:
+        """Answers what has been seen with an action, the second half."""
+        view, new_move, all_known = self._seen
         executive = self.executive
         begun, done = executive.begun, executive.done
         executive.act(view, self.robot, lambda *known: self._perception.percept(view, *known), new_move, all_known)
@@ -102,6 +120,11 @@ class CaregiverPolicy:
         action = self.robot.action(view.base)
         self.robot.now += self._timestep
         return action
+
+    def percept(self) -> Percept:
+        """What has been seen, as a caregiver sees it, of a batch of one."""
+        view, *_ = self._seen
+        return self.executive.percept(view, lambda *known: self._perception.percept(view, *known))
 
     def _reset(self, observation: dict[str, np.ndarray]) -> None:
         self.robot.reset(observation["base_position"].tolist())
