@@ -59,7 +59,7 @@ class Executive:
             retrievals=retrievals,
             novice_timestep=novice_timestep,
             passed_over=PassedOver(len(plan.hazards)),
-            destination=lambda percept, candle: int(caregiver.destination(percept, np.array([candle]))[0]),
+            destination=self._destination,
             takes_orders=caregiver.takes_orders,
         )
         self.reset()
@@ -122,6 +122,10 @@ class Executive:
         if verb_of(now.verb).counts and not verb_of(wanted.verb).counts:
             return False
         return (now.verb, now.hazard) != (wanted.verb, wanted.hazard)
+
+    def _destination(self, percept: Percept, candle: int) -> int:
+        """The table to which the caregiver would take a candle."""
+        return int(self._caregiver.destination(percept, np.array([candle]))[0])
 
     def _begin(self, wanted: Intervention, view: View, percept: Percept) -> None:
         verb = verb_of(wanted.verb)

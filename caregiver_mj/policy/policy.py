@@ -7,6 +7,7 @@ Only a `ToldCaregiver` is told more than can be seen, by the task and past the o
 
 from __future__ import annotations
 
+import functools
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,6 +27,7 @@ from caregiver_mj.policy.executive import Executive
 from caregiver_mj.policy.pace import robot_pace
 from caregiver_mj.policy.perception import Perception
 from caregiver_mj.robot import separation
+from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
@@ -72,9 +74,7 @@ class CaregiverPolicy:
         embodiment = task.embodiment
         self.robot = RobotMotion(embodiment, self._timestep)
         navigator = Navigator(self.plan, embodiment, self.caregiver.yields)
-        retrievals = RetrievalPlanner(
-            navigator, lambda: PlanningScene(build_house(self.plan, embodiment, visuals=False), self.plan, embodiment)
-        )
+        retrievals = RetrievalPlanner(navigator, functools.partial(_planning_scene, self.plan, embodiment))
         self.caregiver.pace = robot_pace(navigator, task.novice_timestep, self._timestep)
         self._perception = Perception(self.plan)
         self.executive = Executive(self.plan, self.caregiver, navigator, retrievals, task.novice_timestep, truth)
@@ -144,6 +144,10 @@ class CaregiverPolicy:
     def activity(self) -> str:
         """What the robot is doing, in words."""
         return self.executive.routine.activity if self.executive.routine else "watch"
+
+
+def _planning_scene(plan: FloorPlan, embodiment: Embodiment) -> PlanningScene:
+    return PlanningScene(build_house(plan, embodiment, visuals=False), plan, embodiment)
 
 
 def _caregiver(caregiver: str | Caregiver, task, seed: int) -> Caregiver:
