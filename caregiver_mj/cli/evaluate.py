@@ -119,7 +119,7 @@ def _evaluate(settings: Settings, folder: RunFolder | None, arguments: argparse.
         if folder is None:
             raise
         again = arguments.argv if arguments.resume else [*arguments.argv, "--resume"]
-        what = "interrupted" if isinstance(error, KeyboardInterrupt) else str(error)
+        what = str(error) or "interrupted"
         raise StorageError(
             f"{what}; {finished} of {total} episodes are kept in '{folder.path}', "
             f"go on with: {PROGRAM} {shlex.join(again)}"
