@@ -23,6 +23,7 @@ from caregiver_mj.house.scene import build_house
 from caregiver_mj.interventions.intervention import BLOCK, RELOCATE, Intervention
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.symbols import FREE
 from caregiver_mj.policy.executive import Executive
 from caregiver_mj.policy.pace import robot_pace
 from caregiver_mj.policy.perception import Perception
@@ -71,6 +72,8 @@ class CaregiverPolicy:
         task.caregiver = self.caregiver
         truth = task.truth if isinstance(self.caregiver, ToldCaregiver) else None
         self._timestep = env.control_timestep()
+        spec = env.observation_spec()
+        self._shapes = {key: array.shape for key, array in spec.items()} if "base_position" in spec else {}
         embodiment = task.embodiment
         self.robot = RobotMotion(embodiment, self._timestep)
         navigator = Navigator(self.plan, embodiment, self.caregiver.yields)
@@ -83,13 +86,14 @@ class CaregiverPolicy:
         """Answers an observation with an action.
 
         Raises:
-            CaregiverError: The observation is flat; the caregiver needs its keys. Or the house has not been prepared
-                as the caregiver wants it.
+            CaregiverError: The observation is flat; the caregiver needs its keys. Or it is of another house, or the
+                house has not been prepared as the caregiver wants it.
         """
         observation = timestep.observation
         if "base_position" not in observation:
             raise CaregiverError("the caregiver needs the observation as a dictionary, not flattened")
         if timestep.first():
+            self._check_house(observation)
             self._reset(observation)
         view = self._perception.look(observation, self.robot.now)
         new_move, all_known = self._perception.watch(view, float(observation["clock"]))
@@ -112,6 +116,17 @@ class CaregiverPolicy:
         if isinstance(self.caregiver, InstructedCaregiver):
             self.caregiver.orders = _orders(self.plan, observation)
         self.executive.reset()
+
+    def _check_house(self, observation: dict[str, np.ndarray]) -> None:
+        """Raises CaregiverError if an episode begins as none can in this house: it is that of another one."""
+        plan = self.plan
+        alien = any(np.shape(observation.get(key)) != shape for key, shape in self._shapes.items())
+        base, children = observation["base_position"], np.atleast_2d(observation["toddler_position"])
+        if alien or plan.cell_at(base) not in plan.cell_index or any(plan[plan.cell_at(c)] != FREE for c in children):
+            raise CaregiverError(
+                f"this policy is for another environment, that of {self._task.family} in house "
+                f"'{plan.name}': each environment needs a policy of its own"
+            )
 
     # -- For whoever looks on --------------------------------------------------------------------
 
