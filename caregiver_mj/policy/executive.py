@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from caregiver_mj.caregivers.answer import answer
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.percept import Assessment, Percept
 from caregiver_mj.caregivers.told import Truth
@@ -107,7 +108,7 @@ class Executive:
         self.assessment = self._caregiver.assess(percept)
         if self.routine and not self.routine.interruptible:
             return
-        wanted = self._caregiver.decide(percept)[0]
+        wanted = answer(self._caregiver, percept)[0]
         if self.holding != NOTHING:
             self.routine.hear(percept, wanted)
             return
