@@ -6,7 +6,18 @@ class CaregiverError(Exception):
 
 
 class FloorPlanError(CaregiverError):
-    """A floor plan is malformed; the message names line and column."""
+    """A floor plan is malformed; the message names line and column.
+
+    Attributes:
+        problems: All that is wrong with it, the message first.
+    """
+
+    def __init__(self, *problems: str):
+        super().__init__(problems[0])
+        self.problems = problems
+
+    def __reduce__(self) -> tuple:
+        return type(self), self.problems
 
 
 class RenderingError(CaregiverError):

@@ -19,7 +19,7 @@ from caregiver_mj.cli.parsing import (
     read_family,
     read_houses,
 )
-from caregiver_mj.cli.table import table
+from caregiver_mj.cli.table import print_table
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import evaluation
 from caregiver_mj.experiments.run_folder import RunFolder, StorageError
@@ -69,7 +69,7 @@ def _run(arguments: argparse.Namespace) -> None:
     output = rich.console.Console(stderr=arguments.json)
     if not output.is_terminal:
         output.width = 120  # a pipe or a file has no width to fit
-    output.print(table(result.summary))
+    print_table(result.summary, output)
     if arguments.json:
         print(json.dumps(result.summary, indent=1, allow_nan=False))
 
@@ -119,7 +119,7 @@ def _evaluate(settings: Settings, folder: RunFolder | None, arguments: argparse.
         if folder is None:
             raise
         again = arguments.argv if arguments.resume else [*arguments.argv, "--resume"]
-        what = "interrupted" if isinstance(error, KeyboardInterrupt) else str(error)
+        what = str(error) or "interrupted"
         raise StorageError(
             f"{what}; {finished} of {total} episodes are kept in '{folder.path}', "
             f"go on with: {PROGRAM} {shlex.join(again)}"

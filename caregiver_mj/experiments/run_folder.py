@@ -65,7 +65,13 @@ class RunFolder:
             raise CaregiverError(f"output folder '{path}' cannot be written: {_reason(error)}") from None
         except ValueError as error:
             raise CaregiverError(f"'{record}' is not the record of a run: {error}") from None
+        if found is not None and not isinstance(found, dict):
+            raise CaregiverError(f"'{record}' is not the record of a run: it holds no settings")
         if found is None:
+            if next(self._episodes.glob("*.json"), None):
+                raise CaregiverError(
+                    f"output folder '{path}' holds episodes, but no run.json that says of which run: take another one"
+                )
             _write(record, _as_json(settings))
         elif not resume:
             raise CaregiverError(f"output folder '{path}' already holds a run: continue it with --resume")

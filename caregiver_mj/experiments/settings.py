@@ -19,6 +19,7 @@ WORLDS = ("house", "grid")
 FLOOR = "floor"  # in the place of a caregiver: what the best of them could not prevent
 EPSILONS = (1.0, 0.75, 0.5, 0.25, 0.05)  # the paper's five novices
 GRID_BLOCK = 1000  # episodes at once: enough to be fast, and a few seconds' work to lose
+MOST_ROWS = 10_000_000  # episodes of a run; more do not fit into memory
 _MOST_FAMILIES = 10  # in a block, whose name has them all
 
 
@@ -116,6 +117,9 @@ class Settings:
             raise CaregiverError("collisions must cost the same in all houses")
         if self.episodes < 1:
             raise CaregiverError(f"episodes must be at least 1, not {self.episodes}")
+        rows = len(self.plans) * len(self.caregivers) * len(self.families) * self.episodes
+        if rows > MOST_ROWS:
+            raise CaregiverError(f"episodes would be {rows:,} in all, and a run has {MOST_ROWS:,} at most")
         if self.seed < 0:
             raise CaregiverError(f"the seed must not be negative: {self.seed}")
 

@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from caregiver_mj.caregivers.answer import answer
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.pace import Pace
 from caregiver_mj.caregivers.percept import Percept
@@ -244,7 +245,7 @@ class GridWorld:
         """
         percept, acts = self.percept(), np.broadcast_to(acts, len(self.orders))
         carries_on = (self.holding != NOTHING) | ~(acts & decides)
-        before, self.orders = self.orders, self.orders.where(carries_on, caregiver.decide(percept))
+        before, self.orders = self.orders, self.orders.where(carries_on, answer(caregiver, percept))
         parties = [(verb, np.flatnonzero((self.orders.verb == name) & acts)) for name, verb in VERBS.items()]
         if sum(which.size for _, which in parties) < acts.sum():
             verb_of(next(name for name in self.orders.verb if name not in VERBS))  # raises
