@@ -76,8 +76,11 @@ def _run(arguments: argparse.Namespace) -> None:
 
 def _settings(arguments: argparse.Namespace) -> Settings:
     """What to run, checked before anything is written."""
+    plans = read_houses(arguments)
+    file = "" if arguments.houses or arguments.house == plans[0].name else arguments.house
     settings = Settings(
-        plans=read_houses(arguments),
+        plans=plans,
+        file=file,
         houses=" ".join(arguments.houses or ()),
         world=arguments.world,
         caregivers=tuple(dict.fromkeys(arguments.caregiver)),

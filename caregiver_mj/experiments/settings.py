@@ -37,6 +37,7 @@ class Settings:
         seed: Seed of the episodes, and of what is random in the caregivers.
         embodiment: Name of the robot in the house.
         houses: What the houses are called together, such as "test-100"; nothing if by their names.
+        file: Where a single house of the user's own was read from; nothing if it has a name. Nothing depends on it.
     """
 
     plans: tuple[FloorPlan, ...]
@@ -47,6 +48,7 @@ class Settings:
     seed: int = 0
     embodiment: str = DEFAULT
     houses: str = ""
+    file: str = ""
 
     def __post_init__(self) -> None:
         if isinstance(self.plans, FloorPlan):
@@ -70,6 +72,7 @@ class Settings:
             seed=record["seed"],
             embodiment=record["embodiment"],
             houses=record["houses"],
+            file=record.get("file", ""),
         )
 
     @property
@@ -137,6 +140,7 @@ class Settings:
             "seed": self.seed,
             "embodiment": self.embodiment,
             "versions": versions(),
+            **({"file": self.file} if self.file else {}),
         }
 
     def blocks(self, grid_block: int = GRID_BLOCK) -> list[Block]:
