@@ -104,8 +104,8 @@ def _together(bars: Bars, families: tuple[str, ...]) -> str:
         text += f" of {len(bars.houses)} houses"
     houses, episodes = bars.pooled(RULE)
     text += (
-        f". Of all episodes, an episode's damage less the rule's: {interval(houses.estimate, '+')} with the house as the "
-        f"unit of chance (p {p(houses.p)}), {interval(episodes.estimate, '+')} with the episode (p {p(episodes.p)})"
+        f". Of all episodes, an episode's damage less the rule's: {interval(houses.estimate, '+')} with the house as "
+        f"the unit of chance (p {p(houses.p)}), {interval(episodes.estimate, '+')} with the episode (p {p(episodes.p)})"
     )
     return fill(f"{text}.")
 
