@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
+import importlib.metadata
 from typing import TYPE_CHECKING, Any
 
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.errors import CaregiverError, MissingExtraError
 from caregiver_mj.plans.floor_plan import FloorPlan, house_names
 
 if TYPE_CHECKING:
     from caregiver_mj.policy.policy import CaregiverPolicy
     from caregiver_mj.tasks import ALL_TASKS, load
 
-__all__ = ["ALL_TASKS", "CaregiverError", "CaregiverPolicy", "FloorPlan", "house_names", "load"]
+    __version__: str
+
+__all__ = ["ALL_TASKS", "CaregiverError", "CaregiverPolicy", "FloorPlan", "__version__", "house_names", "load"]
 
 # These need MuJoCo and dm_control, which take a second to import; a command that only looks at a plan does without.
 _LAZY = {
@@ -23,6 +27,13 @@ _LAZY = {
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return importlib.metadata.version("caregiver_mj")
     if name in _LAZY:
         return getattr(importlib.import_module(_LAZY[name]), name)
     raise AttributeError(f"module 'caregiver_mj' has no attribute {name!r}")
+
+
+# Gymnasium finds environments by the module that registers them, so where it is installed this has to happen now.
+with contextlib.suppress(MissingExtraError):
+    importlib.import_module("caregiver_mj.envs")

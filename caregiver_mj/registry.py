@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.metadata
+import warnings
 from collections.abc import Iterator, Mapping
 from typing import Any, Generic, TypeVar
 
@@ -25,19 +26,35 @@ class Registry(Mapping[str, "Kind | None"], Generic[Kind]):
         """
         self.what, self.group = what, group
         self._base, self._own = base, own
+        self._told: set[str] = set()  # names whose entry points have been said to count for nothing
 
     def __getitem__(self, name: str) -> Kind | None:
         if name in self._own:
+            self._tell_of_namesakes(name)
             return self._own[name]
         if name not in self:
             raise CaregiverError(f"no {self.what} '{name}': there are {', '.join(self)}")
-        entry = importlib.metadata.entry_points(group=self.group)[name]
+        entry, *others = self._offered(name)
+        if any(other.value != entry.value for other in others):
+            values = ", ".join(offered.value for offered in (entry, *others))
+            raise CaregiverError(f"{self.what} '{name}' is offered by several packages: {values}")
         try:
             found = entry.load()
         except Exception as error:  # whatever somebody else's module raises
             raise CaregiverError(f"{self.what} '{name}' ({entry.value}) cannot be loaded: {error}") from error
         self.check(name, entry.value, found)
         return found
+
+    def _offered(self, name: str) -> list[importlib.metadata.EntryPoint]:
+        return [entry for entry in importlib.metadata.entry_points(group=self.group) if entry.name == name]
+
+    def _tell_of_namesakes(self, name: str) -> None:
+        """Warns, once, of entry points that have the name of one of our own, for they count for nothing."""
+        if name not in self._told:
+            self._told.add(name)
+            for entry in self._offered(name):
+                text = f"entry point {entry.value} is not used: {self.what} '{name}' is one of the package's own"
+                warnings.warn(text, stacklevel=3)
 
     def check(self, name: str, value: str, found: Any) -> None:
         """Raises CaregiverError unless what an entry point (a name and its value) has led to can be used."""

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
+import numbers
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 # Comes before dm_control, which would otherwise bring up GLFW and complain that there is no display.
 import caregiver_mj.house.rendering  # noqa: F401
@@ -59,8 +62,8 @@ def load(
         A `dm_env.Environment`.
 
     Raises:
-        CaregiverError: There is no such task or robot, the house is not valid or not fit for the task, or epsilon out
-            of range.
+        CaregiverError: There is no such task or robot, the house is not valid or not fit for the task, epsilon or the
+            seed out of range, or a further argument is unknown or of no use.
     """
     if task not in TASKS:
         raise CaregiverError(f"no task '{task}': there are {', '.join(TASKS)}")
@@ -71,14 +74,38 @@ def load(
         raise CaregiverError(f"{task} needs a {kind.needs} ({symbol}), and floor plan '{plan.name}' has none")
     if kind.needs_robot and not options.get("robot", True):
         raise CaregiverError(f"{task} needs the robot")
-    seconds = options.pop("time_limit", None)
-    made = kind(plan, **options)
-    seconds = seconds or made.time_limit or EPISODE_TIMESTEPS * made.novice_timestep
+    seconds = _time_limit(options.pop("time_limit", None))
+    _check_arguments("task_kwargs", kind, (plan,), options)
+    try:
+        made = kind(plan, **options)
+    except ValueError as error:  # numpy's words for a seed that is none
+        raise CaregiverError(f"{task} cannot be made: {error}") from None
+    made.time_limit = seconds or made.time_limit or EPISODE_TIMESTEPS * made.novice_timestep
+    environment_kwargs = environment_kwargs or {}
+    for own in ("time_limit", "control_timestep"):
+        if own in environment_kwargs:
+            raise CaregiverError(f"environment_kwargs: {own} is the task's own, so say it in task_kwargs")
+    _check_arguments("environment_kwargs", control.Environment, (None, made), environment_kwargs)
     robot = made.has_robot and made.embodiment
-    return control.Environment(
-        Physics.from_plan(plan, robot, made.table_positions, len(made.children), visuals),
-        made,
-        time_limit=seconds,
-        control_timestep=made.control_timestep,
-        **(environment_kwargs or {}),
-    )
+    physics = Physics.from_plan(plan, robot, made.table_positions, len(made.children), visuals)
+    try:
+        return control.Environment(
+            physics, made, time_limit=made.time_limit, control_timestep=made.control_timestep, **environment_kwargs
+        )
+    except ValueError as error:  # dm_control's words for timesteps that do not fit together
+        raise CaregiverError(f"{task} cannot be made: {error}") from None
+
+
+def _time_limit(seconds: float | None) -> float | None:
+    """The seconds of an episode, if they are such; infinitely many will do."""
+    if seconds is not None and not (isinstance(seconds, numbers.Real) and seconds > 0):
+        raise CaregiverError(f"time_limit must be a positive number of seconds, not {seconds!r}")
+    return seconds
+
+
+def _check_arguments(what: str, taker: Callable, given: tuple, further: dict[str, Any]) -> None:
+    """Raises CaregiverError unless something takes these arguments."""
+    try:
+        inspect.signature(taker).bind(*given, **further)
+    except TypeError as error:
+        raise CaregiverError(f"{what}: {error}") from None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import collections
+import numbers
 from collections.abc import Sequence
 
 import numpy as np
@@ -14,7 +15,8 @@ from caregiver_mj.caregivers.start import starting_tables
 from caregiver_mj.caregivers.told import Truth
 from caregiver_mj.children.family import Family, Who
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape, start_cells
-from caregiver_mj.children.walk import novice_timestep
+from caregiver_mj.children.walk import WALKING_SPEED, novice_timestep
+from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.candles import Candles
 from caregiver_mj.house.children import Children
 from caregiver_mj.house.physics import Physics
@@ -80,8 +82,12 @@ class CareTask(base.Task):
             table_offset: How far off its place in the plan a table stands, at most, likewise; drawn once.
 
         Raises:
-            CaregiverError: There is no robot of that name.
+            CaregiverError: There is no robot of that name, or a timestep or an offset is out of range.
         """
+        _check_timestep(control_timestep, plan)
+        room = max(0.0, plan.cell_size / 2 - layout.TABLE_HALF_SIZE)  # of a table in its cell
+        _check_offset("candle_offset", candle_offset, layout.TABLE_HALF_SIZE)
+        _check_offset("table_offset", table_offset, room)
         super().__init__(random=random)
         self.plan, self.family = plan, Family.of(family)
         self.has_robot, self.embodiment = robot, find_embodiment(embodiment)
@@ -193,6 +199,16 @@ class CareTask(base.Task):
         """Novice timesteps completed in this episode."""
         return self.ledger.timestep
 
+    @property
+    def damage(self) -> float:
+        """All damage to the children so far, with that of the present novice timestep, which is not booked yet."""
+        return float(self.ledger.damage[0]) + sum(child.move.harm for child in self.children)
+
+    @property
+    def strikes(self) -> int:
+        """How often the robot has struck a child so far."""
+        return int(self.ledger.strikes[0])
+
     def outcome(self) -> dict:
         """What has been measured in the episode so far, named as the columns of `EpisodeRecord`."""
         return self.ledger.outcome()
@@ -209,3 +225,18 @@ class CareTask(base.Task):
     def bears_candle(self, physics: Physics, table: int) -> bool:
         """Whether a candle stands (or lies) on a table."""
         return self.candles.are_on(physics, table)
+
+
+def _check_timestep(seconds: float, plan: FloorPlan) -> None:
+    """Raises CaregiverError unless there can be actions so often. Whether physics steps fit in, dm_control says."""
+    move = plan.cell_size / WALKING_SPEED
+    if not (isinstance(seconds, numbers.Real) and 0 < seconds <= move):
+        raise CaregiverError(
+            f"control_timestep must be positive and no longer than a child's move, {move:.3g} s, not {seconds!r}"
+        )
+
+
+def _check_offset(name: str, metres: float, most: float) -> None:
+    """Raises CaregiverError unless a candle stays on its table, and a table in its cell."""
+    if not (isinstance(metres, numbers.Real) and 0 <= metres <= most):
+        raise CaregiverError(f"{name} must lie in 0 to {most:.3g} m, not at {metres!r}")

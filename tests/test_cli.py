@@ -1,6 +1,7 @@
 """The command line: every bad input is exit status 2 and one line that says what and where."""
 
 import json
+import os
 import subprocess
 import sys
 
@@ -53,6 +54,7 @@ def fails(capsys, argv):
         ([*GRID, "--epsilon", "nan"], ["epsilon", "nan"]),
         ([*GRID, "--episodes", "0"], ["episodes", "0"]),
         ([*GRID, "--episodes", "-3"], ["episodes", "-3"]),
+        ([*GRID, "--episodes", "99999999999999"], ["999,999,999,999,990", "10,000,000"]),
         ([*GRID, "--episodes", "2.5"], ["--episodes", "2.5"]),
         ([*GRID, "--jobs", "0"], ["jobs", "0"]),
         ([*GRID, "--seed", "-1"], ["seed", "-1"]),
@@ -111,6 +113,25 @@ def test_bad_floor_plan(capsys, tmp_path, command, text, words):
         assert word in message
 
 
+def test_house_check_says_all_that_is_wrong(capsys, tmp_path):
+    (tmp_path / "bad.txt").write_text("######\n#..#S#\n#.####\n#.C.##\n######\n")
+    assert cli.main(["house", "check", str(tmp_path / "bad.txt")]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    lines = err.splitlines()
+    assert all(line.startswith("caregiver-mj: floor plan 'bad' ") for line in lines)
+    words = ["line 4, column 4: this free cell", "line 2, column 5: this stairwell", "no toy bin", "no bare table"]
+    assert len(lines) == len(words)
+    assert all(word in line for word, line in zip(words, lines, strict=True))
+    assert lines[0] in fails(capsys, ["house", "show", tmp_path / "bad.txt"])  # the first of them, elsewhere
+
+
+def test_floor_plan_with_a_byte_order_mark(capsys, tmp_path):
+    (tmp_path / "marked.txt").write_bytes(b"\xef\xbb\xbf" + PLAN.replace("\n", "\r\n").encode())
+    assert cli.main(["house", "check", str(tmp_path / "marked.txt")]) == 0
+    assert capsys.readouterr().out.startswith("OK: marked, 5 x 5 cells")
+
+
 def test_floor_plan_that_is_not_text(capsys, tmp_path):
     (tmp_path / "noise.txt").write_bytes(b"\xff\xfe\x00")
     assert "noise.txt" in fails(capsys, ["house", "check", tmp_path / "noise.txt"])
@@ -145,8 +166,9 @@ def test_two_runs_do_not_mix(capsys, tmp_path):
     message = fails(capsys, [*argv, "--resume", "--seed", "5", "--episodes", "3"])
     assert "seed is 0 there and 5 here" in message
     assert "episodes is 2 there and 3 here" in message
-    (tmp_path / "run.json").write_text("{")
-    assert "run.json" in fails(capsys, [*argv, "--resume"])
+    for text in ("{", "[]", "3"):
+        (tmp_path / "run.json").write_text(text)
+        assert "run.json" in fails(capsys, [*argv, "--resume"])
 
 
 def test_json_stands_alone_on_standard_output(capsys):
@@ -275,3 +297,26 @@ def test_as_a_process(tmp_path, argv, message):
     assert run.stdout == ""
     assert run.stderr.startswith(f"caregiver-mj: {message}")
     assert run.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("command", [["house", "check", "paper"], [*GRID, "--episodes", "1", "--epsilon", "1"]])
+def test_a_full_disk_below_standard_output(command):
+    with open("/dev/full", "w") as full:
+        run = subprocess.run(
+            [sys.executable, "-m", "caregiver_mj", *command],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert run.returncode == 1
+    assert run.stderr.splitlines()[-1] == "caregiver-mj: the output cannot be written: No space left on device"
+    assert "Traceback" not in run.stderr
+
+
+def test_a_terminal_that_knows_ascii_only():
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    command = [sys.executable, "-m", "caregiver_mj", *GRID, "--episodes", "2", "--epsilon", "1"]
+    run = subprocess.run(command, capture_output=True, env=environment, check=False)
+    assert run.returncode == 0, run.stderr
+    assert b" +- " in run.stdout

@@ -10,6 +10,9 @@ import zipfile
 
 import pytest
 
+import caregiver_mj
+from caregiver_mj import cli
+
 ROOT = pathlib.Path(__file__).parents[1]
 FOLDERS = {"caregiver_mj": "caregiver_mj", "tasks": "caregiver_mj.tasks", "models": "caregiver_mj.models"}
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
@@ -63,9 +66,9 @@ def test_wheel_holds_every_file(wheel):
     wanted = set()
     for folder, package in FOLDERS.items():
         for path in (ROOT / folder).rglob("*"):
-            if path.suffix in (".py", ".xml", ".txt", ".png", ".html", ".css") or path.name == "README.md":
+            if path.suffix in (".py", ".typed", ".xml", ".txt", ".png", ".html", ".css") or path.name == "README.md":
                 wanted.add(f"{package.replace('.', '/')}/{path.relative_to(ROOT / folder).as_posix()}")
-    assert "caregiver_mj/models/houses/paper.txt" in wanted
+    assert {"caregiver_mj/models/houses/paper.txt", "caregiver_mj/py.typed"} <= wanted
     assert wanted <= names
 
 
@@ -110,6 +113,17 @@ def test_installed_command(python, tmp_path):
     )
     assert (result.returncode, result.stderr) == (0, "")
     assert result.stdout.startswith("OK: paper")
+
+
+def test_version_is_the_same_wherever_it_is_told(capsys):
+    version = PROJECT["project"]["version"]
+    assert caregiver_mj.__version__ == version
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["--version"])
+    assert stop.value.code == 0
+    assert capsys.readouterr().out == f"caregiver-mj {version}\n"
+    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text()
+    assert f"\n## {version}" in (ROOT / "CHANGELOG.md").read_text()
 
 
 def test_constraints_are_plain_exact_versions():

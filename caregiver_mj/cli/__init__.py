@@ -5,15 +5,23 @@ Exit status: 0 done, 2 bad input (one line that says what and where), 1 anything
 
 from __future__ import annotations
 
+import errno
+import importlib.metadata
+import io
 import os
+import signal
 import sys
+import threading
 from collections.abc import Sequence
+from typing import NoReturn
 
 from caregiver_mj.cli import evaluate, house, render, report
 from caregiver_mj.cli.parsing import PROGRAM, Parser
 from caregiver_mj.errors import CaregiverError, RenderingError
 from caregiver_mj.experiments.run_folder import StorageError
 from caregiver_mj.experiments.workers import WorkerError
+
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # when there is no writing to standard output
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -26,25 +34,48 @@ def main(argv: Sequence[str] | None = None) -> int:
         The exit status.
     """
     argv = list(sys.argv[1:] if argv is None else argv)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal that knows no ± shall show the rest
     try:
+        if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGTERM) == signal.SIG_DFL:
+            signal.signal(signal.SIGTERM, _terminate)
         arguments = _parser().parse_args(argv)
         arguments.argv = argv
         arguments.run(arguments)
-        sys.stdout.flush()
+        if sys.stdout is not None:  # as it is if it was closed
+            sys.stdout.flush()
     except (RenderingError, StorageError, WorkerError) as error:
         return _fail(error, 1)
     except CaregiverError as error:
         return _fail(error, 2)
     except BrokenPipeError:  # the reader of our output has gone, as `head` does
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _silence()
         return 1
-    except KeyboardInterrupt:
-        return _fail("interrupted", 1)
+    except OSError as error:
+        if error.errno not in _FULL:
+            raise
+        _silence()
+        return _fail(f"the output cannot be written: {error.strerror}", 1)
+    except KeyboardInterrupt as error:
+        return _fail(str(error) or "interrupted", 1)
     return 0
+
+
+def _terminate(number: int, frame: object) -> NoReturn:
+    """Ends as Ctrl-C does, in order and with a word."""
+    raise KeyboardInterrupt("terminated")
+
+
+def _silence() -> None:
+    """Makes of standard output, which fails, one that does not, for Python writes what is left of it at its end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _parser() -> Parser:
     parser = Parser(prog=PROGRAM, description="A robot caregiver, toddlers, and a house with stairs and candles.")
+    version = importlib.metadata.version("caregiver_mj")
+    parser.add_argument("--version", action="version", version=f"{PROGRAM} {version}", help="say which version it is")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for command in (evaluate, render, report, house):
         command.add_to(commands)

@@ -19,7 +19,7 @@ from caregiver_mj.cli.parsing import (
     read_family,
     read_houses,
 )
-from caregiver_mj.cli.table import table
+from caregiver_mj.cli.table import print_table
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import evaluation
 from caregiver_mj.experiments.run_folder import RunFolder, StorageError
@@ -69,15 +69,18 @@ def _run(arguments: argparse.Namespace) -> None:
     output = rich.console.Console(stderr=arguments.json)
     if not output.is_terminal:
         output.width = 120  # a pipe or a file has no width to fit
-    output.print(table(result.summary))
+    print_table(result.summary, output)
     if arguments.json:
         print(json.dumps(result.summary, indent=1, allow_nan=False))
 
 
 def _settings(arguments: argparse.Namespace) -> Settings:
     """What to run, checked before anything is written."""
+    plans = read_houses(arguments)
+    file = "" if arguments.houses or arguments.house == plans[0].name else arguments.house
     settings = Settings(
-        plans=read_houses(arguments),
+        plans=plans,
+        file=file,
         houses=" ".join(arguments.houses or ()),
         world=arguments.world,
         caregivers=tuple(dict.fromkeys(arguments.caregiver)),
@@ -119,7 +122,7 @@ def _evaluate(settings: Settings, folder: RunFolder | None, arguments: argparse.
         if folder is None:
             raise
         again = arguments.argv if arguments.resume else [*arguments.argv, "--resume"]
-        what = "interrupted" if isinstance(error, KeyboardInterrupt) else str(error)
+        what = str(error) or "interrupted"
         raise StorageError(
             f"{what}; {finished} of {total} episodes are kept in '{folder.path}', "
             f"go on with: {PROGRAM} {shlex.join(again)}"

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import sys
 
 import rich.console
 import rich.text
 
-from caregiver_mj.cli.parsing import add_seed, houses
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.cli.parsing import PROGRAM, add_seed, houses
+from caregiver_mj.errors import CaregiverError, FloorPlanError
 from caregiver_mj.plans import symbols
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.generator import generate
@@ -70,7 +71,12 @@ def _show(arguments: argparse.Namespace) -> None:
 
 
 def _check(arguments: argparse.Namespace) -> None:
-    plan = FloorPlan.load(arguments.house)
+    try:
+        plan = FloorPlan.load(arguments.house)
+    except FloorPlanError as error:
+        for problem in error.problems[:-1]:  # a line each, and the last one as of any other error
+            print(f"{PROGRAM}: {problem}", file=sys.stderr)
+        raise FloorPlanError(error.problems[-1]) from None
     height, width = plan.shape
     counts = []
     for kind, (_, one, several) in _CELLS.items():

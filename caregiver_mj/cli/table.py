@@ -2,41 +2,78 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import rich.box
+import rich.console
 import rich.table
 
+_TITLES = {  # of a column, and what it is where there is little room
+    "damage": "damage",
+    "normalised": "norm.",
+    "left": "left",
+    "timesteps": "steps",
+    "cells": "cells",
+    "toys": "toys",
+    "blocked": "block.",
+    "done": "done",
+}
+_WIDEST = 10_000  # letters of a line, more than there are in any
 _COLUMNS = ("timesteps_to_threshold", "cells_visited", "toys_reached", "moves_blocked", "interventions_done")
 
 
-def table(summary: dict[str, Any]) -> rich.table.Table:
-    """A row for each caregiver and family."""
+def print_table(summary: dict[str, Any], console: rich.console.Console) -> None:
+    """Prints a row for each caregiver and family: as many columns as there is room for, and none cut short."""
+    shapes = [(list(_TITLES), False), *((list(_TITLES)[:count], True) for count in range(len(_TITLES), 0, -1))]
+    room = console.options.update(width=_WIDEST)
+    for columns, narrow in shapes:
+        table = _table(summary, columns, narrow, console)
+        width = console.measure(table, options=room).maximum
+        if width <= console.width:
+            break
+    console.width = max(width, console.width)  # if the narrowest is too wide, the terminal may break its lines
+    console.print(table)
+
+
+def _table(
+    summary: dict[str, Any], columns: Sequence[str], narrow: bool, console: rich.console.Console
+) -> rich.table.Table:
     rows = summary["rows"]
     first = rows[0]
     episodes = f"{first['episodes']} episodes each" if first["episodes"] > 1 else "1 episode each"
     where = first["house"] if "houses" in first else f"'{first['house']}'"
+    plus_minus = "±" if console.encoding.lower().startswith("utf") else "+-"
+    caption = f"mean {plus_minus} standard deviation"
+    caption += "; left: damage over that of 'none'" if "left" in columns else ""
+    if gone := [title for title in _TITLES if title not in columns]:
+        caption += f"; no room for: {', '.join(gone)}"
     made = rich.table.Table(
         title=f"{first['world']} {where}, {episodes}, seed {summary['seed']}",
-        caption="mean ± standard deviation; left: damage over that of 'none'",
+        caption=caption,
         box=rich.box.SIMPLE_HEAD,
+        padding=0 if narrow else (0, 1),
+        pad_edge=not narrow,
     )
     only_children = not any("," in row["family"] for row in rows)
-    made.add_column("epsilon" if only_children else "epsilon of each", justify="right", no_wrap=True)
+    made.add_column("epsilon" if only_children or narrow else "epsilon of each", justify="right", no_wrap=True)
     made.add_column("caregiver", no_wrap=True)
-    for title in ("damage", "normalised", "left", "timesteps", "cells", "toys", "blocked", "done"):
-        made.add_column(title, justify="right", no_wrap=True)
+    for title in columns:
+        made.add_column(_TITLES[title] if narrow else title, justify="right", no_wrap=True)
     against_none = (row for row in summary["comparisons"] if row["baseline"] == "none")
     left = {(row["caregiver"], row["family"]): row["damage_left"] for row in against_none}
     for i, row in enumerate(rows):
         ratio = 1.0 if row["caregiver"] == "none" else left.get((row["caregiver"], row["family"]))
-        made.add_row(
-            row["family"],
-            row["caregiver"],
-            f"{row['damage_mean']:.1f} ± {row['damage_sd']:.1f}",
+        cells = (
+            f"{row['damage_mean']:.1f} {plus_minus} {row['damage_sd']:.1f}",
             f"{row['damage_normalised_mean']:.2f}",
             "" if ratio is None else f"{ratio:.2f}",
             *(f"{row[f'{column}_mean']:.1f}" for column in _COLUMNS),
+        )
+        made.add_row(
+            row["family"],
+            row["caregiver"],
+            *cells[: len(columns)],
             end_section=i + 1 < len(rows) and rows[i + 1]["family"] != row["family"],
         )
     return made

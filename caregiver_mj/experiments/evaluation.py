@@ -18,7 +18,7 @@ from caregiver_mj.experiments.by_house import by_house
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import GRID_BLOCK, Block, Settings
 from caregiver_mj.experiments.summary import summarise
-from caregiver_mj.experiments.tables import Tables, put_together, tables_of
+from caregiver_mj.experiments.tables import Tables, belongs, put_together, tables_of
 from caregiver_mj.experiments.workers import run_jobs
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def evaluate(
     done: dict[Block, Tables] = {}
     for block in blocks if folder else ():
         found = folder.read(str(block))
-        if found is not None:
+        if found is not None and belongs(settings, block, found):
             done[block] = tables_of(settings, block, found)
             progress(len(block))
     pending = [block for block in blocks if block not in done]

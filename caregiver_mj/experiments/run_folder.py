@@ -65,12 +65,17 @@ class RunFolder:
             raise CaregiverError(f"output folder '{path}' cannot be written: {_reason(error)}") from None
         except ValueError as error:
             raise CaregiverError(f"'{record}' is not the record of a run: {error}") from None
+        if found is not None and not isinstance(found, dict):
+            raise CaregiverError(f"'{record}' is not the record of a run: it holds no settings")
         if found is None:
+            if next(self._episodes.glob("*.json"), None):
+                raise CaregiverError(
+                    f"output folder '{path}' holds episodes, but no run.json that says of which run: take another one"
+                )
             _write(record, _as_json(settings))
         elif not resume:
             raise CaregiverError(f"output folder '{path}' already holds a run: continue it with --resume")
-        elif found != (settings := json.loads(_as_json(settings))):
-            difference = _difference(found, settings)
+        elif difference := _difference(found, json.loads(_as_json(settings))):
             raise CaregiverError(f"output folder '{path}' holds a run of other settings: {difference}")
 
     def read(self, block: str) -> Result | None:
@@ -130,5 +135,5 @@ def _reason(error: Exception) -> str:
 
 
 def _difference(found: dict[str, Any], wanted: dict[str, Any]) -> str:
-    keys = [key for key in {**found, **wanted} if found.get(key) != wanted.get(key)]
+    keys = [key for key in {**found, **wanted} if found.get(key) != wanted.get(key) and key != "file"]
     return "; ".join(f"{key} is {found.get(key)} there and {wanted.get(key)} here" for key in keys)

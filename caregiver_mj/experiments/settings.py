@@ -19,6 +19,7 @@ WORLDS = ("house", "grid")
 FLOOR = "floor"  # in the place of a caregiver: what the best of them could not prevent
 EPSILONS = (1.0, 0.75, 0.5, 0.25, 0.05)  # the paper's five novices
 GRID_BLOCK = 1000  # episodes at once: enough to be fast, and a few seconds' work to lose
+MOST_ROWS = 10_000_000  # episodes of a run; more do not fit into memory
 _MOST_FAMILIES = 10  # in a block, whose name has them all
 
 
@@ -36,6 +37,7 @@ class Settings:
         seed: Seed of the episodes, and of what is random in the caregivers.
         embodiment: Name of the robot in the house.
         houses: What the houses are called together, such as "test-100"; nothing if by their names.
+        file: Where a single house of the user's own was read from; nothing if it has a name. Nothing depends on it.
     """
 
     plans: tuple[FloorPlan, ...]
@@ -46,6 +48,7 @@ class Settings:
     seed: int = 0
     embodiment: str = DEFAULT
     houses: str = ""
+    file: str = ""
 
     def __post_init__(self) -> None:
         if isinstance(self.plans, FloorPlan):
@@ -69,6 +72,7 @@ class Settings:
             seed=record["seed"],
             embodiment=record["embodiment"],
             houses=record["houses"],
+            file=record.get("file", ""),
         )
 
     @property
@@ -116,6 +120,9 @@ class Settings:
             raise CaregiverError("collisions must cost the same in all houses")
         if self.episodes < 1:
             raise CaregiverError(f"episodes must be at least 1, not {self.episodes}")
+        rows = len(self.plans) * len(self.caregivers) * len(self.families) * self.episodes
+        if rows > MOST_ROWS:
+            raise CaregiverError(f"episodes would be {rows:,} in all, and a run has {MOST_ROWS:,} at most")
         if self.seed < 0:
             raise CaregiverError(f"the seed must not be negative: {self.seed}")
 
@@ -133,6 +140,7 @@ class Settings:
             "seed": self.seed,
             "embodiment": self.embodiment,
             "versions": versions(),
+            **({"file": self.file} if self.file else {}),
         }
 
     def blocks(self, grid_block: int = GRID_BLOCK) -> list[Block]:

@@ -10,12 +10,14 @@ import numpy as np
 
 from caregiver_mj.experiments.blocks import MAPS
 from caregiver_mj.experiments.run_folder import Result
+from caregiver_mj.experiments.seeds import episode_seed
 from caregiver_mj.experiments.settings import Block, Settings
 from caregiver_mj.recording.record import COLUMNS
 
 if TYPE_CHECKING:
     import pandas as pd  # imported where used: workers, and commands that only read a plan, do without
 
+_WHICH = ("world", "house", "caregiver", "family", "episode", "seed")
 _TEXTS = [column.name for column in COLUMNS if column.type == "str"]
 
 
@@ -46,6 +48,23 @@ def tables_of(settings: Settings, block: Block, result: Result) -> Tables:
         what |= {"family": str(family), "epsilon": family.epsilon}
         maps.append(pd.DataFrame(what | {"row": row, "column": column} | result["maps"][str(family)]))
     return Tables(episodes, pd.concat(maps, ignore_index=True))
+
+
+def belongs(settings: Settings, block: Block, result: Result) -> bool:
+    """Whether a result that was found in a folder is one of this block: all its rows, and a map for each family."""
+    plan = settings.plan_of[block.house] if block.house else settings.plan
+    try:
+        found = [tuple(row[key] for key in _WHICH) for row in result["rows"]]
+        lengths = {len(result["maps"][str(family)][name]) for family in block.families for name in MAPS}
+    except (KeyError, TypeError):
+        return False
+    who = settings.world, plan.name, block.caregiver
+    wanted = [
+        (*who, str(family), episode, episode_seed(settings.seed, episode))
+        for family in block.families
+        for episode in block.numbers
+    ]
+    return found == wanted and lengths == {len(plan.free_cells)}
 
 
 def put_together(settings: Settings, blocks: Sequence[Tables]) -> Tables:

@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from caregiver_mj.caregivers.answer import answer
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.pace import Pace
 from caregiver_mj.caregivers.percept import Percept
@@ -115,7 +116,7 @@ class GridWorld:
 
     def step(self) -> None:
         """One novice timestep: the children's moves, then the caregiver's actions."""
-        self._move_children()
+        self.move_children()
         if self.caregiver:
             self.caregiver.watch(self.percept())
             if isinstance(self.caregiver, ToldCaregiver):
@@ -163,7 +164,7 @@ class GridWorld:
         alone.ledger = Ledger(self.plan, self.child_cell, len(self._draws))
         cells, objects = [], []
         for _ in range(self.timestep, len(self._draws)):
-            alone._move_children()
+            alone.move_children()
             cells.append(alone.child_cell)
             before, action = alone.previous_cell, alone.previous_action
             objects.append(np.where(action == NOTHING, NOTHING, self.plan.graph.bumps[before, action]))
@@ -178,7 +179,8 @@ class GridWorld:
 
     # -- The children ----------------------------------------------------------------------------
 
-    def _move_children(self) -> None:
+    def move_children(self) -> None:
+        """The first half of a novice timestep: every child makes a move or stays, and what comes of it is booked."""
         draws = self._draws[self.timestep]
         self.timestep += 1
         # New arrays, for a caregiver may have kept what it was shown.
@@ -243,7 +245,7 @@ class GridWorld:
         """
         percept, acts = self.percept(), np.broadcast_to(acts, len(self.orders))
         carries_on = (self.holding != NOTHING) | ~(acts & decides)
-        before, self.orders = self.orders, self.orders.where(carries_on, caregiver.decide(percept))
+        before, self.orders = self.orders, self.orders.where(carries_on, answer(caregiver, percept))
         parties = [(verb, np.flatnonzero((self.orders.verb == name) & acts)) for name, verb in VERBS.items()]
         if sum(which.size for _, which in parties) < acts.sum():
             verb_of(next(name for name in self.orders.verb if name not in VERBS))  # raises

@@ -24,6 +24,8 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.embodiments import find_embodiment
 
+_AWAKE = ("ntree_awake", "nbody_awake", "nparent_awake", "nv_awake")
+
 
 class Physics(OffscreenRendering, dm_mujoco.Physics):
     """The house's simulation.
@@ -62,13 +64,17 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         copied._embody(self.embodiment)
         return copied
 
-    def __getstate__(self) -> tuple[wrapper.MjData, Embodiment | None]:
-        return super().__getstate__(), self.embodiment
+    # MuJoCo's own pickles forget how many trees, bodies and so on are awake, and the next step is a fatal error.
 
-    def __setstate__(self, state: tuple[wrapper.MjData, Embodiment | None]) -> None:
-        data, embodiment = state
+    def __getstate__(self) -> tuple[wrapper.MjData, Embodiment | None, dict[str, int]]:
+        return super().__getstate__(), self.embodiment, {name: getattr(self._raw[1], name) for name in _AWAKE}
+
+    def __setstate__(self, state: tuple[wrapper.MjData, Embodiment | None, dict[str, int]]) -> None:
+        data, embodiment, awake = state
         super().__setstate__(data)
         self._embody(embodiment)
+        for name, count in awake.items():
+            setattr(self._raw[1], name, count)
 
     def _reload_from_data(self, data) -> None:
         super()._reload_from_data(data)

@@ -17,10 +17,11 @@ import functools
 import os
 from collections.abc import Iterator
 
-from caregiver_mj.errors import RenderingError
+from caregiver_mj.errors import CaregiverError, RenderingError
 
 _MUJOCO_GL = "MUJOCO_GL"
 _OFF = ("off", "disable", "disabled", "false", "0")  # MuJoCo's words for no rendering
+_ON = ("on", "enable", "enabled", "true", "1")  # and for any
 _ADVICE = "install one (Debian: apt-get install libegl1 libgl1-mesa-dri, or libosmesa6)"
 
 
@@ -176,6 +177,7 @@ def _glfw_context(max_width: int, max_height: int) -> base.ContextBase:
 
 # In order of preference. OSMesa is gone from Mesa 25.1 on; GLFW needs a display, so only the user can choose it.
 BACKENDS = {"egl": EglContext, "osmesa": OSMesaContext}
+_BY_WISH_ONLY = {"glfw": _glfw_context, "glx": _glfw_context}
 
 
 def make_context(max_width: int, max_height: int) -> base.ContextBase:
@@ -187,16 +189,19 @@ def make_context(max_width: int, max_height: int) -> base.ContextBase:
 
     Raises:
         RenderingError: No backend works, or not the one that `MUJOCO_GL` names.
+        CaregiverError: `MUJOCO_GL` names none.
     """
     wish = os.environ.get(_MUJOCO_GL, "").strip().lower()
     if wish in _OFF:
         raise RenderingError(f"cannot render: the environment variable {_MUJOCO_GL} is '{wish}', which forbids it")
-    if not wish:
+    known = BACKENDS | _BY_WISH_ONLY
+    if not wish or wish in _ON:
         candidates = BACKENDS
-    elif wish in BACKENDS:
-        candidates = {wish: BACKENDS[wish]}
+    elif wish in known:
+        candidates = {wish: known[wish]}
     else:
-        candidates = {wish: _glfw_context}  # MuJoCo knows no others
+        words = ", ".join([*known, _OFF[0]])
+        raise CaregiverError(f"the environment variable {_MUJOCO_GL} is '{wish}', which is none of {words}")
     failures = []
     for name, context in candidates.items():
         try:

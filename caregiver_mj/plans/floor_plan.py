@@ -80,7 +80,7 @@ class FloorPlan:
             return cls.parse(made.text, made.name, cell_size, damage)
         path = pathlib.Path(name_or_path)
         try:
-            text = path.read_text(encoding="utf-8")
+            text = path.read_text(encoding="utf-8-sig")  # some editors begin with a byte order mark
         except FileNotFoundError:
             raise FloorPlanError(
                 f"no floor plan '{name_or_path}': neither a file nor one of {', '.join(house_names())}, "

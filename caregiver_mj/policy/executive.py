@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from caregiver_mj.caregivers.answer import answer
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.percept import Assessment, Percept
 from caregiver_mj.caregivers.told import Truth
@@ -59,7 +60,7 @@ class Executive:
             retrievals=retrievals,
             novice_timestep=novice_timestep,
             passed_over=PassedOver(len(plan.hazards)),
-            destination=lambda percept, candle: int(caregiver.destination(percept, np.array([candle]))[0]),
+            destination=self._destination,
             takes_orders=caregiver.takes_orders,
         )
         self.reset()
@@ -87,16 +88,16 @@ class Executive:
             new_move: Whether it has just become clear what a child is about to do.
             all_known: Whether that is now clear of all of them.
         """
-
-        def percept() -> Percept:
-            return see(self.holding, self._means.passed_over.now(view.now))
-
         if new_move and self.routine:
             self.routine.skill.replan()
         if new_move or view.now == 0.0 or self.routine is None:
-            self._decide(view, percept(), observed=all_known)
+            self._decide(view, self.percept(view, see), observed=all_known)
         if self.routine:
-            self._note(self.routine.step(view, robot, percept), view)
+            self._note(self.routine.step(view, robot, lambda: self.percept(view, see)), view)
+
+    def percept(self, view: View, see: See) -> Percept:
+        """What the caregiver sees now, with what only the executive knows: what is in the hand, what is passed over."""
+        return see(self.holding, self._means.passed_over.now(view.now))
 
     def _decide(self, view: View, percept: Percept, observed: bool) -> None:
         """Asks the caregiver what to do, and sets about it unless the robot's hands are full."""
@@ -107,7 +108,7 @@ class Executive:
         self.assessment = self._caregiver.assess(percept)
         if self.routine and not self.routine.interruptible:
             return
-        wanted = self._caregiver.decide(percept)[0]
+        wanted = answer(self._caregiver, percept)[0]
         if self.holding != NOTHING:
             self.routine.hear(percept, wanted)
             return
@@ -122,6 +123,10 @@ class Executive:
         if verb_of(now.verb).counts and not verb_of(wanted.verb).counts:
             return False
         return (now.verb, now.hazard) != (wanted.verb, wanted.hazard)
+
+    def _destination(self, percept: Percept, candle: int) -> int:
+        """The table to which the caregiver would take a candle."""
+        return int(self._caregiver.destination(percept, np.array([candle]))[0])
 
     def _begin(self, wanted: Intervention, view: View, percept: Percept) -> None:
         verb = verb_of(wanted.verb)

@@ -7,13 +7,14 @@ Only a `ToldCaregiver` is told more than can be seen, by the task and past the o
 
 from __future__ import annotations
 
+import functools
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.instructed import InstructedCaregiver
-from caregiver_mj.caregivers.percept import Assessment
+from caregiver_mj.caregivers.percept import Assessment, Percept
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.caregivers.start import starting_tables
 from caregiver_mj.caregivers.told import ToldCaregiver
@@ -22,10 +23,12 @@ from caregiver_mj.house.scene import build_house
 from caregiver_mj.interventions.intervention import BLOCK, RELOCATE, Intervention
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.symbols import FREE
 from caregiver_mj.policy.executive import Executive
 from caregiver_mj.policy.pace import robot_pace
 from caregiver_mj.policy.perception import Perception
 from caregiver_mj.robot import separation
+from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
@@ -69,12 +72,12 @@ class CaregiverPolicy:
         task.caregiver = self.caregiver
         truth = task.truth if isinstance(self.caregiver, ToldCaregiver) else None
         self._timestep = env.control_timestep()
+        spec = env.observation_spec()
+        self._shapes = {key: array.shape for key, array in spec.items()} if "base_position" in spec else {}
         embodiment = task.embodiment
         self.robot = RobotMotion(embodiment, self._timestep)
         navigator = Navigator(self.plan, embodiment, self.caregiver.yields)
-        retrievals = RetrievalPlanner(
-            navigator, lambda: PlanningScene(build_house(self.plan, embodiment, visuals=False), self.plan, embodiment)
-        )
+        retrievals = RetrievalPlanner(navigator, functools.partial(_planning_scene, self.plan, embodiment))
         self.caregiver.pace = robot_pace(navigator, task.novice_timestep, self._timestep)
         self._perception = Perception(self.plan)
         self.executive = Executive(self.plan, self.caregiver, navigator, retrievals, task.novice_timestep, truth)
@@ -83,16 +86,35 @@ class CaregiverPolicy:
         """Answers an observation with an action.
 
         Raises:
-            CaregiverError: The observation is flat; the caregiver needs its keys. Or the house has not been prepared
-                as the caregiver wants it.
+            CaregiverError: As of `see`.
+        """
+        self.see(timestep)
+        return self.act()
+
+    def see(self, timestep: dm_env.TimeStep) -> bool:
+        """Takes an observation in, which is the first half of answering it.
+
+        Returns:
+            Whether it has just become clear where all children are heading: once a novice timestep.
+
+        Raises:
+            CaregiverError: The observation is flat; the caregiver needs its keys. Or it is of another house, or the
+                house has not been prepared as the caregiver wants it.
         """
         observation = timestep.observation
         if "base_position" not in observation:
             raise CaregiverError("the caregiver needs the observation as a dictionary, not flattened")
         if timestep.first():
+            self._check_house(observation)
             self._reset(observation)
         view = self._perception.look(observation, self.robot.now)
         new_move, all_known = self._perception.watch(view, float(observation["clock"]))
+        self._seen = view, new_move, all_known
+        return all_known
+
+    def act(self) -> np.ndarray:
+        """Answers what has been seen with an action, the second half."""
+        view, new_move, all_known = self._seen
         executive = self.executive
         begun, done = executive.begun, executive.done
         executive.act(view, self.robot, lambda *known: self._perception.percept(view, *known), new_move, all_known)
@@ -103,6 +125,11 @@ class CaregiverPolicy:
         self.robot.now += self._timestep
         return action
 
+    def percept(self) -> Percept:
+        """What has been seen, as a caregiver sees it, of a batch of one."""
+        view, *_ = self._seen
+        return self.executive.percept(view, lambda *known: self._perception.percept(view, *known))
+
     def _reset(self, observation: dict[str, np.ndarray]) -> None:
         self.robot.reset(observation["base_position"].tolist())
         self._perception.reset(observation)
@@ -112,6 +139,17 @@ class CaregiverPolicy:
         if isinstance(self.caregiver, InstructedCaregiver):
             self.caregiver.orders = _orders(self.plan, observation)
         self.executive.reset()
+
+    def _check_house(self, observation: dict[str, np.ndarray]) -> None:
+        """Raises CaregiverError if an episode begins as none can in this house: it is that of another one."""
+        plan = self.plan
+        alien = any(np.shape(observation.get(key)) != shape for key, shape in self._shapes.items())
+        base, children = observation["base_position"], np.atleast_2d(observation["toddler_position"])
+        if alien or plan.cell_at(base) not in plan.cell_index or any(plan[plan.cell_at(c)] != FREE for c in children):
+            raise CaregiverError(
+                f"this policy is for another environment, that of {self._task.family} in house "
+                f"'{plan.name}': each environment needs a policy of its own"
+            )
 
     # -- For whoever looks on --------------------------------------------------------------------
 
@@ -144,6 +182,10 @@ class CaregiverPolicy:
     def activity(self) -> str:
         """What the robot is doing, in words."""
         return self.executive.routine.activity if self.executive.routine else "watch"
+
+
+def _planning_scene(plan: FloorPlan, embodiment: Embodiment) -> PlanningScene:
+    return PlanningScene(build_house(plan, embodiment, visuals=False), plan, embodiment)
 
 
 def _caregiver(caregiver: str | Caregiver, task, seed: int) -> Caregiver:

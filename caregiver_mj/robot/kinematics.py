@@ -52,6 +52,9 @@ class Arm:
         self._limits = [mink.ConfigurationLimit(self._model)]
         self.ranges = tuple(np.array([self._model.joint(name).range for name in joints]).T)
 
+    def __reduce__(self) -> tuple:
+        return arm_of, (self.embodiment,)  # a pickle finds the arm of its own process; there is one for each robot
+
     def solve(self, x: float, z: float, guess: np.ndarray | None = None) -> np.ndarray:
         """Inverse kinematics of the hand in the base's middle plane, as for a candle that stands.
 

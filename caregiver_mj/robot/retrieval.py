@@ -7,6 +7,7 @@ import functools
 import itertools
 import math
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 
@@ -57,6 +58,9 @@ class RetrievalPlanner:
         """
         self._navigator, self._make_scene = navigator, make_scene
         self._robot, self._arm = navigator.robot, arm_of(navigator.robot)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "_scene"}  # made again where needed
 
     @functools.cached_property
     def _scene(self) -> PlanningScene:

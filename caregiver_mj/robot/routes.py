@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
+from typing import Any
 
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.yielding import yielding
 from caregiver_mj.robot.se2 import Vector
+
+
+def _search(plan: FloorPlan) -> Callable[..., dict[int, int]]:
+    """The plan's search. While children are far away, way after way has the same goal and the same cells closed."""
+    return functools.lru_cache(maxsize=64)(plan.graph.breadth_first)
 
 
 class Routes:
@@ -23,8 +29,13 @@ class Routes:
     def __init__(self, plan: FloorPlan):
         self.plan = plan
         self.centres: dict[Cell, Vector] = {cell: tuple(plan.position(cell).tolist()) for cell in plan.caregiver_cells}
-        # While children are far away, way after way leads to the same goal with the same cells closed.
-        self._search = functools.lru_cache(maxsize=64)(plan.graph.breadth_first)
+        self._search = _search(plan)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "_search"}  # what it remembers stays here
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state, _search=_search(state["plan"]))
 
     def nearest_cell(self, position: Vector) -> Cell:
         """The cell on which a base stands (the nearest one that it can stand on)."""

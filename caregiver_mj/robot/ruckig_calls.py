@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from ruckig import InputParameter, Result, Ruckig, RuckigError, Trajectory
 
@@ -10,6 +11,13 @@ from caregiver_mj.robot.limits import Limits
 
 NOTHING = 1e-9  # ruckig refuses targets that are closer than rounding; so near, hold
 SAMPLES = 60  # of a trajectory, to see how far and how fast it gets
+
+
+# What is asked of ruckig here.
+_ASKED = (
+    *("current_position", "current_velocity", "current_acceleration", "target_position", "target_velocity"),
+    *("max_velocity", "max_acceleration", "max_jerk", "control_interface", "synchronization"),
+)
 
 
 class PathError(Exception):
@@ -31,20 +39,37 @@ def parameters(
     return asked
 
 
-def solve(solver: Ruckig, asked: InputParameter) -> Trajectory:
+class Solution(Trajectory):
+    """A trajectory that can be pickled, which ruckig's cannot: it is solved again from what was asked."""
+
+    asked: dict[str, Any]
+
+    def __reduce__(self) -> tuple:
+        return _solve_again, (self.degrees_of_freedom, self.asked)
+
+
+def solve(solver: Ruckig, asked: InputParameter) -> Solution:
     """The quickest trajectory.
 
     Raises:
         PathError: There is none.
     """
-    trajectory = Trajectory(solver.degrees_of_freedom)
+    solution = Solution(solver.degrees_of_freedom)
     try:
-        result = solver.calculate(asked, trajectory)
+        result = solver.calculate(asked, solution)
     except RuckigError as error:
         raise PathError(str(error)) from None
     if result not in (Result.Working, Result.Finished):
         raise PathError(f"ruckig found no trajectory: {result}")
-    return trajectory
+    solution.asked = {name: getattr(asked, name) for name in _ASKED}
+    return solution
+
+
+def _solve_again(axes: int, asked: dict[str, Any]) -> Solution:
+    again = InputParameter(axes)
+    for name, value in asked.items():
+        setattr(again, name, value)
+    return solve(Ruckig(axes), again)
 
 
 def extremes(trajectory: Trajectory) -> tuple[float, float]:

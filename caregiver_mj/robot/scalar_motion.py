@@ -6,6 +6,7 @@ They are functions of time that continue from whatever state they are in when a 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from ruckig import ControlInterface, Ruckig
 
@@ -28,6 +29,12 @@ class ScalarMotion:
         self._start = 0.0
         self._rest: float | None = position  # at rest here, unless a trajectory is under way
         self.set_limits(limits)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "_solver"}  # ruckig's cannot be pickled
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state, _solver=Ruckig(1))
 
     def set_limits(self, limits: Limits) -> None:
         """Changes the limits; a motion under way keeps the old ones until its next goal."""

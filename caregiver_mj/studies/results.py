@@ -17,14 +17,16 @@ import pandas as pd
 
 from caregiver_mj.errors import CaregiverError
 
-_ALL = "none random wanderer nearest guard stairs candles childproof paper-still paper paper-predictive foresight"
-_BOUNDS = "knows-goal clairvoyant floor"
+_RULES = "none random wanderer nearest guard stairs candles childproof paper-still paper"
+_ALL = f"{_RULES} paper-predictive foresight knows-goal floor"
 _OTHERS = "toddler:.5 explorer:.25 avoider:.25 seeker:.25"  # children that are no novices
 RUNS = {  # in the order of the report
-    "grid-test-100": f"--world grid --houses test-100 --caregiver {_ALL} {_BOUNDS} --episodes 100",
+    "grid-test-100": f"--world grid --houses test-100 --caregiver {_ALL} --episodes 100",
+    "grid-test-20": "--world grid --houses test-20 --caregiver none nearest paper foresight knows-goal clairvoyant "
+    "floor --episodes 100",
     "house-test-10": "--world house --houses test-10 --caregiver none paper nearest foresight floor --episodes 20",
-    "grid-apartment": f"--world grid --house apartment --caregiver {_ALL} knows-goal floor --episodes 1000",
-    "grid-paper": f"--world grid --house paper --caregiver {_ALL} {_BOUNDS} --episodes 2000",
+    "grid-apartment": f"--world grid --house apartment --caregiver {_RULES} floor --episodes 1000",
+    "grid-paper": f"--world grid --house paper --caregiver {_ALL} --episodes 2000",
     "house-paper": "--world house --house paper --caregiver none paper --episodes 200",
 }
 CHILDREN = {  # who are no novices

@@ -6,7 +6,7 @@ import contextlib
 import os
 import pathlib
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 
 import imageio_ffmpeg
 import numpy as np
@@ -25,8 +25,32 @@ def film_writer(path: pathlib.Path, width: int, height: int, fps: float) -> Iter
         CaregiverError: It could not be written.
     """
     unfinished = path.with_name(f".{path.name}.part.mp4")
+    writer = None
+
+    def write(frame: np.ndarray) -> None:
+        nonlocal writer
+        if writer is None:  # not before: one that never gets a frame complains when it is closed
+            writer = _writer(unfinished, width, height, fps)
+        writer.send(np.ascontiguousarray(frame))
+
+    try:
+        yield write
+        if writer is None:
+            raise CaregiverError(f"'{path}' would be a film without a picture")
+        writer.close()
+        unfinished.replace(path)
+    except OSError as error:
+        raise CaregiverError(f"'{path}' cannot be written: {error}") from None
+    finally:
+        if writer is not None:
+            writer.close()
+        unfinished.unlink(missing_ok=True)
+
+
+def _writer(path: pathlib.Path, width: int, height: int, fps: float) -> Generator[None, np.ndarray, None]:
+    """Takes frames for a file."""
     writer = imageio_ffmpeg.write_frames(
-        str(unfinished),
+        str(path),
         (width, height),
         fps=fps,
         codec="libx264",
@@ -41,15 +65,7 @@ def film_writer(path: pathlib.Path, width: int, height: int, fps: float) -> Iter
         ],
     )
     writer.send(None)
-    try:
-        yield lambda frame: writer.send(np.ascontiguousarray(frame))
-        writer.close()
-        unfinished.replace(path)
-    except OSError as error:
-        raise CaregiverError(f"'{path}' cannot be written: {error}") from None
-    finally:
-        writer.close()
-        unfinished.unlink(missing_ok=True)
+    return writer
 
 
 def writable(path: str | os.PathLike[str], suffix: str) -> pathlib.Path:

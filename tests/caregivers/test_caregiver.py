@@ -4,6 +4,7 @@ import dataclasses
 import importlib.metadata
 import subprocess
 import sys
+import warnings
 
 import numpy as np
 import pytest
@@ -16,11 +17,13 @@ from caregiver_mj.caregivers.baselines import GuardCaregiver, NearestCaregiver, 
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.parts import CandlesCaregiver, StairsCaregiver
-from caregiver_mj.children.tape import pick
+from caregiver_mj.children.tape import Tape, pick
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.interventions.intervention import BLOCK, RELOCATE, STAND_ASIDE, Intervention
+from caregiver_mj.grid.world import GridWorld
+from caregiver_mj.interventions.intervention import BLOCK, RELOCATE, STAND_ASIDE, Intervention, Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.registry import Registry
 
 NORTH, EAST, SOUTH, WEST = range(4)
 BY_NAME = tuple(name for name in CAREGIVERS if name not in ("none", "clairvoyant"))  # the latter must be told
@@ -432,6 +435,25 @@ def test_an_answer_that_is_none_is_refused_by_name(answer, problem):
         Confused(CORRIDOR).decide(see(0))
 
 
+@pytest.mark.parametrize(
+    ("wrong", "problem"),
+    [
+        (99, "decide must answer with Interventions for 1 worlds, not 99"),
+        (Interventions.idle(2), "decide must answer with Interventions for 1 worlds"),
+        (Interventions.of([Intervention(BLOCK, 99)]), r"decide: hazard must be -1 to 1, not \[99\]"),
+        (Interventions.of([Intervention(RELOCATE, CANDLE, 99)]), r"decide: destination must be -1 to 2, not \[99\]"),
+        (Interventions(np.array([BLOCK]), 0, np.array([0])), "decide: hazard must be 1 integers, not array"),
+    ],
+)
+def test_a_whole_answer_that_is_none_is_refused_in_its_world(wrong, problem):
+    class Confused(NearestCaregiver):
+        def decide(self, percept):
+            return wrong
+
+    with pytest.raises(CaregiverError, match=rf"Confused.{problem}"):
+        GridWorld(CORRIDOR, 0.5, Confused(CORRIDOR)).run([(Tape.draw(np.random.RandomState(0)),)])
+
+
 # -- Candles on the floor ---------------------------------------------------------------------------
 
 
@@ -497,6 +519,26 @@ def test_other_packages_do_not_replace_ours(offered):
     offered["paper"] = f"{__name__}:Nanny"
     assert CAREGIVERS["paper"] is PaperCaregiver
     assert list(CAREGIVERS).count("paper") == 1
+
+
+def test_an_offer_that_has_the_name_of_one_of_ours_is_told_once(offered):
+    registry = Registry("caregiver", CAREGIVERS.group, "some.Class", {"paper": PaperCaregiver})
+    offered["paper"] = "elsewhere:Nanny"
+    with pytest.warns(UserWarning, match="elsewhere:Nanny is not used: caregiver 'paper' is one of the package's own"):
+        assert registry["paper"] is PaperCaregiver
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert registry["paper"] is PaperCaregiver
+
+
+def test_an_offer_of_two_packages_is_refused(monkeypatch):
+    group = CAREGIVERS.group
+    offers = importlib.metadata.EntryPoints(
+        importlib.metadata.EntryPoint("nanny", value, group) for value in ("one:Nanny", "two:Nanny")
+    )
+    monkeypatch.setattr(importlib.metadata, "entry_points", lambda *, group: offers.select(group=group))
+    with pytest.raises(CaregiverError, match="caregiver 'nanny' is offered by several packages: one:Nanny, two:Nanny"):
+        make_caregiver("nanny", CORRIDOR)
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ import psutil
 import pytest
 from comparing import comparable, rows, same, without_times
 
+from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import evaluation
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.run_folder import RunFolder
@@ -94,6 +95,18 @@ def test_killed_worker_is_replaced(tmp_path, undisturbed):
     check_finished(tmp_path, undisturbed)
 
 
+def test_terminated_run_says_how_to_go_on(tmp_path):
+    process = start(tmp_path)
+    wait_for_blocks(tmp_path, 1, process)
+    process.terminate()
+    _, err = process.communicate()
+    assert process.returncode == 1
+    assert "Traceback" not in err
+    last = err.splitlines()[-1]
+    assert last.startswith("caregiver-mj: terminated; ")
+    assert f"--out {tmp_path} --resume" in last
+
+
 def test_interrupted_run_says_how_to_go_on(tmp_path, undisturbed):
     process = start(tmp_path, "--jobs", "2")
     wait_for_blocks(tmp_path, 1, process)
@@ -140,3 +153,34 @@ def test_finished_run_is_not_run_again(tmp_path, monkeypatch):
     first = evaluate(settings, RunFolder(tmp_path, settings.record()))
     monkeypatch.setattr(evaluation, "run_block", lambda *_: pytest.fail("run again"))
     same(evaluate(settings, RunFolder(tmp_path, settings.record(), resume=True)), first)
+
+
+FOREIGN = {
+    "nothing": lambda block: {},
+    "a list": lambda block: [],
+    "no rows": lambda block: block | {"rows": []},
+    "empty rows": lambda block: block | {"rows": [{}, {}, {}]},
+    "rows that are none": lambda block: block | {"rows": 3},
+    "another seed": lambda block: block | {"rows": [row | {"seed": 5} for row in block["rows"]]},
+    "another caregiver": lambda block: block | {"rows": [row | {"caregiver": "guard"} for row in block["rows"]]},
+    "no maps": lambda block: block | {"maps": {}},
+    "another house's maps": lambda block: block | {"maps": {"1": {"visits": [0], "damage": [0]}}},
+}
+
+
+@pytest.mark.parametrize("change", FOREIGN.values(), ids=FOREIGN)
+def test_block_that_is_not_of_the_run_is_run_again(tmp_path, change):
+    settings = Settings(PAPER, "grid", ("paper",), (1.0,), 3)
+    first = evaluate(settings, RunFolder(tmp_path, settings.record()))
+    (block,) = blocks_on_disk(tmp_path)
+    block.write_text(json.dumps(change(json.loads(block.read_text()))))
+    same(evaluate(settings, RunFolder(tmp_path, settings.record(), resume=True)), first)
+
+
+def test_episodes_of_nobody_knows_what_are_not_adopted(tmp_path):
+    settings = Settings(PAPER, "grid", ("paper",), (1.0,), 3)
+    evaluate(settings, RunFolder(tmp_path, settings.record()))
+    (tmp_path / "run.json").unlink()
+    for resume in (True, False):
+        with pytest.raises(CaregiverError, match=r"holds episodes, but no run\.json"):
+            RunFolder(tmp_path, settings.record(), resume=resume)

@@ -17,8 +17,8 @@ class Physics(rendering.OffscreenRendering, mujoco.Physics):
 physics = Physics.from_xml_string({SCENE!r})
 try:
     frame = physics.render(48, 64, camera_id="side")
-except rendering.RenderingError as error:
-    print("RenderingError", error)
+except rendering.CaregiverError as error:
+    print(type(error).__name__, error)
 else:
     red, green, _ = frame[24, 32]
     print(type(physics.contexts.gl).__name__, frame.shape, "red" if red > 50 + green else "not red")
@@ -85,6 +85,12 @@ def test_user_can_switch_rendering_off():
     printed = run(f"from caregiver_mj.house import rendering{RENDER}", MUJOCO_GL="off")
     assert printed.startswith("RenderingError")
     assert "'off'" in printed
+
+
+def test_a_wish_that_is_none_is_named():
+    printed = run(f"from caregiver_mj.house import rendering{RENDER}", MUJOCO_GL="nonsense")
+    words = "egl, osmesa, glfw, glx, off"
+    assert printed == f"CaregiverError the environment variable MUJOCO_GL is 'nonsense', which is none of {words}"
 
 
 def test_falls_back_to_osmesa():

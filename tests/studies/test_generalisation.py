@@ -5,9 +5,9 @@ import pytest
 
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.studies.generalisation.figure import draw
-from caregiver_mj.studies.generalisation.measure import CHILDREN, FAMILIES, KNOWS, NONE, Job, run
+from caregiver_mj.studies.generalisation.measure import ALIKE, CHILDREN, FAMILIES, KNOWS, NONE, Job, run
 from caregiver_mj.studies.generalisation.page import page
-from caregiver_mj.studies.generalisation.priors import PRIORS, Walks, area_under_curve, tell
+from caregiver_mj.studies.generalisation.priors import PRIORS, WHOSE, Walks, area_under_curve, tell
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +45,8 @@ def test_telling_by_hand():
 
 def test_all_is_measured_in_a_house(found):
     assert set(found.telling) == set(PRIORS)
-    assert found.telling["none", "mean"].measures[-1] == pytest.approx(np.log(0.25))
+    assert found.telling["nobody", "mean"].measures[-1] == pytest.approx(np.log(0.25))
+    assert list(found.two) == [NONE, *WHOSE, ALIKE]
     assert found.two[NONE].shape == (2, len(FAMILIES))
     assert found.changing[KNOWS].shape == (2, len(CHILDREN))
 

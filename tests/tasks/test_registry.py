@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from dm_control.rl import control
 
 import caregiver_mj.tasks
 from caregiver_mj.errors import CaregiverError
@@ -54,3 +55,37 @@ def test_what_it_needs_is_seen_to():
 def test_who_asks_for_another_hears_of_it():
     with pytest.raises(CaregiverError, match=r"no task 'tidy_up': there are .*, stay_calm"):
         caregiver_mj.tasks.load("tidy_up", PLAN)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"environment_kwargs": {"time_limit": 3}}, "time_limit is the task's own, so say it in task_kwargs"),
+        ({"environment_kwargs": {"control_timestep": 0.02}}, "control_timestep is the task's own"),
+        ({"environment_kwargs": {"colour": "red"}}, "environment_kwargs: got an unexpected keyword argument 'colour'"),
+        ({"environment_kwargs": {"n_sub_steps": 0.5}}, "cannot be made"),
+        ({"task_kwargs": {"colour": "red"}}, "task_kwargs: got an unexpected keyword argument 'colour'"),
+        ({"task_kwargs": {"candle_offset": 5}}, "candle_offset must lie in 0 to 0.27 m, not at 5"),
+        ({"task_kwargs": {"candle_offset": -0.01}}, "candle_offset"),
+        ({"task_kwargs": {"table_offset": float("nan")}}, "table_offset must lie in 0 to 0.105 m, not at nan"),
+        ({"task_kwargs": {"control_timestep": 0}}, "control_timestep must be positive .* not 0"),
+        ({"task_kwargs": {"control_timestep": "fast"}}, "control_timestep must be positive .* not 'fast'"),
+        ({"task_kwargs": {"control_timestep": 3.0}}, "no longer than a child's move, 1.69 s, not 3.0"),
+        ({"task_kwargs": {"control_timestep": 0.007}}, "multiple of physics timestep"),
+        ({"task_kwargs": {"time_limit": 0}}, "time_limit must be a positive number of seconds, not 0"),
+        ({"task_kwargs": {"time_limit": "long"}}, "time_limit must be a positive number of seconds, not 'long'"),
+        ({"random": 2**40}, "cannot be made: Seed must be between 0 and 2"),
+    ],
+)
+def test_further_arguments_are_looked_at(arguments, message):
+    with pytest.raises(CaregiverError, match=message):
+        caregiver_mj.tasks.load("supervise", PLAN, **arguments)
+
+
+def test_further_arguments_are_passed_on():
+    env = caregiver_mj.tasks.load(
+        "supervise", PLAN, 1.0, 0, {"time_limit": 0.2, "control_timestep": 0.1}, {"flat_observation": True}
+    )
+    assert list(env.reset().observation) == [control.FLAT_OBSERVATION_KEY]
+    assert not env.step(env.action_spec().generate_value() * 0).last()
+    assert env.step(env.action_spec().generate_value() * 0).last()

@@ -10,6 +10,7 @@ import pytest
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.viz import hud
 from caregiver_mj.viz.colours import GROUND
+from caregiver_mj.viz.encoder import film_writer
 from caregiver_mj.viz.film import render_episode
 
 SMALL = {"width": 320, "height": 240, "fps": 10.0, "quiet": True}
@@ -124,3 +125,15 @@ def test_film_with_the_caregiver(tmp_path):
     path = pathlib.Path(tmp_path / "care.mp4")
     film(path, caregiver="paper", seconds=0.5, width=480, height=270)
     assert imageio_ffmpeg.count_frames_and_secs(str(path))[0] == 5
+
+
+def test_nothing_is_said_of_a_film_that_never_began(tmp_path, caplog):
+    with pytest.raises(CaregiverError, match="no OpenGL"), film_writer(tmp_path / "film.mp4", 64, 48, 10):
+        raise CaregiverError("no OpenGL")
+    with pytest.raises(CaregiverError, match="without a picture"), film_writer(tmp_path / "film.mp4", 64, 48, 10):
+        pass
+    assert caplog.text == ""
+    assert list(tmp_path.iterdir()) == []
+    with film_writer(tmp_path / "film.mp4", 64, 48, 10) as write:
+        write(np.zeros((48, 64, 3), np.uint8))
+    assert [path.name for path in tmp_path.iterdir()] == ["film.mp4"]

@@ -14,6 +14,7 @@ from caregiver_mj import cli
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.recording.record import COLUMNS
 from caregiver_mj.viz import report
+from caregiver_mj.viz.figures import Series, bars
 from caregiver_mj.viz.report.baselines import verdicts
 from caregiver_mj.viz.report.beside import side_by_side
 from caregiver_mj.viz.report.film import Film
@@ -326,3 +327,42 @@ def test_published_numbers():
     assert damage == pytest.approx([1.7939, 0.5373])
     assert timesteps == pytest.approx([469.5, 832.75])
     assert list(PUBLISHED["damage_normalised"]) == [1.0, 0.75, 0.5, 0.25, 0.05]
+
+
+@pytest.mark.parametrize(
+    ("file", "content"),
+    [
+        ("run.json", []),
+        ("run.json", {}),
+        ("summary.json", []),
+        ("summary.json", {"rows": [], "comparisons": [], "versions": {}}),
+        ("summary.json", "other"),
+    ],
+)
+def test_json_that_is_not_of_the_run(capsys, tmp_path, file, content):
+    write_run(tmp_path / "run")
+    if content == "other":
+        other = write_run(tmp_path / "other", caregivers=("none", "paper"), families={"1": "0.5", "0.25": "0.05"})
+        content = json.loads((other / file).read_text())
+    (tmp_path / "run" / file).write_text(json.dumps(content))
+    assert "cannot be read: " in fails(capsys, ["report", tmp_path / "run"])
+
+
+def test_the_same_again_is_said_with_the_folder_of_the_house(tmp_path):
+    file = tmp_path / "houses" / "ours.txt"
+    file.parent.mkdir()
+    file.write_text(TINY.text)
+    argv = ["evaluate", "--world", "grid", "--house", str(file), "--episodes", "2", "--epsilon", "1"]
+    assert cli.main([*argv, "--out", str(tmp_path / "run")]) == 0
+    assert f" --house {file} " in report.read_run(tmp_path / "run").command()
+    # The same house from elsewhere is the same run.
+    argv[4] = str(file.rename(tmp_path / "ours.txt"))
+    assert cli.main([*argv, "--out", str(tmp_path / "run"), "--resume"]) == 0
+
+
+def test_error_bars_end_where_the_quantity_does():
+    mean, sd = np.array([190.0, 5.0]), np.array([40.0, 20.0])
+    series = Series("alone", mean, mean - 1, mean + 1, sd)
+    (axes,) = bars(["a", "b"], series, series, "timesteps", 200.0).axes
+    ends = np.concatenate([path.vertices[:, 1] for lines in axes.collections for path in lines.get_paths()])
+    assert (ends.min(), ends.max()) == (0.0, 200.0)

@@ -40,14 +40,13 @@ class ClairvoyantCaregiver(ToldCaregiver, Caregiver):
         self.reset(1)
 
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
-        self._begun, self._left = np.full(batch, NOTHING), ACTIONS
+        self._begun = np.full(batch, NOTHING)
         self._now = -1  # number of the children's next move
         self._cells: np.ndarray | None = None  # of the children after every move
         self._since = np.full(batch, NOTHING)  # that for which the plan of each world was made
 
     def watch(self, percept: Percept) -> None:
         self._child = percept.child_cell
-        self._left = ACTIONS
         self._now += 1
 
     def hear(self, truth: Truth) -> None:
@@ -73,7 +72,6 @@ class ClairvoyantCaregiver(ToldCaregiver, Caregiver):
             answer.verb[free] = np.where(is_stairwell, BLOCK, np.where(is_candle, RELOCATE, self.idle_verb))
             answer.hazard[free], answer.destination[free] = hazard, destination
             self._begun[free] = hazard
-        self._left = max(1, self._left - 1)
         return answer
 
     # -- What comes ------------------------------------------------------------------------------
@@ -115,7 +113,8 @@ class ClairvoyantCaregiver(ToldCaregiver, Caregiver):
         layout = programme.layouts.now(tables)
         ahead = np.concatenate([percept.child_cell[None, worlds, 0], self._cells[self._now :, worlds, 0]])
         here = percept.caregiver_cell[None, worlds]
-        moves, denied = (found[:, 0] for found in round_the_child(self._ways, ahead, here, self._left))
+        left = round(float(percept.time_left[0]) * ACTIONS)  # the same in all worlds
+        moves, denied = (found[:, 0] for found in round_the_child(self._ways, ahead, here, left))
         to_post, to_get = moves[:posts], moves[posts:]
         last, now = len(self._falls) - 1, self._now
         falls = self._falls[:, worlds] - self._falls[now, worlds]

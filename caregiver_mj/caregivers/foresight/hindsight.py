@@ -19,7 +19,7 @@ ACTIONS = int(PAPER.cells)  # in a timestep
 PRICE = 1.0  # of a move that the caregiver denies the child, after which all comes differently, in damage
 EFFORT = 0.05  # of carrying a candle, in damage: so that it is not done for nothing
 MOVES = 30  # of the child, after which the caregiver is thought to have arrived anyway
-_LEFT_AFTER = 0  # actions left in a timestep in which a candle has been put down, on an average
+_LEFT_AFTER = 0  # actions left when a candle has been put down: what there is until the next move is lost
 
 
 class Hindsight:
@@ -156,13 +156,9 @@ class _Ways:
             get = when[goal]
             leg = get, self._source[:, None], self._target[:, None], each
             place = np.minimum(get + carry[leg], last)
-            carried = (
-                value[place, self._stand_after[:, None], each]
-                + falls[place, each]
-                + EFFORT
-                + denied[goal]
-                + refused[leg]
-            )
+            carried = value[place, self._stand_after[:, None], each] + falls[place, each] + EFFORT
+            carried += denied[goal]
+            carried += refused[leg]
             carried += harm[place, self._target[:, None], each] - harm[get, self._source[:, None], each]
             which = self._stand[self._first]
             best[which] = np.minimum(best[which], np.minimum.reduceat(carried, self._first))

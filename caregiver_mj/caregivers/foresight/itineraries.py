@@ -3,7 +3,7 @@
 An itinerary is a sequence of relocations, after which the caregiver guards the stairwells for ever. That the children
 could meanwhile do what changes its mind is not thought of, but for the guarding (it decides anew all the time). So an
 itinerary costs what each candle does on the table on which it then is, and what stairwells do meanwhile, all of which
-the `Prospects` knows.
+`Prospects` know.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _AT_ONCE = 32  # worlds that are thought of at a time, so that it takes little m
 
 
 class Itineraries(Options):
-    """Everything that can be done in W worlds of a house that has an `Prospects`, but no `Values`."""
+    """Everything that can be done in W worlds of a house that has `Prospects`, but no `Values`."""
 
     followed, following = FOLLOWED, FOLLOWING
 

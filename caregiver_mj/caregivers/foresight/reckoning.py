@@ -7,13 +7,13 @@ import dataclasses
 
 @dataclasses.dataclass(frozen=True)
 class Reckoning:
-    """What there is to change about it; studies do.
+    """What there is to change about it; studies do. In houses too large for `Values` only the discount counts.
 
     Attributes:
         discount: Of damage, a timestep.
         rounds: Of iteration over relocations. With none of them none is thought of but the one that would be begun now.
-        price: Of a move into a free cell that it denies a child, in damage. With as much it denies no more than the
-            rule does, at any epsilon below 1 (found on `train-20`: docs/foresight.md).
+        price: Of a move into a free cell that it denies a child, in damage: so much that on the houses of `train-40` it
+            denies no more than the rule does. What other prices do is in docs/foresight.md.
         obstacle: Whether the child is in its way.
     """
 

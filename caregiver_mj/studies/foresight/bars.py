@@ -10,7 +10,7 @@ import pandas as pd
 
 from caregiver_mj.experiments import two_level
 from caregiver_mj.experiments.intervals import Estimate
-from caregiver_mj.experiments.verdicts import MARGINS, Comparison, Verdict, judge, not_inferior
+from caregiver_mj.experiments.verdicts import MARGINS, Comparison, Verdict, compare_means, judge, not_inferior
 
 OURS, RULE, TOLD, FLOOR = "foresight", "paper", "knows-goal", "floor"
 
@@ -69,6 +69,16 @@ class Bars:
         ours, theirs = (self.shares(name, families) for name in (caregiver, other))
         difference = two_level.house_means(ours) - two_level.house_means(theirs)
         return judge(two_level.of_difference(ours, theirs), difference)
+
+    def pooled(self, other: str, caregiver: str = OURS) -> tuple[Comparison, Comparison]:
+        """Damage of an episode less that with another caregiver, over all children; by houses, and by episodes."""
+        ours, theirs = ([np.concatenate(h) for h in zip(*self._all(name), strict=True)] for name in (caregiver, other))
+        difference = two_level.house_means(ours) - two_level.house_means(theirs)
+        by_houses = judge(two_level.of_difference(ours, theirs), difference)
+        return by_houses, compare_means(np.concatenate(ours), np.concatenate(theirs))
+
+    def _all(self, caregiver: str) -> list[list[np.ndarray]]:
+        return [self.of(caregiver, family) for family in self.families]
 
     def closed(self, families: tuple[str, ...], caregiver: str = OURS) -> Estimate:
         """Share of the damage between the rule and who is told bin and epsilon that is gone."""

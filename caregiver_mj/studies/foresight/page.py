@@ -102,6 +102,11 @@ def _together(bars: Bars, families: tuple[str, ...]) -> str:
         least = {family: bars.houses_with(RULE, family, "clairvoyant")[0] for family in families}
         text += ", and has less damage than the rule in " + ", ".join(f"{n} ({name})" for name, n in least.items())
         text += f" of {len(bars.houses)} houses"
+    houses, episodes = bars.pooled(RULE)
+    text += (
+        f". Of all episodes, an episode's damage less the rule's: {interval(houses.estimate, '+')} with the house as "
+        f"the unit of chance (p {p(houses.p)}), {interval(episodes.estimate, '+')} with the episode (p {p(episodes.p)})"
+    )
     return fill(f"{text}.")
 
 

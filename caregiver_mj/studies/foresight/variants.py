@@ -32,11 +32,6 @@ def _reckoning(**options) -> Callable[[FloorPlan], Caregiver]:
     return _foresight(reckoning=Reckoning(**options))
 
 
-def price(value: float) -> str:
-    """What the variant with a price is called."""
-    return f"a move denied costs {value:g}"
-
-
 # By what is changed, then by how; the first of each is the caregiver as it is.
 ABLATIONS: dict[str, dict[str, Callable[[FloorPlan], Caregiver] | str]] = {
     "belief": {

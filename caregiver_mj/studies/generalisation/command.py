@@ -34,4 +34,4 @@ def main(arguments: list[str] | None = None) -> None:
     text = page(found, options.houses, options.learnt_in, f"{command} --docs docs")
     print(text, end="")
     if options.docs:
-        write_page(options.docs, "generalisation", text, draw(found), ("svg",))
+        write_page(options.docs, "generalisation", text, draw(found), ("png",))

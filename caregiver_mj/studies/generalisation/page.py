@@ -46,7 +46,7 @@ def page(found: Sequence[Found], houses: str, learnt_in: str, command: str) -> s
 
     {command}
 
-![P(safe) by whose routes were learnt, what it is worth, and children that change](generalisation.svg)
+![P(safe) by whose routes were learnt, what it is worth, and children that change](generalisation.png)
 
 ## Experts of other houses
 
@@ -81,8 +81,8 @@ def _experts(learnt_in: str) -> str:
         "The paper's action prior counts what experts do in every cell of the house. *Elsewhere* has the same experts, "
         f"1,000 timesteps in each house of `{learnt_in}`; what they did is counted by what "
         "stands in the four neighbouring cells and by where the bin lies (`danger/local_prior.py` has the formulae). "
-        "*None* has the hyperprior alone: its mean is uniform, P(safe) stays at .5, and any of its draws is noise. The "
-        "rule takes a draw."
+        "*Nobody* is the hyperprior alone: its mean is uniform, P(safe) stays at .5, and any of its draws is noise. "
+        "The rule takes a draw."
     )
     second = fill(
         "Novices of all five epsilons walk alone. P(safe|tau) after each timestep is taken as a forecast: that epsilon "

@@ -16,7 +16,7 @@ from caregiver_mj.experiments.settings import EPSILONS
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 
-IN_PLACE, ELSEWHERE, NOBODY = "in place", "elsewhere", "none"
+IN_PLACE, ELSEWHERE, NOBODY = "in place", "elsewhere", "nobody"
 WHOSE = (IN_PLACE, ELSEWHERE, NOBODY)
 HOW = ("draw", "mean")
 PRIORS = tuple((whose, how) for how in HOW for whose in WHOSE)

@@ -43,7 +43,7 @@ def measure(rows: Rows, aside: Rows | None, watched: int, many: int, jobs: int) 
     work = [(house, e, i) for house in rows.houses for e in rows.epsilons for i in range(min(watched, rows.episodes))]
     found = run_all(functools.partial(run_watched, settings), work, jobs, "watched in the house")
     phases = pd.DataFrame([phase for _, log, _ in found for phase in log])
-    own = rows.cared[0]
+    own = rows.damage("house", rows.caregiver)
     same = sum(own.loc[(house, i), e] == damage for (house, e, i), (damage, _, _) in zip(work, found, strict=True))
 
     seconds = action_time(settings.plans[0])

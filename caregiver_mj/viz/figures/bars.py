@@ -31,8 +31,10 @@ def bars(novices: Sequence[str], alone: Series, guarded: Series, quantity: str, 
         for series, colour, offset in ((alone, ALONE, -width / 2), (guarded, GUARDED, width / 2)):
             x = places + offset
             keys[series.label] = axes.bar(x, series.mean, 0.92 * width, color=unit(colour))
+            # No longer than the quantity can be small or great.
+            ends = np.clip([series.mean - series.sd, series.mean + series.sd], 0.0, top)
             keys["standard deviation"] = axes.errorbar(
-                x, series.mean, series.sd, fmt="none", ecolor=FAINT, elinewidth=1, capsize=3
+                x, series.mean, np.abs(ends - series.mean), fmt="none", ecolor=FAINT, elinewidth=1, capsize=3
             )
             interval = axes.vlines(x, series.low, series.high, color=INK, linewidth=3.2)
             if np.isfinite(series.low).any():

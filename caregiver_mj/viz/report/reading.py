@@ -33,13 +33,22 @@ def read_run(folder: str | os.PathLike[str]) -> Run:
         raise CaregiverError(f"the run in '{folder}' has no maps.parquet, as runs of an older version: run it again")
     try:
         run = _read(path)
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise CaregiverError(f"the run in '{folder}' cannot be read: {error}") from error
     caregivers = run.settings.caregivers
     if not {run.caregiver, "none"} <= set(caregivers) or run.caregiver == "none":
         raise CaregiverError(
             f"the run in '{folder}' has {' and '.join(caregivers)}: a report compares `none` with a caregiver"
         )
+    wanted = {(caregiver, family) for caregiver in caregivers for family in run.families}
+    compared = [row for row in run.summary["comparisons"] if row.get("baseline") == "none"]
+    for name, table, who in (
+        ("summary.json", pd.DataFrame(run.summary["rows"]), wanted),
+        ("summary.json", pd.DataFrame(compared), {(c, family) for c, family in wanted if c != "none"}),
+        ("episodes.parquet", run.episodes, wanted),
+    ):
+        if not {"caregiver", "family"} <= set(table) or set(zip(table.caregiver, table.family, strict=True)) != who:
+            raise CaregiverError(f"the run in '{folder}' cannot be read: its {name} is that of another run")
     return run
 
 

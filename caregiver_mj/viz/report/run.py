@@ -131,7 +131,8 @@ class Run:
     def _asked_houses(self) -> list[str]:
         """The houses, as options of that command."""
         if self.houses == 1:
-            return ["--house", _asked_house(self.plan)]
+            asked = _asked_house(self.plan)
+            return ["--house", (self.settings.file or asked) if asked != self.plan.name else asked]
         return ["--houses", *(self.settings.houses.split() or [_asked_house(plan) for plan in self.settings.plans])]
 
 

@@ -65,6 +65,11 @@ class TestBars:
         assert found.estimate.value == pytest.approx(-(5 * 1.0 - 0.5) / 60)
         assert 0.03 < found.p < 0.2  # one of six houses has another sign
 
+    def test_all_together(self, bars):
+        houses, episodes = bars.pooled("paper")
+        assert houses.estimate.value == pytest.approx(episodes.estimate.value) == pytest.approx(-(5 * 1.0 - 0.5) / 6)
+        assert episodes.p < houses.p
+
 
 class TestVariants:
     def test_each_can_be_made(self):

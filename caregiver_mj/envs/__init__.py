@@ -1,0 +1,24 @@
+"""Gymnasium environments, registered under `caregiver_mj/`: the tasks, and supervision by targets in both worlds.
+
+Importing this room registers them and loads none of them: neither MuJoCo nor a house.
+"""
+
+from caregiver_mj.errors import MissingExtraError
+
+try:
+    import gymnasium
+except ImportError as error:
+    raise MissingExtraError(f"caregiver_mj.envs needs gymnasium ({error}): pip install 'caregiver_mj[gym]'") from None
+
+for _name, _task in (
+    ("Supervise", "supervise"),
+    ("RelocateCandle", "relocate_candle"),
+    ("BlockStairs", "block_stairs"),
+):
+    gymnasium.register(f"caregiver_mj/{_name}-v0", "caregiver_mj.envs.house:HouseEnv", kwargs={"task": _task})
+
+gymnasium.register(
+    "caregiver_mj/SuperviseTargets-v0",
+    "caregiver_mj.envs.targets:make_targets",
+    vector_entry_point="caregiver_mj.envs.target_grid:GridTargetsVector",
+)

@@ -1,0 +1,103 @@
+"""Finite bounds for what is observed in the house, and what brings an observation within them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import caregiver_mj.house.rendering  # noqa: F401 (comes before dm_control)
+
+# isort: split
+import numpy as np
+from dm_control.rl import control
+from gymnasium import spaces
+
+from caregiver_mj.robot.embodiment import Layout
+
+# What a child or a robot does that moves as it should lies well within these; what wild actions do is cut off.
+_SPEED, _TURN_RATE = 2.0, 26.0  # m/s, rad/s; a child that turns round is the fastest of all that turns
+_ARM_SLACK, _FINGER_SLACK = 0.1, 0.03  # rad and m by which a stop gives way
+_ARM_SPEED = 50.0  # rad/s, as random actions make it, which ask for the other end of the range fifty times a second
+_LOWEST, _HIGHEST = -1.0, 2.0  # metres, of a candle
+_UNKNOWN = 1e6  # of what somebody's own task observes
+_YAWS = ("toddler_position", "base_position")  # whose last number is an angle, which has no bounds of its own
+
+Bounds = tuple[np.ndarray | float, np.ndarray | float]
+
+
+class BoundedObservations:
+    """Brings the observations of one environment within finite bounds.
+
+    Positions are cut off one cell outside the house, angles of heading are taken to [-pi, pi).
+
+    Attributes:
+        keys: The space of observations as dictionaries.
+        space: The space of what is given out, which is a plain box if they are flat.
+    """
+
+    def __init__(self, env: control.Environment, flat: bool):
+        """Prepares the spaces.
+
+        Args:
+            env: The environment.
+            flat: Whether observations are given out as one array: their values in the order of `keys`.
+        """
+        bounds = _bounds(env)
+        self.keys = spaces.Dict(
+            {
+                key: _box(*bounds.get(key, (-_UNKNOWN, _UNKNOWN)), spec.shape)
+                for key, spec in env.observation_spec().items()
+            }
+        )
+        self.space: spaces.Space = spaces.flatten_space(self.keys) if flat else self.keys
+
+    def __call__(self, observation: Mapping[str, np.ndarray]) -> dict[str, np.ndarray] | np.ndarray:
+        """Gives an observation out, in new arrays."""
+        within = {}
+        for key, box in self.keys.items():
+            value = np.array(observation[key], float)
+            if key in _YAWS:
+                value[..., 2] = np.remainder(value[..., 2] + np.pi, 2 * np.pi) - np.pi
+            within[key] = np.clip(value, box.low, box.high, out=value)
+        if self.space is self.keys:
+            return within
+        return np.concatenate([value.ravel() for value in within.values()])
+
+
+def _box(low: np.ndarray | float, high: np.ndarray | float, shape: tuple[int, ...]) -> spaces.Box:
+    """A box of a shape, whose bounds may be given for the last dimension alone."""
+    low, high = (np.broadcast_to(np.asarray(bound, float), shape).copy() for bound in (low, high))
+    return spaces.Box(low, high, shape, np.float64)
+
+
+def _bounds(env: control.Environment) -> dict[str, Bounds]:
+    """Bounds of what the tasks of the package observe, by its key."""
+    task = env.task
+    rows, columns = task.plan.shape
+    x, y = (columns / 2 + 1) * task.plan.cell_size, (rows / 2 + 1) * task.plan.cell_size
+    pose, rates = np.array([x, y, np.pi]), np.array([_SPEED, _SPEED, _TURN_RATE])
+    place = np.array([-x, -y, _LOWEST]), np.array([x, y, _HIGHEST])
+    way = np.array([2 * x, 2 * y, _HIGHEST - _LOWEST])
+    bounds: dict[str, Bounds] = {
+        "clock": (0.0, task.time_limit / task.novice_timestep + 1),
+        "toddler_position": (-pose, pose),
+        "toddler_velocity": (-rates, rates),
+        "candle_position": place,
+        "candle_orientation": (-1.0, 1.0),
+        "base_position": (-pose, pose),
+        "base_velocity": (-rates, rates),
+        "arm_velocity": (-_ARM_SPEED, _ARM_SPEED),
+        **{f"goal_{what}": (0.0, 1.0) for what in ("candle", "table", "stairwell")},
+        "candle_to_goal": (-way, way),
+        "base_to_goal": (-way[:2], way[:2]),
+    }
+    if task.has_robot:
+        action, layout = env.action_spec(), task.embodiment.layout
+        bounds["arm_position"] = _within(action, layout, "arm", _ARM_SLACK)
+        bounds["finger_position"] = _within(action, layout, "gripper", _FINGER_SLACK)
+    return bounds
+
+
+def _within(action, layout: Layout, part: str, slack: float) -> Bounds:
+    """Bounds of the positions that a part of an action asks for."""
+    which = getattr(layout, part)
+    return action.minimum[which] - slack, action.maximum[which] + slack

@@ -1,0 +1,118 @@
+"""The tasks in the house as Gymnasium environments."""
+
+from __future__ import annotations
+
+import caregiver_mj.house.rendering  # noqa: F401 (comes before dm_control)
+
+# isort: split
+import copy
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+from dm_control.rl import control
+from gymnasium import spaces
+
+from caregiver_mj.children.family import Who
+from caregiver_mj.envs.bounds import BoundedObservations
+from caregiver_mj.envs.cost import CostMeter
+from caregiver_mj.envs.seeds import episode_seed
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.tasks import load
+
+
+class HouseEnv(gymnasium.Env):
+    """A task in the house; an action is that of the task, in its units.
+
+    An episode ends truncated when its time is over. Should the simulation come apart, as wild actions can make it, it
+    ends truncated as well, with the last observation that was good, no reward, and `info["diverged"]` True.
+
+    `info` has of every step `cost` and the two parts of it, see `CostMeter`, and `diverged`; of a reset the `seed` that
+    gives the same episode again; and of the last step `outcome`, what is measured of an episode, as in the tables.
+
+    Attributes:
+        dm_env: The `dm_env.Environment` within.
+    """
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 50}  # noqa: RUF012 (Gymnasium's own manner)
+
+    def __init__(
+        self,
+        task: str = "supervise",
+        house: str | os.PathLike[str] | FloorPlan = "paper",
+        epsilon: Who | Sequence[Who] = 0.5,
+        *,
+        flat: bool = False,
+        task_kwargs: dict | None = None,
+        render_mode: str | None = None,
+        width: int = 640,
+        height: int = 480,
+        camera: str = "overview",
+    ):
+        """Makes an environment.
+
+        Args:
+            task: One of `ALL_TASKS`.
+            house: A floor plan, the name of one that comes with the package, or a path of one.
+            epsilon: The children, as `load` takes them.
+            flat: Whether an observation is one array, its values in the order of the keys of the dictionary that it is
+                else.
+            task_kwargs: Further arguments of the task, as `load` takes them.
+            render_mode: "rgb_array", or None for a house without what is only to be seen, which runs faster.
+            width: Of a picture, in pixels.
+            height: Likewise.
+            camera: Its camera: "overview", "follow", or another one of the house.
+
+        Raises:
+            CaregiverError: As of `load`; or there is no such render mode.
+        """
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise CaregiverError(f"no render mode '{render_mode}': there is rgb_array")
+        self.render_mode, self._picture = render_mode, {"width": width, "height": height, "camera_id": camera}
+        self.dm_env = load(task, house, epsilon, task_kwargs=task_kwargs, visuals=render_mode is not None)
+        self.metadata = self.metadata | {"render_fps": round(1 / self.dm_env.control_timestep())}
+        self._observe = BoundedObservations(self.dm_env, flat)
+        self.observation_space = self._observe.space
+        action = self.dm_env.action_spec()
+        low, high = action.minimum.astype(np.float32), action.maximum.astype(np.float32)
+        self.action_space = spaces.Box(low, high, action.shape, np.float32)
+        self._cost = CostMeter(self.dm_env.task)
+        self._observation: dict[str, np.ndarray] | np.ndarray | None = None  # the last one; None between episodes
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None):
+        """Begins the episode of a seed, which is that of `evaluate` and `render`; without one it draws a seed."""
+        super().reset(seed=seed)
+        seed = episode_seed(seed, self.np_random)
+        self.dm_env.task.reseed(seed)
+        self._observation = self._observe(self.dm_env.reset().observation)
+        self._cost.reset()
+        return self._observation, {"seed": seed}
+
+    def step(self, action: np.ndarray):
+        if self._observation is None:
+            raise gymnasium.error.ResetNeeded("call reset() before the first step and after the end of an episode")
+        try:
+            timestep = self.dm_env.step(np.asarray(action, float))
+        except control.PhysicsError:
+            last, self._observation = self._observation, None
+            return copy.deepcopy(last), 0.0, False, True, self._info(ended=True, diverged=True)
+        ended = timestep.last()
+        terminated = ended and timestep.discount == 0.0
+        observation = self._observe(timestep.observation)
+        self._observation = None if ended else observation
+        return observation, float(timestep.reward), terminated, ended and not terminated, self._info(ended)
+
+    def render(self) -> np.ndarray | None:
+        if self.render_mode is None:
+            return None
+        return self.dm_env.physics.render(**self._picture)
+
+    def close(self) -> None:
+        self.dm_env.close()
+
+    def _info(self, ended: bool, diverged: bool = False) -> dict[str, Any]:
+        info = {**self._cost.read(), "diverged": diverged}
+        return info | {"outcome": self.dm_env.task.outcome()} if ended else info

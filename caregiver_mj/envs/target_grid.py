@@ -1,0 +1,175 @@
+"""Targets in the grid: a batch of episodes as a true vector environment."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode
+from gymnasium.vector.utils import batch_space
+
+from caregiver_mj.children.family import Family, Who
+from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
+from caregiver_mj.envs.commanded import CommandedCaregiver
+from caregiver_mj.envs.cost import CostMeter
+from caregiver_mj.envs.lookout import Lookout, Observations
+from caregiver_mj.envs.seeds import episode_seed
+from caregiver_mj.envs.slots import Slots
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.grid.world import GridWorld
+from caregiver_mj.plans.floor_plan import FloorPlan
+
+
+class TargetGrid:
+    """A batch of B episodes in the grid, up to one decision and from there to the next.
+
+    Attributes:
+        world: The grid.
+        lookout: What is observed of it.
+        ended: Whether the episodes are over.
+        diverged: False, for there are no physics to come apart.
+        dm_env: None, likewise.
+    """
+
+    diverged, dm_env = False, None
+
+    def __init__(
+        self,
+        house: str | os.PathLike[str] | FloorPlan,
+        epsilon: Who | Sequence[Who],
+        flat: bool,
+        slots: tuple[int, int] | None,
+    ):
+        plan = house if isinstance(house, FloorPlan) else FloorPlan.load(house)
+        self._family, self._caregiver = Family.of(epsilon), CommandedCaregiver(plan)
+        self.world = GridWorld(plan, self._family, self._caregiver)
+        self.lookout = Lookout(self._caregiver, len(self._family), Slots(plan, slots), flat)
+        self._cost = CostMeter(self)
+
+    def begin(self, seeds: Sequence[int]) -> None:
+        """Begins the episodes of some seeds, with the children's first moves."""
+        self.world.reset([Tape.draw_family(np.random.RandomState(seed), len(self._family)) for seed in seeds])
+        self._cost.reset()
+        self.ended = False
+        self.world.move_children()
+
+    def act(self, actions: np.ndarray) -> None:
+        """The caregiver's half of a novice timestep, then the children's half of the next one, if there is one."""
+        self._caregiver.targets = self.lookout.slots.targets(np.asarray(actions))
+        self.world.care(self._caregiver)
+        self.ended = self.world.timestep >= EPISODE_TIMESTEPS
+        if not self.ended:
+            self.world.move_children()
+
+    def look(self) -> tuple[Observations, np.ndarray]:
+        """What is observed of each world, and which actions do something there, (B, actions)."""
+        percept = self.world.percept()
+        mask = self.lookout.mask(percept)
+        clock = np.full(len(mask), self.world.timestep / EPISODE_TIMESTEPS)
+        return self.lookout.observe(percept, clock, self.world.orders.hazard, mask), mask
+
+    @property
+    def damage(self) -> np.ndarray:
+        """All damage in each world so far, (B,)."""
+        return self.world.ledger.damage
+
+    @property
+    def strikes(self) -> np.ndarray:
+        """None: nobody is struck in the grid, (B,)."""
+        return self.world.ledger.strikes.copy()
+
+    def cost(self) -> dict[str, np.ndarray]:
+        """What the last decision has cost in each world, as of `CostMeter`."""
+        return self._cost.read()
+
+    def outcome(self) -> dict[str, Any]:
+        """What is measured of the first world."""
+        return self.world.ledger.outcome()
+
+
+class GridTargetsVector(gymnasium.vector.VectorEnv):
+    """`SuperviseTargets` in the grid, many episodes at once; see `TargetsEnv` for actions, rewards and `info`.
+
+    All episodes are equally long, so they end and begin together: the step after the last one begins new ones, whatever
+    the actions (autoreset on the next step).
+
+    Attributes:
+        grid: The episodes.
+    """
+
+    metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012 (Gymnasium's own manner)
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        world: str = "grid",
+        house: str | os.PathLike[str] | FloorPlan = "paper",
+        epsilon: Who | Sequence[Who] = 0.5,
+        *,
+        flat: bool = False,
+        slots: tuple[int, int] | None = None,
+        render_mode: str | None = None,
+    ):
+        """Makes an environment; see `make_targets` for the arguments.
+
+        Raises:
+            CaregiverError: The world is not the grid; or as of `make_targets`.
+        """
+        if world != "grid":
+            raise CaregiverError(
+                f"only the grid has its episodes in one batch, not '{world}': ask for vectorization_mode='sync'"
+            )
+        if render_mode is not None:
+            raise CaregiverError(f"no render mode '{render_mode}': the grid has no pictures")
+        self.num_envs, self.grid = num_envs, TargetGrid(house, epsilon, flat, slots)
+        lookout = self.grid.lookout
+        self.single_observation_space, self.single_action_space = lookout.space, lookout.action_space
+        self.observation_space = batch_space(lookout.space, num_envs)
+        self.action_space = batch_space(lookout.action_space, num_envs)
+        self._randoms: list[np.random.Generator | None] = [None] * num_envs
+
+    def reset(  # type: ignore[override]
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observations, dict[str, Any]]:
+        """Begins episodes: of the seeds from one on, of a seed for each, or of seeds that are drawn.
+
+        Raises:
+            CaregiverError: The options ask for only some of them.
+        """
+        if options and not np.all(options.get("reset_mask", True)):
+            raise CaregiverError("all episodes of the batch begin together; leave reset_mask out")
+        if seed is None or isinstance(seed, (int, np.integer)):
+            seeds = [None if seed is None else int(seed) + i for i in range(self.num_envs)]
+        else:
+            seeds = list(seed)
+        if len(seeds) != self.num_envs:
+            raise CaregiverError(f"{len(seeds)} seeds for {self.num_envs} episodes")
+        super().reset(seed=seeds[0])
+        for i, own in enumerate(seeds):
+            if own is not None or self._randoms[i] is None:
+                self._randoms[i], _ = seeding.np_random(own)
+        drawn = [episode_seed(own, random) for own, random in zip(seeds, self._randoms, strict=True)]
+        self.grid.begin(drawn)
+        observations, mask = self.grid.look()
+        return observations, self._of_all({"seed": np.array(drawn), "action_mask": mask})
+
+    def step(self, actions: np.ndarray):
+        none = np.zeros(self.num_envs, bool)
+        if self.grid.ended:
+            observations, info = self.reset()
+            return observations, np.zeros(self.num_envs), none, none.copy(), info
+        self.grid.act(actions)
+        cost = self.grid.cost()
+        observations, mask = self.grid.look()
+        info = self._of_all({**cost, "diverged": none.copy(), "action_mask": mask})
+        if self.grid.ended:
+            info |= self._of_all({"outcome": self._of_all(self.grid.world.ledger.totals())})
+        return observations, 0.0 - cost["damage"], none, np.full(self.num_envs, self.grid.ended), info
+
+    def _of_all(self, info: dict[str, Any]) -> dict[str, Any]:
+        """As Gymnasium has it: beside each key a mask of whose it is, which is everybody's."""
+        return info | {f"_{key}": np.ones(self.num_envs, bool) for key in info}

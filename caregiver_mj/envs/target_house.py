@@ -1,0 +1,93 @@
+"""Targets in the house: the robot carries out what somebody else decides, once a novice timestep."""
+
+from __future__ import annotations
+
+import caregiver_mj.house.rendering  # noqa: F401 (comes before dm_control)
+
+# isort: split
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from dm_control.rl import control
+
+from caregiver_mj.children.family import Who
+from caregiver_mj.envs.commanded import CommandedCaregiver
+from caregiver_mj.envs.cost import CostMeter
+from caregiver_mj.envs.lookout import Lookout, Observations
+from caregiver_mj.envs.slots import Slots
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.policy.policy import CaregiverPolicy
+from caregiver_mj.tasks import load
+
+
+class TargetHouse:
+    """An episode in the house, up to one decision and from there to the next; a batch of one.
+
+    A decision is due whenever it has just become clear where all children are heading, which is when the scripted
+    caregivers decide, too.
+
+    Attributes:
+        dm_env: The `dm_env.Environment` within.
+        policy: Who acts in it.
+        lookout: What is observed of it.
+        ended: Whether the episode is over.
+        diverged: Whether that is because the simulation has come apart.
+    """
+
+    def __init__(
+        self,
+        house: str | os.PathLike[str] | FloorPlan,
+        epsilon: Who | Sequence[Who],
+        flat: bool,
+        slots: tuple[int, int] | None,
+        task_kwargs: dict | None = None,
+        visuals: bool = False,
+    ):
+        self.dm_env = load("supervise", house, epsilon, task_kwargs=task_kwargs, visuals=visuals)
+        task = self.dm_env.task
+        self._caregiver = CommandedCaregiver(task.plan)
+        self.policy = CaregiverPolicy(self.dm_env, self._caregiver)
+        self.lookout = Lookout(self._caregiver, len(task.children), Slots(task.plan, slots), flat)
+        self._cost = CostMeter(task)
+
+    def begin(self, seeds: Sequence[int]) -> None:
+        """Begins the episode of a seed, up to the first decision; until then the robot keeps out of the way."""
+        (seed,) = seeds
+        self.dm_env.task.reseed(seed)
+        self.ended = self.diverged = False
+        timestep = self.dm_env.reset()
+        self._cost.reset()
+        if not self.policy.see(timestep):
+            self._go_on()
+
+    def act(self, actions: np.ndarray) -> None:
+        """Goes on to the next decision, or to the end."""
+        self._caregiver.targets = self.lookout.slots.targets(np.asarray(actions))
+        self._go_on()
+
+    def _go_on(self) -> None:
+        decides = False
+        while not (decides or self.ended):
+            try:
+                timestep = self.dm_env.step(self.policy.act())
+            except control.PhysicsError:
+                self.ended = self.diverged = True
+                return
+            decides, self.ended = self.policy.see(timestep), timestep.last()
+
+    def look(self) -> tuple[Observations, np.ndarray]:
+        """What is observed, and which actions do something, (1, actions)."""
+        percept, task = self.policy.percept(), self.dm_env.task
+        mask = self.lookout.mask(percept, hears=True)
+        clock = np.array([min(1.0, self.dm_env.physics.time() / task.time_limit)])
+        return self.lookout.observe(percept, clock, np.array([self.policy.target]), mask), mask
+
+    def cost(self) -> dict[str, np.ndarray]:
+        """What the last decision has cost, as of `CostMeter`, (1,) each."""
+        return {key: np.array([value]) for key, value in self._cost.read().items()}
+
+    def outcome(self) -> dict[str, Any]:
+        """What is measured of the episode."""
+        return self.dm_env.task.outcome()

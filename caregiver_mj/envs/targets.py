@@ -1,0 +1,129 @@
+"""Supervision by targets: an action says what to protect the children from, the rest is done for one."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+from caregiver_mj.children.family import Who
+from caregiver_mj.envs.seeds import episode_seed
+from caregiver_mj.envs.target_grid import TargetGrid
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans.floor_plan import FloorPlan
+
+WORLDS = ("grid", "house")
+_FRAME_RATE = 5  # novice timesteps a second of film, some eight times real time
+
+
+class TargetsEnv(gymnasium.Env):
+    """One episode of targets. Each step is a novice timestep, decided on once it is clear where the children go.
+
+    Action 0 is to protect them from nothing, which means to keep out of the way; the others are the hazards, first the
+    stairwells, then the candles. One that the caregiver can do nothing about counts as 0; with a candle in the hand it
+    is put down first, whatever the action. `info["action_mask"]` has which actions do something.
+
+    The reward is the damage to the children since the last step, negative: the return of an episode is minus the
+    `damage` of the tables. That of their first moves, which nobody could prevent, is in the first step. `info` has
+    `cost`, `diverged`, `seed` and `outcome` as that of `HouseEnv` has.
+    """
+
+    def __init__(self, world: Any, render_mode: str | None = None, picture: dict[str, Any] | None = None):
+        """Makes an environment.
+
+        Args:
+            world: A `TargetGrid` or a `TargetHouse`.
+            render_mode: "rgb_array" or None.
+            picture: What `Physics.render` is to draw.
+        """
+        self.world, self.render_mode, self._picture = world, render_mode, picture or {}
+        self.metadata = {"render_modes": ["rgb_array"] if world.dm_env else [], "render_fps": _FRAME_RATE}
+        self.observation_space, self.action_space = world.lookout.space, world.lookout.action_space
+        self._runs = False
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None):
+        """Begins the episode of a seed, which is that of `evaluate` and `render`; without one it draws a seed."""
+        super().reset(seed=seed)
+        seed = episode_seed(seed, self.np_random)
+        self.world.begin([seed])
+        self._runs = True
+        observation, mask = self._look()
+        return observation, {"seed": seed, "action_mask": mask}
+
+    def step(self, action: int):
+        if not self._runs:
+            raise gymnasium.error.ResetNeeded("call reset() before the first step and after the end of an episode")
+        self.world.act(np.array([action]))
+        cost = {key: values[0].item() for key, values in self.world.cost().items()}
+        observation, mask = self._look()
+        info = {**cost, "diverged": self.world.diverged, "action_mask": mask}
+        if self.world.ended:
+            self._runs = False
+            info["outcome"] = self.world.outcome()
+        return observation, 0.0 - cost["damage"], False, self.world.ended, info
+
+    def render(self) -> np.ndarray | None:
+        return None if self.render_mode is None else self.world.dm_env.physics.render(**self._picture)
+
+    def close(self) -> None:
+        if self.world.dm_env:
+            self.world.dm_env.close()
+
+    def action_masks(self) -> np.ndarray:
+        """Which actions do something now, bool (actions,); by the name that sb3-contrib's MaskablePPO asks for."""
+        return self._look()[1].astype(bool)
+
+    def _look(self) -> tuple[dict[str, np.ndarray] | np.ndarray, np.ndarray]:
+        observations, mask = self.world.look()
+        if isinstance(observations, dict):
+            return {key: np.asarray(values[0]) for key, values in observations.items()}, mask[0]
+        return observations[0], mask[0]
+
+
+def make_targets(
+    world: str = "grid",
+    house: str | os.PathLike[str] | FloorPlan = "paper",
+    epsilon: Who | Sequence[Who] = 0.5,
+    *,
+    flat: bool = False,
+    slots: tuple[int, int] | None = None,
+    task_kwargs: dict | None = None,
+    render_mode: str | None = None,
+    width: int = 640,
+    height: int = 480,
+    camera: str = "overview",
+) -> TargetsEnv:
+    """Makes an environment whose actions are targets.
+
+    Args:
+        world: "grid", or "house", in which the robot carries them out.
+        house: A floor plan, the name of one that comes with the package, or a path of one.
+        epsilon: The children, as `load` takes them.
+        flat: Whether an observation is one array, its values in the order of the keys of the dictionary that it is
+            else.
+        slots: How many places for stairwells and for candles actions and observations have, so that they are of one
+            size in different houses; as many as the house has if None.
+        task_kwargs: Further arguments of the task in the house, as `load` takes them.
+        render_mode: "rgb_array", in the house, or None.
+        width: Of a picture, in pixels.
+        height: Likewise.
+        camera: Its camera.
+
+    Raises:
+        CaregiverError: There is no such world or render mode, the slots are too few; or as of `load`.
+    """
+    if world not in WORLDS:
+        raise CaregiverError(f"no world '{world}': there are {', '.join(WORLDS)}")
+    if world == "grid":
+        if render_mode is not None or task_kwargs:
+            raise CaregiverError("the grid has neither pictures nor a task: leave out render_mode and task_kwargs")
+        return TargetsEnv(TargetGrid(house, epsilon, flat, slots))
+    if render_mode not in (None, "rgb_array"):
+        raise CaregiverError(f"no render mode '{render_mode}': there is rgb_array")
+    from caregiver_mj.envs.target_house import TargetHouse  # here, for the grid does without MuJoCo
+
+    made = TargetHouse(house, epsilon, flat, slots, task_kwargs, visuals=render_mode is not None)
+    return TargetsEnv(made, render_mode, {"width": width, "height": height, "camera_id": camera})

@@ -1,0 +1,211 @@
+"""The tasks as Gymnasium environments: Gymnasium's own checks, and what it does not check."""
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv
+
+import caregiver_mj
+from caregiver_mj.envs.cost import STRIKE_COST, SixValueStep
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.tasks.supervise import Supervise
+
+PLAN = FloorPlan.parse("########\n#..C..B#\n#......#\n#.T..BS#\n########", "small")
+TASKS = ("Supervise", "RelocateCandle", "BlockStairs")
+
+gymnasium.register_envs(caregiver_mj)
+
+
+def make(name="Supervise", **options):
+    return gymnasium.make(f"caregiver_mj/{name}-v0", house=PLAN, **options)
+
+
+def run(env, steps, seed=0):
+    """Observations and the rest of so many steps of random actions, which are those of the seed."""
+    observation, info = env.reset(seed=seed)
+    env.action_space.seed(seed)
+    found = [(observation, info)]
+    while len(found) <= steps:
+        found.append(env.step(env.action_space.sample()))
+        if found[-1][2] or found[-1][3]:
+            break
+    return found
+
+
+def same(a, b):
+    """Whether observations, or runs of them, are equal, value for value."""
+    if isinstance(a, (list, tuple)):
+        return len(a) == len(b) and all(map(same, a, b))
+    if isinstance(a, dict):
+        return a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
+    return np.array_equal(a, b)
+
+
+def complaints(warnings):
+    """What Gymnasium warned of, but that actions are in units and not from -1 to 1."""
+    said = (str(warning.message) for warning in warnings)
+    return [text for text in said if "WARN" in text and "symmetric and normalized space" not in text]
+
+
+@pytest.mark.parametrize("flat", [False, True])
+@pytest.mark.parametrize("name", TASKS)
+def test_gymnasium_finds_no_fault(name, flat, recwarn):
+    check_env(make(name, flat=flat).unwrapped, skip_render_check=True)
+    assert complaints(recwarn) == []
+
+
+def test_nor_with_pictures(recwarn):
+    check_env(make(render_mode="rgb_array", width=64, height=48).unwrapped)
+    assert complaints(recwarn) == []
+
+
+@pytest.mark.parametrize("children", ["0.5", "1,0.25"])
+@pytest.mark.parametrize("name", TASKS)
+def test_bounds_are_finite_and_kept(name, children):
+    env = make(name, epsilon=children)
+    for box in (env.action_space, *env.observation_space.values()):
+        assert np.isfinite([box.low, box.high]).all()
+        assert (box.low < box.high).all()
+    for observation, *_ in run(env, 60):
+        assert observation in env.observation_space
+
+
+def test_flat_observations_are_the_same_numbers():
+    apart, flat = make("BlockStairs"), make("BlockStairs", flat=True)
+    for (one, *_), (other, *_) in zip(run(apart, 5), run(flat, 5), strict=True):
+        np.testing.assert_array_equal(gymnasium.spaces.flatten(apart.observation_space, one), other)
+        assert other in flat.observation_space
+
+
+def test_it_is_found_by_module_and_name():
+    env = gymnasium.make("caregiver_mj:caregiver_mj/Supervise-v0", house=PLAN)
+    assert isinstance(env.unwrapped.dm_env.task, Supervise)
+
+
+def test_a_seed_gives_the_episode_that_it_gives_elsewhere():
+    env, elsewhere = make(), caregiver_mj.load("supervise", PLAN, random=7)
+    env.reset(seed=3)
+    env.step(env.action_space.sample())
+    observation, info = env.reset(seed=7)
+    assert info == {"seed": 7}
+    first = elsewhere.reset().observation
+    for key in first.keys() - {"toddler_position", "base_position"}:
+        np.testing.assert_array_equal(observation[key], first[key])
+    for key in ("toddler_position", "base_position"):
+        np.testing.assert_array_equal(observation[key][:2], first[key][:2])
+        assert np.cos(observation[key][2] - first[key][2]) == pytest.approx(1)
+
+
+def test_the_same_seed_gives_the_same_episode_and_the_same_ones_after_it():
+    one, other = make(), make()
+    assert same(run(one, 8, 5), run(other, 8, 5))
+    run(one, 3, 1), run(other, 30, 1)  # what happens in an episode does not change the next one
+    (first, info), (second, _) = one.reset(), other.reset()
+    assert same(first, second)
+    assert same(first, make().reset(seed=info["seed"])[0])
+    assert not same(first, one.reset()[0])
+
+
+def test_time_is_over_truncated():
+    env = make(task_kwargs={"time_limit": 0.1})
+    *before, (_, reward, terminated, truncated, info) = run(env, 99)
+    assert len(before) == 5  # the reset and four steps of 0.02 s
+    assert (terminated, truncated, info["diverged"]) == (False, True, False)
+    assert 0 <= reward <= 1
+    assert info["outcome"] == env.unwrapped.dm_env.task.outcome()
+    with pytest.raises(gymnasium.error.ResetNeeded, match="after the end of an episode"):
+        env.step(env.action_space.sample())
+
+
+def test_a_task_may_end_otherwise(monkeypatch):
+    monkeypatch.setattr(Supervise, "get_termination", lambda task, physics: 0.0)
+    *_, (_, _, terminated, truncated, _) = run(make(), 99)
+    assert (terminated, truncated) == (True, False)
+
+
+@pytest.mark.parametrize("flat", [False, True])
+def test_a_simulation_that_comes_apart_ends_the_episode_and_says_so(flat):
+    env = make(flat=flat)
+    last = run(env, 3)[-1][0]
+    env.unwrapped.dm_env.physics.data.qvel[:] = 1e12
+    observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
+    assert same(observation, last)
+    assert (reward, terminated, truncated, info["diverged"]) == (0.0, False, True, True)
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.step(env.action_space.sample())
+    assert same(run(env, 3, 5), run(make(flat=flat), 3, 5))
+
+
+def test_costs_add_up_to_the_damage():
+    env = make(epsilon="1,1", task_kwargs={"time_limit": 40.0})
+    steps = run(env, 10_000)[1:]
+    outcome = steps[-1][-1]["outcome"]
+    assert outcome["damage"] > 0
+    assert sum(info["damage"] for *_, info in steps) == outcome["damage"]
+    assert sum(info["strikes"] for *_, info in steps) == outcome["strikes"]
+    for *_, info in steps:
+        assert info["cost"] == info["damage"] + STRIKE_COST * info["strikes"]
+
+
+def test_a_strike_costs():
+    env = SixValueStep(make())
+    env.reset(seed=0)
+    env.unwrapped.dm_env.task.ledger.strikes[0] += 1
+    _, _, cost, terminated, truncated, info = env.step(env.action_space.sample())
+    assert cost == info["cost"] == STRIKE_COST
+    assert not terminated
+    assert not truncated
+    assert env.step(env.action_space.sample())[2] == 0.0
+
+
+def test_a_picture_is_drawn():
+    env = make(render_mode="rgb_array", width=64, height=48)
+    env.reset(seed=0)
+    picture = env.render()
+    assert (picture.shape, picture.dtype) == ((48, 64, 3), np.uint8)
+    assert picture.std() > 10  # there is something in it
+    env.close()
+    assert make().unwrapped.render() is None
+
+
+def test_a_film_is_recorded(tmp_path):
+    pytest.importorskip("moviepy")
+    env = make(render_mode="rgb_array", width=64, height=48, task_kwargs={"time_limit": 0.1})
+    env = gymnasium.wrappers.RecordVideo(env, str(tmp_path), disable_logger=True)
+    run(env, 99)
+    env.close()
+    assert list(tmp_path.glob("*.mp4"))
+
+
+def test_vectors_side_by_side_and_in_processes_are_equal():
+    makers = [lambda: make("BlockStairs", flat=True, task_kwargs={"time_limit": 0.08})] * 2
+    sync, processes = SyncVectorEnv(makers), AsyncVectorEnv(makers)
+    try:
+        assert sync.metadata["autoreset_mode"] is processes.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
+        first, second = sync.reset(seed=[4, 9]), processes.reset(seed=[4, 9])
+        assert same(first[0], second[0])
+        np.testing.assert_array_equal(first[0][1], make("BlockStairs", flat=True).reset(seed=9)[0])
+        sync.action_space.seed(0)
+        for step in range(7):  # over the end of an episode, and into another one
+            actions = sync.action_space.sample()
+            one, other = sync.step(actions), processes.step(actions)
+            assert same(one[:4], other[:4])
+            assert one[3].all() == (step == 3)
+    finally:
+        processes.close()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [({"house": "nowhere"}, "nowhere"), ({"task_kwargs": {"embodiment": "tank"}}, "tank"), ({"epsilon": 2}, "2")],
+)
+def test_bad_input_is_named(options, message):
+    with pytest.raises(CaregiverError, match=message):
+        gymnasium.make("caregiver_mj/Supervise-v0", **options)
+
+
+def test_no_such_seed():
+    with pytest.raises(CaregiverError, match="0 to 4294967295, not 4294967296"):
+        make().reset(seed=2**32)

@@ -1,0 +1,229 @@
+"""Environments whose actions are targets, in the grid and in the house."""
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+
+import caregiver_mj
+from caregiver_mj.caregivers.caregiver import Caregiver
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.grid.world import run_episodes
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
+
+PLAN = FloorPlan.parse("########\n#..C..B#\n#......#\n#.T..BS#\n########", "small")
+NAME = "caregiver_mj/SuperviseTargets-v0"
+STAIRWELL, CANDLE = 1, 2  # actions in that house
+SHORT = {"time_limit": 8.0}  # seconds, five novice timesteps
+
+gymnasium.register_envs(caregiver_mj)
+
+
+class Only(Caregiver):
+    """Protects the children from one hazard, from their first move on."""
+
+    def __init__(self, plan, hazard):
+        super().__init__(plan)
+        self.hazard = hazard
+
+    def reset(self, batch, seeds=None, children=1):
+        self.has_seen = False
+
+    def watch(self, percept):
+        self.has_seen = True
+
+    def choose(self, percept):
+        return np.full(len(percept.child_cell), self.hazard if self.has_seen else NOTHING)
+
+
+def make(world="grid", house=PLAN, **options):
+    return gymnasium.make(NAME, world=world, house=house, **options)
+
+
+def same(a, b):
+    if isinstance(a, dict):
+        return a.keys() == b.keys() and all(same(a[key], b[key]) for key in a)
+    return np.array_equal(a, b)
+
+
+def run(env, seed, choose):
+    """A whole episode; what every step returned."""
+    observation, info = env.reset(seed=seed)
+    found = []
+    while not found or not (found[-1][2] or found[-1][3]):
+        found.append(env.step(choose(observation, info)))
+        observation, info = found[-1][0], found[-1][-1]
+    return found
+
+
+@pytest.mark.parametrize("options", [{}, {"flat": True, "slots": (4, 6), "epsilon": "1,.25"}])
+@pytest.mark.parametrize("world", ["grid", "house"])
+def test_gymnasium_finds_no_fault(world, options, recwarn):
+    options = options | ({"task_kwargs": SHORT} if world == "house" else {})
+    check_env(make(world, **options).unwrapped, skip_render_check=True)
+    assert [str(warning.message) for warning in recwarn if "WARN" in str(warning.message)] == []
+
+
+@pytest.mark.parametrize("children", ["0.5", "1,.25"])
+def test_the_return_is_minus_the_damage(children):
+    env, random = make(house="paper", epsilon=children), np.random.RandomState(0)
+    steps = run(env, 1, lambda observation, info: random.choice(np.flatnonzero(info["action_mask"])))
+    outcome = steps[-1][-1]["outcome"]
+    assert len(steps) == 200
+    assert outcome["damage"] > 0
+    assert sum(reward for _, reward, *_ in steps) == -outcome["damage"]
+    assert sum(info["cost"] for *_, info in steps) == outcome["damage"]  # nobody is struck in the grid
+    assert [(terminated, truncated) for _, _, terminated, truncated, _ in steps[-2:]] == [(False, False), (False, True)]
+    for observation, *_, info in steps:
+        assert observation in env.observation_space
+        np.testing.assert_array_equal(observation["action_mask"], info["action_mask"])
+
+
+@pytest.mark.parametrize("action", [0, STAIRWELL])
+@pytest.mark.parametrize("house", [PLAN, FloorPlan.load("paper")])
+def test_an_episode_is_that_of_a_caregiver_that_decides_the_same(house, action):
+    *_, (*_, info) = run(make(house=house, epsilon=1), 6, lambda *_: action)
+    hazard = action - 1  # the first one, or NOTHING
+    assert info["outcome"] == run_episodes(house, 1.0, Only(house, hazard), [6]).outcome()
+    assert info["outcome"]["interventions_done"] == action
+
+
+def test_a_candle_is_relocated_and_with_it_in_the_hand_nothing_else_counts():
+    env = make(epsilon=0)
+    observation, info = env.reset(seed=2)
+    carried = 0
+    for _ in range(20):
+        if observation["holding"].any():
+            assert info["action_mask"].tolist() == [0, 0, 1]
+            assert observation["holding"].tolist() == [0, 1]
+            assert observation["hazard_nearness_to_child"][0, 1] == 0
+            carried += 1
+        observation, *_, info = env.step(CANDLE if info["action_mask"][CANDLE] else 0)
+    assert carried > 0
+    assert env.unwrapped.world.world.ledger.interventions_done[0] > 0
+
+
+def test_an_action_that_is_masked_does_what_nothing_does():
+    masked, nothing = make(), make()
+    (_, info), _ = masked.reset(seed=0), nothing.reset(seed=0)
+    tried = 0
+    for _ in range(150):
+        shut = np.flatnonzero(info["action_mask"] == 0)
+        tried += len(shut)
+        (one, *_, info), (other, *_) = masked.step(shut[-1] if len(shut) else 0), nothing.step(0)
+        assert same(one, other)
+    assert tried > 0
+
+
+def test_houses_with_as_many_slots_look_alike():
+    small, large = make(slots=(4, 6), flat=True), make(house="apartment", slots=(5, 6), flat=True)
+    assert small.action_space.n == 11
+    assert large.action_space.n == 12
+    assert make(house="paper", slots=(4, 6), flat=True).observation_space == small.observation_space
+    _, info = small.reset(seed=0)
+    assert info["action_mask"][2:5].tolist() == [0, 0, 0]  # three stairwells that are not there
+    with pytest.raises(CaregiverError, match=r"slots \(1, 6\) are too few for house 'apartment'"):
+        make(house="apartment", slots=(1, 6))
+
+
+@pytest.mark.parametrize("flat", [False, True])
+def test_the_vector_is_so_many_single_ones(flat):
+    options = {"house": PLAN, "flat": flat}
+    vector = gymnasium.make_vec(NAME, 2, **options)
+    single = SyncVectorEnv([lambda: make(flat=flat)] * 2)
+    assert vector.metadata["autoreset_mode"] is single.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
+    assert vector.observation_space == single.observation_space
+    assert vector.action_space == single.action_space
+    random = np.random.RandomState(0)
+    (one, info), (other, others) = vector.reset(seed=8), single.reset(seed=8)
+    assert same(one, other)
+    assert same(info, others)
+    assert info["seed"].tolist() == [8, 9]
+    for step in range(1, 204):  # to the end, and into the next episodes
+        mask = info["action_mask"]
+        actions = (random.random_sample(mask.shape) * mask).argmax(axis=1)
+        (*one, info), (*other, others) = vector.step(actions), single.step(actions)
+        assert all(map(same, one, other))
+        shared = info.keys() & others.keys() - {"outcome"}
+        assert {"cost", "damage", "strikes", "diverged", "action_mask"} <= shared or "seed" in shared
+        assert all(same(info[key], others[key]) for key in shared)
+        assert one[3].all() == (step == 200)
+        assert ("outcome" in info) == (step == 200)
+        if "outcome" in info:
+            np.testing.assert_array_equal(info["outcome"]["damage"], others["outcome"]["damage"])
+
+
+def test_seeds_of_a_vector():
+    vector = gymnasium.make_vec(NAME, 2, house=PLAN)
+    first, _ = vector.reset(seed=[5, 5])
+    assert same(first["child_position"][0], first["child_position"][1])
+    drawn = vector.reset()[1]["seed"]
+    assert drawn[0] == drawn[1] != 5
+    with pytest.raises(CaregiverError, match="3 seeds for 2 episodes"):
+        vector.reset(seed=[1, 2, 3])
+    with pytest.raises(CaregiverError, match="all episodes of the batch begin together"):
+        vector.reset(options={"reset_mask": np.array([True, False])})
+
+
+def test_in_the_house_the_robot_does_what_the_scripted_one_does():
+    env = make("house", task_kwargs=SHORT)
+    steps = run(env, 3, lambda *_: STAIRWELL)
+    assert len(steps) == 5
+    elsewhere = caregiver_mj.load("supervise", PLAN, random=3, task_kwargs=SHORT)
+    policy = caregiver_mj.CaregiverPolicy(elsewhere, Only(PLAN, 0))
+    timestep = elsewhere.reset()
+    while not timestep.last():
+        timestep = elsewhere.step(policy(timestep))
+    found, wanted = env.unwrapped.world.dm_env.physics, elsewhere.physics
+    np.testing.assert_array_equal(found.data.qpos, wanted.data.qpos)
+    assert steps[-1][-1]["outcome"] == elsewhere.task.outcome()
+    observation = steps[-1][0]
+    assert observation["under_way"].tolist() == [0, 1, 0]
+    assert observation["hazard_nearness_to_caregiver"][0] == 1  # it stands there
+    assert observation in env.observation_space
+
+
+def test_in_the_house_a_simulation_that_comes_apart_ends_the_episode():
+    env = make("house", task_kwargs=SHORT)
+    env.reset(seed=0)
+    env.unwrapped.world.dm_env.physics.data.qvel[:] = 1e12
+    observation, _, terminated, truncated, info = env.step(0)
+    assert (terminated, truncated, info["diverged"]) == (False, True, True)
+    assert observation in env.observation_space
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.step(0)
+
+
+def test_a_picture_of_the_house():
+    env = make("house", render_mode="rgb_array", width=64, height=48)
+    env.reset(seed=0)
+    assert env.render().shape == (48, 64, 3)
+    env.close()
+
+
+def test_masks_as_a_learner_asks_for_them():
+    env = make()
+    _, info = env.reset(seed=0)
+    masks = env.get_wrapper_attr("action_masks")()
+    assert masks.dtype == bool
+    np.testing.assert_array_equal(masks, info["action_mask"])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"world": "moon"}, "no world 'moon': there are grid, house"),
+        ({"render_mode": "rgb_array"}, "the grid has neither pictures nor a task"),
+        ({"world": "house", "render_mode": "human"}, "no render mode 'human'"),
+    ],
+)
+def test_bad_input_is_named(options, message):
+    with pytest.raises(CaregiverError, match=message):
+        make(**options)
+
+
+def test_the_house_has_no_batch():
+    with pytest.raises(CaregiverError, match="vectorization_mode='sync'"):
+        gymnasium.make_vec(NAME, 2, world="house")

@@ -1,0 +1,36 @@
+"""Gymnasium is an extra: without it all else works, and what needs it says so."""
+
+import subprocess
+import sys
+
+import pytest
+
+WITHOUT = "import sys; sys.modules['gymnasium'] = None\n"
+
+
+def run(code):
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+
+
+def test_the_package_works_without_it():
+    done = run(WITHOUT + "import caregiver_mj; print(caregiver_mj.FloorPlan.load('paper').name)")
+    assert (done.returncode, done.stdout.strip(), done.stderr) == (0, "paper", "")
+
+
+@pytest.mark.parametrize("module", ["caregiver_mj.envs", "caregiver_mj.envs.cost"])
+def test_what_needs_it_says_so_in_a_line(module):
+    done = run(WITHOUT + f"import {module}")
+    assert done.returncode == 1
+    last = done.stderr.strip().splitlines()[-1]
+    assert "MissingExtraError: caregiver_mj.envs needs gymnasium" in last
+    assert "pip install 'caregiver_mj[gym]'" in last
+
+
+def test_registering_loads_neither_mujoco_nor_dm_control():
+    code = (
+        "import sys, gymnasium, caregiver_mj\n"
+        "assert 'caregiver_mj/Supervise-v0' in gymnasium.registry\n"
+        "print(sorted({'mujoco', 'dm_control'} & sys.modules.keys()))"
+    )
+    done = run(code)
+    assert (done.stdout.strip(), done.stderr) == ("[]", "")
