@@ -57,22 +57,23 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         TouchReader.add_sensors(spec, children)
         return cls(wrapper.MjData(wrapper.MjModel(spec.compile())), embodiment)
 
-    # dm_control copies and pickles a simulation by its data alone, which do not say which robot it is.
+    # dm_control copies and pickles a simulation by its data alone, which do not say which robot it is, nor what it does.
 
     def copy(self, share_model: bool = False) -> Physics:
         copied = super().copy(share_model)
-        copied._embody(self.embodiment)
+        copied._embody(self.embodiment, self._ramp_state())
         return copied
 
     # MuJoCo's own pickles forget how many trees, bodies and so on are awake, and the next step is a fatal error.
 
-    def __getstate__(self) -> tuple[wrapper.MjData, Embodiment | None, dict[str, int]]:
-        return super().__getstate__(), self.embodiment, {name: getattr(self._raw[1], name) for name in _AWAKE}
+    def __getstate__(self) -> tuple[wrapper.MjData, Embodiment | None, tuple | None, dict[str, int]]:
+        awake = {name: getattr(self._raw[1], name) for name in _AWAKE}
+        return super().__getstate__(), self.embodiment, self._ramp_state(), awake
 
-    def __setstate__(self, state: tuple[wrapper.MjData, Embodiment | None, dict[str, int]]) -> None:
-        data, embodiment, awake = state
+    def __setstate__(self, state: tuple[wrapper.MjData, Embodiment | None, tuple | None, dict[str, int]]) -> None:
+        data, embodiment, ramp, awake = state
         super().__setstate__(data)
-        self._embody(embodiment)
+        self._embody(embodiment, ramp)
         for name, count in awake.items():
             setattr(self._raw[1], name, count)
 
@@ -93,9 +94,15 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         self._embody(self.embodiment)
         self.touches: list[Touch] = []
 
-    def _embody(self, embodiment: Embodiment | None) -> None:
+    def _ramp_state(self) -> tuple | None:
+        return None if self._robot is None else self._robot.ramp.state
+
+    def _embody(self, embodiment: Embodiment | None, ramp: tuple | None = None) -> None:
+        """Makes the robot's views, with what its actuators are about to be told if that is known."""
         self.embodiment = embodiment
         self._robot = None if embodiment is None else RobotBody(embodiment, *self._raw)
+        if ramp is not None:
+            self._robot.ramp.state = ramp
         self._action_shape = (0 if embodiment is None else embodiment.layout.size,)
 
     @property
@@ -161,7 +168,7 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
 
         Args:
             action: As in `action_spec`, (0,) where there is no robot.
-            seconds: In which they get there from what they do now, in a straight line; at once by default.
+            seconds: Until the next action, see `TargetRamp`; by default they do it at once.
 
         Raises:
             CaregiverError: The action has another shape, or a value that is not finite.
@@ -199,9 +206,9 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         self.touches = []
         warnings = self._warnings.tolist()
         for _ in range(nstep):
-            mujoco.mj_step(model, data)
             if robot is not None:
                 robot.advance()
+            mujoco.mj_step(model, data)
             if reader.is_any():
                 self.touches += reader.read()
         # dm_control's check at every step would take 7 % of the closed loop's time, so it is only asked to report.

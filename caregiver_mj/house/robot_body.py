@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 from dm_env import specs
 
+from caregiver_mj.house.target_ramp import TargetRamp
 from caregiver_mj.robot.embodiment import Embodiment, Layout
 from caregiver_mj.robot.kinematics import arm_of
 
@@ -24,6 +25,7 @@ class RobotBody:
         arm: Positions and velocities of the arm's joints, (joints,) each, rad.
         fingers: How far each finger stands off the middle, and how fast that changes, (2,) each, m.
         wheels: Angles and rates of the wheels, (4,) each, rad.
+        ramp: What its actuators are told from physics step to physics step.
     """
 
     def __init__(self, embodiment: Embodiment, model: mujoco.MjModel, data: mujoco.MjData):
@@ -34,8 +36,7 @@ class RobotBody:
             for joints in (names.base, names.arm, names.fingers, names.wheels)
         )
         self._model, self._ctrl = model, data.ctrl
-        self._targets, self._change = np.empty_like(data.ctrl), np.empty_like(data.ctrl)
-        self._left = 0  # physics steps until the actuators get their targets
+        self._targets, self.ramp = np.empty_like(data.ctrl), TargetRamp(data.ctrl)
         self._source = np.empty(embodiment.actuators.size, int)  # of each actuator: which number of an action it gets
         for actuators, part in zip(_parts(embodiment.actuators), _parts(embodiment.layout), strict=True):
             self._source[actuators] = _indices(part)
@@ -60,25 +61,14 @@ class RobotBody:
 
         Args:
             action: Laid out as the robot's.
-            steps: Physics steps in which they get there from what they do now, in a straight line. Servos that are
-                told at once what is a control timestep away would jolt the robot.
+            steps: Physics steps in which they get there, see `TargetRamp`.
         """
         action.take(self._source, out=self._targets, mode="clip")  # without a mode it would take a copy first
-        self._left = steps - 1
-        np.subtract(self._targets, self._ctrl, out=self._change)
-        self._change /= steps
-        if steps == 1:
-            self._ctrl[:] = self._targets
-        else:
-            self._ctrl += self._change
+        self.ramp.lead_to(self._targets, steps)
 
     def advance(self) -> None:
-        """Takes the actuators one physics step further; call after every one."""
-        if self._left > 1:
-            self._ctrl += self._change
-        elif self._left == 1:
-            self._ctrl[:] = self._targets
-        self._left -= 1
+        """Takes the actuators one physics step further: call before every one."""
+        self.ramp.advance()
 
     def place(self, base: np.ndarray, arm: np.ndarray | None = None) -> None:
         """Puts the robot somewhere, its hand open: base pose (3,) and arm joints (joints,), tucked if not given."""
@@ -86,7 +76,8 @@ class RobotBody:
         self.arm[0][:] = arm_of(self.embodiment).tucked if arm is None else arm
         actuators = self.embodiment.actuators
         self._ctrl[actuators.base], self._ctrl[actuators.gripper] = 0.0, self.embodiment.grasp.open
-        self._ctrl[actuators.arm], self._left = self.arm[0], 0
+        self._ctrl[actuators.arm] = self.arm[0]
+        self.ramp.rest()
 
     def roll_wheels(self) -> None:
         """Turns the wheels as the base moves. They bear no load."""

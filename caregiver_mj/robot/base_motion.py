@@ -19,8 +19,7 @@ _CHECK_INTERVAL = 0.08  # seconds between the points of a path that are checked 
 # The path is played back at a rate of 0 to 1, to slow down on it. The slower the path itself is, the quicker the rate
 # may change; below this speed it makes no difference any more.
 _SLOW = 0.3  # m/s
-_AHEAD = (0.0, 0.05, 0.1, 0.15)  # seconds on the path for which a change of rate, once begun, must leave room
-_SHARE = 0.97  # of the base's acceleration that path and rate together may have; the rest is the feedback's
+_AHEAD = tuple(0.025 * i for i in range(9))  # seconds on the path for which a change of rate must leave room
 _LEAST_SHARE = 0.05  # of that, a change of rate may always have
 
 
@@ -40,7 +39,7 @@ class BaseMotion:
 
         Args:
             limits: Bounds of a path's speed, acceleration and jerk.
-            bounds: The same of the base, when its rate on the path changes as well.
+            bounds: The same of path and rate together, see `RobotLimits.together`.
         """
         self._base_limits, self._bounds = limits, bounds
         self._looked_up: tuple[float, tuple[Vector, Vector, Vector]] | None = None  # the last moment, and its motion
@@ -138,7 +137,14 @@ class BaseMotion:
         if self._path is None:
             return (0.0, 0.0)
         # Look a little ahead, so that a base at rest at the start of its path sees where it would go.
-        return self._path.at(self._playback.at(self.now)[0] + 0.1)[1]
+        return self._planned()[1]
+
+    def planned_acceleration(self) -> Vector:
+        """The acceleration that the path would have at the same moment."""
+        return (0.0, 0.0) if self._path is None else self._planned()[2]
+
+    def _planned(self) -> tuple[Vector, Vector, Vector]:
+        return self._path.at(self._playback.at(self.now)[0] + 0.1)
 
     def _base_at(self, time: float) -> tuple[Vector, Vector, Vector]:
         if self._looked_up is None or self._looked_up[0] != time:  # many ask for the same moment
@@ -166,8 +172,7 @@ class BaseMotion:
 
         At a rate r the base's acceleration is r^2 times the path's, and the rate's change times the path's velocity.
         """
-        most = _SHARE * self._bounds.acceleration
-        jerk = self._bounds.jerk - self._base_limits.jerk
+        most = self._bounds.acceleration
         along, rate, _ = self._playback.at(self.now)
         way = 1.0 if self._rate > rate else -1.0
         left, fastest = 2.0 * most, _SLOW
@@ -179,4 +184,4 @@ class BaseMotion:
             across = rate * rate * (vx * ay - vy * ax) / speed
             left = min(left, math.sqrt(max(0.0, most * most - across * across)) - way * with_it)
             fastest = max(fastest, speed)
-        return Limits(1.0, max(left, _LEAST_SHARE * most) / fastest, jerk / fastest)
+        return Limits(1.0, max(left, _LEAST_SHARE * most) / fastest, self._bounds.jerk / fastest)

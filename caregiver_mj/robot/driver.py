@@ -86,7 +86,7 @@ class Driver:
             robot.turn_to(yaw)
         # Where the drive is shorter than the turn, the base sets off later: it would have to wait at the goal instead.
         waits = self._stops or (may_turn and not robot.moving and robot.time_left < robot.turn_left(yaw))
-        robot.set_rate(0.0 if waits else allowed_rate(view, self._embodiment, robot.planned_velocity()))
+        robot.set_rate(0.0 if waits else self._allowed_rate(view, robot))
         off = math.dist(goal, view.base[:2])
         turn = abs(math.remainder(yaw - view.base[2], math.tau))
         if off < _ARRIVED and turn < _ARRIVED_YAW and not robot.moving:
@@ -107,6 +107,9 @@ class Driver:
     def replan(self) -> None:
         """Has the way looked at again, because the world has changed."""
         self._replan_at = 0.0
+
+    def _allowed_rate(self, view: View, robot: RobotMotion) -> float:
+        return allowed_rate(view, self._embodiment, robot.planned_velocity(), robot.planned_acceleration())
 
     def _leads_to(self, goal: Vector) -> bool:
         """Whether the present path ends there."""
@@ -157,7 +160,7 @@ class Driver:
 
     def _take(self, points: list[Vector], goal: Vector, view: View, robot: RobotMotion) -> None:
         """Takes a way to a goal, or stops first if the base cannot turn into it."""
-        self._stops = robot.moving and allowed_rate(view, self._embodiment, robot.planned_velocity()) < _SWITCHING_RATE
+        self._stops = robot.moving and self._allowed_rate(view, robot) < _SWITCHING_RATE
         if not self._stops:
             try:
                 robot.drive_along(points, self._navigator.clearance.has_room)

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
+
+_ACCELERATION_SHARE, _JERK_SHARE = 0.95, 0.8  # of the base's highest, see `RobotLimits.together`
+_LEAST_BRAKING = 0.2  # of that acceleration: a corner gets tighter nowhere, and gentler as soon as the base slows down
 
 
 @dataclasses.dataclass(frozen=True)
@@ -103,3 +107,29 @@ class RobotLimits:
     base_jerk: float
     turn: Limits
     finger_speed: float
+
+    @property
+    def together(self) -> Limits:
+        """What the base's path and a change of its rate on it may have together, metres; of the jerk, the rate alone.
+
+        What is left of the highest is for the feedback, and for the jerk of a change of rate on a path that speeds up.
+        """
+        jerk = _JERK_SHARE * self.base_jerk - self.base.jerk
+        return Limits(self.base_speed, _ACCELERATION_SHARE * self.base_acceleration, jerk)
+
+    def braking(self, velocity: tuple[float, float], acceleration: tuple[float, float]) -> tuple[float, float]:
+        """How a base can brake on a path.
+
+        Args:
+            velocity: Planned there, m/s, not zero.
+            acceleration: Planned there, m/s^2.
+
+        Returns:
+            The deceleration that a corner leaves, m/s^2, and the seconds to build it up, which are more on a path
+            that speeds up.
+        """
+        together = self.together
+        (vx, vy), (ax, ay), speed = velocity, acceleration, math.hypot(*velocity)
+        ahead, across = (vx * ax + vy * ay) / speed, (vx * ay - vy * ax) / speed
+        left = math.sqrt(max(together.acceleration**2 - across**2, (_LEAST_BRAKING * together.acceleration) ** 2))
+        return left, (left + max(0.0, ahead)) / together.jerk

@@ -14,14 +14,18 @@ import numpy as np
 from caregiver_mj.robot.base_motion import BaseMotion
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.kinematics import arm_of
-from caregiver_mj.robot.limits import Limits
 from caregiver_mj.robot.reach import ReachPath, reach_path
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 
 _GENTLE_SPEED = 0.03  # m/s, the most of the feedback where a child may be in between: slower than a strike
 _CATCH_UP_SPEED = 0.3  # m/s, the same elsewhere: what holds the base up may let go of it
+_RELEASE = 0.4  # m/s^2, how quickly the one becomes the other when the child has gone
 _HELD_UP = 0.15  # metres off its reference beyond which a base is held up by something
 _TOP_SHARE = 0.998  # of the base's highest speed, for reference and feedback together
+
+# The actuators get to their targets in the course of a control timestep, and later by this share of it: what they are
+# told is made smooth over its four physics steps (`caregiver_mj.house.target_ramp`), which costs one and a half.
+_SMOOTHING = 3 / 8
 
 _ANY_HEIGHT = 7000  # tenths of mm: all reaches begin with the tucked arm, and `plan_reach` aims it
 
@@ -40,9 +44,9 @@ class RobotMotion(BaseMotion):
 
     def __init__(self, robot: Embodiment, control_timestep: float):
         limits = robot.limits
-        super().__init__(limits.base, Limits(limits.base_speed, limits.base_acceleration, limits.base_jerk))
+        super().__init__(limits.base, limits.together)
         self.robot = robot
-        self._timestep = control_timestep
+        self._timestep, self._lead = control_timestep, (1.0 + _SMOOTHING) * control_timestep
         self._first, self._last = robot.layout.base.start, robot.layout.gripper.start
         self._top_speed = _TOP_SHARE * robot.limits.base_speed
 
@@ -55,6 +59,7 @@ class RobotMotion(BaseMotion):
         limits = self.robot.limits
         self.now = 0.0
         self.gentle = self._watched = False
+        self._feedback = _CATCH_UP_SPEED
         self._hold((float(base[0]), float(base[1])))
         self._yaw = ScalarMotion(limits.yaw, float(base[2]))
         self.reach_path = reach_path(arm_of(self.robot), _ANY_HEIGHT)
@@ -155,7 +160,7 @@ class RobotMotion(BaseMotion):
         self._watched = False
         action, first = self._action, self._first
         action[first], action[first + 1], action[first + 2] = self._base_action(base)
-        end = self.now + self._timestep  # the actuators get there in the course of the timestep
+        end = self.now + self._lead
         posture = (self.reach_path, self._reach.at(end)[0])
         if posture != self._posture:
             self._posture = posture
@@ -170,12 +175,15 @@ class RobotMotion(BaseMotion):
         if math.dist((x, y), base[:2]) > _HELD_UP:  # it must find a new way from where it is
             self._hold((float(base[0]), float(base[1])))
             x, y = self._here
-        end = now + self._timestep  # the actuators get there in the course of the timestep
+        end = now + self._lead
         _, (vx, vy), (ax, ay) = self._base_at(end)
         yaw = self._yaw.at(now)[0]
         _, yaw_rate, yaw_acceleration = self._yaw.at(end)
         back_x, back_y = servos.position_gain * (x - base[0]), servos.position_gain * (y - base[1])
-        most = _GENTLE_SPEED if self.gentle else _CATCH_UP_SPEED
+        self._feedback = (
+            _GENTLE_SPEED if self.gentle else min(_CATCH_UP_SPEED, self._feedback + _RELEASE * self._timestep)
+        )
+        most = self._feedback
         if (push := math.hypot(back_x, back_y)) > most:
             back_x, back_y = back_x * most / push, back_y * most / push
         vx, vy = vx + servos.base_lag * ax + back_x, vy + servos.base_lag * ay + back_y

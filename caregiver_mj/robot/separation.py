@@ -79,8 +79,10 @@ def child_cells(children: Iterable[ChildView], plan: FloorPlan) -> set[Cell]:
     return {plan.cell_at(place) for place in child_places(children)}
 
 
-def allowed_rate(view: View, robot: Embodiment, velocity: Vector) -> float:
+def allowed_rate(view: View, robot: Embodiment, velocity: Vector, acceleration: Vector = (0.0, 0.0)) -> float:
     """The share of its planned velocity, m/s, at which the base can still stop before it touches any child.
+
+    Its planned acceleration, m/s^2, tells what the path leaves it to brake with, see `RobotLimits.braking`.
 
     Speed and separation monitoring (the idea of ISO/TS 15066, section 5.5.4): while robot and child close in, the
     distance between them must cover what the robot needs to react and brake, and what the child walks meanwhile.
@@ -94,11 +96,11 @@ def allowed_rate(view: View, robot: Embodiment, velocity: Vector) -> float:
         return 1.0
     rate = 1.0
     for child in view.children:
-        rate = min(rate, _allowed_rate(view.base, robot, child, velocity))
+        rate = min(rate, _allowed_rate(view.base, robot, child, velocity, acceleration))
     return rate
 
 
-def _allowed_rate(base: Pose, robot: Embodiment, child: ChildView, velocity: Vector) -> float:
+def _allowed_rate(base: Pose, robot: Embodiment, child: ChildView, velocity: Vector, acceleration: Vector) -> float:
     """The same for one child, for a velocity that is not zero."""
     room = _gap(base, robot, child) - _SEPARATION
     if room > _FAR:
@@ -111,9 +113,9 @@ def _allowed_rate(base: Pose, robot: Embodiment, child: ChildView, velocity: Vec
     if approach <= 0.0:
         return 1.0
     # approach * r * (stopping / 2 + reaction) + child * (stopping + reaction) = room, solved for r
-    limits = robot.limits.base
-    stopping = speed / limits.acceleration
-    delay = _REACTION + limits.acceleration / limits.jerk
+    deceleration, build_up = robot.limits.braking(velocity, acceleration)
+    stopping = speed / deceleration
+    delay = _REACTION + build_up
     a = approach * stopping / 2
     b = approach * delay + _CHILD_SPEED * stopping
     c = _CHILD_SPEED * delay - room

@@ -16,7 +16,7 @@ from rich.console import Console
 
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.recording.audit import Check, NearChild, check_limits, near_child
-from caregiver_mj.recording.motion_audit import check_motion
+from caregiver_mj.recording.motion_audit import check_motion, pushed
 from caregiver_mj.recording.telemetry import EpisodeLog
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.studies.display import make_console, make_table
@@ -51,12 +51,14 @@ class Audit:
         commanded: Limits of what was commanded.
         measured: Limits of what was measured.
         near: How the robot moved near the child.
+        pushed: Seconds in which a child ran into it, or had just done so, whose accelerations do not count.
     """
 
     seconds: float
     commanded: list[Check]
     measured: list[Check]
     near: NearChild
+    pushed: float
 
     @classmethod
     def of(cls, log: EpisodeLog, embodiment: str | None, name: str = "") -> Audit:
@@ -66,7 +68,8 @@ class Audit:
             [dataclasses.replace(found, where=", ".join(filter(None, (found.where, name)))) for found in checks]
             for checks in (check_limits(log, robot), check_motion(log, robot))
         )
-        return cls(len(log.commands) * log.control_timestep, commanded, measured, near_child(log))
+        seconds, left_out = len(log.commands) * log.control_timestep, float(pushed(log).sum() * log.physics_timestep)
+        return cls(seconds, commanded, measured, near_child(log), left_out)
 
     @classmethod
     def worst_of(cls, audits: Sequence[Audit]) -> Audit:
@@ -82,6 +85,7 @@ class Audit:
                 sum(n.fast_seconds for n in near),
                 max(n.contact_speed for n in near),
             ),
+            sum(audit.pushed for audit in audits),
         )
 
 
@@ -115,7 +119,9 @@ def report(console: Console, audit: Audit) -> None:
         f"Near the child: a moving part came to {near.separation:.3f} m, one that moved towards it to "
         f"{near.approach_separation:.3f} m.\n"
         f"Within 0.5 m a part was faster than 0.25 m/s for {near.fast_seconds:.1f} s; contacts at "
-        f"{near.contact_speed:.3f} m/s at most."
+        f"{near.contact_speed:.3f} m/s at most.\n"
+        f"For {audit.pushed:.1f} s it was being pushed by the child, or had just been: left out of what was measured of "
+        "accelerations, jerks and balance."
     )
 
 

@@ -26,10 +26,10 @@ def test_a_log_read_again_says_the_same(tmp_path, capsys):
 
 
 def test_of_several_episodes_the_worst_is_told():
-    gentle = Audit(10.0, [Check("speed", "m/s", 1.0, 2.0, 3.0)], [], NearChild(0.2, np.inf, 1.5, 0.0))
-    harsh = Audit(20.0, [Check("speed", "m/s", 3.0, 2.0, 4.0)], [], NearChild(0.4, 0.1, 0.5, 0.02))
+    gentle = Audit(10.0, [Check("speed", "m/s", 1.0, 2.0, 3.0)], [], NearChild(0.2, np.inf, 1.5, 0.0), 0.5)
+    harsh = Audit(20.0, [Check("speed", "m/s", 3.0, 2.0, 4.0)], [], NearChild(0.4, 0.1, 0.5, 0.02), 0.25)
     both = Audit.worst_of([gentle, harsh])
-    assert both == Audit(30.0, harsh.commanded, [], NearChild(0.2, 0.1, 2.0, 0.02))
+    assert both == Audit(30.0, harsh.commanded, [], NearChild(0.2, 0.1, 2.0, 0.02), 0.75)
 
 
 def test_nothing_to_take_a_picture_of_at_the_start():
