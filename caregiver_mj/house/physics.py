@@ -57,7 +57,8 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         TouchReader.add_sensors(spec, children)
         return cls(wrapper.MjData(wrapper.MjModel(spec.compile())), embodiment)
 
-    # dm_control copies and pickles a simulation by its data alone, which do not say which robot it is, nor what it does.
+    # dm_control copies and pickles a simulation by its data alone, which do not say which robot it is, nor what its
+    # actuators are about to be told.
 
     def copy(self, share_model: bool = False) -> Physics:
         copied = super().copy(share_model)

@@ -120,8 +120,8 @@ def report(console: Console, audit: Audit) -> None:
         f"{near.approach_separation:.3f} m.\n"
         f"Within 0.5 m a part was faster than 0.25 m/s for {near.fast_seconds:.1f} s; contacts at "
         f"{near.contact_speed:.3f} m/s at most.\n"
-        f"For {audit.pushed:.1f} s it was being pushed by the child, or had just been: left out of what was measured of "
-        "accelerations, jerks and balance."
+        f"For {audit.pushed:.1f} s it was being pushed by the child, or had just been: left out of what was measured "
+        "of accelerations, jerks and balance."
     )
 
 
