@@ -55,7 +55,7 @@ class Driver:
         self.aside_until = -math.inf
         self.patience = Patience()
         approach = navigator.robot.approach
-        self._navigator, self._embodiment = navigator, navigator.robot
+        self._navigator, self._embodiment = navigator.loaded if loaded else navigator, navigator.robot
         self._may_drive = approach.drive_loaded if loaded else approach.drive  # so far out may the hand be
         self._path_goal: Vector | None = None  # where the present path ends
         self._replan_at = 0.0

@@ -9,6 +9,7 @@ import numpy as np
 
 _ACCELERATION_SHARE, _JERK_SHARE = 0.95, 0.8  # of the base's highest, see `RobotLimits.together`
 _LEAST_BRAKING = 0.2  # of that acceleration: a corner gets tighter nowhere, and gentler as soon as the base slows down
+_DELAYED = 0.04  # seconds by which a corner, or the path's own braking, may delay it: the most of 500 ways, by trial
 
 
 @dataclasses.dataclass(frozen=True)
@@ -132,4 +133,4 @@ class RobotLimits:
         (vx, vy), (ax, ay), speed = velocity, acceleration, math.hypot(*velocity)
         ahead, across = (vx * ax + vy * ay) / speed, (vx * ay - vy * ax) / speed
         left = math.sqrt(max(together.acceleration**2 - across**2, (_LEAST_BRAKING * together.acceleration) ** 2))
-        return left, (left + max(0.0, ahead)) / together.jerk
+        return left, (left + max(0.0, ahead)) / together.jerk + _DELAYED

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Collection, Sequence
 
@@ -28,11 +29,36 @@ class Navigator(Routes):
         clearance: How much room there is where.
     """
 
-    def __init__(self, plan: FloorPlan, robot: Embodiment, yields: bool = True):
-        super().__init__(plan)
+    def __init__(
+        self,
+        plan: FloorPlan,
+        robot: Embodiment,
+        yields: bool = True,
+        landings: bool = True,
+        clearance: Clearance | None = None,
+    ):
+        """Prepares a navigator.
+
+        Args:
+            plan: The house's floor plan.
+            robot: The robot.
+            yields: Whether it makes room where children leave it no way.
+            landings: Whether the base may stand on the landings of stairwells, too.
+            clearance: Of the house and the robot; worked out if not given.
+        """
+        super().__init__(plan, landings)
         self.robot, self.yields = robot, yields
-        self.clearance = Clearance(plan, robot)
+        self.clearance = clearance or Clearance(plan, robot)
         self._berth = robot.footprint + CHILD_RADIUS + _CHILD_CLEARANCE  # metres, middle to middle
+
+    @functools.cached_property
+    def loaded(self) -> Navigator:
+        """The same of a robot with a candle in its hand.
+
+        It keeps off the landings, even to make room: on most of them the candle would meet the panels beside the
+        stairs, which are nearer to the base than it is.
+        """
+        return Navigator(self.plan, self.robot, self.yields, landings=False, clearance=self.clearance)
 
     def path(
         self,

@@ -26,9 +26,16 @@ class Routes:
         centres: Where each of these cells is, metres.
     """
 
-    def __init__(self, plan: FloorPlan):
+    def __init__(self, plan: FloorPlan, landings: bool = True):
+        """Prepares routes.
+
+        Args:
+            plan: The house's floor plan.
+            landings: Whether the base may stand on the landings of stairwells, too.
+        """
         self.plan = plan
-        self.centres: dict[Cell, Vector] = {cell: tuple(plan.position(cell).tolist()) for cell in plan.caregiver_cells}
+        cells = plan.caregiver_cells if landings else plan.free_cells
+        self.centres: dict[Cell, Vector] = {cell: tuple(plan.position(cell).tolist()) for cell in cells}
         self._search = _search(plan)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -75,7 +82,8 @@ class Routes:
             return None
         in_the_way = sum(yielding(self.plan).routes_over(child) for child in known)
         # The nearest cells come first, and `min` takes the first of equals.
-        within_reach = self.plan.graph.breadth_first(self.plan.cell_index[start], self._indices(closed))
+        landings = [cell for cell in self.plan.stairwells if cell not in self.centres]
+        within_reach = self.plan.graph.breadth_first(self.plan.cell_index[start], self._indices({*closed, *landings}))
         return self.plan.caregiver_cells[min(within_reach, key=in_the_way.__getitem__)]
 
     def _indices(self, cells: Iterable[Cell]) -> frozenset[int]:

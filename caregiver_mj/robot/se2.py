@@ -25,3 +25,12 @@ def to_local(pose: Pose, point: Vector) -> Vector:
     c, s = math.cos(pose[2]), math.sin(pose[2])
     dx, dy = point[0] - pose[0], point[1] - pose[1]
     return c * dx + s * dy, c * dy - s * dx
+
+
+def distance_to_line(point: Vector, start: Vector, end: Vector) -> float:
+    """Metres from a point to the straight line from one place to another, ends included."""
+    dx, dy = end[0] - start[0], end[1] - start[1]
+    length = dx * dx + dy * dy
+    share = ((point[0] - start[0]) * dx + (point[1] - start[1]) * dy) / length if length else 0.0
+    share = min(1.0, max(0.0, share))
+    return math.hypot(point[0] - start[0] - share * dx, point[1] - start[1] - share * dy)

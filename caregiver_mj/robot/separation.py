@@ -12,6 +12,7 @@ from collections.abc import Iterable
 
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot import se2
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.se2 import Pose, Vector
 from caregiver_mj.robot.view import CHILD_RADIUS, ChildView, View
@@ -72,6 +73,22 @@ def child_places(children: Iterable[ChildView]) -> list[Vector]:
         (x, y), (vx, vy) = child.position, child.velocity
         places += [(x, y), (x + _SOON * vx, y + _SOON * vy)]
     return places
+
+
+def distance_from_line(view: View, start: Vector, end: Vector, within: float) -> float:
+    """Metres from a line, along which the arm is or moves, to the nearest child's middle.
+
+    Args:
+        view: What is seen.
+        start: Where the line begins, metres.
+        end: Where it ends.
+        within: Seconds in which the children may come nearer as they walk now.
+    """
+    nearest = math.inf
+    for (x, y), (vx, vy) in view.children:
+        for time in (0.0, within / 2, within):
+            nearest = min(nearest, se2.distance_to_line((x + time * vx, y + time * vy), start, end))
+    return nearest
 
 
 def child_cells(children: Iterable[ChildView], plan: FloorPlan) -> set[Cell]:

@@ -153,9 +153,11 @@ def test_limits_are_kept_while_a_candle_is_taken_out_to_the_open_and_picked_up(s
     scene.put_candle(*scene.candle()[:2], TABLE_TOP + 0.16, np.pi, 0.0)  # on its head: two grips, in all directions
     with Recorder(scene.env) as recorder:
         assert scene.until_done()
-    checks = check_limits(recorder.log(), find_embodiment())
+    robot = find_embodiment()
+    checks = check_limits(recorder.log(), robot)
     assert all(check.ratio <= 1.0 for check in checks)
-    assert max(check.ratio for check in checks if check.name.startswith("arm acceleration")) > 0.8
+    used = max(check.ratio for check in checks if check.name.startswith("arm acceleration"))
+    assert used > 0.9 * robot.limits.arm.acceleration_share  # of what is planned for, most
 
 
 def test_candle_that_stands_on_the_floor_is_picked_up(scene):
@@ -388,7 +390,7 @@ def test_robot_turns_to_a_new_target_at_once_and_without_a_stop():
     assert (np.diff(turning[:8]) < 0).all()
     far = np.array(left[changed:]) > 0.6
     assert far.sum() > 10
-    assert np.hypot(*np.array(velocities[changed:])[far].T).min() > 0.3
+    assert np.hypot(*np.array(velocities[changed:])[far].T).min() > 0.25
 
 
 # -- A candle in the hand when something else calls -----------------------------------------------------

@@ -217,3 +217,41 @@ def test_between_two_children_the_way_out_leads_away_from_both():
         assert abs(place[0] - x) < 0.2
         assert abs(place[1] - y) > 0.3
     assert navigator.ways_out((x, y), [], ()) == []
+
+
+# -- With a candle in the hand -----------------------------------------------------------------------
+
+#: A passage with a landing beside it, and a toy bin at either end. The landing is in nobody's way.
+NICHE = FloorPlan.parse("###########\n#B.......B#\n####S######\n###########", "niche")
+
+
+def test_with_a_candle_it_makes_room_on_no_landing():
+    empty = Navigator(NICHE, ROBOT)
+    children = [(1, 2)]
+    assert empty.refuge((1, 5), children, set(children)) == NICHE.stairwells[0]
+    refuge = empty.loaded.refuge((1, 5), children, set(children))
+    assert refuge in NICHE.free_cells
+    assert empty.loaded.clearance is empty.clearance
+
+
+def test_a_candle_in_the_tucked_hand_would_meet_what_is_beside_the_landing():
+    landing = centre(NICHE, NICHE.stairwells[0])
+    navigator = Navigator(NICHE, ROBOT)
+    assert navigator.clearance.can_stand(landing)
+    assert not navigator.clearance.can_turn(landing)
+
+
+@pytest.mark.parametrize("plan", [NICHE, BEND, BESIDE_STAIRS])
+def test_with_a_candle_its_paths_cross_no_landing_and_leave_one_by_the_shortest_way(plan):
+    navigator = Navigator(plan, ROBOT)
+    landing = plan.stairwells[0]
+    for start, goal in itertools.permutations(plan.free_cells, 2):
+        path = path_between(navigator.loaded, start, goal)
+        assert path is None or landing not in cells_of(plan, points_along(path))
+    x, y = centre(plan, landing)
+    for aside in (0.1, -0.1):
+        start = (x + aside, y)
+        for goal in plan.free_cells:
+            path = navigator.loaded.path(start, centre(plan, goal), goal)
+            inside = [plan.cell_at(point) == landing for point in points_along(path)]
+            assert inside == sorted(inside, reverse=True)  # out of it, and not into it again

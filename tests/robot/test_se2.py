@@ -46,3 +46,11 @@ def test_a_turn_changes_the_direction_only(yaw, vector):
     if math.hypot(*vector) > 1e-3:
         change = math.atan2(turned[1], turned[0]) - math.atan2(vector[1], vector[0])
         assert math.remainder(change - yaw, math.tau) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_distance_to_a_line_is_that_to_its_nearest_point_or_end():
+    line = (1.0, 1.0), (3.0, 1.0)
+    assert se2.distance_to_line((2.5, -1.0), *line) == pytest.approx(2.0)
+    assert se2.distance_to_line((6.0, 5.0), *line) == pytest.approx(5.0)
+    assert se2.distance_to_line((0.0, 1.0), *line) == pytest.approx(1.0)
+    assert se2.distance_to_line((4.0, 5.0), (1.0, 1.0), (1.0, 1.0)) == pytest.approx(5.0)

@@ -4,13 +4,14 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from views import child, view
 
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import separation
 from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 from caregiver_mj.robot.separation import allowed_rate
 
@@ -20,6 +21,7 @@ TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
 CHILD_SPEED = 0.62  # m/s, at which it may come
 REACTION = 0.04  # seconds
 REMAINS = 0.08  # metres
+TIMESTEP = 0.02  # seconds
 OPEN = FloorPlan.parse("########\n#......#\n#S.....#\n#......#\n#B.....#\n########", "open")
 
 speeds = st.floats(-0.7, 0.7)
@@ -127,3 +129,39 @@ def test_the_cells_of_a_child_are_those_in_which_it_is_and_will_be():
     assert separation.child_cells([walks], OPEN) == {(2, 4), (2, 5)}
     assert separation.child_cells([walks, stands], OPEN) == {(2, 4), (2, 5), (3, 4)}
     np.testing.assert_allclose(separation.child_places([walks]), [(x, y), (x + 0.4, y)])
+
+
+# -- What a path leaves to brake with ----------------------------------------------------------------
+
+ways = st.lists(st.tuples(st.floats(0.4, 3.0), st.floats(-2.0, 2.0)), min_size=1, max_size=4)
+
+
+@settings(max_examples=60, deadline=None)
+@given(way=ways, when=st.floats(0.0, 0.9))
+def test_a_base_brakes_on_any_path_as_its_limits_say(way, when):
+    """From any motion on a path with corners: within what `RobotLimits.braking` says, and the base's acceleration."""
+    points, heading = [(0.0, 0.0)], 0.0
+    for length, turn in way:
+        heading += turn
+        points.append((points[-1][0] + length * math.cos(heading), points[-1][1] + length * math.sin(heading)))
+    robot = RobotMotion(ROBOT, TIMESTEP)
+    robot.reset((0.0, 0.0, 0.0))
+    robot.drive_along(points, lambda _: True)
+    brakes_at = when * robot.time_left
+    while robot.now < brakes_at:
+        robot.set_rate(1.0)
+        robot.now += TIMESTEP
+    speed = math.hypot(*robot.base_reference()[1])
+    velocity, acceleration = robot.planned_velocity(), robot.planned_acceleration()
+    assume(math.hypot(*velocity) > 0.05)
+    deceleration, build_up = ROBOT.limits.braking(velocity, acceleration)
+    before, gone = robot.base_reference()[0], 0.0
+    while robot.moving:
+        robot.set_rate(0.0)
+        robot.now += TIMESTEP
+        here, _, sped_up = robot.base_reference()
+        gone, before = gone + math.dist(here, before), here
+        assert math.hypot(*sped_up) <= ROBOT.limits.base_acceleration
+    # The fastest that it gets until the acceleration under way has turned into braking counts.
+    fastest = max(speed, math.hypot(*velocity))
+    assert gone <= fastest**2 / (2 * deceleration) + fastest * (build_up + 2 * TIMESTEP) + 0.01

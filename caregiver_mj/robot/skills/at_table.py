@@ -6,20 +6,22 @@ import abc
 import math
 from collections.abc import Callable
 
+from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.yielding import yielding
 from caregiver_mj.robot import se2
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.se2 import Vector
-from caregiver_mj.robot.separation import child_cells, near_children
+from caregiver_mj.robot.separation import child_cells, distance_from_line, near_children
 from caregiver_mj.robot.skills.skill import Skill
 from caregiver_mj.robot.status import Status
-from caregiver_mj.robot.view import View
+from caregiver_mj.robot.view import CHILD_RADIUS, View
 
 BESIDE_TABLE = 0.45  # metres from a table's middle beyond which nothing is on it, wherever exactly it stands
 
 _HOVER_BEYOND = 0.02  # metres by which the base may have gone too far for the hand to hover
+_CHILD_SOON = 0.5  # seconds in which a child that walks on may be in the hand's way
 _LAST_DISTANCE_SLOWED = 0.01  # metres to go at which a base that is slowed down, or has stopped short, has arrived
 
 
@@ -110,6 +112,9 @@ class AtTable(Skill):
         if robot.time_left < approach.last_time and off < last_distance and turn < approach.last_yaw:
             robot.reach(1.0)
             return True
+        if self._child_in_between(view, yaw, along):
+            robot.reach(0.0)
+            return False
         in_line = abs(across) < approach.hover_across and turn < approach.hover_yaw
         near = -_HOVER_BEYOND < along < approach.hover_distance
         # A base that waits must be able to leave again, and it leaves with the hand in.
@@ -120,6 +125,17 @@ class AtTable(Skill):
         elif robot.hand_out > 0.0:
             robot.reach(0.0)
         return False
+
+    def _child_in_between(self, view: View, yaw: float, along: float) -> bool:
+        """Whether a child is, or will shortly be, where the hand comes out between the base and the table.
+
+        The hand is no higher there than the child, and the base minds only the distance to itself.
+        """
+        to_table = self.embodiment.postures.reach - layout.TABLE_HALF_SIZE + along
+        if to_table - self.embodiment.footprint < 2 * CHILD_RADIUS:
+            return False  # no child fits in between any more
+        here, there = view.base[:2], se2.to_world((*view.base[:2], yaw), (to_table, 0.0))
+        return distance_from_line(view, here, there, _CHILD_SOON) < self.embodiment.clearances.hand + CHILD_RADIUS
 
     def _hand_is_clear(self, view: View, yaw: float, goal: Vector) -> bool:
         """Whether the outstretched hand meets no wall on the rest of the base's way."""

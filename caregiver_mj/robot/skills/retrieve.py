@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from caregiver_mj.robot import se2
+from caregiver_mj.robot.driver import Driver
 from caregiver_mj.robot.hand import ATTEMPTS, hand_position, has_in_hand
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.retrieval import RetrievalPlanner, Stance
+from caregiver_mj.robot.separation import distance_from_line
 from caregiver_mj.robot.skills.skill import Skill
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
@@ -17,6 +20,8 @@ _STILL_TIME, _SHIFT = 0.3, 0.003  # seconds for which it must have lain still, a
 _CHOICE_INTERVAL = 1.0  # seconds between choices of a place
 _CHILD_AWAY = 1.2  # metres from any child to the candle, for the hand to go there
 _CHILD_NEAR = 0.6  # metres below which the hand stops where it is
+_CHILD_BESIDE = 0.4  # metres from its middle to the arm below which it does, likewise
+_CHILD_SOON = 0.4  # seconds in which a child that walks on may be so near
 
 
 class Retrieve(Skill):
@@ -89,7 +94,7 @@ class Retrieve(Skill):
         if not (still or holds) or view.now < self._choose_at:
             return _unless_in_hand(holds)
         self._choose_at = view.now + _CHOICE_INTERVAL
-        self.driver.patience.begin_anew()  # the way there is another one
+        self.driver = Driver(self._navigator, loaded=holds)  # the way there is another one
         if holds:
             self._stance = self._planner.to_lay_down(view, self.candle, self._pitch_down)
             return Status.COMMITTED
@@ -106,13 +111,23 @@ class Retrieve(Skill):
 
     def _reach(self, view: View, robot: RobotMotion, pose: float) -> bool:
         """Moves the hand on, unless a child is near it; returns whether it is there."""
-        waits = self._child_distance(view) < _CHILD_NEAR
+        waits = self._is_child_near(view)
         if waits and not self._waits:
             robot.stop_reaching()
         elif not waits:
             robot.reach(pose)
         self._waits = waits
         return robot.reached == pose
+
+    def _is_child_near(self, view: View) -> bool:
+        """Whether a child is, or will shortly be, near the candle, the hand, or the arm that is out."""
+        candle, hand = view.candles[self.candle, :2].tolist(), hand_position(view, self.embodiment)[:2].tolist()
+        edge = se2.to_world(view.base, (self.embodiment.footprint, 0.0))
+        return (
+            distance_from_line(view, candle, candle, _CHILD_SOON) < _CHILD_NEAR
+            or distance_from_line(view, hand, hand, _CHILD_SOON) < _CHILD_NEAR
+            or distance_from_line(view, edge, hand, _CHILD_SOON) < _CHILD_BESIDE
+        )
 
     def _child_distance(self, view: View) -> float:
         """Metres between the nearest child's middle and the candle, or the hand if that is nearer."""
