@@ -51,13 +51,14 @@ def test_a_base_that_is_touched_leaves_freely_slides_slowly_and_never_comes_clos
 @pytest.mark.parametrize("speed", [0.5, 0.9, 1.3])
 def test_a_base_that_brakes_leaves_what_shall_remain_to_a_child_that_comes(gap, speed):
     rate = allowed_rate(view(child(TOUCHING + gap, 0.0)), ROBOT, (speed, 0.0))
-    braking = ScalarMotion(ROBOT.limits.base, 0.0)
+    braking = ScalarMotion(ROBOT.limits.together, 0.0)
     braking.run_at(rate * speed, 0.0, at_once=True)
     braking.run_at(0.0, REACTION)
     end = braking.arrival
     left = gap - braking.at(end)[0] - CHILD_SPEED * end
     assert left >= REMAINS
-    assert rate == 1.0 or left < REMAINS + 0.08  # half of the way in which the deceleration builds up
+    # More only by half of the way in which the deceleration builds up, and by what a corner might cost.
+    assert rate == 1.0 or left < REMAINS + 0.08 + 0.04 * (rate * speed + CHILD_SPEED)
 
 
 def test_a_base_that_does_not_drive_is_not_slowed_down():
