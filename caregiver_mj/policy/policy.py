@@ -121,7 +121,8 @@ class CaregiverPolicy:
         if begun != executive.begun or done != executive.done:
             self._task.note_interventions(executive.begun - begun, executive.done - done)
         self.robot.gentle = separation.is_child_close(view, self.robot.robot)
-        action = self.robot.action(view.base)
+        self.robot.giving_way.yields = separation.is_child_at_hand(view, self.robot.robot, self.robot.reached)
+        action = self.robot.action(view.base, view.arm)
         self.robot.now += self._timestep
         return action
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from caregiver_mj.robot.base_motion import BaseMotion
 from caregiver_mj.robot.embodiment import Embodiment
+from caregiver_mj.robot.giving_way import GivingWay
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.reach import ReachPath, reach_path
 from caregiver_mj.robot.scalar_motion import ScalarMotion
@@ -20,6 +21,7 @@ from caregiver_mj.robot.scalar_motion import ScalarMotion
 _GENTLE_SPEED = 0.03  # m/s, the most of the feedback where a child may be in between: slower than a strike
 _CATCH_UP_SPEED = 0.3  # m/s, the same elsewhere: what holds the base up may let go of it
 _RELEASE = 0.4  # m/s^2, how quickly the one becomes the other when the child has gone
+_AT_REST = 1e-6  # 1/s, of how far the hand reaches out
 _HELD_UP = 0.15  # metres off its reference beyond which a base is held up by something
 _TOP_SHARE = 0.998  # of the base's highest speed, for reference and feedback together
 
@@ -40,6 +42,7 @@ class RobotMotion(BaseMotion):
         now: The present time.
         gentle: Whether the base, pushed off its reference, returns to it slowly only: a child may be in between.
         reach_path: On which the hand reaches out.
+        giving_way: Whether, and how far, the arm lets itself be pushed away: a child may be at it.
     """
 
     def __init__(self, robot: Embodiment, control_timestep: float):
@@ -47,8 +50,6 @@ class RobotMotion(BaseMotion):
         super().__init__(limits.base, limits.together)
         self.robot = robot
         self._timestep, self._lead = control_timestep, (1.0 + _SMOOTHING) * control_timestep
-        self._first, self._last = robot.layout.base.start, robot.layout.gripper.start
-        self._top_speed = _TOP_SHARE * robot.limits.base_speed
 
     def reset(self, base: Sequence[float]) -> None:
         """Begins an episode at rest, with the arm tucked and the gripper open.
@@ -59,6 +60,7 @@ class RobotMotion(BaseMotion):
         limits = self.robot.limits
         self.now = 0.0
         self.gentle = self._watched = False
+        self.giving_way = GivingWay(len(arm_of(self.robot).tucked))
         self._feedback = _CATCH_UP_SPEED
         self._hold((float(base[0]), float(base[1])))
         self._yaw = ScalarMotion(limits.yaw, float(base[2]))
@@ -94,7 +96,8 @@ class RobotMotion(BaseMotion):
 
     def stop_reaching(self) -> None:
         """Stops the hand where it is, until the next `reach`."""
-        self._reach.run_at(0.0, self.now)
+        if not self._reach.stops:
+            self._reach.run_at(0.0, self.now)
 
     def grip(self, width: float) -> None:
         """Sets how far each finger stands off the middle."""
@@ -108,6 +111,11 @@ class RobotMotion(BaseMotion):
     def closes(self) -> bool:
         """Whether the fingers have been told to close."""
         return self._gripper.target == self.robot.grasp.closed
+
+    @property
+    def has_given_way(self) -> bool:
+        """Whether the arm is not where it reaches to, because it has been pushed away."""
+        return bool(self.giving_way.offset.any())
 
     @property
     def reached(self) -> float:
@@ -146,11 +154,12 @@ class RobotMotion(BaseMotion):
 
     # -- Following them --------------------------------------------------------------------------
 
-    def action(self, base: Sequence[float]) -> np.ndarray:
+    def action(self, base: Sequence[float], arm: np.ndarray | None = None) -> np.ndarray:
         """The action for the coming control timestep.
 
         Args:
             base: Measured pose (x, y, yaw) of the base.
+            arm: Measured joint positions (joints,), radians; None if they are as commanded.
 
         Returns:
             Base velocities, arm joint targets and gripper target at its end in one array, laid out as the robot's.
@@ -158,14 +167,19 @@ class RobotMotion(BaseMotion):
         if not self._watched:
             self.set_rate(0.0)
         self._watched = False
-        action, first = self._action, self._first
-        action[first], action[first + 1], action[first + 2] = self._base_action(base)
+        action, layout = self._action, self.robot.layout
+        action[layout.base] = self._base_action(base)
         end = self.now + self._lead
         posture = (self.reach_path, self._reach.at(end)[0])
         if posture != self._posture:
             self._posture = posture
-            action[self.robot.layout.arm] = self.reach_path.joints(posture[1])
-        action[self._last] = self._gripper.at(end)[0]
+            action[layout.arm] = self.reach_path.joints(posture[1])
+        if arm is not None and (self.giving_way.yields or self.has_given_way):
+            wanted = self.reach_path.joints(posture[1])
+            at_rest = abs(self._reach.at(self.now)[1]) < _AT_REST
+            self.giving_way.follow(arm, wanted, at_rest, self._timestep)
+            action[layout.arm] = wanted + self.giving_way.offset
+        action[layout.gripper] = self._gripper.at(end)[0]
         return action.copy()
 
     def _base_action(self, base: Sequence[float]) -> tuple[float, float, float]:
@@ -187,7 +201,7 @@ class RobotMotion(BaseMotion):
         if (push := math.hypot(back_x, back_y)) > most:
             back_x, back_y = back_x * most / push, back_y * most / push
         vx, vy = vx + servos.base_lag * ax + back_x, vy + servos.base_lag * ay + back_y
-        top = self._top_speed
+        top = _TOP_SHARE * self.robot.limits.base_speed
         if (speed := math.hypot(vx, vy)) > top:  # held up by something, it must not catch up at any speed
             vx, vy = vx * top / speed, vy * top / speed
         return vx, vy, yaw_rate + servos.yaw_lag * yaw_acceleration + servos.yaw_gain * (yaw - base[2])

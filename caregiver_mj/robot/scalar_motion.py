@@ -82,6 +82,11 @@ class ScalarMotion:
         return self._highest
 
     @property
+    def stops(self) -> bool:
+        """Whether it has been told to come to rest wherever that is, and nothing since."""
+        return self._rest is None and not self._ends and self.target == 0.0
+
+    @property
     def arrival(self) -> float:
         """When the present motion ends (a past time if it is at rest)."""
         return self._start if self._rest is not None else self._start + self._duration

@@ -14,6 +14,7 @@ from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import se2
 from caregiver_mj.robot.embodiment import Embodiment
+from caregiver_mj.robot.hand import hand_position
 from caregiver_mj.robot.se2 import Pose, Vector
 from caregiver_mj.robot.view import CHILD_RADIUS, ChildView, View
 
@@ -32,6 +33,8 @@ _CREEP_TOWARDS = 0.2  # cosine between motion and child, at most: what slides pa
 _COMING_SPEED = 0.1  # m/s towards the robot
 _COMING_GAP, _TOUCHING_GAP = 0.9, 0.01  # metres
 _GENTLE_GAP = 0.10  # metres to a child below which the base yields to a push
+_AT_HAND = 0.4  # metres from the arm to the middle of a child below which the arm yields to a push
+_TUCKED, _FAR_FROM_HAND = 0.05, 1.2  # share of the reach below which it is tucked, and metres beyond which none is near
 _IN_THE_WAY_GAP = 0.05  # metres between base and child on a path below which the child stands in its way
 _SOON = 0.8  # seconds within which a child goes on as it walks now
 
@@ -47,6 +50,20 @@ def gap(view: View, robot: Embodiment) -> float:
 def is_child_close(view: View, robot: Embodiment) -> bool:
     """Whether a child is so close that the base must not push back when it is pushed."""
     return gap(view, robot) < _GENTLE_GAP
+
+
+def is_child_at_hand(view: View, robot: Embodiment, reached: float) -> bool:
+    """Whether a child is so near to the hand, or to the arm that is out, that it might walk into it.
+
+    Args:
+        view: What is seen.
+        robot: The robot.
+        reached: How far its hand reaches out; tucked it is over the child's head.
+    """
+    if reached < _TUCKED or gap(view, robot) > _FAR_FROM_HAND:
+        return False
+    edge, hand = se2.to_world(view.base, (robot.footprint, 0.0)), hand_position(view, robot)[:2].tolist()
+    return distance_from_line(view, edge, hand, 0.0) < _AT_HAND
 
 
 def comes(view: View, robot: Embodiment) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from caregiver_mj.robot import se2
@@ -19,9 +21,9 @@ _FIRM_GRIP_TIME = 0.3  # seconds from closing to a grip that has found hold, or 
 _STILL_TIME, _SHIFT = 0.3, 0.003  # seconds for which it must have lain still, and metres by which it may seem to move
 _CHOICE_INTERVAL = 1.0  # seconds between choices of a place
 _CHILD_AWAY = 1.2  # metres from any child to the candle, for the hand to go there
-_CHILD_NEAR = 0.6  # metres below which the hand stops where it is
-_CHILD_BESIDE = 0.4  # metres from its middle to the arm below which it does, likewise
-_CHILD_SOON = 0.4  # seconds in which a child that walks on may be so near
+_CHILD_COMES, _COMES_SOON = 0.7, 1.0  # metres below which it is withdrawn if a child may be so near, within seconds
+_CHILD_NEAR, _NEAR_SOON = 0.6, 0.4  # the same, below which it does not go on
+_CHILD_BESIDE, _BESIDE_SOON = 0.3, 0.1  # the same, below which it does not move at all
 
 
 class Retrieve(Skill):
@@ -29,7 +31,7 @@ class Retrieve(Skill):
 
     Where it lies such that the arm cannot do that at once, it is taken out to the open floor first, and picked up
     there. There is no hurry in it but the child's: the base stands still while the arm is out, the hand stops while
-    a child is near, and what fails is tried again.
+    a child is near and comes back before one that walks there, and what fails is tried again.
 
     Attributes:
         candle: Index of the candle.
@@ -45,7 +47,7 @@ class Retrieve(Skill):
         self._until = self._choose_at = 0.0
         self._failures = 0
         self._seen, self._seen_since = np.full(3, np.inf), 0.0
-        self._waits = False
+        self._withdraws = False  # because a child comes
 
     @property
     def is_approaching(self) -> bool:
@@ -56,6 +58,8 @@ class Retrieve(Skill):
         holds = robot.closes and has_in_hand(view, self.embodiment, self.candle)
         if not self._steps:
             return self._approach(view, robot, still, holds)
+        if not self._withdraws and not _gripped(self._steps) and self._child_within(view, _CHILD_COMES, _COMES_SOON):
+            self._withdraw(robot)
         if view.now < self._until or not self._reach(view, robot, self._steps[0][0]):
             return Status.COMMITTED
         _, grip = self._steps.pop(0)
@@ -103,30 +107,41 @@ class Retrieve(Skill):
 
     def _end(self, holds: bool) -> Status:
         """Decides what to do when the arm is back."""
+        if self._withdraws:
+            self._withdraws = False
+            return _unless_in_hand(holds)
         self._pitch_down, self._stance = self._stance.pitch_down, None
         if holds and self._pitch_down is None:
             return Status.DONE
         self._failures += not holds  # or it has been laid down once more
         return Status.FAILED if self._failures == ATTEMPTS else _unless_in_hand(holds)
 
+    def _withdraw(self, robot: RobotMotion) -> None:
+        """Has the hand come back by the poses that it went out by, before a child walks into it."""
+        last = max(0, math.ceil(robot.reached) - 1)
+        self._steps = [(float(pose), None) for pose in range(last, -1, -1)]
+        self._withdraws = True
+
     def _reach(self, view: View, robot: RobotMotion, pose: float) -> bool:
         """Moves the hand on, unless a child is near it; returns whether it is there."""
-        waits = self._is_child_near(view)
-        if waits and not self._waits:
+        if pose < robot.reached:
+            waits = self._child_within(view, _CHILD_BESIDE, _BESIDE_SOON)
+        else:
+            waits = self._child_within(view, _CHILD_NEAR, _NEAR_SOON)
+        if waits:
             robot.stop_reaching()
-        elif not waits:
+        else:
             robot.reach(pose)
-        self._waits = waits
-        return robot.reached == pose
+        return robot.reached == pose and not robot.has_given_way
 
-    def _is_child_near(self, view: View) -> bool:
-        """Whether a child is, or will shortly be, near the candle, the hand, or the arm that is out."""
+    def _child_within(self, view: View, distance: float, seconds: float) -> bool:
+        """Whether a child is, or may be within seconds, nearer than that to the candle, the hand, or the arm."""
         candle, hand = view.candles[self.candle, :2].tolist(), hand_position(view, self.embodiment)[:2].tolist()
         edge = se2.to_world(view.base, (self.embodiment.footprint, 0.0))
         return (
-            distance_from_line(view, candle, candle, _CHILD_SOON) < _CHILD_NEAR
-            or distance_from_line(view, hand, hand, _CHILD_SOON) < _CHILD_NEAR
-            or distance_from_line(view, edge, hand, _CHILD_SOON) < _CHILD_BESIDE
+            distance_from_line(view, candle, candle, seconds) < distance
+            or distance_from_line(view, hand, hand, seconds) < distance
+            or distance_from_line(view, edge, hand, seconds) < _CHILD_BESIDE
         )
 
     def _child_distance(self, view: View) -> float:
@@ -145,6 +160,11 @@ class Retrieve(Skill):
 def _unless_in_hand(holds: bool) -> Status:
     """It may be interrupted unless it has got the candle in the hand."""
     return Status.COMMITTED if holds else Status.RUNNING
+
+
+def _gripped(steps: list[tuple[float, float | None]]) -> bool:
+    """Whether the gripper has closed, or opened, already: what is left is to come back."""
+    return all(grip is None for _, grip in steps)
 
 
 def _there_and_back(goal: int, grip: float) -> list[tuple[float, float | None]]:

@@ -1,0 +1,56 @@
+"""An arm that is pushed: it stays where it is pushed to, and comes back slowly when nobody is at it any more."""
+
+import numpy as np
+import pytest
+
+from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.giving_way import GivingWay
+from caregiver_mj.robot.motion import RobotMotion
+
+ROBOT = find_embodiment()
+ARM = ROBOT.layout.arm
+HERE = (0.0, 0.0, 0.0)
+
+
+@pytest.fixture
+def robot() -> RobotMotion:
+    """One whose hand is out, and at rest."""
+    motion = RobotMotion(ROBOT, 0.02)
+    motion.reset(HERE)
+    motion.reach(0.5)
+    while motion.reached < 0.5:
+        motion.action(HERE)
+        motion.now += 0.02
+    return motion
+
+
+def test_a_pushed_arm_is_told_to_stay_where_it_is(robot):
+    wanted = robot.action(HERE)[ARM]
+    pushed = wanted + np.array([0.05, 0.0, 0.0, -0.03, 0.0, 0.001, 0.0])
+    np.testing.assert_array_equal(robot.action(HERE, pushed)[ARM], wanted)  # nobody is near: it is stiff
+    robot.giving_way.yields = True
+    told = robot.action(HERE, pushed)[ARM]
+    np.testing.assert_allclose(told[:4], pushed[:4])
+    assert told[5] == wanted[5]  # so little is how its servos sag
+    assert robot.has_given_way
+
+
+def test_it_comes_back_slowly(robot):
+    wanted = robot.action(HERE)[ARM]
+    robot.giving_way.yields = True
+    pushed = wanted + 0.1
+    told = [robot.action(HERE, pushed)[ARM]]
+    robot.giving_way.yields = False
+    for _ in range(30):
+        told.append(robot.action(HERE, told[-1])[ARM])
+    assert np.abs(np.diff(told, axis=0)).max() == pytest.approx(0.2 * 0.02)
+    np.testing.assert_allclose(told[-1], wanted)
+    assert not robot.has_given_way
+
+
+def test_an_arm_that_moves_goes_on():
+    """Its lag behind its reference is no push."""
+    way = GivingWay(2)
+    way.yields = True
+    way.follow(np.array([0.3, 0.0]), np.zeros(2), at_rest=False, seconds=0.02)
+    assert not way.offset.any()
