@@ -127,6 +127,8 @@ class BasePath:
             speeds[i + 1] = min(speeds[i + 1], self._speeds.reachable(speeds[i], lengths[i]))
         for i in reversed(range(1, len(lengths))):
             speeds[i] = min(speeds[i], self._speeds.reachable(speeds[i + 1], lengths[i]))
+        if turns:
+            speeds[1] = self._speeds.corner_speed_from(start_speed, lines[0][1], turns[0], speeds[1])
 
         here = points[0]
         for i, (axis, _) in enumerate(lines):

@@ -38,6 +38,24 @@ class PathSpeeds:
             low, high = (middle, high) if self.distance_to_change(speed, middle) <= distance else (low, middle)
         return low
 
+    def corner_speed_from(self, speed: float, length: float, turn: float, most: float) -> float:
+        """The highest speed, at most that, for the corner at the end of a line that is entered at a speed.
+
+        The base must be able to brake to it before the corner begins, and a quicker corner begins earlier. It can if
+        it could stop within the line.
+        """
+
+        def fits(end: float) -> bool:
+            return self.distance_to_change(speed, min(speed, end)) <= length - self.corner_size(end, turn)
+
+        if fits(most):
+            return most
+        low, high = 0.0, most
+        for _ in range(30):
+            middle = (low + high) / 2
+            low, high = (middle, high) if fits(middle) else (low, middle)
+        return low
+
     def corner_size(self, speed: float, turn: float) -> float:
         """Length before, and after, the corner point that a blend at this speed takes."""
         return speed * self.time_to_change(2 * speed * math.sin(turn / 2)) / 2

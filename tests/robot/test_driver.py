@@ -111,12 +111,12 @@ def test_a_drive_tells_where_it_leads_and_ends_there():
 def test_children_in_both_of_two_ways_leave_none_until_one_goes(order):
     north, south = stands_in(TWO_WAYS, (1, 4)), stands_in(TWO_WAYS, (3, 4))
     alone = Drive(TWO_WAYS, (1, 7), (2, 1), north)
-    assert alone.run(12.0) is Status.DONE
+    assert alone.run(10.5) is Status.DONE
     drive = Drive(TWO_WAYS, (1, 7), (2, 1), *[north, south][::order])
     assert drive.run(9.5) is Status.RUNNING
     assert 0.0 < drive.gap() < 0.6  # it waits as near as it may
     drive.children = [north, stands_in(TWO_WAYS, (1, 8))]
-    assert drive.run(12.0) is Status.DONE
+    assert drive.run(10.5) is Status.DONE
 
 
 def test_what_children_keep_closed_is_given_up():

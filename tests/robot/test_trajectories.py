@@ -285,3 +285,18 @@ def test_a_path_entered_at_speed_ends_at_its_goal_and_not_beyond(speed, reach, m
     assert max(position[0] for position, _, _ in states) < length + 0.004
     assert states[-1][0] == pytest.approx((length, 0.0), abs=1e-6)
     assert np.abs(np.diff([velocity[0] for _, velocity, _ in states])).max() < BASE.acceleration * TIMESTEP * 1.01
+
+
+@pytest.mark.parametrize("along", [-1.2, -0.6, 0.3, 0.9])
+@pytest.mark.parametrize("length", [0.6, 0.75, 0.9, 1.3])
+def test_a_corner_soon_after_a_turn_is_not_overshot(along, length):
+    """It used to be passed, at low speed, and come back to, where the line up to it had been entered at speed."""
+    points = [(0.0, 0.0), (length, 0.0), (length, 2.0)]
+    try:
+        path = BasePath(points, BASE, velocity=(along, 0.0), deviation=0.12)
+    except PathError:
+        return
+    position, velocity, _ = trace(path)
+    assert position[:, 0].max() < length + 0.004
+    turned = np.flatnonzero(velocity[:, 0] > 1e-3)[0]  # a base that went the other way
+    assert (velocity[turned:, 0] > -1e-3).all()
