@@ -120,8 +120,9 @@ class CaregiverPolicy:
         executive.act(view, self.robot, lambda *known: self._perception.percept(view, *known), new_move, all_known)
         if begun != executive.begun or done != executive.done:
             self._task.note_interventions(executive.begun - begun, executive.done - done)
-        self.robot.gentle = separation.is_child_close(view, self.robot.robot)
-        self.robot.giving_way.yields = separation.is_child_at_hand(view, self.robot.robot, self.robot.reached)
+        at_hand = separation.is_child_at_hand(view, self.robot.robot, self.robot.reached)
+        self.robot.giving_way.yields = at_hand
+        self.robot.gentle = at_hand or separation.is_child_close(view, self.robot.robot)
         action = self.robot.action(view.base, view.arm)
         self.robot.now += self._timestep
         return action

@@ -22,6 +22,8 @@ from caregiver_mj.robot.robot_model import read_spec
 _TOLERANCE = 1e-5  # metres and radians
 _ITERATIONS = 40
 _STEP = 0.5  # radians, the most that a joint goes in an iteration
+_CLEAR = 0.02  # metres that parts of the robot stay away from each other
+_NEIGHBOURS = 2  # joints between two parts that meet at them, as they do all the time
 _HOLD_COST = 0.5  # of a joint that is held, beside 1 for the hand
 
 
@@ -117,6 +119,28 @@ class Arm:
         joints.flags.writeable = False
         return joints
 
+    def clears_itself(self, joints: np.ndarray) -> bool:
+        """Whether no part of the robot comes near another one, neighbours apart, with joints (joints,) in radians."""
+        model, data, apart = self._own_shapes
+        data.qpos[self._arm] = joints
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_collision(model, data)
+        return not apart[tuple(data.contact.geom.T)].any()
+
+    @functools.cached_property
+    def _own_shapes(self) -> tuple[mujoco.MjModel, mujoco.MjData, np.ndarray]:
+        """A model in which the robot's parts meet each other, and which pairs of geoms are no neighbours."""
+        spec = read_spec(self.embodiment.model)
+        for geom in spec.geoms:
+            if geom.contype:
+                geom.contype = geom.conaffinity = 1
+                geom.margin = _CLEAR
+        model = spec.compile()
+        hand = model.body("hand").id
+        bodies = [hand if model.body_parentid[body] == hand else int(body) for body in model.geom_bodyid]
+        depths = np.array([_depth(model, body) for body in bodies])
+        return model, mujoco.MjData(model), np.abs(depths[:, None] - depths) > _NEIGHBOURS
+
     def may_reach(self, point: np.ndarray, rotation: np.ndarray) -> bool:
         """Whether a pose of the hand, as for `solve_pose`, is near enough to be worth a try."""
         shoulder, longest, hand = self._lengths
@@ -130,6 +154,11 @@ class Arm:
         places = [data.body(name).xpos.copy() for name in self.embodiment.names.chain]
         longest = sum(math.dist(a, b) for a, b in itertools.pairwise(places))
         return places[0], longest, math.dist(places[-1], data.site("pinch").xpos)
+
+
+def _depth(model: mujoco.MjModel, body: int) -> int:
+    """How many bodies a body hangs from, one from the other."""
+    return 0 if body == 0 else 1 + _depth(model, int(model.body_parentid[body]))
 
 
 @functools.cache

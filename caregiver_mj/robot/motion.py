@@ -19,6 +19,7 @@ from caregiver_mj.robot.reach import ReachPath, reach_path
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 
 _GENTLE_SPEED = 0.03  # m/s, the most of the feedback where a child may be in between: slower than a strike
+_GENTLE_TURN = 0.02  # rad/s, the same of the heading's feedback where a child may be at the arm
 _CATCH_UP_SPEED = 0.3  # m/s, the same elsewhere: what holds the base up may let go of it
 _RELEASE = 0.4  # m/s^2, how quickly the one becomes the other when the child has gone
 _AT_REST = 1e-6  # 1/s, of how far the hand reaches out
@@ -204,4 +205,7 @@ class RobotMotion(BaseMotion):
         top = _TOP_SHARE * self.robot.limits.base_speed
         if (speed := math.hypot(vx, vy)) > top:  # held up by something, it must not catch up at any speed
             vx, vy = vx * top / speed, vy * top / speed
-        return vx, vy, yaw_rate + servos.yaw_lag * yaw_acceleration + servos.yaw_gain * (yaw - base[2])
+        back_yaw = servos.yaw_gain * (yaw - base[2])
+        if self.giving_way.yields:  # pushed at its arm, the base has been turned as well
+            back_yaw = min(_GENTLE_TURN, max(-_GENTLE_TURN, back_yaw))
+        return vx, vy, yaw_rate + servos.yaw_lag * yaw_acceleration + back_yaw

@@ -13,6 +13,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.robot.kinematics import Arm
 from caregiver_mj.robot.limits import ArmLimits, Limits
 
+_CHECKS = 25  # poses on the arm's way that are checked
 _HOVER = 0.10  # metres over a candle that lies, at which the hand stops
 
 
@@ -75,7 +76,7 @@ def retrieval_path(arm: Arm, point: np.ndarray, rotation: np.ndarray, lift: floa
         lift: Metres above the first pose of one more, by way of which the hand comes and goes; 0 for none.
 
     Raises:
-        CaregiverError: The arm cannot reach there.
+        CaregiverError: The arm cannot reach there, or not without coming near the robot itself.
     """
     above = np.array([*point[:2], point[2] + _HOVER])
     for guess in _guesses(arm, rotation) if arm.may_reach(point, rotation) else ():
@@ -86,7 +87,9 @@ def retrieval_path(arm: Arm, point: np.ndarray, rotation: np.ndarray, lift: floa
                 over.insert(0, arm.solve_pose(above + np.array([0.0, 0.0, lift]), rotation, over[0]))
         except CaregiverError:
             continue
-        return ReachPath([arm.tucked, *over, down], arm.embodiment.limits.arm)
+        path = ReachPath([arm.tucked, *over, down], arm.embodiment.limits.arm)
+        if all(arm.clears_itself(path.joints(s)) for s in np.linspace(path.goal, 0.0, _CHECKS)):
+            return path
     x, y, z = point
     raise CaregiverError(f"the arm cannot grip what lies {x:.2f} m ahead and {y:.2f} m aside, {z:.2f} m high")
 

@@ -1,5 +1,8 @@
 """The arm against its published data: limits, and forward kinematics multiplied out from the DH table."""
 
+import contextlib
+import itertools
+
 import mujoco
 import numpy as np
 import pytest
@@ -8,7 +11,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.grips import hand_rotation, upright_grip
 from caregiver_mj.robot.kinematics import Arm
-from caregiver_mj.robot.reach import reach_path, retrieval_path
+from caregiver_mj.robot.reach import ReachPath, reach_path, retrieval_path
 from caregiver_mj.robot.robot_model import read_spec
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 
@@ -230,3 +233,42 @@ def test_hand_tilts_with_the_candle_only_where_that_leans():
     # A quarter turn about y, nose down: 35 degrees below the horizontal become 125.
     np.testing.assert_allclose(lying[:, 2], [np.cos(np.radians(125)), 0, -np.sin(np.radians(125))], atol=1e-12)
     np.testing.assert_allclose(lying[:, 1], upright[:, 1], atol=1e-12)
+
+
+# -- The robot itself --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "moved"),
+    [
+        ("mobile_fr3", {1: 1.1, 3: -2.6}),  # leans forward, folded: the forearm is in the base
+        ("mobile_ur5e", {1: 1.2}),  # the upper arm leans down on the base
+        ("mobile_ur5e", {2: -3.1}),  # the elbow is folded up: the hand is in the upper arm
+    ],
+)
+def test_an_arm_knows_when_it_comes_near_the_robot_itself(name, moved):
+    arm = Arm(find_embodiment(name))
+    assert arm.clears_itself(arm.tucked)
+    assert arm.clears_itself(reach_path(arm, 7000).joints(1.0))
+    folded = arm.tucked.copy()
+    folded[list(moved)] = list(moved.values())
+    assert not arm.clears_itself(folded)
+
+
+def test_no_way_to_something_that_lies_leads_through_the_robot():
+    """Along some of them the forearm would go 2 cm into the base, and the wrist as well."""
+    arm = Arm(ROBOT)
+
+    def ways() -> list[ReachPath]:
+        found = []
+        for reach, heading in itertools.product(ROBOT.postures.lying_reaches, np.arange(0.0, 2 * np.pi, np.pi / 4)):
+            with contextlib.suppress(CaregiverError):
+                found.append(retrieval_path(arm, np.array([reach, 0.0, 0.03]), hand_rotation(heading, np.radians(50))))
+        return found
+
+    def clear(path: ReachPath) -> bool:
+        return all(arm.clears_itself(path.joints(s)) for s in np.linspace(0.0, path.goal, 50))
+
+    checked = ways()
+    assert len(checked) > 5
+    assert all(map(clear, checked))

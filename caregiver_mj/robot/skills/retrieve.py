@@ -23,7 +23,7 @@ _CHOICE_INTERVAL = 1.0  # seconds between choices of a place
 _CHILD_AWAY = 1.2  # metres from any child to the candle, for the hand to go there
 _CHILD_COMES, _COMES_SOON = 0.7, 1.0  # metres below which it is withdrawn if a child may be so near, within seconds
 _CHILD_NEAR, _NEAR_SOON = 0.6, 0.4  # the same, below which it does not go on
-_CHILD_BESIDE, _BESIDE_SOON = 0.3, 0.1  # the same, below which it does not move at all
+_CHILD_BESIDE, _BESIDE_SOON = 0.3, 0.3  # the same, below which it does not move at all
 
 
 class Retrieve(Skill):
