@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-_ACCELERATION_SHARE, _JERK_SHARE = 0.95, 0.8  # of the base's highest, see `RobotLimits.together`
+_ACCELERATION_SHARE, _JERK_SHARE = 0.9, 0.72  # of the base's highest, see `RobotLimits.together`
 _LEAST_BRAKING = 0.2  # of that acceleration: a corner gets tighter nowhere, and gentler as soon as the base slows down
 _DELAYED = 0.04  # seconds by which a corner, or the path's own braking, may delay it: the most of 500 ways, by trial
 

@@ -39,7 +39,7 @@ LIMITS = RobotLimits(
         ),
     ),
     # Bases of this size are configured to 1 to 2 m/s^2. A rigid one would tip over at 5.2, but the arm swings, too.
-    base=Limits(velocity=0.97 * _BASE_SPEED, acceleration=1.8, jerk=14.0),
+    base=Limits(velocity=0.97 * _BASE_SPEED, acceleration=1.7, jerk=14.0),
     yaw=Limits(velocity=2.8, acceleration=7.6, jerk=36.0),
     # A half turn with the above costs 14 mm of the candle's place in the hand, one with this 7; at 30 mm it is lost.
     yaw_gentle=Limits(velocity=1.4, acceleration=7.6, jerk=36.0),

@@ -35,7 +35,7 @@ LIMITS = RobotLimits(
         acceleration_share=0.9,
         planned_jerk=300.0,
     ),
-    base=Limits(velocity=0.97 * _BASE_SPEED, acceleration=1.6, jerk=12.0),
+    base=Limits(velocity=0.97 * _BASE_SPEED, acceleration=1.5, jerk=12.0),
     yaw=Limits(velocity=2.0, acceleration=5.0, jerk=30.0),
     yaw_gentle=Limits(velocity=1.0, acceleration=4.0, jerk=30.0),
     gripper=Limits(velocity=0.9 * _FINGER_SPEED, acceleration=4.0, jerk=200.0),
