@@ -48,7 +48,8 @@ def section(rows: pd.DataFrame) -> str:
     verdict = "No price searched is enough." if found is None else f"The lowest that is enough: {found}."
     note = (
         f"Free moves denied in an episode, less the rule's, in {houses} houses of {episodes} episodes a cell; and "
-        f"damage left, the mean below epsilon 1. Enough is what leaves no more than the rule denies at any epsilon. {verdict}"
+        "damage left, the mean below epsilon 1. Enough is what leaves no more than the rule denies at any epsilon. "
+        f"{verdict}"
     )
     head = ("price", *(f"{epsilon:g}" for epsilon in EPSILONS), "left")
     return "\n\n".join(["## The price of a denied move", fill(note), table(head, lines)])
