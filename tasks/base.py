@@ -165,7 +165,7 @@ class CareTask(base.Task):
             self.ledger.candles_dropped[0] += self.candles.count_fallen(physics)
 
     def get_observation(self, physics: Physics) -> collections.OrderedDict:
-        """What there is to see, enough to run the caregiver on; see the README for every key."""
+        """What there is to see, enough to run the caregiver on; every key is in `tasks.observed`."""
         observation = collections.OrderedDict()
         observation["clock"] = np.array(self._control_steps / self._steps_a_move)
         observation["toddler_position"] = physics.toddler_positions()[self._shown]

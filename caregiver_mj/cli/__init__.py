@@ -40,7 +40,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGTERM) == signal.SIG_DFL:
             signal.signal(signal.SIGTERM, _terminate)
-        arguments = _parser().parse_args(argv)
+        arguments = make_parser().parse_args(argv)
         arguments.argv = argv
         arguments.run(arguments)
         if sys.stdout is not None:  # as it is if it was closed
@@ -72,7 +72,8 @@ def _silence() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _parser() -> Parser:
+def make_parser() -> Parser:
+    """The parser of the whole command line."""
     parser = Parser(prog=PROGRAM, description="A robot caregiver, toddlers, and a house with stairs and candles.")
     version = importlib.metadata.version("caregiver_mj")
     parser.add_argument("--version", action="version", version=f"{PROGRAM} {version}", help="say which version it is")

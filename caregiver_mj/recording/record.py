@@ -1,6 +1,6 @@
 """The record of an episode: every column once, with its type, unit and meaning.
 
-The Parquet schema, the table in the README, the report's words and what both worlds count come from here.
+The Parquet schema, the table in the documentation, the report's words and what both worlds count come from here.
 """
 
 from __future__ import annotations

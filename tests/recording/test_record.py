@@ -1,8 +1,7 @@
-"""The record of an episode: its columns, and the README's table of them."""
+"""The record of an episode: its columns, and the table of them."""
 
 import dataclasses
 import inspect
-import pathlib
 
 import numpy as np
 import pytest
@@ -10,9 +9,6 @@ import pytest
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.ledger import Ledger
 from caregiver_mj.recording.record import COLUMNS, MEASURES, EpisodeRecord, markdown, names
-
-README = pathlib.Path(__file__).parents[2] / "README.md"
-BEGIN, END = "<!-- columns: made by caregiver_mj.recording.record.markdown -->\n", "<!-- end of columns -->"
 
 # What rows have had ever since, written out once more: none of these may be renamed.
 FORMER = ["world", "house", "caregiver", "epsilon", "episode", "seed"]
@@ -56,13 +52,6 @@ def test_a_ledger_and_two_clocks_fill_a_record():
     settings = dict.fromkeys(names("setting"), "x")
     record = EpisodeRecord(**settings, **outcome, sim_seconds=1.0, wall_seconds=2.0)
     assert list(dataclasses.asdict(record)) == [column.name for column in COLUMNS]
-
-
-def test_the_readme_has_the_columns():
-    text = README.read_text("utf-8")
-    assert text.count(BEGIN) == text.count(END) == 1
-    shown = text.split(BEGIN)[1].split(END)[0].strip()
-    assert shown == markdown(), "put the output of `markdown()` between the README's two marks"
 
 
 @pytest.mark.parametrize("name", [column.name for column in COLUMNS])
