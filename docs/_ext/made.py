@@ -55,7 +55,7 @@ def tasks() -> str:
 
 def observation() -> str:
     """What the tasks show, with the shapes that it has in a house, and the bounds that Gymnasium's have there."""
-    spaces = {key: box for name in TASKS for key, box in _of_task(name).observation_space.items()}
+    spaces = {key: box for name in reversed(TASKS) for key, box in _of_task(name).observation_space.items()}
     rows = []
     for key, seen in OBSERVED.items():
         box = spaces.pop(key)

@@ -30,7 +30,7 @@ def site(tmp_path_factory):
 def shown(site, page):
     """The text of a page."""
     article = re.search(r"<article.*?</article>", (site / page).read_text("utf-8"), re.S).group()
-    return html.unescape(re.sub(r"<[^>]+>", "", article))
+    return html.unescape(re.sub(r"<[^>]+>", "", article)).replace("\N{RIGHT SINGLE QUOTATION MARK}", "'")
 
 
 def test_every_page_is_there(site):
@@ -40,12 +40,16 @@ def test_every_page_is_there(site):
 
 
 def test_nothing_comes_from_the_network(site):
-    loads = re.compile(
-        r"""<(?:script|img|iframe|source|video)\b[^>]*\bsrc="([^"]*)"|<link\b([^>]*)>|url\(([^)]*)\)|@import"""
-    )
-    for path in [*site.rglob("*.html"), *site.rglob("*.css")]:
-        for match in loads.finditer(path.read_text("utf-8")):
-            assert "//" not in match.group(), (path, match.group())
+    tags = re.compile(r"""<(?:script|img|iframe|source|video)\b[^>]*\bsrc="([^"]*)|<link\b[^>]*\bhref="([^"]*)""")
+    styles = re.compile(r"""(?:url\(|@import )\s*["']?([^"')]*)""")
+    found = [
+        address
+        for path in [*site.rglob("*.html"), *site.rglob("*.css")]
+        for match in (tags if path.suffix == ".html" else styles).findall(path.read_text("utf-8"))
+        for address in (match if isinstance(match, tuple) else (match,))
+    ]
+    assert len(found) > 100
+    assert [address for address in found if "//" in address and not address.startswith("data:")] == []
 
 
 def test_tables_are_made_of_the_code(site):
@@ -67,7 +71,7 @@ def test_tables_are_made_of_the_code(site):
 def test_a_formula_is_drawn_by_the_browser_alone(site):
     page = (site / "guide" / "model.html").read_text("utf-8")
     assert page.count("<math") > 20
-    assert "mathjax" not in page.lower()
+    assert not re.search(r"<script[^>]*mathjax", page, re.I)
 
 
 @pytest.mark.parametrize(
