@@ -14,12 +14,14 @@ class Observed:
         unit: Its units.
         meaning: What it is.
         of: Name of the only task that shows it; empty if all do.
+        asked: Whether it is only shown if that is asked for.
     """
 
     shape: str
     unit: str
     meaning: str
     of: str = ""
+    asked: bool = False
 
 
 OBSERVED = {

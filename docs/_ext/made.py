@@ -15,7 +15,7 @@ from sphinx.application import Sphinx
 
 import caregiver_mj
 from caregiver_mj.cli import make_parser
-from caregiver_mj.envs import lookout
+from caregiver_mj.envs.observed import OBSERVED_OF_TARGETS
 from caregiver_mj.recording import record
 from caregiver_mj.robot.embodiments import EMBODIMENTS
 from caregiver_mj.tasks import TASKS
@@ -58,10 +58,11 @@ def observation() -> str:
     spaces = {key: box for name in reversed(TASKS) for key, box in _of_task(name).observation_space.items()}
     rows = []
     for key, seen in OBSERVED.items():
-        box = spaces.pop(key)
+        shape, bounds = "", ""
+        if (box := spaces.pop(key, None)) is not None:  # else it is only there if it is asked for
+            shape, bounds = box.shape, f"{box.low.min():.4g} to {box.high.max():.4g}"
         of = f" (`{seen.of}` only)" if seen.of else ""
-        bounds = f"{box.low.min():.4g} to {box.high.max():.4g}"
-        rows.append([f"`{key}`", seen.shape, box.shape, seen.unit, bounds, seen.meaning + of])
+        rows.append([f"`{key}`", seen.shape, shape, seen.unit, bounds, seen.meaning + of])
     if spaces:
         raise ValueError(f"tasks.observed does not say what {', '.join(spaces)} is")
     return table(["key", "shape", f"in `{_HOUSE}`", "unit", "within, in Gymnasium", "is"], rows)
@@ -104,7 +105,7 @@ def environments() -> str:
 def targets() -> str:
     """What the environments of targets show."""
     keys = _environment(_TARGETS).observation_space
-    rows = [[f"`{key}`", box.shape, lookout.MEANINGS[key]] for key, box in keys.items()]
+    rows = [[f"`{key}`", box.shape, OBSERVED_OF_TARGETS[key]] for key, box in keys.items()]
     return table(["key", f"shape in `{_HOUSE}`", "is, from 0 to 1"], rows)
 
 

@@ -19,7 +19,7 @@ def test_every_key_is_as_it_is_said_to_be(task, children):
         "children": 2,
     }
     seen = {key: spec.shape for key, spec in env.observation_spec().items()}
-    assert set(seen) == {key for key, observed in OBSERVED.items() if observed.of in ("", task)}
+    assert set(seen) == {key for key, observed in OBSERVED.items() if observed.of in ("", task) and not observed.asked}
     for key, shape in seen.items():
         one, _, several = OBSERVED[key].shape.partition(", of several children ")
         assert shape == eval(several if several and children == "1,.25" else one, counts)
@@ -27,7 +27,7 @@ def test_every_key_is_as_it_is_said_to_be(task, children):
 
 def test_targets_say_what_they_show():
     pytest.importorskip("gymnasium")
-    from caregiver_mj.envs.lookout import MEANINGS
+    from caregiver_mj.envs.observed import OBSERVED_OF_TARGETS
     from caregiver_mj.envs.targets import make_targets
 
-    assert set(make_targets().observation_space) == set(MEANINGS)
+    assert set(make_targets().observation_space) == set(OBSERVED_OF_TARGETS)
