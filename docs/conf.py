@@ -22,6 +22,7 @@ nitpick_ignore_regex = [
 
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
+smartquotes = False
 html_math_renderer = "mathml"
 
 autodoc_inherit_docstrings = False  # those of other libraries are not ours to format
