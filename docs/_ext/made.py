@@ -148,7 +148,7 @@ def _value(one: argparse.Action) -> str:
 def _default(one: argparse.Action) -> str:
     if one.required:
         return "must be given"
-    if one.default in (None, False):
+    if one.default is None or one.default is False:
         return ""
     values = one.default if isinstance(one.default, list | tuple) else [one.default]
     return " ".join(f"`{value}`" for value in values)

@@ -59,6 +59,7 @@ def test_tables_are_made_of_the_code(site):
     for option in ("--houses SET|NAME ...", "--overlay danger", "--damage S:C:T", "--resume", "--still FILE.png"):
         assert option in options
     assert "caregiver-mj house make" in options
+    assert "--seed SEED 0 of the run" in " ".join(options.split())
     tasks = shown(site, "reference/tasks.html")
     for task in caregiver_mj.ALL_TASKS:
         assert task in tasks
