@@ -1,0 +1,210 @@
+"""`caregiver-mj record`: runs episodes and writes them, step by step, as a data set to learn from."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import functools
+import pathlib
+import re
+import shlex
+from typing import TYPE_CHECKING
+
+import rich.console
+import rich.progress
+
+from caregiver_mj.caregivers.registry import CAREGIVERS
+from caregiver_mj.cli.parsing import (
+    PROGRAM,
+    add_children,
+    add_embodiment,
+    add_house,
+    add_seed,
+    read_family,
+    read_house,
+)
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.executors import LocalExecutor
+from caregiver_mj.experiments.run_folder import StorageError
+from caregiver_mj.experiments.seeds import episode_seed
+from caregiver_mj.experiments.versions import versions
+from caregiver_mj.experiments.workers import WorkerError
+from caregiver_mj.recording.steps import Store
+
+if TYPE_CHECKING:
+    from caregiver_mj.envs.recipe import Recipe
+
+FORMATS = ("minari", "lerobot")
+
+
+def add_to(commands: argparse._SubParsersAction) -> None:
+    """Adds the command."""
+    command = commands.add_parser(
+        "record",
+        help="write episodes as a data set to learn from",
+        description="Runs episodes and writes them step by step: observations, actions, reward, cost, interventions, "
+        "and what cameras see, as a Minari or a LeRobot data set. Episode i is that of `evaluate` with the same seed, "
+        "house, children and caregiver.",
+        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+    )
+    command.add_argument("--format", choices=FORMATS, required=True, help="whose data set it shall be")
+    command.add_argument(
+        "--task", default="supervise", help="supervise, relocate_candle, block_stairs, or targets: interventions alone"
+    )
+    command.add_argument("--world", choices=("house", "grid"), default="house", help="the grid has targets only")
+    add_house(command)
+    command.add_argument(
+        "--epsilon", default="0.5", metavar="E[,E...]", help="the share of the children's moves that are random"
+    )
+    add_children(command)
+    command.add_argument(
+        "--caregiver",
+        default="paper",
+        metavar="NAME",
+        help=f"who acts: {' '.join(name for name in CAREGIVERS if name != 'none')}, or random-actions",
+    )
+    add_embodiment(command)
+    add_seed(command)
+    command.add_argument("--episodes", type=int, default=10, metavar="N", help="how many")
+    command.add_argument("--seconds", type=float, metavar="S", help="longest episode; the task's own if not given")
+    command.add_argument(
+        "--camera", nargs="+", default=[], metavar="NAME", help="also record these: overview, follow, wrist"
+    )
+    command.add_argument("--size", default="128x96", metavar="WxH", help="of their pictures, pixels")
+    command.add_argument("--jobs", type=int, default=1, metavar="N", help="worker processes")
+    command.add_argument(
+        "--out", required=True, metavar="DIR", help="the LeRobot data set, or the folder of all of Minari's"
+    )
+    command.add_argument("--name", help="of a Minari data set, as GROUP/NAME-v0; made of the settings if not given")
+    command.add_argument("--resume", action="store_true", help="go on with a recording that was broken off")
+    command.set_defaults(run=_run)
+
+
+def _run(arguments: argparse.Namespace) -> None:
+    if arguments.episodes < 1:
+        raise CaregiverError(f"episodes must be at least 1, not {arguments.episodes}")
+    if arguments.seed < 0:
+        raise CaregiverError(f"the seed must not be negative: {arguments.seed}")
+    if arguments.seconds is not None and not 0 < arguments.seconds < float("inf"):
+        raise CaregiverError(f"seconds must be a positive length, not {arguments.seconds}")
+    plan, family = read_house(arguments), read_family(arguments.epsilon, arguments)
+    from caregiver_mj.envs.recipe import RANDOM, Recipe  # here, for it needs an extra, and MuJoCo
+
+    if arguments.caregiver not in CAREGIVERS and arguments.caregiver != RANDOM:
+        raise CaregiverError(f"no caregiver '{arguments.caregiver}': there are {', '.join(CAREGIVERS)}, and {RANDOM}")
+    recipe = Recipe(
+        task=arguments.task,
+        plan=plan,
+        family=family,
+        caregiver=arguments.caregiver,
+        seed=arguments.seed,
+        world=arguments.world,
+        embodiment=arguments.embodiment,
+        seconds=arguments.seconds,
+        cameras=tuple(arguments.camera),
+        size=_size(arguments.size),
+    )
+    recipe.check()
+    name = arguments.name or _name(recipe)
+    target = pathlib.Path(arguments.out, name) if arguments.format == "minari" else pathlib.Path(arguments.out)
+    _check(arguments, recipe, name, target)
+    asked = {
+        "format": arguments.format,
+        "task": recipe.task,
+        "world": recipe.world,
+        "house": list(plan.rows),
+        "damage": str(plan.damage),
+        "family": str(family),
+        "caregiver": recipe.caregiver,
+        "embodiment": recipe.embodiment,
+        "seed": recipe.seed,
+        "seconds": recipe.seconds,
+        "cameras": list(recipe.cameras),
+        "size": list(recipe.size),
+        "versions": versions(),
+    }
+    store = Store(target.with_name(f".{target.name}.episodes"), asked, arguments.resume)
+    _collect(arguments, recipe, store)
+    _write(arguments, recipe, store, name, target)
+    store.remove()
+    print(target)
+
+
+def _check(arguments: argparse.Namespace, recipe: Recipe, name: str, target: pathlib.Path) -> None:
+    """Raises CaregiverError, before anything is run, where the data set could not be written or not be made."""
+    if arguments.format == "minari":
+        from caregiver_mj.recording.minari_dataset import check_name
+
+        check_name(name)
+    elif arguments.name is not None:
+        raise CaregiverError("--name is of a Minari data set; that of a LeRobot one is its folder, --out")
+    if target.exists():
+        raise CaregiverError(f"'{target}' is there already: a data set is not written over")
+    if arguments.format == "lerobot":
+        from caregiver_mj.recording.lerobot.dataset import check_rate
+
+        check_rate(recipe.about().rate)
+    recipe.spaces()  # makes the house, and the caregiver
+
+
+def _collect(arguments: argparse.Namespace, recipe: Recipe, store: Store) -> None:
+    """Runs the episodes that are not there yet, with a progress bar; a recording that breaks off says how to go on."""
+    from caregiver_mj.envs.collect import collect
+
+    jobs = [(i, episode_seed(recipe.seed, i)) for i in range(arguments.episodes) if i not in store]
+    columns = (
+        rich.progress.TextColumn("{task.description}"),
+        rich.progress.BarColumn(),
+        rich.progress.MofNCompleteColumn(),
+        rich.progress.TimeElapsedColumn(),
+        rich.progress.TimeRemainingColumn(),
+    )
+    work = functools.partial(collect, recipe, store.path)
+    found = arguments.episodes - len(jobs)
+    try:
+        with (
+            rich.progress.Progress(*columns, console=rich.console.Console(stderr=True)) as bar,
+            contextlib.closing(LocalExecutor(arguments.jobs).run(work, jobs)) as running,
+        ):
+            task = bar.add_task("episodes", total=arguments.episodes, completed=found)
+            for _ in running:
+                found += 1
+                bar.advance(task)
+    except (KeyboardInterrupt, OSError, WorkerError) as error:
+        again = arguments.argv if arguments.resume else [*arguments.argv, "--resume"]
+        raise StorageError(
+            f"{str(error) or 'interrupted'}; {found} of {arguments.episodes} episodes are kept in '{store.path}', "
+            f"go on with: {PROGRAM} {shlex.join(again)}"
+        ) from None
+
+
+def _write(arguments: argparse.Namespace, recipe: Recipe, store: Store, name: str, target: pathlib.Path) -> None:
+    """Makes the data set of the episodes."""
+    episodes = (store.load(i) for i in range(arguments.episodes))
+    try:
+        if arguments.format == "minari":
+            from caregiver_mj.recording.minari_dataset import write_minari
+
+            spec = recipe.spec(arguments.house)
+            write_minari(pathlib.Path(arguments.out), name, episodes, recipe.about(), recipe.spaces(), spec)
+        else:
+            from caregiver_mj.recording.lerobot.dataset import write_lerobot
+
+            write_lerobot(target, episodes, recipe.about())
+    except OSError as error:
+        raise StorageError(f"'{target}' cannot be written: {error}; the episodes are kept: --resume") from None
+
+
+def _name(recipe: Recipe) -> str:
+    """What a Minari data set is called that has been given no name."""
+    world = "grid-" if recipe.world == "grid" else ""
+    what = f"{world}{recipe.task}-{recipe.plan.name}-{recipe.caregiver}-{recipe.family}"
+    return f"caregiver_mj/{re.sub(r'[^-_0-9a-zA-Z]', '_', what)}-v0"
+
+
+def _size(text: str) -> tuple[int, int]:
+    """Width and height."""
+    match = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text)
+    if match is None:
+        raise CaregiverError(f"--size is WIDTHxHEIGHT in pixels, such as 128x96, not '{text}'")
+    return int(match[1]), int(match[2])
