@@ -23,13 +23,19 @@ from caregiver_mj.recording.lerobot.video import Film
 from caregiver_mj.recording.steps import Steps
 
 
-def write_lerobot(folder: pathlib.Path, episodes: Iterable[Steps], about: About) -> None:
+def write_lerobot(
+    folder: pathlib.Path,
+    episodes: Iterable[Steps],
+    about: About,
+    megabytes: tuple[float, float] = (layout.DATA_MEGABYTES, layout.VIDEO_MEGABYTES),
+) -> None:
     """Writes a data set; it is there when it is whole, and only then.
 
     Args:
         folder: Its folder, which must not exist.
         episodes: At least one, all alike in what they hold; they are read one after the other.
         about: What the data set says of itself.
+        megabytes: Of a file of rows and of a film, from which on the next episode goes into another one.
 
     Raises:
         CaregiverError: There are no whole steps a second, so that there can be no film of them.
@@ -37,7 +43,7 @@ def write_lerobot(folder: pathlib.Path, episodes: Iterable[Steps], about: About)
     check_rate(about.rate)
     unfinished = folder.with_name(f".{folder.name}.tmp")
     shutil.rmtree(unfinished, ignore_errors=True)
-    with contextlib.closing(_Writer(unfinished, about)) as writer:
+    with contextlib.closing(_Writer(unfinished, about, *megabytes)) as writer:
         for episode in episodes:
             writer.add(episode)
     unfinished.replace(folder)
@@ -52,8 +58,9 @@ def check_rate(rate: float) -> None:
 class _Writer:
     """Writes one episode after the other, and on closing what is said of them all."""
 
-    def __init__(self, root: pathlib.Path, about: About):
+    def __init__(self, root: pathlib.Path, about: About, data_megabytes: float, video_megabytes: float):
         self._root, self._about, self._rate = root, about, round(about.rate)
+        self._most_bytes, self._film_bytes = data_megabytes * 1e6, video_megabytes * 1e6
         self._features: dict[str, dict[str, Any]] = {}
         self._films: dict[str, Film] = {}
         self._rows: list[dict[str, Any]] = []  # one an episode
@@ -65,7 +72,9 @@ class _Writer:
         """Writes an episode."""
         if not self._features:
             self._features = features(episode, self._about)
-            self._films = {name: Film(self._root, IMAGES + name, self._rate) for name in episode.frames}
+            self._films = {
+                name: Film(self._root, IMAGES + name, self._rate, self._film_bytes) for name in episode.frames
+            }
         values = columns(episode, self._count, self._rate)
         self._add_rows(table(values))
         row = {
@@ -91,7 +100,7 @@ class _Writer:
 
     def _add_rows(self, rows: pa.Table) -> None:
         """Writes the rows of an episode, together, to the present file, or to another if that has become large."""
-        if self._data is not None and self._bytes > layout.DATA_MEGABYTES * 1e6:
+        if self._data is not None and self._bytes > self._most_bytes:
             self._data.close()
             self._data, self._shard, self._bytes = None, self._shard.next(), 0
         if self._data is None:

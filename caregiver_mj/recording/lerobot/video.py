@@ -8,26 +8,28 @@ from typing import Any
 import imageio_ffmpeg
 import numpy as np
 
-from caregiver_mj.recording.lerobot.layout import VIDEO, VIDEO_MEGABYTES, Shard
+from caregiver_mj.recording.lerobot.layout import VIDEO, Shard
+
+_BYTES_A_PIXEL = 0.1  # in the file, about; how large that is while it is being written, nobody can tell
 
 
 class Film:
     """The films of one camera, one after the other."""
 
-    def __init__(self, root: pathlib.Path, key: str, rate: int):
-        self._root, self._key, self._rate = root, key, rate
+    def __init__(self, root: pathlib.Path, key: str, rate: int, most_bytes: float):
+        self._root, self._key, self._rate, self._most_bytes = root, key, rate, most_bytes
         self._shard, self._frames = Shard(), 0
         self._writer: Any = None
-        self._path = root
 
     def add(self, frames: np.ndarray) -> dict[str, float]:
         """Appends the frames (n, height, width, 3) of an episode; returns where they are, as columns."""
-        if self._writer is not None and self._path.stat().st_size > VIDEO_MEGABYTES * 1e6:
+        height, width = frames.shape[1:3]
+        if self._frames * height * width * _BYTES_A_PIXEL > self._most_bytes:
             self.close()
             self._shard, self._frames = self._shard.next(), 0
         if self._writer is None:
-            self._path = self._shard.path(self._root, VIDEO, video_key=self._key)
-            self._writer = _writer(self._path, frames.shape[2], frames.shape[1], self._rate)
+            path = self._shard.path(self._root, VIDEO, video_key=self._key)
+            self._writer = _writer(path, width, height, self._rate)
         for frame in frames:
             self._writer.send(np.ascontiguousarray(frame))
         first, self._frames = self._frames, self._frames + len(frames)
