@@ -123,8 +123,9 @@ def _run(arguments: argparse.Namespace) -> None:
         "size": list(recipe.size),
         "versions": versions(),
     }
+    executor = LocalExecutor(arguments.jobs)
     store = Store(target.with_name(f".{target.name}.episodes"), asked, arguments.resume)
-    _collect(arguments, recipe, store)
+    _collect(arguments, recipe, store, executor)
     _write(arguments, recipe, store, name, target)
     store.remove()
     print(target)
@@ -147,7 +148,7 @@ def _check(arguments: argparse.Namespace, recipe: Recipe, name: str, target: pat
     recipe.spaces()  # makes the house, and the caregiver
 
 
-def _collect(arguments: argparse.Namespace, recipe: Recipe, store: Store) -> None:
+def _collect(arguments: argparse.Namespace, recipe: Recipe, store: Store, executor: LocalExecutor) -> None:
     """Runs the episodes that are not there yet, with a progress bar; a recording that breaks off says how to go on."""
     from caregiver_mj.envs.collect import collect
 
@@ -164,7 +165,7 @@ def _collect(arguments: argparse.Namespace, recipe: Recipe, store: Store) -> Non
     try:
         with (
             rich.progress.Progress(*columns, console=rich.console.Console(stderr=True)) as bar,
-            contextlib.closing(LocalExecutor(arguments.jobs).run(work, jobs)) as running,
+            contextlib.closing(executor.run(work, jobs)) as running,
         ):
             task = bar.add_task("episodes", total=arguments.episodes, completed=found)
             for _ in running:
