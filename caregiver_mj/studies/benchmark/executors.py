@@ -29,7 +29,7 @@ def executors(effort: Effort, console: Console) -> dict[str, Any]:
     """
     import distributed  # here, for all other sections do without
 
-    logging.getLogger("distributed").setLevel(logging.WARNING)
+    logging.getLogger("distributed").setLevel(logging.ERROR)  # of this process; workers talk on standard error
     plans = house_set(f"train-{effort.houses}")
     settings = Settings(plans, "grid", ("paper",), (EPSILON,), _EPISODES)
     seconds: dict[str, float] = {"local": 0.0, "dask": 0.0}
