@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import logging
 from typing import NoReturn
 
 from caregiver_mj.children.family import CHILDREN, NOVICE, Family
@@ -98,7 +99,10 @@ def make_executor(arguments: argparse.Namespace) -> Executor:
         raise CaregiverError("--jobs is of this machine, and a cluster has as many workers as it has: leave it out")
     from caregiver_mj.experiments.cluster import DaskExecutor  # here, for it takes a second to import
 
-    return DaskExecutor(arguments.scheduler)
+    executor = DaskExecutor(arguments.scheduler)
+    for name in ("distributed", "distributed.client"):  # what goes wrong we say ourselves, in one line
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    return executor
 
 
 def add_children(command: argparse.ArgumentParser) -> None:
