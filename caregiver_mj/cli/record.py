@@ -3,19 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import contextlib
-import functools
 import pathlib
 import re
-import shlex
 from typing import TYPE_CHECKING
 
-import rich.console
-import rich.progress
-
 from caregiver_mj.caregivers.registry import CAREGIVERS
+from caregiver_mj.cli.data_set import check, collect_all, write
 from caregiver_mj.cli.parsing import (
-    PROGRAM,
     add_children,
     add_embodiment,
     add_house,
@@ -25,10 +19,7 @@ from caregiver_mj.cli.parsing import (
 )
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.executors import LocalExecutor
-from caregiver_mj.experiments.run_folder import StorageError
-from caregiver_mj.experiments.seeds import episode_seed
 from caregiver_mj.experiments.versions import versions
-from caregiver_mj.experiments.workers import WorkerError
 from caregiver_mj.recording.steps import Store
 
 if TYPE_CHECKING:
@@ -107,7 +98,7 @@ def _run(arguments: argparse.Namespace) -> None:
     recipe.check()
     name = arguments.name or _name(recipe)
     target = pathlib.Path(arguments.out, name) if arguments.format == "minari" else pathlib.Path(arguments.out)
-    _check(arguments, recipe, name, target)
+    check(arguments, recipe, name, target)
     asked = {
         "format": arguments.format,
         "task": recipe.task,
@@ -125,75 +116,10 @@ def _run(arguments: argparse.Namespace) -> None:
     }
     executor = LocalExecutor(arguments.jobs)
     store = Store(target.with_name(f".{target.name}.episodes"), asked, arguments.resume)
-    _collect(arguments, recipe, store, executor)
-    _write(arguments, recipe, store, name, target)
+    collect_all(arguments, recipe, store, executor)
+    write(arguments, recipe, store, name, target)
     store.remove()
     print(target)
-
-
-def _check(arguments: argparse.Namespace, recipe: Recipe, name: str, target: pathlib.Path) -> None:
-    """Raises CaregiverError, before anything is run, where the data set could not be written or not be made."""
-    if arguments.format == "minari":
-        from caregiver_mj.recording.minari_dataset import check_name
-
-        check_name(name)
-    elif arguments.name is not None:
-        raise CaregiverError("--name is of a Minari data set; that of a LeRobot one is its folder, --out")
-    if target.exists():
-        raise CaregiverError(f"'{target}' is there already: a data set is not written over")
-    if arguments.format == "lerobot":
-        from caregiver_mj.recording.lerobot.dataset import check_rate
-
-        check_rate(recipe.about().rate)
-    recipe.spaces()  # makes the house, and the caregiver
-
-
-def _collect(arguments: argparse.Namespace, recipe: Recipe, store: Store, executor: LocalExecutor) -> None:
-    """Runs the episodes that are not there yet, with a progress bar; a recording that breaks off says how to go on."""
-    from caregiver_mj.envs.collect import collect
-
-    jobs = [(i, episode_seed(recipe.seed, i)) for i in range(arguments.episodes) if i not in store]
-    columns = (
-        rich.progress.TextColumn("{task.description}"),
-        rich.progress.BarColumn(),
-        rich.progress.MofNCompleteColumn(),
-        rich.progress.TimeElapsedColumn(),
-        rich.progress.TimeRemainingColumn(),
-    )
-    work = functools.partial(collect, recipe, store.path)
-    found = arguments.episodes - len(jobs)
-    try:
-        with (
-            rich.progress.Progress(*columns, console=rich.console.Console(stderr=True)) as bar,
-            contextlib.closing(executor.run(work, jobs)) as running,
-        ):
-            task = bar.add_task("episodes", total=arguments.episodes, completed=found)
-            for _ in running:
-                found += 1
-                bar.advance(task)
-    except (KeyboardInterrupt, OSError, WorkerError) as error:
-        again = arguments.argv if arguments.resume else [*arguments.argv, "--resume"]
-        raise StorageError(
-            f"{str(error) or 'interrupted'}; {found} of {arguments.episodes} episodes are kept in '{store.path}', "
-            f"go on with: {PROGRAM} {shlex.join(again)}"
-        ) from None
-
-
-def _write(arguments: argparse.Namespace, recipe: Recipe, store: Store, name: str, target: pathlib.Path) -> None:
-    """Makes the data set of the episodes."""
-    episodes = (store.load(i) for i in range(arguments.episodes))
-    try:
-        if arguments.format == "minari":
-            from caregiver_mj.recording.minari_dataset import write_minari
-
-            spec = recipe.spec(arguments.house)
-            write_minari(pathlib.Path(arguments.out), name, episodes, recipe.about(), recipe.spaces(), spec)
-        else:
-            from caregiver_mj.recording.lerobot.dataset import write_lerobot
-
-            write_lerobot(target, episodes, recipe.about())
-    except OSError as error:
-        raise StorageError(f"'{target}' cannot be written: {error}; the episodes are kept: --resume") from None
 
 
 def _name(recipe: Recipe) -> str:

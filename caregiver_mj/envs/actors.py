@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any, Protocol
 
 import gymnasium
 import numpy as np
@@ -23,8 +23,8 @@ class Actor(Protocol):
     def begin(self, seed: int) -> None:
         """Begins the episode of a seed, which the environment has begun."""
 
-    def act(self) -> np.ndarray:
-        """The next action."""
+    def act(self) -> Any:
+        """The next action, as the environment takes it."""
 
     @property
     def intervention(self) -> int:

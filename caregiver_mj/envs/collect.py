@@ -8,12 +8,13 @@ import caregiver_mj.house.rendering  # noqa: F401 (comes before dm_control)
 import pathlib
 from typing import Any, BinaryIO
 
-import gymnasium
 import mujoco
 import numpy as np
 from dm_control.mujoco import engine
 
-from caregiver_mj.envs.recipe import Recipe, camera_names, prepared
+from caregiver_mj.envs.house import HouseEnv
+from caregiver_mj.envs.recipe import Recipe, camera_names, house_of, prepared
+from caregiver_mj.envs.targets import TargetsEnv
 from caregiver_mj.recording.steps import Steps, frames_file, new_episode
 
 
@@ -61,12 +62,12 @@ def collect(recipe: Recipe, store: pathlib.Path, which: tuple[int, int]) -> None
 class _Cameras:
     """Cameras on an episode, whose pictures go to disk at once, for they are many. They see no shadows."""
 
-    def __init__(self, env: gymnasium.Env, recipe: Recipe, folder: pathlib.Path):
+    def __init__(self, env: HouseEnv | TargetsEnv, recipe: Recipe, folder: pathlib.Path):
         self._count, (self._width, self._height), self._folder = 0, recipe.size, folder
         self._cameras: dict[str, engine.Camera] = {}
         self._files: dict[str, BinaryIO] = {}
         if recipe.cameras:
-            physics = env.unwrapped.dm_env.physics
+            physics = house_of(env).physics
             for name, full in camera_names(physics, recipe.cameras).items():
                 camera = engine.Camera(physics, height=self._height, width=self._width, camera_id=full)
                 camera.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0  # which take four fifths of the time

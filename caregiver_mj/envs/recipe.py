@@ -17,6 +17,7 @@ import caregiver_mj.house.rendering  # noqa: F401 (comes before dm_control)
 import gymnasium
 from dm_control.rl import control
 from gymnasium import spaces
+from gymnasium.envs.registration import EnvSpec
 
 from caregiver_mj import tasks
 from caregiver_mj.children.family import Family
@@ -26,6 +27,7 @@ from caregiver_mj.envs.house import HouseEnv
 from caregiver_mj.envs.targets import TargetsEnv, make_targets
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.recording.about import About
 from caregiver_mj.robot.embodiment import DEFAULT
 
@@ -96,7 +98,7 @@ class Recipe:
             given["task_kwargs"] = options
         return given | ({"world": self.world} if self.task == TARGETS else {})
 
-    def make(self) -> gymnasium.Env:
+    def make(self) -> HouseEnv | TargetsEnv:
         """Makes the environment.
 
         Raises:
@@ -108,8 +110,13 @@ class Recipe:
             kwargs["render_mode"] = "rgb_array"
         return make_targets(**kwargs) if self.task == TARGETS else HouseEnv(self.task, **kwargs)
 
-    def spec(self, house: str) -> Any:
-        """Gymnasium's specification of the environment, with a house by its name or file."""
+    def spec(self, house: str) -> EnvSpec | None:
+        """Gymnasium's specification of the environment, with a house by its name or file.
+
+        None where that does not say all: a name says nothing of what a collision costs.
+        """
+        if self.plan.damage != DamageWeights():
+            return None
         spec = copy.deepcopy(gymnasium.spec(ENVIRONMENTS[self.task]))
         spec.kwargs = {**spec.kwargs, **self.kwargs, "house": house}
         return spec
@@ -132,22 +139,29 @@ class Recipe:
             version=importlib.metadata.version("caregiver_mj"),
         )
 
-    def spaces(self) -> tuple[spaces.Space, spaces.Space]:
+    def spaces(self) -> tuple[spaces.Dict, spaces.Space]:
         """Those of observations and of actions."""
         env, _ = prepared(self)
+        assert isinstance(env.observation_space, spaces.Dict)  # as it is where it is not asked to be flat
         return env.observation_space, env.action_space
 
 
 @functools.lru_cache(maxsize=1)  # episodes of one recipe follow each other, and a house takes a second to build
-def prepared(recipe: Recipe) -> tuple[gymnasium.Env, Actor]:
+def prepared(recipe: Recipe) -> tuple[HouseEnv | TargetsEnv, Actor]:
     """The environment of a recipe, and who acts in it."""
     env = recipe.make()
     if recipe.cameras:
-        camera_names(env.unwrapped.dm_env.physics, recipe.cameras)
+        camera_names(house_of(env).physics, recipe.cameras)
     if recipe.caregiver == RANDOM:
         return env, RandomActor(env)
-    kind = TargetCaregiver if isinstance(env, TargetsEnv) else HouseCaregiver
-    return env, kind(env, recipe.caregiver, recipe.seed)
+    if isinstance(env, TargetsEnv):
+        return env, TargetCaregiver(env, recipe.caregiver, recipe.seed)
+    return env, HouseCaregiver(env, recipe.caregiver, recipe.seed)
+
+
+def house_of(env: HouseEnv | TargetsEnv) -> control.Environment:
+    """The environment in MuJoCo that is within."""
+    return env.world.dm_env if isinstance(env, TargetsEnv) else env.dm_env
 
 
 def camera_names(physics: control.Physics, cameras: Iterable[str]) -> dict[str, str]:

@@ -55,11 +55,11 @@ class DaskExecutor:
                 f"a cluster needs Dask distributed ({error}): pip install 'caregiver_mj[dask]'"
             ) from None
         self.address, self._ahead = address, ahead
-        self._distributed = distributed
+        self._distributed: Any = distributed
         try:
             with warnings.catch_warnings():  # about versions, of which it is for us to judge
                 warnings.simplefilter("ignore", distributed.versions.VersionMismatchWarning)
-                self._client = distributed.Client(address, timeout=timeout, set_as_default=False)
+                self._client: Any = distributed.Client(address, timeout=timeout, set_as_default=False)
         except (OSError, ValueError, ImportError, AssertionError) as error:
             raise CaregiverError(f"no scheduler at '{address}': {' '.join(str(error).split())}") from None
         try:

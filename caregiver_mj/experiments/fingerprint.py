@@ -6,6 +6,7 @@ import functools
 import hashlib
 import importlib.util
 import pathlib
+from collections.abc import Mapping
 
 from caregiver_mj.experiments.versions import versions
 
@@ -23,7 +24,7 @@ def fingerprint() -> dict[str, str]:
     return {**versions(), "source": digest.hexdigest()[:12]}
 
 
-def difference(found: dict[str, str | None], wanted: dict[str, str]) -> str:
+def difference(found: Mapping[str, str | None], wanted: Mapping[str, str]) -> str:
     """What is not as wanted, in words; nothing if all is."""
     return ", ".join(
         f"{key} {found.get(key)} and not {value}" for key, value in wanted.items() if found.get(key) != value

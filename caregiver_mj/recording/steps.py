@@ -64,7 +64,7 @@ class Steps:
                 arrays[field.name] = value
             elif field.name not in ("observations", "frames"):
                 rest[field.name] = value
-        np.savez(folder / _ARRAYS, **arrays)
+        np.savez(folder / _ARRAYS, allow_pickle=False, **arrays)
         (folder / _REST).write_text(json.dumps(rest), encoding="utf-8")
 
     @classmethod
@@ -74,7 +74,7 @@ class Steps:
         with np.load(folder / _ARRAYS) as file:
             arrays = dict(file)
         observations = {key.partition("/")[2]: arrays.pop(key) for key in list(arrays) if "/" in key}
-        frames = {
+        frames: dict[str, np.ndarray] = {
             name: np.memmap(frames_file(folder, name), np.uint8, "r", shape=tuple(shape))
             for name, shape in rest.pop("frames").items()
         }

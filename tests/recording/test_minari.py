@@ -10,6 +10,7 @@ from caregiver_mj.envs.collect import collect
 from caregiver_mj.envs.recipe import Recipe
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.recording.minari_dataset import check_name, write_minari
 from caregiver_mj.recording.steps import Store
 
@@ -88,6 +89,17 @@ def test_its_environment_gives_the_same_episode_again(dataset):
         assert reward == pytest.approx(episode.rewards[i])
     assert truncated
     env.close()
+
+
+def test_collisions_that_cost_otherwise_make_no_environment_that_could_be_recovered(tmp_path, monkeypatch):
+    plan = FloorPlan.load("paper", damage=DamageWeights(9.0, 4.0, 1.0))
+    recipe = Recipe("targets", plan, Family.of(0.5), "random-actions", world="grid")
+    store = Store(tmp_path / "store", {})
+    collect(recipe, store.path, (0, 5))
+    assert recipe.spec("paper") is None
+    write_minari(tmp_path, "dear-v0", [store.load(0)], recipe.about(), recipe.spaces(), None)
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    assert minari.load_dataset("dear-v0").spec.env_spec is None
 
 
 @pytest.mark.parametrize("name", ["short", "short-v", "a b-v0", ""])
