@@ -44,10 +44,17 @@ OURS = [(page, words[1:]) for page, words in COMMANDS if words[0] == "caregiver-
 SCRIPTS = sorted({tuple(words) for _, words in COMMANDS if words[0] not in ("caregiver-mj", *SET_UP)})
 
 
+# A block that says in its first line which file it is of: the commands of all pages find it.
+FILE = re.compile(r"^```python\n# (\w+\.py)\n(.*?)^```", re.M | re.S)
+
+
 @pytest.fixture(autouse=True)
 def _elsewhere(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my-house.txt").write_text(PLAN)
+    for path in PAGES:
+        for file, block in FILE.findall(path.read_text("utf-8")):
+            (tmp_path / file).write_text(block)
 
 
 def test_there_are_commands_and_blocks():
@@ -57,8 +64,9 @@ def test_there_are_commands_and_blocks():
 
 
 @pytest.mark.parametrize("path", [path for path in PAGES if "```python" in path.read_text("utf-8")], ids=name)
-def test_python_runs(path, capsys):
+def test_python_runs(path, tmp_path, capsys):
     document = Sybil([PythonCodeBlockParser()]).parse(path)
+    document.namespace["__file__"] = str(tmp_path / "page.py")
     examples = list(document.examples())
     assert len(examples) == path.read_text("utf-8").count("```python")
     for example in examples:  # in one namespace, as somebody reads them
