@@ -56,10 +56,21 @@ class TileLayer:
 
     def _add_tiles(self, physics: engine.Physics, made: wrapper.MjvScene) -> None:
         """Puts the tiles into a scene that has just been made, as objects of no kind, by their numbers."""
-        scene = made.ptr
-        first = scene.ngeom
-        scene.ngeom += min(len(self._tiles), scene.maxgeom - first)
-        for number, (tile, geom) in enumerate(zip(self._tiles, scene.geoms[first:], strict=False)):
-            sides, middle = (tile.half, tile.half, tile.height / 2), (*tile.centre, tile.height / 2)
-            mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_BOX, sides, middle, np.eye(3).ravel(), np.ones(4))
-            geom.objtype, geom.objid, geom.segid = mujoco.mjtObj.mjOBJ_UNKNOWN, number, first + number
+        draw_tiles(made.ptr, self._tiles, solid=True)
+
+
+def draw_tiles(scene: mujoco.MjvScene, tiles: Sequence[Tile], solid: bool = False) -> None:
+    """Adds tiles to what a scene has, as objects of no kind, by their numbers; those for which there is room.
+
+    Args:
+        scene: The scene.
+        tiles: The tiles.
+        solid: Whether to leave their colours and opacities out.
+    """
+    first = scene.ngeom
+    scene.ngeom += min(len(tiles), scene.maxgeom - first)
+    for number, (tile, geom) in enumerate(zip(tiles, scene.geoms[first:], strict=False)):
+        sides, middle = (tile.half, tile.half, tile.height / 2), (*tile.centre, tile.height / 2)
+        rgba = np.ones(4) if solid else np.array([*(part / 255 for part in tile.colour), tile.opacity])
+        mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_BOX, sides, middle, np.eye(3).ravel(), rgba)
+        geom.objtype, geom.objid, geom.segid = mujoco.mjtObj.mjOBJ_UNKNOWN, number, first + number
