@@ -70,8 +70,9 @@ def _run(arguments: argparse.Namespace) -> None:
 
 
 def _serve(start: Callable[[], Session], arguments: argparse.Namespace) -> None:
-    from caregiver_mj.viz.viewers.web import WebViewer
+    from caregiver_mj.viz.viewers.web import WebViewer, check_address
 
+    check_address(arguments.host, arguments.port)  # before the house is made, which takes longer
     with (
         WebViewer(start(), arguments.host, arguments.port, arguments.rate, shadows=not arguments.no_shadows) as viewer,
         _until_interrupted(),

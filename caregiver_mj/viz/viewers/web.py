@@ -27,7 +27,7 @@ HOST, PORT = "127.0.0.1", 8080
 RATE = 20.0  # updates a second
 
 
-class _Server(viser.ViserServer):
+class Server(viser.ViserServer):
     """A server that stays where it is."""
 
     def request_share_url(self, verbose: bool = True) -> str | None:
@@ -40,6 +40,7 @@ class WebViewer:
 
     Attributes:
         session: What is shown.
+        server: What browsers are connected to.
         url: Where.
     """
 
@@ -56,17 +57,17 @@ class WebViewer:
         Raises:
             CaregiverError: One cannot listen there.
         """
-        _check_address(host, port)
+        check_address(host, port)
         self.session, self._period, self._shadows = session, 1.0 / rate, shadows
         self._wishes: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         with contextlib.redirect_stdout(io.StringIO()):  # it would say where it listens, in its own words
-            self._server = _Server(host=host, port=port, label="caregiver-mj", verbose=False)
-        self.url = f"http://{f'[{host}]' if ':' in host else host}:{self._server.get_port()}"
-        self._server.gui.configure_theme(show_logo=False, show_share_button=False)
-        self._server.gui.main_panel.dock_right()
-        self._panel = Panel(self._server, session, self._wishes.put)
+            self.server = Server(host=host, port=port, label="caregiver-mj", verbose=False)
+        self.url = f"http://{f'[{host}]' if ':' in host else host}:{self.server.get_port()}"
+        self.server.gui.configure_theme(show_logo=False, show_share_button=False)
+        self.server.gui.main_panel.dock_right()
+        self._panel = Panel(self.server, session, self._wishes.put)
         self._panel.fill_in()
-        self._scene = WebScene(self._server, session.episode, shadows)
+        self._scene = WebScene(self.server, session.episode, shadows)
 
     def run(self, until: Callable[[], bool] = lambda: False) -> None:
         """Runs the session until somebody interrupts it, or until something is true."""
@@ -81,7 +82,7 @@ class WebViewer:
         """Shows the present moment."""
         episode = self.session.episode
         if not self._scene.fits(episode):
-            self._scene = WebScene(self._server, episode, self._shadows)
+            self._scene = WebScene(self.server, episode, self._shadows)
             self.session.skip_time()
         self._panel.show()
         self._scene.show(episode, self._panel.foreseen)
@@ -89,7 +90,7 @@ class WebViewer:
     def close(self) -> None:
         """Ends the server."""
         with contextlib.redirect_stdout(io.StringIO()):
-            self._server.stop()
+            self.server.stop()
 
     def __enter__(self) -> WebViewer:
         return self
@@ -107,8 +108,8 @@ class WebViewer:
             wish()
 
 
-def _check_address(host: str, port: int) -> None:
-    """Raises CaregiverError unless one can listen there: the server would look for another port, without an end."""
+def check_address(host: str, port: int) -> None:
+    """Raises CaregiverError unless one can listen there: the server itself would try other ports, without an end."""
     try:
         kind, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         with socket.socket(kind, socket.SOCK_STREAM) as listener:
