@@ -72,7 +72,7 @@ class Window:
         while self._viewer.is_running():
             due = time.monotonic() + _PERIOD
             while not self._pressed.empty():
-                self._press(self._pressed.get())
+                press(self.session, self._pressed.get())
             self.session.advance()
             self.show()
             time.sleep(max(due - time.monotonic(), 0.0))
@@ -100,23 +100,24 @@ class Window:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _press(self, key: int) -> None:
-        session = self.session
-        match _KEYS.get(key):
-            case "pause":
-                session.pause() if session.playing else session.play()
-            case "step":
-                session.step()
-            case "next move":
-                session.next_move()
-            case "faster":
-                session.speed = min(2 * session.speed, FASTEST)
-            case "slower":
-                session.speed = max(session.speed / 2, SLOWEST)
-            case "again":
-                session.restart()
-            case "next":
-                session.change(number=session.watched.number + 1)
+
+def press(session: Session, key: int) -> None:
+    """Does what a key, as GLFW numbers them, stands for."""
+    match _KEYS.get(key):
+        case "pause":
+            session.pause() if session.playing else session.play()
+        case "step":
+            session.step()
+        case "next move":
+            session.next_move()
+        case "faster":
+            session.speed = min(2 * session.speed, FASTEST)
+        case "slower":
+            session.speed = max(session.speed / 2, SLOWEST)
+        case "again":
+            session.restart()
+        case "next":
+            session.change(number=session.watched.number + 1)
 
 
 def texts(state: HudState, session: Session) -> tuple[str, str]:
