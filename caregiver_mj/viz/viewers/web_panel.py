@@ -17,7 +17,7 @@ from caregiver_mj.viz.viewers.session import Session
 
 _SPEEDS = ("0.1", "0.25", "0.5", "1", "2", "5", "10", "20")
 _STEPS: dict[str, Callable[[Session], None]] = {"0.02 s": Session.step, "1 move": Session.next_move}
-_CHILDREN_MOST = 4  # that can be asked for here; a list of epsilons may be longer
+_MOST = 9  # children that can be asked for here
 Do = Callable[[Callable[[], None]], None]  # has something done in the thread of the simulation
 
 
@@ -73,7 +73,8 @@ class Panel:
         """Enters into the form what is shown now."""
         self._wrong = False
         watched = self._session.watched
-        self._house.value, self._epsilon.value = watched.house, str(watched.family)
+        alike = set(map(str, watched.family.children))
+        self._house.value, self._epsilon.value = watched.house, alike.pop() if len(alike) == 1 else str(watched.family)
         self._children.value, self._child.value = len(watched.family), NOVICE
         self._caregiver.value, self._seed.value, self._number.value = watched.caregiver, watched.seed, watched.number
         self._same.content = f"A film of it:\n```\ncaregiver-mj render {watched.options()} --out film.mp4\n```"
@@ -97,7 +98,7 @@ class Panel:
         with gui.add_folder("Episode"):
             self._house = gui.add_text("House", "", hint=f"{', '.join(house_names())}, house-17, test-100/17")
             self._epsilon = gui.add_text("Epsilon", "", hint="Share of random moves: 0.5, or of each child: 1, 0.25")
-            self._children = gui.add_number("Children", 1, min=1, max=_CHILDREN_MOST, step=1)
+            self._children = gui.add_number("Children", 1, min=1, max=_MOST, step=1)
             self._child = gui.add_dropdown("Child", tuple(CHILDREN), initial_value=NOVICE)
             self._caregiver = gui.add_dropdown("Caregiver", known, initial_value=self._session.watched.caregiver)
             self._seed = gui.add_number("Seed", 0, min=0, step=1)
@@ -153,4 +154,6 @@ class Panel:
         family, count = Family.parse(self._epsilon.value, self._child.value), int(self._children.value)
         if len(family) == 1:
             return family.times(count)
+        if len(family) != count:
+            raise CaregiverError(f"epsilon {family} is of {len(family)} children, not of {count}")
         return family

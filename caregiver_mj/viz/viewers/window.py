@@ -6,8 +6,10 @@ import caregiver_mj.house.rendering  # noqa: F401 (comes before dm_control)
 
 # isort: split
 import copy
+import dataclasses
 import math
 import queue
+import threading
 import time
 
 import glfw
@@ -17,7 +19,7 @@ import mujoco.viewer
 from caregiver_mj.errors import RenderingError
 from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.hud.state import HudState
-from caregiver_mj.viz.tiles import draw_tiles
+from caregiver_mj.viz.tiles import Tile, draw_tiles
 from caregiver_mj.viz.viewers.session import FASTEST, SLOWEST, Session
 
 _PERIOD = 1 / 60  # seconds between looks
@@ -34,6 +36,9 @@ _HELP = (
     "space\nright\ndown\n= -\nR N",
     "pause, go on\none step of 0.02 s\nto the next move\nfaster, slower\nagain, next episode",
 )
+_LAST_PICTURE = 20.0  # seconds that it may take
+_CAMERA = "overview"
+_LOWEST = 0.04  # metres: lower tiles and the rugs below them are too close for a window's depth buffer
 _BAR = 20  # letters of a full bar
 
 
@@ -54,15 +59,18 @@ class Window:
         self._pressed: queue.SimpleQueue[int] = queue.SimpleQueue()
         physics = session.episode.env.physics
         self._model = copy.copy(physics.model.ptr)
+        self._model.vis.global_.fovy = self._model.camera(_CAMERA).fovy[0]
         self._data = mujoco.MjData(self._model)
         if not glfw.init():  # else the viewer would wait for ever for a window
             raise RenderingError("no window can be opened: use `caregiver-mj view --web`, and a browser")
+        before = set(threading.enumerate())
         try:
             self._viewer = mujoco.viewer.launch_passive(
                 self._model, self._data, key_callback=self._pressed.put, show_left_ui=False, show_right_ui=False
             )
         except RuntimeError as error:  # on macOS, unless it is mjpython that runs this
             raise RenderingError(f"no window can be opened ({error}): `caregiver-mj view --web` needs none") from None
+        self._drawing = set(threading.enumerate()) - before
         with self._viewer.lock():
             self._viewer.cam.type = mujoco.mjtCamera.mjCAMERA_FREE
             _look(self._viewer.cam, session.episode)
@@ -83,7 +91,7 @@ class Window:
         with self._viewer.lock():
             mujoco.mj_copyData(self._data, self._model, episode.env.physics.data.ptr)
             self._viewer.user_scn.ngeom = 0
-            draw_tiles(self._viewer.user_scn, episode.tiles())
+            draw_tiles(self._viewer.user_scn, [_raised(tile) for tile in episode.tiles()])
         names, values = texts(episode.hud_state(trail_length=1), self.session)
         top, bottom = mujoco.mjtGridPos.mjGRID_TOPLEFT, mujoco.mjtGridPos.mjGRID_BOTTOMLEFT
         font = mujoco.mjtFontScale.mjFONTSCALE_100
@@ -91,8 +99,10 @@ class Window:
         self._viewer.sync()
 
     def close(self) -> None:
-        """Closes the window."""
+        """Closes the window, and waits for its last picture: to end the process within it would hang."""
         self._viewer.close()
+        for thread in self._drawing:
+            thread.join(_LAST_PICTURE)
 
     def __enter__(self) -> Window:
         return self
@@ -141,13 +151,17 @@ def texts(state: HudState, session: Session) -> tuple[str, str]:
     return "\n".join(names), "\n".join(values)
 
 
+def _raised(tile: Tile) -> Tile:
+    return dataclasses.replace(tile, height=max(tile.height, _LOWEST))
+
+
 def _bar(value: float, full: float = 1.0) -> str:
     return f"{value:.2f} {'|' * round(_BAR * value / full)}"
 
 
 def _look(camera: mujoco.MjvCamera, episode: Episode) -> None:
     """Puts the eye where the overview camera is."""
-    overview = episode.env.physics.model.ptr.camera("overview")
+    overview = episode.env.physics.model.ptr.camera(_CAMERA)
     place, ahead = overview.pos, -overview.mat0.reshape(3, 3)[:, 2]
     distance = -place[2] / ahead[2]
     camera.lookat[:], camera.distance = place + distance * ahead, distance
