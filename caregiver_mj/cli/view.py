@@ -5,7 +5,9 @@ from __future__ import annotations
 import argparse
 import contextlib
 import os
+import signal
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
@@ -16,6 +18,8 @@ from caregiver_mj.plans.hazards import DamageWeights
 
 if TYPE_CHECKING:
     from caregiver_mj.viz.viewers.session import Session
+    from caregiver_mj.viz.viewers.web import WebViewer
+    from caregiver_mj.viz.viewers.window import Window
 
 
 def add_to(commands: argparse._SubParsersAction) -> None:
@@ -73,28 +77,39 @@ def _serve(start: Callable[[], Session], arguments: argparse.Namespace) -> None:
     from caregiver_mj.viz.viewers.web import WebViewer, check_address
 
     check_address(arguments.host, arguments.port)  # before the house is made, which takes longer
-    with (
-        WebViewer(start(), arguments.host, arguments.port, arguments.rate, shadows=not arguments.no_shadows) as viewer,
-        _until_interrupted(),
-    ):
-        print(f"{viewer.url}   (Ctrl-C ends it)", flush=True)
-        viewer.run()
+    viewer = WebViewer(start(), arguments.host, arguments.port, arguments.rate, shadows=not arguments.no_shadows)
+    print(f"{viewer.url}   (Ctrl-C ends it)", flush=True)
+    _watch(viewer)
 
 
 def _open_window(start: Callable[[], Session], arguments: argparse.Namespace) -> None:
     from caregiver_mj.viz.viewers.window import Window
 
-    with Window(start()) as window, _until_interrupted():
-        window.run()
+    _watch(Window(start()))
+
+
+def _watch(viewer: WebViewer | Window) -> None:
+    """Runs a viewer until somebody closes or interrupts it: that is how one ends it, and no failure."""
+    try:
+        viewer.run()
+    except KeyboardInterrupt:
+        print("closed", file=sys.stderr)
+    finally:
+        with _deaf():
+            viewer.close()
 
 
 @contextlib.contextmanager
-def _until_interrupted() -> Iterator[None]:
-    """Within, Ctrl-C and SIGTERM are how one ends it, and no failure."""
+def _deaf() -> Iterator[None]:
+    """Within, SIGTERM does nothing: some say it twice, and all is ending anyway."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, signal.SIG_IGN)
     try:
         yield
-    except KeyboardInterrupt:
-        print("closed", file=sys.stderr)
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _check_display() -> None:

@@ -38,7 +38,7 @@ def house(tmp_path_factory):
 def process(house):
     """The command at work, and where it serves."""
     command = [sys.executable, "-m", "caregiver_mj", "view", "--web", "--port", "0", "--house", house]
-    options = ["--caregiver", "paper-predictive", "--speed", "5", "--rate", "4", "--no-shadows"]
+    options = ["--caregiver", "paper-predictive", "--speed", "5", "--rate", "2", "--no-shadows"]
     with subprocess.Popen([*command, *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         first = process.stdout.readline()
         found = re.match(r"http://127\.0\.0\.1:\d+", first)
@@ -49,7 +49,9 @@ def process(house):
 
 def test_the_page_in_a_browser(process, tmp_path):
     process, url = process
-    with chromium(tmp_path, "--window-size=640,480", "--enable-unsafe-swiftshader") as browser:
+    with chromium(
+        tmp_path, "--window-size=640,480", "--force-device-scale-factor=0.5", "--enable-unsafe-swiftshader"
+    ) as browser:
         wait_for = Patience(browser)
         browser.set_page_load_timeout(PATIENCE)
         browser.get(url)

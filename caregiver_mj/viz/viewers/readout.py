@@ -14,7 +14,7 @@ from caregiver_mj.viz.forecast import SOON
 from caregiver_mj.viz.hud.state import HudState
 
 _FULL_BAR = 1.0  # expected danger of a full bar, unless one is greater
-_STYLE = "font-size:13px;line-height:1.5;padding:2px 4px"
+_STYLE = "font-size:13px;line-height:1.5;padding:2px 14px 2px 8px"
 _TRACK = "background:#8884;border-radius:3px;height:9px;flex:1;overflow:hidden"
 
 
@@ -42,11 +42,12 @@ def _deeds(state: HudState) -> str:
 def _safety(state: HudState) -> str:
     if all(child.safe is None for child in state.children):
         return _head("P(safe)") + "<div>not estimated</div>"
+    names = [""] if len(state.children) == 1 else [f"child {number + 1}" for number in range(len(state.children))]
     rows = (
-        _row(str(number + 1), child.safe or 0.0, f"{child.safe or 0.0:.2f}", colours.of_child(number), "safe")
-        for number, child in enumerate(state.children)
+        _row(name, child.safe or 0.0, f"{child.safe or 0.0:.2f}", colours.of_child(number), "safe")
+        for number, (name, child) in enumerate(zip(names, state.children, strict=True))
     )
-    return _head("P(safe)" if len(state.children) == 1 else "P(safe) of each child") + "".join(rows)
+    return _head("P(safe)") + "".join(rows)
 
 
 def _danger(state: HudState) -> str:
@@ -81,9 +82,8 @@ def _head(text: str) -> str:
 
 def _row(name: str, share: float, value: str, colour: Colour, kind: str) -> str:
     filled = f"width:{100 * min(max(share, 0.0), 1.0):.0f}%;height:100%;background:{_css(colour)}"
-    width = "6.5em" if kind == "danger" else "1em"
     return (
-        f'<div style="display:flex;align-items:center;gap:6px"><span style="width:{width}">{name}</span>'
+        f'<div style="display:flex;align-items:center;gap:6px"><span style="width:6.5em">{name}</span>'
         f'<div style="{_TRACK}"><div style="{filled}"></div></div>'
         f'<span class="{kind}" style="width:2.6em;text-align:right">{value}</span></div>'
     )

@@ -104,12 +104,6 @@ class Window:
         for thread in self._drawing:
             thread.join(_LAST_PICTURE)
 
-    def __enter__(self) -> Window:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
 
 def press(session: Session, key: int) -> None:
     """Does what a key, as GLFW numbers them, stands for."""
