@@ -49,7 +49,9 @@ def add_to(commands: argparse._SubParsersAction) -> None:
     command.add_argument("--host", default="127.0.0.1", metavar="ADDRESS", help="where to serve it: to this machine")
     command.add_argument("--port", type=int, default=8080, help="at which port, 0 for any that is free")
     command.add_argument("--rate", type=float, default=20.0, metavar="N", help="updates of the page a second")
-    command.add_argument("--no-shadows", action="store_true", help="draw none in the browser: there it is quicker")
+    command.add_argument(
+        "--plain", action="store_true", help="light and no shadows in the browser: quicker without a graphics card"
+    )
     command.set_defaults(run=_run)
 
 
@@ -77,7 +79,7 @@ def _serve(start: Callable[[], Session], arguments: argparse.Namespace) -> None:
     from caregiver_mj.viz.viewers.web import WebViewer, check_address
 
     check_address(arguments.host, arguments.port)  # before the house is made, which takes longer
-    viewer = WebViewer(start(), arguments.host, arguments.port, arguments.rate, shadows=not arguments.no_shadows)
+    viewer = WebViewer(start(), arguments.host, arguments.port, arguments.rate, plain=arguments.plain)
     print(f"{viewer.url}   (Ctrl-C ends it)", flush=True)
     _watch(viewer)
 

@@ -44,7 +44,7 @@ class WebViewer:
         url: Where.
     """
 
-    def __init__(self, session: Session, host: str = HOST, port: int = PORT, rate: float = RATE, shadows: bool = True):
+    def __init__(self, session: Session, host: str = HOST, port: int = PORT, rate: float = RATE, plain: bool = False):
         """Begins to serve.
 
         Args:
@@ -52,13 +52,13 @@ class WebViewer:
             host: Address to listen at; that of this machine alone by default.
             port: Port to listen at; any that is free if 0.
             rate: Updates a second.
-            shadows: Whether the sun throws shadows; they cost much where there is no graphics card.
+            plain: Whether to do without shadows and reflected light; they cost much where there is no graphics card.
 
         Raises:
             CaregiverError: One cannot listen there.
         """
         check_address(host, port)
-        self.session, self._period, self._shadows = session, 1.0 / rate, shadows
+        self.session, self._period, self._plain = session, 1.0 / rate, plain
         self._wishes: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         with contextlib.redirect_stdout(io.StringIO()):  # it would say where it listens, in its own words
             self.server = Server(host=host, port=port, label="caregiver-mj", verbose=False)
@@ -67,7 +67,7 @@ class WebViewer:
         self.server.gui.main_panel.dock_right()
         self._panel = Panel(self.server, session, self._wishes.put)
         self._panel.fill_in()
-        self._scene = WebScene(self.server, session.episode, shadows)
+        self._scene = WebScene(self.server, session.episode, plain)
 
     def run(self, until: Callable[[], bool] = lambda: False) -> None:
         """Runs the session until somebody interrupts it, or until something is true."""
@@ -82,7 +82,7 @@ class WebViewer:
         """Shows the present moment."""
         episode = self.session.episode
         if not self._scene.fits(episode):
-            self._scene = WebScene(self.server, episode, self._shadows)
+            self._scene = WebScene(self.server, episode, self._plain)
             self.session.skip_time()
         self._panel.show()
         self._scene.show(episode, self._panel.foreseen)

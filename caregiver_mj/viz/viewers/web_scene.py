@@ -15,20 +15,20 @@ from caregiver_mj.viz.tiles import Tile
 
 _SEEN = 3  # the first group of geoms that is not to be seen
 _NOWHERE = 5  # a group of sites that is not drawn
-_AMBIENT = 0.45  # intensity of the light from all sides
+_REFLECTED, _PLAIN = 0.45, 1.5  # intensity of the light from all sides: as a hall throws it, and the same everywhere
 _GONE = 1e-6  # metres: the size of a tile that is not there
 
 
 class WebScene:
     """The house of an episode, in all browsers that look at a server."""
 
-    def __init__(self, server: viser.ViserServer, episode: Episode, shadows: bool = True):
+    def __init__(self, server: viser.ViserServer, episode: Episode, plain: bool = False):
         """Sends the house.
 
         Args:
             server: What browsers are connected to; what it shows already goes.
             episode: What happens in the house.
-            shadows: Whether the sun throws shadows; they cost much where there is no graphics card.
+            plain: Whether to do without shadows and reflected light; they cost much where there is no graphics card.
         """
         self._kind = _kind(episode)
         server.scene.reset()
@@ -37,8 +37,12 @@ class WebScene:
         model = _shown_model(episode.env.physics.model.ptr)
         self._house = ViserMujocoScene(server, model, num_envs=1)
         self._house.camera_tracking_enabled = False
-        server.scene.configure_environment_map(environment_intensity=_AMBIENT)
-        server.scene.configure_default_lights(cast_shadow=shadows)
+        server.scene.configure_default_lights(cast_shadow=not plain)
+        if plain:
+            server.scene.configure_environment_map(None)
+            server.scene.add_light_ambient("/light", intensity=_PLAIN)
+        else:
+            server.scene.configure_environment_map(environment_intensity=_REFLECTED)
         self._server = server
         self._shown: list[Tile] = []
         plan = episode.env.task.plan
