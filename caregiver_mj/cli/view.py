@@ -50,7 +50,7 @@ def add_to(commands: argparse._SubParsersAction) -> None:
     command.add_argument("--port", type=int, default=8080, help="at which port, 0 for any that is free")
     command.add_argument("--rate", type=float, default=20.0, metavar="N", help="updates of the page a second")
     command.add_argument(
-        "--plain", action="store_true", help="light and no shadows in the browser: quicker without a graphics card"
+        "--plain", action="store_true", help="no shadows in the browser: quicker without a graphics card"
     )
     command.set_defaults(run=_run)
 

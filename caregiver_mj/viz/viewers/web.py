@@ -52,7 +52,7 @@ class WebViewer:
             host: Address to listen at; that of this machine alone by default.
             port: Port to listen at; any that is free if 0.
             rate: Updates a second.
-            plain: Whether to do without shadows and reflected light; they cost much where there is no graphics card.
+            plain: Whether to do without shadows; they cost much where there is no graphics card.
 
         Raises:
             CaregiverError: One cannot listen there.

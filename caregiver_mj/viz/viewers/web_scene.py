@@ -15,7 +15,9 @@ from caregiver_mj.viz.tiles import Tile
 
 _SEEN = 3  # the first group of geoms that is not to be seen
 _NOWHERE = 5  # a group of sites that is not drawn
-_REFLECTED, _PLAIN = 0.45, 1.5  # intensity of the light from all sides: as a hall throws it, and the same everywhere
+_REFLECTED = 0.45  # intensity of the light from all sides
+# Opacities that tiles can have, each a mesh of its own: a mesh whose opacity changes is made anew by the browser.
+_OPACITIES = np.linspace(0.1, 0.8, 8)
 _GONE = 1e-6  # metres: the size of a tile that is not there
 
 
@@ -28,7 +30,7 @@ class WebScene:
         Args:
             server: What browsers are connected to; what it shows already goes.
             episode: What happens in the house.
-            plain: Whether to do without shadows and reflected light; they cost much where there is no graphics card.
+            plain: Whether to do without shadows; they cost much where there is no graphics card.
         """
         self._kind = _kind(episode)
         server.scene.reset()
@@ -37,17 +39,14 @@ class WebScene:
         model = _shown_model(episode.env.physics.model.ptr)
         self._house = ViserMujocoScene(server, model, num_envs=1)
         self._house.camera_tracking_enabled = False
+        # Not without reflected light: the meshes have no material, which makes them metal, black where none falls.
+        server.scene.configure_environment_map(environment_intensity=_REFLECTED)
         server.scene.configure_default_lights(cast_shadow=not plain)
-        if plain:
-            server.scene.configure_environment_map(None)
-            server.scene.add_light_ambient("/light", intensity=_PLAIN)
-        else:
-            server.scene.configure_environment_map(environment_intensity=_REFLECTED)
         self._server = server
         self._shown: list[Tile] = []
         plan = episode.env.task.plan
         self._room = len(plan.free_cells) + len(plan.hazards)
-        self._floor = self._add_tiles()
+        self._floor = [self._add_tiles(opacity) for opacity in _OPACITIES.tolist()]
         self._look(episode)
 
     def fits(self, episode: Episode) -> bool:
@@ -64,19 +63,19 @@ class WebScene:
 
     # -- The floor -------------------------------------------------------------------------------
 
-    def _add_tiles(self) -> viser.BatchedMeshHandle:
-        """As many tiles as there can be, none of them to be seen."""
+    def _add_tiles(self, opacity: float) -> viser.BatchedMeshHandle:
+        """As many tiles of an opacity as there can be, none of them to be seen."""
         nothing = np.zeros((self._room, 3), np.float32)
         cube = trimesh.creation.box(extents=(2.0, 2.0, 2.0))
         return self._server.scene.add_batched_meshes_simple(
-            "/foreseen",
+            f"/foreseen/{opacity:.2f}",
             cube.vertices,
             cube.faces,
             batched_wxyzs=np.tile(np.array([1, 0, 0, 0], np.float32), (self._room, 1)),
             batched_positions=nothing,
             batched_scales=nothing + np.float32(_GONE),
             batched_colors=nothing.astype(np.uint8),
-            batched_opacities=nothing[:, 0],
+            opacity=opacity,
             lod="off",
             cast_shadow=False,
             receive_shadow=False,
@@ -85,17 +84,16 @@ class WebScene:
 
     def _lay(self, tiles: list[Tile]) -> None:
         self._shown = tiles
-        count = len(tiles)
-        places, scales = np.zeros((self._room, 3), np.float32), np.full((self._room, 3), _GONE, np.float32)
-        colours, opacities = np.zeros((self._room, 3), np.uint8), np.zeros(self._room, np.float32)
-        if count:
-            places[:count] = [(*tile.centre, tile.height / 2) for tile in tiles]
-            scales[:count] = [(tile.half, tile.half, tile.height / 2) for tile in tiles]
-            colours[:count] = [tile.colour for tile in tiles]
-            opacities[:count] = [tile.opacity for tile in tiles]
-        floor = self._floor
-        floor.batched_positions, floor.batched_scales = places, scales
-        floor.batched_colors, floor.batched_opacities = colours, opacities
+        nearest = [int(np.abs(_OPACITIES - tile.opacity).argmin()) for tile in tiles]
+        for level, handle in enumerate(self._floor):
+            here = [tile for tile, its in zip(tiles, nearest, strict=True) if its == level]
+            places, scales = np.zeros((self._room, 3), np.float32), np.full((self._room, 3), _GONE, np.float32)
+            colours = np.zeros((self._room, 3), np.uint8)
+            if here:
+                places[: len(here)] = [(*tile.centre, tile.height / 2) for tile in here]
+                scales[: len(here)] = [(tile.half, tile.half, tile.height / 2) for tile in here]
+                colours[: len(here)] = [tile.colour for tile in here]
+            handle.batched_positions, handle.batched_scales, handle.batched_colors = places, scales, colours
 
     # -- The eye ---------------------------------------------------------------------------------
 
