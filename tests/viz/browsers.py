@@ -8,6 +8,8 @@ import pytest
 _OPTIONS = """--headless --no-sandbox --disable-background-networking --disable-component-update
 --disable-sync --no-first-run"""
 
+_PATIENCE = 300  # seconds for an answer of the driver
+
 
 @contextlib.contextmanager
 def chromium(profile, *options):
@@ -22,6 +24,7 @@ def chromium(profile, *options):
         settings.add_argument(option)
     settings.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     browser = webdriver.Chrome(settings, webdriver.ChromeService(driver))
+    browser.command_executor.client_config.timeout = _PATIENCE
     try:
         yield browser
     finally:

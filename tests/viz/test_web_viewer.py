@@ -79,7 +79,7 @@ def test_the_page_in_a_browser(process, tmp_path):
         wait_for.enter("Epsilon", "1")
         wait_for.press("Start")
         wait_for(lambda: wait_for.texts("epsilon") == ["1"])
-        assert "--epsilon 1 " in browser.find_element("tag name", "code").text
+        wait_for(lambda: "--epsilon 1 " in wait_for.text("same"))
     process.send_signal(signal.SIGTERM)
     out, err = process.communicate(timeout=PATIENCE)
     assert (process.returncode, out, err) == (0, "", "closed\n")

@@ -17,6 +17,7 @@ from caregiver_mj.viz.viewers.session import Session
 
 _SPEEDS = ("0.1", "0.25", "0.5", "1", "2", "5", "10", "20")
 _STEPS: dict[str, Callable[[Session], None]] = {"0.02 s": Session.step, "1 move": Session.next_move}
+_NOTE = "padding:2px 14px 2px 8px;font-size:13px;overflow-wrap:anywhere"
 _MOST = 9  # children that can be asked for here
 Do = Callable[[Callable[[], None]], None]  # has something done in the thread of the simulation
 
@@ -42,7 +43,7 @@ class Panel:
         self._readout = self._gui.add_html("")
         self._add_form()
         self._told = self._gui.add_html("")
-        self._same = self._gui.add_markdown("")
+        self._same = self._gui.add_html("")
 
     @property
     def foreseen(self) -> bool:
@@ -66,7 +67,7 @@ class Panel:
         """Says something below the form; what is wrong stays until the next episode begins."""
         if wrong or not self._wrong:
             colour = "color:#c92a2a;" if wrong else ""
-            self._told.content = f'<div class="told" style="{colour}padding:2px 4px">{html.escape(text)}</div>'
+            self._told.content = f'<div class="told" style="{colour}{_NOTE}">{html.escape(text)}</div>'
             self._wrong = wrong
 
     def fill_in(self) -> None:
@@ -77,7 +78,8 @@ class Panel:
         self._house.value, self._epsilon.value = watched.house, alike.pop() if len(alike) == 1 else str(watched.family)
         self._children.value, self._child.value = len(watched.family), NOVICE
         self._caregiver.value, self._seed.value, self._number.value = watched.caregiver, watched.seed, watched.number
-        self._same.content = f"A film of it:\n```\ncaregiver-mj render {watched.options()} --out film.mp4\n```"
+        command = html.escape(f"caregiver-mj render {watched.options()} --out film.mp4")
+        self._same.content = f'<div style="{_NOTE}">A film of it: <code class="same">{command}</code></div>'
 
     # -- What there is ---------------------------------------------------------------------------
 
