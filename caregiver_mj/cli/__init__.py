@@ -15,7 +15,7 @@ import threading
 from collections.abc import Sequence
 from typing import NoReturn
 
-from caregiver_mj.cli import evaluate, house, record, render, report
+from caregiver_mj.cli import evaluate, house, record, render, report, view
 from caregiver_mj.cli.parsing import PROGRAM, Parser
 from caregiver_mj.errors import CaregiverError, RenderingError
 from caregiver_mj.experiments.run_folder import StorageError
@@ -78,7 +78,7 @@ def make_parser() -> Parser:
     version = importlib.metadata.version("caregiver_mj")
     parser.add_argument("--version", action="version", version=f"{PROGRAM} {version}", help="say which version it is")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for command in (evaluate, render, report, record, house):
+    for command in (evaluate, render, view, report, record, house):
         command.add_to(commands)
     return parser
 

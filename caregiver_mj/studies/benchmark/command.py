@@ -16,6 +16,7 @@ from caregiver_mj.studies.benchmark.calls import parts
 from caregiver_mj.studies.benchmark.closed_loop import closed_loop
 from caregiver_mj.studies.benchmark.effort import QUICK, Effort
 from caregiver_mj.studies.benchmark.executors import executors
+from caregiver_mj.studies.benchmark.filming import filming
 from caregiver_mj.studies.benchmark.foresight import foresight
 from caregiver_mj.studies.benchmark.growth import growth
 from caregiver_mj.studies.benchmark.processes import processes
@@ -30,6 +31,7 @@ SECTIONS = {
     "growth": growth,
     "foresight": foresight,
     "rendering": rendering,
+    "filming": filming,
     "processes": processes,
     "executors": executors,
 }
