@@ -165,7 +165,8 @@ def test_two_runs_do_not_mix(capsys, tmp_path):
     assert "--resume" in fails(capsys, argv)
     message = fails(capsys, [*argv, "--resume", "--seed", "5", "--episodes", "3"])
     assert "seed is 0 there and 5 here" in message
-    assert "episodes is 2 there and 3 here" in message
+    message = fails(capsys, [*argv, "--resume", "--episodes", "1"])
+    assert "episodes is 2 there and 1 here; a run can be added to, but not cut" in message
     for text in ("{", "[]", "3"):
         (tmp_path / "run.json").write_text(text)
         assert "run.json" in fails(capsys, [*argv, "--resume"])

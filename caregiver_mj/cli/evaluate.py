@@ -9,13 +9,13 @@ import shlex
 import rich.console
 import rich.progress
 
-from caregiver_mj.caregivers.registry import CAREGIVERS
 from caregiver_mj.cli.parsing import (
     PROGRAM,
     add_children,
     add_embodiment,
     add_houses,
     add_seed,
+    caregivers,
     read_family,
     read_houses,
 )
@@ -39,7 +39,7 @@ def add_to(commands: argparse._SubParsersAction) -> None:
     command.add_argument("--world", default="house", help="house (physical) or grid (the paper's)")
     add_houses(command)
     command.add_argument(
-        "--caregiver", nargs="+", default=["none", "paper"], metavar="NAME", help=f"{' '.join(CAREGIVERS)} {FLOOR}"
+        "--caregiver", nargs="+", default=["none", "paper"], metavar="NAME", help=f"{FLOOR}, {caregivers()}"
     )
     command.add_argument(
         "--epsilon",

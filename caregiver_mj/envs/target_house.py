@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 from dm_control.rl import control
 
+from caregiver_mj.caregivers.commanded import CommandedCaregiver
+from caregiver_mj.caregivers.lookout import Lookout, Observations
+from caregiver_mj.caregivers.slots import Slots
 from caregiver_mj.children.family import Who
-from caregiver_mj.envs.commanded import CommandedCaregiver
 from caregiver_mj.envs.cost import CostMeter
-from caregiver_mj.envs.lookout import Lookout, Observations
-from caregiver_mj.envs.slots import Slots
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.tasks import load
@@ -49,7 +49,13 @@ class TargetHouse:
         task = self.dm_env.task
         self._caregiver = CommandedCaregiver(task.plan)
         self.policy = CaregiverPolicy(self.dm_env, self._caregiver)
-        self.lookout = Lookout(self._caregiver, len(task.children), Slots(task.plan, slots), flat)
+        self.lookout = Lookout(
+            self._caregiver,
+            len(task.children),
+            Slots(task.plan, slots),
+            flat,
+            task.time_limit / task.novice_timestep,
+        )
         self._cost = CostMeter(task)
 
     def begin(self, seeds: Sequence[int]) -> None:
@@ -79,10 +85,9 @@ class TargetHouse:
 
     def look(self) -> tuple[Observations, np.ndarray]:
         """What is observed, and which actions do something, (1, actions)."""
-        percept, task = self.policy.percept(), self.dm_env.task
-        mask = self.lookout.mask(percept, hears=True)
-        clock = np.array([min(1.0, self.dm_env.physics.time() / task.time_limit)])
-        return self.lookout.observe(percept, clock, np.array([self.policy.target]), mask), mask
+        percept = self.policy.percept()
+        mask = self.lookout.mask(percept)
+        return self.lookout.observe(percept, mask), mask
 
     def cost(self) -> dict[str, np.ndarray]:
         """What the last decision has cost, as of `CostMeter`, (1,) each."""
