@@ -16,7 +16,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from typing import NoReturn
 
-from caregiver_mj.cli import evaluate, house, render, report
+from caregiver_mj.cli import evaluate, house, render, report, runs
 from caregiver_mj.cli.parsing import PROGRAM, Parser
 from caregiver_mj.errors import CaregiverError, RenderingError
 from caregiver_mj.experiments.run_folder import StorageError
@@ -101,7 +101,7 @@ def _parser() -> Parser:
     version = importlib.metadata.version("caregiver_mj")
     parser.add_argument("--version", action="version", version=f"{PROGRAM} {version}", help="say which version it is")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for command in (evaluate, render, report, house):
+    for command in (evaluate, render, report, runs, house):
         command.add_to(commands)
     return parser
 

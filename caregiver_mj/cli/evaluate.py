@@ -19,7 +19,7 @@ from caregiver_mj.cli.parsing import (
     read_family,
     read_houses,
 )
-from caregiver_mj.cli.table import print_table
+from caregiver_mj.cli.table import output, print_table
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import evaluation
 from caregiver_mj.experiments.run_folder import RunFolder, StorageError
@@ -66,10 +66,7 @@ def _run(arguments: argparse.Namespace) -> None:
     if arguments.out is not None:
         folder = RunFolder(arguments.out, settings.record(), resume=arguments.resume)
     result = _evaluate(settings, folder, arguments)
-    output = rich.console.Console(stderr=arguments.json)
-    if not output.is_terminal:
-        output.width = 120  # a pipe or a file has no width to fit
-    print_table(result.summary, output)
+    print_table(result.summary, output(arguments.json))
     if arguments.json:
         print(json.dumps(result.summary, indent=1, allow_nan=False))
 
@@ -81,7 +78,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
     settings = Settings(
         plans=plans,
         file=file,
-        houses=" ".join(arguments.houses or ()),
+        houses=shlex.join(arguments.houses or ()),
         world=arguments.world,
         caregivers=tuple(dict.fromkeys(arguments.caregiver)),
         families=tuple(dict.fromkeys(read_family(str(epsilon), arguments) for epsilon in arguments.epsilon)),
