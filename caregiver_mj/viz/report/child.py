@@ -87,7 +87,8 @@ def stop_table(run: Run) -> Table:
         _cells("damage until the stop, without", alone, "damage_until_stop_mean"),
         _cells("damage until the stop, with", guarded, "damage_until_stop_mean"),
     ]
-    note = f"Means of an episode{if_bracketed(rows, ' and 95 % intervals')}. The stop is where the damage comes above {DAMAGE_THRESHOLD:g}."
+    interval = if_bracketed(rows, " and 95 % intervals")
+    note = f"Means of an episode{interval}. The stop is where the damage comes above {DAMAGE_THRESHOLD:g}."
     return Table(
         f"Toys, and damage until the stop — {run.title}", ("mean", *map(family_name, run.families)), rows, note
     )

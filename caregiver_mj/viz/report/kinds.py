@@ -49,7 +49,8 @@ def kinds_table(run: Run) -> Table:
             cells = (with_interval(run.row(caregiver, family), f"{kind}_mean", between="\n") for family in run.families)
             rows.append((f"{name}, {how}", *cells))
     rows.append((_OF_ALL, *(_share(run, family) for family in run.families)))
-    note = f"Damage of an episode{if_bracketed(rows, ' and its 95 % interval')}. Where a candle is taken from a table, that is a bare one."
+    interval = if_bracketed(rows, " and its 95 % interval")
+    note = f"Damage of an episode{interval}. Where a candle is taken from a table, that is a bare one."
     columns = ("damage at", *map(family_name, run.families))
     return Table(f"What is left, and of what — {run.title}", columns, rows, note)
 

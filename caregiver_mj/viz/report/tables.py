@@ -10,7 +10,16 @@ from caregiver_mj.recording.record import COLUMNS, DAMAGE_THRESHOLD
 from caregiver_mj.viz.report import published
 from caregiver_mj.viz.report.run import Run
 from caregiver_mj.viz.report.table import Table
-from caregiver_mj.viz.report.words import NONE, TITLES, family_name, if_bracketed, members, number, p_value, with_interval
+from caregiver_mj.viz.report.words import (
+    NONE,
+    TITLES,
+    family_name,
+    if_bracketed,
+    members,
+    number,
+    p_value,
+    with_interval,
+)
 
 _BY_CHILD = {"damage_by_child": "damage", "toys_by_child": "toys_reached"}  # and the column that is their sum
 
@@ -30,8 +39,9 @@ def damage_table(run: Run) -> Table:
             NONE if cited is None else f"{cited[1] / cited[0]:.2f}",
         )
         rows.append((family_name(family), *cells))
+    interval = if_bracketed(rows, " and its 95 % interval")
     note = (
-        f"Mean normalised damage in {EPISODE_TIMESTEPS} timesteps{if_bracketed(rows, ' and its 95 % interval')}. 1.0 is the greatest of any "
+        f"Mean normalised damage in {EPISODE_TIMESTEPS} timesteps{interval}. 1.0 is the greatest of any "
         f"episode of the run ({run.episodes.damage.max():g}), the greater, the more episodes: compare the shares left."
     )
     return _beside_published(run, f"Table I. Damage — {run.title}", ("without", "with", "left"), rows, note)
