@@ -1,6 +1,6 @@
 """Plans, command lines and run folders as nobody would write them: a line that says what is wrong, never a traceback.
 
-`CAREGIVER_FUZZ=3300 pytest tests/test_fuzz.py` tries so many of each instead of a hundred.
+`CAREGIVER_FUZZ=10000 pytest tests/test_fuzz.py` tries so many in all instead of 300.
 """
 
 import contextlib
@@ -23,11 +23,14 @@ from caregiver_mj.grid.world import run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz.report import read_run
 
-EACH = int(os.environ.get("CAREGIVER_FUZZ", "100"))
-fuzz = settings(
-    max_examples=EACH, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture]
-)
+ALL = int(os.environ.get("CAREGIVER_FUZZ", "300"))
 TEXT = "######\n#B.S.#\n#....#\n#C..T#\n######\n"
+
+
+def fuzz(share):
+    """Tries a share of all examples."""
+    slow = [HealthCheck.too_slow, HealthCheck.function_scoped_fixture]
+    return settings(max_examples=max(1, round(share * ALL)), deadline=None, suppress_health_check=slow)
 
 
 def status(argv):
@@ -58,22 +61,22 @@ def plan_texts(draw):
     """A plan with some characters changed, or any text, or any bytes."""
     if draw(st.integers(0, 4)) == 0:
         return draw(st.one_of(st.binary(max_size=60), st.text(max_size=60).map(lambda t: t.encode("utf-8", "replace"))))
-    text = list(draw(st.sampled_from([TEXT, FloorPlan.load("paper").text, "###\n#B#\n###\n"])))
+    text = list(draw(st.sampled_from([TEXT, "###\n#B#\n###\n"])))
     for _ in range(draw(st.integers(0, 6))):
         place = draw(st.integers(0, len(text) - 1)) if text else 0
         text[place : place + draw(st.integers(0, 2))] = draw(st.text("#.SCTBX \n\r\t\0é", max_size=2))
     return "".join(text).encode()
 
 
-@fuzz
+@fuzz(1 / 3)
 @given(plan_texts())
 def test_plans(content):
     with tempfile.TemporaryDirectory() as folder:
         file = pathlib.Path(folder) / "any.txt"
         file.write_bytes(content)
         found = status(["house", "check", file])
-        assert status(["house", "show", file]) == found
         if found == 0:
+            assert status(["house", "show", file]) == 0
             plan = FloorPlan.load(file)
             assert FloorPlan.parse(plan.text).rows == plan.rows
             run_episodes(plan, 1.0, None, [0])
@@ -176,7 +179,7 @@ def run(tmp_path_factory):
     return folder
 
 
-@fuzz
+@fuzz(1 / 3)
 @given(lines())
 def test_command_lines(run, argv):
     places = {name: str(run / name) for name in ("RUN", "NOWHERE", "EMPTY", "FILE", "TINY", "FILE/film.mp4")}
@@ -188,7 +191,7 @@ def test_command_lines(run, argv):
         (run / "EMPTY").mkdir()
 
 
-@fuzz
+@fuzz(1 / 6)
 @given(st.text(max_size=12), st.sampled_from(["novice", "expert", ""]))
 def test_families(text, child):
     try:
@@ -249,7 +252,7 @@ def tampered(path, data):
             path.mkdir()
 
 
-@fuzz
+@fuzz(1 / 6)
 @given(data=st.data())
 def test_run_folders(run, data):
     with tempfile.TemporaryDirectory() as folder:
@@ -257,8 +260,14 @@ def test_run_folders(run, data):
         shutil.copytree(run / "RUN", copy)
         files = sorted(path for path in copy.rglob("*") if path.is_file())
         tampered(data.draw(st.sampled_from(files)), data)
-        with contextlib.suppress(CaregiverError):
-            read_run(copy)
-        status(["compare", copy, run / "RUN"])
-        argv = ["evaluate", "--world", "grid", "--house", run / "TINY", "--epsilon", "1", "--episodes", "2"]
-        status([*argv, "--caregiver", "none", "guard", "--out", copy, "--resume"])
+        what = data.draw(st.sampled_from(["report", "compare", "pool", "resume"]))
+        if what == "report":
+            with contextlib.suppress(CaregiverError):
+                read_run(copy)
+        elif what == "compare":
+            status(["compare", *data.draw(st.permutations([copy, run / "RUN"]))])
+        elif what == "pool":
+            status(["pool", copy, run / "RUN", "--out", pathlib.Path(folder) / "out"])
+        else:
+            argv = ["evaluate", "--world", "grid", "--house", run / "TINY", "--epsilon", "1", "--episodes", "2"]
+            status([*argv, "--caregiver", "none", "guard", "--out", copy, "--resume"])

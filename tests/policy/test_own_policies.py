@@ -1,6 +1,9 @@
 """Policies of one's own, of targets and of the robot's actions: where they may stand, and what they must answer."""
 
 import importlib.metadata
+import json
+import pathlib
+import re
 import sys
 
 import gymnasium
@@ -214,3 +217,22 @@ def test_modules_of_the_present_folder_are_found_from_the_command_line(tmp_path,
     assert cli.main(argv) == 0
     assert "lies_here:Nothing" in capsys.readouterr().out
     assert sys.path == before
+
+
+def test_the_readme_s_policies(tmp_path, monkeypatch, capsys):
+    readme = (pathlib.Path(__file__).parents[2] / "README.md").read_text()
+    section = readme.split("### A policy of your own")[1].split("\n## ")[0]
+    (code,) = re.findall(r"```python\n(.*?)```", section, re.DOTALL)
+    (tmp_path / "my_policies.py").write_text(code)
+    (tmp_path / "weights.zip").touch()
+    (tmp_path / "tiny.txt").write_text(TINY.text)
+    monkeypatch.chdir(tmp_path)
+    grid, house, *others = (line.split()[1:] for line in section.splitlines() if line.startswith("    caregiver-mj "))
+    assert cli.main([*grid, "--epsilon", "1", "--episodes", "3"]) == 0
+    assert cli.main([*house, "--house", "tiny.txt", "--epsilon", "1", "--episodes", "1", "--out", "runs/house"]) == 0
+    assert [words[0] for words in others] == ["report", "render"]
+    out = capsys.readouterr().out
+    assert all(f"my_policies:{name}" in out for name in ("NearestToMe", "roundabout"))
+    code = json.loads((tmp_path / "runs" / "house" / "run.json").read_text())["code"]
+    assert all(text.startswith("my_policies.py, sha256 ") for text in code.values())
+    sys.modules.pop("my_policies")
