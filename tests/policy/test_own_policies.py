@@ -20,9 +20,11 @@ from caregiver_mj.experiments.seeds import episode_seed
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.grid.world import run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.policy.own import OwnPolicy
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.policy.registry import make_policy
+from caregiver_mj.viz.episode import Episode
 
 gymnasium.register_envs(caregiver_mj)
 TINY = FloorPlan.parse("######\n#B.S.#\n#....#\n#C..T#\n######", "tiny")
@@ -217,6 +219,14 @@ def test_modules_of_the_present_folder_are_found_from_the_command_line(tmp_path,
     assert cli.main(argv) == 0
     assert "lies_here:Nothing" in capsys.readouterr().out
     assert sys.path == before
+
+
+def test_a_policy_of_actions_can_be_shown():
+    episode = Episode.load("supervise", TINY, 0.5, caregiver=f"{HERE}:Still")
+    assert episode.run_until(0.1)
+    shown = episode.hud_state(1)
+    assert (shown.target, shown.mark, shown.intervention, shown.danger) == (NOTHING, None, "", None)
+    assert shown.robot is not None
 
 
 def test_the_readme_s_policies(tmp_path, monkeypatch, capsys):

@@ -57,7 +57,8 @@ def timesteps_table(run: Run) -> Table:
             cells.append(with_interval(run.row(caregiver, family), f"{column}_mean", between="\n"))
             cells.append(NONE if cited is None else f"{cited[i]:.1f}")
         rows.append(tuple(cells))
-    note = f"Mean timesteps until the damage is above {DAMAGE_THRESHOLD:g}, at most {EPISODE_TIMESTEPS}."
+    note = f"Mean timesteps until the damage is above {DAMAGE_THRESHOLD:g}, at most {EPISODE_TIMESTEPS}"
+    note += if_bracketed(rows, ", and its 95 % interval") + "."
     return _beside_published(run, f"Table II. Timesteps — {run.title}", ("without", "with"), rows, note)
 
 
