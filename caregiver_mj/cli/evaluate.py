@@ -9,7 +9,6 @@ import shlex
 import rich.console
 import rich.progress
 
-from caregiver_mj.caregivers.registry import CAREGIVERS
 from caregiver_mj.cli.parsing import (
     PROGRAM,
     add_children,
@@ -17,11 +16,12 @@ from caregiver_mj.cli.parsing import (
     add_executor,
     add_houses,
     add_seed,
+    caregivers,
     make_executor,
     read_family,
     read_houses,
 )
-from caregiver_mj.cli.table import print_table
+from caregiver_mj.cli.table import output, print_table
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import evaluation
 from caregiver_mj.experiments.executors import Executor
@@ -42,7 +42,7 @@ def add_to(commands: argparse._SubParsersAction) -> None:
     command.add_argument("--world", default="house", help="house (physical) or grid (the paper's)")
     add_houses(command)
     command.add_argument(
-        "--caregiver", nargs="+", default=["none", "paper"], metavar="NAME", help=f"{' '.join(CAREGIVERS)} {FLOOR}"
+        "--caregiver", nargs="+", default=["none", "paper"], metavar="NAME", help=f"{FLOOR}, {caregivers()}"
     )
     command.add_argument(
         "--epsilon",
@@ -70,10 +70,7 @@ def _run(arguments: argparse.Namespace) -> None:
         if arguments.out is not None:
             folder = RunFolder(arguments.out, settings.record(), resume=arguments.resume)
         result = _evaluate(settings, folder, executor, arguments)
-    output = rich.console.Console(stderr=arguments.json)
-    if not output.is_terminal:
-        output.width = 120  # a pipe or a file has no width to fit
-    print_table(result.summary, output)
+    print_table(result.summary, output(arguments.json))
     if arguments.json:
         print(json.dumps(result.summary, indent=1, allow_nan=False))
 
@@ -85,7 +82,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
     settings = Settings(
         plans=plans,
         file=file,
-        houses=" ".join(arguments.houses or ()),
+        houses=shlex.join(arguments.houses or ()),
         world=arguments.world,
         caregivers=tuple(dict.fromkeys(arguments.caregiver)),
         families=tuple(dict.fromkeys(read_family(str(epsilon), arguments) for epsilon in arguments.epsilon)),

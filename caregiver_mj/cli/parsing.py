@@ -6,6 +6,7 @@ import argparse
 import logging
 from typing import NoReturn
 
+from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES
 from caregiver_mj.children.family import CHILDREN, NOVICE, Family
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.executors import Executor, LocalExecutor
@@ -69,6 +70,11 @@ def add_embodiment(command: argparse.ArgumentParser) -> None:
 def houses() -> str:
     """What may be said for a house."""
     return f"{', '.join(floor_plan.house_names())}, house-SEED, train-N/I, test-N/I, or a text file"
+
+
+def caregivers() -> str:
+    """What may be said for a caregiver."""
+    return f"{' '.join([*CAREGIVERS, *POLICIES])}, or a caregiver or policy of yours as module:object"
 
 
 def add_seed(command: argparse.ArgumentParser, text: str = "all chance comes from it") -> None:

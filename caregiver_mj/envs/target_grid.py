@@ -12,14 +12,15 @@ from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
+from caregiver_mj.caregivers.commanded import CommandedCaregiver
+from caregiver_mj.caregivers.lookout import Lookout, Observations
 from caregiver_mj.caregivers.percept import Percept
+from caregiver_mj.caregivers.slots import Slots
 from caregiver_mj.children.family import Family, Who
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
-from caregiver_mj.envs.commanded import CommandedCaregiver
 from caregiver_mj.envs.cost import CostMeter
-from caregiver_mj.envs.lookout import Lookout, Observations
+from caregiver_mj.envs.lookout import action_space, observation_space
 from caregiver_mj.envs.seeds import episode_seed
-from caregiver_mj.envs.slots import Slots
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -77,8 +78,7 @@ class TargetGrid:
         """What is observed of each world, and which actions do something there, (B, actions)."""
         percept = self.percept()
         mask = self.lookout.mask(percept)
-        clock = np.full(len(mask), self.world.timestep / EPISODE_TIMESTEPS)
-        return self.lookout.observe(percept, clock, self.world.orders.hazard, mask), mask
+        return self.lookout.observe(percept, mask), mask
 
     @property
     def damage(self) -> np.ndarray:
@@ -135,9 +135,9 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
             raise CaregiverError(f"no render mode '{render_mode}': the grid has no pictures")
         self.num_envs, self.grid = num_envs, TargetGrid(house, epsilon, flat, slots)
         lookout = self.grid.lookout
-        self.single_observation_space, self.single_action_space = lookout.space, lookout.action_space
-        self.observation_space = batch_space(lookout.space, num_envs)
-        self.action_space = batch_space(lookout.action_space, num_envs)
+        self.single_observation_space, self.single_action_space = observation_space(lookout), action_space(lookout)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
         self._randoms: list[np.random.Generator | None] = [None] * num_envs
 
     def reset(  # type: ignore[override]

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from dm_control.rl import control
 
+from caregiver_mj.caregivers.commanded import CommandedCaregiver
+from caregiver_mj.caregivers.lookout import Lookout, Observations
 from caregiver_mj.caregivers.percept import Percept
+from caregiver_mj.caregivers.slots import Slots
 from caregiver_mj.children.family import Who
-from caregiver_mj.envs.commanded import CommandedCaregiver
 from caregiver_mj.envs.cost import CostMeter
-from caregiver_mj.envs.lookout import Lookout, Observations
-from caregiver_mj.envs.slots import Slots
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.tasks import load
@@ -53,7 +53,8 @@ class TargetHouse:
         self.caregiver = CommandedCaregiver(task.plan)
         self.policy = CaregiverPolicy(self.dm_env, self.caregiver)
         self.children = len(task.children)
-        self.lookout = Lookout(self.caregiver, self.children, Slots(task.plan, slots), flat)
+        timesteps = task.time_limit / task.novice_timestep
+        self.lookout = Lookout(self.caregiver, self.children, Slots(task.plan, slots), flat, timesteps)
         self._cost = CostMeter(task)
 
     def begin(self, seeds: Sequence[int]) -> None:
@@ -87,10 +88,9 @@ class TargetHouse:
 
     def look(self) -> tuple[Observations, np.ndarray]:
         """What is observed, and which actions do something, (1, actions)."""
-        percept, task = self.percept(), self.dm_env.task
-        mask = self.lookout.mask(percept, hears=True)
-        clock = np.array([min(1.0, self.dm_env.physics.time() / task.time_limit)])
-        return self.lookout.observe(percept, clock, np.array([self.policy.target]), mask), mask
+        percept = self.percept()
+        mask = self.lookout.mask(percept)
+        return self.lookout.observe(percept, mask), mask
 
     def cost(self) -> dict[str, np.ndarray]:
         """What the last decision has cost, as of `CostMeter`, (1,) each."""

@@ -66,7 +66,7 @@ def evaluate(
     """
     settings.check()
     executor = executor or LocalExecutor(jobs)
-    blocks = settings.blocks(grid_block)
+    blocks = settings.blocks(grid_block, folder.extended_at if folder else ())
     done: dict[Block, Tables] = {}
     for block in blocks if folder else ():
         found = folder.read(str(block))

@@ -149,6 +149,8 @@ class GridWorld:
             self.candle_table,
             self.holding,
             time_left=self.time_left,
+            clock=np.full(len(self.holding), float(self.timestep)),
+            under_way=self.orders.hazard,
         )
 
     def truth(self) -> Truth:

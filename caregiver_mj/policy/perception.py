@@ -50,12 +50,12 @@ class Perception:
         self._next_cell = plan.graph.moves[0]
         self._tables = layout.table_rectangles(plan)
         self._centres = {cell: tuple(plan.position(cell).tolist()) for cell in plan.caregiver_cells}
-        self._begun, self._all_clear, self._gone = 0, False, 0.0
+        self._begun, self._all_clear, self._gone, self._clock = 0, False, 0.0, 0.0
         self._children: list[_Sighting] = []
 
     def reset(self, observation: dict[str, np.ndarray]) -> None:
         """Begins an episode with its first observation."""
-        self._begun, self._all_clear, self._gone = 0, False, 0.0
+        self._begun, self._all_clear, self._gone, self._clock = 0, False, 0.0, 0.0
         self._children = []
         for x, y, _ in np.atleast_2d(observation["toddler_position"]).tolist():
             cell = self.free_cell((x, y))
@@ -88,7 +88,7 @@ class Perception:
             Whether it has just become clear what the present move of a child is; and whether that of the last one has,
             so that all of them are known.
         """
-        move = math.floor(clock + 1e-6)
+        move, self._clock = math.floor(clock + 1e-6), clock
         self._gone = max(0.0, clock - move)
         if move != self._begun:
             self._begun, self._all_clear = move, False
@@ -118,13 +118,14 @@ class Perception:
         sighting.previous = (cell, action)
         return True
 
-    def percept(self, view: View, holding: int, out_of_reach: np.ndarray) -> Percept:
+    def percept(self, view: View, holding: int, out_of_reach: np.ndarray, under_way: int = NOTHING) -> Percept:
         """The world as the caregiver knows it.
 
         Args:
             view: What the robot sees.
             holding: Index of the candle in its hand, or NOTHING.
             out_of_reach: Whether each hazard is to be passed over, (hazards,).
+            under_way: Number of the hazard that the robot is about, or NOTHING.
         """
         tables, cells = self._candle_places(view, holding)
         return Percept(
@@ -137,6 +138,9 @@ class Perception:
             candle_cell=cells[None],
             out_of_reach=out_of_reach[None],
             time_left=np.array([self._time_left]),
+            clock=np.array([self._clock]),
+            under_way=np.array([under_way]),
+            hears=np.array([True]),
         )
 
     @property

@@ -22,7 +22,6 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.interventions.intervention import BLOCK, RELOCATE, Intervention
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.symbols import FREE
 from caregiver_mj.policy.executive import Executive
 from caregiver_mj.policy.pace import robot_pace
@@ -176,7 +175,7 @@ class CaregiverPolicy:
     @property
     def target(self) -> int:
         """The number of the hazard that is being protected from now, or NOTHING."""
-        return self.intervention.hazard if self.intervention else NOTHING
+        return self.executive.target
 
     @property
     def activity(self) -> str:

@@ -52,9 +52,12 @@ FILE = re.compile(r"^```python\n# (\w+\.py)\n(.*?)^```", re.M | re.S)
 def _elsewhere(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my-house.txt").write_text(PLAN)
-    for path in PAGES:
-        for file, block in FILE.findall(path.read_text("utf-8")):
-            (tmp_path / file).write_text(block)
+    files = [found for path in PAGES for found in FILE.findall(path.read_text("utf-8"))]
+    for file, block in files:
+        (tmp_path / file).write_text(block)
+    yield
+    for file, _ in files:
+        sys.modules.pop(file.removesuffix(".py"), None)
 
 
 def test_there_are_commands_and_blocks():

@@ -21,6 +21,7 @@ from caregiver_mj.viz.report.film import Film
 from caregiver_mj.viz.report.headline import headline
 from caregiver_mj.viz.report.maps import mean_map
 from caregiver_mj.viz.report.published import PUBLISHED, compares_with
+from caregiver_mj.viz.report.section import section
 from caregiver_mj.viz.report.tables import comparison_table, damage_table, measures_tables, timesteps_table
 from caregiver_mj.viz.report.words import family_name, in_lines, number, with_interval
 
@@ -207,6 +208,25 @@ def test_no_damage_at_all(tmp_path):
     text = words((tmp_path / "report.html").read_text("utf-8"))
     assert "0 damage, without the caregiver too" in text
     assert "nan" not in text
+
+
+@pytest.mark.parametrize("damage", ["5:4:1", "0:0:0"])
+@pytest.mark.parametrize("episodes", ["1", "4"])
+def test_captions_promise_only_the_intervals_that_there_are(tmp_path, damage, episodes):
+    argv = ["evaluate", "--world", "grid", "--epsilon", "1", "0", "--caregiver", "none", "paper", "nearest"]
+    assert cli.main([*argv, "--damage", damage, "--episodes", episodes, "--out", str(tmp_path)]) == 0
+    parts = section(report.read_run(tmp_path))
+    tables = [parts["left"]["table"], parts["kinds"]["table"], parts["child"]["table"], *parts["child"]["more"]]
+    tables += [*parts["published"], parts["comparison"]]
+    for table in tables:
+        promised = "95 %" in table.note
+        assert promised == any("[" in cell for row in table.rows for cell in row), table.title
+    rows = [row for row in parts["run"].summary["comparisons"] if row["baseline"] == "none"]
+    known = any(row["damage_left_ci_low"] is not None or row["damage_left_ci_high"] is not None for row in rows)
+    assert ("95 % interval" in parts["left"]["pictures"][0].caption) == known
+    assert known == (damage != "0:0:0")
+    if known:
+        assert parts["bounded"] == (episodes == "4")
 
 
 def test_numbers_have_a_true_minus():

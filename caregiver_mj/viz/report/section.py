@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from caregiver_mj.viz.report import published, tables
-from caregiver_mj.viz.report.charts import charts
+from caregiver_mj.viz.report.charts import bounded, charts
 from caregiver_mj.viz.report.child import child
 from caregiver_mj.viz.report.headline import headline
 from caregiver_mj.viz.report.kinds import kinds
@@ -30,6 +30,7 @@ def section(run: Run) -> dict[str, Any]:
         "run": run,
         "nouns": run.nouns,
         "cited": published.compares_with(run),
+        "bounded": bounded(run),
         "headline": headline(run),
         "published": [tables.damage_table(run), tables.timesteps_table(run)],
         "comparison": tables.comparison_table(run),
