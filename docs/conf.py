@@ -11,13 +11,14 @@ project = "caregiver_mj"
 author = "The caregiver_mj authors"
 release = caregiver_mj.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "made", "mathml"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "made", "mathml", "untyped"]
 exclude_patterns = ["_build"]
 default_role = "py:obj"  # `Name` in a docstring leads to what has that name, if anything does
+_INSIDE = "BaseMotion|CommandedCaregiver|Navigator|OffscreenRendering|RetrievalPlanner|Who|WorkerError"
 nitpick_ignore_regex = [
     ("py:obj", ".*"),
     ("py:class", r"(np|numpy|pd|abc|collections|enum|importlib|dm_control|gymnasium)\..*"),  # other libraries' own
-    ("py:class", r"(.*\.)?(BaseMotion|Navigator|OffscreenRendering|RetrievalPlanner|Who)"),  # of the inside
+    ("py:(class|exc)", rf"(.*\.)?({_INSIDE})"),  # what has no page
 ]
 
 myst_enable_extensions = ["dollarmath"]

@@ -46,7 +46,7 @@ class ChildChain:
 
     @functools.cached_property
     def moves(self) -> np.ndarray:
-        """How probable each move is in each state, (cells, G, E, moves), whose last dimension sums to 1."""
+        """How probable each move is in each state: (cells, G, E, moves), whose last dimension sums to 1."""
         share = self.epsilons[:, None]
         return share / self.greedy.shape[-1] + (1.0 - share) * self.greedy[:, :, None]
 

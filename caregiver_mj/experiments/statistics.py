@@ -64,7 +64,7 @@ def comparison_rows(episodes: pd.DataFrame, caregiver: str, baseline: str) -> li
         baseline: Name of the other.
 
     Returns:
-        A row for each world and family, with
+        For each world and family:
 
         - `damage_left` and `toys_reached_left`, the ratios of means;
         - `damage_left_by_house`, of several houses: the mean over those with damage (`houses_defined`) of their ratios,

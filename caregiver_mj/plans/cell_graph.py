@@ -89,9 +89,9 @@ class CellGraph:
 
     @functools.cached_property
     def bumps(self) -> np.ndarray:
-        """The stairwell or table that every move bumps into, (free cells, 4).
+        """The stairwell or table that every move bumps into, (free cells, 4): first the stairwells, then the tables.
 
-        First the stairwells are numbered, then the tables; -1 is for none of these.
+        -1 for none of these.
         """
         _, target, index = self.moves
         tables = np.where(target == Target.TABLE, index + len(self._plan.stairwells), -1)

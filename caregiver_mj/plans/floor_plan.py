@@ -184,7 +184,7 @@ class FloorPlan:
 
     @functools.cached_property
     def caregiver_cells(self) -> tuple[Cell, ...]:
-        """Where the caregiver can stand, which is first the free cells, then the stairwells' landings."""
+        """Where the caregiver can stand: the free cells, then the stairwells' landings."""
         return self.free_cells + self.stairwells
 
     @functools.cached_property

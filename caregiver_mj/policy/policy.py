@@ -94,7 +94,7 @@ class CaregiverPolicy:
         """Takes an observation in, which is the first half of answering it.
 
         Returns:
-            Whether it has just become clear where all children are heading, once a novice timestep.
+            Whether it has just become clear where all children are heading: once a novice timestep.
 
         Raises:
             CaregiverError: The observation is flat; the caregiver needs its keys. Or it is of another house, or the
@@ -159,7 +159,7 @@ class CaregiverPolicy:
 
     @property
     def interventions_done(self) -> int:
-        """Interventions completed, each of them a stairwell reached, or a candle put down."""
+        """Interventions completed: a stairwell reached, or a candle put down."""
         return self.executive.done
 
     @property

@@ -105,7 +105,7 @@ class Options:
             tables: The only table to which each candle may go, (W, candles), if there is no choice.
 
         Returns:
-            The hazard, and the table to which it goes if it is a candle, else NOTHING, both (W,).
+            The hazard, and the table to which it goes if it is a candle, else NOTHING: (W,) each.
         """
         goes_on = (self.hazards == begun[:, None]) & (begun[:, None] != NOTHING)
         damage = self.damage - np.where(goes_on, hysteresis * self.inaction[:, None], 0.0)
