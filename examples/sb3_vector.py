@@ -34,7 +34,7 @@ class FromGymnasium(VecEnv):
             for i, one in enumerate(infos):
                 last = {key: values[i] for key, values in observations.items()}
                 one |= {"terminal_observation": last, "TimeLimit.truncated": True}
-                one["damage"] = info["outcome"]["damage"][i]
+                one |= {"damage": info["outcome"]["damage"][i], "house": info["house"][i]}
             observations, info = self.env.reset()
         self._masks = info["action_mask"]
         return observations, rewards.astype(np.float32), ended, infos

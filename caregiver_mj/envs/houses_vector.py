@@ -23,7 +23,8 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
     """`SuperviseTargets` in the grid of some houses at once, others in every episode; see `GridTargetsVector`.
 
     All houses look alike: observations and actions have as many slots as the house with most of a kind needs, unless
-    more are asked for. Episodes of one house lie side by side, and in it those of one family.
+    more are asked for. Episodes of one house lie side by side, and in it those of one family; `info["house"]` has the
+    number of each one's house.
 
     Attributes:
         plans: The houses.
@@ -78,9 +79,9 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         self._ended = False
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None):  # type: ignore[override]
-        """Begins episodes: in the houses that come first, with the seeds from one on; or in houses that are drawn.
+        """Begins episodes in houses that are drawn, of the seeds from one on or of seeds that are drawn, too.
 
-        After a reset with a seed, all that is drawn depends on the seed alone.
+        After a reset with a seed, all that is drawn depends on it alone.
 
         Raises:
             CaregiverError: The options ask for only some of them.
@@ -90,15 +91,13 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         super().reset(seed=seed)
         self._ended = False
         at_once = len(self.now)
-        if seed is None:
-            self.now = self.np_random.choice(len(self.plans), at_once, replace=False)
-            seeds = self.np_random.integers(2**32, size=self.num_envs)
-        else:
-            self.now, seeds = np.arange(at_once), seed + np.arange(self.num_envs)
+        self.now = self.np_random.choice(len(self.plans), at_once, replace=False)
+        drawn = self.np_random.integers(2**32, size=self.num_envs)
+        seeds = drawn if seed is None else seed + np.arange(self.num_envs)
         parts = np.split(seeds, at_once)
         found = [self._vector(i).reset(seed=part.tolist()) for i, part in zip(self.now, parts, strict=True)]
         observations, infos = zip(*found, strict=True)
-        return self._joined(observations), _joined_infos(infos)
+        return self._observed(observations), self._told(infos)
 
     def step(self, actions: np.ndarray):
         if self._ended:
@@ -110,7 +109,7 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         observations, rewards, terminated, truncated, infos = zip(*found, strict=True)
         rewards, terminated, truncated = map(np.concatenate, (rewards, terminated, truncated))
         self._ended = bool(truncated.all())
-        return self._joined(observations), rewards, terminated, truncated, _joined_infos(infos)
+        return self._observed(observations), rewards, terminated, truncated, self._told(infos)
 
     def _vector(self, house: int) -> GridTargetsVector:
         """The episodes in a house."""
@@ -122,17 +121,22 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
             )
         return self._made[house]
 
-    def _joined(self, observations: Sequence[Observations]) -> Observations:
+    def _told(self, infos: Sequence[dict[str, Any]]) -> dict[str, Any]:
+        """What the houses tell, as one, and in which of them each episode is."""
+        of_all = {"house": np.repeat(self.now, self._each), "_house": np.ones(self.num_envs, bool)}
+        return _joined(infos) | of_all
+
+    def _observed(self, observations: Sequence[Observations]) -> Observations:
         if self._flat:
             return np.concatenate(observations)
         return {key: np.concatenate([part[key] for part in observations]) for key in observations[0]}
 
 
-def _joined_infos(infos: Sequence[dict[str, Any]]) -> dict[str, Any]:
+def _joined(infos: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """What vectors of one kind tell, as one."""
     first = infos[0]
     return {
-        key: _joined_infos([info[key] for info in infos])
+        key: _joined([info[key] for info in infos])
         if isinstance(first[key], dict)
         else np.concatenate([info[key] for info in infos])
         for key in first

@@ -26,15 +26,16 @@ def test_it_is_the_houses_side_by_side(flat):
     families = (1.0, 0.25)
     vector = GridHousesVector(PLANS, 8, 2, families, flat=flat)
     assert vector.slots == (2, 2)
+    observations, info = vector.reset(seed=3)
     alone = [
         GridTargetsVector(
             4, house=plan, epsilon=side_by_side(plan, [*map(Family.of, families)], 2), flat=flat, slots=(2, 2)
         )
-        for plan in PLANS[:2]
+        for plan in map(PLANS.__getitem__, vector.now)
     ]
-    observations, info = vector.reset(seed=3)
     assert vector.observation_space.contains(observations)
     assert info["seed"].tolist() == list(range(3, 11))
+    assert info["house"].tolist() == np.repeat(vector.now, 4).tolist()
     [each.reset(seed=3 + 4 * i) for i, each in enumerate(alone)]
     random = np.random.RandomState(0)
     for step in range(1, 201):
