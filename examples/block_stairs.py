@@ -26,15 +26,16 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecMonitor, VecNormalize
 
 SEEN = ["base_position", "base_velocity", "base_to_goal", "goal_stairwell", "toddler_position", "toddler_velocity"]
+NAME = "caregiver_mj:caregiver_mj/BlockStairs-v0"
 REPEAT = 20  # control steps a decision, 0.4 s
 ENVS = 8
 CHUNK = 8 * 64 * 10  # decisions between files
 JUDGED_FROM = 1_000_000  # seed of the first episode to be judged on
 
 
-def make_env(house: str = "paper") -> gymnasium.Env:
+def make_env(house: str = "paper", task_kwargs: dict | None = None) -> gymnasium.Env:
     """A task of 150 decisions an episode, observed as one array."""
-    env = Drive(gymnasium.make("caregiver_mj:caregiver_mj/BlockStairs-v0", house=house))
+    env = Drive(gymnasium.make(NAME, house=house, task_kwargs=task_kwargs))
     seen = gymnasium.wrappers.FilterObservation(Repeat(env, REPEAT), SEEN)
     return gymnasium.wrappers.FlattenObservation(seen)
 
@@ -60,14 +61,15 @@ class Curve(BaseCallback):
         return True
 
 
-def train(seed: int, decisions: int, folder: pathlib.Path, house: str) -> None:
+def train(seed: int, decisions: int, folder: pathlib.Path, house: str, task_kwargs: dict | None = None) -> None:
     """Trains one seed, or goes on with it; writes its policy, what its observations are scaled by, and its curve."""
     policy, scale, table = (folder / f"seed-{seed}{end}" for end in (".zip", "-scale.pkl", "-curve.csv"))
-    envs: VecEnv = VecMonitor(DummyVecEnv([lambda: make_env(house)] * ENVS))
+    envs: VecEnv = VecMonitor(DummyVecEnv([lambda: make_env(house, task_kwargs)] * ENVS))
     if policy.is_file():
         model, rows = PPO.load(policy, VecNormalize.load(scale, envs), device="cpu"), pd.read_csv(table)
     else:
         model, rows = new_model(seed, VecNormalize(envs, norm_reward=False)), pd.DataFrame()
+    model.get_env().seed(seed + model.num_timesteps)  # episodes that have not been yet
     while model.num_timesteps < decisions:
         curve = Curve(rows.core_seconds.max() if len(rows) else 0.0)
         model.learn(CHUNK, callback=curve, reset_num_timesteps=False)
@@ -95,9 +97,9 @@ def new_model(seed: int, envs: VecEnv) -> PPO:
     )
 
 
-def judge(seed: int, episodes: int, folder: pathlib.Path, house: str) -> pd.DataFrame:
+def judge(seed: int, episodes: int, folder: pathlib.Path, house: str, task_kwargs: dict | None = None) -> pd.DataFrame:
     """The episodes of a trained seed, without noise: the mean reward a control step, 0 to 1, and the cost."""
-    env = make_env(house)
+    env = make_env(house, task_kwargs)
     scale = VecNormalize.load(folder / f"seed-{seed}-scale.pkl", DummyVecEnv([lambda: env]))
     model = PPO.load(folder / f"seed-{seed}", device="cpu")
     rows = []
@@ -117,7 +119,7 @@ def judge(seed: int, episodes: int, folder: pathlib.Path, house: str) -> pd.Data
 
 def scripted(episodes: int, house: str, robot: bool = True) -> pd.DataFrame:
     """The same episodes of the scripted robot, or of one that stands still."""
-    env = gymnasium.make("caregiver_mj:caregiver_mj/BlockStairs-v0", house=house).unwrapped
+    env = gymnasium.make(NAME, house=house).unwrapped
     policy, rows = caregiver_mj.CaregiverPolicy(env.dm_env), []
     for episode in range(episodes):
         env.dm_env.task.reseed(JUDGED_FROM + episode)

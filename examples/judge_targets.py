@@ -90,7 +90,8 @@ class InPlace:
 
 def policies_of(folder: pathlib.Path) -> dict[str, Policy]:
     """The trained policies in a folder, by name; what they do is not random."""
-    import torch  # here, for nothing else needs it
+    import needs_learn  # noqa: F401 (here, for nothing else needs these)
+    import torch
     from sb3_contrib import MaskablePPO
 
     torch.set_num_threads(1)

@@ -12,11 +12,9 @@ from stable_baselines3.common.vec_env import VecEnv
 class FromGymnasium(VecEnv):
     """A `VecEnv` of a `VectorEnv` whose episodes end together and whose `info` has an `action_mask`."""
 
-    render_mode = None
-
     def __init__(self, env: gymnasium.vector.VectorEnv):
-        super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
         self.env = env
+        super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
 
     def reset(self):
         (seed, *_), self._seeds = self._seeds, [None] * self.num_envs  # what `seed` has kept for this
