@@ -75,8 +75,8 @@ def page(rows: pd.DataFrame, targets: dict[str, pd.DataFrame], stairs: dict[str,
         "## Which hazard to see to, in any house",
         fill(
             "MaskablePPO on the target level of the grid: every novice timestep the policy chooses a stairwell, a "
-            f"candle, or nothing. {len(targets)} seeds, each of {steps:,} timesteps ({used} core-minutes) in the "
-            "houses of `train-100`, five at a time, with novices of epsilon .75, .5 and .25. It sees places for "
+            f"candle, or nothing. {len(targets)} seeds, each of at least {steps:,} timesteps ({used} core-minutes) "
+            "in the houses of `train-100`, five at a time, with novices of epsilon .75, .5 and .25. It sees places for "
             "four stairwells and five candles, which are as many as any generated house has; of each hazard how "
             "near it is to the child, now and at the last three timesteps, and to the robot, what it costs, whether "
             "it is held or under way. One small network looks at every hazard in turn, so the order of the places "
@@ -95,8 +95,8 @@ def page(rows: pd.DataFrame, targets: dict[str, pd.DataFrame], stairs: dict[str,
         "## Driving into a stairwell",
         fill(
             "PPO on `caregiver_mj/BlockStairs-v0`, in house `paper`: a decision every 20 control steps (0.4 s) "
-            f"about the velocity of the base alone; arm and gripper stay as they are. {len(stairs)} seeds of "
-            f"{decisions:,} decisions each ({of_stairs} core-minutes). Judged without noise on "
+            f"about the velocity of the base alone; arm and gripper stay as they are. {len(stairs)} seeds of at "
+            f"least {decisions:,} decisions each ({of_stairs} core-minutes). Judged without noise on "
             f"{judged.episode.nunique()} episodes that none was trained on: the mean reward a control step, from 0 "
             "to 1, with its standard deviation between episodes, and the cost (damage to the child and strikes) an "
             "episode."

@@ -8,7 +8,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from caregiver_mj.experiments import two_level
 from caregiver_mj.studies.learning_child.life import KINDS
 from caregiver_mj.studies.learning_child.measure import NONE, Grown
 from caregiver_mj.viz import colours
@@ -24,7 +23,7 @@ _COLOURS = (colours.HARM, colours.ROBOT, colours.CANDLE, colours.BIN, colours.ST
 
 
 def draw(grown: Grown) -> Figure:
-    """Each measure over age, a row for each kind of child; means over houses, with their 95 % intervals as bands."""
+    """Each measure over age, a row for each kind of child: means, and the middle half of the children of a house."""
     with mpl.rc_context(STYLE):
         figure = Figure((3.1 * len(_PANELS), 5.6), layout="constrained")
         grid = figure.subplots(len(KINDS), len(_PANELS), sharex=True, sharey="col")
@@ -44,7 +43,8 @@ def draw(grown: Grown) -> Figure:
 def _panel(axes: Axes, grown: Grown, measure: str, kind: str) -> None:
     for name, colour in zip((NONE, *grown.guards), _COLOURS, strict=False):
         houses = [one for one in grown.course(name, measure, kind) if not np.isnan(one).any()]
-        value, low, high = two_level.of_mean(houses)
+        value = np.mean([one.mean(axis=0) for one in houses], axis=0)
+        low, high = np.mean([np.quantile(one, (0.25, 0.75), axis=0) for one in houses], axis=0)
         age, shade = np.arange(1, len(value) + 1), colours.unit(colour)
         label = "alone from the first" if name == NONE else f"with {name}"
         axes.fill_between(age, low, high, color=shade, alpha=0.15, linewidth=0)

@@ -32,16 +32,17 @@ def page(grown: Grown, houses: str, epsilon: float, command: str) -> str:
         ),
         f"    {command}",
         "![Damage, return, coverage and what is known of danger, over the episodes of a life](learning_child.png)",
+        "Lines are means; bands have the middle half of the children of a house, on average over houses.",
         "## The child",
         fill(
             "A tabular Q-learner. It knows its cell and the bin that it goes to; a toy is worth 1, damage counts as "
             f"it is (5 stairs, 4 candle, 1 table), negative. Learning rate {RATE:g}, discount {DISCOUNT:g} a move, "
             "all values 0 at first; from every move it learns for all bins, and at the end of an episode it goes "
             "over its moves once more, the last one first. It does not see the caregiver, nor which table has a "
-            f"candle. A share {epsilon:g} of its moves is random, at every age: the *careless* child draws them among "
-            "all four moves alike, as the paper's novice does; the *wary* child in proportion to exp(value / "
-            f"{TEMPERATURE:g}), so that what it knows of danger counts in them, too. Every episode has 200 timesteps, "
-            "and the candles back on their tables."
+            f"candle. A share {epsilon:g} of its moves is random, at every age: the *careless* child draws them "
+            "among all four moves alike, as the paper's novice does; the *wary* child in proportion to exp(value / "
+            f"{TEMPERATURE:g}), so that what it knows of danger counts in them, too. Every episode has 200 "
+            "timesteps, and the candles back on their tables."
         ),
         "## While it is there",
         _childhood(grown),
@@ -80,7 +81,7 @@ def _childhood(grown: Grown) -> str:
 
 def _leaving(grown: Grown) -> str:
     start, end = grown.childhood, grown.childhood + grown.after
-    spans = {"soon": (start, start + FIRST), "later": (start + FIRST, end)}
+    spans = {"before": (start - 1, start), "soon": (start, start + FIRST), "later": (start + FIRST, end)}
     rows = []
     for kind in KINDS:
         for name in (NONE, *grown.guards):
@@ -89,23 +90,25 @@ def _leaving(grown: Grown) -> str:
                 for measure in ("damage", "toys")
             )
             spread = np.mean([one.std(ddof=1) for one in damage["soon"]])
+            shunned = grown.mean(name, "known", kind, *spans["before"])
             differences = [
                 interval(against(found, grown.mean(NONE, measure, kind, *spans[when])), 2, "+")
                 for measure, when, found in (
+                    ("known", "before", shunned),
                     ("damage", "soon", damage["soon"]),
                     ("damage", "later", damage["later"]),
                     ("toys", "soon", toys["soon"]),
                 )
             ]
-            known = number(grown.mean(name, "known", kind, start - 1, start), 2)
             life = number([one * end for one in grown.mean(name, "damage", kind, 0, end)], 0)
             now = f"{number(damage['soon'], 2)}, {spread:.2f}"
             shown = ["–"] * len(differences) if name == NONE else differences
-            rows.append((kind, f"`{name}`", known, now, *shown, life))
+            rows.append((kind, f"`{name}`", number(shunned, 2), shown[0], now, *shown[1:], life))
     titles = (
         "child",
         "grown up with",
         "dangerous moves shunned",
+        "less `none`'s",
         f"damage in the first {FIRST}, spread",
         "less `none`'s",
         f"in the next {grown.after - FIRST}, less `none`'s",
@@ -113,10 +116,10 @@ def _leaving(grown: Grown) -> str:
         "damage in a life",
     )
     text = fill(
-        f"From episode {start + 1} on all are alone, and go on learning. Means an episode; *none* are those that have "
-        "been alone all the time, in the same episodes of their lives. *Dangerous moves shunned* is the share of the "
-        "moves into stairwells, and into tables that bear a candle at first, that the child believes to do harm when "
-        "the caregiver leaves."
+        f"From episode {start + 1} on all are alone, and go on learning. Means an episode; *none* are those that "
+        "have been alone all the time, in the same episodes of their lives. *Dangerous moves shunned* is the share "
+        "of the moves into stairwells, and into tables that bear a candle at first, that the child believes to do "
+        "harm when the caregiver leaves."
     )
     return f"{text}\n\n{table(titles, rows)}"
 

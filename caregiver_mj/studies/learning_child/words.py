@@ -13,6 +13,7 @@ from caregiver_mj.studies.learning_child.life import KINDS
 from caregiver_mj.studies.learning_child.measure import NONE, Grown, Houses
 
 FIRST = 5  # episodes alone that are looked at by themselves
+ENOUGH = 8  # houses for the page not to warn of their number
 
 
 def words(grown: Grown) -> str:
@@ -27,12 +28,19 @@ def words(grown: Grown) -> str:
             )
             after = against(*(grown.mean(who, "damage", kind, start, start + FIRST) for who in (name, NONE)))
             life = against(*([one * end for one in grown.mean(who, "damage", kind, 0, end)] for who in (name, NONE)))
+            known = against(*(grown.mean(who, "known", kind, start - 1, start) for who in (name, NONE)))
+            fewer = "fewer" if known.high < 0 else "more" if known.low > 0 else "not detectably fewer"
             parts.append(
-                f"the {kind} child takes {interval(spared, 2)} of the damage in childhood; then, alone, "
-                f"{verdict(after)} than one that always was ({interval(after, 2, '+')} an episode in the first "
-                f"{FIRST}); over the whole life {verdict(life)} ({interval(life, 0, '+')})"
+                f"the {kind} child takes {interval(spared, 2)} of the damage in childhood; left alone, it shuns "
+                f"{fewer} of the dangerous moves than one that always was ({interval(known, 2, '+')}), and takes "
+                f"{verdict(after)} in the first {FIRST} episodes ({interval(after, 2, '+')} an episode); over the "
+                f"whole life {verdict(life)} ({interval(life, 0, '+')})"
             )
         lines.append(fill(f"- With `{name}` {'; '.join(parts)}.", "  "))
+    if grown.houses < ENOUGH:
+        lines.append(
+            fill(f"- These are {grown.houses} houses: so few that the intervals are wide, and tell little.", "  ")
+        )
     return "\n".join(lines)
 
 
