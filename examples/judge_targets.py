@@ -4,7 +4,8 @@
 
 All have the same episodes, those of `caregiver-mj evaluate` with seed 0. Scripted caregivers decide before each of the
 three actions of a timestep, a policy once in it; so does `paper, once`, which is the rule in the policies' place. The
-folder then has a file of episodes for each house; houses that have one are not judged again.
+folder then has a file of episodes for each house; houses that have one are not judged again, unless a policy has been
+trained since.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ from caregiver_mj.studies.trials import run_all
 
 SCRIPTED = ("none", "nearest", "paper", "foresight", "knows-goal", FLOOR)
 RULE = "paper, once"
+SLOTS = (4, 5)  # stairwells and candles that a policy has places for: as many as generated houses have at most
 
 Policy = Callable[[dict[str, np.ndarray], np.ndarray], np.ndarray]  # observations and masks to actions
 
@@ -112,15 +114,16 @@ def main() -> None:
     parser.add_argument("--scripted-only", action="store_true", help="which can be done before anything is trained")
     options = parser.parse_args()
     policies = {} if options.scripted_only else policies_of(options.run)
-    slots = (4, 5)
+    newest = max((file.stat().st_mtime for file in options.run.glob("seed-*.zip")), default=0.0)
 
     def judge(plan: FloorPlan) -> None:
         for name, rows in (
             ("scripted", lambda: scripted(plan, options.episodes)),
-            ("learnt", lambda: learnt(plan, policies, slots, options.episodes)),
+            ("learnt", lambda: learnt(plan, policies, SLOTS, options.episodes)),
         ):
             file = options.run / name / f"{plan.name}-{options.episodes}.parquet"
-            if (name == "learnt" and not policies) or file.is_file():
+            trained = newest if name == "learnt" else 0.0
+            if (name == "learnt" and not policies) or (file.is_file() and file.stat().st_mtime >= trained):
                 continue
             file.parent.mkdir(parents=True, exist_ok=True)
             rows().to_parquet(file, index=False)

@@ -15,6 +15,7 @@ import pandas as pd
 from judge_targets import RULE, SCRIPTED
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import EngFormatter
 
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.samples import Sample, pairs
@@ -25,7 +26,7 @@ from caregiver_mj.viz.figures.style import INK, STYLE
 
 PPO = "MaskablePPO"  # the mean over its seeds
 _DAMAGE = ["damage"]
-_SMOOTH = 5  # points of a curve that are shown as their mean
+_SMOOTH = 2  # points of a curve that are shown as their mean
 _SHADES = [colours.unit(colour) for colour in (colours.ROBOT, colours.BIN, colours.CANDLE, colours.STAIRWELL)]
 
 
@@ -69,9 +70,15 @@ def page(rows: pd.DataFrame, targets: dict[str, pd.DataFrame], stairs: dict[str,
             "(extra `learn`; [examples/](../examples/README.md) says how to install it). What came out is below, "
             "with every seed. It is printed by"
         ),
-        "    python examples/supervise_targets.py\n    python examples/judge_targets.py\n"
-        "    python examples/block_stairs.py\n    python examples/learning_page.py --docs docs",
+        f"    python examples/supervise_targets.py --steps {steps}\n"
+        f"    python examples/judge_targets.py --houses test-{houses} --episodes {episodes}\n"
+        f"    python examples/block_stairs.py --decisions {decisions}\n"
+        "    python examples/learning_page.py --docs docs",
         "![Training curves of both examples, a line a seed](learning.png)",
+        fill(
+            "The curves are of training, in which actions are drawn; the tables are of what a policy likes best, which "
+            "is better. Started again with a higher number, both trainings go on from there."
+        ),
         "## Which hazard to see to, in any house",
         fill(
             "MaskablePPO on the target level of the grid: every novice timestep the policy chooses a stairwell, a "
@@ -202,14 +209,16 @@ def draw(targets: dict[str, pd.DataFrame], stairs: dict[str, pd.DataFrame], judg
         left.set_title(f"target level: damage left in training, mean of {_SMOOTH} batches", fontsize=10)
         left.set_xlabel("timesteps")
         for i, (seed, curve) in enumerate(stairs.items()):
-            _line(right, curve.decisions, curve.reward.rolling(8 * _SMOOTH // 2, min_periods=1).mean(), seed, i)
+            means = curve.groupby("decisions").reward.mean()
+            _line(right, means.index, means, seed, i)
         for who, style in (("scripted", "--"), ("stands still", ":")):
             mean = judged[judged.who == who].reward.mean()
             right.axhline(mean, color=INK, linewidth=1, linestyle=style, label=who)
-        right.set_title("BlockStairs: mean reward, of the last 20 episodes", fontsize=10)
+        right.set_title("BlockStairs: mean reward of episodes in training", fontsize=10)
         right.set_xlabel("decisions")
         for axes in (left, right):
             axes.set_ylim(0, 1.05)
+            axes.xaxis.set_major_formatter(EngFormatter(sep=""))
             axes.legend(fontsize=8)
     return figure
 

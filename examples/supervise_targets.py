@@ -20,6 +20,7 @@ import numpy as np
 import pandas as pd
 import torch
 from hazard_policy import HazardPolicy
+from judge_targets import SLOTS
 from sb3_contrib import MaskablePPO
 from sb3_vector import FromGymnasium
 from stable_baselines3.common.callbacks import BaseCallback
@@ -34,7 +35,6 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import house_set
 
 FAMILIES = (0.75, 0.5, 0.25)  # the children to learn with
-SLOTS = (4, 5)  # stairwells and candles that a policy has places for: as many as generated houses have at most
 
 
 class Curve(BaseCallback):
@@ -110,7 +110,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, nargs="+", default=[0, 1, 2])
     parser.add_argument("--steps", type=int, default=2_016_000, help="to train each seed for (default: %(default)s)")
     parser.add_argument(
-        "--chunk", type=int, default=4, help="episodes, of all at once, at a time (default: %(default)s)"
+        "--chunk", type=int, default=2, help="episodes, of all at once, at a time (default: %(default)s)"
     )
     parser.add_argument("--houses", default="train-100", metavar="SET", help="default: %(default)s")
     parser.add_argument("--episodes", type=int, default=240, help="at once (default: %(default)s)")
