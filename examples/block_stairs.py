@@ -13,6 +13,9 @@ import argparse
 import pathlib
 import time
 
+import needs_learn  # noqa: F401 (says so if it is missing)
+
+# isort: split
 import caregiver_mj
 
 # isort: split
