@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import Any
 
@@ -29,7 +30,7 @@ def _section(section: dict[str, Any]) -> list[str]:
     avoided = told["avoided"] or "there is none"
     avoided += f", 95 % interval {told['interval']}" if told["interval"] else ""
     parts = [f"## {run.title}\n", f"Damage avoided with caregiver `{run.caregiver}`: {avoided}.\n"]
-    parts += [f"    {run.command()}\n", left["table"].markdown()]
+    parts += [textwrap.indent(run.command(), "    ") + "\n", left["table"].markdown()]
     parts += [f"{left['floor']}\n"] if left["floor"] else []
     parts += _figures(left["pictures"])
     parts += [left["wins"].markdown()] if left["wins"] else []
