@@ -41,6 +41,11 @@ class ToddlerWalk:
         """
         self._duration = duration
 
+    @property
+    def is_on_way_back(self) -> bool:
+        """Whether it has turned back."""
+        return self._returns
+
     def reset(self, position: Vector, yaw: float) -> None:
         """Puts the toddler somewhere, at rest."""
         self.position, self.yaw = position, yaw

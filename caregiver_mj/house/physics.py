@@ -125,6 +125,10 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         """How far each finger stands off the middle, (2,), m."""
         return self._robot.fingers[0].copy()
 
+    def pinch_position(self) -> np.ndarray:
+        """Where the middle between the fingertips is, (3,), m."""
+        return self._robot.pinch.copy()
+
     def is_gripping(self) -> bool:
         """Whether the fingers are as close together as round a candle, or closer."""
         return self._robot.is_gripping()
