@@ -71,6 +71,7 @@ class CareTask(base.Task):
         control_timestep: float = CONTROL_TIMESTEP,
         candle_offset: float = _CANDLE_OFFSET,
         table_offset: float = 0.0,
+        compliant_children: bool = False,
     ):
         """Prepares the episodes.
 
@@ -83,6 +84,8 @@ class CareTask(base.Task):
             control_timestep: Seconds between actions.
             candle_offset: How far off a table's centre a candle starts, at most, in x and in y, metres.
             table_offset: How far off its place in the plan a table stands, at most, likewise; drawn once.
+            compliant_children: Whether the children give way to a push, so that forces on them mean something; else
+                they are kinematic.
 
         Raises:
             CaregiverError: There is no robot of that name, or a timestep or an offset is out of range.
@@ -96,7 +99,7 @@ class CareTask(base.Task):
         self.has_robot, self.embodiment = robot, find_embodiment(embodiment)
         self.control_timestep = control_timestep
         self.novice_timestep = novice_timestep(control_timestep, plan.cell_size)
-        self.children = Children(plan, self.family.make(plan), self.novice_timestep)
+        self.children = Children(plan, self.family.make(plan), self.novice_timestep, compliant_children)
         rectangles = layout.table_rectangles(plan)
         if table_offset:
             rectangles[:, :2] += self.random.uniform(-table_offset, table_offset, (len(plan.tables), 2))

@@ -68,6 +68,10 @@ class ToddlerWalk:
         self._left = self._duration
         self._length = math.dist(self.position, goal)
 
+    def carry(self, x: float, y: float) -> None:
+        """Puts its feet elsewhere, metres from where they were, for it has been pushed."""
+        self.position = self.position[0] + x, self.position[1] + y
+
     def stay(self) -> None:
         """Begins a move of standing still."""
         self.begin(self.position, self.position, bump=False)

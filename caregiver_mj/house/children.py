@@ -12,6 +12,7 @@ from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.house.candles import Candles
 from caregiver_mj.house.child import HouseChild
+from caregiver_mj.house.compliant import SOFTNESS, CompliantBody
 from caregiver_mj.house.contacts import ContactWatch
 from caregiver_mj.house.move import Booking
 from caregiver_mj.house.physics import Physics
@@ -30,14 +31,18 @@ class Children(Sequence[HouseChild]):
 
     harm = 0.0
 
-    def __init__(self, plan: FloorPlan, behaviours: Sequence[Behaviour], novice_timestep: float):
+    def __init__(
+        self, plan: FloorPlan, behaviours: Sequence[Behaviour], novice_timestep: float, compliant: bool = False
+    ):
         """Prepares the children.
 
         Args:
             plan: The house.
             behaviours: What decides the moves of each child.
             novice_timestep: Seconds that a move takes.
+            compliant: Whether they give way to a push, see `house.compliant`.
         """
+        self._bodies = [CompliantBody() for _ in behaviours] if compliant else []
         self._children = [HouseChild(plan, behaviour, novice_timestep) for behaviour in behaviours]
         self._watches = [ContactWatch() for _ in behaviours]
         self._places = [tuple(plan.position(cell).tolist()) for cell in plan.caregiver_cells]
@@ -57,6 +62,9 @@ class Children(Sequence[HouseChild]):
         self._watches[number] = ContactWatch()
         self[number].reset(tape, cell, yaw)
         physics.set_toddler(self[number].walk, number)
+        if self._bodies:
+            physics.soften_toddlers(*SOFTNESS)
+            self._bodies[number].reset(self[number].walk)
 
     def begin(self, timestep: int, random: np.random.RandomState, physics: Physics) -> None:
         """Has them set out one after the other; none goes where another is or, if that has set out, will be."""
@@ -73,7 +81,10 @@ class Children(Sequence[HouseChild]):
             child.step(seconds)
             if robot:
                 child.see_robot(robot)
-            physics.set_toddler(child.walk, number)
+            if self._bodies:
+                self._bodies[number].follow(child.walk, physics, number, seconds)
+            else:
+                physics.set_toddler(child.walk, number)
 
     def take_in(self, physics: Physics, candles: Candles, contacts: Contacts) -> int:
         """Has them take in what they touched in the last control timestep.

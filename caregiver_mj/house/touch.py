@@ -45,12 +45,14 @@ class TouchReader:
     """Reads the children's contacts of the present physics step.
 
     Attributes:
+        bodies: Geoms of the children.
         is_any: Tells whether there is any contact worth reading.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, children: int):
         self._model, self._data = model, data
         self._children = {model.geom(f"{child_prefix(k)}body").id: k for k in range(children)}
+        self.bodies = tuple(self._children)
         self._things = [_thing_of(model.geom(i).name) for i in range(model.ngeom)]
         first = model.sensor(_sensor(0)).adr[0]
         found = data.sensordata[first : first + children]  # how many contacts each child has

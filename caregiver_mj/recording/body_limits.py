@@ -13,9 +13,9 @@ import dataclasses
 CAUTION = (
     "These limits are for adults at work, and nothing here claims to keep them: what a child of a year and a half can "
     "bear is less and in no such table, and its head is as high as their hips. Where children are thought of, no "
-    "contact at all is asked for, as by EN 16005 of automatic doors that many children use. In crash tests with a dummy "
-    "of a child the risk of a serious injury came below 5 % only below 1.5 m/s (Paez-Granados and Billard, Scientific "
-    "Reports 12, 5285, 2022)."
+    "contact at all is asked for, as by EN 16005 of automatic doors that many children use. In crash tests with the "
+    "dummy of a child the risk of a serious injury came below 5 % only below 1.5 m/s (Paez-Granados and Billard, "
+    "Scientific Reports 12, 5285, 2022)."
 )
 
 

@@ -8,16 +8,21 @@ finished run in the house, or run here.
 from __future__ import annotations
 
 import argparse
+import functools
 import pathlib
+import time
+from typing import Any
 
 import pandas as pd
 
+from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.experiments.seeds import episode_random, episode_seed
 from caregiver_mj.plans.sets import houses_named
+from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.recording.contacts import Contacts
-from caregiver_mj.studies.grid_to_house.rows import run_rows
-from caregiver_mj.studies.trials import add_jobs
+from caregiver_mj.studies.trials import add_jobs, run_all
+from caregiver_mj.tasks import load
 from caregiver_mj.viz.report.contacts import counts_table, limits_table
 from caregiver_mj.viz.report.words import family_name
 
@@ -61,16 +66,38 @@ def add_run(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--episodes", type=int, default=2, help="episodes for each in each house (default: %(default)s)"
     )
+    parser.add_argument("--out", type=pathlib.Path, metavar="FILE", help="also write their rows there, as JSON")
+    parser.add_argument("--compliant", action="store_true", help="children that give way to a push, without --run")
     add_jobs(parser)
+
+
+def run(caregiver: str, compliant: bool, job: tuple[str, str, int]) -> dict[str, Any]:
+    """Runs one episode, that of `evaluate`, by its house, family and number; returns its row."""
+    house, family, episode = job
+    (plan,) = houses_named([house])
+    kwargs = {"compliant_children": compliant}
+    env = load("supervise", plan, Family.parse(family), episode_random(0), task_kwargs=kwargs, visuals=False)
+    policy, seed = CaregiverPolicy(env, caregiver), episode_seed(0, episode)
+    env.task.reseed(episode_random(seed))
+    start, timestep = time.process_time(), env.reset()
+    while not timestep.last():
+        timestep = env.step(policy(timestep))
+    took = {"cpu_seconds": time.process_time() - start, "sim_seconds": env.physics.time()}
+    return {"house": house, "family": family, "episode": episode, "seed": seed} | env.task.outcome() | took
 
 
 def episodes_of(options: argparse.Namespace) -> pd.DataFrame:
     """The episodes that the options say, read or run."""
     if options.run:
         return read_episodes(options.run, options.caregiver)
-    plans = houses_named(options.houses)
-    settings = Settings(plans, "house", (options.caregiver,), tuple(options.epsilon), options.episodes)
-    return run_rows(settings, options.jobs).table
+    houses = [plan.name for plan in houses_named(options.houses)]
+    families = [str(Family.parse(family)) for family in options.epsilon]
+    jobs = [(house, family, i) for house in houses for family in families for i in range(options.episodes)]
+    work = functools.partial(run, options.caregiver, options.compliant)
+    table = pd.DataFrame(run_all(work, jobs, options.jobs, "in the house"))
+    if options.out:
+        table.to_json(options.out, orient="records", indent=1)
+    return table
 
 
 def main(arguments: list[str] | None = None) -> None:
