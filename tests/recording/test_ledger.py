@@ -61,15 +61,6 @@ def test_an_episode_of_an_only_child():
         "strikes": 0,
     } | dict.fromkeys(("moves_entered", "moves_entered_blocked", "moves_held_up", *names("contact")), 0)
 
-
-def test_how_a_move_met_the_caregiver_is_added_up():
-    one = ledger([2, 4])
-    for met in ([[True, True, False], [False, False, True]], [[True, False, False], [False, False, True]]):
-        harm, nothing = np.zeros((1, 2, len(KINDS))), np.zeros((1, 2), bool)
-        denied = np.zeros((1, 2, len(BLOCKED)), bool)
-        one.book(np.array([[2, 4]]), np.array([[2, 4]]), harm, nothing, denied, np.array([met]))
-    totals = one.totals()
-    assert [totals[f"moves_{how}"].item() for how in MET] == [2, 1, 2]
     book(one, [[3]], [[3]], [[STAIRS]])
     book(one, [[3]], [[4]], [[NONE]])
     outcome = one.outcome()
@@ -175,3 +166,13 @@ def test_totals_are_the_outcomes():
 @pytest.mark.parametrize("name", ["timesteps_to_threshold", "toys_reached", "cells_visited", "strikes"])
 def test_counts_are_integers(name):
     assert type(ledger([0]).outcome()[name]) is int
+
+
+def test_how_a_move_met_the_caregiver_is_added_up():
+    one = ledger([2, 4])
+    for met in ([[True, True, False], [False, False, True]], [[True, False, False], [False, False, True]]):
+        harm, nothing = np.zeros((1, 2, len(KINDS))), np.zeros((1, 2), bool)
+        denied = np.zeros((1, 2, len(BLOCKED)), bool)
+        one.book(np.array([[2, 4]]), np.array([[2, 4]]), harm, nothing, denied, np.array([met]))
+    totals = one.totals()
+    assert [totals[f"moves_{how}"].item() for how in MET] == [2, 1, 2]
