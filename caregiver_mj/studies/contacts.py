@@ -45,12 +45,12 @@ def read_episodes(run: pathlib.Path, caregiver: str) -> pd.DataFrame:
     return table
 
 
-def page(episodes: pd.DataFrame) -> str:
+def page(episodes: pd.DataFrame, compliant: bool = False) -> str:
     """The tables, in Markdown."""
     groups = {family_name(family): group for family, group in episodes.groupby("family", sort=False)}
     if len(groups) > 1:
         groups["all"] = episodes
-    return f"{counts_table(groups).markdown()}\n{limits_table(episodes).markdown()}"
+    return f"{counts_table(groups).markdown()}\n{limits_table(episodes, compliant=compliant).markdown()}"
 
 
 def add_run(parser: argparse.ArgumentParser) -> None:
@@ -104,4 +104,5 @@ def main(arguments: list[str] | None = None) -> None:
     """Runs the study and prints its tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     add_run(parser)
-    print(page(episodes_of(parser.parse_args(arguments))))
+    options = parser.parse_args(arguments)
+    print(page(episodes_of(options), options.compliant))

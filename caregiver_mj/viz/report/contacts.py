@@ -28,6 +28,7 @@ _SHOWN = (
     ("wax_seconds", "mean", 2),
 )
 _HOW = {"sum": "in all", "mean": "an episode", "max": "the most", "min": "the least"}
+_KINEMATIC = "These children are kinematic: they do not give way, so the forces are far too high (docs/contacts.md). "
 _SOURCE = "DGUV 2011, as reprinted in Buxbaum and Sen, table 1.4 (in: Bendel, Pflegeroboter, 2018)"
 
 
@@ -59,8 +60,8 @@ def counts_table(groups: Mapping[str, pd.DataFrame], where: str = "") -> Table:
     return Table(f"What the robot did to the child{where}", ("with the caregiver", *groups), rows, note)
 
 
-def limits_table(episodes: pd.DataFrame, where: str = "") -> Table:
-    """The greatest force on each part of a child, beside what adults bear there."""
+def limits_table(episodes: pd.DataFrame, where: str = "", compliant: bool = False) -> Table:
+    """The greatest force on each part of a child, who is compliant or else kinematic, beside what adults bear there."""
     rows = []
     for limit in BODY_LIMITS:
         force = float(episodes[f"contact_force_{limit.region}"].max())
@@ -69,5 +70,5 @@ def limits_table(episodes: pd.DataFrame, where: str = "") -> Table:
             (limit.region, limit.part, f"{force:.0f}", f"{limit.clamping:g}", f"{limit.impact:g}", f"{share} %")
         )
     columns = ("on the child's", "of an adult", "greatest force, N", "clamped, N", "impact, N", "of the impact's")
-    note = f"Limits of adults: {_SOURCE}. {CAUTION}"
+    note = f"{'' if compliant else _KINEMATIC}Limits of adults: {_SOURCE}. {CAUTION}"
     return Table(f"Forces beside what adults bear{where}", columns, rows, note)
