@@ -11,9 +11,9 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
+from caregiver_mj.caregivers.lookout import Observations
 from caregiver_mj.children.family import Family, Who
 from caregiver_mj.children.side_by_side import side_by_side
-from caregiver_mj.caregivers.lookout import Observations
 from caregiver_mj.envs.target_grid import GridTargetsVector
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan

@@ -39,6 +39,7 @@ def _section(section: dict[str, Any]) -> list[str]:
     if child:
         parts += [child["table"].markdown(), *_figures(child["pictures"]), f"{why_all_timesteps()}\n"]
         parts += [table.markdown() for table in child["more"]]
+    parts += [table.markdown() for table in section["contacts"]["tables"]] if section["contacts"] else []
     parts += [table.markdown() for table in [*section["published"], section["comparison"]]]
     parts += [section["children"].markdown()] if section["children"] else []
     return parts + [table.markdown() for table in section["measures"]]
