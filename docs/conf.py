@@ -41,3 +41,16 @@ html_copy_source = False
 html_show_copyright = False
 html_show_sphinx = False
 html_theme_options = {"footer_icons": []}
+
+_INCLUDED = {"(../examples/README.md)": "(guide/examples.md)"}  # pages from elsewhere, and where they are here
+
+
+def _lead_to_what_is_included(app, docname, source):
+    """Study pages stand in the checkout as they are; what they link to outside of this folder has a page here."""
+    for elsewhere, here in _INCLUDED.items():
+        source[0] = source[0].replace(elsewhere, here)
+
+
+def setup(app):
+    """Sees to links out of this folder."""
+    app.connect("source-read", _lead_to_what_is_included)

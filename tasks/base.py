@@ -18,11 +18,13 @@ from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape, start_cells
 from caregiver_mj.children.walk import WALKING_SPEED, novice_timestep
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.candles import Candles
+from caregiver_mj.house.carried import watch_candle
 from caregiver_mj.house.children import Children
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import HazardKind
+from caregiver_mj.recording.contacts import Contacts
 from caregiver_mj.recording.ledger import Ledger
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.embodiments import find_embodiment
@@ -43,6 +45,7 @@ class CareTask(base.Task):
         children: The children in the house.
         candles: What looks after the candles.
         ledger: What has happened in this episode, a batch of one.
+        contacts: What the robot has done to the children in it.
         caregiver: Who may make the house safe before the children come in, as in the grid; a `CaregiverPolicy` enters
             its own one here. None if nobody does.
         caregiver_seed: This episode's seed for a caregiver that draws lots.
@@ -68,6 +71,7 @@ class CareTask(base.Task):
         control_timestep: float = CONTROL_TIMESTEP,
         candle_offset: float = _CANDLE_OFFSET,
         table_offset: float = 0.0,
+        compliant_children: bool = False,
     ):
         """Prepares the episodes.
 
@@ -80,6 +84,8 @@ class CareTask(base.Task):
             control_timestep: Seconds between actions.
             candle_offset: How far off a table's centre a candle starts, at most, in x and in y, metres.
             table_offset: How far off its place in the plan a table stands, at most, likewise; drawn once.
+            compliant_children: Whether the children give way to a push, so that forces on them mean something; else
+                they are kinematic.
 
         Raises:
             CaregiverError: There is no robot of that name, or a timestep or an offset is out of range.
@@ -93,7 +99,7 @@ class CareTask(base.Task):
         self.has_robot, self.embodiment = robot, find_embodiment(embodiment)
         self.control_timestep = control_timestep
         self.novice_timestep = novice_timestep(control_timestep, plan.cell_size)
-        self.children = Children(plan, self.family.make(plan), self.novice_timestep)
+        self.children = Children(plan, self.family.make(plan), self.novice_timestep, compliant_children)
         rectangles = layout.table_rectangles(plan)
         if table_offset:
             rectangles[:, :2] += self.random.uniform(-table_offset, table_offset, (len(plan.tables), 2))
@@ -137,7 +143,7 @@ class CareTask(base.Task):
         for child in range(1, len(self.children)):  # last, so that all else is as it is for an only child
             start(child)
         self.candles.reset(tables)
-        self.ledger = Ledger(self.plan, cells, EPISODE_TIMESTEPS)
+        self.ledger, self.contacts = Ledger(self.plan, cells, EPISODE_TIMESTEPS), Contacts()
         self._control_steps = 0
 
     def _prepare_house(self) -> list[int]:
@@ -156,9 +162,11 @@ class CareTask(base.Task):
         self.children.step(self.control_timestep, physics)
 
     def after_step(self, physics: Physics) -> None:
-        strikes = self.children.take_in(physics, self.candles)
+        strikes = self.children.take_in(physics, self.candles, self.contacts)
         if strikes:
             self.ledger.strikes[0] += strikes
+        if self.has_robot:
+            watch_candle(physics, self.control_timestep, self.contacts)
         self._control_steps += 1
         if self._control_steps % self._steps_a_move == 0:
             self.ledger.book(*(np.array([values]) for values in zip(*self.children.end(), strict=True)))
@@ -211,7 +219,7 @@ class CareTask(base.Task):
 
     def outcome(self) -> dict:
         """What has been measured in the episode so far, named as the columns of `EpisodeRecord`."""
-        return self.ledger.outcome()
+        return self.ledger.outcome() | self.contacts.outcome()
 
     def note_interventions(self, begun: int, done: int) -> None:
         """Takes note of how many interventions the caregiver has begun now, and how many it has completed."""

@@ -76,7 +76,7 @@ def find_caregiver(name: str) -> type[Caregiver] | PolicyMaker | None:
     if name in POLICIES:
         return POLICIES[name]
     if ":" not in name:
-        known = ", ".join([*CAREGIVERS, *POLICIES])
+        known = ", ".join(dict.fromkeys([*CAREGIVERS, *POLICIES]))
         raise CaregiverError(f"no caregiver '{name}': there are {known}, and yours as module:object")
     found = named_object(name)
     _check(f"'{name}'", found)

@@ -74,7 +74,7 @@ def houses() -> str:
 
 def caregivers() -> str:
     """What may be said for a caregiver."""
-    return f"{' '.join([*CAREGIVERS, *POLICIES])}, or a caregiver or policy of yours as module:object"
+    return f"{' '.join(dict.fromkeys([*CAREGIVERS, *POLICIES]))}, or a caregiver or policy of yours as module:object"
 
 
 def add_seed(command: argparse.ArgumentParser, text: str = "all chance comes from it") -> None:

@@ -24,6 +24,7 @@ class RobotBody:
         arm: Positions and velocities of the arm's joints, (joints,) each, rad.
         fingers: How far each finger stands off the middle, and how fast that changes, (2,) each, m.
         wheels: Angles and rates of the wheels, (4,) each, rad.
+        pinch: Where the middle between the fingertips is, (3,), m.
     """
 
     def __init__(self, embodiment: Embodiment, model: mujoco.MjModel, data: mujoco.MjData):
@@ -33,6 +34,7 @@ class RobotBody:
             joint_views(model, data, [f"robot/{joint}" for joint in joints])
             for joints in (names.base, names.arm, names.fingers, names.wheels)
         )
+        self.pinch = data.site_xpos[model.site("robot/pinch").id]
         self._model, self._ctrl = model, data.ctrl
         self._source = np.empty(embodiment.actuators.size, int)  # of each actuator: which number of an action it gets
         for actuators, part in zip(_parts(embodiment.actuators), _parts(embodiment.layout), strict=True):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.recording.contacts import Contacts
 from caregiver_mj.recording.ledger import Ledger
 from caregiver_mj.recording.record import COLUMNS, MEASURES, EpisodeRecord, markdown, names
 
@@ -20,7 +21,7 @@ FORMER += ["sim_seconds", "wall_seconds"]
 def test_columns_are_the_record():
     assert [column.name for column in COLUMNS] == list(inspect.signature(EpisodeRecord).parameters)
     assert {column.type for column in COLUMNS} == {"str", "int", "float", "list[float]"}
-    assert {column.role for column in COLUMNS} == {"setting", "damage", "count", "child", "time"}
+    assert {column.role for column in COLUMNS} == {"setting", "damage", "count", "contact", "child", "time"}
     assert all(column.meaning and column.title for column in COLUMNS)
 
 
@@ -36,7 +37,17 @@ def test_former_columns_are_all_there_in_their_order():
         "moves_blocked_stairwell",
         "moves_blocked_free",
         "longest_blocked",
+        "moves_entered",
+        "moves_entered_blocked",
+        "moves_held_up",
+        *names("contact"),
     }
+
+
+def test_the_house_counts_all_contacts_there_are_columns_for():
+    assert tuple(Contacts().outcome()) == names("contact")
+    types = {column.name: column.type for column in COLUMNS}
+    assert all(type(value).__name__ == types[name] for name, value in Contacts().outcome().items())
 
 
 def test_measures_can_be_averaged():

@@ -54,6 +54,7 @@ def test_the_page_in_a_browser(process, tmp_path):
     ) as browser:
         wait_for = Patience(browser)
         browser.set_page_load_timeout(PATIENCE)
+        browser.set_script_timeout(PATIENCE)
         browser.get(url)
         wait_for.text("doing")
         assert len(wait_for.texts("danger")) == 2  # the stairwell and the candle
