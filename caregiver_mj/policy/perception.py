@@ -21,7 +21,8 @@ from caregiver_mj.robot.view import ChildView, View
 
 _CLEAR_DISTANCE = 0.05  # metres of a move after which it is clear where the toddler is heading, ...
 _LATEST = 0.5  # ... or the share of a novice timestep after which it will not go anywhere any more
-_SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to
+_SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to; ...
+_SMALLEST_SEEN = 0.03  # ... the same where it is not seen exactly
 _AS_USUAL = 0.02  # metres that a candle on a table may seem off its usual height
 _NO_CANDLES, _NO_ORIENTATIONS = np.zeros((0, 3)), np.zeros((0, 4))
 
@@ -50,8 +51,16 @@ class Perception:
         table_heights: How high the tables' tops are, (tables,), metres; None if as usual.
     """
 
-    def __init__(self, plan: FloorPlan):
-        self._plan = plan
+    def __init__(self, plan: FloorPlan, is_exact: bool = True, age: float = 0.0):
+        """Prepares it.
+
+        Args:
+            plan: The house.
+            is_exact: Whether everything is seen where it is.
+            age: Seconds since what is looked at was observed; it has been foretold from that.
+        """
+        self._plan, self._age = plan, age
+        self._smallest_move = _SMALLEST_MOVE if is_exact else _SMALLEST_SEEN
         self._next_cell = plan.graph.moves[0]
         self._tables = layout.table_rectangles(plan)
         self._centres = {cell: tuple(plan.position(cell).tolist()) for cell in plan.caregiver_cells}
@@ -87,6 +96,7 @@ class Perception:
             candles=observation.get("candle_position", _NO_CANDLES),
             candle_orientations=observation.get("candle_orientation", _NO_ORIENTATIONS),
             table_heights=self.table_heights,
+            age=self._age,
         )
 
     def watch(self, view: View, clock: float) -> tuple[bool, bool]:
@@ -120,7 +130,7 @@ class Perception:
         sighting.is_clear = True
         cell, action = self.free_cell(sighting.origin), NOTHING
         sighting.cell = cell
-        if distance > _SMALLEST_MOVE:
+        if distance > self._smallest_move:
             action = max(range(len(ACTIONS)), key=lambda a: dx * ACTIONS[a][1] - dy * ACTIONS[a][0])
             sighting.cell = int(self._next_cell[cell, action])
         sighting.previous = (cell, action)

@@ -43,6 +43,7 @@ class View:
         candles: Position of each candle's foot, (candles, 3).
         candle_orientations: Its orientation, a quaternion (w, x, y, z), (candles, 4).
         table_heights: How high the tables' tops are, (tables,); None if as usual.
+        age: Seconds since all this was observed; what it is now is foretold from that.
     """
 
     now: float
@@ -53,6 +54,7 @@ class View:
     candles: np.ndarray
     candle_orientations: np.ndarray
     table_heights: np.ndarray | None = None
+    age: float = 0.0
 
     def child_distance(self, place: Vector) -> float:
         """Metres from a place to the middle of the nearest child."""

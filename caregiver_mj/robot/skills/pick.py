@@ -61,13 +61,13 @@ class Pick(AtTable):
         if hand_is_empty(view) or (up and view.candles[self.candle, 2] < view.table_height(self.table) + _LIFTED):
             self._misses += 1
             robot.grip(self.embodiment.grasp.open)
-            robot.reach(approach.above)
+            robot.reach(self._out(approach.above, view))
             self._stage = self._open_again
             return Status.FAILED if self._misses == ATTEMPTS else Status.RUNNING
         return Status.DONE if up else Status.COMMITTED
 
     def _open_again(self, view: View, robot: RobotMotion) -> Status:
         wide = 2 * (self.embodiment.grasp.open - _AJAR)
-        if robot.reached == self.embodiment.approach.above and view.fingers > wide:
+        if robot.reached == self._out(self.embodiment.approach.above, view) and view.fingers > wide:
             self._stage = self._approach
         return Status.RUNNING

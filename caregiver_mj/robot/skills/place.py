@@ -72,7 +72,7 @@ class Place(AtTable):
         return Status.COMMITTED
 
     def _retreat(self, view: View, robot: RobotMotion) -> Status:
-        if robot.reached > self.embodiment.approach.drive:
+        if robot.reached > self._out(self.embodiment.approach.drive, view):
             return Status.COMMITTED
         return Status.DONE if view.stands_on_table(self.candle, self.table) else Status.OVERTAKEN  # it has fallen
 
