@@ -155,3 +155,17 @@ def test_command(tmp_path, capsys):
     main(["--count", "1", "--first", "3", "--jobs", "1", "--noise", "0.001", "--delay", "0.02", "--json", str(path)])
     assert "1/1" in capsys.readouterr().out
     assert [row["seed"] for row in json.loads(path.read_text())] == [3]
+
+
+@pytest.mark.parametrize(
+    ("conditions", "seed"),
+    [
+        (Conditions(white=0.01, white_base=0.003, white_child=0.02, dropout=0.1), 0),
+        (Conditions(delay=0.06), 0),
+        (Conditions(table_height=(0.75,)), 1),
+        (Conditions(table_height=(0.45,)), 1),
+    ],
+)
+def test_a_relocation_under_conditions_knocks_nothing_over(conditions, seed):
+    result = relocate(conditions, seed)
+    assert (result.failure, result.tipped, result.drops, result.strikes) == ("", 0, 0, 0)

@@ -52,7 +52,7 @@ class Relocation(Trial):
 def relocate(conditions: Conditions, seed: int) -> Relocation:
     """Runs the relocation of a seed; with each seed it is another house's turn."""
     plan = load_house(HOUSES[seed % len(HOUSES)])
-    env = load("relocate_candle", plan, _EPSILON, random=seed, task_kwargs=conditions.task_kwargs())
+    env = load("relocate_candle", plan, _EPSILON, random=seed, task_kwargs=conditions.task_kwargs(), visuals=False)
     task, physics = env.task, env.physics
     conditions.alter(physics)
     policy = CaregiverPolicy(env)
