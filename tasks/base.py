@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import collections
 import numbers
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from dm_control.suite import base
@@ -21,6 +22,9 @@ from caregiver_mj.house.candles import Candles
 from caregiver_mj.house.carried import watch_candle
 from caregiver_mj.house.children import Children
 from caregiver_mj.house.physics import Physics
+from caregiver_mj.house.sensing import Sensing
+from caregiver_mj.house.sensor import Sensor
+from caregiver_mj.house.tables import draw_heights
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import HazardKind
@@ -48,6 +52,7 @@ class CareTask(base.Task):
         contacts: What the robot has done to the children in it.
         caregiver: Who may make the house safe before the children come in, as in the grid; a `CaregiverPolicy` enters
             its own one here. None if nobody does.
+        sensing: How well observations show what there is.
         caregiver_seed: This episode's seed for a caregiver that draws lots.
         embodiment: Which robot it is about.
         has_robot: Whether that is in the house.
@@ -72,6 +77,8 @@ class CareTask(base.Task):
         candle_offset: float = _CANDLE_OFFSET,
         table_offset: float = 0.0,
         compliant_children: bool = False,
+        table_height: float | Sequence[float] | None = None,
+        sensing: Sensing | Mapping[str, Any] | None = None,
     ):
         """Prepares the episodes.
 
@@ -86,9 +93,13 @@ class CareTask(base.Task):
             table_offset: How far off its place in the plan a table stands, at most, likewise; drawn once.
             compliant_children: Whether the children give way to a push, so that forces on them mean something; else
                 they are kinematic.
+            table_height: How high all tables are, metres; or the lowest and the highest that one may be, and each is
+                drawn in between, once. The observation then has the heights. None for those of the table's model.
+            sensing: How well observations show what there is, as `Sensing.of` takes it; None for exactly.
 
         Raises:
-            CaregiverError: There is no robot of that name, or a timestep or an offset is out of range.
+            CaregiverError: There is no robot of that name, or a timestep, an offset, a height or a number of the
+                sensing is out of range.
         """
         _check_timestep(control_timestep, plan)
         room = max(0.0, plan.cell_size / 2 - layout.TABLE_HALF_SIZE)  # of a table in its cell
@@ -103,7 +114,11 @@ class CareTask(base.Task):
         rectangles = layout.table_rectangles(plan)
         if table_offset:
             rectangles[:, :2] += self.random.uniform(-table_offset, table_offset, (len(plan.tables), 2))
-        self.candles = Candles(rectangles)
+        self._shows_heights = table_height is not None
+        self.candles = Candles(rectangles, draw_heights(table_height, len(plan.tables), self.random))
+        self.sensing = Sensing.of(sensing)
+        tables = np.column_stack([rectangles, self.candles.table_heights])
+        self._sensor = None if self.sensing.is_exact else Sensor(self.sensing, control_timestep, tables)
         self.caregiver: Caregiver | None = None
         self._shown = 0 if len(self.children) == 1 else slice(None)  # an only child without a dimension of its own
         self._candle_offset = candle_offset
@@ -114,6 +129,11 @@ class CareTask(base.Task):
     def table_positions(self) -> np.ndarray:
         """Where the tables' centres are, (tables, 2), metres."""
         return self.candles.table_rectangles[:, :2]
+
+    @property
+    def table_heights(self) -> np.ndarray:
+        """How high their tops are, (tables,), metres."""
+        return self.candles.table_heights
 
     def reseed(self, random: np.random.RandomState | int) -> None:
         """Makes the next episode that of a seed, whatever ran before."""
@@ -136,7 +156,7 @@ class CareTask(base.Task):
         for i, table in enumerate(tables):
             offset = self.random.uniform(-self._candle_offset, self._candle_offset, size=2)
             place = self.table_positions[table] + offset
-            physics.set_candle(i, np.array([*place, layout.TABLE_HEIGHT]), self.random.uniform(-np.pi, np.pi))
+            physics.set_candle(i, np.array([*place, self.table_heights[table]]), self.random.uniform(-np.pi, np.pi))
         if self.has_robot:
             cell = self.plan.caregiver_cells[int(caregiver[0])]
             physics.set_robot(np.array([*self.plan.position(cell), self.random.uniform(-np.pi, np.pi)]))
@@ -145,6 +165,8 @@ class CareTask(base.Task):
         self.candles.reset(tables)
         self.ledger, self.contacts = Ledger(self.plan, cells, EPISODE_TIMESTEPS), Contacts()
         self._control_steps = 0
+        if self._sensor:
+            self._sensor.reset(self.caregiver_seed)
 
     def _prepare_house(self) -> list[int]:
         """On which table each candle stands when the children come in."""
@@ -176,6 +198,15 @@ class CareTask(base.Task):
         """What there is to see, enough to run the caregiver on; every key is in `tasks.observed`."""
         observation = collections.OrderedDict()
         observation["clock"] = np.array(self._control_steps / self._steps_a_move)
+        seen = self._all_there_is(physics)
+        observation.update(self._sensor.sense(self._control_steps, seen) if self._sensor else seen)
+        if self._shows_heights and self.plan.tables:
+            observation["table_height"] = self.table_heights.copy()
+        return observation
+
+    def _all_there_is(self, physics: Physics) -> collections.OrderedDict:
+        """What can be perceived, as it is."""
+        observation = collections.OrderedDict()
         observation["toddler_position"] = physics.toddler_positions()[self._shown]
         observation["toddler_velocity"] = physics.toddler_velocities()[self._shown]
         if self.plan.candle_tables:

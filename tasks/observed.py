@@ -35,6 +35,7 @@ OBSERVED = {
     "arm_position": Observed("(joints,)", "rad", "the arm's joints from the shoulder on"),
     "arm_velocity": Observed("(joints,)", "rad/s", "their rates"),
     "finger_position": Observed("(2,)", "m", "how far each finger stands off the middle"),
+    "table_height": Observed("(tables,)", "m", "how high each table is, if that is asked for", asked=True),
     "goal_candle": Observed("(candles,)", "", "the candle that is asked for, one-hot", "relocate_candle"),
     "goal_table": Observed("(tables,)", "", "the table that it shall go to, one-hot", "relocate_candle"),
     "candle_to_goal": Observed("(3,)", "m", "the way that is left for the candle", "relocate_candle"),

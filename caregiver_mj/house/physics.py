@@ -50,10 +50,11 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         table_positions: np.ndarray | None = None,
         children: int = 1,
         visuals: bool = True,
+        table_heights: np.ndarray | None = None,
     ) -> Physics:
         """Builds the house of a floor plan; the arguments are those of `build_house`."""
         embodiment = None if robot is False else find_embodiment(None if robot is True else robot)
-        spec = build_house(plan, embodiment or False, table_positions, children, visuals)
+        spec = build_house(plan, embodiment or False, table_positions, children, visuals, table_heights)
         TouchReader.add_sensors(spec, children)
         return cls(wrapper.MjData(wrapper.MjModel(spec.compile())), embodiment)
 

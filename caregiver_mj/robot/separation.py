@@ -94,12 +94,13 @@ def allowed_rate(view: View, robot: Embodiment, velocity: Vector) -> float:
         return 1.0
     rate = 1.0
     for child in view.children:
-        rate = min(rate, _allowed_rate(view.base, robot, child, velocity))
+        rate = min(rate, _allowed_rate(view, robot, child, velocity))
     return rate
 
 
-def _allowed_rate(base: Pose, robot: Embodiment, child: ChildView, velocity: Vector) -> float:
+def _allowed_rate(view: View, robot: Embodiment, child: ChildView, velocity: Vector) -> float:
     """The same for one child, for a velocity that is not zero."""
+    base = view.base
     room = _gap(base, robot, child) - _SEPARATION
     if room > _FAR:
         return 1.0
@@ -113,7 +114,7 @@ def _allowed_rate(base: Pose, robot: Embodiment, child: ChildView, velocity: Vec
     # approach * r * (stopping / 2 + reaction) + child * (stopping + reaction) = room, solved for r
     limits = robot.limits.base
     stopping = speed / limits.acceleration
-    delay = _REACTION + limits.acceleration / limits.jerk
+    delay = _REACTION + limits.acceleration / limits.jerk + view.age
     a = approach * stopping / 2
     b = approach * delay + _CHILD_SPEED * stopping
     c = _CHILD_SPEED * delay - room

@@ -31,3 +31,9 @@ def test_targets_say_what_they_show():
     from caregiver_mj.envs.targets import make_targets
 
     assert set(make_targets().observation_space) == set(OBSERVED_OF_TARGETS)
+
+
+def test_what_is_asked_for_is_shown():
+    env = caregiver_mj.load("supervise", "paper", visuals=False, task_kwargs={"table_height": (0.5, 0.7)})
+    assert {"table_height"} == {key for key, observed in OBSERVED.items() if observed.asked}
+    assert env.observation_spec()["table_height"].shape == (len(env.task.plan.tables),)
