@@ -84,3 +84,12 @@ def test_everything_that_has_a_name_is_explained(page, names):
     explained = re.findall(r"^\| (`.*?) \|", text, re.M)
     found = {name for row in explained for name in re.findall("`([^`]+)`", row)}
     assert {name for name in found if ":" not in name} == set(names)
+
+
+def test_links_of_pages_outside_lead_somewhere():
+    root = DOCS.parent
+    for page in ("README.md", "CONTRIBUTING.md", "examples/README.md"):
+        links = re.findall(r"\]\(([^)#]+)[^)]*\)", (root / page).read_text("utf-8"))
+        local = [link for link in links if not link.startswith("http")]
+        assert local
+        assert [link for link in local if not (root / page).parent.joinpath(link).exists()] == []
