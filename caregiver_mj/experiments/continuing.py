@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from caregiver_mj.errors import CaregiverError
@@ -26,13 +27,17 @@ def continued(found: Record, wanted: Record) -> Record:
         CaregiverError: What is there belongs to other settings, or there is more of it than is wanted.
     """
     keys = [key for key in {**found, **wanted} if key not in _OF_ITS_OWN and found.get(key) != wanted.get(key)]
+    if "caregivers" not in wanted:  # a study's, which cannot be added to
+        if keys:
+            raise CaregiverError("; ".join(_told(keys, found, wanted)))
+        return found
     there, here = found.get("caregivers"), wanted["caregivers"]
     if not isinstance(there, list) or not all(name in here for name in there):
         keys.append("caregivers")
     episodes, extended = found.get("episodes"), found.get("extended_at", [])
     if not isinstance(episodes, int) or not isinstance(extended, list) or episodes > wanted["episodes"]:
         keys.append("episodes")
-    told = [f"{key} is {found.get(key)} there and {wanted.get(key)} here" for key in keys]
+    told = _told(keys, found, wanted)
     if not told:
         told = _other_code(found, wanted)
     if told:
@@ -46,6 +51,10 @@ def continued(found: Record, wanted: Record) -> Record:
     if there == here and episodes == wanted["episodes"]:
         return found
     return {**wanted, **({"extended_at": extended} if extended else {})}
+
+
+def _told(keys: Sequence[str], found: Record, wanted: Record) -> list[str]:
+    return [f"{key} is {found.get(key)} there and {wanted.get(key)} here" for key in keys]
 
 
 def _other_code(found: Record, wanted: Record) -> list[str]:

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from unittest import mock
 
 import dask
 import distributed
@@ -29,6 +30,13 @@ def start_cluster(workers=2, **options):
         options = {"threads_per_worker": 1, "dashboard_address": "127.0.0.1:0", "protocol": "tcp://"} | options
         options["scheduler_kwargs"] = {"host": "127.0.0.1"}
         return distributed.LocalCluster(n_workers=workers, **options)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def environment():
+    """As it was: a nanny sets variables for its worker in here, too, such as how many threads linear algebra takes."""
+    with mock.patch.dict(os.environ):
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -169,7 +177,7 @@ def test_worker_of_another_version(tmp_path):
         command = [sys.executable, "-m", "distributed.cli.dask_worker", cluster.scheduler_address]
         command += ["--no-nanny", "--nthreads", "1", "--no-dashboard"]
         environment = os.environ | {"PYTHONPATH": str(tmp_path)}
-        with subprocess.Popen(command, env=environment, stderr=subprocess.DEVNULL) as worker:
+        with subprocess.Popen(command, env=environment, cwd=tmp_path, stderr=subprocess.DEVNULL) as worker:
             try:
                 with pytest.raises(CaregiverError, match=r"worker .* has caregiver_mj 0\.0\.9: install 0\.1\.0 there"):
                     DaskExecutor(cluster.scheduler_address, timeout=60.0)

@@ -12,6 +12,7 @@ from test_cli import fails
 
 from caregiver_mj import cli
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.record import COLUMNS
 from caregiver_mj.viz import report
 from caregiver_mj.viz.figures import Series, bars
@@ -106,14 +107,14 @@ def test_the_paper_is_cited_for_its_own_house_alone(tmp_path, page):
 
 
 def test_the_paper_is_cited_for_its_own_house_as_it_is(tmp_path):
-    write_run(tmp_path)
-    assert compares_with(report.read_run(tmp_path))
-    settings = json.loads((tmp_path / "run.json").read_text())
-    tiny = {"name": "paper", "cell_size": 0.75, "rows": TINY.rows}
-    for change in ({"plans": [tiny]}, {"damage": "10:4:1"}):
-        (tmp_path / "run.json").write_text(json.dumps(settings | change))
-        assert not compares_with(report.read_run(tmp_path))
-    assert "--damage 10:4:1" in report.read_run(tmp_path).command()
+    assert compares_with(report.read_run(write_run(tmp_path / "paper")))
+    namesake = FloorPlan.parse("\n".join(TINY.rows), "paper")
+    assert not compares_with(report.read_run(write_run(tmp_path / "namesake", plan=namesake)))
+    file = tmp_path / "paper" / "run.json"
+    file.write_text(json.dumps(json.loads(file.read_text()) | {"damage": "10:4:1"}))
+    dearer = report.read_run(tmp_path / "paper")
+    assert not compares_with(dearer)
+    assert "--damage 10:4:1" in dearer.command()
 
 
 def test_statistics(page):
