@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import importlib.metadata
 import warnings
 from collections.abc import Iterator, Mapping
@@ -70,6 +71,21 @@ class Registry(Mapping[str, "Kind | None"], Generic[Kind]):
 
     def __len__(self) -> int:
         return len(list(iter(self)))
+
+
+def named_object(name: str) -> Any:
+    """What stands at a place in somebody's module, as `module:object`.
+
+    Raises:
+        CaregiverError: There is no such module, it fails, or there is no such thing in it.
+    """
+    entry = importlib.metadata.EntryPoint(name, name, "")
+    if entry.pattern.match(name) is None or entry.extras:
+        raise CaregiverError(f"'{name}' is not module:object")
+    try:
+        return entry.load()
+    except Exception as error:  # whatever somebody else's module raises
+        raise CaregiverError(f"'{name}' cannot be loaded: {type(error).__name__}: {error}") from error
 
 
 def _name(found: type) -> str:

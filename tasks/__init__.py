@@ -87,7 +87,7 @@ def load(
             raise CaregiverError(f"environment_kwargs: {own} is the task's own, so say it in task_kwargs")
     _check_arguments("environment_kwargs", control.Environment, (None, made), environment_kwargs)
     robot = made.has_robot and made.embodiment
-    physics = Physics.from_plan(plan, robot, made.table_positions, len(made.children), visuals)
+    physics = Physics.from_plan(plan, robot, made.table_positions, len(made.children), visuals, made.table_heights)
     try:
         return control.Environment(
             physics, made, time_limit=made.time_limit, control_timestep=made.control_timestep, **environment_kwargs

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import collections
 import numbers
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from dm_control.suite import base
@@ -18,11 +19,16 @@ from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape, start_cells
 from caregiver_mj.children.walk import WALKING_SPEED, novice_timestep
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.candles import Candles
+from caregiver_mj.house.carried import watch_candle
 from caregiver_mj.house.children import Children
 from caregiver_mj.house.physics import Physics
+from caregiver_mj.house.sensing import Sensing
+from caregiver_mj.house.sensor import Sensor
+from caregiver_mj.house.tables import draw_heights
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import HazardKind
+from caregiver_mj.recording.contacts import Contacts
 from caregiver_mj.recording.ledger import Ledger
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.embodiments import find_embodiment
@@ -43,8 +49,10 @@ class CareTask(base.Task):
         children: The children in the house.
         candles: What looks after the candles.
         ledger: What has happened in this episode, a batch of one.
+        contacts: What the robot has done to the children in it.
         caregiver: Who may make the house safe before the children come in, as in the grid; a `CaregiverPolicy` enters
             its own one here. None if nobody does.
+        sensing: How well observations show what there is.
         caregiver_seed: This episode's seed for a caregiver that draws lots.
         embodiment: Which robot it is about.
         has_robot: Whether that is in the house.
@@ -68,6 +76,9 @@ class CareTask(base.Task):
         control_timestep: float = CONTROL_TIMESTEP,
         candle_offset: float = _CANDLE_OFFSET,
         table_offset: float = 0.0,
+        compliant_children: bool = False,
+        table_height: float | Sequence[float] | None = None,
+        sensing: Sensing | Mapping[str, Any] | None = None,
     ):
         """Prepares the episodes.
 
@@ -80,9 +91,15 @@ class CareTask(base.Task):
             control_timestep: Seconds between actions.
             candle_offset: How far off a table's centre a candle starts, at most, in x and in y, metres.
             table_offset: How far off its place in the plan a table stands, at most, likewise; drawn once.
+            compliant_children: Whether the children give way to a push, so that forces on them mean something; else
+                they are kinematic.
+            table_height: How high all tables are, metres; or the lowest and the highest that one may be, and each is
+                drawn in between, once. The observation then has the heights. None for those of the table's model.
+            sensing: How well observations show what there is, as `Sensing.of` takes it; None for exactly.
 
         Raises:
-            CaregiverError: There is no robot of that name, or a timestep or an offset is out of range.
+            CaregiverError: There is no robot of that name, or a timestep, an offset, a height or a number of the
+                sensing is out of range.
         """
         _check_timestep(control_timestep, plan)
         room = max(0.0, plan.cell_size / 2 - layout.TABLE_HALF_SIZE)  # of a table in its cell
@@ -93,11 +110,15 @@ class CareTask(base.Task):
         self.has_robot, self.embodiment = robot, find_embodiment(embodiment)
         self.control_timestep = control_timestep
         self.novice_timestep = novice_timestep(control_timestep, plan.cell_size)
-        self.children = Children(plan, self.family.make(plan), self.novice_timestep)
+        self.children = Children(plan, self.family.make(plan), self.novice_timestep, compliant_children)
         rectangles = layout.table_rectangles(plan)
         if table_offset:
             rectangles[:, :2] += self.random.uniform(-table_offset, table_offset, (len(plan.tables), 2))
-        self.candles = Candles(rectangles)
+        self._shows_heights = table_height is not None
+        self.candles = Candles(rectangles, draw_heights(table_height, len(plan.tables), self.random))
+        self.sensing = Sensing.of(sensing)
+        tables = np.column_stack([rectangles, self.candles.table_heights])
+        self._sensor = None if self.sensing.is_exact else Sensor(self.sensing, control_timestep, tables)
         self.caregiver: Caregiver | None = None
         self._shown = 0 if len(self.children) == 1 else slice(None)  # an only child without a dimension of its own
         self._candle_offset = candle_offset
@@ -108,6 +129,11 @@ class CareTask(base.Task):
     def table_positions(self) -> np.ndarray:
         """Where the tables' centres are, (tables, 2), metres."""
         return self.candles.table_rectangles[:, :2]
+
+    @property
+    def table_heights(self) -> np.ndarray:
+        """How high their tops are, (tables,), metres."""
+        return self.candles.table_heights
 
     def reseed(self, random: np.random.RandomState | int) -> None:
         """Makes the next episode that of a seed, whatever ran before."""
@@ -130,15 +156,17 @@ class CareTask(base.Task):
         for i, table in enumerate(tables):
             offset = self.random.uniform(-self._candle_offset, self._candle_offset, size=2)
             place = self.table_positions[table] + offset
-            physics.set_candle(i, np.array([*place, layout.TABLE_HEIGHT]), self.random.uniform(-np.pi, np.pi))
+            physics.set_candle(i, np.array([*place, self.table_heights[table]]), self.random.uniform(-np.pi, np.pi))
         if self.has_robot:
             cell = self.plan.caregiver_cells[int(caregiver[0])]
             physics.set_robot(np.array([*self.plan.position(cell), self.random.uniform(-np.pi, np.pi)]))
         for child in range(1, len(self.children)):  # last, so that all else is as it is for an only child
             start(child)
         self.candles.reset(tables)
-        self.ledger = Ledger(self.plan, cells, EPISODE_TIMESTEPS)
+        self.ledger, self.contacts = Ledger(self.plan, cells, EPISODE_TIMESTEPS), Contacts()
         self._control_steps = 0
+        if self._sensor:
+            self._sensor.reset(self.caregiver_seed)
 
     def _prepare_house(self) -> list[int]:
         """On which table each candle stands when the children come in."""
@@ -156,18 +184,29 @@ class CareTask(base.Task):
         self.children.step(self.control_timestep, physics)
 
     def after_step(self, physics: Physics) -> None:
-        strikes = self.children.take_in(physics, self.candles)
+        strikes = self.children.take_in(physics, self.candles, self.contacts)
         if strikes:
             self.ledger.strikes[0] += strikes
+        if self.has_robot:
+            watch_candle(physics, self.control_timestep, self.contacts)
         self._control_steps += 1
         if self._control_steps % self._steps_a_move == 0:
             self.ledger.book(*(np.array([values]) for values in zip(*self.children.end(), strict=True)))
             self.ledger.candles_dropped[0] += self.candles.count_fallen(physics)
 
     def get_observation(self, physics: Physics) -> collections.OrderedDict:
-        """What there is to see, enough to run the caregiver on; see the README for every key."""
+        """What there is to see, enough to run the caregiver on; every key is in `tasks.observed`."""
         observation = collections.OrderedDict()
         observation["clock"] = np.array(self._control_steps / self._steps_a_move)
+        seen = self._all_there_is(physics)
+        observation.update(self._sensor.sense(self._control_steps, seen) if self._sensor else seen)
+        if self._shows_heights and self.plan.tables:
+            observation["table_height"] = self.table_heights.copy()
+        return observation
+
+    def _all_there_is(self, physics: Physics) -> collections.OrderedDict:
+        """What can be perceived, as it is."""
+        observation = collections.OrderedDict()
         observation["toddler_position"] = physics.toddler_positions()[self._shown]
         observation["toddler_velocity"] = physics.toddler_velocities()[self._shown]
         if self.plan.candle_tables:
@@ -211,7 +250,7 @@ class CareTask(base.Task):
 
     def outcome(self) -> dict:
         """What has been measured in the episode so far, named as the columns of `EpisodeRecord`."""
-        return self.ledger.outcome()
+        return self.ledger.outcome() | self.contacts.outcome()
 
     def note_interventions(self, begun: int, done: int) -> None:
         """Takes note of how many interventions the caregiver has begun now, and how many it has completed."""

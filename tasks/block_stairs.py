@@ -38,7 +38,7 @@ class BlockStairs(base.CareTask):
         """As in all tasks, and what is asked for."""
         observation = super().get_observation(physics)
         observation["goal_stairwell"] = np.eye(len(self.plan.stairwells))[self.goal_stairwell]
-        observation["base_to_goal"] = self._landing - physics.base_position()[:2]
+        observation["base_to_goal"] = self._landing - observation["base_position"][:2]
         return observation
 
     def get_reward(self, physics: Physics) -> float:

@@ -36,14 +36,14 @@ class RelocateCandle(base.CareTask):
         bare = sorted(set(range(len(self.plan.tables))) - set(self.candles.starting_tables))
         self.goal_candle = int(self.random.randint(len(self.plan.candle_tables)))
         self.goal_table = int(self.random.choice(bare))
-        self._goal = np.array([*self.table_positions[self.goal_table], layout.TABLE_HEIGHT])
+        self._goal = np.array([*self.table_positions[self.goal_table], self.table_heights[self.goal_table]])
 
     def get_observation(self, physics: Physics) -> collections.OrderedDict:
         """As in all tasks, and what is asked for."""
         observation = super().get_observation(physics)
         observation["goal_candle"] = np.eye(len(self.plan.candle_tables))[self.goal_candle]
         observation["goal_table"] = np.eye(len(self.plan.tables))[self.goal_table]
-        observation["candle_to_goal"] = self._goal - physics.candle_poses()[self.goal_candle, :3]
+        observation["candle_to_goal"] = self._goal - observation["candle_position"][self.goal_candle]
         return observation
 
     def get_reward(self, physics: Physics) -> float:

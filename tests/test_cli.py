@@ -2,12 +2,15 @@
 
 import json
 import os
+import shlex
+import signal
 import subprocess
 import sys
 
 import pytest
 
 from caregiver_mj import FloorPlan, cli
+from caregiver_mj.viz.report import read_run
 
 GRID = ["evaluate", "--world", "grid"]
 PLAN = """\
@@ -165,7 +168,8 @@ def test_two_runs_do_not_mix(capsys, tmp_path):
     assert "--resume" in fails(capsys, argv)
     message = fails(capsys, [*argv, "--resume", "--seed", "5", "--episodes", "3"])
     assert "seed is 0 there and 5 here" in message
-    assert "episodes is 2 there and 3 here" in message
+    message = fails(capsys, [*argv, "--resume", "--episodes", "1"])
+    assert "episodes is 2 there and 1 here; a run can be added to, but not cut" in message
     for text in ("{", "[]", "3"):
         (tmp_path / "run.json").write_text(text)
         assert "run.json" in fails(capsys, [*argv, "--resume"])
@@ -320,3 +324,24 @@ def test_a_terminal_that_knows_ascii_only():
     run = subprocess.run(command, capture_output=True, env=environment, check=False)
     assert run.returncode == 0, run.stderr
     assert b" +- " in run.stdout
+
+
+def test_the_process_is_left_as_it_was(capsys, tmp_path, monkeypatch):
+    before = signal.getsignal(signal.SIGTERM), list(sys.path)
+    for argv in (["house", "check", "paper"], ["house", "check", "igloo"]):
+        cli.main(argv)
+        assert (signal.getsignal(signal.SIGTERM), sys.path) == before
+    monkeypatch.chdir(tmp_path)
+    tmp_path.rmdir()  # from under our feet
+    assert cli.main(["house", "check", "paper"]) == 0
+
+
+def test_houses_whose_names_have_spaces(capsys, tmp_path):
+    files = [tmp_path / "our house.txt", tmp_path / "it's theirs.txt"]
+    for file in files:
+        file.write_text(PLAN)
+    argv = [*GRID, "--houses", *map(str, files), "--epsilon", "1", "--episodes", "2", "--out", str(tmp_path / "a run")]
+    assert cli.main(argv) == 0
+    again = shlex.split(read_run(tmp_path / "a run").command())
+    assert again[again.index("--houses") + 1 :][:2] == [str(file) for file in files]
+    assert cli.main([*again[1:], "--out", str(tmp_path / "a run"), "--resume"]) == 0

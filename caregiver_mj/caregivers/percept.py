@@ -32,6 +32,10 @@ class Percept:
             (B, hazards). Left out if there is none.
         time_left: Share of a novice timestep until the children make their next moves, those of which `child_cell`
             does not know yet, (B,). Left out where all of it is left.
+        clock: Novice timesteps since the start of the episode, with their fraction, (B,). Left out where nobody asks.
+        under_way: Number of the hazard that the caregiver is about, or NOTHING, (B,). Left out likewise.
+        hears: Whether, with a candle in the hand, it takes notice of stairwells, and puts it down the sooner, (B,).
+            Left out where it does not.
     """
 
     child_cell: np.ndarray
@@ -43,6 +47,9 @@ class Percept:
     candle_cell: np.ndarray | None = None
     out_of_reach: np.ndarray | None = None
     time_left: np.ndarray | None = None
+    clock: np.ndarray | None = None
+    under_way: np.ndarray | None = None
+    hears: np.ndarray | None = None
 
 
 @dataclasses.dataclass(frozen=True)

@@ -1,6 +1,9 @@
-"""The caregivers by name."""
+"""The caregivers by name, and policies of one's own."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeGuard
 
 from caregiver_mj.caregivers.baselines import GuardCaregiver, NearestCaregiver, RandomCaregiver
 from caregiver_mj.caregivers.caregiver import Caregiver
@@ -17,8 +20,11 @@ from caregiver_mj.caregivers.paper import (
 from caregiver_mj.caregivers.parts import CandlesCaregiver, PaperStillCaregiver, StairsCaregiver
 from caregiver_mj.caregivers.predictive import PaperPredictiveCaregiver
 from caregiver_mj.caregivers.wanderer import WandererCaregiver
+from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.registry import Registry
+from caregiver_mj.registry import Registry, named_object
+
+PolicyMaker = Callable[[Any], Any]  # of an environment, a policy: from a time step to an action of the robot
 
 CAREGIVERS: Registry[type[Caregiver]] = Registry(
     "caregiver",
@@ -46,11 +52,59 @@ CAREGIVERS: Registry[type[Caregiver]] = Registry(
 )
 
 
-def make_caregiver(name: str, plan: FloorPlan, seed: int = 0) -> Caregiver | None:
-    """Makes a caregiver by name; "none" gives None.
+class _Policies(Registry[Any]):
+    """Policies of other packages, of either kind."""
+
+    def check(self, name: str, value: str, found: Any) -> None:
+        _check(f"{self.what} '{name}' ({value})", found)
+
+
+POLICIES: Registry[Any] = _Policies("policy", "caregiver_mj.policies", "", {})
+
+
+def find_caregiver(name: str) -> type[Caregiver] | PolicyMaker | None:
+    """What goes by a name: a caregiver's class, what makes a policy of the robot's actions, or nothing for "none".
+
+    Args:
+        name: One of `CAREGIVERS` or `POLICIES`, or where such a thing is, as `module:object`.
 
     Raises:
-        CaregiverError: There is none of that name, or another package's cannot be loaded.
+        CaregiverError: There is none of that name, or it cannot be loaded.
     """
-    maker = CAREGIVERS[name]
-    return maker(plan, seed) if maker else None
+    if name in CAREGIVERS:
+        return CAREGIVERS[name]
+    if name in POLICIES:
+        return POLICIES[name]
+    if ":" not in name:
+        known = ", ".join(dict.fromkeys([*CAREGIVERS, *POLICIES]))
+        raise CaregiverError(f"no caregiver '{name}': there are {known}, and yours as module:object")
+    found = named_object(name)
+    _check(f"'{name}'", found)
+    return found
+
+
+def is_caregiver(found: type[Caregiver] | PolicyMaker) -> TypeGuard[type[Caregiver]]:
+    """Whether it is a caregiver's class."""
+    return isinstance(found, type) and issubclass(found, Caregiver)
+
+
+def _check(what: str, found: Any) -> None:
+    """Raises CaregiverError unless it can be a caregiver or make a policy."""
+    if not callable(found):
+        raise CaregiverError(
+            f"{what} is neither a subclass of Caregiver nor something that makes a policy of an environment"
+        )
+
+
+def make_caregiver(name: str, plan: FloorPlan, seed: int = 0) -> Caregiver | None:
+    """Makes a caregiver by name, as of `find_caregiver`; "none" gives None.
+
+    Raises:
+        CaregiverError: There is none of that name, it cannot be loaded, or it is a policy of the robot's actions.
+    """
+    maker = find_caregiver(name)
+    if maker is None:
+        return None
+    if not is_caregiver(maker):
+        raise CaregiverError(f"'{name}' is a policy of the robot's actions, which acts in the house only")
+    return maker(plan, seed)

@@ -41,6 +41,11 @@ class ToddlerWalk:
         """
         self._duration = duration
 
+    @property
+    def is_on_way_back(self) -> bool:
+        """Whether it has turned back."""
+        return self._returns
+
     def reset(self, position: Vector, yaw: float) -> None:
         """Puts the toddler somewhere, at rest."""
         self.position, self.yaw = position, yaw
@@ -62,6 +67,10 @@ class ToddlerWalk:
         self._returns = self.blocked = False
         self._left = self._duration
         self._length = math.dist(self.position, goal)
+
+    def carry(self, x: float, y: float) -> None:
+        """Puts its feet elsewhere, metres from where they were, for it has been pushed."""
+        self.position = self.position[0] + x, self.position[1] + y
 
     def stay(self) -> None:
         """Begins a move of standing still."""

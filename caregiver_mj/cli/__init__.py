@@ -5,6 +5,7 @@ Exit status: 0 done, 2 bad input (one line that says what and where), 1 anything
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import importlib.metadata
 import io
@@ -12,10 +13,10 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NoReturn
 
-from caregiver_mj.cli import evaluate, house, render, report
+from caregiver_mj.cli import evaluate, house, record, render, report, runs, view
 from caregiver_mj.cli.parsing import PROGRAM, Parser
 from caregiver_mj.errors import CaregiverError, RenderingError
 from caregiver_mj.experiments.run_folder import StorageError
@@ -38,13 +39,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal that knows no ± shall show the rest
     try:
-        if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGTERM) == signal.SIG_DFL:
-            signal.signal(signal.SIGTERM, _terminate)
-        arguments = _parser().parse_args(argv)
-        arguments.argv = argv
-        arguments.run(arguments)
-        if sys.stdout is not None:  # as it is if it was closed
-            sys.stdout.flush()
+        with _terminated_in_order(), _modules_of_the_folder():
+            arguments = make_parser().parse_args(argv)
+            arguments.argv = argv
+            arguments.run(arguments)
+            if sys.stdout is not None:  # as it is if it was closed
+                sys.stdout.flush()
     except (RenderingError, StorageError, WorkerError) as error:
         return _fail(error, 1)
     except CaregiverError as error:
@@ -62,9 +62,33 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 0
 
 
+@contextlib.contextmanager
+def _terminated_in_order() -> Iterator[None]:
+    """Has SIGTERM end the command as Ctrl-C does, in order and with a word, where it would end it without."""
+    ours = threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+    if ours:
+        signal.signal(signal.SIGTERM, _terminate)
+    try:
+        yield
+    finally:
+        if ours:
+            signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
 def _terminate(number: int, frame: object) -> NoReturn:
-    """Ends as Ctrl-C does, in order and with a word."""
     raise KeyboardInterrupt("terminated")
+
+
+@contextlib.contextmanager
+def _modules_of_the_folder() -> Iterator[None]:
+    """Has modules found that lie in the present folder, after all others, for what is said as `module:object`."""
+    before = list(sys.path)
+    with contextlib.suppress(FileNotFoundError):  # the folder may be gone
+        sys.path.append(os.getcwd())
+    try:
+        yield
+    finally:
+        sys.path[:] = before
 
 
 def _silence() -> None:
@@ -72,12 +96,13 @@ def _silence() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _parser() -> Parser:
+def make_parser() -> Parser:
+    """The parser of the whole command line."""
     parser = Parser(prog=PROGRAM, description="A robot caregiver, toddlers, and a house with stairs and candles.")
     version = importlib.metadata.version("caregiver_mj")
     parser.add_argument("--version", action="version", version=f"{PROGRAM} {version}", help="say which version it is")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for command in (evaluate, render, report, house):
+    for command in (evaluate, render, view, report, runs, record, house):
         command.add_to(commands)
     return parser
 

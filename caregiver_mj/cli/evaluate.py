@@ -9,19 +9,22 @@ import shlex
 import rich.console
 import rich.progress
 
-from caregiver_mj.caregivers.registry import CAREGIVERS
 from caregiver_mj.cli.parsing import (
     PROGRAM,
     add_children,
     add_embodiment,
+    add_executor,
     add_houses,
     add_seed,
+    caregivers,
+    make_executor,
     read_family,
     read_houses,
 )
-from caregiver_mj.cli.table import print_table
+from caregiver_mj.cli.table import output, print_table
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import evaluation
+from caregiver_mj.experiments.executors import Executor
 from caregiver_mj.experiments.run_folder import RunFolder, StorageError
 from caregiver_mj.experiments.settings import EPSILONS, FLOOR, Settings
 from caregiver_mj.experiments.workers import WorkerError
@@ -39,7 +42,7 @@ def add_to(commands: argparse._SubParsersAction) -> None:
     command.add_argument("--world", default="house", help="house (physical) or grid (the paper's)")
     add_houses(command)
     command.add_argument(
-        "--caregiver", nargs="+", default=["none", "paper"], metavar="NAME", help=f"{' '.join(CAREGIVERS)} {FLOOR}"
+        "--caregiver", nargs="+", default=["none", "paper"], metavar="NAME", help=f"{FLOOR}, {caregivers()}"
     )
     command.add_argument(
         "--epsilon",
@@ -53,7 +56,7 @@ def add_to(commands: argparse._SubParsersAction) -> None:
     add_embodiment(command)
     command.add_argument("--episodes", type=int, default=20, metavar="N", help="for each caregiver and epsilon")
     add_seed(command)
-    command.add_argument("--jobs", type=int, default=1, metavar="N", help="worker processes")
+    add_executor(command)
     command.add_argument("--out", metavar="DIR", help="where to keep the episodes and the table")
     command.add_argument("--resume", action="store_true", help="continue the run that is in DIR, if there is one")
     command.add_argument("--json", action="store_true", help="print the table as JSON, and it alone")
@@ -62,14 +65,12 @@ def add_to(commands: argparse._SubParsersAction) -> None:
 
 def _run(arguments: argparse.Namespace) -> None:
     settings = _settings(arguments)
-    folder = None
-    if arguments.out is not None:
-        folder = RunFolder(arguments.out, settings.record(), resume=arguments.resume)
-    result = _evaluate(settings, folder, arguments)
-    output = rich.console.Console(stderr=arguments.json)
-    if not output.is_terminal:
-        output.width = 120  # a pipe or a file has no width to fit
-    print_table(result.summary, output)
+    with make_executor(arguments) as executor:
+        folder = None
+        if arguments.out is not None:
+            folder = RunFolder(arguments.out, settings.record(), resume=arguments.resume)
+        result = _evaluate(settings, folder, executor, arguments)
+    print_table(result.summary, output(arguments.json))
     if arguments.json:
         print(json.dumps(result.summary, indent=1, allow_nan=False))
 
@@ -81,7 +82,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
     settings = Settings(
         plans=plans,
         file=file,
-        houses=" ".join(arguments.houses or ()),
+        houses=shlex.join(arguments.houses or ()),
         world=arguments.world,
         caregivers=tuple(dict.fromkeys(arguments.caregiver)),
         families=tuple(dict.fromkeys(read_family(str(epsilon), arguments) for epsilon in arguments.epsilon)),
@@ -90,14 +91,14 @@ def _settings(arguments: argparse.Namespace) -> Settings:
         embodiment=arguments.embodiment,
     )
     settings.check()
-    if arguments.jobs < 1:
-        raise CaregiverError(f"jobs must be at least 1, not {arguments.jobs}")
     if arguments.resume and arguments.out is None:
         raise CaregiverError("--resume needs the folder of the run: --out DIR")
     return settings
 
 
-def _evaluate(settings: Settings, folder: RunFolder | None, arguments: argparse.Namespace) -> evaluation.Evaluation:
+def _evaluate(
+    settings: Settings, folder: RunFolder | None, executor: Executor, arguments: argparse.Namespace
+) -> evaluation.Evaluation:
     """Runs it, with a progress bar on standard error; a run that breaks off says how to go on."""
     finished = 0
     total = len(settings.plans) * len(settings.caregivers) * len(settings.families) * settings.episodes
@@ -117,7 +118,7 @@ def _evaluate(settings: Settings, folder: RunFolder | None, arguments: argparse.
                 finished += episodes
                 bar.update(task, advance=episodes)
 
-            return evaluation.evaluate(settings, folder, jobs=arguments.jobs, progress=progress)
+            return evaluation.evaluate(settings, folder, executor=executor, progress=progress)
     except (KeyboardInterrupt, StorageError, WorkerError) as error:
         if folder is None:
             raise

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import logging
 from typing import NoReturn
 
+from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES
 from caregiver_mj.children.family import CHILDREN, NOVICE, Family
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.executors import Executor, LocalExecutor
 from caregiver_mj.plans import floor_plan
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
@@ -14,6 +17,7 @@ from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.robot.embodiment import DEFAULT
 
 PROGRAM = "caregiver-mj"
+EXECUTORS = ("local", "dask")
 
 
 class Parser(argparse.ArgumentParser):
@@ -68,9 +72,43 @@ def houses() -> str:
     return f"{', '.join(floor_plan.house_names())}, house-SEED, train-N/I, test-N/I, or a text file"
 
 
+def caregivers() -> str:
+    """What may be said for a caregiver."""
+    return f"{' '.join(dict.fromkeys([*CAREGIVERS, *POLICIES]))}, or a caregiver or policy of yours as module:object"
+
+
 def add_seed(command: argparse.ArgumentParser, text: str = "all chance comes from it") -> None:
     """Adds the seed, and says what it is of."""
     command.add_argument("--seed", type=int, default=0, help=text)
+
+
+def add_executor(command: argparse.ArgumentParser) -> None:
+    """Adds the options that say where the work is done, for `make_executor`."""
+    command.add_argument("--jobs", type=int, metavar="N", help="worker processes of this machine (default: 1)")
+    command.add_argument("--executor", choices=EXECUTORS, default="local", help="this machine, or a Dask cluster")
+    command.add_argument("--scheduler", metavar="ADDRESS", help="of the cluster, such as tcp://10.0.0.1:8786")
+
+
+def make_executor(arguments: argparse.Namespace) -> Executor:
+    """What `add_executor`'s options say.
+
+    Raises:
+        CaregiverError: They do not fit together, or the cluster cannot be worked with.
+    """
+    if arguments.executor == "local":
+        if arguments.scheduler is not None:
+            raise CaregiverError("--scheduler is of a cluster: add --executor dask")
+        return LocalExecutor(1 if arguments.jobs is None else arguments.jobs)
+    if arguments.scheduler is None:
+        raise CaregiverError("--executor dask needs --scheduler ADDRESS, as `dask scheduler` prints it")
+    if arguments.jobs is not None:
+        raise CaregiverError("--jobs is of this machine, and a cluster has as many workers as it has: leave it out")
+    from caregiver_mj.experiments.cluster import DaskExecutor  # here, for it takes a second to import
+
+    executor = DaskExecutor(arguments.scheduler)
+    for name in ("distributed", "distributed.client"):  # what goes wrong we say ourselves, in one line
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    return executor
 
 
 def add_children(command: argparse.ArgumentParser) -> None:

@@ -5,8 +5,16 @@ from __future__ import annotations
 import argparse
 import math
 
-from caregiver_mj.caregivers.registry import CAREGIVERS
-from caregiver_mj.cli.parsing import add_children, add_embodiment, add_house, add_seed, read_family, read_house
+from caregiver_mj.caregivers.registry import find_caregiver
+from caregiver_mj.cli.parsing import (
+    add_children,
+    add_embodiment,
+    add_house,
+    add_seed,
+    caregivers,
+    read_family,
+    read_house,
+)
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.viz import OVERLAYS
 
@@ -28,7 +36,7 @@ def add_to(commands: argparse._SubParsersAction) -> None:
         help="the share of the child's moves that are random; of several children that of each, such as 1,.25",
     )
     add_children(command)
-    command.add_argument("--caregiver", default="paper", metavar="NAME", help=" ".join(CAREGIVERS))
+    command.add_argument("--caregiver", default="paper", metavar="NAME", help=caregivers())
     add_embodiment(command)
     add_seed(command, "of the run to which the episode belongs")
     command.add_argument("--episode", type=int, default=0, metavar="N", help="its number in that run")
@@ -45,8 +53,7 @@ def add_to(commands: argparse._SubParsersAction) -> None:
 
 def _run(arguments: argparse.Namespace) -> None:
     plan, family = read_house(arguments), read_family(arguments.epsilon, arguments)
-    if arguments.caregiver not in CAREGIVERS:
-        raise CaregiverError(f"no caregiver '{arguments.caregiver}': there are {', '.join(CAREGIVERS)}")
+    find_caregiver(arguments.caregiver)
     if arguments.seed < 0 or arguments.episode < 0:
         raise CaregiverError(f"seed and episode must not be negative: {arguments.seed}, {arguments.episode}")
     if not (arguments.seconds > 0 and math.isfinite(arguments.seconds)):

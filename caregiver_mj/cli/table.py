@@ -23,6 +23,14 @@ _WIDEST = 10_000  # letters of a line, more than there are in any
 _COLUMNS = ("timesteps_to_threshold", "cells_visited", "toys_reached", "moves_blocked", "interventions_done")
 
 
+def output(aside: bool) -> rich.console.Console:
+    """Where a table for people goes: aside to standard error, where standard output is for a program."""
+    console = rich.console.Console(stderr=aside)
+    if not console.is_terminal:
+        console.width = 120  # a pipe or a file has no width to fit
+    return console
+
+
 def print_table(summary: dict[str, Any], console: rich.console.Console) -> None:
     """Prints a row for each caregiver and family: as many columns as there is room for, and none cut short."""
     shapes = [(list(_TITLES), False), *((list(_TITLES)[:count], True) for count in range(len(_TITLES), 0, -1))]
@@ -43,13 +51,15 @@ def _table(
     first = rows[0]
     episodes = f"{first['episodes']} episodes each" if first["episodes"] > 1 else "1 episode each"
     where = first["house"] if "houses" in first else f"'{first['house']}'"
+    many = summary.get("seeds")
+    seeds = f"seeds {', '.join(map(str, many))}" if many else f"seed {summary['seed']}"
     plus_minus = "±" if console.encoding.lower().startswith("utf") else "+-"
     caption = f"mean {plus_minus} standard deviation"
     caption += "; left: damage over that of 'none'" if "left" in columns else ""
     if gone := [title for title in _TITLES if title not in columns]:
         caption += f"; no room for: {', '.join(gone)}"
     made = rich.table.Table(
-        title=f"{first['world']} {where}, {episodes}, seed {summary['seed']}",
+        title=f"{first['world']} {where}, {episodes}, {seeds}",
         caption=caption,
         box=rich.box.SIMPLE_HEAD,
         padding=0 if narrow else (0, 1),

@@ -3,7 +3,7 @@
 The paper counts, for every cell s of a house, how many expert trajectories take action a there (section II). Those
 counts mean nothing in another house. Here they are those of *contexts*: what stands in the four neighbouring cells, and
 where the goal lies (whether above, below or in the same row, and whether left, right or in the same column). With
-phi(s, g) for the context of a child in cell s that is on its way to goal g,
+phi(s, g) for the context of a child in cell s that is on its way to goal g::
 
     alpha_phi(a)  = number of pairs of an expert trajectory, to g, and a cell s with phi(s, g) = phi
                     in which that trajectory takes a, over all houses, + alpha^0

@@ -83,6 +83,7 @@ def _bounds(env: control.Environment) -> dict[str, Bounds]:
         "toddler_velocity": (-rates, rates),
         "candle_position": place,
         "candle_orientation": (-1.0, 1.0),
+        "table_height": (0.0, _HIGHEST),
         "base_position": (-pose, pose),
         "base_velocity": (-rates, rates),
         "arm_velocity": (-_ARM_SPEED, _ARM_SPEED),

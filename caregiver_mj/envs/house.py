@@ -35,6 +35,7 @@ class HouseEnv(gymnasium.Env):
 
     Attributes:
         dm_env: The `dm_env.Environment` within.
+        timestep: Its last time step, which a `CaregiverPolicy` of it answers.
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 50}  # noqa: RUF012 (Gymnasium's own manner)
@@ -87,7 +88,8 @@ class HouseEnv(gymnasium.Env):
         super().reset(seed=seed)
         seed = episode_seed(seed, self.np_random)
         self.dm_env.task.reseed(seed)
-        self._observation = self._observe(self.dm_env.reset().observation)
+        self.timestep = self.dm_env.reset()
+        self._observation = self._observe(self.timestep.observation)
         self._cost.reset()
         return self._observation, {"seed": seed}
 
@@ -95,7 +97,7 @@ class HouseEnv(gymnasium.Env):
         if self._observation is None:
             raise gymnasium.error.ResetNeeded("call reset() before the first step and after the end of an episode")
         try:
-            timestep = self.dm_env.step(np.asarray(action, float))
+            self.timestep = timestep = self.dm_env.step(np.asarray(action, float))
         except control.PhysicsError:
             last, self._observation = self._observation, None
             return copy.deepcopy(last), 0.0, False, True, self._info(ended=True, diverged=True)

@@ -1,120 +1,19 @@
-"""What is observed where actions are targets: a caregiver's percept as numbers from 0 to 1, alike in both worlds."""
+"""What a lookout sees and is told, as Gymnasium's spaces."""
 
 from __future__ import annotations
 
 import numpy as np
 from gymnasium import spaces
 
-from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.envs.slots import Slots
-from caregiver_mj.plans.cell_graph import ACTIONS
-from caregiver_mj.plans.hazards import NOTHING
-
-Observations = dict[str, np.ndarray] | np.ndarray
+from caregiver_mj.caregivers.lookout import Lookout
 
 
-class Lookout:
-    """Observes B worlds with K children each.
+def observation_space(lookout: Lookout) -> spaces.Space:
+    """The space of the observations of one world: a dictionary, or a plain box where they are flat."""
+    keys = spaces.Dict({key: spaces.Box(0, 1, shape, np.float32) for key, shape in lookout.shapes.items()})
+    return spaces.flatten_space(keys) if lookout.flat else keys
 
-    Attributes:
-        keys: The space of observations as dictionaries, of one world.
-        space: That of what is given out, which is a plain box if they are flat.
-        action_space: 0 is to protect the children from nothing, the others are the slots.
-        slots: Where the hazards are in actions and observations.
-    """
 
-    def __init__(self, caregiver: Caregiver, children: int, slots: Slots, flat: bool):
-        """Prepares the spaces.
-
-        Args:
-            caregiver: Who is told what to do; it knows what can be done, and how far it is.
-            children: K.
-            slots: Where the hazards are.
-            flat: Whether observations are given out as one array a world: the values in the order of `keys`.
-        """
-        self._caregiver, self.slots = caregiver, slots
-        plan, count = caregiver.plan, len(slots)
-        places = np.array(plan.caregiver_cells, float).reshape(-1, 2)
-        self._places = (places / (np.array(plan.shape) - 1)).astype(np.float32)
-        landings = plan.graph.distances_from([plan.cell_index[cell] for cell in plan.stairwells])
-        self._to_stairwell = landings.T.astype(float)  # (cells, stairwells)
-        self._to_table = plan.graph.distances_from(plan.graph.beside(plan.tables)).T.astype(float)  # (cells, tables)
-        shapes = {
-            "clock": (),
-            "child_position": (children, 2),
-            "child_move": (children, len(ACTIONS)),
-            "caregiver_position": (2,),
-            "hazard_damage": (count,),
-            "hazard_nearness_to_child": (children, count),
-            "hazard_nearness_to_caregiver": (count,),
-            "holding": (count,),
-            "under_way": (count + 1,),
-            "action_mask": (count + 1,),
-        }
-        self.keys = spaces.Dict({key: spaces.Box(0, 1, shape, np.float32) for key, shape in shapes.items()})
-        self.space: spaces.Space = spaces.flatten_space(self.keys) if flat else self.keys
-        self.action_space = spaces.Discrete(count + 1)
-
-    def observe(self, percept: Percept, clock: np.ndarray, under_way: np.ndarray, mask: np.ndarray) -> Observations:
-        """Gives an observation of each world out, in new arrays.
-
-        Args:
-            percept: What the caregiver sees.
-            clock: Share of the episode that is over, (B,).
-            under_way: Number of the hazard that it is about, or NOTHING, (B,).
-            mask: As of `mask`.
-        """
-        plan, caregiver, batch = self._caregiver.plan, self._caregiver, len(percept.child_cell)
-        moves = np.concatenate([np.eye(len(ACTIONS)), np.zeros((1, len(ACTIONS)))])  # the last one is NOTHING
-        held = np.zeros((batch, len(plan.hazards)), bool)
-        self._mark_held(held, percept)
-        values = {
-            "clock": clock,
-            "child_position": self._places[percept.child_cell],
-            "child_move": moves[percept.previous_action],
-            "caregiver_position": self._places[percept.caregiver_cell],
-            "hazard_damage": self.slots.spread(np.tile(plan.hazards.damage / (plan.damage.worst or 1.0), (batch, 1))),
-            "hazard_nearness_to_child": self.slots.spread(1 / caregiver.hazard_distances(percept)),
-            "hazard_nearness_to_caregiver": self.slots.spread(1 / (1 + self._walks(percept))),
-            "holding": self.slots.spread(held),
-            "under_way": np.eye(len(self.slots) + 1)[self.slots.actions(under_way)],
-            "action_mask": mask,
-        }
-        found = {key: np.array(values[key], np.float32) for key in self.keys}
-        if self.space is self.keys:
-            return found
-        return np.concatenate([value.reshape(batch, -1) for value in found.values()], axis=1)
-
-    def mask(self, percept: Percept, hears: bool = False) -> np.ndarray:
-        """Which actions do something, int8 (B, actions).
-
-        Nothing always does, and so do the hazards that the caregiver can do something about; but with a candle in the
-        hand only to go on with that does.
-
-        Args:
-            percept: What the caregiver sees.
-            hears: Whether, with a candle in the hand, it takes notice of stairwells, and puts it down the sooner.
-        """
-        worth = self._caregiver.worth_protecting(percept)
-        carries = percept.holding != NOTHING
-        worth[carries, self._caregiver.plan.hazards.stairwells if hears else 0 :] = False
-        self._mark_held(worth, percept)
-        mask = np.zeros((len(worth), len(self.slots) + 1), np.int8)
-        mask[:, 0] = ~carries
-        mask[:, 1:] = self.slots.spread(worth)
-        return mask
-
-    def _mark_held(self, which: np.ndarray, percept: Percept) -> None:
-        """Marks, among hazards (B, hazards), the candle in the hand."""
-        (carries,) = np.nonzero(percept.holding != NOTHING)
-        which[carries, self._caregiver.plan.hazards.of_candle(percept.holding[carries])] = True
-
-    def _walks(self, percept: Percept) -> np.ndarray:
-        """Moves of the caregiver to where it does something about each hazard, (B, hazards)."""
-        plan, cell, table = self._caregiver.plan, percept.caregiver_cell, percept.candle_table
-        candles = np.where(table == NOTHING, 0.0, self._to_table[cell[:, None], table])
-        if percept.candle_cell is not None:
-            for world, candle in np.argwhere(percept.candle_cell != NOTHING):
-                candles[world, candle] = plan.graph.distances_from([percept.candle_cell[world, candle]])[0, cell[world]]
-        return plan.hazards.join(self._to_stairwell[cell], candles)
+def action_space(lookout: Lookout) -> spaces.Discrete:
+    """The space of what it is told."""
+    return spaces.Discrete(lookout.actions)

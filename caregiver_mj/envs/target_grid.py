@@ -12,13 +12,15 @@ from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
+from caregiver_mj.caregivers.commanded import CommandedCaregiver
+from caregiver_mj.caregivers.lookout import Lookout, Observations
+from caregiver_mj.caregivers.percept import Percept
+from caregiver_mj.caregivers.slots import Slots
 from caregiver_mj.children.family import Family, Who
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
-from caregiver_mj.envs.commanded import CommandedCaregiver
 from caregiver_mj.envs.cost import CostMeter
-from caregiver_mj.envs.lookout import Lookout, Observations
+from caregiver_mj.envs.lookout import action_space, observation_space
 from caregiver_mj.envs.seeds import episode_seed
-from caregiver_mj.envs.slots import Slots
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -29,6 +31,8 @@ class TargetGrid:
 
     Attributes:
         world: The grid.
+        caregiver: Who is told what to do.
+        children: How many there are.
         lookout: What is observed of it.
         ended: Whether the episodes are over.
         diverged: False, for there are no physics to come apart.
@@ -45,32 +49,36 @@ class TargetGrid:
         slots: tuple[int, int] | None,
     ):
         plan = house if isinstance(house, FloorPlan) else FloorPlan.load(house)
-        self._family, self._caregiver = Family.of(epsilon), CommandedCaregiver(plan)
-        self.world = GridWorld(plan, self._family, self._caregiver)
-        self.lookout = Lookout(self._caregiver, len(self._family), Slots(plan, slots), flat)
+        family, self.caregiver = Family.of(epsilon), CommandedCaregiver(plan)
+        self.children = len(family)
+        self.world = GridWorld(plan, family, self.caregiver)
+        self.lookout = Lookout(self.caregiver, self.children, Slots(plan, slots), flat)
         self._cost = CostMeter(self)
 
     def begin(self, seeds: Sequence[int]) -> None:
         """Begins the episodes of some seeds, with the children's first moves."""
-        self.world.reset([Tape.draw_family(np.random.RandomState(seed), len(self._family)) for seed in seeds])
+        self.world.reset([Tape.draw_family(np.random.RandomState(seed), self.children) for seed in seeds])
         self._cost.reset()
         self.ended = False
         self.world.move_children()
 
     def act(self, actions: np.ndarray) -> None:
         """The caregiver's half of a novice timestep, then the children's half of the next one, if there is one."""
-        self._caregiver.targets = self.lookout.slots.targets(np.asarray(actions))
-        self.world.care(self._caregiver)
+        self.caregiver.targets = self.lookout.slots.targets(np.asarray(actions))
+        self.world.care(self.caregiver)
         self.ended = self.world.timestep >= EPISODE_TIMESTEPS
         if not self.ended:
             self.world.move_children()
 
+    def percept(self) -> Percept:
+        """What a caregiver sees."""
+        return self.world.percept()
+
     def look(self) -> tuple[Observations, np.ndarray]:
         """What is observed of each world, and which actions do something there, (B, actions)."""
-        percept = self.world.percept()
+        percept = self.percept()
         mask = self.lookout.mask(percept)
-        clock = np.full(len(mask), self.world.timestep / EPISODE_TIMESTEPS)
-        return self.lookout.observe(percept, clock, self.world.orders.hazard, mask), mask
+        return self.lookout.observe(percept, mask), mask
 
     @property
     def damage(self) -> np.ndarray:
@@ -127,9 +135,9 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
             raise CaregiverError(f"no render mode '{render_mode}': the grid has no pictures")
         self.num_envs, self.grid = num_envs, TargetGrid(house, epsilon, flat, slots)
         lookout = self.grid.lookout
-        self.single_observation_space, self.single_action_space = lookout.space, lookout.action_space
-        self.observation_space = batch_space(lookout.space, num_envs)
-        self.action_space = batch_space(lookout.action_space, num_envs)
+        self.single_observation_space, self.single_action_space = observation_space(lookout), action_space(lookout)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
         self._randoms: list[np.random.Generator | None] = [None] * num_envs
 
     def reset(  # type: ignore[override]

@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 from dm_control.rl import control
 
+from caregiver_mj.caregivers.commanded import CommandedCaregiver
+from caregiver_mj.caregivers.lookout import Lookout, Observations
+from caregiver_mj.caregivers.percept import Percept
+from caregiver_mj.caregivers.slots import Slots
 from caregiver_mj.children.family import Who
-from caregiver_mj.envs.commanded import CommandedCaregiver
 from caregiver_mj.envs.cost import CostMeter
-from caregiver_mj.envs.lookout import Lookout, Observations
-from caregiver_mj.envs.slots import Slots
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.tasks import load
@@ -31,6 +32,8 @@ class TargetHouse:
     Attributes:
         dm_env: The `dm_env.Environment` within.
         policy: Who acts in it.
+        caregiver: Who is told what to do in it.
+        children: How many there are.
         lookout: What is observed of it.
         ended: Whether the episode is over.
         diverged: Whether that is because the simulation has come apart.
@@ -47,9 +50,11 @@ class TargetHouse:
     ):
         self.dm_env = load("supervise", house, epsilon, task_kwargs=task_kwargs, visuals=visuals)
         task = self.dm_env.task
-        self._caregiver = CommandedCaregiver(task.plan)
-        self.policy = CaregiverPolicy(self.dm_env, self._caregiver)
-        self.lookout = Lookout(self._caregiver, len(task.children), Slots(task.plan, slots), flat)
+        self.caregiver = CommandedCaregiver(task.plan)
+        self.policy = CaregiverPolicy(self.dm_env, self.caregiver)
+        self.children = len(task.children)
+        timesteps = task.time_limit / task.novice_timestep
+        self.lookout = Lookout(self.caregiver, self.children, Slots(task.plan, slots), flat, timesteps)
         self._cost = CostMeter(task)
 
     def begin(self, seeds: Sequence[int]) -> None:
@@ -64,7 +69,7 @@ class TargetHouse:
 
     def act(self, actions: np.ndarray) -> None:
         """Goes on to the next decision, or to the end."""
-        self._caregiver.targets = self.lookout.slots.targets(np.asarray(actions))
+        self.caregiver.targets = self.lookout.slots.targets(np.asarray(actions))
         self._go_on()
 
     def _go_on(self) -> None:
@@ -77,12 +82,15 @@ class TargetHouse:
                 return
             decides, self.ended = self.policy.see(timestep), timestep.last()
 
+    def percept(self) -> Percept:
+        """What a caregiver sees, of a batch of one."""
+        return self.policy.percept()
+
     def look(self) -> tuple[Observations, np.ndarray]:
         """What is observed, and which actions do something, (1, actions)."""
-        percept, task = self.policy.percept(), self.dm_env.task
-        mask = self.lookout.mask(percept, hears=True)
-        clock = np.array([min(1.0, self.dm_env.physics.time() / task.time_limit)])
-        return self.lookout.observe(percept, clock, np.array([self.policy.target]), mask), mask
+        percept = self.percept()
+        mask = self.lookout.mask(percept)
+        return self.lookout.observe(percept, mask), mask
 
     def cost(self) -> dict[str, np.ndarray]:
         """What the last decision has cost, as of `CostMeter`, (1,) each."""

@@ -10,6 +10,7 @@ import gymnasium
 import numpy as np
 
 from caregiver_mj.children.family import Who
+from caregiver_mj.envs.lookout import action_space, observation_space
 from caregiver_mj.envs.seeds import episode_seed
 from caregiver_mj.envs.target_grid import TargetGrid
 from caregiver_mj.errors import CaregiverError
@@ -41,7 +42,7 @@ class TargetsEnv(gymnasium.Env):
         """
         self.world, self.render_mode, self._picture = world, render_mode, picture or {}
         self.metadata = {"render_modes": ["rgb_array"] if world.dm_env else [], "render_fps": _FRAME_RATE}
-        self.observation_space, self.action_space = world.lookout.space, world.lookout.action_space
+        self.observation_space, self.action_space = observation_space(world.lookout), action_space(world.lookout)
         self._runs = False
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None):

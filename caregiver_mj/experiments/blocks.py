@@ -16,6 +16,7 @@ from caregiver_mj.children.family import Family
 from caregiver_mj.children.side_by_side import side_by_side
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.children.walk import WALKING_SPEED
+from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.run_folder import Result
 from caregiver_mj.experiments.seeds import episode_random, episode_seed, episode_tapes
 from caregiver_mj.experiments.settings import FLOOR, Block, Settings
@@ -78,6 +79,8 @@ def _run_in_grid(settings: Settings, plan: FloorPlan, block: Block, seeds: list[
 
 def _run_in_house(settings: Settings, plan: FloorPlan, block: Block, seeds: list[int]) -> _Measured:
     (family,) = block.families
+    from dm_control.rl.control import PhysicsError  # here, for the grid does without MuJoCo
+
     env, policy = _house(plan, family, block.caregiver, settings.seed, settings.embodiment)
     nothing = np.zeros(env.action_spec().shape)
     measured, visits, damage = [], [], []
@@ -85,8 +88,14 @@ def _run_in_house(settings: Settings, plan: FloorPlan, block: Block, seeds: list
         start = time.perf_counter()
         env.task.reseed(episode_random(seed))
         timestep = env.reset()
-        while not timestep.last():
-            timestep = env.step(policy(timestep) if policy else nothing)
+        try:
+            while not timestep.last():
+                timestep = env.step(policy(timestep) if policy else nothing)
+        except PhysicsError:
+            raise CaregiverError(
+                f"the actions of '{block.caregiver}' have driven the simulation apart, {env.physics.time():.1f} s into "
+                f"{block}: there is no telling what would have come of the rest"
+            ) from None
         times = {"sim_seconds": env.physics.time(), "wall_seconds": time.perf_counter() - start}
         measured.append(env.task.outcome() | times)
         visits.append(env.task.ledger.visits)
@@ -104,6 +113,6 @@ def _house(plan: FloorPlan, family: Family, caregiver: str, seed: int, embodimen
     env = tasks.load("supervise", plan, family, np.random.RandomState(0), task_kwargs=kwargs, visuals=False)
     if not robot:
         return env, None
-    from caregiver_mj.policy.policy import CaregiverPolicy
+    from caregiver_mj.policy.registry import make_policy
 
-    return env, CaregiverPolicy(env, caregiver=caregiver, seed=seed)
+    return env, make_policy(env, caregiver, seed)

@@ -12,14 +12,13 @@ import functools
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.blocks import run_block
 from caregiver_mj.experiments.by_house import by_house
+from caregiver_mj.experiments.executors import Executor, LocalExecutor
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import GRID_BLOCK, Block, Settings
 from caregiver_mj.experiments.summary import summarise
 from caregiver_mj.experiments.tables import Tables, belongs, put_together, tables_of
-from caregiver_mj.experiments.workers import run_jobs
 
 if TYPE_CHECKING:
     import pandas as pd  # imported where used: workers, and commands that only read a plan, do without
@@ -48,6 +47,7 @@ def evaluate(
     folder: RunFolder | None = None,
     *,
     jobs: int = 1,
+    executor: Executor | None = None,
     progress: Callable[[int], None] = lambda episodes: None,
     grid_block: int = GRID_BLOCK,
 ) -> Evaluation:
@@ -56,7 +56,8 @@ def evaluate(
     Args:
         settings: What to run.
         folder: Where finished episodes are kept at once, and those of an earlier run are found.
-        jobs: Worker processes; the results do not depend on it.
+        jobs: Worker processes of this machine; the results do not depend on it.
+        executor: Who else does the work, such as a `DaskExecutor`; nor do they on that.
         progress: Called with the number of episodes that have just been finished, or found so.
         grid_block: Episodes to run in the grid at once; the results do not depend on it either.
 
@@ -64,9 +65,8 @@ def evaluate(
         CaregiverError: The settings are wrong, a worker failed, or a result could not be written.
     """
     settings.check()
-    if jobs < 1:
-        raise CaregiverError(f"jobs must be at least 1, not {jobs}")
-    blocks = settings.blocks(grid_block)
+    executor = executor or LocalExecutor(jobs)
+    blocks = settings.blocks(grid_block, folder.extended_at if folder else ())
     done: dict[Block, Tables] = {}
     for block in blocks if folder else ():
         found = folder.read(str(block))
@@ -76,7 +76,7 @@ def evaluate(
     pending = [block for block in blocks if block not in done]
     work = functools.partial(run_block, settings)
     # Closed at once when a write fails or Ctrl-C comes, so that no worker outlives the run.
-    with contextlib.closing(run_jobs(work, pending, max(1, min(jobs, len(pending))))) as results:
+    with contextlib.closing(executor.run(work, pending)) as results:
         for block, result in results:
             if folder:
                 folder.write(str(block), result)

@@ -2,7 +2,8 @@
 
 It holds::
 
-    run.json            settings and versions; a run is only continued under the same ones
+    run.json            settings and versions; a run is only continued under the same ones, or with more episodes or
+                        caregivers
     episodes/*.json     finished episodes, a file a block
     episodes.parquet    all of them, a row an episode, once the run is finished
     summary.json        the table
@@ -14,12 +15,14 @@ Whatever kills a run, what is in its folder is whole and can be continued.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import pathlib
 from typing import TYPE_CHECKING, Any
 
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.continuing import continued
 from caregiver_mj.recording.record import COLUMNS
 
 if TYPE_CHECKING:
@@ -28,6 +31,7 @@ if TYPE_CHECKING:
 
 Row = dict[str, Any]
 Result = dict[str, Any]  # of a block, as JSON: its "rows", and "maps" by name
+_LONGEST = 200  # bytes of the name of a block's file, of the 255 that there may be
 
 
 class StorageError(CaregiverError):
@@ -35,7 +39,12 @@ class StorageError(CaregiverError):
 
 
 class RunFolder:
-    """The results of one run."""
+    """The results of one run.
+
+    Attributes:
+        path: Where they are.
+        extended_at: Numbers of episodes that the run has had before more were added.
+    """
 
     def __init__(self, path: str | os.PathLike[str], settings: dict[str, Any], *, resume: bool = False):
         """Creates the folder, or opens the one of an earlier run.
@@ -43,7 +52,7 @@ class RunFolder:
         Args:
             path: Where it is, or shall be.
             settings: Everything that the results depend on, as JSON.
-            resume: Whether to continue the run that is there.
+            resume: Whether to continue the run that is there, or to add episodes or caregivers to it.
 
         Raises:
             CaregiverError: The folder cannot be written, holds a run that is not to be continued, or one of
@@ -60,7 +69,7 @@ class RunFolder:
                 leftover.unlink()
             _write(self._episodes / "probe.tmp", b"")
             (self._episodes / "probe.tmp").unlink()
-            found = json.loads(record.read_text("utf-8")) if record.exists() else None
+            found = read_json(record) if record.exists() else None
         except (OSError, StorageError) as error:
             raise CaregiverError(f"output folder '{path}' cannot be written: {_reason(error)}") from None
         except ValueError as error:
@@ -72,23 +81,47 @@ class RunFolder:
                 raise CaregiverError(
                     f"output folder '{path}' holds episodes, but no run.json that says of which run: take another one"
                 )
+            found = settings
             _write(record, _as_json(settings))
         elif not resume:
-            raise CaregiverError(f"output folder '{path}' already holds a run: continue it with --resume")
-        elif difference := _difference(found, json.loads(_as_json(settings))):
-            raise CaregiverError(f"output folder '{path}' holds a run of other settings: {difference}")
+            raise CaregiverError(
+                f"output folder '{path}' already holds a run: continue it, or add episodes or caregivers, with --resume"
+            )
+        else:
+            found = self._go_on(found, json.loads(_as_json(settings)))
+        self.extended_at: list[int] = found.get("extended_at", [])
+
+    def _go_on(self, found: dict[str, Any], wanted: dict[str, Any]) -> dict[str, Any]:
+        """Makes the folder that of a run with what is wanted; its record."""
+        try:
+            new = continued(found, wanted)
+        except CaregiverError as error:
+            raise CaregiverError(f"output folder '{self.path}' holds a run of other settings: {error}") from None
+        if new is not found:
+            try:
+                (self.path / "summary.json").unlink(missing_ok=True)  # for it is not finished any more
+            except OSError as error:
+                raise StorageError(f"'{error.filename}' cannot be removed: {error.strerror}") from error
+            _write(self.path / "run.json", _as_json(new))
+        return new
 
     def read(self, block: str) -> Result | None:
         """What a finished block came to, or None."""
         try:
-            result = json.loads((self._episodes / f"{block}.json").read_text("utf-8"))
+            result = read_json(self._file(block))
         except (OSError, ValueError):
             return None
         return result if isinstance(result, dict) else None  # before there were maps, it was the rows alone
 
     def write(self, block: str, result: Result) -> None:
         """Puts a finished block on disk at once."""
-        _write(self._episodes / f"{block}.json", _as_json(result, indent=None))
+        _write(self._file(block), _as_json(result, indent=None))
+
+    def _file(self, block: str) -> pathlib.Path:
+        name = block.encode()
+        if len(name) > _LONGEST:
+            block = f"{name[:_LONGEST].decode(errors='ignore')}_{hashlib.sha256(name).hexdigest()[:16]}"
+        return self._episodes / f"{block}.json"
 
     def finish(
         self, episodes: pd.DataFrame, summary: dict[str, Any], maps: pd.DataFrame, houses: pd.DataFrame | None = None
@@ -99,6 +132,14 @@ class RunFolder:
         _write(self.path / "episodes.parquet", episodes.to_parquet(index=False, schema=_schema(episodes)))
         _write(self.path / "maps.parquet", maps.to_parquet(index=False))
         _write(self.path / "summary.json", _as_json(summary))
+
+
+def read_json(path: pathlib.Path) -> Any:
+    """Reads a file; whatever is wrong with what is in it is a ValueError."""
+    try:
+        return json.loads(path.read_text("utf-8"))
+    except RecursionError:
+        raise ValueError("too deeply nested") from None
 
 
 def _schema(episodes: pd.DataFrame) -> pa.Schema:
@@ -132,8 +173,3 @@ def _reason(error: Exception) -> str:
     """The operating system's words for what went wrong."""
     cause = error.__cause__ if isinstance(error.__cause__, OSError) else error
     return getattr(cause, "strerror", None) or str(cause)
-
-
-def _difference(found: dict[str, Any], wanted: dict[str, Any]) -> str:
-    keys = [key for key in {**found, **wanted} if found.get(key) != wanted.get(key) and key != "file"]
-    return "; ".join(f"{key} is {found.get(key)} there and {wanted.get(key)} here" for key in keys)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import dataclasses
 import functools
 import itertools
+from collections.abc import Sequence
 from typing import Any
 
-from caregiver_mj.caregivers.registry import CAREGIVERS
-from caregiver_mj.children.family import Family, Who
+from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver
+from caregiver_mj.children.family import CHILDREN, ChildSpec, Family, Who
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.origin import origin
 from caregiver_mj.experiments.versions import versions
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
@@ -30,8 +32,9 @@ class Settings:
     Attributes:
         plans: The houses, with what a collision costs; or a single one.
         world: "house", the physical one, or "grid".
-        caregivers: Names of caregivers, and FLOOR, which stands for the damage that blocking and relocating cannot
-            prevent. It is a child's alone, and so reckoned in the grid for both worlds.
+        caregivers: Names of caregivers, or of policies, as `find_caregiver` takes them; and FLOOR, which stands for the
+            damage that blocking and relocating cannot prevent. It is a child's alone, and so reckoned in the grid for
+            both worlds.
         families: The children; each may be given as `Family.of` takes it, such as by an epsilon.
         episodes: Episodes for each caregiver and family.
         seed: Seed of the episodes, and of what is random in the caregivers.
@@ -107,9 +110,9 @@ class Settings:
         for name in self.caregivers:
             if name == FLOOR:
                 continue
-            if name not in CAREGIVERS:
-                raise CaregiverError(f"no caregiver '{name}': there are {', '.join(CAREGIVERS)}, and {FLOOR}")
-            CAREGIVERS.get(name)  # one that comes from another package may fail to load
+            found = find_caregiver(name)
+            if self.world == "grid" and not (found is None or is_caregiver(found)):
+                raise CaregiverError(f"'{name}' is a policy of the robot's actions: it needs --world house")
         for family in self.families:
             family.check()
         names, houses = tuple(map(str, self.families)), tuple(plan.name for plan in self.plans)
@@ -140,24 +143,41 @@ class Settings:
             "seed": self.seed,
             "embodiment": self.embodiment,
             "versions": versions(),
+            **({"code": code} if (code := self.code()) else {}),
             **({"file": self.file} if self.file else {}),
         }
 
-    def blocks(self, grid_block: int = GRID_BLOCK) -> list[Block]:
+    def code(self) -> dict[str, str]:
+        """Where the code of others that the results depend on comes from, by what it is: see `origin`."""
+        found: dict[str, Any] = {f"caregiver {name}": find_caregiver(name) for name in self.caregivers if name != FLOOR}
+        for child in (child for family in self.families for child in family.children):
+            found[f"child {getattr(child, 'behaviour', child)}"] = (
+                CHILDREN[child.behaviour] if isinstance(child, ChildSpec) else type(child)
+            )
+        if self.world == "house":
+            from caregiver_mj.robot.embodiments import EMBODIMENTS  # here, for the grid does without MuJoCo
+
+            found[f"robot {self.embodiment}"] = EMBODIMENTS[self.embodiment]
+        return {what: text for what, made in found.items() if made is not None and (text := origin(made))}
+
+    def blocks(self, grid_block: int = GRID_BLOCK, extended_at: Sequence[int] = ()) -> list[Block]:
         """The work in pieces, each of which is done as a whole: one episode in the house, at most so many in the grid.
 
         In the grid children of all epsilons go side by side, as long as there are as many of them in the house.
+
+        Args:
+            grid_block: How many episodes there are at most in the grid.
+            extended_at: Numbers of episodes at which none goes on, for those before have been run already.
         """
         together = _alike(self.families) if self.world == "grid" else [(family,) for family in self.families]
         return [
-            Block(
-                "" if len(self.plans) == 1 else plan.name, caregiver, families, first, min(first + size, self.episodes)
-            )
+            Block("" if len(self.plans) == 1 else plan.name, caregiver, families, first, min(first + size, end))
             for plan in self.plans
             for families in together
             for size in [max(1, grid_block // len(families)) if self.world == "grid" else 1]
             for caregiver in self.caregivers
-            for first in range(0, self.episodes, size)
+            for start, end in itertools.pairwise([0, *extended_at, self.episodes])
+            for first in range(start, end, size)
         ]
 
 

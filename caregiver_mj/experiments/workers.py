@@ -12,7 +12,7 @@ import multiprocessing
 import multiprocessing.connection
 import signal
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from typing import Any, TypeVar
 
 from caregiver_mj.errors import CaregiverError
@@ -29,7 +29,7 @@ class WorkerError(CaregiverError):
 
 def run_jobs(
     function: Callable[[Job], Result], jobs: Sequence[Job], processes: int, deaths: int = DEATHS
-) -> Iterator[tuple[Job, Result]]:
+) -> Generator[tuple[Job, Result]]:
     """Runs a function over jobs in worker processes.
 
     Args:
@@ -83,6 +83,16 @@ def run_jobs(
             worker.stop()
 
 
+def attempt(function: Callable[[Job], Result], job: Job) -> tuple[str | None, Result | None]:
+    """Runs a job in a worker: what has gone wrong, in words that need no class to be understood, or the result."""
+    try:
+        return None, function(job)
+    except CaregiverError as error:
+        return str(error), None
+    except Exception:
+        return traceback.format_exc(), None
+
+
 class _Worker:
     """A worker process and the job it has."""
 
@@ -111,13 +121,6 @@ def _serve(function: Callable, connection: multiprocessing.connection.Connection
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent deals with it
     try:
         while True:
-            job = connection.recv()
-            try:
-                answer = (None, function(job))
-            except CaregiverError as error:
-                answer = (str(error), None)
-            except Exception:
-                answer = (traceback.format_exc(), None)
-            connection.send(answer)
+            connection.send(attempt(function, connection.recv()))
     except (EOFError, OSError):
         return

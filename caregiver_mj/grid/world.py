@@ -4,11 +4,16 @@ In a timestep every child makes one move or stays, one after the other, then the
 actions (four moves, wait, get, place), because it walks three times as fast (paper, section V.C). It decides anew
 before each, unless it has a candle in the hand: that is put down first. Get and place act on a table in a neighbouring
 cell. A caregiver that yields keeps out of the children's way when it has nothing to do, or when one bars its own.
+
+Whether a move is blocked is decided when the child gets there: at once, as in the paper, so that a caregiver cannot
+come in between. With `meanwhile`, as in the house, it sees where the children are going, and does so many of its
+actions before they get there.
 """
 
 from __future__ import annotations
 
 import copy
+import dataclasses
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -22,6 +27,7 @@ from caregiver_mj.caregivers.told import Future, ToldCaregiver, Truth
 from caregiver_mj.children.behaviour import Sight
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import Tape, start_cells
+from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.paths import paths
 from caregiver_mj.interventions.intervention import Interventions
 from caregiver_mj.interventions.registry import VERBS, verb_of
@@ -29,9 +35,36 @@ from caregiver_mj.interventions.verb import STAY
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from caregiver_mj.recording.ledger import BLOCKED, KINDS, Ledger
+from caregiver_mj.recording.ledger import BLOCKED, KINDS, MET, Ledger
 
 CAREGIVER_ACTIONS = 3  # a novice timestep: 5.0 km/h over 1.6 km/h, rounded down
+
+
+@dataclasses.dataclass(frozen=True)
+class _Way:
+    """What one child has set out for, of B worlds, (B,) each.
+
+    Attributes:
+        target: What it leads to (a `Target`).
+        index: Number of that.
+        moves: Whether it moves at all.
+        waits: Whether it waits for another child.
+        entered: Caregiver cell that it leads to, or NOTHING.
+        next_cell: Free cell in which it ends if it is not blocked.
+        met: Whether the caregiver was in the cell entered when the child set out.
+    """
+
+    target: np.ndarray
+    index: np.ndarray
+    moves: np.ndarray
+    waits: np.ndarray
+    entered: np.ndarray
+    next_cell: np.ndarray
+    met: np.ndarray
+
+    def leads_to(self, kind: Target) -> np.ndarray:
+        """Whether it leads to something of a kind, (B,)."""
+        return (self.target == kind) & self.moves
 
 
 class GridWorld:
@@ -42,10 +75,11 @@ class GridWorld:
 
     Attributes:
         plan: The house.
+        meanwhile: How many actions the caregiver does between the children's setting out and their getting there.
         behaviours: What decides the moves of each child, K.
         caregiver: Who protects them, or None.
         timestep: Novice timesteps done.
-        child_cell: Free cell of each child, (B, K).
+        child_cell: Free cell of each child, (B, K). While they are on their way, the one that they are about to be in.
         goal: Toy bin that each goes to, (B, K).
         bumped: Whether the last move of each left it where it was, (B, K).
         previous_cell: Cell in which each made its last move, (B, K).
@@ -67,6 +101,7 @@ class GridWorld:
         *,
         caregiver_actions: int = CAREGIVER_ACTIONS,
         stairs_shut: bool = False,
+        meanwhile: int = 0,
     ):
         """Prepares the episodes.
 
@@ -76,8 +111,19 @@ class GridWorld:
             caregiver: Who protects them, or None.
             caregiver_actions: How many actions the caregiver has in a novice timestep.
             stairs_shut: Whether every stairwell is shut, as if a caregiver stood in it all the time.
+            meanwhile: How many of these it does while the children are on their way: 0 as in the paper; 1 is nearest to
+                the house.
+
+        Raises:
+            CaregiverError: There are not so many actions, or the caregiver is told what comes of moves under way.
         """
-        self.plan = plan
+        if not 0 <= meanwhile <= caregiver_actions:
+            raise CaregiverError(f"meanwhile must be 0 to {caregiver_actions}, not {meanwhile}")
+        if meanwhile and isinstance(caregiver, ToldCaregiver):
+            raise CaregiverError(
+                "a caregiver that is told more than it sees does not act while children are on their way"
+            )
+        self.plan, self.meanwhile = plan, meanwhile
         self.behaviours = list(Family.of(family).make(plan))
         self.caregiver = caregiver
         self._caregiver_actions, self._stairs_shut = caregiver_actions, stairs_shut
@@ -149,6 +195,8 @@ class GridWorld:
             self.candle_table,
             self.holding,
             time_left=self.time_left,
+            clock=np.full(len(self.holding), float(self.timestep)),
+            under_way=self.orders.hazard,
         )
 
     def truth(self) -> Truth:
@@ -180,58 +228,84 @@ class GridWorld:
     # -- The children ----------------------------------------------------------------------------
 
     def move_children(self) -> None:
-        """The first half of a novice timestep: every child makes a move or stays, and what comes of it is booked."""
+        """The first half of a novice timestep: every child makes a move or stays, and what comes of it is booked.
+
+        With `meanwhile` they only set out, and get there while the caregiver acts.
+        """
         draws = self._draws[self.timestep]
         self.timestep += 1
         # New arrays, for a caregiver may have kept what it was shown.
-        begun, self.child_cell = self.child_cell, self.child_cell.copy()
+        self.previous_cell, self.child_cell = self.child_cell, self.child_cell.copy()
         self.previous_action = self.previous_action.copy()
+        self._ways = [self._set_out(child, draws[:, child]) for child in range(len(self.behaviours))]
+        if not (self.meanwhile and self.caregiver):
+            self.arrive()
+
+    def arrive(self) -> None:
+        """Has the children get where they have set out for, or be blocked; books what comes of it."""
+        begun, draws = self.previous_cell, self._draws[self.timestep - 1]
+        self.child_cell = self.child_cell.copy()
         harm = np.zeros((*begun.shape, len(KINDS)))
         toys, blocked = np.zeros(begun.shape, bool), np.zeros((*begun.shape, len(BLOCKED)), bool)
+        met = np.zeros((*begun.shape, len(MET)), bool)
         for child in range(len(self.behaviours)):
-            harm[:, child], toys[:, child], blocked[:, child] = self._move_child(child, draws[:, child])
-        self.previous_cell = begun
-        self.ledger.book(begun, self.child_cell, harm, toys, blocked)
+            booked = self._arrive(child, draws[:, child])
+            harm[:, child], toys[:, child], blocked[:, child], met[:, child] = booked
+        self.ledger.book(begun, self.child_cell, harm, toys, blocked, met)
 
-    def _move_child(self, child: int, draws: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Moves a child; returns the harm of each kind that it takes, its toys, and what it is denied."""
-        cell, behaviour, caregiver_cell = self.child_cell[:, child], self.behaviours[child], self.caregiver_cell
-        if not self.caregiver:
-            caregiver_cell = np.full(len(cell), NOTHING)
+    def _set_out(self, child: int, draws: np.ndarray) -> _Way:
+        """Has a child choose a move, and puts it where that takes it as far as can be seen now."""
+        cell, behaviour, caregiver_cell = self.child_cell[:, child], self.behaviours[child], self._seen_caregiver()
         self.goal[:, child] = behaviour.reconsider(self.goal[:, child], draws[:, 2])
         action = behaviour.act(Sight(cell, self.goal[:, child], caregiver_cell, self.bumped[:, child]), draws)
         target, index = self._target[cell, action], self._target_index[cell, action]
         stays = action == NOTHING
         next_cell = np.where(stays, cell, self._next_cell[cell, action])
-
-        free, stairwell, table, toy_bin = (
-            (target == kind) & ~stays for kind in (Target.FREE, Target.STAIRWELL, Target.TABLE, Target.BIN)
-        )
+        free, stairwell = ((target == kind) & ~stays for kind in (Target.FREE, Target.STAIRWELL))
         # A child waits before a cell in which another one is.
         others = np.delete(self.child_cell, child, axis=1)
         waits = free & (next_cell[:, None] == others).any(axis=1)
         # A stairwell's landing is the cell after the free ones.
         entered = np.where(stairwell, len(self.plan.free_cells) + index, np.where(free, next_cell, NOTHING))
-        shut = (entered == caregiver_cell) | (stairwell & self._stairs_shut)
-        blocked = (entered != NOTHING) & shut & ~waits
-        next_cell = np.where(blocked | waits, cell, next_cell)
-        bears_candle = table & (self.candle_table == index[:, None]).any(axis=1)
-        harm = np.stack([stairwell & ~blocked, bears_candle, table & ~bears_candle], axis=1) * self._harm
-        reached = toy_bin & (index == self.goal[:, child])
-
-        self.goal[:, child] = np.where(reached, behaviour.next_bin(draws[:, 2]), self.goal[:, child])
+        met = (entered == caregiver_cell) & (entered != NOTHING)
         self.previous_action[:, child] = np.where(waits, NOTHING, action)
-        self.bumped[:, child] = (next_cell == cell) & ~stays
+        self.child_cell[:, child] = np.where(met | waits, cell, next_cell)
+        return _Way(target, index, ~stays, waits, entered, next_cell, met)
+
+    def _arrive(self, child: int, draws: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Ends a child's move; returns the harm of each kind that it takes, its toys, what it is denied, and `MET`."""
+        way, cell = self._ways[child], self.previous_cell[:, child]
+        stairwell, table = way.leads_to(Target.STAIRWELL), way.leads_to(Target.TABLE)
+        there = way.entered == self._seen_caregiver()
+        blocked = (way.entered != NOTHING) & (there | (stairwell & self._stairs_shut)) & ~way.waits
+        next_cell = np.where(blocked | way.waits, cell, way.next_cell)
+        bears_candle = table & (self.candle_table == way.index[:, None]).any(axis=1)
+        harm = np.stack([stairwell & ~blocked, bears_candle, table & ~bears_candle], axis=1) * self._harm
+        reached = way.leads_to(Target.BIN) & (way.index == self.goal[:, child])
+        cut_off = blocked & there & ~way.met
+
+        self.goal[:, child] = np.where(reached, self.behaviours[child].next_bin(draws[:, 2]), self.goal[:, child])
+        self.bumped[:, child] = (next_cell == cell) & way.moves
         self.child_cell[:, child] = next_cell
-        return harm, reached, np.stack([blocked & stairwell, blocked & free], axis=1)
+        denied = np.stack([blocked & stairwell, blocked & way.leads_to(Target.FREE)], axis=1)
+        return harm, reached, denied, np.stack([cut_off, cut_off, np.zeros_like(cut_off)], axis=1)
+
+    def _seen_caregiver(self) -> np.ndarray:
+        """The caregiver's cell, or NOTHING where there is none, (B,)."""
+        return self.caregiver_cell if self.caregiver else np.full(len(self.caregiver_cell), NOTHING)
 
     # -- The caregiver ---------------------------------------------------------------------------
 
     def care(self, caregiver: Caregiver) -> None:
         """The caregiver's actions in one novice timestep. A subclass can allow it others."""
-        for left in range(self._caregiver_actions, 0, -1):
-            self.time_left = np.full(len(self.holding), left / self._caregiver_actions)
+        actions = self._caregiver_actions
+        for done in range(actions):
+            if self.meanwhile and done == self.meanwhile:
+                self.arrive()
+            self.time_left = np.full(len(self.holding), (actions - done) / actions)
             self.act_caregiver(caregiver)
+        if self.meanwhile == actions:
+            self.arrive()
 
     def act_caregiver(
         self, caregiver: Caregiver, acts: np.ndarray | bool = True, decides: np.ndarray | bool = True

@@ -20,11 +20,15 @@ class Candles:
 
     Attributes:
         table_rectangles: Where the tables really are, (tables, 4), metres; see `plans.layout`.
+        table_heights: How high their tops are, (tables,), metres.
         starting_tables: Index of the table on which each candle stood when the episode began.
     """
 
-    def __init__(self, table_rectangles: np.ndarray):
+    def __init__(self, table_rectangles: np.ndarray, table_heights: np.ndarray | None = None):
         self.table_rectangles = table_rectangles
+        usual = np.full(len(table_rectangles), layout.TABLE_HEIGHT)
+        self.table_heights = usual if table_heights is None else table_heights
+        self._lowest = self.table_heights.min(initial=layout.TABLE_HEIGHT) - _BELOW
         self.reset([])
 
     def reset(self, starting_tables: Sequence[int]) -> None:
@@ -34,7 +38,7 @@ class Candles:
 
     def standing(self, physics: Physics) -> np.ndarray:
         """Whether each candle is upright, and no lower than a table, (candles,)."""
-        high = physics.candle_poses()[:, 2] > layout.TABLE_HEIGHT - _BELOW
+        high = physics.candle_poses()[:, 2] > self._lowest
         return high & (physics.candle_upright() > _STANDING_COSINE)
 
     def count_fallen(self, physics: Physics) -> int:
@@ -49,4 +53,4 @@ class Candles:
         x, y, half_x, half_y = self.table_rectangles[table]
         poses = physics.candle_poses()
         over = (np.abs(poses[:, 0] - x) < half_x) & (np.abs(poses[:, 1] - y) < half_y)
-        return bool((over & (np.abs(poses[:, 2] - layout.TABLE_HEIGHT) < _ABOVE)).any())
+        return bool((over & (np.abs(poses[:, 2] - self.table_heights[table]) < _ABOVE)).any())

@@ -10,15 +10,13 @@ import numpy as np
 
 from caregiver_mj.children.behaviour import Behaviour, Sight
 from caregiver_mj.children.tape import Tape
-from caregiver_mj.children.walk import ToddlerWalk
+from caregiver_mj.children.walk import ToddlerWalk, Vector
 from caregiver_mj.house.move import Booking, Move
 from caregiver_mj.house.touch import Touch
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-
-STRIKE_SPEED = 0.05  # m/s towards the child at a contact, above which it counts as a strike
-_STRIKE_PAUSE = 0.5  # seconds within which contacts are one strike
+from caregiver_mj.recording.contacts import STRIKE_PAUSE, STRIKE_SPEED
 
 
 class HouseChild:
@@ -55,6 +53,7 @@ class HouseChild:
         self._bumped = False
         self.touched: Sequence[tuple[float, float]] = ()
         self._struck_at = -math.inf
+        self._entry: Vector | None = None  # middle of the cell that it goes to, if the robot can be there
 
     @property
     def position(self) -> tuple[float, float]:
@@ -87,7 +86,7 @@ class HouseChild:
         self.goal = int(self.behaviour.reconsider(np.array([self.goal]), draws[:, 2])[0])
         sight = Sight(*(np.array([value]) for value in (self.cell, self.goal, caregiver_cell, self._bumped)))
         action = int(self.behaviour.act(sight, draws)[0])
-        self.move = Move(self.cell, self.cell, draw=draws[:, 2])
+        self.move, self._entry = Move(self.cell, self.cell, draw=draws[:, 2]), None
         next_cell, target, index = self._moves
         if action == NOTHING or (target[self.cell, action] == Target.FREE and next_cell[self.cell, action] in taken):
             self.walk.stay()
@@ -96,12 +95,23 @@ class HouseChild:
         self.move.to_toy = self.move.target == Target.BIN and int(index[self.cell, action]) == self.goal
         home, (down, right) = self._plan.free_cells[self.cell], ACTIONS[action]
         ahead = home[0] + down, home[1] + right
-        ends = (tuple(self._plan.position(cell).tolist()) for cell in (home, ahead))
-        self.walk.begin(*ends, bump=self.move.target != Target.FREE)
+        here, there = (tuple(self._plan.position(cell).tolist()) for cell in (home, ahead))
+        if self.move.target in (Target.FREE, Target.STAIRWELL):
+            self._entry = there
+            if caregiver_cell == self._plan.cell_index[ahead]:
+                self.move.entered = None
+        self.walk.begin(here, there, bump=self.move.target != Target.FREE)
 
     def step(self, seconds: float) -> None:
         """Walks on."""
         self.walk.step(seconds, self.touched)
+
+    def see_robot(self, robot: Sequence[float]) -> None:
+        """Takes note of a robot at x, y (m) that has come into the cell to which the child is on its way."""
+        if self._entry is None or self.move.entered is not False or self.walk.is_on_way_back:
+            return
+        half = self._plan.cell_size / 2
+        self.move.entered = abs(robot[0] - self._entry[0]) < half and abs(robot[1] - self._entry[1]) < half
 
     def take_in(self, touches: list[Touch], bears_candle: Callable[[int], bool], time: float) -> int:
         """Takes in all its contacts of a control timestep.
@@ -127,7 +137,7 @@ class HouseChild:
             elif touch.kind == "robot":
                 vx, vy = self.walk.velocity
                 self.move.met_robot |= vx * touch.direction[0] + vy * touch.direction[1] > 0 or self.walk.blocked
-                if touch.speed > STRIKE_SPEED and time - self._struck_at > _STRIKE_PAUSE:
+                if touch.speed > STRIKE_SPEED and time - self._struck_at > STRIKE_PAUSE:
                     strikes += 1
                     self._struck_at = time
         return strikes

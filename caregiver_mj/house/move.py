@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from caregiver_mj.plans.cell_graph import Target
-from caregiver_mj.recording.ledger import BLOCKED, KINDS
+from caregiver_mj.recording.ledger import BLOCKED, KINDS, MET
 
 
 class Booking(NamedTuple):
@@ -19,6 +19,7 @@ class Booking(NamedTuple):
     harm: np.ndarray  # (kinds,)
     toy: bool
     blocked: np.ndarray  # (what it led to,), in the order of `BLOCKED`
+    met: np.ndarray  # (how it met the caregiver,), in the order of `MET`
 
 
 @dataclasses.dataclass
@@ -36,6 +37,8 @@ class Move:
         fell: Whether the child has fallen down stairs.
         reached_toy: Whether it has reached its bin.
         met_robot: Whether the robot was in its way.
+        entered: Whether the robot came into the cell that it leads to after the child had set out, or None if it was
+            there before.
     """
 
     begun: int
@@ -48,6 +51,7 @@ class Move:
     fell: bool = False
     reached_toy: bool = False
     met_robot: bool = False
+    entered: bool | None = False
 
     def hurt(self, kind: str, damage: float) -> None:
         """Takes note of a harm; only the worst one of a timestep counts."""
@@ -59,4 +63,9 @@ class Move:
         harm = np.array([self.harm if kind == self.kind else 0.0 for kind in KINDS])
         blocked = self.met_robot and ended == self.begun and not self.fell
         what = np.array([blocked and self.target == Target[name.upper()] for name in BLOCKED])
-        return Booking(self.begun, ended, harm, self.reached_toy, what)
+        met = {
+            "entered": bool(self.entered),
+            "entered_blocked": bool(self.entered and what.any()),
+            "held_up": self.met_robot and self.target == Target.FREE and ended != self.begun,
+        }
+        return Booking(self.begun, ended, harm, self.reached_toy, what, np.array([met[name] for name in MET]))

@@ -15,7 +15,7 @@ from dm_control import mujoco as dm_mujoco
 from dm_control.mujoco import wrapper
 from dm_env import specs
 
-from caregiver_mj.children.walk import ToddlerWalk
+from caregiver_mj.children.walk import ToddlerWalk, Vector
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.robot_body import RobotBody, joint_views
 from caregiver_mj.house.scene import build_house, child_joints
@@ -50,10 +50,11 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         table_positions: np.ndarray | None = None,
         children: int = 1,
         visuals: bool = True,
+        table_heights: np.ndarray | None = None,
     ) -> Physics:
         """Builds the house of a floor plan; the arguments are those of `build_house`."""
         embodiment = None if robot is False else find_embodiment(None if robot is True else robot)
-        spec = build_house(plan, embodiment or False, table_positions, children, visuals)
+        spec = build_house(plan, embodiment or False, table_positions, children, visuals, table_heights)
         TouchReader.add_sensors(spec, children)
         return cls(wrapper.MjData(wrapper.MjModel(spec.compile())), embodiment)
 
@@ -87,7 +88,9 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         names = itertools.chain.from_iterable(map(child_joints, range(children)))
         positions, velocities = joint_views(model, raw, tuple(names))
         self._toddler_positions, self._toddler_velocities = positions.reshape(-1, 3), velocities.reshape(-1, 3)
-        self._toddlers = list(zip(self._toddler_positions, self._toddler_velocities, strict=True))
+        first = model.joint(child_joints(0)[0]).dofadr[0]
+        forces = raw.qfrc_applied[first : first + 3 * children].reshape(-1, 3)
+        self._toddlers = list(zip(self._toddler_positions, self._toddler_velocities, forces, strict=True))
         self.touch_reader = TouchReader(model, raw, children)
         candles = sum(name.startswith("candle_") for name in joints)
         first = [model.joint(f"candle_{i}/joint").qposadr[0] for i in range(candles)]
@@ -132,6 +135,10 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
     def finger_position(self) -> np.ndarray:
         """How far each finger stands off the middle, (2,), m."""
         return self._robot.fingers[0].copy()
+
+    def pinch_position(self) -> np.ndarray:
+        """Where the middle between the fingertips is, (3,), m."""
+        return self._robot.pinch.copy()
 
     def is_gripping(self) -> bool:
         """Whether the fingers are as close together as round a candle, or closer."""
@@ -185,11 +192,34 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
             self._robot.set_action(action, max(1, round(seconds / self._timestep)))
             self._robot.roll_wheels()
 
-    def set_toddler(self, walk: ToddlerWalk, child: int = 0) -> None:
-        """Moves a child, which is kinematic, to where its walk has got to."""
-        position, velocity = self._toddlers[child]
-        position[0], position[1], position[2] = *walk.position, walk.yaw
-        velocity[0], velocity[1], velocity[2] = *walk.velocity, walk.yaw_rate
+    def set_toddler(
+        self,
+        walk: ToddlerWalk,
+        child: int = 0,
+        lean: Vector = (0.0, 0.0),
+        sway: Vector = (0.0, 0.0),
+        force: Vector = (0.0, 0.0),
+    ) -> None:
+        """Moves a child to where its walk has got to. That is all there is to a kinematic one.
+
+        Args:
+            walk: How it walks.
+            child: Its number.
+            lean: How far its body is from there, x and y, m.
+            sway: How fast its body moves beside the walk's velocity, m/s.
+            force: What pulls its body back until this is called again, N.
+        """
+        position, velocity, pull = self._toddlers[child]
+        (x, y), (vx, vy) = walk.position, walk.velocity
+        position[0], position[1], position[2] = x + lean[0], y + lean[1], walk.yaw
+        velocity[0], velocity[1], velocity[2] = vx + sway[0], vy + sway[1], walk.yaw_rate
+        pull[0], pull[1] = force
+
+    def soften_toddlers(self, time_constant: float, damping_ratio: float) -> None:
+        """Has all contacts of children be as soft as that, see MuJoCo's `solref`."""
+        for geom in self.touch_reader.bodies:
+            self.model.geom_solref[geom] = time_constant, damping_ratio
+            self.model.geom_priority[geom] = 1  # no matter how hard the other one is
 
     def set_robot(self, base: np.ndarray, arm: np.ndarray | None = None) -> None:
         """Puts the robot somewhere, its hand open: base pose (3,) and arm joints (joints,), tucked if not given."""

@@ -26,6 +26,7 @@ class RobotBody:
         fingers: How far each finger stands off the middle, and how fast that changes, (2,) each, m.
         wheels: Angles and rates of the wheels, (4,) each, rad.
         ramp: What its actuators are told from physics step to physics step.
+        pinch: Where the middle between the fingertips is, (3,), m.
     """
 
     def __init__(self, embodiment: Embodiment, model: mujoco.MjModel, data: mujoco.MjData):
@@ -35,6 +36,7 @@ class RobotBody:
             joint_views(model, data, [f"robot/{joint}" for joint in joints])
             for joints in (names.base, names.arm, names.fingers, names.wheels)
         )
+        self.pinch = data.site_xpos[model.site("robot/pinch").id]
         self._model, self._ctrl = model, data.ctrl
         self._targets, self.ramp = np.empty_like(data.ctrl), TargetRamp(data.ctrl)
         self._source = np.empty(embodiment.actuators.size, int)  # of each actuator: which number of an action it gets

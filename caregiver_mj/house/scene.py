@@ -15,6 +15,7 @@ from caregiver_mj.house.cameras import add_cameras
 from caregiver_mj.house.decor import add_decorations, add_doorways, add_rugs, add_walls
 from caregiver_mj.house.ground import add_ground
 from caregiver_mj.house.parts import place_model, read_model, remove_visuals
+from caregiver_mj.house.tables import table_model
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import DEFAULT_CELL_SIZE, FloorPlan
 from caregiver_mj.robot.embodiment import Embodiment
@@ -35,6 +36,7 @@ def build_house(
     table_positions: np.ndarray | None = None,
     children: int = 1,
     visuals: bool = True,
+    table_heights: np.ndarray | None = None,
 ) -> mujoco.MjSpec:
     """Builds the scene of a house.
 
@@ -46,6 +48,7 @@ def build_house(
         children: How many children are in it. They do not collide with each other.
         visuals: Whether to add what is only to be seen. All that moves or collides is the same without it, and the
             simulation faster.
+        table_heights: How high the tables' tops are, (tables,), metres, if not as that of the model.
 
     Returns:
         A specification to compile. The children's joints have their zero at the house's origin too.
@@ -59,12 +62,14 @@ def build_house(
         add_decorations(spec, plan)
     if table_positions is None:
         table_positions = layout.table_rectangles(plan)[:, :2]
-    for i, position in enumerate(table_positions):
-        place_model(spec, read_model("table"), f"table_{i}", position)
+    if table_heights is None:
+        table_heights = np.full(len(plan.tables), layout.TABLE_HEIGHT)
+    for i, (position, height) in enumerate(zip(table_positions, table_heights, strict=True)):
+        place_model(spec, table_model(height), f"table_{i}", position)
     for i, cell in enumerate(plan.bins):
         place_model(spec, read_model("toy_bin"), f"bin_{i}", plan.position(cell))
     for i, table in enumerate(plan.candle_tables):
-        frame = spec.worldbody.add_frame(pos=[*table_positions[table], layout.TABLE_HEIGHT])
+        frame = spec.worldbody.add_frame(pos=[*table_positions[table], table_heights[table]])
         spec.attach(read_model("candle"), prefix=f"candle_{i}/", frame=frame)
     _add_stairwells(spec, plan)
     for k in range(children):

@@ -23,6 +23,11 @@ class Touch:
         index: Number of that thing in the floor plan, -1 for walls and the robot.
         direction: Unit vector from the child towards it, on the floor; (0, 0) where it is above or below.
         speed: How fast the touching part of the robot moves towards the child, m/s (0 for all else).
+        surface_speed: How fast its surface moves there, towards the child and along it, m/s: more than `speed` where it
+            turns or slides past. What moves away counts as far as it slides.
+        force: Between the two, N; with friction.
+        height: Of the contact above the floor, metres.
+        time: When it was, seconds since the start.
     """
 
     child: int
@@ -30,18 +35,24 @@ class Touch:
     index: int
     direction: tuple[float, float]
     speed: float
+    surface_speed: float = 0.0
+    force: float = 0.0
+    height: float = 0.0
+    time: float = 0.0
 
 
 class TouchReader:
     """Reads the children's contacts of the present physics step.
 
     Attributes:
+        bodies: Geoms of the children.
         is_any: Tells whether there is any contact worth reading.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, children: int):
         self._model, self._data = model, data
         self._children = {model.geom(f"{child_prefix(k)}body").id: k for k in range(children)}
+        self.bodies = tuple(self._children)
         self._things = [_thing_of(model.geom(i).name) for i in range(model.ngeom)]
         first = model.sensor(_sensor(0)).adr[0]
         found = data.sensordata[first : first + children]  # how many contacts each child has
@@ -77,13 +88,26 @@ class TouchReader:
         length = math.hypot(normal[0], normal[1])
         # From above or below, it is in nobody's way.
         direction = (float(normal[0] / length), float(normal[1] / length)) if length > 1e-6 else (0.0, 0.0)
-        speed = 0.0
-        if kind == "robot":
-            velocity = np.empty(6)
-            mujoco.mj_objectVelocity(self._model, data, mujoco.mjtObj.mjOBJ_GEOM, other, velocity, 0)
-            arm = contact.pos[number] - data.geom_xpos[other]
-            speed = -float((velocity[3:] + np.cross(velocity[:3], arm)) @ normal)
-        return Touch(child, kind, index, direction, speed)
+        if kind != "robot":
+            return Touch(child, kind, index, direction, 0.0)
+        velocity, force = np.empty(6), np.empty(6)  # rotation, translation; force, torque in the contact's axes
+        mujoco.mj_objectVelocity(self._model, data, mujoco.mjtObj.mjOBJ_GEOM, other, velocity, 0)
+        mujoco.mj_contactForce(self._model, data, number, force)
+        arm = contact.pos[number] - data.geom_xpos[other]
+        surface = velocity[3:] + np.cross(velocity[:3], arm)
+        speed = -float(surface @ normal)
+        along = math.sqrt(max(0.0, float(surface @ surface) - speed * speed))
+        return Touch(
+            child,
+            kind,
+            index,
+            direction,
+            speed,
+            surface_speed=math.hypot(along, max(0.0, speed)),
+            force=math.hypot(*force[:3]),
+            height=float(contact.pos[number, 2]),
+            time=float(data.time),
+        )
 
 
 def _sensor(child: int) -> str:

@@ -32,7 +32,7 @@ class Relocating(Routine):
     def __init__(self, means: Means, intervention: Intervention, view: View, percept: Percept):
         self.candle = candle = means.plan.hazards.candle(intervention.hazard)
         table = int(percept.candle_table[0, candle])
-        if table != NOTHING and view.stands_on_table(candle):
+        if table != NOTHING and view.stands_on_table(candle, table):
             skill: skills.Skill = skills.Pick(means.navigator, candle, table)
             activity = f"fetch candle {candle + 1}"
         else:

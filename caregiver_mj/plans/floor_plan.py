@@ -19,6 +19,7 @@ import functools
 import importlib.resources
 import os
 import pathlib
+from typing import Any
 
 import numpy as np
 
@@ -119,6 +120,10 @@ class FloorPlan:
         plan = cls(name, tuple(lines[first : last + 1]), float(cell_size), damage)
         validate(plan, first_line=first + 1)
         return plan
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What is pickled: nothing that can be worked out again, which would be a hundred times as much."""
+        return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
 
     # -- What stands where -----------------------------------------------------------------------
 

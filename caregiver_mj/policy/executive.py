@@ -21,7 +21,7 @@ from caregiver_mj.robot.retrieval import RetrievalPlanner
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
 
-See = Callable[[int, np.ndarray], Percept]  # by the candle in the hand, and which hazards are passed over
+See = Callable[[int, np.ndarray, int], Percept]  # by the candle in the hand, what is passed over, what is under way
 
 
 class Executive:
@@ -78,6 +78,11 @@ class Executive:
         """Index of the candle in the hand, or NOTHING."""
         return self.routine.holding if self.routine else NOTHING
 
+    @property
+    def target(self) -> int:
+        """The number of the hazard that is being protected from now, or NOTHING."""
+        return self.routine.intervention.hazard if self.routine else NOTHING
+
     def act(self, view: View, robot: RobotMotion, see: See, new_move: bool, all_known: bool) -> None:
         """Acts for one control timestep.
 
@@ -96,8 +101,8 @@ class Executive:
             self._note(self.routine.step(view, robot, lambda: self.percept(view, see)), view)
 
     def percept(self, view: View, see: See) -> Percept:
-        """What the caregiver sees now, with what only the executive knows: what is in the hand, what is passed over."""
-        return see(self.holding, self._means.passed_over.now(view.now))
+        """What the caregiver sees now, with what only the executive knows: in the hand, passed over, under way."""
+        return see(self.holding, self._means.passed_over.now(view.now), self.target)
 
     def _decide(self, view: View, percept: Percept, observed: bool) -> None:
         """Asks the caregiver what to do, and sets about it unless the robot's hands are full."""

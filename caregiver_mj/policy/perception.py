@@ -21,7 +21,9 @@ from caregiver_mj.robot.view import ChildView, View
 
 _CLEAR_DISTANCE = 0.05  # metres of a move after which it is clear where the toddler is heading, ...
 _LATEST = 0.5  # ... or the share of a novice timestep after which it will not go anywhere any more
-_SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to
+_SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to; ...
+_SMALLEST_SEEN = 0.03  # ... the same where it is not seen exactly
+_AS_USUAL = 0.02  # metres that a candle on a table may seem off its usual height
 _NO_CANDLES, _NO_ORIENTATIONS = np.zeros((0, 3)), np.zeros((0, 4))
 
 
@@ -43,20 +45,34 @@ class _Sighting:
 
 
 class Perception:
-    """What one robot sees in one house."""
+    """What one robot sees in one house.
 
-    def __init__(self, plan: FloorPlan):
-        self._plan = plan
+    Attributes:
+        table_heights: How high the tables' tops are, (tables,), metres; None if as usual.
+    """
+
+    def __init__(self, plan: FloorPlan, is_exact: bool = True, age: float = 0.0):
+        """Prepares it.
+
+        Args:
+            plan: The house.
+            is_exact: Whether everything is seen where it is.
+            age: Seconds since what is looked at was observed; it has been foretold from that.
+        """
+        self._plan, self._age = plan, age
+        self._smallest_move = _SMALLEST_MOVE if is_exact else _SMALLEST_SEEN
         self._next_cell = plan.graph.moves[0]
         self._tables = layout.table_rectangles(plan)
         self._centres = {cell: tuple(plan.position(cell).tolist()) for cell in plan.caregiver_cells}
-        self._begun, self._all_clear, self._gone = 0, False, 0.0
+        self.table_heights: np.ndarray | None = None
+        self._begun, self._all_clear, self._gone, self._clock = 0, False, 0.0, 0.0
         self._children: list[_Sighting] = []
 
     def reset(self, observation: dict[str, np.ndarray]) -> None:
         """Begins an episode with its first observation."""
-        self._begun, self._all_clear, self._gone = 0, False, 0.0
+        self._begun, self._all_clear, self._gone, self._clock = 0, False, 0.0, 0.0
         self._children = []
+        self.table_heights = _table_heights(observation, self._tables)
         for x, y, _ in np.atleast_2d(observation["toddler_position"]).tolist():
             cell = self.free_cell((x, y))
             self._children.append(_Sighting((x, y), False, cell, (cell, NOTHING)))
@@ -79,6 +95,8 @@ class Perception:
             children=children,
             candles=observation.get("candle_position", _NO_CANDLES),
             candle_orientations=observation.get("candle_orientation", _NO_ORIENTATIONS),
+            table_heights=self.table_heights,
+            age=self._age,
         )
 
     def watch(self, view: View, clock: float) -> tuple[bool, bool]:
@@ -88,7 +106,7 @@ class Perception:
             Whether it has just become clear what the present move of a child is; and whether that of the last one has,
             so that all of them are known.
         """
-        move = math.floor(clock + 1e-6)
+        move, self._clock = math.floor(clock + 1e-6), clock
         self._gone = max(0.0, clock - move)
         if move != self._begun:
             self._begun, self._all_clear = move, False
@@ -112,19 +130,20 @@ class Perception:
         sighting.is_clear = True
         cell, action = self.free_cell(sighting.origin), NOTHING
         sighting.cell = cell
-        if distance > _SMALLEST_MOVE:
+        if distance > self._smallest_move:
             action = max(range(len(ACTIONS)), key=lambda a: dx * ACTIONS[a][1] - dy * ACTIONS[a][0])
             sighting.cell = int(self._next_cell[cell, action])
         sighting.previous = (cell, action)
         return True
 
-    def percept(self, view: View, holding: int, out_of_reach: np.ndarray) -> Percept:
+    def percept(self, view: View, holding: int, out_of_reach: np.ndarray, under_way: int = NOTHING) -> Percept:
         """The world as the caregiver knows it.
 
         Args:
             view: What the robot sees.
             holding: Index of the candle in its hand, or NOTHING.
             out_of_reach: Whether each hazard is to be passed over, (hazards,).
+            under_way: Number of the hazard that the robot is about, or NOTHING.
         """
         tables, cells = self._candle_places(view, holding)
         return Percept(
@@ -137,6 +156,9 @@ class Perception:
             candle_cell=cells[None],
             out_of_reach=out_of_reach[None],
             time_left=np.array([self._time_left]),
+            clock=np.array([self._clock]),
+            under_way=np.array([under_way]),
+            hears=np.array([True]),
         )
 
     @property
@@ -170,3 +192,24 @@ class Perception:
         if holding != NOTHING:
             tables[holding] = cells[holding] = NOTHING
         return tables, cells
+
+
+def _table_heights(observation: dict[str, np.ndarray], tables: np.ndarray) -> np.ndarray | None:
+    """How high tables are, by the first observation of an episode.
+
+    Where it does not say so, candles do that stand on them; other tables are taken to be as high as those, and all of
+    them as high as usual unless that is clearly wrong. None if they are.
+
+    Args:
+        observation: What is seen.
+        tables: The tables' rectangles, (tables, 4).
+    """
+    if "table_height" in observation:
+        return observation["table_height"].copy()
+    feet = observation.get("candle_position", _NO_CANDLES)
+    if not len(feet) or np.abs(feet[:, 2] - layout.TABLE_HEIGHT).max() < _AS_USUAL:
+        return None
+    nearest = np.linalg.norm(feet[:, None, :2] - tables[:, :2], axis=2).argmin(axis=1)
+    heights = np.full(len(tables), np.median(feet[:, 2]))
+    heights[nearest] = feet[:, 2]
+    return heights

@@ -8,7 +8,8 @@ Only a `ToldCaregiver` is told more than can be seen, by the task and past the o
 from __future__ import annotations
 
 import functools
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,13 +21,14 @@ from caregiver_mj.caregivers.start import starting_tables
 from caregiver_mj.caregivers.told import ToldCaregiver
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.scene import build_house
+from caregiver_mj.house.sensing import Sensing
 from caregiver_mj.interventions.intervention import BLOCK, RELOCATE, Intervention
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.symbols import FREE
 from caregiver_mj.policy.executive import Executive
 from caregiver_mj.policy.pace import robot_pace
 from caregiver_mj.policy.perception import Perception
+from caregiver_mj.policy.senses import Senses
 from caregiver_mj.robot import separation
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.motion import RobotMotion
@@ -51,13 +53,21 @@ class CaregiverPolicy:
         executive: What is being carried out, for whoever looks on.
     """
 
-    def __init__(self, env: control.Environment, caregiver: str | Caregiver = "paper", seed: int = 0):
+    def __init__(
+        self,
+        env: control.Environment,
+        caregiver: str | Caregiver = "paper",
+        seed: int = 0,
+        sensing: Sensing | Mapping[str, Any] | None = None,
+    ):
         """Prepares a caregiver for a task.
 
         Args:
             env: An environment of this package, with the robot in it.
             caregiver: Name of a caregiver, or one made for the environment's house.
             seed: Seed of the caregiver; what it draws in an episode depends on the episode's seed as well.
+            sensing: How well observations show what there is, by which it takes them, as `Sensing.of` takes it; None
+                for what the task says.
 
         Raises:
             CaregiverError: There is no robot in the environment, or no caregiver of that name.
@@ -77,9 +87,12 @@ class CaregiverPolicy:
         embodiment = task.embodiment
         self.robot = RobotMotion(embodiment, self._timestep)
         navigator = Navigator(self.plan, embodiment, self.caregiver.yields)
-        retrievals = RetrievalPlanner(navigator, functools.partial(_planning_scene, self.plan, embodiment))
+        self._sensing = task.sensing if sensing is None else Sensing.of(sensing)
+        self._senses = Senses(self._sensing, self.robot, self._timestep)
+        self._perception = Perception(self.plan, self._sensing.is_exact, self._senses.age)
+        make_scene = functools.partial(_planning_scene, self.plan, embodiment, self._perception)
+        retrievals = RetrievalPlanner(navigator, make_scene)
         self.caregiver.pace = robot_pace(navigator, task.novice_timestep, self._timestep)
-        self._perception = Perception(self.plan)
         self.executive = Executive(self.plan, self.caregiver, navigator, retrievals, task.novice_timestep, truth)
 
     def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
@@ -107,7 +120,7 @@ class CaregiverPolicy:
         if timestep.first():
             self._check_house(observation)
             self._reset(observation)
-        view = self._perception.look(observation, self.robot.now)
+        view = self._perception.look(self._senses.now(observation), self.robot.now)
         new_move, all_known = self._perception.watch(view, float(observation["clock"]))
         self._seen = view, new_move, all_known
         return all_known
@@ -134,6 +147,7 @@ class CaregiverPolicy:
 
     def _reset(self, observation: dict[str, np.ndarray]) -> None:
         self.robot.reset(observation["base_position"].tolist())
+        self._senses.reset()
         self._perception.reset(observation)
         children = len(np.atleast_2d(observation["toddler_position"]))
         self.caregiver.reset(1, [self._task.caregiver_seed], children)
@@ -147,7 +161,9 @@ class CaregiverPolicy:
         plan = self.plan
         alien = any(np.shape(observation.get(key)) != shape for key, shape in self._shapes.items())
         base, children = observation["base_position"], np.atleast_2d(observation["toddler_position"])
-        if alien or plan.cell_at(base) not in plan.cell_index or any(plan[plan.cell_at(c)] != FREE for c in children):
+        if self._sensing.is_exact and not alien:
+            alien = plan.cell_at(base) not in plan.cell_index or any(plan[plan.cell_at(c)] != FREE for c in children)
+        if alien:
             raise CaregiverError(
                 f"this policy is for another environment, that of {self._task.family} in house "
                 f"'{plan.name}': each environment needs a policy of its own"
@@ -178,7 +194,7 @@ class CaregiverPolicy:
     @property
     def target(self) -> int:
         """The number of the hazard that is being protected from now, or NOTHING."""
-        return self.intervention.hazard if self.intervention else NOTHING
+        return self.executive.target
 
     @property
     def activity(self) -> str:
@@ -186,8 +202,9 @@ class CaregiverPolicy:
         return self.executive.routine.activity if self.executive.routine else "watch"
 
 
-def _planning_scene(plan: FloorPlan, embodiment: Embodiment) -> PlanningScene:
-    return PlanningScene(build_house(plan, embodiment, visuals=False), plan, embodiment)
+def _planning_scene(plan: FloorPlan, embodiment: Embodiment, perception: Perception) -> PlanningScene:
+    house = build_house(plan, embodiment, visuals=False, table_heights=perception.table_heights)
+    return PlanningScene(house, plan, embodiment)
 
 
 def _caregiver(caregiver: str | Caregiver, task, seed: int) -> Caregiver:

@@ -7,10 +7,12 @@ from typing import Any
 import numpy as np
 
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.recording.record import DAMAGE_THRESHOLD
+from caregiver_mj.recording.record import COLUMNS, DAMAGE_THRESHOLD
 
 KINDS = ("stairwell", "candle", "table")  # of damage
 BLOCKED = ("stairwell", "free")  # what a move led to that the caregiver was in the way of
+MET = ("entered", "entered_blocked", "held_up")  # how else a move met the caregiver; see `EpisodeRecord`
+_CONTACTS = {column.name: int if column.type == "int" else float for column in COLUMNS if column.role == "contact"}
 
 
 class Ledger:
@@ -21,6 +23,7 @@ class Ledger:
         harm: Damage of each kind that each child has taken, (B, K, kinds), in the order of `KINDS`.
         toys: Toy bins that each has reached, (B, K).
         moves_blocked: Moves of each into the caregiver, (B, K, what they led to), in the order of `BLOCKED`.
+        moves_met: Moves of each that met the caregiver, (B, K, how), in the order of `MET`.
         longest_blocked: Most timesteps on end in which each was blocked, (B, K).
         interventions: Interventions begun, (B,).
         interventions_done: Interventions completed, (B,).
@@ -46,6 +49,7 @@ class Ledger:
         self.harm = np.zeros((batch, children, len(KINDS)))
         self.toys, self.longest_blocked, self._blocked_since = np.zeros((3, batch, children), int)
         self.moves_blocked = np.zeros((batch, children, len(BLOCKED)), int)
+        self.moves_met = np.zeros((batch, children, len(MET)), int)
         self.interventions, self.interventions_done = np.zeros((2, batch), int)
         self.candles_dropped, self.strikes = np.zeros((2, batch), int)
         self.stopped_at, self.damage_until_stop = np.zeros(batch, int), np.zeros(batch)
@@ -55,7 +59,13 @@ class Ledger:
         self._each = np.arange(batch)
 
     def book(
-        self, begun: np.ndarray, ended: np.ndarray, harm: np.ndarray, toys: np.ndarray, blocked: np.ndarray
+        self,
+        begun: np.ndarray,
+        ended: np.ndarray,
+        harm: np.ndarray,
+        toys: np.ndarray,
+        blocked: np.ndarray,
+        met: np.ndarray | int = 0,
     ) -> None:
         """Books one novice timestep.
 
@@ -65,11 +75,13 @@ class Ledger:
             harm: Damage of each kind that each child took in it, (B, K, kinds).
             toys: Whether each reached its toy bin, (B, K).
             blocked: Whether the caregiver was in the way of each, by what its move led to, (B, K, `BLOCKED`).
+            met: How else the caregiver met each on its way, (B, K, `MET`); 0 if it did not.
         """
         self.timestep += 1
         self.harm += harm
         self.toys += toys
         self.moves_blocked += blocked
+        self.moves_met += met
         self._blocked_since = np.where(blocked.any(axis=2), self._blocked_since + 1, 0)
         self.longest_blocked = np.maximum(self.longest_blocked, self._blocked_since)
         for child in range(begun.shape[1]):
@@ -100,10 +112,12 @@ class Ledger:
             "moves_blocked": self.moves_blocked.sum(axis=(1, 2)),
             **{f"moves_blocked_{what}": self.moves_blocked[..., i].sum(axis=1) for i, what in enumerate(BLOCKED)},
             "longest_blocked": self.longest_blocked.max(axis=1),
+            **{f"moves_{how}": self.moves_met[..., i].sum(axis=1) for i, how in enumerate(MET)},
             "interventions": self.interventions,
             "interventions_done": self.interventions_done,
             "candles_dropped": self.candles_dropped,
             "strikes": self.strikes,
+            **{name: np.zeros(len(self.strikes), kind) for name, kind in _CONTACTS.items()},  # the house counts those
         }
 
     def outcome(self, episode: int = 0) -> dict[str, Any]:

@@ -1,6 +1,6 @@
 """The record of an episode: every column once, with its type, unit and meaning.
 
-The Parquet schema, the table in the README, the report's words and what both worlds count come from here.
+The Parquet schema, the table in the documentation, the report's words and what both worlds count come from here.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ class Column:
         unit: Its unit, empty for names and numbers of things.
         title: What it is called in tables for people.
         meaning: What it is.
-        role: "setting" (what was run), "damage", "count" (of events), "child" (a value for each child) or "time".
+        role: "setting" (what was run), "damage", "count" (of events), "contact" (what the robot and the candle in its
+            hand did to the children), "child" (a value for each child) or "time".
         world: The world that it is measured in, if it is only one; 0 in the other.
     """
 
@@ -41,6 +42,11 @@ def _column(
 ) -> Any:  # a dataclass field, whatever its type
     """A field of `EpisodeRecord`."""
     return dataclasses.field(metadata={"unit": unit, "title": title, "meaning": meaning, "role": role, "world": world})
+
+
+def _contact(unit: str, title: str, meaning: str) -> Any:
+    """A field of what the robot did to the children: measured in the house only."""
+    return _column(unit, title, meaning, "contact", world="house")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -101,6 +107,13 @@ class EpisodeRecord:
     longest_blocked: int = _column(
         "timesteps", "longest blocked", "most timesteps on end in which it blocked the moves of one child", "count"
     )
+    moves_entered: int = _column(
+        "moves", "moves cut off", "children's moves into whose cell the caregiver came after they had set out", "count"
+    )
+    moves_entered_blocked: int = _column("moves", "cut off and blocked", "of those, moves that it blocked", "count")
+    moves_held_up: int = _column(
+        "moves", "moves held up", "moves in which a child touched the caregiver in its way, and got there", "count"
+    )
     interventions: int = _column("", "interventions", "interventions begun", "count")
     interventions_done: int = _column(
         "", "interventions done", "of those, completed: a stairwell reached, or a candle put down", "count"
@@ -113,6 +126,31 @@ class EpisodeRecord:
         "count",
         world="house",
     )
+
+    strikes_surface: int = _contact(
+        "",
+        "strikes, turning and sliding too",
+        "contacts of a child with a part of the robot whose surface moves there towards it or along it, faster than "
+        "0.05 m/s",
+    )
+    contact_speed: float = _contact("m/s", "contact speed", "fastest that its surface moved so, touching a child")
+    contact_seconds: float = _contact("s", "seconds in contact", "how long the robot touched a child")
+    pressings: int = _contact("", "pressings", "contacts with the robot of half a second or more")
+    contact_force: float = _contact(
+        "N", "greatest force", "greatest force between robot and child, that of all contacts at a time added up"
+    )
+    contact_force_legs: float = _contact("N", "on the legs", "of that, lower than 0.24 m above the floor")
+    contact_force_trunk: float = _contact("N", "on the trunk", "of that, from there to 0.54 m")
+    contact_force_head: float = _contact("N", "on the head", "of that, above")
+    contact_impulse: float = _contact("N s", "impulse", "force times time, over all contacts with the robot")
+    flame_distance: float = _contact(
+        "m", "flame to child", "closest that the flame of a candle in the robot's hand came to a child; at most 1"
+    )
+    flame_seconds: float = _contact("s", "seconds of the flame near", "how long it was within 0.3 m of one")
+    wax_distance: float = _contact(
+        "m", "candle to child", "closest that the candle itself came to a child in the robot's hand; at most 1"
+    )
+    wax_seconds: float = _contact("s", "seconds of the candle near", "how long it was within 0.1 m of one")
 
     sim_seconds: float = _column("s", "simulated time", "how long the episode was in the simulated world", "time")
     wall_seconds: float = _column("s", "computing time", "how long it took to compute", "time")
@@ -128,7 +166,7 @@ def names(*roles: str) -> tuple[str, ...]:
     return tuple(column.name for column in COLUMNS if column.role in roles)
 
 
-MEASURES = names("damage", "count", "time")  # numbers that can be averaged
+MEASURES = names("damage", "count", "contact", "time")  # numbers that can be averaged
 
 
 def markdown(columns: Iterable[Column] = COLUMNS) -> str:

@@ -13,6 +13,7 @@ from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, View
 
 ATTEMPTS = 3  # at a grasp
 
+_LOOSE = 0.004  # metres by which they are farther from each other when they have let go of it
 _GIVES = 0.01  # metres by which the fingers, both together, may be nearer to each other than a candle is thick
 
 
@@ -25,6 +26,11 @@ def hand_position(view: View, robot: Embodiment) -> np.ndarray:
 def has_in_hand(view: View, robot: Embodiment, candle: int) -> bool:
     """Whether a candle is between the fingers, and they have closed on it."""
     return not hand_is_empty(view) and math.dist(view.candles[candle], hand_position(view, robot)) < CANDLE_HEIGHT
+
+
+def is_round_candle(fingers: float) -> bool:
+    """Whether fingers, so far off the middle both together, have closed on a candle."""
+    return 2 * CANDLE_RADIUS - _GIVES <= fingers < 2 * CANDLE_RADIUS + _LOOSE
 
 
 def hand_is_empty(view: View) -> bool:

@@ -14,6 +14,7 @@ from caregiver_mj.robot.kinematics import Arm
 from caregiver_mj.robot.limits import ArmLimits, Limits
 
 _CHECKS = 25  # poses on the arm's way that are checked
+_SHARES = 33  # that are looked at
 _HOVER = 0.10  # metres over a candle that lies, at which the hand stops
 
 
@@ -64,6 +65,22 @@ def reach_path(arm: Arm, height_in_tenths_of_mm: int) -> ReachPath:
     robot = arm.embodiment
     goal = arm.solve(robot.postures.reach, height_in_tenths_of_mm * 1e-4, guess=arm.tucked)
     return ReachPath([arm.tucked, goal], robot.limits.arm)
+
+
+@functools.cache
+def as_high(arm: Arm, usual: int, other: int, share: float) -> float:
+    """How far out on the way to another height the hand is as high over its goal as on the way to the usual one.
+
+    Args:
+        arm: The arm.
+        usual: A goal's height, in mm.
+        other: Another goal's, in mm.
+        share: How far out the hand is on the way to the usual one.
+    """
+    above = arm.pinch(reach_path(arm, 10 * usual).joints(share))[2] - 1e-3 * usual
+    path = reach_path(arm, 10 * other)
+    shares = np.linspace(share, 0.0, _SHARES)  # the hand comes down all the way
+    return next((float(s) for s in shares if arm.pinch(path.joints(s))[2] - 1e-3 * other >= above), 0.0)
 
 
 def retrieval_path(arm: Arm, point: np.ndarray, rotation: np.ndarray, lift: float = 0.0) -> ReachPath:

@@ -130,12 +130,13 @@ def allowed_rate(view: View, robot: Embodiment, velocity: Vector, acceleration: 
         return 1.0
     rate = 1.0
     for child in view.children:
-        rate = min(rate, _allowed_rate(view.base, robot, child, velocity, acceleration))
+        rate = min(rate, _allowed_rate(view, robot, child, velocity, acceleration))
     return rate
 
 
-def _allowed_rate(base: Pose, robot: Embodiment, child: ChildView, velocity: Vector, acceleration: Vector) -> float:
+def _allowed_rate(view: View, robot: Embodiment, child: ChildView, velocity: Vector, acceleration: Vector) -> float:
     """The same for one child, for a velocity that is not zero."""
+    base = view.base
     room = _gap(base, robot, child) - _SEPARATION
     if room > _FAR:
         return 1.0
@@ -149,7 +150,7 @@ def _allowed_rate(base: Pose, robot: Embodiment, child: ChildView, velocity: Vec
     # approach * r * (stopping / 2 + reaction) + child * (stopping + reaction) = room, solved for r
     deceleration, build_up = robot.limits.braking(velocity, acceleration)
     stopping = speed / deceleration
-    delay = _REACTION + build_up
+    delay = _REACTION + build_up + view.age
     a = approach * stopping / 2
     b = approach * delay + _CHILD_SPEED * stopping
     c = _CHILD_SPEED * delay - room

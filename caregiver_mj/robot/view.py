@@ -42,6 +42,8 @@ class View:
         children: All children in the house, one at least.
         candles: Position of each candle's foot, (candles, 3).
         candle_orientations: Its orientation, a quaternion (w, x, y, z), (candles, 4).
+        table_heights: How high the tables' tops are, (tables,); None if as usual.
+        age: Seconds since all this was observed; what it is now is foretold from that.
     """
 
     now: float
@@ -51,6 +53,8 @@ class View:
     children: tuple[ChildView, ...]
     candles: np.ndarray
     candle_orientations: np.ndarray
+    table_heights: np.ndarray | None = None
+    age: float = 0.0
 
     def child_distance(self, place: Vector) -> float:
         """Metres from a place to the middle of the nearest child."""
@@ -69,7 +73,11 @@ class View:
         w, x, y, z = self.candle_orientations[candle].tolist()
         return np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
 
-    def stands_on_table(self, candle: int) -> bool:
+    def table_height(self, table: int) -> float:
+        """How high a table's top is."""
+        return layout.TABLE_HEIGHT if self.table_heights is None else float(self.table_heights[table])
+
+    def stands_on_table(self, candle: int, table: int) -> bool:
         """Whether a candle is upright and as high as a table, so that it can be gripped from the front."""
         height = self.candles[candle, 2]
-        return bool(abs(height - layout.TABLE_HEIGHT) < _OFF_TABLE and self.candle_axis(candle)[2] > UPRIGHT)
+        return bool(abs(height - self.table_height(table)) < _OFF_TABLE and self.candle_axis(candle)[2] > UPRIGHT)

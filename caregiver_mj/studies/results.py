@@ -25,7 +25,8 @@ RUNS = {  # in the order of the report
     "grid-test-20": "--world grid --houses test-20 --caregiver none nearest paper foresight knows-goal clairvoyant "
     "floor --episodes 100",
     "house-test-10": "--world house --houses test-10 --caregiver none paper nearest foresight floor --episodes 20",
-    "grid-apartment": f"--world grid --house apartment --caregiver {_RULES} floor --episodes 1000",
+    "house-ten": "--world house --houses paper apartment test-8 --caregiver none paper foresight floor --episodes 20",
+    "grid-apartment": f"--world grid --house apartment --caregiver {_ALL} --episodes 400",
     "grid-paper": f"--world grid --house paper --caregiver {_ALL} --episodes 2000",
     "house-paper": "--world house --house paper --caregiver none paper --episodes 200",
 }
@@ -37,10 +38,11 @@ CHILDREN = {  # who are no novices
 }
 
 
-def command(runs: pathlib.Path, name: str, jobs: int) -> list[str]:
-    """The command of a run."""
+def command(runs: pathlib.Path, name: str, jobs: int, scheduler: str | None = None) -> list[str]:
+    """The command of a run, on this machine or on the cluster of a scheduler."""
     asked = shlex.split((RUNS | CHILDREN)[name])
-    return ["evaluate", *asked, "--jobs", str(jobs), "--out", str(runs / name), "--resume"]
+    where = ["--jobs", str(jobs)] if scheduler is None else ["--executor", "dask", "--scheduler", scheduler]
+    return ["evaluate", *asked, *where, "--out", str(runs / name), "--resume"]
 
 
 def run(arguments: Sequence[str]) -> None:
@@ -74,12 +76,13 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--runs", type=pathlib.Path, default=pathlib.Path("runs"), metavar="DIR")
     parser.add_argument("--docs", type=pathlib.Path, default=pathlib.Path("docs"), metavar="DIR")
     parser.add_argument("--jobs", type=int, default=2, help="worker processes (default: %(default)s)")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster, to run on that instead")
     parser.add_argument(
         "--only", nargs="+", choices=[*RUNS, *CHILDREN], metavar="RUN", help="run these, publish nothing"
     )
     options = parser.parse_args(arguments)
     for name in options.only or [*RUNS, *CHILDREN]:
-        run(command(options.runs, name, options.jobs))
+        run(command(options.runs, name, options.jobs, options.scheduler))
     if options.only:
         return
     for group, name in ((RUNS, "results"), (CHILDREN, "children")):

@@ -17,7 +17,9 @@ from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.seeds import episode_random, episode_seed
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.policy.own import OwnPolicy
 from caregiver_mj.policy.policy import CaregiverPolicy
+from caregiver_mj.policy.registry import make_policy
 from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.tasks import load
 from caregiver_mj.viz import moment
@@ -39,7 +41,11 @@ class Episode:
     """
 
     def __init__(
-        self, env: control.Environment, policy: CaregiverPolicy | None, family: Family, foresees: bool = False
+        self,
+        env: control.Environment,
+        policy: CaregiverPolicy | OwnPolicy | None,
+        family: Family,
+        foresees: bool = False,
     ):
         """Begins an episode.
 
@@ -82,7 +88,7 @@ class Episode:
             children: An epsilon, or a family as `Family.of` takes it.
             seed: Seed of the run.
             number: Number of the episode; None if the seed is that of a single episode, which belongs to no run.
-            caregiver: Name of the caregiver; without a robot for "none".
+            caregiver: Name of the caregiver, or of a policy; without a robot for "none".
             embodiment: Name of the robot.
             foresees: Whether to show what the caregiver thinks may be coming.
 
@@ -96,7 +102,7 @@ class Episode:
         robot = caregiver != "none"
         kwargs = {"robot": robot, "embodiment": embodiment}
         env = load(task, house=house, epsilon=family, random=random, task_kwargs=kwargs)
-        policy = CaregiverPolicy(env, caregiver=caregiver, seed=seed) if robot else None
+        policy = make_policy(env, caregiver, seed) if robot else None
         return cls(env, policy, family, foresees)
 
     def run_until(self, seconds: float) -> bool:

@@ -69,7 +69,7 @@ def render_episode(
         episode: Number of the episode in the run. None if the seed is that of a single episode, as in the column
             `seed` of a run; the caregiver gets the same one.
         seconds: Length of the film; less if the episode is over before.
-        caregiver: Name of the caregiver; without a robot for "none".
+        caregiver: Name of the caregiver, or of a policy; without a robot for "none".
         embodiment: Name of the robot.
         width: Width of the picture in pixels, even.
         height: Height of the picture in pixels, even.

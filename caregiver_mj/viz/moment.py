@@ -15,10 +15,12 @@ from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.interventions.registry import verb_of
 from caregiver_mj.interventions.verb import Mark
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.viz.hud.state import ChildState, HudState
 
 if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.house.rendering
+    from caregiver_mj.policy.own import OwnPolicy
     from caregiver_mj.policy.policy import CaregiverPolicy
     from caregiver_mj.tasks.base import CareTask
 
@@ -37,7 +39,7 @@ def candle_positions(observation: Observation) -> np.ndarray:
 
 def hud_state(
     task: CareTask,
-    policy: CaregiverPolicy | None,
+    policy: CaregiverPolicy | OwnPolicy | None,
     observation: Observation,
     family: Family,
     trails: Sequence[np.ndarray],
@@ -70,7 +72,7 @@ def hud_state(
         danger=danger,
         unsafe_danger=unsafe_danger,
         target=policy.target if policy else NOTHING,
-        mark=_mark(policy) if policy else None,
+        mark=_mark(task.plan, policy) if policy else None,
         intervention=policy.activity if policy else "",
     )
 
@@ -97,7 +99,7 @@ def _danger(assessment: Assessment | None) -> tuple[np.ndarray | None, np.ndarra
     return unsafe, unsafe * (1.0 - assessment.safe[0]).max()
 
 
-def _mark(policy: CaregiverPolicy) -> Mark | None:
+def _mark(plan: FloorPlan, policy: CaregiverPolicy | OwnPolicy) -> Mark | None:
     """What the display points at."""
     intervention = policy.intervention
-    return verb_of(intervention.verb).mark(policy.plan, intervention) if intervention else None
+    return verb_of(intervention.verb).mark(plan, intervention) if intervention else None

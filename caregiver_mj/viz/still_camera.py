@@ -23,8 +23,8 @@ class StillCamera(Camera):
     Without a graphics card the time goes into pixels, and most of them show the same house as before.
     """
 
-    def __init__(self, physics: engine.Physics, name: str, width: int, height: int):
-        super().__init__(physics, name, width, height, shadows=True)
+    def __init__(self, physics: engine.Physics, name: str, width: int, height: int, shadows: bool = True):
+        super().__init__(physics, name, width, height, shadows)
         self._physics = physics
         self._picture: np.ndarray | None = None
         self._poses = self._read_poses()
@@ -35,12 +35,21 @@ class StillCamera(Camera):
         poses = self._read_poses()
         moved = (np.abs(poses - self._poses) > _MOVED).any(axis=1)
         if self._picture is None:
-            self._picture = self.view.render().copy()
+            self._picture = np.empty((self.height, self.width, 3), np.uint8)
+            self._redraw(0, 0, self.width, self.height)
         else:
             for part in self._changed_parts(poses, moved):
                 self._redraw(*part)
         self._poses[moved] = poses[moved]
         return self._picture
+
+    def forget(self) -> None:
+        """Has the whole picture drawn anew the next time."""
+        self._picture = None
+
+    def set_scene(self) -> None:
+        """Makes the scene that is drawn."""
+        self.view.update()
 
     def _changed_parts(self, poses: np.ndarray, moved: np.ndarray) -> list[Part]:
         """Parts of the picture that hold all that has moved, before and after."""
@@ -70,7 +79,7 @@ class StillCamera(Camera):
     def _redraw(self, left: int, top: int, right: int, bottom: int) -> None:
         """Draws a part of the picture anew, through the part of the frustum that belongs to it."""
         with self.only_seen_in(left, top, right, bottom):
-            self.view.update()
+            self.set_scene()
         for eye in self.view.scene.camera:
             pixel = (eye.frustum_top - eye.frustum_bottom) / self.height
             eye.frustum_center += (left + right - self.width) / 2 * pixel

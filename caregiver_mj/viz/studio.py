@@ -46,11 +46,12 @@ class Studio:
         self._page[:] = GROUND
         self._main = self._page[: hud.strip_top(width, height)]  # nothing hides behind the strip
         size = width, self._main.shape[0]
-        if physics.model.ptr.camera(names[camera]).bodyid == 0:  # the world's
+        still = physics.model.ptr.camera(names[camera]).bodyid == 0  # the world's
+        if still:
             self._camera: Camera = StillCamera(physics, names[camera], *size)
         else:
             self._camera = Camera(physics, names[camera], *size, shadows=True)
-        self._tiles = TileLayer(physics, names[camera], *size) if episode.foresees else None
+        self._tiles = TileLayer(physics, names[camera], *size, still) if episode.foresees else None
         self._insets = []
         captions = {"follow": "toddler" if len(episode.family) == 1 else "child 1", "wrist": "gripper"}
         if width > _WIDE * height:

@@ -321,7 +321,8 @@ def test_every_caregiver_decides_for_each_world_alone_and_only_on_hazards(text, 
             if isinstance(caregiver, ForesightCaregiver):  # which does not ask how far from the child a table is
                 is_worth = decision[i] == NOTHING or not percept.out_of_reach[i, decision[i]]
             assert is_worth or isinstance(caregiver, GuardCaregiver)  # which stays at its post
-            one = Percept(*(getattr(percept, field)[i : i + 1] for field in percept.__dataclass_fields__))
+            shown = (getattr(percept, field) for field in percept.__dataclass_fields__)
+            one = Percept(*(None if values is None else values[i : i + 1] for values in shown))
             caregiver.reset(1, [i], children)
             caregiver.watch(one)
             assert caregiver.choose(one).tolist() == [decision[i]]

@@ -21,10 +21,14 @@ from caregiver_mj.plans.sets import houses_named
 COLUMNS = ["world", "house", "caregiver", "family", "epsilon", "children", "episode", "seed"]
 DAMAGE = ["damage", "damage_stairwell", "damage_candle", "damage_table", "damage_until_stop"]
 COUNTS = ["stopped", "timesteps_to_threshold", "cells_visited", "toys_reached", "moves_blocked"]
-COUNTS += ["moves_blocked_stairwell", "moves_blocked_free", "longest_blocked", "interventions"]
+COUNTS += ["moves_blocked_stairwell", "moves_blocked_free", "longest_blocked"]
+COUNTS += ["moves_entered", "moves_entered_blocked", "moves_held_up", "interventions"]
 COUNTS += ["interventions_done", "candles_dropped", "strikes"]
+CONTACTS = ["strikes_surface", "contact_speed", "contact_seconds", "pressings", "contact_force", "contact_force_legs"]
+CONTACTS += ["contact_force_trunk", "contact_force_head", "contact_impulse"]
+CONTACTS += ["flame_distance", "flame_seconds", "wax_distance", "wax_seconds"]
 TIMES = ["sim_seconds", "wall_seconds"]
-MEASURES = [*DAMAGE, *COUNTS, *TIMES]
+MEASURES = [*DAMAGE, *COUNTS, *CONTACTS, *TIMES]
 # World: episodes, and families as they may be said; two of them have the same mean epsilon.
 WORLDS = {"grid": (6, (1.0, 0.625, "1,.25")), "house": (2, (1.0, "1,.25"))}
 PAPER = FloorPlan.load("paper")

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.recording.ledger import BLOCKED, KINDS, Ledger
+from caregiver_mj.recording.ledger import BLOCKED, KINDS, MET, Ledger
+from caregiver_mj.recording.record import names
 
 PLAN = FloorPlan.parse("#####\n#B..#\n#...#\n#T.S#\n#####", "small")  # six free cells
 FREE = 6
@@ -58,7 +59,8 @@ def test_an_episode_of_an_only_child():
         "interventions_done": 0,
         "candles_dropped": 0,
         "strikes": 0,
-    }
+    } | dict.fromkeys(("moves_entered", "moves_entered_blocked", "moves_held_up", *names("contact")), 0)
+
     book(one, [[3]], [[3]], [[STAIRS]])
     book(one, [[3]], [[4]], [[NONE]])
     outcome = one.outcome()
@@ -164,3 +166,13 @@ def test_totals_are_the_outcomes():
 @pytest.mark.parametrize("name", ["timesteps_to_threshold", "toys_reached", "cells_visited", "strikes"])
 def test_counts_are_integers(name):
     assert type(ledger([0]).outcome()[name]) is int
+
+
+def test_how_a_move_met_the_caregiver_is_added_up():
+    one = ledger([2, 4])
+    for met in ([[True, True, False], [False, False, True]], [[True, False, False], [False, False, True]]):
+        harm, nothing = np.zeros((1, 2, len(KINDS))), np.zeros((1, 2), bool)
+        denied = np.zeros((1, 2, len(BLOCKED)), bool)
+        one.book(np.array([[2, 4]]), np.array([[2, 4]]), harm, nothing, denied, np.array([met]))
+    totals = one.totals()
+    assert [totals[f"moves_{how}"].item() for how in MET] == [2, 1, 2]

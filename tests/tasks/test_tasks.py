@@ -17,6 +17,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
+from caregiver_mj.recording.record import COLUMNS
 
 PLAN = FloorPlan.parse("########\n#B....C#\n#....T.#\n#.S....#\n#....TB#\n########", "small")
 NO_CANDLE = FloorPlan.parse("#####\n#B.S#\n#..T#\n#####", "no_candle")
@@ -549,8 +550,10 @@ def test_unassisted_toddler_fares_in_the_house_as_in_the_grid(plan, epsilon, see
     while not step.last():
         step = env.step(np.zeros(0))
     expected = run_episodes(plan, epsilon, None, [seed])
-    assert env.task.outcome() == expected.outcome()
-    assert env.task.outcome()["damage"] > 0
+    in_both = {column.name for column in COLUMNS if not column.world}
+    ours, theirs = ({k: v for k, v in found.outcome().items() if k in in_both} for found in (env.task, expected))
+    assert ours == theirs
+    assert ours["damage"] > 0
     np.testing.assert_array_equal(env.task.ledger.visits, expected.visits)
     np.testing.assert_array_equal(env.task.ledger.damage_at, expected.damage_at)
 

@@ -12,6 +12,7 @@ from test_cli import fails
 
 from caregiver_mj import cli
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.record import COLUMNS
 from caregiver_mj.viz import report
 from caregiver_mj.viz.figures import Series, bars
@@ -21,6 +22,7 @@ from caregiver_mj.viz.report.film import Film
 from caregiver_mj.viz.report.headline import headline
 from caregiver_mj.viz.report.maps import mean_map
 from caregiver_mj.viz.report.published import PUBLISHED, compares_with
+from caregiver_mj.viz.report.section import section
 from caregiver_mj.viz.report.tables import comparison_table, damage_table, measures_tables, timesteps_table
 from caregiver_mj.viz.report.words import family_name, in_lines, number, with_interval
 
@@ -105,14 +107,14 @@ def test_the_paper_is_cited_for_its_own_house_alone(tmp_path, page):
 
 
 def test_the_paper_is_cited_for_its_own_house_as_it_is(tmp_path):
-    write_run(tmp_path)
-    assert compares_with(report.read_run(tmp_path))
-    settings = json.loads((tmp_path / "run.json").read_text())
-    tiny = {"name": "paper", "cell_size": 0.75, "rows": TINY.rows}
-    for change in ({"plans": [tiny]}, {"damage": "10:4:1"}):
-        (tmp_path / "run.json").write_text(json.dumps(settings | change))
-        assert not compares_with(report.read_run(tmp_path))
-    assert "--damage 10:4:1" in report.read_run(tmp_path).command()
+    assert compares_with(report.read_run(write_run(tmp_path / "paper")))
+    namesake = FloorPlan.parse("\n".join(TINY.rows), "paper")
+    assert not compares_with(report.read_run(write_run(tmp_path / "namesake", plan=namesake)))
+    file = tmp_path / "paper" / "run.json"
+    file.write_text(json.dumps(json.loads(file.read_text()) | {"damage": "10:4:1"}))
+    dearer = report.read_run(tmp_path / "paper")
+    assert not compares_with(dearer)
+    assert "--damage 10:4:1" in dearer.command()
 
 
 def test_statistics(page):
@@ -207,6 +209,25 @@ def test_no_damage_at_all(tmp_path):
     text = words((tmp_path / "report.html").read_text("utf-8"))
     assert "0 damage, without the caregiver too" in text
     assert "nan" not in text
+
+
+@pytest.mark.parametrize("damage", ["5:4:1", "0:0:0"])
+@pytest.mark.parametrize("episodes", ["1", "4"])
+def test_captions_promise_only_the_intervals_that_there_are(tmp_path, damage, episodes):
+    argv = ["evaluate", "--world", "grid", "--epsilon", "1", "0", "--caregiver", "none", "paper", "nearest"]
+    assert cli.main([*argv, "--damage", damage, "--episodes", episodes, "--out", str(tmp_path)]) == 0
+    parts = section(report.read_run(tmp_path))
+    tables = [parts["left"]["table"], parts["kinds"]["table"], parts["child"]["table"], *parts["child"]["more"]]
+    tables += [*parts["published"], parts["comparison"]]
+    for table in tables:
+        promised = "95 %" in table.note
+        assert promised == any("[" in cell for row in table.rows for cell in row), table.title
+    rows = [row for row in parts["run"].summary["comparisons"] if row["baseline"] == "none"]
+    known = any(row["damage_left_ci_low"] is not None or row["damage_left_ci_high"] is not None for row in rows)
+    assert ("95 % interval" in parts["left"]["pictures"][0].caption) == known
+    assert known == (damage != "0:0:0")
+    if known:
+        assert parts["bounded"] == (episodes == "4")
 
 
 def test_numbers_have_a_true_minus():

@@ -1,10 +1,9 @@
 """The report as a browser shows it, on a phone and on a laptop."""
 
-import shutil
-
 import imageio_ffmpeg
 import numpy as np
 import pytest
+from browsers import chromium
 from made_runs import FAMILIES, write_run
 
 from caregiver_mj.viz import report
@@ -25,24 +24,10 @@ def folder(request, tmp_path_factory):
     return folder / "grid"
 
 
-_OPTIONS = """--headless --no-sandbox --disable-gpu --disable-background-networking --disable-component-update
---disable-sync --no-first-run"""
-
-
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory):
-    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
-    if not (chromium and driver):
-        pytest.skip("there is no chromium with its chromedriver here: apt-get install chromium chromium-driver")
-    webdriver = pytest.importorskip("selenium.webdriver")
-    options = webdriver.ChromeOptions()
-    options.binary_location = chromium
-    for option in [*_OPTIONS.split(), f"--user-data-dir={tmp_path_factory.mktemp('profile')}"]:
-        options.add_argument(option)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    browser = webdriver.Chrome(options, webdriver.ChromeService(driver))
-    yield browser
-    browser.quit()
+    with chromium(tmp_path_factory.mktemp("profile"), "--disable-gpu") as browser:
+        yield browser
 
 
 @pytest.mark.parametrize("width", [390, 1280])

@@ -12,8 +12,8 @@ class Reckoning:
     Attributes:
         discount: Of damage, a timestep.
         rounds: Of iteration over relocations. With none of them none is thought of but the one that would be begun now.
-        price: Of a move into a free cell that it denies a child, in damage: so much that on the houses of `train-40` it
-            denies no more than the rule does. What other prices do is in docs/foresight.md.
+        price: Of a move into a free cell that it denies a child, in damage: so much that it denies no more than the
+            rule does, at any epsilon. On `train-100` 0.02 is enough for that; this leaves room (docs/foresight.md).
         obstacle: Whether the child is in its way.
     """
 

@@ -10,8 +10,10 @@ from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.yielding import yielding
 from caregiver_mj.robot import se2
+from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.reach import as_high
 from caregiver_mj.robot.se2 import Vector
 from caregiver_mj.robot.separation import child_cells, distance_from_line, near_children
 from caregiver_mj.robot.skills.skill import Skill
@@ -22,6 +24,8 @@ BESIDE_TABLE = 0.45  # metres from a table's middle beyond which nothing is on i
 
 _HOVER_BEYOND = 0.02  # metres by which the base may have gone too far for the hand to hover
 _CHILD_SOON = 0.5  # seconds in which a child that walks on may be in the hand's way
+_LATE = 0.03  # seconds old up to which what is seen is good enough for the last of the way before the base rests
+_AS_USUAL = 0.01  # metres that a table may be higher than usual without a difference
 _LAST_DISTANCE_SLOWED = 0.01  # metres to go at which a base that is slowed down, or has stopped short, has arrived
 
 
@@ -39,6 +43,7 @@ class AtTable(Skill):
         self.candle, self.table = candle, table
         self.stand: Cell | None = None
         self._stage: Callable[[View, RobotMotion], Status] = self._approach
+        self._moved_at = 0.0
 
     @property
     def is_approaching(self) -> bool:
@@ -108,8 +113,12 @@ class AtTable(Skill):
             return False
         along, across = se2.to_local((*view.base[:2], yaw), goal)
         off, turn = math.dist(goal, view.base[:2]), abs(math.remainder(yaw - view.base[2], math.tau))
+        if robot.moving:
+            self._moved_at = view.now
+        is_late = view.age > _LATE
+        at_last = self._rests(view) if is_late else robot.time_left < approach.last_time
         last_distance = approach.last_distance if robot.moving and robot.is_unhindered else _LAST_DISTANCE_SLOWED
-        if robot.time_left < approach.last_time and off < last_distance and turn < approach.last_yaw:
+        if at_last and off < last_distance and turn < approach.last_yaw:
             robot.reach(1.0)
             return True
         if self._child_in_between(view, yaw, along):
@@ -118,10 +127,10 @@ class AtTable(Skill):
         in_line = abs(across) < approach.hover_across and turn < approach.hover_yaw
         near = -_HOVER_BEYOND < along < approach.hover_distance
         # A base that waits must be able to leave again, and it leaves with the hand in.
-        if robot.moving and in_line and near:
-            robot.reach(approach.hover)
+        if (robot.moving or (is_late and not self._rests(view))) and in_line and near:
+            robot.reach(self._out(approach.hover, view))
         elif off < approach.above_distance and turn < approach.above_yaw and self._hand_is_clear(view, yaw, goal):
-            robot.reach(approach.above)
+            robot.reach(self._out(approach.above, view))
         elif robot.hand_out > 0.0:
             robot.reach(0.0)
         return False
@@ -136,6 +145,17 @@ class AtTable(Skill):
             return False  # no child fits in between any more
         here, there = view.base[:2], se2.to_world((*view.base[:2], yaw), (to_table, 0.0))
         return distance_from_line(view, here, there, _CHILD_SOON) < self.embodiment.clearances.hand + CHILD_RADIUS
+    def _rests(self, view: View) -> bool:
+        """Whether the base has been at rest for so long that it is seen where it is."""
+        return view.now - self._moved_at > view.age
+
+    def _out(self, share: float, view: View) -> float:
+        """How far out the hand may be over this table, that may be out by a share over one of the usual height."""
+        height = view.table_height(self.table)
+        if height < layout.TABLE_HEIGHT + _AS_USUAL:
+            return share
+        arm, grip = arm_of(self.embodiment), self.embodiment.grasp.height
+        return as_high(arm, round(1e3 * (layout.TABLE_HEIGHT + grip)), round(1e3 * (height + grip)), share)
 
     def _hand_is_clear(self, view: View, yaw: float, goal: Vector) -> bool:
         """Whether the outstretched hand meets no wall on the rest of the base's way."""

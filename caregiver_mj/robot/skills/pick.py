@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from caregiver_mj.plans import layout
 from caregiver_mj.robot.hand import ATTEMPTS, hand_is_empty
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
@@ -27,7 +26,7 @@ class Pick(AtTable):
     def _approach(self, view: View, robot: RobotMotion) -> Status:
         x, y, z = view.candles[self.candle].tolist()
         table = self._navigator.plan.position(self._navigator.plan.tables[self.table])
-        if not view.stands_on_table(self.candle) or math.dist((x, y), table) > BESIDE_TABLE:
+        if not view.stands_on_table(self.candle, self.table) or math.dist((x, y), table) > BESIDE_TABLE:
             return Status.OVERTAKEN  # it has fallen, or somebody else has taken it away
         goal, cell, yaw = self._stand_at_table(view, (x, y), hand=(-self.embodiment.grasp.depth, 0.0))
         arrival = self.driver.drive(view, robot, goal, cell, yaw)
@@ -59,16 +58,16 @@ class Pick(AtTable):
     def _lift(self, view: View, robot: RobotMotion) -> Status:
         approach = self.embodiment.approach
         up = robot.reached <= approach.drive_loaded
-        if hand_is_empty(view) or (up and view.candles[self.candle, 2] < layout.TABLE_HEIGHT + _LIFTED):
+        if hand_is_empty(view) or (up and view.candles[self.candle, 2] < view.table_height(self.table) + _LIFTED):
             self._misses += 1
             robot.grip(self.embodiment.grasp.open)
-            robot.reach(approach.above)
+            robot.reach(self._out(approach.above, view))
             self._stage = self._open_again
             return Status.FAILED if self._misses == ATTEMPTS else Status.RUNNING
         return Status.DONE if up else Status.COMMITTED
 
     def _open_again(self, view: View, robot: RobotMotion) -> Status:
         wide = 2 * (self.embodiment.grasp.open - _AJAR)
-        if robot.reached == self.embodiment.approach.above and view.fingers > wide:
+        if robot.reached == self._out(self.embodiment.approach.above, view) and view.fingers > wide:
             self._stage = self._approach
         return Status.RUNNING

@@ -53,7 +53,7 @@ class Place(AtTable):
             self._hand, height = self._measure(view)
             if self._hand[0] > _SLIPPED:
                 robot.turn_gently()
-            robot.plan_reach(layout.TABLE_HEIGHT + _PLACE_GAP + height)
+            robot.plan_reach(view.table_height(self.table) + _PLACE_GAP + height)
         goal, cell, yaw = self._stand_at_table(view, self._spot, self._hand)
         arrival = self.driver.drive(view, robot, goal, cell, yaw)
         if arrival is Status.FAILED:
@@ -72,9 +72,9 @@ class Place(AtTable):
         return Status.COMMITTED
 
     def _retreat(self, view: View, robot: RobotMotion) -> Status:
-        if robot.reached > self.embodiment.approach.drive:
+        if robot.reached > self._out(self.embodiment.approach.drive, view):
             return Status.COMMITTED
-        return Status.DONE if view.stands_on_table(self.candle) else Status.OVERTAKEN  # it has fallen
+        return Status.DONE if view.stands_on_table(self.candle, self.table) else Status.OVERTAKEN  # it has fallen
 
     def _free_spot(self, view: View) -> Vector | None:
         """A place on the table with room for the candle and the hand, as near to the middle as can be, or None."""

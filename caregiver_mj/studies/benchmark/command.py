@@ -15,6 +15,8 @@ from caregiver_mj.studies.benchmark.building import building
 from caregiver_mj.studies.benchmark.calls import parts
 from caregiver_mj.studies.benchmark.closed_loop import closed_loop
 from caregiver_mj.studies.benchmark.effort import QUICK, Effort
+from caregiver_mj.studies.benchmark.executors import executors
+from caregiver_mj.studies.benchmark.filming import filming
 from caregiver_mj.studies.benchmark.foresight import foresight
 from caregiver_mj.studies.benchmark.growth import growth
 from caregiver_mj.studies.benchmark.processes import processes
@@ -29,7 +31,9 @@ SECTIONS = {
     "growth": growth,
     "foresight": foresight,
     "rendering": rendering,
+    "filming": filming,
     "processes": processes,
+    "executors": executors,
 }
 
 
@@ -38,9 +42,12 @@ def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=benchmark.__doc__.partition("\n")[0])
     parser.add_argument("--quick", action="store_true", help="shorter episodes and fewer repeats: about a minute")
     parser.add_argument("--only", nargs="+", choices=SECTIONS, default=list(SECTIONS), help="only these sections")
+    parser.add_argument("--houses", type=int, metavar="N", help="houses to run on each executor")
     parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="also write the figures to a file")
     options = parser.parse_args(arguments)
     effort = QUICK if options.quick else Effort()
+    if options.houses is not None:
+        effort = dataclasses.replace(effort, houses=options.houses)
     console = make_console()
     load = os.getloadavg()[0]
     figures: dict[str, Any] = {

@@ -16,6 +16,7 @@ class Effort:
         frames: Frames to draw with each camera.
         calls: Calls of what takes microseconds.
         jobs: Episodes for the scaling over processes.
+        houses: Houses to run on each executor.
     """
 
     seconds: float = 340.0
@@ -24,7 +25,8 @@ class Effort:
     frames: int = 30
     calls: int = 2000
     jobs: int = 6
+    houses: int = 100
 
 
-QUICK = Effort(seconds=60.0, repeats=3, large_seconds=20.0, frames=6, calls=300, jobs=4)
+QUICK = Effort(seconds=60.0, repeats=3, large_seconds=20.0, frames=6, calls=300, jobs=4, houses=10)
 EPSILON = 0.5  # of the child in all episodes

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import argparse
 import pathlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import pandas as pd
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.studies import foresight
 from caregiver_mj.studies.documents import write_page
+from caregiver_mj.studies.foresight import price
 from caregiver_mj.studies.foresight.bars import Bars
 from caregiver_mj.studies.foresight.figure import draw
 from caregiver_mj.studies.foresight.measure import measure
 from caregiver_mj.studies.foresight.page import page
+from caregiver_mj.studies.foresight.variants import variants
 from caregiver_mj.studies.trials import add_jobs
+
+_OF_PRICE = 20  # episodes in each house, with each novice, in which the price is found
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -32,13 +36,18 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument(
         "--episodes", type=int, default=50, help="in each house, with each novice; 0 for none (default: %(default)s)"
     )
+    parser.add_argument("--price", metavar="SET", help="also find the price of a denied move, in these houses")
     parser.add_argument("--out", type=pathlib.Path, metavar="DIR", help="keep the variants' episodes, or take them")
     add_jobs(parser)
     parser.add_argument("--docs", type=pathlib.Path, metavar="DIR", help="write the page and its figure there")
     options = parser.parse_args(arguments)
     runs = [read(folder) for folder in options.run]
-    rows = _measured(options) if options.episodes else pd.DataFrame()
-    text = page(runs, rows, _command(options, parser))
+    rows = prices = pd.DataFrame()
+    if options.episodes:
+        rows = _measured("apart", options.houses, options.episodes, variants(), options)
+    if options.price:
+        prices = _measured("price", options.price, _OF_PRICE, price.names(), options)
+    text = page(runs, rows, prices, _command(options, parser))
     print(text, end="")
     if not options.docs:
         return
@@ -64,14 +73,14 @@ def read(folder: pathlib.Path) -> Bars:
     return Bars(folder.name, rows)
 
 
-def _measured(options: argparse.Namespace) -> pd.DataFrame:
-    """The variants' episodes: those that were kept, if there are any."""
+def _measured(what: str, houses: str, episodes: int, names: Iterable[str], options: argparse.Namespace) -> pd.DataFrame:
+    """Episodes with some variants: those that were kept, if there are any."""
     if not options.out:
-        return measure(options.houses, options.episodes, options.jobs)
-    file = options.out / f"{options.houses}-{options.episodes}.parquet"
+        return measure(houses, episodes, options.jobs, names)
+    file = options.out / f"{what}-{houses}-{episodes}.parquet"
     if not file.is_file():
         options.out.mkdir(parents=True, exist_ok=True)
-        measure(options.houses, options.episodes, options.jobs).to_parquet(file, index=False)
+        measure(houses, episodes, options.jobs, names).to_parquet(file, index=False)
     return pd.read_parquet(file)
 
 
@@ -79,7 +88,7 @@ def _command(options: argparse.Namespace, parser: argparse.ArgumentParser) -> st
     words: Sequence[str] = ["python scripts/foresight.py"]
     if options.run:
         words = [*words, "--run", *(f"runs/{folder.name}" for folder in options.run)]
-    for name in ("houses", "episodes"):
+    for name in ("houses", "episodes", "price"):
         if (value := getattr(options, name)) != parser.get_default(name):
             words = [*words, f"--{name}", str(value)]
     return " ".join([*words, "--docs docs"])

@@ -9,11 +9,11 @@ from matplotlib.figure import Figure
 
 from caregiver_mj.experiments.settings import EPSILONS
 from caregiver_mj.studies.foresight.measure import means
+from caregiver_mj.studies.foresight.price import PRICE
 from caregiver_mj.studies.foresight.variants import ABLATIONS, BESIDE, FLOOR, key_of
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.figures.style import INK, STYLE
 
-PRICE = "price of a denied move (damage)"
 _SHOWN = EPSILONS[1:]  # at 1 there are no toys to speak of
 _PANELS = {"moves_blocked_free": "free moves denied an episode", "toys_reached": "toys kept"}
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import pandas as pd
@@ -16,7 +16,7 @@ from caregiver_mj.grid.floor import FloorWorld
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import house_set
-from caregiver_mj.studies.foresight.variants import FLOOR, made, variants
+from caregiver_mj.studies.foresight.variants import FLOOR, made
 from caregiver_mj.studies.trials import run_all
 
 COLUMNS = ("damage", "toys_reached", "moves_blocked_free", "interventions")
@@ -31,10 +31,9 @@ class Job:
     episodes: int
 
 
-def measure(houses: str, episodes: int, jobs: int) -> pd.DataFrame:
-    """Runs every variant in every house of a set: a row an episode, with the columns of `episodes.parquet`."""
-    names = [plan.name for plan in house_set(houses)]
-    work = [Job(name, variant, episodes) for name in names for variant in variants()]
+def measure(houses: str, episodes: int, jobs: int, names: Iterable[str]) -> pd.DataFrame:
+    """Runs variants in every house of a set: a row an episode, with the columns of `episodes.parquet`."""
+    work = [Job(plan.name, variant, episodes) for plan in house_set(houses) for variant in names]
     return pd.concat(run_all(run, work, jobs, "variants"), ignore_index=True)
 
 

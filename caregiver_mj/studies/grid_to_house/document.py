@@ -38,6 +38,8 @@ def page_name(results: Results) -> str:
 def document(results: Results, commands: list[str]) -> str:
     """The text of the page, which commands print."""
     rows, name = results.rows, page_name(results)
+    rule = rows.caregiver == RULE
+    title = "From grid to house" if rule else f"From grid to house with `{rows.caregiver}`"
     epsilons = ", ".join(f"{e:g}" for e in rows.epsilons)
     intro = fill(
         f"The caregiver `{rows.caregiver}` in {len(rows.houses)} houses (`{rows.settings.place}`), {rows.episodes} "
@@ -59,7 +61,7 @@ def document(results: Results, commands: list[str]) -> str:
     )
     printed_by = "\n".join(f"    {command}" for command in commands)
     many = f"Over {results.many} episodes in each house for each epsilon; what is not explained, over {rows.episodes}."
-    return f"""# From grid to house
+    return f"""# {title}
 
 {intro}
 
@@ -83,7 +85,7 @@ def document(results: Results, commands: list[str]) -> str:
 
 {fill(f"In units of the grid's damage, with 95 % intervals over houses. {many}")}
 
-{fill(f"{_STEPS} {_RULE if rows.caregiver == RULE else _OTHERS} {words.handicaps(results)}")}
+{fill(f"{_STEPS}{_RULE if rule else _OTHERS}{words.handicaps(results)}")}
 
 {fill(_LIKE_WITH_LIKE)}
 

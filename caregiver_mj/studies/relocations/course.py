@@ -9,11 +9,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from caregiver_mj.house.physics import Physics
-from caregiver_mj.plans import layout
 from caregiver_mj.robot.handling import Grasp
 from caregiver_mj.robot.motion import RobotMotion
 
-LIFTED = layout.TABLE_HEIGHT + 0.02  # metres
+LIFTED = 0.02  # metres above the table
 _ARRIVED, _ARRIVED_SPEED = 0.006, 0.03  # metres, m/s
 _CLEAR = 0.62  # of the reach: from there on the base may drive
 _SHAKEN = 1e-4  # metres by which the command to the fingers must change to count
@@ -29,7 +28,7 @@ class Moment:
         y: Likewise.
         speed: Of the base, m/s.
         fingers: What they are told: metres that each shall stand off the middle.
-        height: Of the candle's foot, metres.
+        height: Of the candle's foot above the table from which it is taken, metres.
         reach: How far the hand reaches out, as a share.
         held: Whether the fingers are round something.
     """
@@ -47,8 +46,8 @@ class Moment:
 class Course:
     """The moments of one relocation."""
 
-    def __init__(self, physics: Physics, robot: RobotMotion, candle: int):
-        self._physics, self._robot, self._candle = physics, robot, candle
+    def __init__(self, physics: Physics, robot: RobotMotion, candle: int, table: float):
+        self._physics, self._robot, self._candle, self._table = physics, robot, candle, table
         self._moments: list[Moment] = []
 
     def note(self, action: np.ndarray) -> None:
@@ -62,7 +61,7 @@ class Course:
                 y=y,
                 speed=math.hypot(*physics.base_velocity()[:2]),
                 fingers=action[self._robot.robot.layout.gripper.start],
-                height=physics.candle_poses()[self._candle, 2],
+                height=physics.candle_poses()[self._candle, 2] - self._table,
                 reach=self._robot.reached,
                 held=physics.is_gripping(),
             )

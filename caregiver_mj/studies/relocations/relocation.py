@@ -12,35 +12,16 @@ from caregiver_mj.house.physics import Physics
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.recording.telemetry import each_physics_step
 from caregiver_mj.studies.houses import HOUSES, load_house
+from caregiver_mj.studies.relocations.conditions import Conditions
 from caregiver_mj.studies.relocations.course import LIFTED, Course
-from caregiver_mj.studies.relocations.eyes import Eyes
+from caregiver_mj.studies.relocations.falls import Falls
 from caregiver_mj.studies.relocations.knock import Knock
 from caregiver_mj.studies.relocations.touches import Touches
 from caregiver_mj.studies.trials import Trial, mishaps
 from caregiver_mj.tasks import load
 
 _EPSILON = 0.5
-_OFFSETS = {"candle_offset": 0.03, "table_offset": 0.04}  # metres, at most, in x and in y
 _AFTERWARDS = 1.0  # seconds that the candle must go on standing
-
-
-@dataclasses.dataclass(frozen=True)
-class Conditions:
-    """What all relocations of a study have in common.
-
-    Attributes:
-        noise: Of perceived candle positions, one sigma, metres.
-        knock: Whether every candle is knocked over before the robot comes.
-        embodiment: Name of the robot; None for the task's own.
-    """
-
-    noise: float = 0.0
-    knock: bool = False
-    embodiment: str | None = None
-
-    def task_kwargs(self) -> dict[str, Any]:
-        """Arguments of the task."""
-        return _OFFSETS | ({} if self.embodiment is None else {"embodiment": self.embodiment})
 
 
 @dataclasses.dataclass(frozen=True)
@@ -49,6 +30,7 @@ class Relocation(Trial):
 
     Attributes:
         failure: What went wrong, "" if nothing did.
+        tipped: Candles that leaned by more than 30 degrees at some time.
         tilt: Of the candle at the end, degrees.
         error: Its distance from where the robot was to put it, on its map, metres.
         lifting: Seconds from arrived to lifted, NaN if it never was.
@@ -58,6 +40,7 @@ class Relocation(Trial):
     """
 
     failure: str
+    tipped: int
     tilt: float
     error: float
     lifting: float
@@ -69,21 +52,24 @@ class Relocation(Trial):
 def relocate(conditions: Conditions, seed: int) -> Relocation:
     """Runs the relocation of a seed; with each seed it is another house's turn."""
     plan = load_house(HOUSES[seed % len(HOUSES)])
-    env = load("relocate_candle", plan, _EPSILON, random=seed, task_kwargs=conditions.task_kwargs())
+    env = load("relocate_candle", plan, _EPSILON, random=seed, task_kwargs=conditions.task_kwargs(), visuals=False)
     task, physics = env.task, env.physics
+    conditions.alter(physics)
     policy = CaregiverPolicy(env)
-    act = Eyes(policy, conditions.noise, seed) if conditions.noise else policy
-    touches = Touches(physics)
+    touches, falls = Touches(physics), Falls(physics)
     timestep = env.reset()
-    course, knock = Course(physics, policy.robot, task.goal_candle), Knock(physics, task.goal_candle, seed)
+    table = float(task.table_heights[task.candles.starting_tables[task.goal_candle]])
+    course = Course(physics, policy.robot, task.goal_candle, table)
+    knock = Knock(physics, task.goal_candle, seed)
     end = math.inf
     with each_physics_step(physics, touches.look):
         while not timestep.last() and physics.time() < end:
-            action = act(timestep)
+            action = policy(timestep)
             course.note(action)
             if conditions.knock:
                 knock.apply()
             timestep = env.step(action)
+            falls.look()
             if policy.interventions_done and end == math.inf:
                 end = physics.time() + _AFTERWARDS
     lifting, clearing = (math.nan, math.nan) if conditions.knock else course.times()
@@ -92,6 +78,7 @@ def relocate(conditions: Conditions, seed: int) -> Relocation:
         house=plan.name,
         seed=seed,
         **mishaps(task.outcome()),
+        tipped=falls.tipped,
         failure=_failure(task, physics, policy, position),
         tilt=math.degrees(math.acos(min(1.0, float(physics.candle_upright()[task.goal_candle])))),
         error=math.dist(position[:2], plan.position(plan.tables[task.goal_table])),
@@ -108,6 +95,8 @@ def _failure(task: Any, physics: Physics, policy: CaregiverPolicy, position: np.
         return "" if policy.interventions_done else "placed, but the robot does not know"
     where = f"candle at ({position[0]:.2f}, {position[1]:.2f}, {position[2]:.2f})"
     if not task.is_standing(physics, task.goal_candle):
-        where += ", " + ("held" if physics.is_gripping() and position[2] > LIFTED else "fallen")
+        where += ", " + (
+            "held" if physics.is_gripping() and position[2] > task.table_heights.min() + LIFTED else "fallen"
+        )
     base = ", ".join(f"{value:.2f}" for value in physics.base_position())
     return f"{where}, robot at ({base}): {policy.activity}, {policy.interventions_done} done at {physics.time():.1f} s"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import collections
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from rich.console import Console
@@ -57,6 +57,22 @@ def report(console: Console, relocations: Rows) -> None:
         console.print(line, highlight=False)
 
 
+def report_each(console: Console, found: Mapping[str, Rows]) -> None:
+    """Prints what came out under each condition, by its name."""
+    table = make_table("Relocations", "", "done", "tipped", "drops", "strikes", "to lifted, s", "to clear, s")
+    for name, rows in found.items():
+        medians = [_percentile([getattr(row, what) for row in rows], 50, 2) for what in ("lifting", "clearing")]
+        table.add_row(name, _done(rows), *(total(rows, what) for what in ("tipped", "drops", "strikes")), *medians)
+    console.print(table, width=_WIDTH)
+    for name, rows in found.items():
+        for line in _wrong(rows):
+            console.print(f"{name}: {line}", highlight=False)
+
+
+def _done(rows: Rows) -> str:
+    return f"{sum(not row.failure for row in rows)}/{len(rows)}"
+
+
 def _print_figures(console: Console, relocations: Rows) -> None:
     groups = by_house(relocations)
     table = make_table("Relocations", "", *groups, "goal", "prototype")
@@ -64,12 +80,12 @@ def _print_figures(console: Console, relocations: Rows) -> None:
     def add(name: str, figures: Sequence[str]) -> None:
         table.add_row(name, *figures, _GOALS.get(name, ""), _PROTOTYPE.get(name, ""))
 
-    add("done", [f"{sum(not row.failure for row in rows)}/{len(rows)}" for rows in groups.values()])
+    add("done", list(map(_done, groups.values())))
     for name, (figure, digits) in _SPREADS.items():
         for words, percent in _PERCENTILES.items():
             spread = [_percentile(list(map(figure, rows)), percent, digits) for rows in groups.values()]
             add(f"{name}: {words}", spread)
-    for mishap in ("strikes", "drops"):
+    for mishap in ("strikes", "tipped", "drops"):
         add(mishap, [total(rows, mishap) for rows in groups.values()])
     console.print(table, width=_WIDTH)
 
@@ -102,6 +118,7 @@ def _wrong(relocations: Rows) -> list[str]:
     """What went wrong in which."""
     lines = []
     for row in relocations:
-        counts = [f"{count} {what}" for count, what in ((row.strikes, "strikes"), (row.drops, "drops")) if count]
+        mishaps = (row.strikes, "strikes"), (row.tipped, "tipped"), (row.drops, "drops")
+        counts = [f"{count} {what}" for count, what in mishaps if count]
         lines += [f"{row.house}, seed {row.seed}: {wrong}" for wrong in (row.failure, *counts) if wrong]
     return lines

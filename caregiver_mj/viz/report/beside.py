@@ -13,7 +13,7 @@ from caregiver_mj.viz.report import published
 from caregiver_mj.viz.report.charts import Picture, left_series
 from caregiver_mj.viz.report.run import Run
 from caregiver_mj.viz.report.table import Table
-from caregiver_mj.viz.report.words import NONE, family_name, in_lines, members, percent, with_interval
+from caregiver_mj.viz.report.words import NONE, family_name, if_bracketed, in_lines, members, percent, with_interval
 
 _MOSTLY_RANDOM = 0.5  # share of random moves from which on worlds are compared on average
 
@@ -40,7 +40,7 @@ def side_by_side(runs: Sequence[Run]) -> dict[str, Any] | None:
         if apart is not None:
             cells.append(percent(apart[i]))
         rows.append((family_name(family), *cells))
-    note = "Share of the damage that is left with the caregiver, and its 95 % interval."
+    note = "Share of the damage that is left with the caregiver" + if_bracketed(rows, ", and its 95 % interval") + "."
     note += "" if apart is None else _on_average(families, apart)
     title = f"Damage left in {len(runs)} runs"
     who = next((run for run in runs if run.several), runs[0]).nouns.who

@@ -15,7 +15,7 @@ from caregiver_mj.viz.report.charts import Picture, left_series
 from caregiver_mj.viz.report.published import PUBLISHED
 from caregiver_mj.viz.report.run import Run
 from caregiver_mj.viz.report.table import Table
-from caregiver_mj.viz.report.words import family_name, in_lines, with_interval
+from caregiver_mj.viz.report.words import family_name, if_bracketed, in_lines, with_interval
 
 MARGIN = MARGINS["toys_reached"]
 _RIVALS = 3  # other caregivers in a figure
@@ -72,8 +72,9 @@ def child_table(run: Run) -> Table:
     note = (
         "Toys reached with the caregiver, of those without; not inferior where the interval is above "
         f"{100 * (1 - MARGIN):g} %, a margin stated before any comparison. Moves an episode that the caregiver denies, "
-        "and timesteps on end. Episodes stopped, without → with. In brackets 95 % intervals."
+        "and timesteps on end. Episodes stopped, without → with."
     )
+    note += if_bracketed(rows, " In brackets 95 % intervals.")
     return Table(f"The child's side — {run.title}", ("with the caregiver", *map(family_name, run.families)), rows, note)
 
 
@@ -86,7 +87,8 @@ def stop_table(run: Run) -> Table:
         _cells("damage until the stop, without", alone, "damage_until_stop_mean"),
         _cells("damage until the stop, with", guarded, "damage_until_stop_mean"),
     ]
-    note = f"Means of an episode and 95 % intervals. The stop is where the damage comes above {DAMAGE_THRESHOLD:g}."
+    interval = if_bracketed(rows, " and 95 % intervals")
+    note = f"Means of an episode{interval}. The stop is where the damage comes above {DAMAGE_THRESHOLD:g}."
     return Table(
         f"Toys, and damage until the stop — {run.title}", ("mean", *map(family_name, run.families)), rows, note
     )
@@ -111,7 +113,8 @@ def toys_table(run: Run) -> Table:
             kept = with_interval(row, "toys_reached_left", between="\n", scale=100.0)
             cells.append(f"{kept}\n{row['toys_reached_not_inferior']}")
         rows.append((caregiver, *cells))
-    note = f"% of the toys reached alone, the 95 % interval, and whether less than {100 * MARGIN:g} % are lost."
+    interval = if_bracketed(rows, ", the 95 % interval")
+    note = f"% of the toys reached alone{interval}, and whether less than {100 * MARGIN:g} % are lost."
     columns = ("caregiver", *map(family_name, run.families))
     return Table(f"Toys kept by each caregiver — {run.title}", columns, rows, note)
 

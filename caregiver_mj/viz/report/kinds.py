@@ -10,7 +10,7 @@ from caregiver_mj.viz import figures
 from caregiver_mj.viz.report.charts import Picture
 from caregiver_mj.viz.report.run import Run
 from caregiver_mj.viz.report.table import Table
-from caregiver_mj.viz.report.words import NONE, family_name, in_lines, number, with_interval
+from caregiver_mj.viz.report.words import NONE, family_name, if_bracketed, in_lines, number, with_interval
 
 _OF_ALL = "left by tables"
 
@@ -49,7 +49,8 @@ def kinds_table(run: Run) -> Table:
             cells = (with_interval(run.row(caregiver, family), f"{kind}_mean", between="\n") for family in run.families)
             rows.append((f"{name}, {how}", *cells))
     rows.append((_OF_ALL, *(_share(run, family) for family in run.families)))
-    note = "Damage of an episode and its 95 % interval. Where a candle is taken from a table, that is a bare one."
+    interval = if_bracketed(rows, " and its 95 % interval")
+    note = f"Damage of an episode{interval}. Where a candle is taken from a table, that is a bare one."
     columns = ("damage at", *map(family_name, run.families))
     return Table(f"What is left, and of what — {run.title}", columns, rows, note)
 

@@ -11,7 +11,7 @@ from caregiver_mj.viz.report.baselines import verdicts
 from caregiver_mj.viz.report.charts import Picture, left_series
 from caregiver_mj.viz.report.run import Run
 from caregiver_mj.viz.report.table import Table
-from caregiver_mj.viz.report.words import family_name, in_lines, with_interval
+from caregiver_mj.viz.report.words import family_name, if_bracketed, in_lines, with_interval
 
 _FEW = 4  # caregivers that are told apart side by side; more of them have a row each
 FLOOR_IS = (
@@ -38,9 +38,10 @@ def left_table(run: Run) -> Table:
         (c, *(with_interval(run.comparison(c, "none", f), "damage_left", 2, between="\n") for f in run.families))
         for c in caregivers
     ]
-    note = "Share of the damage without a caregiver that is left, and its 95 % interval."
+    note = f"Share of the damage without a caregiver that is left{if_bracketed(rows, ', and its 95 % interval')}."
     if run.houses > 1:
-        note += f" Means over {run.houses} houses, each of which counts the same; intervals are over houses."
+        note += f" Means over {run.houses} houses, each of which counts the same"
+        note += if_bracketed(rows, "; intervals are over houses") + "."
     columns = ("caregiver", *map(family_name, run.families))
     return Table(f"Damage left by each caregiver — {run.title}", columns, rows, note)
 
@@ -67,13 +68,15 @@ def wins_table(run: Run) -> Table | None:
 
 def _pictures(run: Run) -> list[Picture]:
     """Every house as a point; of a single house, or of few caregivers in one, their shares."""
-    caption = f"Damage left, as a share of that without a caregiver, with its 95 % interval — {run.title}"
     name, floor = f"damage_left_{run.name}", next(iter(run.floor), "")
     means = pd.DataFrame([row for row in run.summary["comparisons"] if row["baseline"] == "none"])
     means = means.set_index("caregiver").loc[[c for c in run.settings.caregivers if c != "none"]].reset_index()
+    bounded = means[["damage_left_ci_low", "damage_left_ci_high"]].notna().any(axis=None)
+    with_its = ", with its 95 % interval" if bounded else ""
+    caption = f"Damage left, as a share of that without a caregiver{with_its} — {run.title}"
     names = {family: family_name(family) for family in run.families}
     if run.by_house is not None:
-        caption = f"Damage left in each house, and its mean over houses with the 95 % interval — {run.title}"
+        caption = f"Damage left in each house, and its mean over houses{with_its} — {run.title}"
         narrow, wide = (
             figures.houses(run.by_house, means, names, caregiver=run.caregiver, columns=columns)
             for columns in (1, len(names))

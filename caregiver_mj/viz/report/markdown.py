@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import Any
 
@@ -29,7 +30,7 @@ def _section(section: dict[str, Any]) -> list[str]:
     avoided = told["avoided"] or "there is none"
     avoided += f", 95 % interval {told['interval']}" if told["interval"] else ""
     parts = [f"## {run.title}\n", f"Damage avoided with caregiver `{run.caregiver}`: {avoided}.\n"]
-    parts += [f"    {run.command()}\n", left["table"].markdown()]
+    parts += [textwrap.indent(run.command(), "    ") + "\n", left["table"].markdown()]
     parts += [f"{left['floor']}\n"] if left["floor"] else []
     parts += _figures(left["pictures"])
     parts += [left["wins"].markdown()] if left["wins"] else []
@@ -38,6 +39,7 @@ def _section(section: dict[str, Any]) -> list[str]:
     if child:
         parts += [child["table"].markdown(), *_figures(child["pictures"]), f"{why_all_timesteps()}\n"]
         parts += [table.markdown() for table in child["more"]]
+    parts += [table.markdown() for table in section["contacts"]["tables"]] if section["contacts"] else []
     parts += [table.markdown() for table in [*section["published"], section["comparison"]]]
     parts += [section["children"].markdown()] if section["children"] else []
     return parts + [table.markdown() for table in section["measures"]]

@@ -51,7 +51,10 @@ def write_report(
     given = [read_run(folder) for folder in folders]
     places = [(run.settings.world, *(plan.name for plan in run.settings.plans)) for run in given]
     if len(set(places)) < len(places):
-        raise CaregiverError("the runs are of the same world and house: a report compares different ones")
+        raise CaregiverError(
+            "the runs are of the same world and house, and a report is of different ones; there are `compare`, and "
+            "`pool` for runs of different seeds"
+        )
     runs = sorted(given, key=lambda run: run.rank)
     if render:
         shown = make_film(runs, folders[0])

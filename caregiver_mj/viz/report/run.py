@@ -32,6 +32,7 @@ class Run:
         maps: A row for each caregiver, family and free cell.
         caregiver: The caregiver that the report is about: `paper` if it ran.
         by_house: Of several houses, a row for each of them, caregiver and family, as `experiments.by_house` has it.
+        seeds: Its seed and how many episodes there are of it; of pooled runs those of each.
     """
 
     settings: Settings
@@ -41,6 +42,7 @@ class Run:
     maps: pd.DataFrame
     caregiver: str
     by_house: pd.DataFrame | None = None
+    seeds: tuple[tuple[int, int], ...] = ()
 
     @property
     def plan(self) -> FloorPlan:
@@ -117,7 +119,7 @@ class Run:
         return float(self.episodes.loc[self.episodes.caregiver == caregiver, column].mean())
 
     def command(self) -> str:
-        """The command that gives the same rows again."""
+        """The command that gives the same rows again; of pooled runs those that do."""
         settings = self.settings
         command = ["caregiver-mj", "evaluate", "--world", settings.world, *self._asked_houses()]
         damage = settings.plans[0].damage
@@ -126,14 +128,20 @@ class Run:
         if settings.embodiment != DEFAULT:
             command += ["--embodiment", settings.embodiment]
         command += ["--caregiver", *settings.caregivers, "--epsilon", *self.families]
-        return shlex.join([*command, "--episodes", str(settings.episodes), "--seed", str(settings.seed)])
+        seeds = self.seeds or ((settings.seed, settings.episodes),)
+        return "\n".join(
+            shlex.join([*command, "--episodes", str(episodes), "--seed", str(seed)]) for seed, episodes in seeds
+        )
 
     def _asked_houses(self) -> list[str]:
         """The houses, as options of that command."""
         if self.houses == 1:
             asked = _asked_house(self.plan)
             return ["--house", (self.settings.file or asked) if asked != self.plan.name else asked]
-        return ["--houses", *(self.settings.houses.split() or [_asked_house(plan) for plan in self.settings.plans])]
+        return [
+            "--houses",
+            *(shlex.split(self.settings.houses) or [_asked_house(plan) for plan in self.settings.plans]),
+        ]
 
 
 def _asked_house(plan: FloorPlan) -> str:

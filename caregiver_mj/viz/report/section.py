@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from caregiver_mj.viz.report import published, tables
-from caregiver_mj.viz.report.charts import charts
+from caregiver_mj.viz.report.charts import bounded, charts
 from caregiver_mj.viz.report.child import child
+from caregiver_mj.viz.report.contacts import contacts
 from caregiver_mj.viz.report.headline import headline
 from caregiver_mj.viz.report.kinds import kinds
 from caregiver_mj.viz.report.left import left
@@ -30,7 +31,9 @@ def section(run: Run) -> dict[str, Any]:
         "run": run,
         "nouns": run.nouns,
         "cited": published.compares_with(run),
+        "bounded": bounded(run),
         "headline": headline(run),
+        "contacts": contacts(run),
         "published": [tables.damage_table(run), tables.timesteps_table(run)],
         "comparison": tables.comparison_table(run),
         "children": tables.children_table(run),

@@ -10,7 +10,16 @@ from caregiver_mj.recording.record import COLUMNS, DAMAGE_THRESHOLD
 from caregiver_mj.viz.report import published
 from caregiver_mj.viz.report.run import Run
 from caregiver_mj.viz.report.table import Table
-from caregiver_mj.viz.report.words import NONE, TITLES, family_name, members, number, p_value, with_interval
+from caregiver_mj.viz.report.words import (
+    NONE,
+    TITLES,
+    family_name,
+    if_bracketed,
+    members,
+    number,
+    p_value,
+    with_interval,
+)
 
 _BY_CHILD = {"damage_by_child": "damage", "toys_by_child": "toys_reached"}  # and the column that is their sum
 
@@ -30,8 +39,9 @@ def damage_table(run: Run) -> Table:
             NONE if cited is None else f"{cited[1] / cited[0]:.2f}",
         )
         rows.append((family_name(family), *cells))
+    interval = if_bracketed(rows, " and its 95 % interval")
     note = (
-        f"Mean normalised damage in {EPISODE_TIMESTEPS} timesteps and its 95 % interval. 1.0 is the greatest of any "
+        f"Mean normalised damage in {EPISODE_TIMESTEPS} timesteps{interval}. 1.0 is the greatest of any "
         f"episode of the run ({run.episodes.damage.max():g}), the greater, the more episodes: compare the shares left."
     )
     return _beside_published(run, f"Table I. Damage — {run.title}", ("without", "with", "left"), rows, note)
@@ -47,7 +57,8 @@ def timesteps_table(run: Run) -> Table:
             cells.append(with_interval(run.row(caregiver, family), f"{column}_mean", between="\n"))
             cells.append(NONE if cited is None else f"{cited[i]:.1f}")
         rows.append(tuple(cells))
-    note = f"Mean timesteps until the damage is above {DAMAGE_THRESHOLD:g}, at most {EPISODE_TIMESTEPS}."
+    note = f"Mean timesteps until the damage is above {DAMAGE_THRESHOLD:g}, at most {EPISODE_TIMESTEPS}"
+    note += if_bracketed(rows, ", and its 95 % interval") + "."
     return _beside_published(run, f"Table II. Timesteps — {run.title}", ("without", "with"), rows, note)
 
 
@@ -73,9 +84,10 @@ def comparison_table(run: Run) -> Table:
             for column in compared
         ]
         rows.append((family_name(family), *cells))
+    interval = ", in brackets its 95 % interval (studentised bootstrap; ∞ where the episodes do not bound it)"
     note = (
         f"With the caregiver less without, paired: episode i has the same {run.nouns.who} both times. The mean "
-        "difference, in brackets its 95 % interval (studentised bootstrap; ∞ where the episodes do not bound it), and "
+        f"difference{if_bracketed(rows, interval)}, and "
         "the p of the same mean being zero (sign flips, two-sided, not corrected for the "
         f"{len(rows) * len(compared)} tests); no p where fewer than six pairs differ, for none could be small enough."
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import collections
 import dataclasses
 import textwrap
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -93,6 +94,11 @@ def with_interval(
         "∞" if high is None else number(scale * high, digits, sign),
     )
     return f"{number(scale * value, digits, sign)}{between}[{', '.join(ends)}]"
+
+
+def if_bracketed(rows: Sequence[tuple[str, ...]], told: str) -> str:
+    """What is told of intervals in brackets below a table, where there are any."""
+    return told if any("[" in cell for row in rows for cell in row[1:]) else ""
 
 
 def p_value(value: float | None) -> str:

@@ -1,0 +1,61 @@
+"""A caregiver whose targets a policy of one's own chooses, such as one that was trained on `SuperviseTargets`."""
+
+from __future__ import annotations
+
+import abc
+from collections.abc import Sequence
+
+import numpy as np
+
+from caregiver_mj.caregivers.commanded import CommandedCaregiver
+from caregiver_mj.caregivers.lookout import Lookout, Observations
+from caregiver_mj.caregivers.percept import Percept
+from caregiver_mj.caregivers.slots import Slots
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans.floor_plan import FloorPlan
+
+
+class TargetPolicy(CommandedCaregiver, abc.ABC):
+    """Answers observations with targets, once a novice timestep, in the grid and in the house.
+
+    Observations, masks and actions are those of the Gymnasium environment `caregiver_mj/SuperviseTargets-v0`, of B
+    worlds at once. A subclass says what that was made with.
+
+    Attributes:
+        slots: How many places for stairwells and for candles there are; as many as the house has if None.
+        flat: Whether the observations of a world are one array.
+        lookout: What is observed, from `reset` on.
+    """
+
+    slots: tuple[int, int] | None = None
+    flat = False
+
+    def __init__(self, plan: FloorPlan, seed: int = 0):
+        super().__init__(plan, seed)
+        self._slots = Slots(plan, self.slots)
+
+    def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
+        super().reset(batch, seeds, children)
+        self.lookout = Lookout(self, children, self._slots, self.flat)
+
+    @abc.abstractmethod
+    def act(self, observations: Observations, masks: np.ndarray) -> np.ndarray:
+        """Chooses what to protect the children from.
+
+        Args:
+            observations: Of each world: a dictionary of arrays (B, ...), or one array (B, numbers).
+            masks: Which actions do something, bool (B, actions). One that does not counts as 0.
+
+        Returns:
+            Actions (B,): 0 for nothing, else 1 plus the number of a slot, first the stairwells, then the candles.
+        """
+
+    def watch(self, percept: Percept) -> None:
+        mask = self.lookout.mask(percept)
+        actions = np.asarray(self.act(self.lookout.observe(percept, mask), mask.astype(bool)))
+        who, last = f"{type(self).__name__}.act", self.lookout.actions - 1
+        if actions.shape != (len(mask),) or not np.issubdtype(actions.dtype, np.integer):
+            raise CaregiverError(f"{who} must answer with {len(mask)} integers, not {actions!r}")
+        if ((actions < 0) | (actions > last)).any():
+            raise CaregiverError(f"{who} must answer with 0 to {last}, not {actions}")
+        self.targets = self._slots.targets(actions)

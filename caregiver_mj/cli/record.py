@@ -1,0 +1,137 @@
+"""`caregiver-mj record`: runs episodes and writes them, step by step, as a data set to learn from."""
+
+from __future__ import annotations
+
+import argparse
+import pathlib
+import re
+from typing import TYPE_CHECKING
+
+from caregiver_mj.caregivers.registry import CAREGIVERS
+from caregiver_mj.cli.data_set import check, collect_all, write
+from caregiver_mj.cli.parsing import (
+    add_children,
+    add_embodiment,
+    add_house,
+    add_seed,
+    read_family,
+    read_house,
+)
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.executors import LocalExecutor
+from caregiver_mj.experiments.versions import versions
+from caregiver_mj.recording.steps import Store
+
+if TYPE_CHECKING:
+    from caregiver_mj.envs.recipe import Recipe
+
+FORMATS = ("minari", "lerobot")
+
+
+def add_to(commands: argparse._SubParsersAction) -> None:
+    """Adds the command."""
+    command = commands.add_parser(
+        "record",
+        help="write episodes as a data set to learn from",
+        description="Runs episodes and writes them step by step: observations, actions, reward, cost, interventions, "
+        "and what cameras see, as a Minari or a LeRobot data set. Episode i is that of `evaluate` with the same seed, "
+        "house, children and caregiver.",
+        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+    )
+    command.add_argument("--format", choices=FORMATS, required=True, help="whose data set it shall be")
+    command.add_argument(
+        "--task", default="supervise", help="supervise, relocate_candle, block_stairs, or targets: interventions alone"
+    )
+    command.add_argument("--world", choices=("house", "grid"), default="house", help="the grid has targets only")
+    add_house(command)
+    command.add_argument(
+        "--epsilon", default="0.5", metavar="E[,E...]", help="the share of the children's moves that are random"
+    )
+    add_children(command)
+    command.add_argument(
+        "--caregiver",
+        default="paper",
+        metavar="NAME",
+        help=f"who acts: {' '.join(name for name in CAREGIVERS if name != 'none')}, or random-actions",
+    )
+    add_embodiment(command)
+    add_seed(command)
+    command.add_argument("--episodes", type=int, default=10, metavar="N", help="how many")
+    command.add_argument("--seconds", type=float, metavar="S", help="longest episode; the task's own if not given")
+    command.add_argument(
+        "--camera", nargs="+", default=[], metavar="NAME", help="also record these: overview, follow, wrist"
+    )
+    command.add_argument("--size", default="128x96", metavar="WxH", help="of their pictures, pixels")
+    command.add_argument("--jobs", type=int, default=1, metavar="N", help="worker processes")
+    command.add_argument(
+        "--out", required=True, metavar="DIR", help="the LeRobot data set, or the folder of all of Minari's"
+    )
+    command.add_argument("--name", help="of a Minari data set, as GROUP/NAME-v0; made of the settings if not given")
+    command.add_argument("--resume", action="store_true", help="go on with a recording that was broken off")
+    command.set_defaults(run=_run)
+
+
+def _run(arguments: argparse.Namespace) -> None:
+    if arguments.episodes < 1:
+        raise CaregiverError(f"episodes must be at least 1, not {arguments.episodes}")
+    if arguments.seed < 0:
+        raise CaregiverError(f"the seed must not be negative: {arguments.seed}")
+    if arguments.seconds is not None and not 0 < arguments.seconds < float("inf"):
+        raise CaregiverError(f"seconds must be a positive length, not {arguments.seconds}")
+    plan, family = read_house(arguments), read_family(arguments.epsilon, arguments)
+    from caregiver_mj.envs.recipe import RANDOM, Recipe  # here, for it needs an extra, and MuJoCo
+
+    if arguments.caregiver not in CAREGIVERS and arguments.caregiver != RANDOM:
+        raise CaregiverError(f"no caregiver '{arguments.caregiver}': there are {', '.join(CAREGIVERS)}, and {RANDOM}")
+    recipe = Recipe(
+        task=arguments.task,
+        plan=plan,
+        family=family,
+        caregiver=arguments.caregiver,
+        seed=arguments.seed,
+        world=arguments.world,
+        embodiment=arguments.embodiment,
+        seconds=arguments.seconds,
+        cameras=tuple(arguments.camera),
+        size=_size(arguments.size),
+    )
+    recipe.check()
+    name = arguments.name or _name(recipe)
+    target = pathlib.Path(arguments.out, name) if arguments.format == "minari" else pathlib.Path(arguments.out)
+    check(arguments, recipe, name, target)
+    asked = {
+        "format": arguments.format,
+        "task": recipe.task,
+        "world": recipe.world,
+        "house": list(plan.rows),
+        "damage": str(plan.damage),
+        "family": str(family),
+        "caregiver": recipe.caregiver,
+        "embodiment": recipe.embodiment,
+        "seed": recipe.seed,
+        "seconds": recipe.seconds,
+        "cameras": list(recipe.cameras),
+        "size": list(recipe.size),
+        "versions": versions(),
+    }
+    executor = LocalExecutor(arguments.jobs)
+    store = Store(target.with_name(f".{target.name}.episodes"), asked, arguments.resume)
+    collect_all(arguments, recipe, store, executor)
+    write(arguments, recipe, store, name, target)
+    store.remove()
+    print(target)
+
+
+def _name(recipe: Recipe) -> str:
+    """What a Minari data set is called that has been given no name."""
+    world = "grid-" if recipe.world == "grid" else ""
+    what = f"{world}{recipe.task}-{recipe.plan.name}-{recipe.caregiver}-{recipe.family}"
+    return f"caregiver_mj/{re.sub(r'[^-_0-9a-zA-Z]', '_', what)}-v0"
+
+
+def _size(text: str) -> tuple[int, int]:
+    """Width and height."""
+    match = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text)
+    if match is None:
+        raise CaregiverError(f"--size is WIDTHxHEIGHT in pixels, such as 128x96, not '{text}'")
+    return int(match[1]), int(match[2])

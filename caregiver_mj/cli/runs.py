@@ -1,0 +1,96 @@
+"""`caregiver-mj compare` and `pool`: two runs against each other, and several as one."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import Any
+
+import rich.box
+import rich.console
+import rich.table
+
+from caregiver_mj.cli.table import output, print_table
+from caregiver_mj.errors import CaregiverError
+
+
+def add_to(commands: argparse._SubParsersAction) -> None:
+    """Adds the commands."""
+    text = "compare two finished runs of one world, episode by episode"
+    command = commands.add_parser(
+        "compare",
+        help=text,
+        description="What comes of the second run less what comes of the first, paired by episode.",
+    )
+    command.add_argument("folders", nargs=2, metavar="DIR", help="of a run")
+    command.add_argument(
+        "--caregiver",
+        nargs="+",
+        default=(),
+        metavar="NAME",
+        help="in the first run, and in the second if it is another",
+    )
+    command.add_argument("--json", action="store_true", help="print the table as JSON, and it alone")
+    command.set_defaults(run=_compare)
+    text = "put finished runs together that differ in their seed alone"
+    command = commands.add_parser("pool", help=text, description="Makes a run with the episodes of several.")
+    command.add_argument("folders", nargs="+", metavar="DIR", help="of runs with the same settings but their seed")
+    command.add_argument("--out", required=True, metavar="DIR", help="where to keep the episodes and the table")
+    command.add_argument("--json", action="store_true", help="print the table as JSON, and it alone")
+    command.set_defaults(run=_pool)
+
+
+def _compare(arguments: argparse.Namespace) -> None:
+    from caregiver_mj.experiments.compare import compare_runs  # need pandas, which takes a second to import
+    from caregiver_mj.experiments.finished import read_finished
+
+    found = compare_runs(*map(read_finished, arguments.folders), arguments.caregiver)
+    console = output(arguments.json)
+    console.print(_comparison(found, arguments.folders))
+    for key, (ours, theirs) in found["settings"].items():
+        console.print(f"not the same: {key}, {_told(ours)} and {_told(theirs)}", markup=False, highlight=False)
+    if arguments.json:
+        print(json.dumps(found, indent=1, allow_nan=False))
+
+
+def _told(value: Any) -> str:
+    return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
+
+
+def _comparison(found: dict[str, Any], folders: list[str]) -> rich.table.Table:
+    first = found["rows"][0]
+    where = first["house"] if "houses" in first else f"'{first['house']}'"
+    table = rich.table.Table(
+        title=f"{first['world']} {where}: second ({folders[1]}) less first ({folders[0]})",
+        caption="mean damage of paired episodes; in brackets the 95 % interval of the mean difference",
+        box=rich.box.SIMPLE_HEAD,
+    )
+    for title in ("epsilon", "caregiver", "pairs", "first", "second", "difference", "p", "verdict"):
+        table.add_column(title, justify="left" if title in ("caregiver", "verdict") else "right", no_wrap=True)
+    for row in found["rows"]:
+        names = dict.fromkeys((row["baseline"], row["caregiver"]))
+        low, high = (row[f"damage_difference_ci_{end}"] for end in ("low", "high"))
+        ends = f"({'-inf' if low is None else f'{low:+.2f}'} to {'inf' if high is None else f'{high:+.2f}'})"
+        table.add_row(
+            row["family"],
+            ", ".join(names),
+            str(row["episodes"]),
+            f"{row['first']:.2f}",
+            f"{row['second']:.2f}",
+            f"{row['damage_difference_mean']:+.2f} {ends}",
+            "" if (p := row["damage_p"]) is None else f"{p:.3f}" if p >= 0.001 else "<.001",
+            row["damage_verdict"],
+        )
+    return table
+
+
+def _pool(arguments: argparse.Namespace) -> None:
+    from caregiver_mj.experiments.finished import read_finished  # needs pandas, which takes a second to import
+    from caregiver_mj.experiments.pool import pool_runs
+
+    if len(arguments.folders) < 2:
+        raise CaregiverError("pool needs two runs at least")
+    summary = pool_runs([read_finished(folder) for folder in arguments.folders], arguments.out)
+    print_table(summary, output(arguments.json))
+    if arguments.json:
+        print(json.dumps(summary, indent=1, allow_nan=False))

@@ -1,0 +1,104 @@
+"""Who acts in an environment that is recorded."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import gymnasium
+import numpy as np
+
+from caregiver_mj.caregivers.registry import make_caregiver
+from caregiver_mj.caregivers.told import ToldCaregiver
+from caregiver_mj.children.tape import Tape
+from caregiver_mj.envs.house import HouseEnv
+from caregiver_mj.envs.targets import TargetsEnv
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.policy.policy import CaregiverPolicy
+
+
+class Actor(Protocol):
+    """Acts in one environment."""
+
+    def begin(self, seed: int) -> None:
+        """Begins the episode of a seed, which the environment has begun."""
+
+    def act(self) -> Any:
+        """The next action, as the environment takes it."""
+
+    @property
+    def intervention(self) -> int:
+        """Number of the hazard that is being protected from with that action, or NOTHING."""
+        ...
+
+
+class RandomActor:
+    """Draws actions from the whole space of them."""
+
+    def __init__(self, env: gymnasium.Env):
+        self._env, self._action = env, np.zeros(0)
+
+    def begin(self, seed: int) -> None:
+        self._env.action_space.seed(seed)
+
+    def act(self) -> np.ndarray:
+        self._action = self._env.action_space.sample()
+        return self._action
+
+    @property
+    def intervention(self) -> int:
+        if isinstance(self._env, TargetsEnv):
+            return int(self._env.world.lookout.slots.targets(np.array([self._action]))[0])
+        return NOTHING
+
+
+class HouseCaregiver:
+    """A caregiver with the robot's own actions."""
+
+    def __init__(self, env: HouseEnv, caregiver: str, seed: int):
+        self._env, self._policy = env, CaregiverPolicy(env.dm_env, caregiver, seed)
+
+    def begin(self, seed: int) -> None:
+        """Nothing: the first time step tells it."""
+
+    def act(self) -> np.ndarray:
+        return self._policy(self._env.timestep)
+
+    @property
+    def intervention(self) -> int:
+        return self._policy.target
+
+
+class TargetCaregiver:
+    """A caregiver that says what to protect the children from, once a novice timestep, and leaves the rest."""
+
+    def __init__(self, env: TargetsEnv, caregiver: str, seed: int):
+        """Prepares it.
+
+        Raises:
+            CaregiverError: It does nothing, or must be told more than an environment tells.
+        """
+        self._world = env.world
+        made = make_caregiver(caregiver, env.world.caregiver.plan, seed)
+        if made is None:
+            raise CaregiverError(f"caregiver '{caregiver}' does not act, and so there is nothing to record")
+        if isinstance(made, ToldCaregiver):
+            raise CaregiverError(f"caregiver '{caregiver}' must be told what nobody can see, so it chooses no targets")
+        made.pace = env.world.caregiver.pace
+        self._caregiver, self._target = made, NOTHING
+
+    def begin(self, seed: int) -> None:
+        children = self._world.children
+        tape, *_ = Tape.draw_family(np.random.RandomState(seed), children)
+        self._caregiver.reset(1, [tape.caregiver_seed], children)
+
+    def act(self) -> np.ndarray:
+        percept = self._world.percept()
+        self._caregiver.watch(percept)
+        chosen = self._caregiver.choose(percept)
+        self._target = int(chosen[0])
+        return np.array(self._world.lookout.slots.actions(chosen)[0])
+
+    @property
+    def intervention(self) -> int:
+        return self._target

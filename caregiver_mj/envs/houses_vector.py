@@ -1,0 +1,143 @@
+"""Targets in the grid of many houses: one vector environment to learn in what holds for any house."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.vector import AutoresetMode
+from gymnasium.vector.utils import batch_space
+
+from caregiver_mj.caregivers.lookout import Observations
+from caregiver_mj.children.family import Family, Who
+from caregiver_mj.children.side_by_side import side_by_side
+from caregiver_mj.envs.target_grid import GridTargetsVector
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans.floor_plan import FloorPlan
+
+
+class GridHousesVector(gymnasium.vector.VectorEnv):
+    """`SuperviseTargets` in the grid of some houses at once, others in every episode; see `GridTargetsVector`.
+
+    All houses look alike: observations and actions have as many slots as the house with most of a kind needs, unless
+    more are asked for. Episodes of one house lie side by side, and in it those of one family; `info["house"]` has the
+    number of each one's house.
+
+    Attributes:
+        plans: The houses.
+        now: Which of them the episodes are in, (at once,).
+        slots: How many places there are for stairwells and for candles.
+    """
+
+    metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012 (Gymnasium's own manner)
+
+    def __init__(
+        self,
+        houses: Sequence[str | os.PathLike[str] | FloorPlan],
+        num_envs: int = 256,
+        at_once: int = 8,
+        families: Sequence[Who] = (0.5,),
+        *,
+        flat: bool = False,
+        slots: tuple[int, int] | None = None,
+    ):
+        """Makes an environment.
+
+        Args:
+            houses: Floor plans, or their names, as `FloorPlan.load` takes them.
+            num_envs: Episodes at once, as many in each house with each family.
+            at_once: How many houses they are in, each a different one, drawn anew with every episode.
+            families: The children, as `Family.of` takes them; each of as many.
+            flat: Whether an observation is one array.
+            slots: How many places for stairwells and for candles; what the houses need if None.
+
+        Raises:
+            CaregiverError: The episodes cannot be shared out, there are too few houses; or as of `make_targets`.
+        """
+        self.plans = tuple(one if isinstance(one, FloorPlan) else FloorPlan.load(one) for one in houses)
+        self._families, self._flat = tuple(map(Family.of, families)), flat
+        if not 1 <= at_once <= len(self.plans):
+            raise CaregiverError(f"episodes are in 1 to {len(self.plans)} of the houses at once, not in {at_once}")
+        shares = at_once * len(self._families)
+        if not shares or num_envs < 1 or num_envs % shares:
+            raise CaregiverError(f"{num_envs} episodes cannot be shared out to {shares} houses and families")
+        most = (max(getattr(plan.hazards, what) for plan in self.plans) for what in ("stairwells", "candles"))
+        self.slots = tuple(most) if slots is None else slots
+        self.num_envs, self._each = num_envs, num_envs // at_once
+        self._made: dict[int, GridTargetsVector] = {}
+        self.now = np.arange(at_once)
+        first = self._vector(0)
+        self.single_observation_space, self.single_action_space = (
+            first.single_observation_space,
+            first.single_action_space,
+        )
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self._ended = False
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None):  # type: ignore[override]
+        """Begins episodes in houses that are drawn, of the seeds from one on or of seeds that are drawn, too.
+
+        After a reset with a seed, all that is drawn depends on it alone.
+
+        Raises:
+            CaregiverError: The options ask for only some of them.
+        """
+        if options and not np.all(options.get("reset_mask", True)):
+            raise CaregiverError("all episodes of the batch begin together; leave reset_mask out")
+        super().reset(seed=seed)
+        self._ended = False
+        at_once = len(self.now)
+        self.now = self.np_random.choice(len(self.plans), at_once, replace=False)
+        drawn = self.np_random.integers(2**32, size=self.num_envs)
+        seeds = drawn if seed is None else seed + np.arange(self.num_envs)
+        parts = np.split(seeds, at_once)
+        found = [self._vector(i).reset(seed=part.tolist()) for i, part in zip(self.now, parts, strict=True)]
+        observations, infos = zip(*found, strict=True)
+        return self._observed(observations), self._told(infos)
+
+    def step(self, actions: np.ndarray):
+        if self._ended:
+            none = np.zeros(self.num_envs, bool)
+            observations, info = self.reset()
+            return observations, np.zeros(self.num_envs), none, none.copy(), info
+        parts = np.split(np.asarray(actions), len(self.now))
+        found = [self._vector(i).step(part) for i, part in zip(self.now, parts, strict=True)]
+        observations, rewards, terminated, truncated, infos = zip(*found, strict=True)
+        rewards, terminated, truncated = map(np.concatenate, (rewards, terminated, truncated))
+        self._ended = bool(truncated.all())
+        return self._observed(observations), rewards, terminated, truncated, self._told(infos)
+
+    def _vector(self, house: int) -> GridTargetsVector:
+        """The episodes in a house."""
+        if house not in self._made:
+            plan = self.plans[house]
+            children = side_by_side(plan, self._families, self._each // len(self._families))
+            self._made[house] = GridTargetsVector(
+                self._each, house=plan, epsilon=children, flat=self._flat, slots=self.slots
+            )
+        return self._made[house]
+
+    def _told(self, infos: Sequence[dict[str, Any]]) -> dict[str, Any]:
+        """What the houses tell, as one, and in which of them each episode is."""
+        of_all = {"house": np.repeat(self.now, self._each), "_house": np.ones(self.num_envs, bool)}
+        return _joined(infos) | of_all
+
+    def _observed(self, observations: Sequence[Observations]) -> Observations:
+        if self._flat:
+            return np.concatenate(observations)
+        return {key: np.concatenate([part[key] for part in observations]) for key in observations[0]}
+
+
+def _joined(infos: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """What vectors of one kind tell, as one."""
+    first = infos[0]
+    return {
+        key: _joined([info[key] for info in infos])
+        if isinstance(first[key], dict)
+        else np.concatenate([info[key] for info in infos])
+        for key in first
+    }

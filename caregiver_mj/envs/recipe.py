@@ -1,0 +1,183 @@
+"""What the episodes of a data set are, and what is needed to run them."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import functools
+import importlib.metadata
+import inspect
+import sys
+from collections.abc import Iterable
+from typing import Any
+
+import caregiver_mj.house.rendering  # noqa: F401 (comes before dm_control)
+
+# isort: split
+import gymnasium
+from dm_control.rl import control
+from gymnasium import spaces
+from gymnasium.envs.registration import EnvSpec
+
+from caregiver_mj import tasks
+from caregiver_mj.children.family import Family
+from caregiver_mj.children.walk import WALKING_SPEED
+from caregiver_mj.envs.actors import Actor, HouseCaregiver, RandomActor, TargetCaregiver
+from caregiver_mj.envs.house import HouseEnv
+from caregiver_mj.envs.targets import TargetsEnv, make_targets
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import DamageWeights
+from caregiver_mj.recording.about import About
+from caregiver_mj.robot.embodiment import DEFAULT
+
+TARGETS = "targets"  # in the place of a task: `SuperviseTargets`
+RANDOM = "random-actions"  # in the place of a caregiver: actions drawn from all that there are
+ENVIRONMENTS = {
+    "supervise": "caregiver_mj/Supervise-v0",
+    "relocate_candle": "caregiver_mj/RelocateCandle-v0",
+    "block_stairs": "caregiver_mj/BlockStairs-v0",
+    TARGETS: "caregiver_mj/SuperviseTargets-v0",
+}
+_TARGET_TASK = "Targets: say once a novice timestep what to protect the children from, to keep them from harm."
+
+
+@dataclasses.dataclass(frozen=True)
+class Recipe:
+    """What episodes of a data set depend on, their seeds aside.
+
+    Attributes:
+        task: One of `ENVIRONMENTS`.
+        plan: The house.
+        family: The children.
+        caregiver: Name of who acts, or RANDOM.
+        seed: Seed of the caregiver.
+        world: "house", or "grid", for targets alone.
+        embodiment: Name of the robot in the house.
+        seconds: Longest episode in simulated time; that of the task if None.
+        cameras: Names of cameras to record.
+        size: Width and height of what they record, pixels, even.
+    """
+
+    task: str
+    plan: FloorPlan
+    family: Family
+    caregiver: str = "paper"
+    seed: int = 0
+    world: str = "house"
+    embodiment: str = DEFAULT
+    seconds: float | None = None
+    cameras: tuple[str, ...] = ()
+    size: tuple[int, int] = (128, 96)
+
+    def check(self) -> None:
+        """Raises CaregiverError unless this can be recorded."""
+        if self.task not in ENVIRONMENTS:
+            raise CaregiverError(f"no task '{self.task}' to record: there are {', '.join(ENVIRONMENTS)}")
+        if self.world == "grid" and self.task != TARGETS:
+            raise CaregiverError(f"the grid has no task '{self.task}', only --task {TARGETS}")
+        if self.world == "grid" and (self.cameras or self.seconds is not None):
+            raise CaregiverError("the grid has neither cameras nor seconds")
+        if len(set(self.cameras)) < len(self.cameras):
+            raise CaregiverError(f"each camera once, not {' '.join(self.cameras)}")
+        if any(side % 2 or not 32 <= side <= 2160 for side in self.size):
+            raise CaregiverError(f"a picture's sides must be even, from 32 to 2160 pixels, not {self.size}")
+        if self.seconds is not None and self.task == TARGETS:
+            raise CaregiverError("an episode of targets has its own length: leave out the seconds")
+
+    @property
+    def kwargs(self) -> dict[str, Any]:
+        """Arguments of the environment, the house aside."""
+        given: dict[str, Any] = {"epsilon": str(self.family)}
+        options: dict[str, Any] = {}
+        if self.world == "house":
+            options["embodiment"] = self.embodiment
+        if self.seconds is not None:
+            options["time_limit"] = self.seconds
+        if options:
+            given["task_kwargs"] = options
+        return given | ({"world": self.world} if self.task == TARGETS else {})
+
+    def make(self) -> HouseEnv | TargetsEnv:
+        """Makes the environment.
+
+        Raises:
+            CaregiverError: It cannot be made.
+        """
+        self.check()
+        kwargs = self.kwargs | {"house": self.plan, "epsilon": self.family}
+        if self.cameras:
+            kwargs["render_mode"] = "rgb_array"
+        return make_targets(**kwargs) if self.task == TARGETS else HouseEnv(self.task, **kwargs)
+
+    def spec(self, house: str) -> EnvSpec | None:
+        """Gymnasium's specification of the environment, with a house by its name or file.
+
+        None where that does not say all: a name says nothing of what a collision costs.
+        """
+        if self.plan.damage != DamageWeights():
+            return None
+        spec = copy.deepcopy(gymnasium.spec(ENVIRONMENTS[self.task]))
+        spec.kwargs = {**spec.kwargs, **self.kwargs, "house": house}
+        return spec
+
+    def about(self) -> About:
+        """What a data set of it says of itself."""
+        env, _ = prepared(self)
+        if isinstance(env, HouseEnv):
+            rate, names = 1 / env.dm_env.control_timestep(), env.dm_env.action_spec().name.split("\t")
+        else:
+            rate, names = WALKING_SPEED / self.plan.cell_size, ["target"]  # a decision a novice timestep
+        text = _TARGET_TASK if self.task == TARGETS else _purpose(self.task)
+        return About(
+            task=text,
+            robot=self.embodiment if self.world == "house" else "",
+            policy="actions drawn at random" if self.caregiver == RANDOM else f"caregiver '{self.caregiver}'",
+            rate=round(rate, 6),
+            actions=tuple(names),
+            hazards=tuple(map(str, self.plan.hazards)),
+            version=importlib.metadata.version("caregiver_mj"),
+        )
+
+    def spaces(self) -> tuple[spaces.Dict, spaces.Space]:
+        """Those of observations and of actions."""
+        env, _ = prepared(self)
+        assert isinstance(env.observation_space, spaces.Dict)  # as it is where it is not asked to be flat
+        return env.observation_space, env.action_space
+
+
+@functools.lru_cache(maxsize=1)  # episodes of one recipe follow each other, and a house takes a second to build
+def prepared(recipe: Recipe) -> tuple[HouseEnv | TargetsEnv, Actor]:
+    """The environment of a recipe, and who acts in it."""
+    env = recipe.make()
+    if recipe.cameras:
+        camera_names(house_of(env).physics, recipe.cameras)
+    if recipe.caregiver == RANDOM:
+        return env, RandomActor(env)
+    if isinstance(env, TargetsEnv):
+        return env, TargetCaregiver(env, recipe.caregiver, recipe.seed)
+    return env, HouseCaregiver(env, recipe.caregiver, recipe.seed)
+
+
+def house_of(env: HouseEnv | TargetsEnv) -> control.Environment:
+    """The environment in MuJoCo that is within."""
+    return env.world.dm_env if isinstance(env, TargetsEnv) else env.dm_env
+
+
+def camera_names(physics: control.Physics, cameras: Iterable[str]) -> dict[str, str]:
+    """Full names of cameras, by the last part of each.
+
+    Raises:
+        CaregiverError: There is no such camera.
+    """
+    there = [physics.model.id2name(i, "camera") for i in range(physics.model.ncam)]
+    known = {name.split("/")[-1]: name for name in reversed(there)}
+    for name in cameras:
+        if name not in known:
+            raise CaregiverError(f"no camera '{name}': there are {', '.join(sorted(known))}")
+    return {name: known[name] for name in cameras}
+
+
+def _purpose(task: str) -> str:
+    """What a task is about, in a sentence."""
+    return (inspect.getdoc(sys.modules[tasks.TASKS[task].__module__]) or task).partition("\n")[0]

@@ -1,0 +1,70 @@
+"""Whether the run in a folder is one that can be gone on with, and what is then to be written down of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from caregiver_mj.errors import CaregiverError
+
+Record = dict[str, Any]  # of a run, as JSON
+
+_OF_ITS_OWN = ("file", "caregivers", "episodes", "code", "extended_at")  # all else must be the same
+
+
+def continued(found: Record, wanted: Record) -> Record:
+    """The record of a run that is gone on with: with the same settings, or more episodes, or more caregivers.
+
+    Args:
+        found: What is in the folder.
+        wanted: What is to be run now.
+
+    Returns:
+        What is to be in the folder. Its `extended_at` are the numbers of episodes that the run has had before, for grid
+        episodes are run many at once, and those that are done shall not be run again.
+
+    Raises:
+        CaregiverError: What is there belongs to other settings, or there is more of it than is wanted.
+    """
+    keys = [key for key in {**found, **wanted} if key not in _OF_ITS_OWN and found.get(key) != wanted.get(key)]
+    if "caregivers" not in wanted:  # a study's, which cannot be added to
+        if keys:
+            raise CaregiverError("; ".join(_told(keys, found, wanted)))
+        return found
+    there, here = found.get("caregivers"), wanted["caregivers"]
+    if not isinstance(there, list) or not all(name in here for name in there):
+        keys.append("caregivers")
+    episodes, extended = found.get("episodes"), found.get("extended_at", [])
+    if not isinstance(episodes, int) or not isinstance(extended, list) or episodes > wanted["episodes"]:
+        keys.append("episodes")
+    told = _told(keys, found, wanted)
+    if not told:
+        told = _other_code(found, wanted)
+    if told:
+        less = "; a run can be added to, but not cut" if keys and {*keys} <= {"caregivers", "episodes"} else ""
+        raise CaregiverError("; ".join(told) + less)
+    if episodes < wanted["episodes"]:
+        extended = [*extended, episodes]
+    steps = [0, *extended, wanted["episodes"]]
+    if not all(isinstance(step, int) for step in steps) or steps != sorted(set(steps)):
+        raise CaregiverError(f"extended_at cannot be {extended}")
+    if there == here and episodes == wanted["episodes"]:
+        return found
+    return {**wanted, **({"extended_at": extended} if extended else {})}
+
+
+def _told(keys: Sequence[str], found: Record, wanted: Record) -> list[str]:
+    return [f"{key} is {found.get(key)} there and {wanted.get(key)} here" for key in keys]
+
+
+def _other_code(found: Record, wanted: Record) -> list[str]:
+    """What is to be said of code that is not what it was."""
+    there, here = found.get("code") or {}, wanted.get("code") or {}
+    if not isinstance(there, dict):
+        return [f"code is {there} there and {here} here"]
+    added = {f"caregiver {name}" for name in wanted["caregivers"] if name not in found["caregivers"]}
+    return [
+        f"the code of {what} has changed, from {there.get(what)} to {here.get(what)}"
+        for what in {**there, **here}
+        if there.get(what) != here.get(what) and what not in added
+    ]

@@ -1,0 +1,163 @@
+"""Finished runs, read from their folders."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import pathlib
+from typing import Any
+
+import pandas as pd
+
+from caregiver_mj.children.family import Family
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments import statistics
+from caregiver_mj.experiments.run_folder import read_json
+from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.experiments.summary import summarise
+from caregiver_mj.plans.hazards import DamageWeights
+from caregiver_mj.recording.record import MEASURES
+from caregiver_mj.robot.embodiment import DEFAULT
+
+_WHICH = ("world", "house", "caregiver", "family", "epsilon", "episode", "seed")
+_MEASURED = ("damage", "timesteps_to_threshold", "cells_visited", "toys_reached")  # by all versions
+# Whatever reading what somebody has put there may come to, parquet's own errors among them.
+_UNREADABLE = (OSError, ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError, ArithmeticError)
+
+
+@dataclasses.dataclass(frozen=True)
+class Finished:
+    """A finished run.
+
+    Attributes:
+        path: Its folder.
+        record: What run.json says.
+        settings: What ran.
+        episodes: A row an episode.
+        maps: A row for each caregiver, family and free cell.
+        summary: What summary.json says; of a run of an older version, what it would.
+    """
+
+    path: pathlib.Path
+    record: dict[str, Any]
+    settings: Settings
+    episodes: pd.DataFrame
+    maps: pd.DataFrame
+    summary: dict[str, Any]
+
+    @property
+    def seeds(self) -> list[tuple[int, int]]:
+        """The seed of the run and how many episodes there are of it; of pooled runs those of each."""
+        pooled = self.record.get("pooled") or [[self.settings.seed, self.settings.episodes]]
+        return [(int(seed), int(episodes)) for seed, episodes in pooled]
+
+
+def read_finished(folder: str | os.PathLike[str]) -> Finished:
+    """Reads a finished run.
+
+    Raises:
+        CaregiverError: There is none in the folder, it is not finished, or something in it is not as it was written.
+    """
+    path = pathlib.Path(folder)
+    if not (path / "run.json").is_file():
+        raise CaregiverError(f"'{folder}' holds no run: `caregiver-mj evaluate --out DIR` makes one")
+    if not (path / "summary.json").is_file():
+        raise CaregiverError(f"the run in '{folder}' is not finished: go on with `caregiver-mj evaluate --resume`")
+    if not (path / "maps.parquet").is_file():
+        raise CaregiverError(f"the run in '{folder}' has no maps.parquet, as runs of an older version: run it again")
+    try:
+        found = _read(path)
+        found.seeds  # noqa: B018 (must be readable too)
+    except _UNREADABLE as error:
+        what = " ".join(str(error).split()) or type(error).__name__
+        raise CaregiverError(f"the run in '{folder}' cannot be read: {what}") from error
+    except CaregiverError as error:
+        raise CaregiverError(f"the run in '{folder}' cannot be read: {error}") from None
+    for name, wrong in (
+        ("episodes.parquet", _foreign_episodes(found)),
+        ("maps.parquet", _foreign_maps(found)),
+        ("summary.json", _foreign_summary(found)),
+    ):
+        if wrong:
+            raise CaregiverError(f"the run in '{folder}' cannot be read: its {name} is that of another run")
+    return found
+
+
+def _read(path: pathlib.Path) -> Finished:
+    record, summary = (read_json(path / f"{name}.json") for name in ("run", "summary"))
+    # Runs of an older version have single novices, the paper's damages, and the one robot that there was.
+    record.setdefault("families", [str(Family.of(epsilon)) for epsilon in record.get("epsilons", ())])
+    record.setdefault("damage", str(DamageWeights()))
+    record.setdefault("embodiment", DEFAULT)
+    if "plan" in record:  # there was only one
+        plan = {"name": record["house"], "cell_size": record["cell_size"], "rows": record["plan"]}
+        record |= {"plans": [plan], "houses": ""}
+    for row in [*summary["rows"], *summary["comparisons"]]:
+        row.setdefault("family", str(Family.of(row["epsilon"])))
+    settings, episodes = Settings.of_record(record), pd.read_parquet(path / "episodes.parquet")
+    if "family" not in episodes:
+        episodes["family"] = [str(Family.of(epsilon)) for epsilon in episodes["epsilon"]]
+    if any("damage_verdict" not in row for row in summary["comparisons"]):  # it has other statistics
+        summary |= {key: summarise(settings, episodes)[key] for key in ("rows", "comparisons")}
+    return Finished(path, record, settings, episodes, pd.read_parquet(path / "maps.parquet"), summary)
+
+
+def _who(found: Finished) -> set[tuple[str, str]]:
+    """Every caregiver with every family of the run."""
+    return {(caregiver, str(family)) for caregiver in found.settings.caregivers for family in found.settings.families}
+
+
+def _foreign_episodes(found: Finished) -> bool:
+    """Whether the episodes are not those of the run."""
+    episodes, settings = found.episodes, found.settings
+    if not {*_WHICH, *_MEASURED} <= set(episodes) or len({*map(str, episodes["world"])} - {settings.world}):
+        return True
+    numbers = episodes[[column for column in MEASURES if column in episodes] + ["episode", "seed"]]
+    if not all(pd.api.types.is_numeric_dtype(kind) for kind in numbers.dtypes) or not (numbers >= 0).all(axis=None):
+        return True
+    who = _who(found)
+    houses = {plan.name for plan in settings.plans}
+    return (
+        set(zip(episodes.caregiver, episodes.family, strict=True)) != who
+        or set(episodes.house) != houses
+        or set(episodes.episode) != set(range(settings.episodes))
+        or len(episodes) != len(who) * len(houses) * settings.episodes
+    )
+
+
+def _foreign_maps(found: Finished) -> bool:
+    """Whether the maps are not those of the run."""
+    maps = found.maps
+    if not {"caregiver", "row", "column", "visits", "damage"} <= set(maps):
+        return True
+    cells = {cell for plan in found.settings.plans for cell in plan.free_cells}
+    numbers = (pd.api.types.is_numeric_dtype(maps[column]) for column in ("visits", "damage"))
+    return (
+        set(maps.caregiver) != set(found.settings.caregivers)
+        or set(zip(maps.row, maps.column, strict=True)) != cells
+        or not all(numbers)
+    )
+
+
+def _foreign_summary(found: Finished) -> bool:
+    """Whether the summary is not that of the run."""
+    means = [column for column in MEASURES if column in found.episodes]
+    rows = _numbers(found.summary["rows"], [f"{column}_mean" for column in means], [f"{column}_sd" for column in means])
+    compared = [column for column in statistics.COMPARED if column in found.episodes]
+    against = _numbers(
+        [row for row in found.summary["comparisons"] if row.get("baseline") == "none"],
+        ["damage_left", "toys_reached_left", *(f"{column}_difference_mean" for column in compared)],
+        [f"{column}_p" for column in compared],
+    )
+    wanted = _who(found)
+    acting = {(caregiver, family) for caregiver, family in wanted if caregiver != "none"}
+    return rows != wanted or against != (acting if "none" in found.settings.caregivers else set())
+
+
+def _numbers(rows: list[dict[str, Any]], estimates: list[str], others: list[str]) -> set[tuple[Any, Any]] | None:
+    """Caregivers and families of rows that have all these numbers, or null for them; None if one has not."""
+    stems = [name.removesuffix("_mean") for name in estimates]
+    names = [*estimates, *others, *(f"{stem}_ci_{end}" for stem in stems for end in ("low", "high"))]
+    if not all(isinstance(row.get(name, ""), float | int | None) for row in rows for name in names):
+        return None
+    return {(row.get("caregiver"), row.get("family")) for row in rows}

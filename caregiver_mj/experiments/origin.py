@@ -1,0 +1,95 @@
+"""Whose code a run depends on, beside the package's own: what it came with, and a hash of its source."""
+
+from __future__ import annotations
+
+import ast
+import functools
+import hashlib
+import importlib.metadata
+import pathlib
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+from caregiver_mj.errors import CaregiverError
+
+_DIGITS = 16  # of a hash: more than enough to tell versions apart
+_OWN = __name__.partition(".")[0]
+_INSTALLED = ("site-packages", "dist-packages")  # folders in which what lies beside a module is nobody's own
+
+
+def origin(found: Any) -> str:
+    """Where somebody's class or function comes from, and a hash of all that it depends on.
+
+    That is every source file of the package that it is in; or of a module by itself, the module, and what it imports
+    from beside it. What else its answers depend on, such as weights, it may name in an attribute `files`, paths
+    from the folder of its module on.
+
+    Args:
+        found: Something with a `__module__`.
+
+    Returns:
+        The distribution and its version, or the file if there is none, and the hash; nothing of the package's own.
+
+    Raises:
+        CaregiverError: A file cannot be read.
+    """
+    name = getattr(found, "__module__", None) or type(found).__module__
+    root = name.partition(".")[0]
+    if root == _OWN:
+        return ""
+    file = getattr(sys.modules.get(name), "__file__", None)
+    if file is None:  # typed in at a prompt
+        return root
+    path = pathlib.Path(file).resolve()
+    folder = path.parents[name.count(".") + (path.name == "__init__.py")] if root != "__main__" else path.parent
+    top = path.stem if root == "__main__" else root
+    paths = sorted({*_sources(folder, top), *(path.parent / named for named in getattr(found, "files", ()))})
+    digest = hashlib.sha256()
+    try:
+        for source in paths:
+            content = source.read_bytes()
+            digest.update(f"{source.name} {len(content)}\n".encode() + content)
+    except OSError as error:
+        raise CaregiverError(
+            f"'{error.filename}', which '{name}' depends on, cannot be read: {error.strerror}"
+        ) from None
+    return f"{_distribution(root) or path.name}, sha256 {digest.hexdigest()[:_DIGITS]}"
+
+
+def _sources(folder: pathlib.Path, name: str) -> set[pathlib.Path]:
+    """The source files of a package in a folder; or of a module in it and of what that imports from there."""
+    found: set[pathlib.Path] = set()
+    waiting = [name]
+    while waiting:
+        name = waiting.pop()
+        if (folder / name / "__init__.py").is_file():
+            found |= set((folder / name).rglob("*.py"))
+        elif (module := folder / f"{name}.py").is_file() and module not in found:
+            found.add(module)
+            waiting += () if folder.name in _INSTALLED else set(_imported(module)) - {_OWN}
+    return found
+
+
+def _imported(module: pathlib.Path) -> Iterator[str]:
+    """First parts of the names of the modules that a module imports, wherever in it."""
+    try:
+        tree = ast.parse(module.read_bytes())
+    except SyntaxError:  # it was imported, so it has been edited since
+        return
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.partition(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield node.module.partition(".")[0]
+
+
+def _distribution(root: str) -> str:
+    """What a package or module was installed with."""
+    names = _distributions().get(root)
+    return f"{names[0]} {importlib.metadata.version(names[0])}" if names else ""
+
+
+@functools.cache
+def _distributions() -> dict[str, list[str]]:
+    return dict(importlib.metadata.packages_distributions())

@@ -1,0 +1,58 @@
+"""Runs that differ in their seed alone, put together as one run with more episodes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import pandas as pd
+
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.by_house import by_house
+from caregiver_mj.experiments.finished import Finished
+from caregiver_mj.experiments.run_folder import RunFolder
+from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.experiments.summary import summarise
+from caregiver_mj.experiments.tables import Tables, put_together
+
+_EACH = ("seed", "episodes", "extended_at", "pooled", "file")  # may be what it likes in each run
+
+
+def pool_runs(runs: Sequence[Finished], out: str | os.PathLike[str]) -> dict[str, Any]:
+    """Writes a folder with the episodes of all runs, one run's after the other's; each keeps its seed.
+
+    Args:
+        runs: Finished runs of the same settings and versions, but each of a seed of its own.
+        out: The folder, in which there must not be a run.
+
+    Returns:
+        The content of its summary.json.
+
+    Raises:
+        CaregiverError: The runs are of one seed, or of different settings; or the folder cannot be written.
+    """
+    first, *others = runs
+    for other in others:
+        keys = {**first.record, **other.record}
+        unlike = [key for key in keys if key not in _EACH and first.record.get(key) != other.record.get(key)]
+        if unlike:
+            raise CaregiverError(
+                f"'{first.path}' and '{other.path}' are not the same but for the seed: {', '.join(unlike)}"
+            )
+    seeds = [pair for run in runs for pair in run.seeds]
+    if len({seed for seed, _ in seeds}) < len(seeds):
+        raise CaregiverError(f"runs to be pooled must have different seeds, not {', '.join(str(s) for s, _ in seeds)}")
+    total = sum(episodes for _, episodes in seeds)
+    record = {**{key: value for key, value in first.record.items() if key != "extended_at"}, "episodes": total}
+    record["pooled"] = [list(pair) for pair in seeds]
+    parts, before = [], 0
+    for run in runs:
+        parts.append(Tables(run.episodes.assign(episode=run.episodes["episode"] + before), run.maps))
+        before += run.settings.episodes
+    settings = Settings.of_record(record)
+    episodes, maps = put_together(settings, parts)
+    summary = {**summarise(settings, episodes), "seeds": [seed for seed, _ in seeds]}
+    houses: pd.DataFrame | None = by_house(episodes) if len(settings.plans) > 1 else None
+    RunFolder(out, record).finish(episodes, summary, maps, houses)
+    return summary

@@ -1,0 +1,55 @@
+"""A policy of somebody's own for the robot's actions, made for one environment."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans.hazards import NOTHING
+
+if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.house.rendering
+    import dm_env
+    from dm_control.rl import control
+
+
+class OwnPolicy:
+    """Calls somebody's policy, and is to whoever looks on what a `CaregiverPolicy` is.
+
+    Attributes:
+        name: What it goes by.
+    """
+
+    # It says nothing of what it is about, nor why.
+    assessment = intervention = None
+    target = NOTHING
+    activity = ""
+
+    def __init__(self, name: str, make: Callable[[Any], Any], env: control.Environment):
+        """Makes the policy.
+
+        Args:
+            name: What it goes by.
+            make: Called with the environment; answers with the policy, which is called with a time step and answers
+                with an action. If the policy has a `reset`, that is called with a seed at the start of every episode.
+            env: An environment of this package, with the robot in it.
+
+        Raises:
+            CaregiverError: There is no robot, or what is made is no policy.
+        """
+        if not env.task.has_robot:
+            raise CaregiverError(f"there is no robot in this environment for '{name}' to act with")
+        self.name, self._task, self._policy = name, env.task, make(env)
+        if not callable(self._policy):
+            raise CaregiverError(
+                f"'{name}' must make a policy of an environment, which answers a time step with an action; "
+                f"it has made {type(self._policy).__name__}"
+            )
+
+    def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
+        """Answers an observation with an action."""
+        if timestep.first() and (reset := getattr(self._policy, "reset", None)):
+            reset(self._task.caregiver_seed)
+        return self._policy(timestep)

@@ -1,0 +1,62 @@
+"""What is there now, by what is observed: late, with errors and gaps, as the sensing says.
+
+Where observations are exact they are taken as they are. Else what the robot does itself is known from its references,
+a candle that nobody touches is known not to move, one in the hand to move with it, and children to go on as they do.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from caregiver_mj.house.sensing import Sensing
+from caregiver_mj.policy.candle_estimates import CandleEstimates
+from caregiver_mj.policy.child_estimates import ChildEstimates
+from caregiver_mj.policy.self_estimate import SelfEstimate
+from caregiver_mj.robot.motion import RobotMotion
+
+Observation = dict[str, np.ndarray]
+
+
+class Senses:
+    """Estimates, from observation to observation, in one episode after the other."""
+
+    def __init__(self, sensing: Sensing, robot: RobotMotion, control_timestep: float):
+        """Prepares them.
+
+        Args:
+            sensing: How well observations show what there is.
+            robot: The robot's references.
+            control_timestep: Seconds between observations.
+        """
+        self._sensing, self._robot, self._timestep = sensing, robot, control_timestep
+        self._steps = sensing.delay_steps(control_timestep)
+
+    @property
+    def age(self) -> float:
+        """Seconds by which observations are late."""
+        return self._steps * self._timestep
+
+    def reset(self) -> None:
+        """Begins an episode, when the robot's references have begun it."""
+        if self._sensing.is_exact:
+            return
+        self._self = SelfEstimate(self._sensing.base, self._robot, self._steps)
+        self._candles = CandleEstimates(self._sensing.candle, self._robot.robot)
+        self._children = ChildEstimates(self._sensing.child, self._timestep, self.age)
+
+    def now(self, observation: Observation) -> Observation:
+        """What an observation would be if it were exact and of this moment, as well as that is known."""
+        if self._sensing.is_exact:
+            return observation
+        then, now = self._self.update(observation["base_position"], observation["arm_position"])
+        estimate = dict(observation)
+        estimate["base_position"], estimate["arm_position"] = now
+        position, velocity = self._children.update(observation["toddler_position"], observation["toddler_velocity"])
+        estimate["toddler_position"], estimate["toddler_velocity"] = position, velocity
+        if "candle_position" in observation:
+            fingers = float(observation["finger_position"].sum())
+            poses = observation["candle_position"], observation["candle_orientation"]
+            estimate["candle_position"], estimate["candle_orientation"] = self._candles.update(
+                *poses, fingers, then, now
+            )
+        return estimate

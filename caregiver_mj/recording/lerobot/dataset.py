@@ -1,0 +1,155 @@
+"""The writer of the whole folder."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import pathlib
+import shutil
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.recording.about import About
+from caregiver_mj.recording.lerobot import layout, stats
+from caregiver_mj.recording.lerobot.features import IMAGES, columns, features, table
+from caregiver_mj.recording.lerobot.layout import Shard
+from caregiver_mj.recording.lerobot.video import Film
+from caregiver_mj.recording.steps import Steps
+
+
+def write_lerobot(
+    folder: pathlib.Path,
+    episodes: Iterable[Steps],
+    about: About,
+    megabytes: tuple[float, float] = (layout.DATA_MEGABYTES, layout.VIDEO_MEGABYTES),
+) -> None:
+    """Writes a data set; it is there when it is whole, and only then.
+
+    Args:
+        folder: Its folder, which must not exist.
+        episodes: At least one, all alike in what they hold; they are read one after the other.
+        about: What the data set says of itself.
+        megabytes: Of a file of rows and of a film, from which on the next episode goes into another one.
+
+    Raises:
+        CaregiverError: There are no whole steps a second, so that there can be no film of them.
+    """
+    check_rate(about.rate)
+    unfinished = folder.with_name(f".{folder.name}.tmp")
+    shutil.rmtree(unfinished, ignore_errors=True)
+    with contextlib.closing(_Writer(unfinished, about, *megabytes)) as writer:
+        for episode in episodes:
+            writer.add(episode)
+    unfinished.replace(folder)
+
+
+def check_rate(rate: float) -> None:
+    """Raises CaregiverError unless there are whole steps a second."""
+    if rate < 1 or abs(rate - round(rate)) > 1e-9:
+        raise CaregiverError(f"LeRobot wants whole steps a second, and there are {rate:.3g}: take another format")
+
+
+class _Writer:
+    """Writes one episode after the other, and on closing what is said of them all."""
+
+    def __init__(self, root: pathlib.Path, about: About, data_megabytes: float, video_megabytes: float):
+        self._root, self._about, self._rate = root, about, round(about.rate)
+        self._most_bytes, self._film_bytes = data_megabytes * 1e6, video_megabytes * 1e6
+        self._features: dict[str, dict[str, Any]] = {}
+        self._films: dict[str, Film] = {}
+        self._rows: list[dict[str, Any]] = []  # one an episode
+        self._stats: list[dict[str, stats.Stats]] = []
+        self._shard, self._bytes, self._count = Shard(), 0, 0
+        self._data: pq.ParquetWriter | None = None
+
+    def add(self, episode: Steps) -> None:
+        """Writes an episode."""
+        if not self._features:
+            self._features = features(episode, self._about)
+            self._films = {
+                name: Film(self._root, IMAGES + name, self._rate, self._film_bytes) for name in episode.frames
+            }
+        values = columns(episode, self._count, self._rate)
+        self._add_rows(table(values))
+        row = {
+            "episode_index": episode.number,
+            "tasks": [self._about.task],
+            "length": len(episode),
+            "dataset_from_index": self._count,
+            "dataset_to_index": self._count + len(episode),
+            **self._shard.columns("data"),
+            **Shard().columns("meta/episodes"),
+            "seed": episode.seed,
+            "terminated": episode.terminated,
+            "diverged": episode.diverged,
+        }
+        found = {name: stats.of_values(column) for name, column in values.items()}
+        for name, film in self._films.items():
+            frames = episode.frames[name][: len(episode)]
+            row |= film.add(frames)
+            found[IMAGES + name] = stats.of_frames(frames)
+        self._rows.append(row)
+        self._stats.append(found)
+        self._count += len(episode)
+
+    def _add_rows(self, rows: pa.Table) -> None:
+        """Writes the rows of an episode, together, to the present file, or to another if that has become large."""
+        if self._data is not None and self._bytes > self._most_bytes:
+            self._data.close()
+            self._data, self._shard, self._bytes = None, self._shard.next(), 0
+        if self._data is None:
+            self._data = pq.ParquetWriter(self._shard.path(self._root, layout.DATA), rows.schema)
+        self._data.write_table(rows, row_group_size=len(rows))
+        self._bytes += rows.nbytes
+
+    def close(self) -> None:
+        """Writes what is said of all episodes."""
+        for film in self._films.values():
+            film.close()
+        if self._data is None:
+            return
+        self._data.close()
+        episodes = [
+            row | {f"stats/{name}/{what}": value for name, column in found.items() for what, value in column.items()}
+            for row, found in zip(self._rows, self._stats, strict=True)
+        ]
+        listed = [{key: _plain(value) for key, value in row.items()} for row in episodes]
+        pq.write_table(pa.Table.from_pylist(listed), Shard().path(self._root, layout.EPISODES))
+        tasks = pd.DataFrame({"task_index": [0]}, index=pd.Index([self._about.task], name="task"))
+        tasks.to_parquet(self._root / layout.TASKS)
+        whole = {name: stats.together([found[name] for found in self._stats]) for name in self._stats[0]}
+        self._write_json(
+            layout.STATS, {name: {k: _plain(v) for k, v in column.items()} for name, column in whole.items()}
+        )
+        self._write_json(layout.INFO, self._info())
+
+    def _info(self) -> dict[str, Any]:
+        count = len(self._rows)
+        return {
+            "codebase_version": layout.VERSION,
+            "robot_type": self._about.robot or None,
+            "total_episodes": count,
+            "total_frames": self._count,
+            "total_tasks": 1,
+            "chunks_size": layout.FILES_IN_CHUNK,
+            "data_files_size_in_mb": layout.DATA_MEGABYTES,
+            "video_files_size_in_mb": layout.VIDEO_MEGABYTES,
+            "fps": self._rate,
+            "splits": {"train": f"0:{count}"},
+            "data_path": layout.DATA,
+            "video_path": layout.VIDEO if self._films else None,
+            "features": self._features,
+        }
+
+    def _write_json(self, name: str, content: Any) -> None:
+        (self._root / name).write_text(json.dumps(content, indent=4) + "\n", encoding="utf-8")
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist() if isinstance(value, np.ndarray) else value

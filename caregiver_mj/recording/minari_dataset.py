@@ -1,0 +1,139 @@
+"""Episodes as a Minari data set (extra `minari`): HDF5, which `minari.load_dataset` reads."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import pathlib
+import shutil
+import warnings
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from caregiver_mj.errors import CaregiverError, MissingExtraError
+from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.recording.about import About
+from caregiver_mj.recording.steps import Steps
+
+if TYPE_CHECKING:
+    import gymnasium
+
+_ROOT = "MINARI_DATASETS_PATH"  # where Minari looks for data sets
+
+
+def check_name(name: str) -> None:
+    """Raises CaregiverError unless Minari is there, and a data set can have this name."""
+    try:
+        import h5py  # noqa: F401
+        import minari
+    except ImportError as error:
+        raise MissingExtraError(
+            f"a Minari data set needs minari and h5py ({error}): pip install 'caregiver_mj[minari]'"
+        ) from None
+    match = minari.dataset.minari_dataset.DATASET_ID_RE.fullmatch(name)
+    if match is None or match["version"] is None:
+        raise CaregiverError(f"a Minari data set is called NAME-vNUMBER or GROUP/NAME-vNUMBER, not '{name}'")
+
+
+def write_minari(
+    root: pathlib.Path,
+    name: str,
+    episodes: Iterable[Steps],
+    about: About,
+    spaces: tuple[gymnasium.spaces.Dict, gymnasium.Space],
+    spec: Any = None,
+) -> None:
+    """Writes a data set; it is there when it is whole, and only then.
+
+    Frames become observations, by the camera's name, and JPEG on disk, as is Minari's manner.
+
+    Args:
+        root: The folder in which Minari looks for data sets.
+        name: As of `check_name`.
+        episodes: At least one, all of the same spaces; they are read one after the other.
+        about: What the data set says of itself.
+        spaces: Those of observations, without frames, and of actions.
+        spec: The `EnvSpec` of the environment, for `recover_environment`.
+
+    Raises:
+        MissingExtraError: Minari is not installed.
+    """
+    check_name(name)
+    import gymnasium
+    import minari
+
+    root = root.absolute()  # Minari loses its way else
+    unfinished = root / f".{name.replace('/', '_')}.tmp"
+    shutil.rmtree(unfinished, ignore_errors=True)
+    unfinished.mkdir(parents=True)
+    dataset = None
+    with _root(unfinished), warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # that there is neither author nor permanent link
+        for episode in episodes:
+            buffer = [_buffer(episode)]
+            if dataset is not None:
+                dataset.update_dataset_from_buffer(buffer)
+                continue
+            images = {
+                camera: gymnasium.spaces.Box(0, 255, frames.shape[1:], np.uint8)
+                for camera, frames in episode.frames.items()
+            }
+            observed = gymnasium.spaces.Dict({**spaces[0].spaces, **images}) if images else spaces[0]
+            dataset = minari.create_dataset_from_buffers(
+                name,
+                buffer,
+                env=spec,
+                eval_env=spec,
+                algorithm_name=about.policy,
+                observation_space=observed,
+                action_space=spaces[1],
+                description=about.description,
+                requirements=[f"caregiver_mj=={about.version}"],
+            )
+        target = root / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        for record in unfinished.rglob("namespace_metadata.json"):
+            place = root / record.relative_to(unfinished)
+            if not place.exists():
+                shutil.copy(record, place)
+        (unfinished / name).replace(target)
+    shutil.rmtree(unfinished)
+
+
+def _buffer(episode: Steps) -> Any:
+    """An episode as Minari has it: of what an environment tells there is one more than steps, the reset's first."""
+    from minari.data_collector import EpisodeBuffer
+
+    last = np.arange(len(episode)) == len(episode) - 1
+    infos = {
+        "cost": np.concatenate([[0.0], episode.costs]),
+        "damage": np.concatenate([[0.0], episode.damage]),
+        "strikes": np.concatenate([[0], episode.strikes]),
+        "intervention": np.concatenate([[NOTHING], episode.interventions]),
+    }
+    return EpisodeBuffer(
+        id=episode.number,
+        seed=episode.seed,
+        observations=episode.observations | episode.frames,
+        actions=episode.actions,
+        rewards=episode.rewards,
+        terminations=last & episode.terminated,
+        truncations=last & (not episode.terminated),
+        infos=infos,
+    )
+
+
+@contextlib.contextmanager
+def _root(path: pathlib.Path) -> Iterator[None]:
+    """Has Minari look there for a while."""
+    before = os.environ.get(_ROOT)
+    os.environ[_ROOT] = str(path)
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[_ROOT]
+        else:
+            os.environ[_ROOT] = before

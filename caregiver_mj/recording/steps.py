@@ -1,0 +1,144 @@
+"""An episode step by step, as it goes into a data set, and how it is kept until all of them are there."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import json
+import pathlib
+import shutil
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from caregiver_mj.errors import CaregiverError
+
+_ARRAYS, _REST = "arrays.npz", "episode.json"
+
+
+@dataclasses.dataclass(frozen=True)
+class Steps:
+    """An episode of n steps.
+
+    Attributes:
+        number: Its number in the data set, from 0.
+        seed: What it is the episode of, in `evaluate` and `render` as here.
+        observations: What was seen, by key: before every step and after the last one, (n + 1, ...) each.
+        actions: What was done, (n, ...).
+        rewards: What came of it, (n,).
+        costs: Harm in each step, as of `CostMeter`: damage, and 1 for every strike, (n,).
+        damage: Damage to the children in each, (n,).
+        strikes: How often the robot struck one, (n,).
+        interventions: Number of the hazard that was being protected from, or NOTHING, (n,).
+        terminated: Whether the episode came to its end; else it was cut off.
+        diverged: Whether that was because the simulation came apart.
+        outcome: What is measured of an episode, as in the tables.
+        frames: What cameras saw, by their names, with the observations, uint8 (n + 1, height, width, 3) each.
+    """
+
+    number: int
+    seed: int
+    observations: dict[str, np.ndarray]
+    actions: np.ndarray
+    rewards: np.ndarray
+    costs: np.ndarray
+    damage: np.ndarray
+    strikes: np.ndarray
+    interventions: np.ndarray
+    terminated: bool
+    diverged: bool
+    outcome: dict[str, Any]
+    frames: dict[str, np.ndarray] = dataclasses.field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.rewards)
+
+    def save(self, folder: pathlib.Path) -> None:
+        """Writes all but the frames, which are there already: `frames_file`."""
+        arrays = {f"observations/{key}": values for key, values in self.observations.items()}
+        rest: dict[str, Any] = {"frames": {name: values.shape for name, values in self.frames.items()}}
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            if isinstance(value, np.ndarray):
+                arrays[field.name] = value
+            elif field.name not in ("observations", "frames"):
+                rest[field.name] = value
+        np.savez(folder / _ARRAYS, allow_pickle=False, **arrays)
+        (folder / _REST).write_text(json.dumps(rest), encoding="utf-8")
+
+    @classmethod
+    def load(cls, folder: pathlib.Path) -> Steps:
+        """Reads what `save` has written; frames stay on disk until they are looked at."""
+        rest = json.loads((folder / _REST).read_text("utf-8"))
+        with np.load(folder / _ARRAYS) as file:
+            arrays = dict(file)
+        observations = {key.partition("/")[2]: arrays.pop(key) for key in list(arrays) if "/" in key}
+        frames: dict[str, np.ndarray] = {
+            name: np.memmap(frames_file(folder, name), np.uint8, "r", shape=tuple(shape))
+            for name, shape in rest.pop("frames").items()
+        }
+        return cls(observations=observations, frames=frames, **arrays, **rest)
+
+
+def frames_file(folder: pathlib.Path, camera: str) -> pathlib.Path:
+    """Where the frames of a camera are, one after the other."""
+    return folder / f"{camera}.frames"
+
+
+class Store:
+    """Finished episodes on disk, until there is a data set of them. One that was broken off leaves nothing."""
+
+    def __init__(self, path: pathlib.Path, asked: dict[str, Any], resume: bool = False):
+        """Creates the store, or opens the one that was left.
+
+        Args:
+            path: Its folder.
+            asked: Everything that the episodes depend on, as JSON.
+            resume: Whether to go on with what is there.
+
+        Raises:
+            CaregiverError: What is there is not to be gone on with, or is of something else that was asked for.
+        """
+        self.path, record = path, path / "asked.json"
+        asked = json.loads(json.dumps(asked))
+        if record.exists():
+            if not resume:
+                raise CaregiverError(
+                    f"'{path}' holds a recording that was broken off: go on with --resume, or remove it"
+                )
+            found = json.loads(record.read_text("utf-8"))
+            other = [key for key in {**found, **asked} if found.get(key) != asked.get(key)]
+            if other:
+                what = "; ".join(f"{key} is {found.get(key)} there and {asked.get(key)} here" for key in other)
+                raise CaregiverError(f"'{path}' holds a recording of other settings: {what}")
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+            record.write_text(json.dumps(asked), encoding="utf-8")
+        except OSError as error:
+            raise CaregiverError(f"'{path}' cannot be written: {error.strerror}") from None
+
+    def __contains__(self, number: int) -> bool:
+        return (_folder(self.path, number) / _REST).exists()
+
+    def load(self, number: int) -> Steps:
+        """An episode that is there."""
+        return Steps.load(_folder(self.path, number))
+
+    def remove(self) -> None:
+        """Throws everything away."""
+        shutil.rmtree(self.path)
+
+
+@contextlib.contextmanager
+def new_episode(store: pathlib.Path, number: int) -> Iterator[pathlib.Path]:
+    """Gives a folder to put an episode into; it is in the store once that has gone well."""
+    folder, unfinished = _folder(store, number), store / f"{number:06d}.tmp"
+    shutil.rmtree(unfinished, ignore_errors=True)
+    unfinished.mkdir(parents=True)
+    yield unfinished
+    unfinished.replace(folder)
+
+
+def _folder(store: pathlib.Path, number: int) -> pathlib.Path:
+    return store / f"{number:06d}"

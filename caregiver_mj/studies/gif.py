@@ -1,0 +1,61 @@
+"""Makes the moving picture of the README: a part of an episode in the house, faster than it was, as a GIF."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import dataclasses
+import pathlib
+from collections.abc import Iterator
+
+from PIL import Image
+
+from caregiver_mj.children.family import Family
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot.embodiment import DEFAULT
+from caregiver_mj.viz.episode import Episode
+from caregiver_mj.viz.studio import Studio
+
+HOUSE = "house-6-13x9-rooms2-stairwells2-candles2-tables2-bins3"  # small, so that one sees what is going on
+FRAMES_A_SECOND, SPEED = 10, 2.0  # of the picture; of its time over that of the house
+COLOURS = 96
+_TRAIL_SECONDS = 20.0
+
+
+def frames(episode: Episode, begin: float, end: float, width: int, height: int) -> Iterator[Image.Image]:
+    """What happens from one moment to another, in seconds of the house."""
+    step = SPEED / FRAMES_A_SECOND
+    studio = Studio(episode, width, height, "overview", round(_TRAIL_SECONDS / step))
+    for number in range(round(begin / step), round(end / step)):
+        if not episode.run_until(number * step):
+            return
+        yield Image.fromarray(studio.frame())
+
+
+def write(path: pathlib.Path, pictures: Iterator[Image.Image]) -> None:
+    """Writes a GIF that goes round and round, all of it with the colours of its first picture."""
+    first = next(pictures).quantize(COLOURS, dither=Image.Dither.NONE)
+    others = [picture.quantize(palette=first, dither=Image.Dither.NONE) for picture in pictures]
+    milliseconds = 1000 // FRAMES_A_SECOND
+    first.save(path, save_all=True, append_images=others, duration=milliseconds, loop=0, optimize=True)
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Films, and writes the picture."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("docs/caregiver.gif"), metavar="FILE.gif")
+    parser.add_argument("--house", default=HOUSE)
+    parser.add_argument("--caregiver", default="paper")
+    parser.add_argument("--epsilon", default="0.5")
+    parser.add_argument("--seed", type=int, default=0, help="of the run to which the episode belongs")
+    parser.add_argument("--begin", type=float, default=5.0, help="seconds since the episode's start")
+    parser.add_argument("--end", type=float, default=39.0, help="likewise")
+    parser.add_argument("--width", type=int, default=800, help="pixels")
+    parser.add_argument("--height", type=int, default=450)
+    options = parser.parse_args(arguments)
+    family, plan = Family.parse(options.epsilon), FloorPlan.load(options.house)
+    plan = dataclasses.replace(plan, name="-".join(plan.name.split("-")[:2]))  # there is no room for more
+    episode = Episode.load("supervise", plan, family, options.seed, 0, options.caregiver, DEFAULT)
+    with contextlib.closing(episode.env):
+        write(options.out, frames(episode, options.begin, options.end, options.width, options.height))
+    print(options.out)

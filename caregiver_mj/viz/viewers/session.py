@@ -1,0 +1,141 @@
+"""A session: an episode that runs at the speed one likes, pauses, goes on by steps, and is exchanged for another.
+
+It knows nothing of windows and browsers, nor of threads: whoever shows it calls it from one.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import time
+from collections.abc import Callable
+
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.viz.episode import Episode
+from caregiver_mj.viz.viewers.watched import Watched
+
+SLOWEST, FASTEST = 0.1, 20.0  # times the speed of the simulated world
+_LONGEST = 0.25  # seconds that one call may take, and that are made up for after a longer break
+_PIECE = 0.1  # seconds of the simulated world between looks at the clock
+
+
+class Session:
+    """An episode that is watched.
+
+    Attributes:
+        watched: Which one it is.
+        episode: It itself.
+        playing: Whether it runs.
+        over: Whether it has come to its end.
+        behind: Whether this machine is too slow for the speed that was asked for.
+        begun: How many episodes have been begun.
+    """
+
+    def __init__(
+        self,
+        watched: Watched,
+        *,
+        speed: float = 1.0,
+        playing: bool = True,
+        begin: Callable[[Watched], Episode] = Watched.begin,
+        clock: Callable[[], float] = time.monotonic,
+    ):
+        """Begins an episode.
+
+        Args:
+            watched: Which one.
+            speed: How many seconds of the simulated world pass in one.
+            playing: Whether it runs at once.
+            begin: Makes the episode.
+            clock: The time in seconds.
+
+        Raises:
+            CaregiverError: There can be no such episode, or the speed is out of range.
+        """
+        self._make, self._clock = begin, clock
+        self.speed = speed
+        self.playing = playing
+        self.over = False
+        self.begun = 0
+        self._begin(watched)
+
+    # -- What one can do -------------------------------------------------------------------------
+
+    @property
+    def speed(self) -> float:
+        """How many seconds of the simulated world pass in one."""
+        return self._speed
+
+    @speed.setter
+    def speed(self, speed: float) -> None:
+        if not (math.isfinite(speed) and SLOWEST <= speed <= FASTEST):
+            raise CaregiverError(f"speed must lie in {SLOWEST:g} to {FASTEST:g}, not at {speed:g}")
+        self._speed = float(speed)
+
+    def play(self) -> None:
+        """Lets it run on from here."""
+        self.skip_time()
+        self.playing = not self.over
+
+    def skip_time(self) -> None:
+        """Lets the time since the last call of `advance` pass without running on."""
+        self._last = self._clock()
+
+    def pause(self) -> None:
+        """Halts it."""
+        self.playing = False
+
+    def step(self, seconds: float | None = None) -> None:
+        """Pauses, and runs on for so long: one step of control by default."""
+        self.pause()
+        env = self.episode.env
+        self._run_until(self.episode.seconds + (env.control_timestep() if seconds is None else seconds))
+
+    def next_move(self) -> None:
+        """Pauses, and runs on until the children's next moves begin."""
+        move = self.episode.env.task.novice_timestep
+        self.step((math.floor(self.episode.seconds / move + 1e-6) + 1) * move - self.episode.seconds)
+
+    def restart(self) -> None:
+        """Begins the same episode once more."""
+        self._begin(self.watched)
+
+    def change(self, **settings: object) -> None:
+        """Begins another episode, which differs in some attributes of `Watched`.
+
+        Raises:
+            CaregiverError: There can be no such episode; the present one goes on.
+        """
+        self._begin(dataclasses.replace(self.watched, **settings))  # type: ignore[arg-type]
+
+    # -- Time ------------------------------------------------------------------------------------
+
+    def advance(self) -> None:
+        """Runs on for as long as has passed since the last call, at the speed that is asked for."""
+        now = self._clock()
+        passed, self._last = now - self._last, now
+        self.behind = self.playing and passed > _LONGEST
+        if not self.playing:
+            return
+        self._until += min(passed, _LONGEST) * self.speed
+        while self.playing and self.episode.seconds + _PIECE < self._until:
+            self._run_until(self.episode.seconds + _PIECE, keep=True)
+            if self._clock() - now > _LONGEST:
+                self.behind = True
+                self._until = self.episode.seconds
+        self._run_until(self._until, keep=True)
+
+    def _run_until(self, seconds: float, keep: bool = False) -> None:
+        if not self.episode.run_until(seconds):
+            self.playing, self.over = False, True
+        if not keep:
+            self._until = self.episode.seconds
+
+    def _begin(self, watched: Watched) -> None:
+        episode = self._make(watched)
+        episode.run_until(0.0)  # for a first look at the children
+        self.watched, self.episode = watched, episode
+        self.begun += 1
+        self.playing = self.playing or self.over  # the end has stopped the last one, and nobody else
+        self.over = self.behind = False
+        self._until, self._last = 0.0, self._clock()

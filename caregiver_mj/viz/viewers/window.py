@@ -1,0 +1,162 @@
+"""A session in MuJoCo's own viewer: a window on the display of this machine."""
+
+from __future__ import annotations
+
+import caregiver_mj.house.rendering  # noqa: F401 (comes before dm_control)
+
+# isort: split
+import copy
+import dataclasses
+import math
+import queue
+import threading
+import time
+
+import glfw
+import mujoco
+import mujoco.viewer
+
+from caregiver_mj.errors import RenderingError
+from caregiver_mj.viz.episode import Episode
+from caregiver_mj.viz.hud.state import HudState
+from caregiver_mj.viz.tiles import Tile, draw_tiles
+from caregiver_mj.viz.viewers.session import FASTEST, SLOWEST, Session
+
+_PERIOD = 1 / 60  # seconds between looks
+_KEYS = {
+    glfw.KEY_SPACE: "pause",
+    glfw.KEY_RIGHT: "step",
+    glfw.KEY_DOWN: "next move",
+    glfw.KEY_EQUAL: "faster",
+    glfw.KEY_MINUS: "slower",
+    glfw.KEY_N: "next",
+    glfw.KEY_R: "again",
+}
+_HELP = (
+    "space\nright\ndown\n= -\nR N",
+    "pause, go on\none step of 0.02 s\nto the next move\nfaster, slower\nagain, next episode",
+)
+_LAST_PICTURE = 20.0  # seconds that it may take
+_CAMERA = "overview"
+_LOWEST = 0.04  # metres: lower tiles and the rugs below them are too close for a window's depth buffer
+_BAR = 20  # letters of a full bar
+
+
+class Window:
+    """Shows a session in a window, which has a copy of what it draws: nobody waits for the other.
+
+    Attributes:
+        session: What is shown.
+    """
+
+    def __init__(self, session: Session):
+        """Opens the window.
+
+        Raises:
+            RenderingError: There can be none.
+        """
+        self.session = session
+        self._pressed: queue.SimpleQueue[int] = queue.SimpleQueue()
+        physics = session.episode.env.physics
+        self._model = copy.copy(physics.model.ptr)
+        self._model.vis.global_.fovy = self._model.camera(_CAMERA).fovy[0]
+        self._data = mujoco.MjData(self._model)
+        if not glfw.init():  # else the viewer would wait for ever for a window
+            raise RenderingError("no window can be opened: use `caregiver-mj view --web`, and a browser")
+        before = set(threading.enumerate())
+        try:
+            self._viewer = mujoco.viewer.launch_passive(
+                self._model, self._data, key_callback=self._pressed.put, show_left_ui=False, show_right_ui=False
+            )
+        except RuntimeError as error:  # on macOS, unless it is mjpython that runs this
+            raise RenderingError(f"no window can be opened ({error}): `caregiver-mj view --web` needs none") from None
+        self._drawing = set(threading.enumerate()) - before
+        with self._viewer.lock():
+            self._viewer.cam.type = mujoco.mjtCamera.mjCAMERA_FREE
+            _look(self._viewer.cam, session.episode)
+
+    def run(self) -> None:
+        """Runs the session until somebody closes the window or interrupts it."""
+        while self._viewer.is_running():
+            due = time.monotonic() + _PERIOD
+            while not self._pressed.empty():
+                press(self.session, self._pressed.get())
+            self.session.advance()
+            self.show()
+            time.sleep(max(due - time.monotonic(), 0.0))
+
+    def show(self) -> None:
+        """Shows the present moment."""
+        episode = self.session.episode
+        with self._viewer.lock():
+            mujoco.mj_copyData(self._data, self._model, episode.env.physics.data.ptr)
+            self._viewer.user_scn.ngeom = 0
+            draw_tiles(self._viewer.user_scn, [_raised(tile) for tile in episode.tiles()])
+        names, values = texts(episode.hud_state(trail_length=1), self.session)
+        top, bottom = mujoco.mjtGridPos.mjGRID_TOPLEFT, mujoco.mjtGridPos.mjGRID_BOTTOMLEFT
+        font = mujoco.mjtFontScale.mjFONTSCALE_100
+        self._viewer.set_texts([(font, top, names, values), (font, bottom, *_HELP)])
+        self._viewer.sync()
+
+    def close(self) -> None:
+        """Closes the window, and waits for its last picture: to end the process within it would hang."""
+        self._viewer.close()
+        for thread in self._drawing:
+            thread.join(_LAST_PICTURE)
+
+
+def press(session: Session, key: int) -> None:
+    """Does what a key, as GLFW numbers them, stands for."""
+    match _KEYS.get(key):
+        case "pause":
+            session.pause() if session.playing else session.play()
+        case "step":
+            session.step()
+        case "next move":
+            session.next_move()
+        case "faster":
+            session.speed = min(2 * session.speed, FASTEST)
+        case "slower":
+            session.speed = max(session.speed / 2, SLOWEST)
+        case "again":
+            session.restart()
+        case "next":
+            session.change(number=session.watched.number + 1)
+
+
+def texts(state: HudState, session: Session) -> tuple[str, str]:
+    """What stands in a corner of the window, in two columns."""
+    rows = [
+        ("caregiver", state.intervention or "none"),
+        ("timestep", str(state.timestep)),
+        ("epsilon", state.family),
+        ("speed", "over" if session.over else f"{session.speed:g}" if session.playing else "paused"),
+        ("damage", f"{state.damage:g}"),
+    ]
+    for number, child in enumerate(state.children):
+        if child.safe is not None:
+            rows.append(("P(safe)" if len(state.children) == 1 else f"P(safe) {number + 1}", _bar(child.safe)))
+    if state.danger is not None:
+        full = max(1.0, float(state.danger.max(initial=0.0)))
+        for number, hazard in enumerate(state.plan.hazards):
+            mark = " <" if number == state.target else ""
+            rows.append((str(hazard), _bar(float(state.danger[number]), full) + mark))
+    names, values = zip(*rows, strict=True)
+    return "\n".join(names), "\n".join(values)
+
+
+def _raised(tile: Tile) -> Tile:
+    return dataclasses.replace(tile, height=max(tile.height, _LOWEST))
+
+
+def _bar(value: float, full: float = 1.0) -> str:
+    return f"{value:.2f} {'|' * round(_BAR * value / full)}"
+
+
+def _look(camera: mujoco.MjvCamera, episode: Episode) -> None:
+    """Puts the eye where the overview camera is."""
+    overview = episode.env.physics.model.ptr.camera(_CAMERA)
+    place, ahead = overview.pos, -overview.mat0.reshape(3, 3)[:, 2]
+    distance = -place[2] / ahead[2]
+    camera.lookat[:], camera.distance = place + distance * ahead, distance
+    camera.azimuth, camera.elevation = 90.0, math.degrees(math.asin(ahead[2]))

@@ -1,0 +1,180 @@
+"""Tables that are made of the code: the directive `made`, with the name of one, puts it where it stands."""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import inspect
+from collections.abc import Callable, Iterator, Sequence
+
+import gymnasium
+from docutils import nodes
+from docutils.parsers.rst import Directive
+from docutils.statemachine import StringList
+from sphinx.application import Sphinx
+
+import caregiver_mj
+from caregiver_mj.cli import make_parser
+from caregiver_mj.envs.observed import OBSERVED_OF_TARGETS
+from caregiver_mj.recording import record
+from caregiver_mj.robot.embodiments import EMBODIMENTS
+from caregiver_mj.tasks import TASKS
+from caregiver_mj.tasks.observed import OBSERVED
+
+_HOUSE = "paper"
+_TARGETS = "caregiver_mj/SuperviseTargets-v0"
+
+
+def table(titles: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
+    """A table in Markdown."""
+    lines = [titles, ["---"] * len(titles), *rows]
+    return "\n".join("| " + " | ".join(str(cell).replace("|", "\\|") for cell in line) + " |" for line in lines)
+
+
+@functools.cache
+def _environment(name: str) -> gymnasium.Env:
+    return gymnasium.make(name, house=_HOUSE).unwrapped
+
+
+def _of_task(task: str) -> gymnasium.Env:
+    """The environment of a task, which has that of dm_control within."""
+    return _environment(f"caregiver_mj/{task.title().replace('_', '')}-v0")
+
+
+def tasks() -> str:
+    """The tasks of the package, in their own words."""
+    rows = []
+    for name, kind in TASKS.items():
+        env = _of_task(name).dm_env
+        goal = (inspect.getdoc(inspect.getmodule(kind)) or "").splitlines()[0].partition(": ")[2]
+        times = (env.task.time_limit, env.control_timestep(), env.physics.timestep())
+        rows.append([f"`{name}`", goal, inspect.getdoc(kind.get_reward), *map("{:g}".format, times), kind.needs or ""])
+    lengths = ("episode, s", "control timestep, s", "physics timestep, s")
+    return table(["task", "goal", "reward, at every control timestep", *lengths, "needs in the house"], rows)
+
+
+def observation() -> str:
+    """What the tasks show, with the shapes that it has in a house, and the bounds that Gymnasium's have there."""
+    spaces = {key: box for name in reversed(TASKS) for key, box in _of_task(name).observation_space.items()}
+    rows = []
+    for key, seen in OBSERVED.items():
+        shape, bounds = "", ""
+        if (box := spaces.pop(key, None)) is not None:  # else it is only there if it is asked for
+            shape, bounds = box.shape, f"{box.low.min():.4g} to {box.high.max():.4g}"
+        of = f" (`{seen.of}` only)" if seen.of else ""
+        rows.append([f"`{key}`", seen.shape, shape, seen.unit, bounds, seen.meaning + of])
+    if spaces:
+        raise ValueError(f"tasks.observed does not say what {', '.join(spaces)} is")
+    return table(["key", "shape", f"in `{_HOUSE}`", "unit", "within, in Gymnasium", "is"], rows)
+
+
+def action() -> str:
+    """What an action is made of, robot by robot."""
+    return "\n\n".join(map(_action_of, EMBODIMENTS))
+
+
+def _action_of(robot: str) -> str:
+    env = caregiver_mj.load("supervise", _HOUSE, task_kwargs={"embodiment": robot}, visuals=False)
+    spec, layout = env.action_spec(), env.task.embodiment.layout
+    rows = []
+    for number, name in enumerate(spec.name.split("\t")):
+        unit, meaning = "rad", "where the joint shall go"
+        if number in range(layout.size)[layout.base]:
+            unit, meaning = ("rad/s", "rate of turning") if "yaw" in name else ("m/s", "velocity in the house's axes")
+        elif number in range(layout.size)[layout.gripper]:
+            unit, meaning = "m", "how far each finger shall stand off the middle"
+        rows.append([number, f"`{name}`", f"{spec.minimum[number]:g}", f"{spec.maximum[number]:g}", unit, meaning])
+    head = f"**`{robot}`**, {layout.size} values:"
+    return f"{head}\n\n{table(['', 'name', 'least', 'most', 'unit', 'is'], rows)}"
+
+
+def environments() -> str:
+    """The Gymnasium environments, as they are registered."""
+    rows = []
+    for name, spec in gymnasium.registry.items():
+        if spec.namespace == caregiver_mj.__name__:
+            env = _environment(name)
+            discrete = isinstance(env.action_space, gymnasium.spaces.Discrete)
+            actions = f"{env.action_space.n} targets" if discrete else f"{env.action_space.shape[0]} values"
+            vector = f"`{spec.vector_entry_point.rpartition(':')[2]}`" if spec.vector_entry_point else ""
+            keys = ", ".join(f"`{key}`" for key in env.observation_space)
+            rows.append([f"`{name}`", actions, keys, vector])
+    return table(["environment", f"an action in `{_HOUSE}`", "observation", "vector of its own"], rows)
+
+
+def targets() -> str:
+    """What the environments of targets show."""
+    keys = _environment(_TARGETS).observation_space
+    rows = [[f"`{key}`", box.shape, OBSERVED_OF_TARGETS[key]] for key, box in keys.items()]
+    return table(["key", f"shape in `{_HOUSE}`", "is, from 0 to 1"], rows)
+
+
+def columns() -> str:
+    """The columns of `episodes.parquet`."""
+    return record.markdown()
+
+
+def options() -> str:
+    """Every option of every command."""
+    return "\n\n".join(map(_options_of, _commands(make_parser())))
+
+
+def _commands(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser]:
+    """The parsers of the commands that can be given, in their order."""
+    below = [one for one in parser._actions if isinstance(one, argparse._SubParsersAction)]
+    if not below:
+        yield parser
+    for one in below:
+        for command in one.choices.values():
+            yield from _commands(command)
+
+
+def _options_of(parser: argparse.ArgumentParser) -> str:
+    rows = []
+    for one in parser._actions:
+        if not isinstance(one, argparse._HelpAction):
+            said = " ".join(filter(None, ["`, `".join(one.option_strings), _value(one)]))
+            rows.append([f"`{said}`", _default(one), one.help or ""])
+    return f"## {parser.prog}\n\n{parser.description}\n\n{table(['option', 'default', 'is'], rows)}"
+
+
+def _value(one: argparse.Action) -> str:
+    """What follows an option, or stands for an argument."""
+    if one.nargs == 0:
+        return ""
+    return (one.metavar or "|".join(map(str, one.choices or [one.dest.upper()]))) + (" ..." if one.nargs else "")
+
+
+def _default(one: argparse.Action) -> str:
+    if one.required:
+        return "must be given"
+    if one.default is None or one.default is False:
+        return ""
+    values = one.default if isinstance(one.default, list | tuple) else [one.default]
+    return " ".join(f"`{value}`" for value in values)
+
+
+TABLES: dict[str, Callable[[], str]] = {
+    made.__name__: made for made in (tasks, observation, action, environments, targets, columns, options)
+}
+
+
+class Made(Directive):
+    """Puts one of `TABLES` where it stands."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        """Makes it, and has its Markdown read like the page around it."""
+        lines = TABLES[self.arguments[0]]().splitlines()
+        found = nodes.Element()
+        source, line = self.state_machine.get_source_and_line(self.lineno)
+        text = StringList(lines, items=[(source, line)] * len(lines))
+        self.state.nested_parse(text, self.content_offset, found, match_titles=True)
+        return found.children
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Adds the directive."""
+    app.add_directive("made", Made)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,0 +1,109 @@
+"""Every code block of the documentation works: Python is run, and commands are taken by their parsers."""
+
+import pathlib
+import re
+import runpy
+import shlex
+import sys
+
+import pytest
+from sybil import Sybil
+from sybil.parsers.markdown import PythonCodeBlockParser
+
+from caregiver_mj import cli
+
+ROOT = pathlib.Path(__file__).parents[2]
+PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])
+SET_UP = (
+    "scripts/demo",
+    "scripts/test",
+    "scripts/docs",
+    ".ci/run",
+    "pip",
+)  # too much for a test, or what runs this one
+# A house of somebody's own, as the pages call it.
+PLAN = "########\n#S...B.#\n#......#\n#.C..T.#\n#.B....#\n########\n"
+
+
+def name(path):
+    return str(path.relative_to(ROOT))
+
+
+# Lines that are indented as code is, or begin with a prompt.
+COMMAND = re.compile(r"^(?:    |\$ )(?:python )?((?:caregiver-mj |scripts/|\.ci/|pip ).*)$", re.M)
+
+
+def commands(text):
+    """The commands in a page, as lists of words."""
+    for line in COMMAND.findall(text):
+        yield shlex.split(line, comments=True)
+
+
+COMMANDS = [(name(path), words) for path in PAGES for words in commands(path.read_text("utf-8"))]
+OURS = [(page, words[1:]) for page, words in COMMANDS if words[0] == "caregiver-mj"]
+SCRIPTS = sorted({tuple(words) for _, words in COMMANDS if words[0] not in ("caregiver-mj", *SET_UP)})
+
+
+# A block that says in its first line which file it is of: the commands of all pages find it.
+FILE = re.compile(r"^```python\n# (\w+\.py)\n(.*?)^```", re.M | re.S)
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "my-house.txt").write_text(PLAN)
+    files = [found for path in PAGES for found in FILE.findall(path.read_text("utf-8"))]
+    for file, block in files:
+        (tmp_path / file).write_text(block)
+    yield
+    for file, _ in files:
+        sys.modules.pop(file.removesuffix(".py"), None)
+
+
+def test_there_are_commands_and_blocks():
+    assert {"README.md", "docs/guide/start.md", "docs/guide/evaluating.md"} <= {page for page, _ in OURS}
+    assert len(SCRIPTS) > 5
+    assert len([path for path in PAGES if "```python" in path.read_text("utf-8")]) > 10
+
+
+@pytest.mark.parametrize("path", [path for path in PAGES if "```python" in path.read_text("utf-8")], ids=name)
+def test_python_runs(path, tmp_path, capsys):
+    document = Sybil([PythonCodeBlockParser()]).parse(path)
+    document.namespace["__file__"] = str(tmp_path / "page.py")
+    examples = list(document.examples())
+    assert len(examples) == path.read_text("utf-8").count("```python")
+    for example in examples:  # in one namespace, as somebody reads them
+        example.evaluate()
+
+
+@pytest.mark.parametrize(("page", "words"), OURS, ids=lambda value: value if isinstance(value, str) else "")
+def test_command_is_taken(page, words, capsys):
+    if words[0] == "evaluate":  # all else is checked before the number of episodes is, and before anything is written
+        assert cli.main([*words, "--episodes", "0"]) == 2
+        assert "episodes must be at least 1, not 0" in capsys.readouterr().err
+    elif words[0] == "house":
+        assert cli.main(words) == 0
+    else:
+        assert callable(cli.make_parser().parse_args(words).run)
+
+
+@pytest.mark.parametrize("words", SCRIPTS, ids=" ".join)
+def test_script_has_the_options(words, monkeypatch, capsys):
+    script, *given = words
+    assert (ROOT / script).is_file()
+    asked = {word.partition("=")[0] for word in given if word.startswith("--")}
+    if asked:
+        monkeypatch.setattr(sys, "argv", [script, "--help"])
+        with pytest.raises(SystemExit):
+            runpy.run_path(str(ROOT / script), run_name="__main__")
+        assert asked <= set(re.findall(r"--[a-z-]+", capsys.readouterr().out))
+
+
+@pytest.mark.parametrize("path", PAGES, ids=name)
+def test_no_other_shell_blocks(path):
+    """Whatever looks like a command is where the tests above find it."""
+    text = path.read_text("utf-8")
+    for language, block in re.findall(r"^```(\w+)\n(.*?)^```", text, re.M | re.S):
+        assert language in {"python", "console", "text", "toml"}
+        if language == "console":
+            assert all(line.startswith("$ ") for line in block.splitlines())

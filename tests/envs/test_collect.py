@@ -1,0 +1,108 @@
+"""Episodes run for a data set: that they are those of an evaluation, whoever acts, and what cannot be recorded."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from caregiver_mj.children.family import Family
+from caregiver_mj.envs.collect import collect
+from caregiver_mj.envs.recipe import RANDOM, Recipe
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.evaluation import evaluate
+from caregiver_mj.experiments.seeds import episode_seed
+from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.recording.steps import Store
+
+PAPER = FloorPlan.load("paper")
+GRID = Recipe("targets", PAPER, Family.of(1.0), world="grid")
+SHORT = Recipe("supervise", PAPER, Family.of(0.5), seconds=1.0)
+
+
+def run(recipe, path, seed=3, number=0):
+    store = Store(path, {}, resume=True)
+    collect(recipe, store.path, (number, seed))
+    return store.load(number)
+
+
+def test_an_episode_is_that_of_an_evaluation(tmp_path):
+    settings = Settings(PAPER, "house", ("paper",), (1.0,), 1, seed=4)
+    (row,) = evaluate(settings).episodes.to_dict("records")
+    found = run(Recipe("supervise", PAPER, Family.of(1.0), seed=4), tmp_path, episode_seed(4, 0))
+    assert found.seed == row["seed"]
+    assert {key: found.outcome[key] for key in ("damage", "interventions", "strikes", "toys_reached")} == {
+        key: row[key] for key in ("damage", "interventions", "strikes", "toys_reached")
+    }
+    assert found.damage.sum() == row["damage"]
+    assert found.strikes.sum() == row["strikes"]
+    assert found.costs.sum() == row["damage"] + row["strikes"]
+    assert set(found.interventions) <= {NOTHING, *range(len(PAPER.hazards))}
+    assert len(set(found.interventions)) > 2
+    assert len(found) == len(found.actions) == len(found.observations["clock"]) - 1
+    assert (found.terminated, found.diverged) == (False, False)
+
+
+def test_random_actions_are_those_of_the_seed(tmp_path):
+    recipe = dataclasses.replace(SHORT, caregiver=RANDOM)
+    one, again, other = (run(recipe, tmp_path / str(i), seed) for i, seed in enumerate((3, 3, 4)))
+    np.testing.assert_array_equal(one.actions, again.actions)
+    np.testing.assert_array_equal(one.observations["arm_position"], again.observations["arm_position"])
+    assert (one.actions != other.actions).any()
+    assert set(one.interventions) == {NOTHING}
+    low, high = recipe.spaces()[1].low, recipe.spaces()[1].high
+    assert (one.actions[:, 3:10].max(axis=0) - one.actions[:, 3:10].min(axis=0) > 0.5 * (high - low)[3:10]).all()
+
+
+def test_caregivers_choose_targets_in_the_grid(tmp_path):
+    found = {name: run(dataclasses.replace(GRID, caregiver=name), tmp_path / name) for name in ("paper", RANDOM)}
+    cared = found["paper"]
+    assert len(cared) == 200
+    assert cared.rewards.sum() == -cared.outcome["damage"]
+    np.testing.assert_array_equal(cared.actions - 1, cared.interventions)  # `paper` has no slots that are empty
+    useful = cared.observations["action_mask"][np.arange(200), cared.actions]
+    assert useful.mean() > 0.9  # with a candle in the hand it may want something else
+    assert cared.outcome["damage"] < 0.75 * found[RANDOM].outcome["damage"]
+
+
+def test_cameras_see_an_episode_that_goes_as_without_them(tmp_path):
+    seen = run(dataclasses.replace(SHORT, cameras=("overview", "wrist"), size=(64, 48)), tmp_path / "seen")
+    blind = run(SHORT, tmp_path / "blind")
+    for key, values in blind.observations.items():
+        np.testing.assert_array_equal(seen.observations[key], values)
+    for frames in seen.frames.values():
+        assert frames.shape == (51, 48, 64, 3)
+        assert frames[0].std() > 10
+    wrist = seen.frames["wrist"].astype(float)
+    assert np.abs(wrist[50] - wrist[0]).mean() > 1.0  # the arm has moved
+
+
+@pytest.mark.parametrize("task", ["relocate_candle", "block_stairs"])
+def test_other_tasks(task, tmp_path):
+    found = run(dataclasses.replace(SHORT, task=task), tmp_path)
+    assert len(found) == 50
+    assert any(key.startswith("goal_") for key in found.observations)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"task": "fly"}, "no task 'fly' to record: there are supervise, .*targets"),
+        ({"world": "grid"}, "the grid has no task 'supervise'"),
+        ({"world": "grid", "task": "targets"}, "the grid has neither cameras nor seconds"),
+        ({"task": "targets"}, "leave out the seconds"),
+        ({"cameras": ("overview", "overview")}, "each camera once"),
+        ({"size": (65, 48)}, "a picture's sides must be even, from 32 to 2160 pixels"),
+        ({"caregiver": "none"}, "caregiver 'none' does not act"),
+        ({"task": "targets", "seconds": None, "caregiver": "knows-goal"}, "must be told what nobody can see"),
+    ],
+)
+def test_what_cannot_be_recorded(changes, message):
+    with pytest.raises(CaregiverError, match=message):
+        dataclasses.replace(SHORT, **changes).spaces()
+
+
+def test_unknown_camera():
+    with pytest.raises(CaregiverError, match="no camera 'hall': there are follow, overview, wrist"):
+        dataclasses.replace(SHORT, cameras=("hall",)).spaces()

@@ -1,0 +1,106 @@
+"""Targets in many houses at once."""
+
+import gymnasium
+import numpy as np
+import pytest
+
+from caregiver_mj.children.family import Family
+from caregiver_mj.children.side_by_side import side_by_side
+from caregiver_mj.envs.houses_vector import GridHousesVector
+from caregiver_mj.envs.target_grid import GridTargetsVector
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans.floor_plan import FloorPlan
+
+ONE = FloorPlan.parse("########\n#..C..B#\n#......#\n#.T..BS#\n########", "one")
+OTHER = FloorPlan.parse("########\n#S.C..B#\n#......#\n#.TC.BS#\n########", "other")
+THIRD = FloorPlan.parse("######\n#..SB#\n#....#\n######", "third")
+PLANS = (ONE, OTHER, THIRD)
+
+
+def anything(random, info):
+    return (random.random_sample(info["action_mask"].shape) * info["action_mask"]).argmax(axis=1)
+
+
+@pytest.mark.parametrize("flat", [False, True])
+def test_it_is_the_houses_side_by_side(flat):
+    families = (1.0, 0.25)
+    vector = GridHousesVector(PLANS, 8, 2, families, flat=flat)
+    assert vector.slots == (2, 2)
+    observations, info = vector.reset(seed=3)
+    alone = [
+        GridTargetsVector(
+            4, house=plan, epsilon=side_by_side(plan, [*map(Family.of, families)], 2), flat=flat, slots=(2, 2)
+        )
+        for plan in map(PLANS.__getitem__, vector.now)
+    ]
+    assert vector.observation_space.contains(observations)
+    assert info["seed"].tolist() == list(range(3, 11))
+    assert info["house"].tolist() == np.repeat(vector.now, 4).tolist()
+    [each.reset(seed=3 + 4 * i) for i, each in enumerate(alone)]
+    random = np.random.RandomState(0)
+    for step in range(1, 201):
+        actions = anything(random, info)
+        observations, rewards, terminated, truncated, info = vector.step(actions)
+        parts = [each.step(part) for each, part in zip(alone, np.split(actions, 2), strict=True)]
+        np.testing.assert_array_equal(rewards, np.concatenate([part[1] for part in parts]))
+        np.testing.assert_array_equal(info["action_mask"], np.concatenate([part[-1]["action_mask"] for part in parts]))
+        assert truncated.all() == (step == 200)
+        assert not terminated.any()
+    wanted = np.concatenate([part[-1]["outcome"]["damage"] for part in parts])
+    np.testing.assert_array_equal(info["outcome"]["damage"], wanted)
+    assert wanted.any()
+
+
+def test_every_episode_is_in_houses_that_are_drawn_by_the_seed():
+    seen = []
+    for _ in range(2):
+        vector = GridHousesVector(PLANS, 2, 2)
+        vector.reset(seed=0)
+        been = []
+        for _ in range(6):
+            _, info = vector.reset()
+            been.append((*vector.now.tolist(), *info["seed"].tolist()))
+        seen.append(been)
+    assert seen[0] == seen[1]
+    assert len({each[:2] for each in seen[0]}) > 1
+    assert all(each[0] != each[1] for each in seen[0])
+
+
+def test_the_step_after_the_last_begins_new_episodes():
+    vector = GridHousesVector(PLANS, 3, 3)
+    vector.reset(seed=0)
+    for _ in range(200):
+        *_, truncated, _ = vector.step(np.zeros(3, int))
+    assert truncated.all()
+    observations, rewards, _, truncated, info = vector.step(np.zeros(3, int))
+    assert not truncated.any()
+    assert not rewards.any()
+    assert "seed" in info
+    np.testing.assert_allclose(observations["clock"], 1 / 200)
+
+
+def test_gymnasiums_wrappers_take_it():
+    vector = gymnasium.wrappers.vector.RecordEpisodeStatistics(GridHousesVector(PLANS, 4, 2, flat=True))
+    vector.reset(seed=0)
+    for _ in range(200):
+        *_, info = vector.step(np.zeros(4, int))
+    np.testing.assert_array_equal(info["episode"]["r"], -info["outcome"]["damage"])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"num_envs": 5, "at_once": 2}, "5 episodes cannot be shared out to 2 houses and families"),
+        ({"num_envs": 2, "families": (1, 0.5), "at_once": 2}, "2 episodes cannot be shared out to 4"),
+        ({"num_envs": 4, "at_once": 4}, "in 1 to 3 of the houses at once, not in 4"),
+        ({"num_envs": 2, "at_once": 2, "slots": (1, 1)}, r"slots \(1, 1\) are too few for house 'other'"),
+    ],
+)
+def test_bad_input_is_named(options, message):
+    with pytest.raises(CaregiverError, match=message):
+        GridHousesVector(PLANS, **options).reset(seed=0)
+
+
+def test_only_all_together():
+    with pytest.raises(CaregiverError, match="all episodes of the batch begin together"):
+        GridHousesVector(PLANS, 2, 2).reset(options={"reset_mask": np.array([True, False])})

@@ -1,0 +1,273 @@
+"""Runs that get more episodes or caregivers, that are compared, and that are put together."""
+
+import dataclasses
+import json
+import sys
+
+import pandas as pd
+import pytest
+from comparing import same
+
+from caregiver_mj import cli
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.compare import compare_runs
+from caregiver_mj.experiments.evaluation import evaluate
+from caregiver_mj.experiments.finished import read_finished
+from caregiver_mj.experiments.pool import pool_runs
+from caregiver_mj.experiments.run_folder import RunFolder
+from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.plans.floor_plan import FloorPlan
+
+TINY = FloorPlan.parse("######\n#B.S.#\n#....#\n#C..T#\n######", "tiny")
+RUN = Settings(TINY, "grid", ("none", "nearest"), (1.0, 0.5), 5)
+
+
+def run(folder, settings=RUN, **changes):
+    settings = dataclasses.replace(settings, **changes)
+    return evaluate(settings, RunFolder(folder, settings.record(), resume=True), grid_block=6)
+
+
+def files(folder):
+    return {path: path.stat().st_mtime_ns for path in folder.glob("episodes/*.json")}
+
+
+def test_more_episodes_and_caregivers_are_added_and_nothing_is_run_again(tmp_path):
+    run(tmp_path)
+    wanted = RUN
+    for changes in ({"episodes": 7}, {"caregivers": ("none", "guard", "nearest")}, {"episodes": 8}):
+        before = files(tmp_path)
+        wanted = dataclasses.replace(wanted, **changes)
+        same(run(tmp_path, wanted), evaluate(wanted))
+        assert before.items() < files(tmp_path).items()
+    record = json.loads((tmp_path / "run.json").read_text())
+    assert (record["episodes"], record["extended_at"]) == (8, [5, 7])
+    assert record["caregivers"] == ["none", "guard", "nearest"]
+    before = files(tmp_path)
+    same(run(tmp_path, wanted), evaluate(wanted))  # the same again is nothing new
+    assert before == files(tmp_path)
+    assert read_finished(tmp_path).settings == wanted
+
+
+def test_a_run_that_is_added_to_is_not_finished(tmp_path):
+    run(tmp_path)
+    more = dataclasses.replace(RUN, episodes=6)
+    RunFolder(tmp_path, more.record(), resume=True)
+    with pytest.raises(CaregiverError, match="is not finished"):
+        read_finished(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"episodes": 4}, "episodes is 5 there and 4 here; a run can be added to, but not cut"),
+        ({"caregivers": ("none", "guard")}, r"caregivers is \['none', 'nearest'\] there and .*; a run can be added to"),
+        ({"seed": 3, "episodes": 9}, "seed is 0 there and 3 here$"),
+        ({"families": (1.0,)}, r"families is \['1', '0.5'\] there and \['1'\] here"),
+    ],
+)
+def test_nothing_else_is_added(tmp_path, changes, words):
+    run(tmp_path)
+    before = (tmp_path / "run.json").read_bytes()
+    with pytest.raises(CaregiverError, match=words):
+        run(tmp_path, **changes)
+    assert (tmp_path / "run.json").read_bytes() == before
+    assert (tmp_path / "summary.json").exists()
+
+
+@pytest.mark.parametrize("extended", [3, [3, 2], [9], ["a"], [True, None]])
+def test_a_record_that_was_tampered_with(tmp_path, extended):
+    run(tmp_path)
+    record = json.loads((tmp_path / "run.json").read_text())
+    (tmp_path / "run.json").write_text(json.dumps({**record, "extended_at": extended}))
+    with pytest.raises(CaregiverError, match="holds a run of other settings"):
+        run(tmp_path)
+
+
+# -- Other people's code -----------------------------------------------------------------------------
+
+CODE = """\
+from beside_it import WHICH
+from caregiver_mj.caregivers import TargetPolicy
+
+class Mine(TargetPolicy):
+    files = ("weights.txt",)
+
+    def act(self, observations, masks):
+        return masks.argmax(axis=1) * WHICH
+"""
+
+
+@pytest.fixture
+def plugin(tmp_path, monkeypatch):
+    """A folder with a module of somebody's own."""
+    folder = tmp_path / "code"
+    folder.mkdir()
+    (folder / "a_plugin.py").write_text(CODE)
+    (folder / "beside_it.py").write_text("WHICH = 1\n")
+    (folder / "weights.txt").write_text("0.5\n")
+    (folder / "unrelated.py").write_text("\n")
+    monkeypatch.syspath_prepend(folder)
+    yield folder
+    for name in ("a_plugin", "beside_it"):
+        sys.modules.pop(name, None)
+
+
+def test_a_run_is_not_continued_with_code_that_has_changed(tmp_path, plugin):
+    argv = ["evaluate", "--world", "grid", "--caregiver", "none", "a_plugin:Mine", "--epsilon", "1", "--episodes", "2"]
+    argv += ["--out", str(tmp_path / "run")]
+    assert cli.main(argv) == 0
+    record = json.loads((tmp_path / "run" / "run.json").read_text())
+    assert list(record["code"]) == ["caregiver a_plugin:Mine"]
+    assert record["code"]["caregiver a_plugin:Mine"].startswith("a_plugin.py, sha256 ")
+    assert cli.main([*argv, "--resume"]) == 0
+    (plugin / "unrelated.py").write_text("edited\n")
+    assert cli.main([*argv, "--resume"]) == 0
+
+
+@pytest.mark.parametrize("file", ["a_plugin.py", "beside_it.py", "weights.txt"])
+def test_an_edited_plugin_is_not_mixed_in(tmp_path, plugin, capsys, file):
+    argv = ["evaluate", "--world", "grid", "--caregiver", "none", "a_plugin:Mine", "--epsilon", "1", "--episodes", "2"]
+    argv += ["--out", str(tmp_path / "run")]
+    assert cli.main(argv) == 0
+    (plugin / file).write_text(f"{(plugin / file).read_text()}\n# edited\n")
+    capsys.readouterr()
+    for more in ([], ["--episodes", "3"]):
+        assert cli.main([*argv, "--resume", *more]) == 2
+        out, err = capsys.readouterr()
+        assert out == ""
+        assert err.count("\n") == 1
+        assert "the code of caregiver a_plugin:Mine has changed, from a_plugin.py, sha256 " in err
+
+
+def test_a_caregiver_with_code_may_be_added(tmp_path, plugin):
+    more = dataclasses.replace(RUN, caregivers=(*RUN.caregivers, "a_plugin:Mine"))
+    run(tmp_path / "run")
+    same(run(tmp_path / "run", more), evaluate(more))
+
+
+def test_files_that_are_missing_are_named(tmp_path, plugin):
+    (plugin / "weights.txt").unlink()
+    with pytest.raises(CaregiverError, match=r"weights\.txt'.* cannot be read: No such file"):
+        dataclasses.replace(RUN, caregivers=("a_plugin:Mine",)).record()
+
+
+# -- Two runs ----------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """Runs of two seeds, and one with more episodes and caregivers."""
+    folder = tmp_path_factory.mktemp("runs")
+    for name, changes in (
+        ("seed0", {"episodes": 8}),
+        ("seed1", {"episodes": 8, "seed": 1}),
+        ("more", {"episodes": 10, "caregivers": ("guard", "nearest", "none")}),
+        ("other", {"families": (0.25,)}),
+    ):
+        run(folder / name, **changes)
+    return folder
+
+
+def finished(runs, *names):
+    return [read_finished(runs / name) for name in names]
+
+
+def test_runs_are_compared_in_the_episodes_that_both_have(runs):
+    found = compare_runs(*finished(runs, "seed0", "more"))
+    assert [(row["baseline"], row["family"], row["episodes"]) for row in found["rows"]] == [
+        (name, family, 8) for name in ("none", "nearest") for family in ("1", "0.5")
+    ]
+    assert all(row["first"] == row["second"] and row["damage_difference_mean"] == 0 for row in found["rows"])
+    assert found["settings"] == {
+        "caregivers": [["none", "nearest"], ["guard", "nearest", "none"]],
+        "episodes": [8, 10],
+    }
+
+
+def test_one_caregiver_against_another(runs):
+    first, second = finished(runs, "seed0", "more")
+    found = compare_runs(first, second, ["nearest", "guard"])
+    for row in found["rows"]:
+        ours, theirs = (
+            side[(side.caregiver == name) & (side.family == row["family"]) & (side.episode < 8)].damage.to_numpy()
+            for side, name in ((first.episodes, "nearest"), (second.episodes, "guard"))
+        )
+        assert row["damage_difference_mean"] == pytest.approx((theirs - ours).mean())
+        assert (row["first"], row["second"]) == pytest.approx((ours.mean(), theirs.mean()))
+        assert (row["baseline"], row["caregiver"]) == ("nearest", "guard")
+
+
+@pytest.mark.parametrize(
+    ("names", "who", "words"),
+    [
+        (("seed0", "seed1"), (), "'none' and 'none' have no episode in common"),
+        (("seed0", "other"), (), "have no episode in common"),
+        (("seed0", "more"), ("nanny",), "no episodes with the caregiver 'nanny': there are none, nearest"),
+        (("seed0", "more"), ("guard", "none"), "no episodes with the caregiver 'guard'"),
+        (("seed0", "more"), ("none", "none", "none"), "two caregivers are compared at once, not 3"),
+    ],
+)
+def test_runs_that_cannot_be_compared(runs, names, who, words):
+    with pytest.raises(CaregiverError, match=words):
+        compare_runs(*finished(runs, *names), who)
+
+
+def test_seeds_are_pooled(runs, tmp_path, capsys):
+    out = tmp_path / "pooled"
+    assert cli.main(["pool", str(runs / "seed0"), str(runs / "seed1"), "--out", str(out)]) == 0
+    assert "16 episodes each, seeds 0, 1" in capsys.readouterr().out
+    pooled, (first, second) = read_finished(out), finished(runs, "seed0", "seed1")
+    assert pooled.settings.episodes == 16
+    assert pooled.seeds == [(0, 8), (1, 8)]
+    keys = ["caregiver", "family", "seed"]
+    both = pd.concat([first.episodes, second.episodes]).sort_values(keys, ignore_index=True)
+    pd.testing.assert_frame_equal(
+        pooled.episodes.sort_values(keys, ignore_index=True).drop(columns="episode"), both.drop(columns="episode")
+    )
+    assert pooled.maps.visits.sum() == first.maps.visits.sum() + second.maps.visits.sum()
+    assert len(pooled.maps) == len(first.maps)
+    for row in pooled.summary["rows"]:
+        chosen = both[(both.caregiver == row["caregiver"]) & (both.family == row["family"])]
+        assert (row["episodes"], row["damage_mean"]) == (16, pytest.approx(chosen.damage.mean()))
+    assert compare_runs(second, pooled)["rows"][0]["damage_difference_mean"] == 0
+    assert cli.main(["report", str(out)]) == 0
+    page = (out / "report.html").read_text()
+    assert "--seed 0\n" in page
+    assert "--episodes 8 --seed 1" in page
+    with pytest.raises(CaregiverError, match="pooled is"):
+        run(out, dataclasses.replace(pooled.settings, episodes=20))
+
+
+@pytest.mark.parametrize(
+    ("names", "words"),
+    [
+        (("seed0", "seed0"), "different seeds, not 0, 0"),
+        (("seed0", "more"), "are not the same but for the seed: caregivers"),
+        (("seed0", "other"), "are not the same but for the seed: families, epsilons"),
+    ],
+)
+def test_runs_that_cannot_be_pooled(runs, tmp_path, names, words):
+    with pytest.raises(CaregiverError, match=words):
+        pool_runs(finished(runs, *names), tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_commands_say_what_is_wrong_in_a_line(runs, tmp_path, capsys):
+    for argv, words in (
+        (["compare", runs / "seed0", tmp_path], "holds no run"),
+        (["compare", runs / "seed0"], "required: DIR"),
+        (["pool", runs / "seed0", "--out", tmp_path / "out"], "two runs at least"),
+        (["report", runs / "seed0", runs / "seed1"], "there are `compare`, and `pool`"),
+    ):
+        assert cli.main([str(part) for part in argv]) == 2
+        out, err = capsys.readouterr()
+        assert out == ""
+        assert err.count("\n") == 1
+        assert words in err
+
+
+def test_a_comparison_as_json(runs, capsys):
+    assert cli.main(["compare", str(runs / "seed0"), str(runs / "more"), "--json"]) == 0
+    out, err = capsys.readouterr()
+    assert len(json.loads(out)["rows"]) == 4
+    assert "not the same: episodes, 8 and 10" in err

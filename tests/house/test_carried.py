@@ -1,0 +1,70 @@
+"""How far the candle in the robot's hand is from a child, beside the models that its sizes are taken from."""
+
+import numpy as np
+import pytest
+
+from caregiver_mj.house.carried import FLAME_RADIUS, WAX_RADIUS, watch_candle
+from caregiver_mj.house.parts import read_model
+from caregiver_mj.house.physics import Physics
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.recording.contacts import Contacts
+from caregiver_mj.robot.view import CHILD_RADIUS
+
+HALL = FloorPlan.parse("#########\n#.......#\n#B.....C#\n#T......#\n#########", "hall")
+GRIP = 0.08  # metres above the candle's foot
+
+
+def held(child, fingers=0.01, off=0.0):
+    """What is counted of a candle held upright, with a child at an offset (x, y) from it.
+
+    Args:
+        child: The offset, metres.
+        fingers: How far each stands off the middle, metres.
+        off: How far the candle is from between the fingertips, metres.
+
+    Returns:
+        The tally, and how high the candle's foot is.
+    """
+    physics = Physics.from_plan(HALL, visuals=False)
+    with physics.reset_context():
+        physics.set_robot(np.array([0.0, 0.0, 0.0]))
+        physics.data.qpos[[physics.model.joint(f"robot/{j}").qposadr[0] for j in physics.embodiment.names.fingers]] = (
+            fingers
+        )
+    foot = physics.pinch_position() - [0.0, 0.0, GRIP]
+    physics.set_candle(0, np.add(foot, [0.0, off, 0.0]), 0.0)
+    for axis, there in zip("xy", foot[:2] + child, strict=True):
+        physics.data.qpos[physics.model.joint(f"toddler/{axis}").qposadr] = there
+    physics.forward()
+    tally = Contacts()
+    watch_candle(physics, 0.02, tally)
+    return tally, float(foot[2])
+
+
+def test_sizes_are_those_of_the_models():
+    candle, toddler = read_model("candle"), read_model("toddler")
+    wax, flame, body = candle.geom("wax"), candle.geom("flame"), toddler.geom("body")
+    assert wax.size[:2].tolist() == [WAX_RADIUS, 0.08]
+    assert (flame.size[0], flame.pos[2] - flame.size[2], flame.pos[2] + flame.size[2]) == pytest.approx(
+        (FLAME_RADIUS, 0.170, 0.246)
+    )
+    assert body.size[0] == CHILD_RADIUS
+    assert body.fromto.tolist() == [0, 0, 0.15, 0, 0, 0.68]
+
+
+@pytest.mark.parametrize("across", [0.0, 0.3, 0.5])
+def test_carried_over_the_child_the_lower_ends_are_nearest(across):
+    tally, foot = held((0.6 * across, 0.8 * across))
+    assert foot > 0.8  # above its head
+    over_head = foot - 0.68  # from the upper end of the child's axis to the candle's foot
+    wax = np.hypot(across, over_head + WAX_RADIUS) - CHILD_RADIUS - WAX_RADIUS
+    flame = np.hypot(across, over_head + 0.170 + FLAME_RADIUS) - CHILD_RADIUS - FLAME_RADIUS
+    assert (tally.wax_distance, tally.flame_distance) == pytest.approx((wax, flame), abs=1e-6)
+    assert tally.wax_seconds == 0.02 * (wax < 0.1)
+    assert tally.flame_seconds == 0.02 * (flame < 0.3)
+
+
+def test_an_open_hand_or_a_candle_elsewhere_is_none_in_the_hand():
+    assert held((0.2, 0.1), fingers=0.036)[0] == Contacts()
+    assert held((0.2, 0.1), off=0.06)[0] == Contacts()
+    assert held((2.0, 0.0))[0].flame_distance == 1.0

@@ -1,0 +1,169 @@
+"""What is there now, by what is observed with errors and too late."""
+
+import numpy as np
+import pytest
+from views import ROBOT
+
+from caregiver_mj.house.sensing import Blur, Sensing
+from caregiver_mj.policy.candle_estimates import CandleEstimates
+from caregiver_mj.policy.child_estimates import ChildEstimates
+from caregiver_mj.policy.self_estimate import SelfEstimate
+from caregiver_mj.policy.senses import Senses
+from caregiver_mj.robot.kinematics import arm_of
+from caregiver_mj.robot.motion import RobotMotion
+from caregiver_mj.robot.reach import as_high, reach_path
+
+STEP = 0.02  # seconds
+OPEN, ROUND = 0.072, 0.044  # metres that the fingers stand off the middle, both together
+UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
+TUCKED = arm_of(ROBOT).tucked
+HERE = (np.zeros(3), TUCKED)
+
+
+def motion():
+    """A robot under way, straight ahead."""
+    robot = RobotMotion(ROBOT, STEP)
+    robot.reset((0.0, 0.0, 0.0))
+    robot.drive_along([(0.0, 0.0), (3.0, 0.0)], lambda points: True)
+    return robot
+
+
+def drive(blur, delay_steps, steps=90, off=(0.0, 0.0, 0.0), seed=0):
+    """Where the robot is and where it is estimated to be, at every control timestep: (steps, 3) each."""
+    robot, random = motion(), np.random.default_rng(seed)
+    estimate = SelfEstimate(blur, robot, delay_steps)
+    true, found = [], []
+    for _ in range(steps):
+        robot.set_rate(1.0)
+        true.append(np.array([*robot.base_reference()[0], robot.yaw]) + off)
+        seen = true[max(0, len(true) - 1 - delay_steps)]
+        _, (base, _) = estimate.update(seen + random.normal(size=3) * [blur.noise, blur.noise, 0.0], TUCKED)
+        found.append(base)
+        robot.now += STEP
+    assert np.ptp([x for x, _, _ in true]) > 1.0  # it has moved
+    return np.array(true), np.array(found)
+
+
+@pytest.mark.parametrize("delay_steps", [0, 3])
+def test_a_robot_knows_where_it_is_by_now(delay_steps):
+    true, found = drive(Blur(), delay_steps, off=(0.01, -0.02, 0.1))
+    assert found == pytest.approx(true, abs=1e-9)
+
+
+def test_noise_of_where_it_is_averages_out_under_way():
+    true, found = drive(Blur(noise=0.01), 3)
+    assert (found - true)[30:, :2].std() < 0.005
+
+
+def test_what_has_not_been_measured_is_driven_on():
+    robot = motion()
+    estimate = SelfEstimate(Blur(dropout=0.5), robot, 0)
+    for _ in range(60):
+        robot.set_rate(1.0)
+        _, (base, _) = estimate.update(np.zeros(3), TUCKED)  # as at the start, over and over
+        robot.now += STEP
+    assert base[0] == pytest.approx(robot.base_reference()[0][0], abs=0.05)
+    assert base[0] > 0.3
+
+
+# -- Candles -------------------------------------------------------------------------------------
+
+
+def look(estimates, places, fingers=OPEN, then=HERE, now=HERE):
+    positions = np.array(places, float)
+    return estimates.update(positions, np.tile(UPRIGHT, (len(positions), 1)), fingers, then, now)[0]
+
+
+def test_candles_that_are_seen_exactly_are_where_they_are_seen():
+    estimates = CandleEstimates(Blur(), ROBOT)
+    for step in range(5):
+        places = np.array([[1.0, 0.0, 0.6], [0.01 * step, 2.0, 0.6]])
+        assert (look(estimates, places) == places).all()
+
+
+def test_a_standing_candle_is_where_it_is_seen_on_average_and_does_not_wander():
+    random, estimates, place = np.random.default_rng(0), CandleEstimates(Blur(noise=0.01), ROBOT), [1.0, 0.0, 0.6]
+    found = np.array([look(estimates, [place + random.normal(size=3) * 0.01])[0] for _ in range(500)])
+    late = found[100:]
+    assert np.linalg.norm(late - place, axis=1).max() < 0.008
+    assert np.linalg.norm(late - place, axis=1).mean() < 0.004
+    assert (np.diff(late, axis=0) != 0).any(axis=1).sum() < 20  # goals stay where they are
+
+
+def test_a_candle_that_has_been_moved_is_soon_elsewhere():
+    random, estimates = np.random.default_rng(0), CandleEstimates(Blur(noise=0.01), ROBOT)
+    for step in range(100):
+        place = np.array([1.0, 0.0 if step < 80 else 0.1, 0.6])
+        found = look(estimates, [place + random.normal(size=3) * 0.01])[0]
+    assert found[1] == pytest.approx(0.1, abs=0.015)
+
+
+def test_one_in_the_hand_goes_with_it_and_is_not_late():
+    estimates, pinch = CandleEstimates(Blur(), ROBOT), arm_of(ROBOT).pinch(TUCKED)
+    foot = pinch - [0.0, 0.0, 0.1]
+    look(estimates, [foot])
+    for step in range(1, 5):
+        then, now = ((np.array([0.03 * s, 0.0, 0.0]), TUCKED) for s in (step - 1, step + 2))
+        found = look(estimates, [foot + then[0]], ROUND, then, now)[0]
+        assert found == pytest.approx(foot + now[0])
+
+
+def test_one_let_go_stays_where_it_was_in_the_hand():
+    random, estimates = np.random.default_rng(0), CandleEstimates(Blur(noise=0.01), ROBOT)
+    foot = arm_of(ROBOT).pinch(TUCKED) - [0.0, 0.0, 0.1]
+    for fingers in (*[OPEN] * 60, *[ROUND] * 60, OPEN):
+        found = look(estimates, [foot + random.normal(size=3) * 0.01], fingers)[0]
+        assert np.linalg.norm(found - foot) < 0.03
+    assert np.linalg.norm(found - foot) < 0.012
+
+
+def test_one_that_tips_over_is_seen_to_at_once():
+    estimates = CandleEstimates(Blur(noise=0.01), ROBOT)
+    random, lying = np.random.default_rng(0), np.array([np.sqrt(0.5), np.sqrt(0.5), 0.0, 0.0])
+    for orientation in (*[UPRIGHT] * 60, lying):
+        places = np.array([[1.0, 0.0, 0.6]]) + random.normal(size=3) * 0.01
+        _, found = estimates.update(places, orientation[None], OPEN, HERE, HERE)
+    assert found[0] == pytest.approx(lying)
+
+
+# -- Children ------------------------------------------------------------------------------------
+
+
+def test_a_child_goes_on_as_it_does():
+    estimates, velocity = ChildEstimates(Blur(), STEP, 0.06), np.array([0.5, 0.0, 0.0])
+    for step in range(20):
+        seen = velocity * STEP * step
+        position, _ = estimates.update(seen, velocity)
+    assert position == pytest.approx(seen + 0.06 * velocity)
+
+
+def test_noise_and_gaps_of_a_child_are_smoothed():
+    random, velocity = np.random.default_rng(0), np.array([[0.5, 0.0, 0.0], [0.0, 0.2, 0.0]])
+    estimates, seen, errors = ChildEstimates(Blur(noise=0.02, dropout=0.3), STEP, 0.0), None, []
+    for step in range(200):
+        true = velocity * STEP * step
+        if seen is None or random.random() > 0.3:
+            seen = true + random.normal(size=(2, 3)) * [0.02, 0.02, 0.0]
+        errors.append(estimates.update(seen, velocity)[0] - true)
+    assert np.array(errors)[20:, :, :2].std() < 0.01
+
+
+# -- All of it -----------------------------------------------------------------------------------
+
+
+def test_exact_observations_are_taken_as_they_are():
+    senses, observation = Senses(Sensing(), motion(), STEP), {"base_position": np.zeros(3)}
+    senses.reset()
+    assert senses.now(observation) is observation
+    assert senses.age == 0.0
+
+
+@pytest.mark.parametrize("height", [0.65, 0.70, 0.75])
+def test_over_a_higher_table_the_hand_keeps_as_high(height):
+    arm, mm = arm_of(ROBOT), round(1e3 * (height + 0.1))
+    share = as_high(arm, 700, mm, 0.62)
+    usual = arm.pinch(reach_path(arm, 7000).joints(0.62))[2] - 0.7
+    higher = arm.pinch(reach_path(arm, 10 * mm).joints(share))[2] - 1e-3 * mm
+    assert share < 0.62
+    assert higher >= usual or share == 0.0
+    assert as_high(arm, 700, 700, 0.62) == 0.62

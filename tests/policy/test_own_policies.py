@@ -1,0 +1,247 @@
+"""Policies of one's own, of targets and of the robot's actions: where they may stand, and what they must answer."""
+
+import importlib.metadata
+import json
+import pathlib
+import re
+import sys
+
+import gymnasium
+import numpy as np
+import pytest
+
+import caregiver_mj
+from caregiver_mj import cli
+from caregiver_mj.caregivers import Caregiver, TargetPolicy, make_caregiver
+from caregiver_mj.caregivers.registry import find_caregiver
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.evaluation import evaluate
+from caregiver_mj.experiments.seeds import episode_seed
+from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.grid.world import run_episodes
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.policy.own import OwnPolicy
+from caregiver_mj.policy.policy import CaregiverPolicy
+from caregiver_mj.policy.registry import make_policy
+from caregiver_mj.viz.episode import Episode
+
+gymnasium.register_envs(caregiver_mj)
+TINY = FloorPlan.parse("######\n#B.S.#\n#....#\n#C..T#\n######", "tiny")
+HERE = __name__
+seen = []  # what policies of this file were shown
+
+
+class Last(TargetPolicy):
+    """Protects the children from the last that it can do something about."""
+
+    def act(self, observations, masks):
+        seen.append((observations, masks))
+        return masks.shape[1] - 1 - masks[:, ::-1].argmax(axis=1)
+
+
+class Flat(Last):
+    slots = (3, 2)
+    flat = True
+
+
+class Still:
+    """Does nothing."""
+
+    def __init__(self, env):
+        self.action = np.zeros(env.action_spec().shape)
+        self.seeds = []
+
+    def reset(self, seed):
+        self.seeds.append(seed)
+
+    def __call__(self, timestep):
+        return self.action
+
+
+def too_short(env):
+    return lambda timestep: np.zeros(3)
+
+
+def no_maker(env):
+    return np.zeros(env.action_spec().shape)
+
+
+NUMBER = 3
+
+
+@pytest.mark.parametrize(("world", "policy"), [("grid", Last), ("grid", Flat), ("house", Flat)])
+def test_a_policy_of_targets_meets_what_it_was_trained_in(world, policy):
+    seen.clear()
+    settings = Settings(TINY, world, (f"{HERE}:{policy.__name__}",), (1.0,), 1)
+    row = evaluate(settings).episodes.iloc[0]
+    shown = list(seen)
+    env = gymnasium.make(
+        "caregiver_mj/SuperviseTargets-v0", world=world, house=TINY, epsilon=1.0, flat=policy.flat, slots=policy.slots
+    )
+    observation, info = env.reset(seed=episode_seed(0, 0))
+    ended = False
+    for observations, masks in shown:
+        assert not ended
+        for key in observation if isinstance(observation, dict) else ():
+            np.testing.assert_array_equal(observations[key][0], observation[key])
+        if policy.flat:
+            np.testing.assert_array_equal(observations[0], observation)
+        np.testing.assert_array_equal(masks[0], info["action_mask"])
+        action = policy.act(None, observations, masks)[0]
+        observation, _, _, ended, info = env.step(action)
+    assert ended
+    assert {key: value for key, value in info["outcome"].items() if np.isscalar(value)} == {
+        key: row[key] for key in info["outcome"] if np.isscalar(info["outcome"][key])
+    }
+    assert row["interventions"] > 0
+
+
+def test_policies_stand_beside_caregivers_with_the_same_children():
+    names = ("none", f"{HERE}:Still")
+    episodes = evaluate(Settings(TINY, "house", names, (0.5,), 1)).episodes
+    assert list(episodes.caregiver) == list(names)
+    assert episodes.seed.nunique() == 1
+    assert episodes.set_index("caregiver").interventions[f"{HERE}:Still"] == 0
+
+
+def test_a_policy_of_actions_is_made_for_its_environment_and_told_the_seed():
+    env = caregiver_mj.load("supervise", TINY, 0.5, random=0, task_kwargs={"time_limit": 1.0}, visuals=False)
+    made = []
+    policy = OwnPolicy("still", lambda env: made.append(Still(env)) or made[0], env)
+    for _ in range(2):
+        timestep = env.reset()
+        while not timestep.last():
+            timestep = env.step(policy(timestep))
+    assert len(made) == 1
+    assert len(set(made[0].seeds)) == 2
+    assert isinstance(make_policy(env, f"{HERE}:Still"), OwnPolicy)
+    assert isinstance(make_policy(env, f"{HERE}:Last"), CaregiverPolicy)
+    assert isinstance(make_policy(env, "nearest"), CaregiverPolicy)
+
+
+@pytest.mark.parametrize(
+    ("world", "name", "words"),
+    [
+        ("grid", f"{HERE}:Still", "'test_own_policies:Still' is a policy of the robot's actions: it needs --world hou"),
+        ("house", f"{HERE}:no_maker", "must make a policy of an environment, .* it has made ndarray"),
+        ("house", f"{HERE}:too_short", r"an action has the shape \(11,\), not \(3,\)"),
+        ("grid", f"{HERE}:NUMBER", "neither a subclass of Caregiver nor something that makes a policy"),
+        ("grid", f"{HERE}:Nobody", "cannot be loaded: AttributeError: .* no attribute 'Nobody'"),
+        ("grid", "nobody_at_home:x", "cannot be loaded: ModuleNotFoundError: No module named 'nobody_at_home'"),
+        ("grid", "a b:c", "'a b:c' is not module:object"),
+        ("grid", "nobody", "no caregiver 'nobody': there are none, .* and yours as module:object"),
+    ],
+)
+def test_what_is_none_is_named(world, name, words):
+    with pytest.raises(CaregiverError, match=words):
+        evaluate(Settings(TINY, world, (name,), (1.0,), 1))
+
+
+@pytest.mark.parametrize(
+    ("answer", "words"),
+    [
+        (np.zeros(2, int), "Answer.act must answer with 1 integers"),
+        (np.zeros(1), "Answer.act must answer with 1 integers"),
+        (0, "Answer.act must answer with 1 integers"),
+        (np.array([3]), r"Answer.act must answer with 0 to 2, not \[3\]"),
+        (np.array([-1]), "Answer.act must answer with 0 to 2"),
+    ],
+)
+def test_targets_that_are_none_are_named(answer, words):
+    class Answer(TargetPolicy):
+        def act(self, observations, masks):
+            return answer
+
+    with pytest.raises(CaregiverError, match=words):
+        run_episodes(TINY, 0.5, Answer(TINY), [0])
+
+
+def test_a_policy_with_too_few_slots_for_a_house():
+    class Few(Last):
+        slots = (1, 0)
+
+    with pytest.raises(CaregiverError, match=r"slots \(1, 0\) are too few for house 'tiny'"):
+        Few(TINY)
+
+
+def test_a_simulation_driven_apart_is_told(monkeypatch):
+    from dm_control.rl.control import PhysicsError
+
+    class Wild(Still):
+        def __call__(self, timestep):
+            if timestep.observation["clock"] > 1:
+                raise PhysicsError("as MuJoCo has it")
+            return self.action
+
+    monkeypatch.setattr(sys.modules[HERE], "Still", Wild)
+    with pytest.raises(
+        CaregiverError, match=r"'test_own_policies:Still' have driven the simulation apart, 1\.7 s into"
+    ):
+        evaluate(Settings(TINY, "house", (f"{HERE}:Still",), (1.0,), 1))
+
+
+def test_policies_of_packages(monkeypatch):
+    group = "caregiver_mj.policies"
+    entries = [
+        importlib.metadata.EntryPoint(name, f"{HERE}:{what}", group)
+        for name, what in (("mine", "Last"), ("still", "Still"), ("number", "NUMBER"), ("paper", "Last"))
+    ]
+    points = importlib.metadata.EntryPoints(entries)
+    monkeypatch.setattr(importlib.metadata, "entry_points", lambda group: points.select(group=group))
+    assert isinstance(make_caregiver("mine", TINY), Last)
+    assert find_caregiver("still") is Still
+    assert not issubclass(find_caregiver("paper"), Last)  # the package's own come first
+    with pytest.raises(CaregiverError, match=r"policy 'number' \(test_own_policies:NUMBER\) is neither"):
+        find_caregiver("number")
+    with pytest.raises(
+        CaregiverError, match="'still' is a policy of the robot's actions, which acts in the house only"
+    ):
+        make_caregiver("still", TINY)
+    with pytest.raises(CaregiverError, match=r"no caregiver 'nobody': there are none, .*, mine, number, still, and"):
+        find_caregiver("nobody")
+
+
+def test_a_caregiver_can_be_said_by_its_place():
+    assert isinstance(make_caregiver("caregiver_mj.caregivers.baselines:NearestCaregiver", TINY), Caregiver)
+
+
+def test_modules_of_the_present_folder_are_found_from_the_command_line(tmp_path, monkeypatch, capsys):
+    (tmp_path / "lies_here.py").write_text(
+        "from caregiver_mj.caregivers import TargetPolicy\n"
+        "class Nothing(TargetPolicy):\n"
+        "    def act(self, observations, masks):\n"
+        "        return masks.argmax(axis=1)\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    before = list(sys.path)
+    argv = ["evaluate", "--world", "grid", "--epsilon", "1", "--episodes", "2", "--caregiver", "lies_here:Nothing"]
+    assert cli.main(argv) == 0
+    assert "lies_here:Nothing" in capsys.readouterr().out
+    assert sys.path == before
+
+
+def test_a_policy_of_actions_can_be_shown():
+    episode = Episode.load("supervise", TINY, 0.5, caregiver=f"{HERE}:Still")
+    assert episode.run_until(0.1)
+    shown = episode.hud_state(1)
+    assert (shown.target, shown.mark, shown.intervention, shown.danger) == (NOTHING, None, "", None)
+    assert shown.robot is not None
+
+
+def test_the_policies_of_the_documentation(tmp_path, monkeypatch, capsys):
+    page = (pathlib.Path(__file__).parents[2] / "docs" / "guide" / "policies.md").read_text()
+    (code,) = re.findall(r"```python\n# my_policies.py\n(.*?)```", page, re.DOTALL)
+    (tmp_path / "my_policies.py").write_text(code)
+    (tmp_path / "weights.zip").touch()
+    (tmp_path / "tiny.txt").write_text(TINY.text)
+    monkeypatch.chdir(tmp_path)
+    grid, house, *others = (line.split()[2:] for line in page.splitlines() if line.startswith("$ caregiver-mj "))
+    assert cli.main([*grid, "--epsilon", "1", "--episodes", "3"]) == 0
+    assert cli.main([*house, "--house", "tiny.txt", "--epsilon", "1", "--episodes", "1", "--out", "runs/house"]) == 0
+    assert [words[0] for words in others] == ["report", "render"]
+    out = capsys.readouterr().out
+    assert all(f"my_policies:{name}" in out for name in ("NearestToMe", "roundabout"))
+    code = json.loads((tmp_path / "runs" / "house" / "run.json").read_text())["code"]
+    assert all(text.startswith("my_policies.py, sha256 ") for text in code.values())
+    sys.modules.pop("my_policies")

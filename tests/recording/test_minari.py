@@ -1,0 +1,121 @@
+"""Minari data sets, read back by Minari."""
+
+import gymnasium
+import minari
+import numpy as np
+import pytest
+
+from caregiver_mj.children.family import Family
+from caregiver_mj.envs.collect import collect
+from caregiver_mj.envs.recipe import Recipe
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import DamageWeights
+from caregiver_mj.recording.minari_dataset import check_name, write_minari
+from caregiver_mj.recording.steps import Store
+
+NAME = "toddlers/short-v0"
+SEEDS = (11, 12)
+RECIPE = Recipe("supervise", FloorPlan.load("paper"), Family.of(0.5), seconds=1.0, cameras=("wrist",), size=(64, 48))
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory):
+    store = Store(tmp_path_factory.mktemp("recorded") / "store", {})
+    for which in enumerate(SEEDS):
+        collect(RECIPE, store.path, which)
+    return store
+
+
+@pytest.fixture(scope="module")
+def root(store, tmp_path_factory):
+    root = tmp_path_factory.mktemp("minari")
+    episodes = (store.load(i) for i in range(len(SEEDS)))
+    write_minari(root, NAME, episodes, RECIPE.about(), RECIPE.spaces(), RECIPE.spec("paper"))
+    return root
+
+
+@pytest.fixture
+def dataset(root, monkeypatch):
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(root))
+    return minari.load_dataset(NAME)
+
+
+def test_it_is_found_by_its_name(dataset, root):
+    assert list(minari.list_local_datasets()) == [NAME]
+    assert not list(root.glob(".*"))  # nothing unfinished
+    assert (dataset.total_episodes, dataset.total_steps) == (2, 100)
+    said = dataset.storage.metadata
+    assert said["algorithm_name"] == "caregiver 'paper'"
+    assert "50 steps a second" in said["description"]
+    assert "0 stairwell 1" in said["description"]
+
+
+def test_episodes_are_those_that_were_recorded(dataset, store):
+    seeds = [data["seed"] for data in dataset.storage.get_episode_metadata([0, 1])]
+    assert seeds == list(SEEDS)
+    for number, found in enumerate(dataset):
+        wanted = store.load(number)
+        assert set(found.observations) == {*wanted.observations, "wrist"}
+        for key, values in wanted.observations.items():
+            np.testing.assert_array_equal(found.observations[key], values)
+        np.testing.assert_array_equal(found.actions, wanted.actions)
+        np.testing.assert_array_equal(found.rewards, wanted.rewards)
+        assert not found.terminations.any()
+        assert found.truncations.tolist() == [False] * 49 + [True]
+        for key, values in (("cost", wanted.costs), ("intervention", wanted.interventions)):
+            np.testing.assert_array_equal(found.infos[key][1:], values)
+        assert found.infos["intervention"][0] == -1
+        difference = found.observations["wrist"].astype(float) - wanted.frames["wrist"]
+        assert np.abs(difference).mean() < 8.0  # of 255: they are JPEG
+
+
+def test_all_is_within_the_spaces(dataset):
+    for episode in dataset:
+        for i in (0, 50):
+            observation = {key: np.asarray(seen[i]) for key, seen in episode.observations.items()}
+            assert dataset.observation_space.contains(observation)
+        assert all(dataset.action_space.contains(action) for action in episode.actions)
+
+
+def test_its_environment_gives_the_same_episode_again(dataset):
+    env = dataset.recover_environment()
+    episode = dataset[1]
+    observation, _ = env.reset(seed=SEEDS[1])
+    for i, action in enumerate(episode.actions):
+        for key, seen in observation.items():
+            np.testing.assert_allclose(seen, episode.observations[key][i], atol=1e-3)
+        observation, reward, _, truncated, _ = env.step(action)
+        assert reward == pytest.approx(episode.rewards[i])
+    assert truncated
+    env.close()
+
+
+def test_collisions_that_cost_otherwise_make_no_environment_that_could_be_recovered(tmp_path, monkeypatch):
+    plan = FloorPlan.load("paper", damage=DamageWeights(9.0, 4.0, 1.0))
+    recipe = Recipe("targets", plan, Family.of(0.5), "random-actions", world="grid")
+    store = Store(tmp_path / "store", {})
+    collect(recipe, store.path, (0, 5))
+    assert recipe.spec("paper") is None
+    write_minari(tmp_path, "dear-v0", [store.load(0)], recipe.about(), recipe.spaces(), None)
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    assert minari.load_dataset("dear-v0").spec.env_spec is None
+
+
+@pytest.mark.parametrize("name", ["short", "short-v", "a b-v0", ""])
+def test_names(name):
+    with pytest.raises(CaregiverError, match=r"is called NAME-vNUMBER or GROUP/NAME-vNUMBER"):
+        check_name(name)
+
+
+def test_discrete_actions_in_the_grid(tmp_path, monkeypatch):
+    recipe = Recipe("targets", FloorPlan.load("paper"), Family.of(0.5), "random-actions", world="grid")
+    store = Store(tmp_path / "store", {})
+    collect(recipe, store.path, (0, 5))
+    write_minari(tmp_path, "grid-v0", [store.load(0)], recipe.about(), recipe.spaces(), recipe.spec("paper"))
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    (episode,) = minari.load_dataset("grid-v0")
+    assert len(episode) == 200
+    assert isinstance(minari.load_dataset("grid-v0").action_space, gymnasium.spaces.Discrete)
+    assert episode.rewards.sum() == -episode.infos["cost"].sum()
+    np.testing.assert_array_equal(episode.infos["intervention"][1:], episode.actions - 1)

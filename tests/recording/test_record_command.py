@@ -1,0 +1,138 @@
+"""The command `record`: both formats, recordings that break off, and what it refuses."""
+
+import functools
+import json
+import pathlib
+import signal
+import subprocess
+import sys
+import time
+
+import minari
+import numpy as np
+import pandas as pd
+import pytest
+
+from caregiver_mj import cli
+
+GRID = ["record", "--format", "minari", "--task", "targets", "--world", "grid", "--caregiver", "random-actions"]
+NAME = "caregiver_mj/grid-targets-paper-random-actions-0_5-v0"
+HOUSE = ["record", "--seconds", "0.2", "--episodes", "2", "--epsilon", "1"]
+
+
+def load(root, name, monkeypatch):
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(root))
+    return minari.load_dataset(name)
+
+
+def same(one, other):
+    for a, b in zip(one, other, strict=True):
+        np.testing.assert_array_equal(a.actions, b.actions)
+        np.testing.assert_array_equal(a.rewards, b.rewards)
+        for key, values in a.observations.items():
+            np.testing.assert_array_equal(values, b.observations[key])
+
+
+def test_lerobot(tmp_path, capsys):
+    out = tmp_path / "set"
+    assert cli.main([*HOUSE, "--format", "lerobot", "--camera", "wrist", "--size", "64x48", "--out", str(out)]) == 0
+    assert capsys.readouterr().out == f"{out}\n"
+    assert [path.name for path in tmp_path.iterdir()] == ["set"]
+    info = json.loads((out / "meta/info.json").read_text())
+    assert (info["total_episodes"], info["total_frames"], info["robot_type"]) == (2, 20, "mobile_fr3")
+    assert info["features"]["action"]["names"][:3] == ["base_x", "base_y", "base_yaw"]
+    assert (out / "videos/observation.images.wrist/chunk-000/file-000.mp4").stat().st_size > 1000
+    assert len(pd.read_parquet(out / "data/chunk-000/file-000.parquet")) == 20
+
+
+def test_minari_in_two_processes_is_minari_in_one(tmp_path, monkeypatch):
+    command = [*GRID, "--episodes", "3", "--name", "mine-v1"]
+    assert cli.main([*command, "--out", str(tmp_path / "one")]) == 0
+    assert cli.main([*command, "--out", str(tmp_path / "two"), "--jobs", "2"]) == 0
+    one = load(tmp_path / "one", "mine-v1", monkeypatch)
+    assert len(one) == 3
+    same(one, load(tmp_path / "two", "mine-v1", monkeypatch))
+
+
+def test_a_recording_that_breaks_off_is_gone_on_with(tmp_path, monkeypatch, capsys):
+    command = [*GRID, "--episodes", "40", "--out", str(tmp_path)]
+    # Tests that run in the background of a script have been told to ignore Ctrl-C, and so would their children.
+    options = {"preexec_fn": functools.partial(signal.signal, signal.SIGINT, signal.default_int_handler)}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "caregiver_mj", *command], stderr=subprocess.PIPE, text=True, **options
+    )
+    store = pathlib.Path(tmp_path, "caregiver_mj", f".{NAME.partition('/')[2]}.episodes")
+    for _ in range(3000):
+        if len(list(store.glob("*/episode.json"))) >= 2:
+            break
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    _, error = process.communicate()
+    assert process.returncode == 1
+    last = error.splitlines()[-1]
+    assert last.startswith("caregiver-mj: interrupted; ")
+    assert last.endswith(f"--out {tmp_path} --resume")
+    assert not (tmp_path / NAME).exists()
+    kept = {path: path.stat().st_mtime_ns for path in store.glob("0*/episode.json")}
+    assert 2 <= len(kept) < 40
+
+    assert cli.main(command) == 2
+    assert "was broken off: go on with --resume, or remove it" in capsys.readouterr().err
+    assert cli.main([*command, "--resume", "--seed", "1"]) == 2
+    assert "seed is 0 there and 1 here" in capsys.readouterr().err
+    few = [*GRID, "--episodes", "3", "--out", str(tmp_path)]  # how many is asked anew
+    assert cli.main([*few, "--resume"]) == 0
+    assert not store.exists()
+    whole = tmp_path / "whole"
+    assert cli.main([*GRID, "--episodes", "3", "--out", str(whole)]) == 0
+    found = load(tmp_path, NAME, monkeypatch)
+    assert len(found) == 3
+    same(found, load(whole, NAME, monkeypatch))
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--format", "minari", "--name", "short"], "is called NAME-vNUMBER or GROUP/NAME-vNUMBER, not 'short'"),
+        (["--format", "lerobot", "--name", "a-v0"], "--name is of a Minari data set"),
+        (["--format", "lerobot", "--camera", "hall"], "no camera 'hall'"),
+        (["--format", "lerobot", "--size", "big"], "--size is WIDTHxHEIGHT"),
+        (["--format", "lerobot", "--size", "33x40"], "must be even"),
+        (["--format", "lerobot", "--episodes", "0"], "episodes must be at least 1"),
+        (["--format", "lerobot", "--seed", "-1"], "seed must not be negative"),
+        (["--format", "lerobot", "--seconds", "0"], "seconds must be a positive length"),
+        (["--format", "lerobot", "--caregiver", "nanny"], "no caregiver 'nanny'"),
+        (["--format", "lerobot", "--caregiver", "none"], "caregiver 'none' does not act"),
+        (["--format", "lerobot", "--jobs", "0"], "jobs must be at least 1"),
+        (["--format", "csv"], "invalid choice: 'csv'"),
+    ],
+)
+def test_what_is_refused(options, message, tmp_path, capsys):
+    assert cli.main([*HOUSE, *options, "--out", str(tmp_path / "set")]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_decisions_are_too_rare_for_lerobot(tmp_path, capsys):
+    assert cli.main([*GRID[:2], "lerobot", *GRID[3:], "--out", str(tmp_path / "set")]) == 2
+    assert "LeRobot wants whole steps a second" in capsys.readouterr().err
+
+
+def test_nothing_is_written_over(tmp_path, capsys):
+    (tmp_path / "set").mkdir()
+    assert cli.main([*HOUSE, "--format", "lerobot", "--out", str(tmp_path / "set")]) == 2
+    assert "is there already" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("module", "extra"), [("minari", "minari"), ("h5py", "minari"), ("gymnasium", "gym")])
+def test_without_an_extra_it_says_which(module, extra, tmp_path):
+    code = f"import sys; sys.modules['{module}'] = None; from caregiver_mj.cli import main; sys.exit(main())"
+    command = [sys.executable, "-c", code, *GRID, "--out", str(tmp_path / "set")]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr.endswith(f"pip install 'caregiver_mj[{extra}]'\n")
+    assert done.stderr.count("\n") == 1
+    assert not (tmp_path / "set").exists()

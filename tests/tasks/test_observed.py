@@ -1,0 +1,39 @@
+"""What the tasks say of their observations, against what they show."""
+
+import pytest
+
+import caregiver_mj
+from caregiver_mj.tasks.observed import OBSERVED
+
+
+@pytest.mark.parametrize("children", ["0.5", "1,.25"])
+@pytest.mark.parametrize("task", caregiver_mj.ALL_TASKS)
+def test_every_key_is_as_it_is_said_to_be(task, children):
+    env = caregiver_mj.load(task, "paper", children, visuals=False)
+    plan = env.task.plan
+    counts = {
+        "candles": len(plan.candle_tables),
+        "tables": len(plan.tables),
+        "stairwells": len(plan.stairwells),
+        "joints": 7,
+        "children": 2,
+    }
+    seen = {key: spec.shape for key, spec in env.observation_spec().items()}
+    assert set(seen) == {key for key, observed in OBSERVED.items() if observed.of in ("", task) and not observed.asked}
+    for key, shape in seen.items():
+        one, _, several = OBSERVED[key].shape.partition(", of several children ")
+        assert shape == eval(several if several and children == "1,.25" else one, counts)
+
+
+def test_targets_say_what_they_show():
+    pytest.importorskip("gymnasium")
+    from caregiver_mj.envs.observed import OBSERVED_OF_TARGETS
+    from caregiver_mj.envs.targets import make_targets
+
+    assert set(make_targets().observation_space) == set(OBSERVED_OF_TARGETS)
+
+
+def test_what_is_asked_for_is_shown():
+    env = caregiver_mj.load("supervise", "paper", visuals=False, task_kwargs={"table_height": (0.5, 0.7)})
+    assert {"table_height"} == {key for key, observed in OBSERVED.items() if observed.asked}
+    assert env.observation_spec()["table_height"].shape == (len(env.task.plan.tables),)

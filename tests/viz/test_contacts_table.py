@@ -1,0 +1,49 @@
+"""The report's tables of what the robot did to the child, by rows made by hand."""
+
+import pandas as pd
+import pytest
+
+from caregiver_mj.recording.body_limits import BODY_LIMITS, CAUTION
+from caregiver_mj.recording.contacts import REGIONS, Contacts
+from caregiver_mj.viz.report.contacts import counts_table, limits_table
+
+
+def rows(*changes):
+    return pd.DataFrame([Contacts().outcome() | {"strikes": 0} | change for change in changes])
+
+
+def cells(table, label):
+    (row,) = (row for row in table.rows if row[0].startswith(label))
+    return row[1:]
+
+
+def test_counts_are_added_up_and_the_worst_is_shown():
+    groups = {
+        "calm": rows({}, {}),
+        "wild": rows(
+            {"strikes_surface": 2, "contact_force": 30.0, "flame_distance": 0.25, "contact_seconds": 3.0},
+            {"strikes_surface": 1, "contact_force": 70.0, "flame_distance": 0.5, "contact_seconds": 1.0},
+        ),
+    }
+    table = counts_table(groups)
+    assert table.columns == ("with the caregiver", "calm", "wild")
+    assert cells(table, "episodes") == ("2", "2")
+    assert cells(table, "strikes, turning") == ("0", "3")
+    assert cells(table, "greatest force (the most, N)") == ("0", "70")
+    assert cells(table, "seconds in contact (an episode, s)") == ("0.00", "2.00")
+    assert cells(table, "flame to child (the least, m)") == ("–", "0.25")  # no candle was carried near it
+
+
+def test_forces_stand_beside_the_limits_of_their_region():
+    table = limits_table(rows({"contact_force_legs": 80.0, "contact_force_trunk": 21.0}, {"contact_force_legs": 40.0}))
+    assert len(table.rows) == len(BODY_LIMITS)
+    assert {row[0] for row in table.rows} == set(REGIONS)
+    assert ("legs", "foot, ankle", "80", "125", "160", "50 %") in table.rows
+    assert ("trunk", "chest", "21", "140", "210", "10 %") in table.rows
+    assert CAUTION in table.note
+    assert "adults" in CAUTION
+
+
+@pytest.mark.parametrize("limit", BODY_LIMITS, ids=lambda limit: limit.part)
+def test_an_impact_may_be_harder_than_clamping(limit):
+    assert 0 < limit.clamping <= limit.impact

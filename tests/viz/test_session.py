@@ -1,0 +1,193 @@
+"""The viewers' session: play, pause, steps, speed, another episode; no window and no browser."""
+
+import numpy as np
+import pytest
+
+from caregiver_mj.children.family import Family
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.viz.viewers.session import FASTEST, Session
+from caregiver_mj.viz.viewers.watched import Watched
+
+STEP = 0.02  # seconds
+MOVE = 1.68
+
+
+class Clock:
+    """A clock that is set by hand."""
+
+    now = 100.0
+
+    def __call__(self):
+        return self.now
+
+
+class Env:
+    class Task:
+        novice_timestep = MOVE
+
+    task = Task()
+
+    def control_timestep(self):
+        return STEP
+
+
+class Reel:
+    """An episode of so many steps in which nothing happens."""
+
+    env = Env()
+
+    def __init__(self, steps=1000, cost=0.0, clock=None):
+        self._steps, self._done, self._cost, self._clock = steps, 0, cost, clock
+
+    @property
+    def seconds(self):
+        return self._done * STEP
+
+    def run_until(self, seconds):
+        while (self._done + 0.5) * STEP < seconds:
+            if self._done == self._steps:
+                return False
+            self._done += 1
+            if self._cost:
+                self._clock.now += self._cost
+        return True
+
+
+@pytest.fixture
+def clock():
+    return Clock()
+
+
+def session(clock, *, steps=1000, cost=0.0, **settings):
+    return Session(Watched(), begin=lambda watched: Reel(steps, cost, clock), clock=clock, **settings)
+
+
+def let(watched, clock, seconds, tick=0.05):
+    """Calls the session so often for so long."""
+    for _ in range(round(seconds / tick)):
+        clock.now += tick
+        watched.advance()
+
+
+@pytest.mark.parametrize("speed", [0.1, 0.5, 1.0, 7.0])
+def test_it_runs_at_the_speed_that_is_asked_for(clock, speed):
+    watched = session(clock, steps=5000, speed=speed)
+    let(watched, clock, 2.0)
+    assert watched.episode.seconds == pytest.approx(2.0 * speed, abs=STEP)
+    assert not watched.behind
+    watched.speed = 2 * speed
+    let(watched, clock, 1.0)
+    assert watched.episode.seconds == pytest.approx(4.0 * speed, abs=STEP)
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, FASTEST + 1, float("nan"), float("inf")])
+def test_a_speed_that_there_is_not(clock, speed):
+    with pytest.raises(CaregiverError, match=r"speed must lie in 0\.1 to 20"):
+        session(clock, speed=speed)
+
+
+def test_it_stands_still_while_it_is_paused(clock):
+    watched = session(clock)
+    let(watched, clock, 1.0)
+    watched.pause()
+    let(watched, clock, 5.0)
+    assert watched.episode.seconds == pytest.approx(1.0, abs=STEP)
+    clock.now += 60.0
+    watched.play()  # time that passed in between is not made up for
+    let(watched, clock, 1.0)
+    assert watched.episode.seconds == pytest.approx(2.0, abs=STEP)
+
+
+def test_it_can_begin_paused(clock):
+    watched = session(clock, playing=False)
+    let(watched, clock, 1.0)
+    assert watched.episode.seconds == 0.0
+
+
+def test_steps(clock):
+    watched = session(clock)
+    let(watched, clock, 1.0)
+    before = watched.episode.seconds
+    watched.step()
+    assert not watched.playing
+    assert watched.episode.seconds == pytest.approx(before + STEP)
+    watched.step(0.5)
+    assert watched.episode.seconds == pytest.approx(before + STEP + 0.5)
+    for move in (1, 2, 3):
+        watched.next_move()
+        assert watched.episode.seconds == pytest.approx(move * MOVE)
+    let(watched, clock, 1.0)
+    assert watched.episode.seconds == pytest.approx(3 * MOVE)
+
+
+def test_the_end(clock):
+    watched = session(clock, steps=10)
+    let(watched, clock, 1.0)
+    assert watched.over
+    assert not watched.playing
+    assert watched.episode.seconds == pytest.approx(10 * STEP)
+    watched.play()
+    assert not watched.playing
+    watched.restart()
+    assert watched.playing
+    assert not watched.over
+    assert watched.episode.seconds == 0.0
+
+
+def test_another_episode(clock):
+    watched = session(clock, playing=False)
+    first = watched.episode
+    watched.change(seed=3, caregiver="paper")
+    assert (watched.watched.seed, watched.watched.caregiver, watched.watched.house) == (3, "paper", "paper")
+    assert watched.episode is not first
+    assert watched.begun == 2
+    assert not watched.playing
+
+
+def test_a_machine_that_is_too_slow_says_so_and_stays_responsive(clock):
+    watched = session(clock, speed=10.0, cost=0.02)  # as fast as the simulated world at best
+    clock.now += 0.2
+    before = clock.now
+    watched.advance()
+    assert watched.behind
+    assert clock.now - before < 0.5
+    after = watched.episode.seconds
+    watched.speed = 0.5
+    clock.now += 0.1
+    watched.advance()
+    assert after < watched.episode.seconds < after + 0.25 * 0.5 + STEP  # what was missed is not made up for
+    clock.now += 0.1
+    watched.advance()
+    assert not watched.behind
+
+
+def test_an_impossible_episode_leaves_the_present_one():
+    watched = Session(Watched(house="paper", caregiver="none"), playing=False)
+    episode = watched.episode
+    for settings in ({"house": "igloo"}, {"caregiver": "nanny"}, {"seed": -1}):
+        with pytest.raises(CaregiverError):
+            watched.change(**settings)
+        assert watched.episode is episode
+        assert watched.begun == 1
+
+
+def test_a_session_shows_the_episode_of_the_run(tmp_path):
+    (tmp_path / "small.txt").write_text("########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########")
+    small = Watched(str(tmp_path / "small.txt"), Family.parse("1,.25"), "none", seed=3, number=1)
+    whole, pieces = Session(small, playing=False), Session(small, playing=False)
+    whole.step(10.0)
+    for _ in range(5):
+        pieces.step(2.0)
+    one, two = (it.episode.hud_state(1) for it in (whole, pieces))
+    np.testing.assert_array_equal(one.children[1].position, two.children[1].position)
+    np.testing.assert_array_equal(one.children[0].position, two.children[0].position)
+    pieces.change(number=2)
+    assert pieces.episode.hud_state(1).children[0].position.tolist() != one.children[0].position.tolist()
+
+
+def test_what_is_watched_can_be_said_on_the_command_line():
+    assert Watched().options() == "--house paper --epsilon 0.5 --caregiver foresight --seed 0 --episode 0"
+    told = Watched("my house.txt", Family.parse("1,adversary:0"), "none", 7, 2, embodiment="mobile_ur5e").options()
+    assert told == (
+        "--house 'my house.txt' --epsilon 1,adversary:0 --caregiver none --seed 7 --episode 2 --embodiment mobile_ur5e"
+    )

@@ -1,0 +1,214 @@
+"""`caregiver-mj view --web`: as a process, and as a browser shows it."""
+
+import io
+import re
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import urllib.request
+
+import numpy as np
+import pytest
+from browsers import chromium
+from PIL import Image
+
+from caregiver_mj import cli
+from caregiver_mj.children.family import Family
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.viz.viewers.session import Session
+from caregiver_mj.viz.viewers.watched import Watched
+
+viser = pytest.importorskip("viser")
+web = pytest.importorskip("caregiver_mj.viz.viewers.web")
+
+HOUSE = "########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########"
+PATIENCE = 90  # seconds: without a graphics card a page is drawn once a second, or less on a busy machine
+
+
+@pytest.fixture(scope="module")
+def house(tmp_path_factory):
+    path = tmp_path_factory.mktemp("house") / "small.txt"
+    path.write_text(HOUSE)
+    return str(path)
+
+
+@pytest.fixture
+def process(house):
+    """The command at work, and where it serves."""
+    command = [sys.executable, "-m", "caregiver_mj", "view", "--web", "--port", "0", "--house", house]
+    options = ["--caregiver", "paper-predictive", "--speed", "5", "--rate", "2", "--plain"]
+    with subprocess.Popen([*command, *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        first = process.stdout.readline()
+        found = re.match(r"http://127\.0\.0\.1:\d+", first)
+        assert found, first + process.stderr.read()
+        yield process, found[0]
+        process.kill()
+
+
+def test_the_page_in_a_browser(process, tmp_path):
+    process, url = process
+    with chromium(
+        tmp_path, "--window-size=640,480", "--force-device-scale-factor=0.5", "--enable-unsafe-swiftshader"
+    ) as browser:
+        wait_for = Patience(browser)
+        browser.set_page_load_timeout(PATIENCE)
+        browser.set_script_timeout(PATIENCE)
+        browser.get(url)
+        wait_for.text("doing")
+        assert len(wait_for.texts("danger")) == 2  # the stairwell and the candle
+        assert wait_for.texts("safe")
+        assert wait_for.texts("believed")
+        wait_for(lambda: colours(browser) > 500)  # what is empty has a handful
+
+        began = wait_for.number("timestep")
+        wait_for(lambda: wait_for.number("timestep") > began)
+        wait_for.press("Pause")
+        wait_for(lambda: wait_for.texts("told") == ["Paused."])
+        halted = wait_for.number("timestep")
+        wait_for.press("1 move")
+        wait_for(lambda: wait_for.number("timestep") == halted + 1)
+        assert wait_for.texts("told") == ["Paused."]
+        wait_for.press("Play")
+        wait_for(lambda: wait_for.number("timestep") > halted + 1)
+
+        assert wait_for.texts("epsilon") == ["0.5"]
+        wait_for.enter("Epsilon", "2")
+        wait_for.press("Start")
+        wait_for(lambda: "epsilon must lie in [0, 1]" in "".join(wait_for.texts("told")))
+        wait_for.enter("Epsilon", "1")
+        wait_for.press("Start")
+        wait_for(lambda: wait_for.texts("epsilon") == ["1"])
+        wait_for(lambda: "--epsilon 1 " in wait_for.text("same"))
+    process.send_signal(signal.SIGTERM)
+    out, err = process.communicate(timeout=PATIENCE)
+    assert (process.returncode, out, err) == (0, "", "closed\n")
+
+
+class Patience:
+    """Waits for what a page is to show, and acts on it."""
+
+    def __init__(self, browser):
+        self._browser = browser
+
+    def __call__(self, condition):
+        from selenium.common import StaleElementReferenceException, TimeoutException
+        from selenium.webdriver.support.wait import WebDriverWait
+
+        passing = (StaleElementReferenceException, TimeoutException, IndexError)
+        return WebDriverWait(self._browser, PATIENCE, 0.3, passing).until(lambda _: condition())
+
+    def texts(self, kind):
+        script = "return [...document.querySelectorAll('.' + arguments[0])].map(e => e.innerText)"
+        return self._browser.execute_script(script, kind)
+
+    def text(self, kind):
+        return self(lambda: self.texts(kind)[0])
+
+    def number(self, kind):
+        return int(self.text(kind))
+
+    def press(self, label):
+        script = "const b = [...document.querySelectorAll('button')].find(b => b.innerText.trim() == arguments[0]);"
+        self(lambda: self._browser.execute_script(script + "if (b) b.click(); return !!b", label))
+
+    def enter(self, label, value):
+        field = self(lambda: self._browser.find_element("xpath", f"//label[.='{label}']/following::input[1]"))
+        field.send_keys("\ue009a\ue000", value)  # Ctrl-A first
+
+
+def colours(browser):
+    """How many colours there are in the left half of the page, where the house is."""
+    picture = np.asarray(Image.open(io.BytesIO(browser.get_screenshot_as_png())).convert("RGB"))
+    left = picture[picture.shape[0] // 2 :, : picture.shape[1] // 2]
+    return len(np.unique(left.reshape(-1, 3), axis=0))
+
+
+@pytest.fixture
+def viewer(house):
+    watched = Watched(house, Family.parse("1,.25"), "none")
+    with web.WebViewer(Session(watched, playing=False), port=0) as viewer:
+        yield viewer
+
+
+def test_it_serves_this_machine_alone(viewer):
+    assert viewer.url.startswith("http://127.0.0.1:")
+    with urllib.request.urlopen(viewer.url, timeout=10) as page:
+        assert b"<html" in page.read()
+
+
+def test_everything_is_done_in_the_thread_that_runs(viewer):
+    threads, looks = set(), []
+
+    def enough():
+        threads.add(threading.get_ident())
+        looks.append(viewer.session.episode.seconds)
+        return len(looks) > 3
+
+    viewer.session.play()
+    viewer.run(until=enough)
+    assert threads == {threading.get_ident()}
+    assert looks[-1] > looks[0]
+
+
+def test_another_house_is_shown(viewer):
+    viewer.show()
+    viewer.session.change(house="house-3-8x8-rooms1", family=Family.parse("0.5"))
+    viewer.show()
+    viewer.run(until=iter([False, True]).__next__)
+
+
+def test_nobody_makes_it_public(viewer):
+    assert viewer.server.request_share_url() is None
+
+
+def test_two_do_not_share_a_port(viewer):
+    with pytest.raises(CaregiverError, match=r"cannot listen at 127\.0\.0\.1"):
+        web.WebViewer(viewer.session, port=viewer.server.get_port())
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--speed", "0"], ["speed", "0.1 to 20"]),
+        (["--rate", "nan"], ["rate", "nan"]),
+        (["--port", "70000"], ["port", "70000"]),
+        (["--episode", "-1"], ["-1"]),
+        (["--caregiver", "nanny"], ["nanny", "paper"]),
+        (["--house", "igloo"], ["igloo"]),
+        (["--host", "256.0.0.1", "--caregiver", "none"], ["cannot listen at 256.0.0.1"]),
+    ],
+)
+def test_bad_input_is_one_line(capsys, house, options, words):
+    assert cli.main(["view", "--web", "--house", house, *options]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+    assert all(word in err for word in words)
+
+
+def test_a_port_that_is_taken(capsys, house):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        assert cli.main(["view", "--web", "--house", house, "--caregiver", "none", "--port", port]) == 2
+    assert f"port {port}: Address already in use; --port 0 takes any" in capsys.readouterr().err
+
+
+def test_without_a_display_a_line_says_what_there_is(capsys, monkeypatch, house):
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(sys, "platform", "linux")
+    assert cli.main(["view", "--house", house]) == 1
+    assert capsys.readouterr().err == (
+        "caregiver-mj: there is no display for a window: use `caregiver-mj view --web`, and a browser\n"
+    )
+
+
+def test_without_viser_a_line_says_what_to_install(house):
+    code = f"import sys; sys.modules['viser'] = None; from caregiver_mj import cli; cli.main({['view', '--web']!r})"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.stdout == ""
+    assert done.stderr.count("\n") == 1
+    assert "needs viser and mjviser" in done.stderr
+    assert "pip install 'caregiver_mj[web]'" in done.stderr
