@@ -68,16 +68,17 @@ def read_finished(folder: str | os.PathLike[str]) -> Finished:
     try:
         found = _read(path)
         found.seeds  # noqa: B018 (must be readable too)
+        foreign = {
+            "episodes.parquet": _foreign_episodes(found),
+            "maps.parquet": _foreign_maps(found),
+            "summary.json": _foreign_summary(found),
+        }
     except _UNREADABLE as error:
         what = " ".join(str(error).split()) or type(error).__name__
         raise CaregiverError(f"the run in '{folder}' cannot be read: {what}") from error
     except CaregiverError as error:
         raise CaregiverError(f"the run in '{folder}' cannot be read: {error}") from None
-    for name, wrong in (
-        ("episodes.parquet", _foreign_episodes(found)),
-        ("maps.parquet", _foreign_maps(found)),
-        ("summary.json", _foreign_summary(found)),
-    ):
+    for name, wrong in foreign.items():
         if wrong:
             raise CaregiverError(f"the run in '{folder}' cannot be read: its {name} is that of another run")
     return found

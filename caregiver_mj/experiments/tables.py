@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     import pandas as pd  # imported where used: workers, and commands that only read a plan, do without
 
 _WHICH = ("world", "house", "caregiver", "family", "episode", "seed")
-_TEXTS = [column.name for column in COLUMNS if column.type == "str"]
+_TYPES = {column.name: column.type for column in COLUMNS}
+_TEXTS = [name for name, kind in _TYPES.items() if kind == "str"]
+_LARGEST = 2.0**53  # from which on a number in a table is none that was counted
 
 
 class Tables(NamedTuple):
@@ -55,8 +57,10 @@ def belongs(settings: Settings, block: Block, result: Result) -> bool:
     plan = settings.plan_of[block.house] if block.house else settings.plan
     try:
         found = [tuple(row[key] for key in _WHICH) for row in result["rows"]]
-        lengths = {len(result["maps"][str(family)][name]) for family in block.families for name in MAPS}
-    except (KeyError, TypeError):
+        maps = [result["maps"][str(family)][name] for family in block.families for name in MAPS]
+        if not all(map(_is_row, result["rows"])) or not all(_fits(values, "list[float]") for values in maps):
+            return False
+    except (AttributeError, KeyError, TypeError):
         return False
     who = settings.world, plan.name, block.caregiver
     wanted = [
@@ -64,7 +68,22 @@ def belongs(settings: Settings, block: Block, result: Result) -> bool:
         for family in block.families
         for episode in block.numbers
     ]
-    return found == wanted and lengths == {len(plan.free_cells)}
+    return found == wanted and {*map(len, maps)} == {len(plan.free_cells)}
+
+
+def _is_row(row: Mapping[str, Any]) -> bool:
+    """Whether it has all columns, each of its type."""
+    return row.keys() == _TYPES.keys() and all(_fits(row[name], kind) for name, kind in _TYPES.items())
+
+
+def _fits(value: Any, kind: str) -> bool:
+    """Whether something can be in a column of a type: numbers are finite, and never negative."""
+    if kind == "str":
+        return isinstance(value, str)
+    if kind == "list[float]":
+        return isinstance(value, list) and all(_fits(one, "float") for one in value)
+    kinds = (int, float) if kind == "float" else (int,)
+    return isinstance(value, kinds) and not isinstance(value, bool) and 0 <= value < _LARGEST
 
 
 def put_together(settings: Settings, blocks: Sequence[Tables]) -> Tables:

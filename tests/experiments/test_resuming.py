@@ -148,6 +148,17 @@ def test_damaged_block_is_run_again(tmp_path):
     same(evaluate(settings, RunFolder(tmp_path, settings.record(), resume=True)), first)
 
 
+@pytest.mark.parametrize("value", [False, [], None, "2", -1, 0.5, 1e30], ids=str)
+def test_block_with_a_value_of_another_type_is_run_again(tmp_path, value):
+    settings = Settings(PAPER, "grid", ("paper",), (1.0,), 3)
+    first = evaluate(settings, RunFolder(tmp_path, settings.record()))
+    (block,) = blocks_on_disk(tmp_path)
+    content = json.loads(block.read_text())
+    content["rows"][1]["candles_dropped"] = value
+    block.write_text(json.dumps(content))
+    same(evaluate(settings, RunFolder(tmp_path, settings.record(), resume=True)), first)
+
+
 def test_finished_run_is_not_run_again(tmp_path, monkeypatch):
     settings = Settings(PAPER, "grid", ("paper",), (1.0,), 3)
     first = evaluate(settings, RunFolder(tmp_path, settings.record()))
