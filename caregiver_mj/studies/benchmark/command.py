@@ -17,6 +17,7 @@ from caregiver_mj.studies.benchmark.closed_loop import closed_loop
 from caregiver_mj.studies.benchmark.effort import QUICK, Effort
 from caregiver_mj.studies.benchmark.foresight import foresight
 from caregiver_mj.studies.benchmark.growth import growth
+from caregiver_mj.studies.benchmark.hitches import hitches
 from caregiver_mj.studies.benchmark.processes import processes
 from caregiver_mj.studies.benchmark.prototype import PROTOTYPE
 from caregiver_mj.studies.benchmark.rendering import rendering
@@ -24,6 +25,7 @@ from caregiver_mj.studies.display import make_console
 
 SECTIONS = {
     "closed_loop": closed_loop,
+    "hitches": hitches,
     "parts": parts,
     "building": building,
     "growth": growth,
