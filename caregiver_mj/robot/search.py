@@ -12,7 +12,7 @@ from typing import Any, Generic, TypeVar
 Found = TypeVar("Found")
 Work = Generator[float, None, Found]  # yields milliseconds
 
-_AT_ONCE = 20.0  # stated milliseconds of a search in a control timestep; the last piece of work may come on top
+_AT_ONCE = 12.0  # stated milliseconds of a search in a control timestep; the last piece of work may come on top
 
 
 class Search(Generic[Found]):
