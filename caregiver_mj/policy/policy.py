@@ -91,7 +91,7 @@ class CaregiverPolicy:
         self._senses = Senses(self._sensing, self.robot, self._timestep)
         self._perception = Perception(self.plan, self._sensing.is_exact, self._senses.age)
         make_scene = functools.partial(_planning_scene, self.plan, embodiment, self._perception)
-        retrievals = RetrievalPlanner(navigator, make_scene)
+        self._retrievals = retrievals = RetrievalPlanner(navigator, make_scene)
         self.caregiver.pace = robot_pace(navigator, task.novice_timestep, self._timestep)
         self.executive = Executive(self.plan, self.caregiver, navigator, retrievals, task.novice_timestep, truth)
 
@@ -155,6 +155,8 @@ class CaregiverPolicy:
         if isinstance(self.caregiver, InstructedCaregiver):
             self.caregiver.orders = _orders(self.plan, observation)
         self.executive.reset()
+        if self.plan.candle_tables:
+            self._retrievals.prepare()  # before the robot moves
 
     def _check_house(self, observation: dict[str, np.ndarray]) -> None:
         """Raises CaregiverError if an episode begins as none can in this house: it is that of another one."""
@@ -203,8 +205,14 @@ class CaregiverPolicy:
 
 
 def _planning_scene(plan: FloorPlan, embodiment: Embodiment, perception: Perception) -> PlanningScene:
-    house = build_house(plan, embodiment, visuals=False, table_heights=perception.table_heights)
-    return PlanningScene(house, plan, embodiment)
+    heights = perception.table_heights
+    return _make_scene(plan, embodiment, None if heights is None else tuple(heights.tolist()))
+
+
+@functools.lru_cache(maxsize=4)  # it is costly, and remembers nothing between questions
+def _make_scene(plan: FloorPlan, embodiment: Embodiment, heights: tuple[float, ...] | None) -> PlanningScene:
+    tables = None if heights is None else np.array(heights)
+    return PlanningScene(build_house(plan, embodiment, visuals=False, table_heights=tables), plan, embodiment)
 
 
 def _caregiver(caregiver: str | Caregiver, task, seed: int) -> Caregiver:

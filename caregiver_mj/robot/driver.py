@@ -41,6 +41,7 @@ class Driver:
         aside_until: Until when, in seconds, it gets out of the way of a child that leaves it no way; a past time if it
             does not.
         patience: How long it goes on without coming nearer.
+        is_loaded: Whether it drives with a candle in the hand.
     """
 
     def __init__(self, navigator: Navigator, loaded: bool = False):
@@ -54,6 +55,7 @@ class Driver:
         self.cell: Cell | None = None
         self.aside_until = -math.inf
         self.patience = Patience()
+        self.is_loaded = loaded
         approach = navigator.robot.approach
         self._navigator, self._embodiment = navigator.loaded if loaded else navigator, navigator.robot
         self._may_drive = approach.drive_loaded if loaded else approach.drive  # so far out may the hand be

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -95,6 +95,15 @@ def retrieval_path(arm: Arm, point: np.ndarray, rotation: np.ndarray, lift: floa
     Raises:
         CaregiverError: The arm cannot reach there, or not without coming near the robot itself.
     """
+    for path in retrieval_paths(arm, point, rotation, lift):
+        if path:
+            return path
+    x, y, z = point
+    raise CaregiverError(f"the arm cannot grip what lies {x:.2f} m ahead and {y:.2f} m aside, {z:.2f} m high")
+
+
+def retrieval_paths(arm: Arm, point: np.ndarray, rotation: np.ndarray, lift: float = 0.0) -> Iterator[ReachPath | None]:
+    """The same guess by guess, each of which takes long: None for those that fail."""
     above = np.array([*point[:2], point[2] + _HOVER])
     for guess in _guesses(arm, rotation) if arm.may_reach(point, rotation) else ():
         try:
@@ -103,12 +112,11 @@ def retrieval_path(arm: Arm, point: np.ndarray, rotation: np.ndarray, lift: floa
             if lift:
                 over.insert(0, arm.solve_pose(above + np.array([0.0, 0.0, lift]), rotation, over[0]))
         except CaregiverError:
+            yield None
             continue
         path = ReachPath([arm.tucked, *over, down], arm.embodiment.limits.arm)
-        if all(arm.clears_itself(path.joints(s)) for s in np.linspace(path.goal, 0.0, _CHECKS)):
-            return path
-    x, y, z = point
-    raise CaregiverError(f"the arm cannot grip what lies {x:.2f} m ahead and {y:.2f} m aside, {z:.2f} m high")
+        clear = all(arm.clears_itself(path.joints(s)) for s in np.linspace(path.goal, 0.0, _CHECKS))
+        yield path if clear else None
 
 
 def _guesses(arm: Arm, rotation: np.ndarray) -> list[np.ndarray]:

@@ -6,19 +6,19 @@ import dataclasses
 import functools
 import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.robot import se2
 from caregiver_mj.robot.grips import UPRIGHT, hand_rotation, upright_grip
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
-from caregiver_mj.robot.reach import ReachPath, retrieval_path
+from caregiver_mj.robot.reach import ReachPath, retrieval_paths
 from caregiver_mj.robot.se2 import Pose, Vector
+from caregiver_mj.robot.search import Work
 from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, View
 
 _DIRECTIONS = 16  # round a point
@@ -28,6 +28,8 @@ _LIFTS = (0.0, 0.25)  # metres that the hand goes up with it before it turns; th
 _OPEN_ANGLE = 0.5  # radians to both sides that must be free where it is laid down
 _CHILD_AWAY = 1.7  # metres from a child to where the base stands then
 _CHECKS = 49  # poses on the arm's way that are checked for collisions
+# Milliseconds that pieces of a search take: a route, a pose checked, a way of the arm checked, a try at its kinematics.
+_ROUTE, _POSE, _WAY, _GUESS = 0.2, 0.1, 3.0, 6.0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -66,8 +68,12 @@ class RetrievalPlanner:
     def _scene(self) -> PlanningScene:
         return self._make_scene()
 
-    def to_pick_up(self, view: View, candle: int) -> Stance | None:
-        """The nearest stance from which the arm gets at a candle, or None.
+    def prepare(self) -> None:
+        """Makes the planning scene now, where there is time for it."""
+        self._scene  # noqa: B018 (kept once asked for)
+
+    def to_pick_up(self, view: View, candle: int) -> Work[Stance | None]:
+        """Searches for the nearest stance from which the arm gets at a candle; finds None if there is none.
 
         If there is one from which the candle can be gripped such that it stands upright in the tucked hand, it is of
         these. Else it is one from which it can be taken along level, or if it stands on its head, with its head down.
@@ -78,11 +84,11 @@ class RetrievalPlanner:
         point = view.candles[candle] + (CANDLE_HEIGHT - height if on_its_head else height) * axis
         if abs(axis[2]) < UPRIGHT:
             point[2] += self._robot.grasp.above_lying
-        stands = list(itertools.islice(self._stands(view, candle, point), _MOST_STANDS))
+        stands = yield from self._stands(view, candle, point)
         if not on_its_head:
             for base, reach in stands:
                 grip = upright_grip(_turned(axis, -base[2]), usual_pitch)
-                if path := self._lifting_path(view, candle, base, (reach, point[2]), grip):
+                if path := (yield from self._lifting_path(view, candle, base, (reach, point[2]), grip)):
                     return Stance(base, path)
         for base, reach in stands:
             ahead = _turned(axis, -base[2])
@@ -90,12 +96,12 @@ class RetrievalPlanner:
             pitches = (usual_pitch,) if on_its_head else self._robot.postures.lying_pitches
             for pitch, turn in itertools.product(pitches, (0.0, math.pi)):
                 grip = hand_rotation(heading + turn, pitch)
-                if path := self._lifting_path(view, candle, base, (reach, point[2]), grip):
+                if path := (yield from self._lifting_path(view, candle, base, (reach, point[2]), grip)):
                     return Stance(base, path, pitch + math.pi / 2 if on_its_head else pitch)
         return None
 
-    def to_lay_down(self, view: View, candle: int, pitch: float) -> Stance | None:
-        """The nearest stance to lay the candle in the hand on open floor, away from children, or None.
+    def to_lay_down(self, view: View, candle: int, pitch: float) -> Work[Stance | None]:
+        """Searches for the nearest stance to lay the candle in the hand on open floor, away from children.
 
         Args:
             view: What is seen.
@@ -103,16 +109,20 @@ class RetrievalPlanner:
             pitch: Of the hand when it does that, radians.
         """
         spot = self._robot.postures.floor_reach, CANDLE_RADIUS + self._robot.grasp.above_lying
-        path = self._path(spot, hand_rotation(0.0, pitch))
+        path = yield from self._path(spot, hand_rotation(0.0, pitch))
         if path is None:
             return None
         # The candle is in the hand, and in nobody's way where it is now.
         gone = view.candles.copy()
         gone[candle, 2] = -1.0
         view = dataclasses.replace(view, candles=gone)
-        navigator = self._navigator
+        navigator = self._navigator.loaded
         here = navigator.nearest_cell(view.base[:2])
-        routes = ((len(route), cell) for cell in navigator.plan.free_cells if (route := navigator.route(here, cell)))
+        routes = []
+        for cell in navigator.plan.free_cells:
+            if route := navigator.route(here, cell):
+                routes.append((len(route), cell))
+            yield _ROUTE
         for _, cell in sorted(routes):
             place = tuple(navigator.plan.position(cell).tolist())
             if not navigator.clearance.can_stand(place) or view.child_distance(place) < _CHILD_AWAY:
@@ -120,11 +130,16 @@ class RetrievalPlanner:
             for yaw in _directions():
                 # Free to both sides too, so that there is room to pick it up again.
                 bases = [(*place, yaw + aside) for aside in (0.0, -_OPEN_ANGLE, _OPEN_ANGLE)]
-                if all(self._is_clear(view, candle, base, path) for base in bases):
+                for base in bases:
+                    is_clear = self._is_clear(view, candle, base, path)
+                    yield _WAY
+                    if not is_clear:
+                        break
+                else:
                     return Stance(bases[0], path)
         return None
 
-    def _stands(self, view: View, candle: int, point: np.ndarray) -> Iterator[tuple[Pose, float]]:
+    def _stands(self, view: View, candle: int, point: np.ndarray) -> Work[list[tuple[Pose, float]]]:
         """Poses of the base from which to reach for a point, the nearest one first, and how far to reach."""
         navigator, clearance = self._navigator, self._navigator.clearance
         here = navigator.nearest_cell(view.base[:2])
@@ -136,15 +151,27 @@ class RetrievalPlanner:
                 cost = math.dist(place, view.base[:2]) + navigator.plan.cell_size * len(route)
                 cost += 0.0 if clearance.can_turn(place) else _NO_TURNING
                 stands.append((cost, (*place, yaw), reach))
+            yield _ROUTE
+        clear: list[tuple[Pose, float]] = []
         for _, base, reach in sorted(stands):
             if self._is_clear(view, candle, base, None):
-                yield base, reach
+                clear.append((base, reach))
+            if len(clear) == _MOST_STANDS:
+                break
+            yield _POSE
+        return clear
 
-    def _lifting_path(self, view: View, candle: int, base: Pose, target: Vector, grip: np.ndarray) -> ReachPath | None:
+    def _lifting_path(
+        self, view: View, candle: int, base: Pose, target: Vector, grip: np.ndarray
+    ) -> Work[ReachPath | None]:
         """The arm's way to lift a candle at a point (distance ahead, height), if neither touches anything."""
         for lift in _LIFTS:
-            path = self._path(target, grip, lift)
-            if path is None or self._is_clear(view, candle, base, path, lifts=True):
+            path = yield from self._path(target, grip, lift)
+            if path is None:
+                return None
+            is_clear = self._is_clear(view, candle, base, path, lifts=True)
+            yield 2 * _WAY
+            if is_clear:
                 return path
         return None
 
@@ -157,12 +184,13 @@ class RetrievalPlanner:
             not lifts or self._scene.is_free(base, way, view.candle_poses, candle, held=True)
         )
 
-    def _path(self, target: Vector, grip: np.ndarray, lift: float = 0.0) -> ReachPath | None:
+    def _path(self, target: Vector, grip: np.ndarray, lift: float = 0.0) -> Work[ReachPath | None]:
         """The arm's way to a point given by distance ahead and height, None if it is out of reach."""
-        try:
-            return retrieval_path(self._arm, np.array([target[0], 0.0, target[1]]), grip, lift)
-        except CaregiverError:
-            return None
+        for path in retrieval_paths(self._arm, np.array([target[0], 0.0, target[1]]), grip, lift):
+            yield _GUESS
+            if path:
+                return path
+        return None
 
 
 def _directions() -> list[float]:

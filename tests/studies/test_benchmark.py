@@ -10,6 +10,7 @@ from caregiver_mj.studies.benchmark.clock import Clock
 from caregiver_mj.studies.benchmark.command import main
 from caregiver_mj.studies.benchmark.dissection import dissect, print_parts
 from caregiver_mj.studies.benchmark.effort import Effort
+from caregiver_mj.studies.benchmark.hitches import hitches
 from caregiver_mj.studies.benchmark.scene import Scene
 
 
@@ -63,6 +64,13 @@ def test_calls(capsys):
     found = parts(Effort(calls=3), Console(width=120))
     assert len(found) == 6
     assert all(microseconds > 0.0 for microseconds in found.values())
+
+
+def test_the_worst_control_step_of_each_kind_of_episode(capsys):
+    found = hitches(Effort(seconds=1.0, jobs=1), Console(width=120))
+    assert set(found) == {"supervise, paper", "supervise, foresight", "candles knocked over"}
+    assert all(row["steps"] == 49 * (1 if "knocked" in name else 2) for name, row in found.items())
+    assert all(0.0 < row["worst"] < 10.0 for row in found.values())
 
 
 def test_only_some_sections(tmp_path, capsys):

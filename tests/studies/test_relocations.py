@@ -67,6 +67,11 @@ def test_what_does_not_happen_has_no_time():
     assert times(course(*TAKES[:3]), GRASP) == pytest.approx((math.nan, math.nan), nan_ok=True)
 
 
+def test_a_candle_lost_under_way_is_not_put_down():
+    lost = ({"x": 3.0, "speed": 1.0, "height": 0.0}, {"fingers": GRASP.open, "held": False, "reach": 0.0})
+    assert times(course(*TAKES, *lost), GRASP) == pytest.approx((3.0, math.nan), nan_ok=True)
+
+
 # -- What disturbs it ----------------------------------------------------------------------------
 
 

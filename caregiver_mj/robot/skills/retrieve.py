@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
@@ -12,6 +13,7 @@ from caregiver_mj.robot.hand import ATTEMPTS, hand_position, has_in_hand
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.retrieval import RetrievalPlanner, Stance
+from caregiver_mj.robot.search import Search
 from caregiver_mj.robot.separation import distance_from_line
 from caregiver_mj.robot.skills.skill import Skill
 from caregiver_mj.robot.status import Status
@@ -42,6 +44,7 @@ class Retrieve(Skill):
         self.candle = candle
         self._planner = planner
         self._stance: Stance | None = None
+        self._search: Search[Stance | None] | None = None  # for one, under way
         self._pitch_down: float | None = None  # radians, of the hand when it lays down what it holds
         self._steps: list[tuple[float, float | None]] = []  # of the hand: pose on its path to go to, gripper there
         self._until = self._choose_at = 0.0
@@ -95,15 +98,22 @@ class Retrieve(Skill):
     def _choose_stance(self, view: View, still: bool, holds: bool) -> Status:
         """Looks for a place to pick the candle up, or to lay it down; not all the time, for it takes long."""
         self._stance = None
-        if not (still or holds) or view.now < self._choose_at:
+        if not (still or holds) or self.driver.is_loaded != holds:  # what was looked for was another thing
+            self._search = None
+        if self._search is None:
+            if not (still or holds) or view.now < self._choose_at:
+                return _unless_in_hand(holds)
+            self._choose_at = view.now + _CHOICE_INTERVAL
+            self.driver = Driver(self._navigator, loaded=holds)  # the way there is another one
+            planner, pitch = self._planner, self._pitch_down
+            if holds:
+                self._search = Search(functools.partial(planner.to_lay_down, view, self.candle, pitch))
+            else:
+                self._search = Search(functools.partial(planner.to_pick_up, view, self.candle))
+        if not self._search.go_on():
             return _unless_in_hand(holds)
-        self._choose_at = view.now + _CHOICE_INTERVAL
-        self.driver = Driver(self._navigator, loaded=holds)  # the way there is another one
-        if holds:
-            self._stance = self._planner.to_lay_down(view, self.candle, self._pitch_down)
-            return Status.COMMITTED
-        self._stance = self._planner.to_pick_up(view, self.candle)
-        return Status.OUT_OF_REACH if self._stance is None else Status.RUNNING
+        self._stance, self._search = self._search.found, None
+        return Status.OUT_OF_REACH if self._stance is None and not holds else _unless_in_hand(holds)
 
     def _end(self, holds: bool) -> Status:
         """Decides what to do when the arm is back."""

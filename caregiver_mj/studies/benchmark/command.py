@@ -19,6 +19,7 @@ from caregiver_mj.studies.benchmark.executors import executors
 from caregiver_mj.studies.benchmark.filming import filming
 from caregiver_mj.studies.benchmark.foresight import foresight
 from caregiver_mj.studies.benchmark.growth import growth
+from caregiver_mj.studies.benchmark.hitches import hitches
 from caregiver_mj.studies.benchmark.processes import processes
 from caregiver_mj.studies.benchmark.prototype import PROTOTYPE
 from caregiver_mj.studies.benchmark.rendering import rendering
@@ -26,6 +27,7 @@ from caregiver_mj.studies.display import make_console
 
 SECTIONS = {
     "closed_loop": closed_loop,
+    "hitches": hitches,
     "parts": parts,
     "building": building,
     "growth": growth,

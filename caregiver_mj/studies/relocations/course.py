@@ -82,8 +82,8 @@ def times(moments: Sequence[Moment], grasp: Grasp) -> tuple[float, float]:
     rows = np.array([dataclasses.astuple(moment) for moment in moments], float)
     time, x, y, speed, fingers, height, reach, held = rows.T
 
-    def arrived(at: int, start: int) -> int:
-        """When the base was first where it is at some time, since another time."""
+    def arrived(at: int, start: int) -> int | None:
+        """When the base was first at rest where it is at some time, since another time; None if it never was."""
         near = np.hypot(x - x[at], y - y[at]) < _ARRIVED
         return _first(near & (speed < _ARRIVED_SPEED), start)
 
@@ -91,9 +91,13 @@ def times(moments: Sequence[Moment], grasp: Grasp) -> tuple[float, float]:
     lifted = _first(height > LIFTED, closing)
     release = _first(fingers > grasp.closed + _SHAKEN, lifted)
     clear = _first((reach <= _CLEAR) & (held == 0.0), release)
-    lifting = math.nan if lifted is None else float(time[lifted] - time[arrived(closing, 0)])
-    clearing = math.nan if clear is None else float(time[clear] - time[arrived(release, lifted)])
-    return lifting, clearing
+
+    def since_arrived(end: int | None, at: int | None, start: int | None) -> float:
+        """Seconds; NaN if it never ended, or the hand opened before the base had arrived: a candle was lost."""
+        begun = None if end is None else arrived(at, start)
+        return math.nan if begun is None else float(time[end] - time[begun])
+
+    return since_arrived(lifted, closing, 0), since_arrived(clear, release, lifted)
 
 
 def _first(condition: np.ndarray, start: int | None) -> int | None:
