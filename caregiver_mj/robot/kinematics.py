@@ -125,7 +125,8 @@ class Arm:
         data.qpos[self._arm] = joints
         mujoco.mj_kinematics(model, data)
         mujoco.mj_collision(model, data)
-        return not apart[tuple(data.contact.geom.T)].any()
+        near = data.contact.dist < _CLEAR  # margins of two geoms add up
+        return not apart[tuple(data.contact.geom[near].T)].any()
 
     @functools.cached_property
     def _own_shapes(self) -> tuple[mujoco.MjModel, mujoco.MjData, np.ndarray]:

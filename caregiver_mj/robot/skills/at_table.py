@@ -145,6 +145,7 @@ class AtTable(Skill):
             return False  # no child fits in between any more
         here, there = view.base[:2], se2.to_world((*view.base[:2], yaw), (to_table, 0.0))
         return distance_from_line(view, here, there, _CHILD_SOON) < self.embodiment.clearances.hand + CHILD_RADIUS
+
     def _rests(self, view: View) -> bool:
         """Whether the base has been at rest for so long that it is seen where it is."""
         return view.now - self._moved_at > view.age
