@@ -99,6 +99,9 @@ class Navigator(Routes):
         shut = np.array([self._code(cell) for cell in {*closed, *self.plan.stairwells} - ends], int)
         # The first point is the centre of the cell in which the base stands: the way out if nothing else is in sight.
         points = [start, *(self.centres[cell] for cell in cells[:-1]), goal]
+        last = self.centres[cells[-1]]
+        if not self.visible(points[-2], goal) and self.visible(points[-2], last) and self.visible(last, goal):
+            points.insert(-1, last)  # the goal is round a corner from the cell before
         return self._pull_tight(points, children, shut)
 
     def visible(self, a: Vector, b: Vector, children: Sequence[Vector] = (), shut: np.ndarray | None = None) -> bool:

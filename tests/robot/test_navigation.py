@@ -52,6 +52,14 @@ def path_between(navigator: Navigator, start, goal, children=(), closed=()):
     return navigator.path(centre(plan, start), centre(plan, goal), goal, children, closed)
 
 
+def test_way_to_a_goal_round_the_corner_of_a_table_keeps_off_the_table():
+    """It used to lead straight from the cell before the goal's, which was no nearer to the table than the goal is."""
+    plan = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.......#\n#########", "corner")
+    goal = (-1.151, 0.945)
+    path = Navigator(plan, ROBOT).path((-1.17, -1.125), goal, plan.cell_at(goal))
+    assert distances_to_obstacles(plan, points_along(path)).min() > BASE_RADIUS + CLEARANCE
+
+
 def test_points_know_their_distance_to_rectangles():
     # In the 3 x 3 cells of BEND's lower left room the walls' faces are 0.375 + 0.375 - 0.125 m from a cell's centre.
     assert distances_to_obstacles(BEND, np.array([centre(BEND, (3, 1))])) == pytest.approx([0.625])
