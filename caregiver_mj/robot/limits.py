@@ -134,3 +134,11 @@ class RobotLimits:
         ahead, across = (vx * ax + vy * ay) / speed, (vx * ay - vy * ax) / speed
         left = math.sqrt(max(together.acceleration**2 - across**2, (_LEAST_BRAKING * together.acceleration) ** 2))
         return left, (left + max(0.0, ahead)) / together.jerk + _DELAYED
+
+    def slowing(self, seconds: float) -> float:
+        """By how much a base that goes straight on at its speed can slow down within a time, m/s."""
+        acceleration, jerk = self.together.acceleration, self.together.jerk
+        seconds = max(0.0, seconds - _DELAYED)
+        if seconds < 2 * acceleration / jerk:
+            return jerk * seconds**2 / 4
+        return acceleration * (seconds - acceleration / jerk)

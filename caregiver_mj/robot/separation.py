@@ -123,8 +123,8 @@ def allowed_rate(view: View, robot: Embodiment, velocity: Vector, acceleration: 
     At a rate r of its planned speed, stopping takes r * speed / deceleration + build-up seconds.
 
     Where no speed is low enough for that, the base may still leave: at any speed if it goes well away from the child,
-    and at a creep if it slides past. Else the two could keep each other where they are: the child waits for the place
-    in which the base waits for the child to go.
+    and if it slides past, so fast that it can slow down to a creep before the child is at it. Else the two could keep
+    each other where they are: the child waits for the place in which the base waits for the child to go.
     """
     if velocity[0] == 0.0 and velocity[1] == 0.0:
         return 1.0
@@ -154,9 +154,11 @@ def _allowed_rate(view: View, robot: Embodiment, child: ChildView, velocity: Vec
     a = approach * stopping / 2
     b = approach * delay + _CHILD_SPEED * stopping
     c = _CHILD_SPEED * delay - room
-    if c >= 0.0:
-        return min(1.0, _CREEP_SPEED / speed) if towards <= _CREEP_TOWARDS * speed else 0.0
-    return min(1.0, (-b + math.sqrt(b * b - 4 * a * c)) / (2 * a))
+    rate = 0.0 if c >= 0.0 else (-b + math.sqrt(b * b - 4 * a * c)) / (2 * a)
+    if towards <= _CREEP_TOWARDS * speed:
+        until_touched = (room + _SEPARATION) / (_CHILD_SPEED + max(0.0, towards))
+        rate = max(rate, (_CREEP_SPEED + robot.limits.slowing(until_touched - _REACTION - view.age)) / speed)
+    return min(1.0, rate)
 
 
 def _comes(base: Pose, robot: Embodiment, child: ChildView) -> bool:

@@ -61,6 +61,17 @@ def test_a_base_that_brakes_leaves_what_shall_remain_to_a_child_that_comes(gap, 
     assert rate == 1.0 or left < REMAINS + 0.11 + 0.04 * (rate * speed + CHILD_SPEED)
 
 
+@pytest.mark.parametrize("gap", [0.0, 0.05, 0.12, 0.2, 0.4])
+@pytest.mark.parametrize("speed", [0.1, 0.4, 1.3])
+def test_a_base_that_slides_past_is_at_a_creep_before_a_child_is_at_it(gap, speed):
+    rate = allowed_rate(view(child(TOUCHING + gap, 0.0)), ROBOT, (0.0, speed))
+    assert rate * speed >= 0.04 - 1e-9 or rate == 1.0  # it does not wait
+    braking = ScalarMotion(ROBOT.limits.together, 0.0)
+    braking.run_at(rate * speed, 0.0, at_once=True)
+    braking.run_at(0.0, REACTION)
+    assert rate == 1.0 or braking.at(gap / CHILD_SPEED)[1] < STRIKE_SPEED
+
+
 def test_a_base_that_does_not_drive_is_not_slowed_down():
     assert allowed_rate(view(child(TOUCHING, 0.0)), ROBOT, (0.0, 0.0)) == 1.0
 
