@@ -12,8 +12,8 @@ TABLE_TOP = 0.6  # metres
 
 @pytest.mark.parametrize("seconds", [0.04, 0.1])
 def test_a_candle_that_seems_lost_for_a_moment_is_put_down_all_the_same(seconds):
-    # A child that ran into the candle in the hand knocked it askew, and the hand seemed empty. The robot set out to pick
-    # the candle up, found that it had got it, and stood there for good.
+    # A child that ran into the candle in the hand knocked it askew, and the hand seemed empty. The robot set out to
+    # pick the candle up, found that it had got it, and stood there for good.
     env = caregiver_mj.load("relocate_candle", ROOM, 0.0, random=0)
     policy, timestep = caregiver_mj.CaregiverPolicy(env), env.reset()
     env.task.children[0].put(ROOM.free_cells[-1])
