@@ -38,6 +38,7 @@ class RobotBody:
         )
         self.pinch = data.site_xpos[model.site("robot/pinch").id]
         self._model, self._ctrl = model, data.ctrl
+        self._lowest, self._highest = model.actuator_ctrlrange.T.copy()
         self._targets, self.ramp = np.empty_like(data.ctrl), TargetRamp(data.ctrl)
         self._source = np.empty(embodiment.actuators.size, int)  # of each actuator: which number of an action it gets
         for actuators, part in zip(_parts(embodiment.actuators), _parts(embodiment.layout), strict=True):
@@ -66,6 +67,8 @@ class RobotBody:
             steps: Physics steps in which they get there, see `TargetRamp`.
         """
         action.take(self._source, out=self._targets, mode="clip")  # without a mode it would take a copy first
+        # The simulation would clamp them as well, but only after the way to them.
+        np.clip(self._targets, self._lowest, self._highest, out=self._targets)
         self.ramp.lead_to(self._targets, steps)
 
     def advance(self) -> None:
