@@ -137,6 +137,10 @@ class CaregiverPolicy:
         self.robot.giving_way.yields = at_hand
         self.robot.gentle = at_hand or separation.is_child_close(view, self.robot.robot)
         action = self.robot.action(view.base, view.arm)
+        drives = self.robot.robot.layout.base.start
+        action[drives : drives + 2] = separation.without_push(
+            view, self.robot.robot, action[drives : drives + 2].tolist()
+        )
         self.robot.now += self._timestep
         return action
 

@@ -62,6 +62,7 @@ class Driver:
         self._path_goal: Vector | None = None  # where the present path ends
         self._replan_at = 0.0
         self._stops = False  # before it takes another path
+        self._interrupted: float | None = None  # heading to which it was turning when a child came
         self._litter: set[Cell] = set()  # cells that the present path keeps clear of
 
     def drive(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell, yaw: float) -> Status:
@@ -80,10 +81,7 @@ class Driver:
         moved = self.goal is None or math.dist(goal, self.goal) > 1e-3
         if (moved or self.looks_again(view.now)) and robot.hand_out <= self._may_drive:
             self._plan(view, robot, goal, cell)
-        # A turn once begun goes on, wherever the base has got to.
-        may_turn = view.child_distance(view.base[:2]) > self._embodiment.clearances.child_turning and (
-            robot.turns_to(yaw) or self._navigator.clearance.can_turn(view.base[:2])
-        )
+        may_turn = self._may_turn(view, robot, yaw)
         if may_turn and robot.hand_out <= self._embodiment.approach.turn:
             robot.turn_to(yaw)
         # Where the drive is shorter than the turn, the base sets off later: it would have to wait at the goal instead.
@@ -97,6 +95,19 @@ class Driver:
         if self.patience.is_over(view.now) and not (robot.moving and self._leads_to(goal)):
             return Status.FAILED
         return Status.RUNNING
+
+    def _may_turn(self, view: View, robot: RobotMotion, yaw: float) -> bool:
+        """Whether the base may turn where it is.
+
+        A turn once begun goes on wherever the base has got to, but it stops while a child is close.
+        """
+        if view.child_distance(view.base[:2]) <= self._embodiment.clearances.child_turning:
+            if robot.turns_to(yaw) and robot.turn_left(yaw) > 0.0:
+                self._interrupted = yaw
+                robot.stop_turning()
+            return False
+        begun = robot.turns_to(yaw) or yaw == self._interrupted
+        return begun or self._navigator.clearance.can_turn(view.base[:2])
 
     def stands_aside(self, now: float) -> bool:
         """Whether it gets, or keeps, out of the way of a child that leaves it no way."""

@@ -78,6 +78,10 @@ class RobotMotion(BaseMotion):
         here = self._yaw.at(self.now)[0]
         self._yaw.move_to(here + math.remainder(yaw - here, math.tau), self.now)
 
+    def stop_turning(self) -> None:
+        """Stops the heading as soon as it can, until the next `turn_to`."""
+        self._yaw.stop(self.now)
+
     def turn_gently(self) -> None:
         """Has the base turn slowly, from its next goal on and until the gripper opens: a candle slips in the hand."""
         self._yaw.set_limits(self.robot.limits.yaw_gentle)

@@ -72,6 +72,12 @@ class ScalarMotion:
         self.target = velocity
         self._solve(now, state, ControlInterface.Velocity)
 
+    def stop(self, now: float) -> None:
+        """Comes to rest as soon as it can; `target` is then where."""
+        if self._rest is None:
+            self.run_at(0.0, now)
+            self.target = self._state_at(self._duration)[0]
+
     def highest(self) -> float:
         """The highest position of the present motion, which may swing out before it turns back."""
         if self._rest is not None:

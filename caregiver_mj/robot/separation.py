@@ -134,6 +134,23 @@ def allowed_rate(view: View, robot: Embodiment, velocity: Vector, acceleration: 
     return rate
 
 
+def without_push(view: View, robot: Embodiment, velocity: Vector) -> Vector:
+    """A velocity of the base, m/s, without what in it leads towards a child that touches it, or nearly does.
+
+    What the base is told is more than its planned velocity: feedback takes it back to where it should be, and so
+    towards a child that has pushed it off.
+    """
+    vx, vy = velocity
+    for child in view.children:
+        if _gap(view.base, robot, child) < _TOUCHING_GAP:
+            dx, dy = child.position[0] - view.base[0], child.position[1] - view.base[1]
+            away = math.hypot(dx, dy)
+            towards = (vx * dx + vy * dy) / away
+            if towards > 0.0:
+                vx, vy = vx - towards * dx / away, vy - towards * dy / away
+    return vx, vy
+
+
 def _allowed_rate(view: View, robot: Embodiment, child: ChildView, velocity: Vector, acceleration: Vector) -> float:
     """The same for one child, for a velocity that is not zero."""
     base = view.base

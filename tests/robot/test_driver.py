@@ -95,6 +95,25 @@ def test_the_hand_is_not_swung_round_beside_a_child(distance, turns):
     assert robot.yaw == pytest.approx(1.0 if turns else 0.0)
 
 
+def test_a_turn_stops_when_a_child_comes_and_goes_on_when_it_has_gone():
+    driver, robot = Driver(Navigator(OPEN, ROBOT)), RobotMotion(ROBOT, TIMESTEP)
+    x, y = centre(OPEN, (2, 4))
+    robot.reset((x, y, 0.0))
+    headings = []
+    for step in range(250):
+        near = 15 <= step < 150
+        seen = view(child(x + (0.55 if near else 2.0), y), base=(x, y, robot.yaw), now=robot.now)
+        driver.drive(seen, robot, (x, y), (2, 4), 2.0)
+        robot.action((x, y, robot.yaw))
+        robot.now += TIMESTEP
+        headings.append(robot.yaw)
+    turning = np.abs(np.diff(headings)) / TIMESTEP
+    assert turning[13] > 1.0  # rad/s, when the child comes
+    assert turning[40:149].max() < 1e-6  # it has stopped within half a second
+    assert 0.0 < headings[100] < 1.5
+    assert headings[-1] == pytest.approx(2.0)
+
+
 def test_a_drive_tells_where_it_leads_and_ends_there():
     drive = Drive(OPEN, (1, 6), (4, 3), stands_in(OPEN, (1, 1)))
     assert (drive.driver.goal, drive.driver.cell) == (None, None)

@@ -72,6 +72,16 @@ def test_a_base_that_slides_past_is_at_a_creep_before_a_child_is_at_it(gap, spee
     assert rate == 1.0 or braking.at(gap / CHILD_SPEED)[1] < STRIKE_SPEED
 
 
+def test_of_a_velocity_nothing_is_left_that_leads_towards_a_child_that_touches():
+    touched, apart = view(child(TOUCHING, 0.0)), view(child(TOUCHING + 0.02, 0.0))
+    assert separation.without_push(touched, ROBOT, (0.03, 0.0)) == (0.0, 0.0)
+    assert separation.without_push(touched, ROBOT, (0.03, -0.2)) == (0.0, -0.2)
+    assert separation.without_push(touched, ROBOT, (-0.3, 0.1)) == (-0.3, 0.1)  # it may leave
+    assert separation.without_push(apart, ROBOT, (0.03, 0.0)) == (0.03, 0.0)
+    between = view(child(TOUCHING, 0.0), child(-TOUCHING, 0.0))
+    assert separation.without_push(between, ROBOT, (0.03, 0.01)) == (0.0, 0.01)
+
+
 def test_a_base_that_does_not_drive_is_not_slowed_down():
     assert allowed_rate(view(child(TOUCHING, 0.0)), ROBOT, (0.0, 0.0)) == 1.0
 
