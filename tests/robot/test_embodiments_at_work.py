@@ -46,7 +46,8 @@ def test_observation_is_as_long_as_the_arm_has_joints(env):
 def test_every_number_of_an_action_goes_to_its_actuators(env):
     robot, physics = env.task.embodiment, env.physics
     env.reset()
-    action = 0.01 * np.arange(1, robot.layout.size + 1)
+    spec = env.action_spec()
+    action = np.random.RandomState(0).uniform(spec.minimum, spec.maximum)
     physics.set_action(action)
     np.testing.assert_array_equal(physics.control()[:-2], action[:-1])
     np.testing.assert_array_equal(physics.control()[-2:], action[-1])
