@@ -17,7 +17,14 @@ from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.patience import Patience
 from caregiver_mj.robot.ruckig_calls import PathError
 from caregiver_mj.robot.se2 import Vector
-from caregiver_mj.robot.separation import allowed_rate, child_cells, comes, is_in_the_way, near_children
+from caregiver_mj.robot.separation import (
+    allowed_rate,
+    allowed_turning,
+    child_cells,
+    comes,
+    is_in_the_way,
+    near_children,
+)
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
 
@@ -81,6 +88,7 @@ class Driver:
         moved = self.goal is None or math.dist(goal, self.goal) > 1e-3
         if (moved or self.looks_again(view.now)) and robot.hand_out <= self._may_drive:
             self._plan(view, robot, goal, cell)
+        robot.bound_turning(allowed_turning(view, self._embodiment, robot.base_reference()[1]))
         may_turn = self._may_turn(view, robot, yaw)
         if may_turn and robot.hand_out <= self._embodiment.approach.turn:
             robot.turn_to(yaw)

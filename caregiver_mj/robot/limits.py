@@ -26,6 +26,13 @@ class Limits:
     acceleration: float
     jerk: float
 
+    def slowing(self, seconds: float) -> float:
+        """By how much a steady velocity can be brought down to another steady one within a time; 0 in none."""
+        seconds = max(0.0, seconds)
+        if seconds < 2 * self.acceleration / self.jerk:
+            return self.jerk * seconds**2 / 4
+        return self.acceleration * (seconds - self.acceleration / self.jerk)
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class NearEnds:
@@ -136,9 +143,5 @@ class RobotLimits:
         return left, (left + max(0.0, ahead)) / together.jerk + _DELAYED
 
     def slowing(self, seconds: float) -> float:
-        """By how much a base that goes straight on at its speed can slow down within a time, m/s."""
-        acceleration, jerk = self.together.acceleration, self.together.jerk
-        seconds = max(0.0, seconds - _DELAYED)
-        if seconds < 2 * acceleration / jerk:
-            return jerk * seconds**2 / 4
-        return acceleration * (seconds - acceleration / jerk)
+        """By how much a base on its way can slow down within a time, m/s."""
+        return self.together.slowing(seconds - _DELAYED)

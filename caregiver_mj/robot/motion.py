@@ -19,6 +19,7 @@ from caregiver_mj.robot.reach import ReachPath, reach_path
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 
 _GENTLE_SPEED = 0.03  # m/s, the most of the feedback where a child may be in between: slower than a strike
+_LEAST_TURN = 0.1  # rad/s, of the bound of its turns
 _GENTLE_TURN = 0.02  # rad/s, the same of the heading's feedback where a child may be at the arm
 _CATCH_UP_SPEED = 0.3  # m/s, the same elsewhere: what holds the base up may let go of it
 _RELEASE = 0.4  # m/s^2, how quickly the one becomes the other when the child has gone
@@ -64,6 +65,7 @@ class RobotMotion(BaseMotion):
         self.giving_way = GivingWay(len(arm_of(self.robot).tucked))
         self._feedback = _CATCH_UP_SPEED
         self._hold((float(base[0]), float(base[1])))
+        self._turning = limits.yaw  # unless children are near
         self._yaw = ScalarMotion(limits.yaw, float(base[2]))
         self.reach_path = reach_path(arm_of(self.robot), _ANY_HEIGHT)
         self._reach = ScalarMotion(self.reach_path.limits, 0.0)
@@ -84,7 +86,17 @@ class RobotMotion(BaseMotion):
 
     def turn_gently(self) -> None:
         """Has the base turn slowly, from its next goal on and until the gripper opens: a candle slips in the hand."""
-        self._yaw.set_limits(self.robot.limits.yaw_gentle)
+        self._turning = self.robot.limits.yaw_gentle
+        self._yaw.set_limits(self._turning)
+
+    def bound_turning(self, rate: float) -> None:
+        """Has the base turn no faster than this from now on, rad/s: the child may come near."""
+        full, present = self._turning.velocity, self._yaw.limits.velocity
+        rate = min(full, rate)
+        # The solver is asked for worthwhile changes only.
+        if rate < 0.9 * present or (rate > present and (rate == full or rate > 1.3 * present)):
+            bound = rate if rate == full else max(0.9 * rate, _LEAST_TURN)
+            self._yaw.change_limits(dataclasses.replace(self._turning, velocity=bound), self.now)
 
     def plan_reach(self, height: float) -> None:
         """Aims the arm at a height above the floor, for the next time that it reaches out."""
@@ -107,8 +119,9 @@ class RobotMotion(BaseMotion):
     def grip(self, width: float) -> None:
         """Sets how far each finger stands off the middle."""
         self._gripper.move_to(width, self.now)
-        if width == self.robot.grasp.open:
-            self._yaw.set_limits(self.robot.limits.yaw)
+        if width == self.robot.grasp.open and self._turning is not self.robot.limits.yaw:
+            self._turning = self.robot.limits.yaw
+            self._yaw.set_limits(self._turning)
 
     # -- State of the references -----------------------------------------------------------------
 

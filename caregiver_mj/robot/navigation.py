@@ -17,6 +17,7 @@ from caregiver_mj.robot.se2 import Vector
 from caregiver_mj.robot.view import CHILD_RADIUS
 
 _CHILD_CLEARANCE = 0.20  # metres between base and child on a planned path
+_BESIDE, _LEAVING = 0.15, -0.5  # metres to a child below which the base first leaves it, and the cosine of doing so
 _WAY_OUT, _DIRECTIONS = 0.45, 16  # metres that a base beside a child goes away from it first; and directions to try
 
 
@@ -50,6 +51,7 @@ class Navigator(Routes):
         self.robot, self.yields = robot, yields
         self.clearance = clearance or Clearance(plan, robot)
         self._berth = robot.footprint + CHILD_RADIUS + _CHILD_CLEARANCE  # metres, middle to middle
+        self._beside = robot.footprint + CHILD_RADIUS + _BESIDE  # likewise
 
     @functools.cached_property
     def loaded(self) -> Navigator:
@@ -81,11 +83,24 @@ class Navigator(Routes):
             Points from start to goal, or None if there is no way.
         """
         path = self._path(start, goal, goal_cell, children, closed)
-        if path is None:
+        if path is None or self._brushes(path, children):
             ways_out = self.ways_out(start, children, closed)
             rests = (self._path(out, goal, goal_cell, children, closed) for out in ways_out)
-            path = next(([start, *rest] for rest in rests if rest), None)
+            path = next(([start, *rest] for rest in rests if rest), path)
         return path
+
+    def _brushes(self, path: list[Vector], children: Sequence[Vector]) -> bool:
+        """Whether a path begins so close along a child that the base would have to creep, and does not lead away."""
+        if len(path) < 2:
+            return False
+        (x, y), (ahead_x, ahead_y) = path[:2]
+        length = math.dist(path[0], path[1])
+        for child_x, child_y in children:
+            distance = math.hypot(child_x - x, child_y - y)
+            towards = (ahead_x - x) * (child_x - x) + (ahead_y - y) * (child_y - y)
+            if distance < self._beside and towards > _LEAVING * length * distance:
+                return True
+        return False
 
     def _path(
         self, start: Vector, goal: Vector, goal_cell: Cell, children: Sequence[Vector], closed: Collection[Cell]

@@ -40,6 +40,12 @@ class ScalarMotion:
         """Changes the limits; a motion under way keeps the old ones until its next goal."""
         self.limits = limits
 
+    def change_limits(self, limits: Limits, now: float) -> None:
+        """Changes the limits of a motion under way to a position, too."""
+        self.limits = limits
+        if self._rest is None and self._ends and now < self.arrival:
+            self._solve(now, self.at(now), ControlInterface.Position)
+
     def at(self, now: float) -> tuple[float, float, float]:
         """Position, velocity and acceleration at a time not before the last goal was set."""
         if self._rest is not None:

@@ -26,9 +26,11 @@ _REACTION = 0.04  # seconds of control and servo until the base begins to brake
 _SEPARATION = 0.08  # metres that shall remain
 _FAR = 2.0  # metres beyond which a child does not slow the base down
 _PASSING, _PASSING_GAP = 0.35, 0.4  # share of the speed that counts so at no distance, and metres where none does
-# How a base to which a child has come too close may still leave: slower than a strike even if it led to the child.
-_CREEP_SPEED = 0.04  # m/s
-_CREEP_TOWARDS = 0.2  # cosine between motion and child, at most: what slides past and does not push
+# How a base may move along a child, or turn, that comes to touch it: slower than what counts as a strike, 0.05 m/s.
+_SLIDE_SPEED = 0.03  # m/s of its surface
+_SLIDE_TOWARDS = 0.2  # cosine between motion and child, at most: what slides past and does not push
+_SLIDE_RATES = (1.0, 0.8, 0.6, 0.45, 0.33, 0.25, 0.18, 0.12, 0.08, 0.05)  # that are tried
+_LEAST_CLOSING = 0.1  # m/s that a child is taken to come at even if it does not: it may set off
 
 _COMING_SPEED = 0.1  # m/s towards the robot
 _COMING_GAP, _TOUCHING_GAP = 0.9, 0.01  # metres
@@ -122,9 +124,9 @@ def allowed_rate(view: View, robot: Embodiment, velocity: Vector, acceleration: 
     distance between them must cover what the robot needs to react and brake, and what the child walks meanwhile.
     At a rate r of its planned speed, stopping takes r * speed / deceleration + build-up seconds.
 
-    Where no speed is low enough for that, the base may still leave: at any speed if it goes well away from the child,
-    and if it slides past, so fast that it can slow down to a creep before the child is at it. Else the two could keep
-    each other where they are: the child waits for the place in which the base waits for the child to go.
+    A base that does not lead towards the child may leave, or slide past, so fast that its surface can slow down to a
+    creep along the child before that is at it. Else the two could keep each other where they are: the child waits for
+    the place in which the base waits for the child to go.
     """
     if velocity[0] == 0.0 and velocity[1] == 0.0:
         return 1.0
@@ -135,7 +137,7 @@ def allowed_rate(view: View, robot: Embodiment, velocity: Vector, acceleration: 
 
 
 def without_push(view: View, robot: Embodiment, velocity: Vector) -> Vector:
-    """A velocity of the base, m/s, without what in it leads towards a child that touches it, or nearly does.
+    """A velocity of the base, m/s, without what in it leads towards a child that touches it, or quickly along it.
 
     What the base is told is more than its planned velocity: feedback takes it back to where it should be, and so
     towards a child that has pushed it off.
@@ -145,25 +147,29 @@ def without_push(view: View, robot: Embodiment, velocity: Vector) -> Vector:
         if _gap(view.base, robot, child) < _TOUCHING_GAP:
             dx, dy = child.position[0] - view.base[0], child.position[1] - view.base[1]
             away = math.hypot(dx, dy)
-            towards = (vx * dx + vy * dy) / away
-            if towards > 0.0:
-                vx, vy = vx - towards * dx / away, vy - towards * dy / away
+            x, y = dx / away, dy / away
+            towards = min(0.0, vx * x + vy * y)
+            across = min(_SLIDE_SPEED, max(-_SLIDE_SPEED, vy * x - vx * y))
+            vx, vy = towards * x - across * y, towards * y + across * x
     return vx, vy
 
 
 def _allowed_rate(view: View, robot: Embodiment, child: ChildView, velocity: Vector, acceleration: Vector) -> float:
     """The same for one child, for a velocity that is not zero."""
     base = view.base
-    room = _gap(base, robot, child) - _SEPARATION
+    gap = _gap(base, robot, child)
+    room = gap - _SEPARATION
     if room > _FAR:
         return 1.0
     (vx, vy), speed = velocity, math.hypot(*velocity)
     dx, dy = child.position[0] - base[0], child.position[1] - base[1]
-    approach = towards = (vx * dx + vy * dy) / math.hypot(dx, dy)
+    away = math.hypot(dx, dy)
+    towards, across = (vx * dx + vy * dy) / away, abs(vx * dy - vy * dx) / away
     # Close by, a path past the child counts as one that leads towards it: it may turn, and so may the path.
-    approach += speed * _PASSING * min(1.0, max(0.0, 1.0 - room / _PASSING_GAP))
+    approach = towards + speed * _PASSING * min(1.0, max(0.0, 1.0 - room / _PASSING_GAP))
     if approach <= 0.0:
-        return 1.0
+        comes = -(child.velocity[0] * dx + child.velocity[1] * dy) / away
+        return _sliding_rate(view, robot, gap, max(comes, _LEAST_CLOSING), towards, across)
     # approach * r * (stopping / 2 + reaction) + child * (stopping + reaction) = room, solved for r
     deceleration, build_up = robot.limits.braking(velocity, acceleration)
     stopping = speed / deceleration
@@ -172,10 +178,48 @@ def _allowed_rate(view: View, robot: Embodiment, child: ChildView, velocity: Vec
     b = approach * delay + _CHILD_SPEED * stopping
     c = _CHILD_SPEED * delay - room
     rate = 0.0 if c >= 0.0 else (-b + math.sqrt(b * b - 4 * a * c)) / (2 * a)
-    if towards <= _CREEP_TOWARDS * speed:
-        until_touched = (room + _SEPARATION) / (_CHILD_SPEED + max(0.0, towards))
-        rate = max(rate, (_CREEP_SPEED + robot.limits.slowing(until_touched - _REACTION - view.age)) / speed)
+    if towards <= _SLIDE_TOWARDS * speed:
+        rate = max(rate, _sliding_rate(view, robot, gap, _CHILD_SPEED, towards, across))
     return min(1.0, rate)
+
+
+def _sliding_rate(view: View, robot: Embodiment, gap: float, comes: float, towards: float, across: float) -> float:
+    """The share of a velocity, m/s towards a child and across, from which the surface slows down before it is touched.
+
+    Args:
+        view: What is seen.
+        robot: The robot.
+        gap: Metres between base and child.
+        comes: How fast the child walks towards the base, m/s.
+        towards: Velocity towards the child, m/s, negative for one away from it.
+        across: Speed across.
+    """
+    creep = _SLIDE_SPEED / max(across, _SLIDE_SPEED)
+    for rate in _SLIDE_RATES:
+        closing = comes + rate * towards
+        until_touched = max(0.0, gap) / closing if closing > 0.0 else math.inf
+        if rate * across <= _SLIDE_SPEED + robot.limits.slowing(until_touched - _REACTION - view.age):
+            return max(rate, creep)
+    return creep
+
+
+def allowed_turning(view: View, robot: Embodiment, velocity: Vector) -> float:
+    """How fast the base may turn, rad/s, to turn no faster than at a creep when a child comes to touch it.
+
+    Args:
+        view: What is seen.
+        robot: The robot.
+        velocity: Of the base now, m/s.
+    """
+    rate = math.inf
+    for child in view.children:
+        gap = _gap(view.base, robot, child)
+        if gap < _FAR:
+            dx, dy = child.position[0] - view.base[0], child.position[1] - view.base[1]
+            closing = _CHILD_SPEED + max(0.0, (velocity[0] * dx + velocity[1] * dy) / math.hypot(dx, dy))
+            slower = robot.limits.yaw.slowing(max(0.0, gap) / closing - _REACTION - view.age)
+            rate = min(rate, _SLIDE_SPEED / robot.footprint + slower)
+    return rate
 
 
 def _comes(base: Pose, robot: Embodiment, child: ChildView) -> bool:

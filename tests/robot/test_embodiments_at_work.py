@@ -44,7 +44,7 @@ def test_observation_is_as_long_as_the_arm_has_joints(env):
 
 
 def test_every_number_of_an_action_goes_to_its_actuators(env):
-    robot, physics = env.task.embodiment, env.physics
+    physics = env.physics
     env.reset()
     spec = env.action_spec()
     action = np.random.RandomState(0).uniform(spec.minimum, spec.maximum)
