@@ -156,8 +156,12 @@ def test_actions_are_checked():
         physics.set_action(np.zeros(12))
     with pytest.raises(CaregiverError, match=r"action\[2\] \(base_yaw\) is nan, not a finite number"):
         physics.set_action(np.array([0, 0, np.nan, *np.zeros(8)]))
-    physics.set_action(np.arange(11))
-    np.testing.assert_array_equal(physics.data.ctrl, [*range(11), 10])  # both fingers get the last value
+    lowest, highest = physics.action_spec().minimum, physics.action_spec().maximum
+    action = 0.6 * lowest + 0.4 * highest
+    physics.set_action(action)
+    np.testing.assert_array_equal(physics.data.ctrl, [*action, action[-1]])  # both fingers get the last value
+    physics.set_action(np.full(11, 1e9))
+    np.testing.assert_array_equal(physics.data.ctrl[:-1], highest)
 
 
 def test_without_a_robot_there_is_no_action():
