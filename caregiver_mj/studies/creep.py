@@ -7,8 +7,8 @@ it creep on a circle, each at a speed that is proportional to its acceleration w
   own turning (the derivative of its Jacobian) is not in its equation;
 - in a physics step the candle goes on along the tangent, which leaves the circle by w^2 r dt^2 / 2.
 
-So over a turn by an angle it creeps by angle * w * r * (d c + dt) / 2, with the contact's time constant c (`solref`) and
-greatest impedance d (`solimp`); somewhat less where the turn speeds up and slows down.
+So over a turn by an angle it creeps by angle * w * r * (d c + dt) / 2, with the contact's time constant c (`solref`)
+and greatest impedance d (`solimp`); somewhat less where the turn speeds up and slows down.
 """
 
 from __future__ import annotations
