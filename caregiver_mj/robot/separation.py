@@ -27,7 +27,7 @@ _SEPARATION = 0.08  # metres that shall remain
 _FAR = 2.0  # metres beyond which a child does not slow the base down
 _PASSING, _PASSING_GAP = 0.35, 0.4  # share of the speed that counts so at no distance, and metres where none does
 # How a base may move along a child, or turn, that comes to touch it: slower than what counts as a strike, 0.05 m/s.
-_SLIDE_SPEED = 0.03  # m/s of its surface
+_SLIDE_SPEED = 0.02  # m/s of its surface
 _SLIDE_TOWARDS = 0.2  # cosine between motion and child, at most: what slides past and does not push
 _SLIDE_RATES = (1.0, 0.8, 0.6, 0.45, 0.33, 0.25, 0.18, 0.12, 0.08, 0.05)  # that are tried
 _LEAST_CLOSING = 0.1  # m/s that a child is taken to come at even if it does not: it may set off
