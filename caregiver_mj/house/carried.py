@@ -14,6 +14,7 @@ _WAX = np.linspace(WAX_RADIUS, 0.16 - WAX_RADIUS, 8)
 _FLAME = np.linspace(0.170 + FLAME_RADIUS, 0.246 - FLAME_RADIUS, 3)
 _BODY = 0.15, 0.68  # metres above the floor between which the axis of a child's body is, as in models/toddler.xml
 _IN_HAND = 0.04  # metres between the fingertips' middle and the axis of a candle that they hold
+_LENGTH = 0.30  # metres from the fingertips' middle to the farthest of a candle that they hold, and more
 
 
 def watch_candle(physics: Physics, seconds: float, tally: Contacts) -> None:
@@ -29,15 +30,17 @@ def watch_candle(physics: Physics, seconds: float, tally: Contacts) -> None:
     poses = physics.candle_poses()
     if not len(poses):
         return
+    pinch, children = physics.pinch_position(), physics.toddler_positions()[:, :2]
+    if np.linalg.norm(children - pinch[:2], axis=1).min() > FAR + _LENGTH + CHILD_RADIUS:
+        return  # as if it were nowhere
     axes = _upward(poses[:, 3:])
-    from_foot = physics.pinch_position() - poses[:, :3]
+    from_foot = pinch - poses[:, :3]
     along = np.clip((from_foot * axes).sum(axis=1), _WAX[0], _WAX[-1])
     off = np.linalg.norm(from_foot - along[:, None] * axes, axis=1)
     nearest = int(off.argmin())
     if off[nearest] > _IN_HAND:
         return
     foot, axis = poses[nearest, :3], axes[nearest]
-    children = physics.toddler_positions()[:, :2]
     flame = _distance(foot + _FLAME[:, None] * axis, children) - FLAME_RADIUS
     wax = _distance(foot + _WAX[:, None] * axis, children) - WAX_RADIUS
     tally.carry(min(FAR, max(0.0, flame)), min(FAR, max(0.0, wax)), seconds)

@@ -137,10 +137,9 @@ class CaregiverPolicy:
         self.robot.giving_way.yields = at_hand
         self.robot.gentle = at_hand or separation.is_child_close(view, self.robot.robot)
         action = self.robot.action(view.base, view.arm)
-        drives = self.robot.robot.layout.base.start
-        action[drives : drives + 2] = separation.without_push(
-            view, self.robot.robot, action[drives : drives + 2].tolist()
-        )
+        drives = slice(self.robot.robot.layout.base.start, self.robot.robot.layout.base.start + 2)
+        self._told = separation.without_push(view, self.robot.robot, action[drives].tolist(), self._told)
+        action[drives] = self._told
         self.robot.now += self._timestep
         return action
 
@@ -151,6 +150,7 @@ class CaregiverPolicy:
 
     def _reset(self, observation: dict[str, np.ndarray]) -> None:
         self.robot.reset(observation["base_position"].tolist())
+        self._told = (0.0, 0.0)  # the base's last velocity, m/s
         self._senses.reset()
         self._perception.reset(observation)
         children = len(np.atleast_2d(observation["toddler_position"]))

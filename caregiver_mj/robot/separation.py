@@ -30,6 +30,8 @@ _PASSING, _PASSING_GAP = 0.35, 0.4  # share of the speed that counts so at no di
 _SLIDE_SPEED = 0.02  # m/s of its surface
 _SLIDE_TOWARDS = 0.2  # cosine between motion and child, at most: what slides past and does not push
 _SLIDE_RATES = (1.0, 0.8, 0.6, 0.45, 0.33, 0.25, 0.18, 0.12, 0.08, 0.05)  # that are tried
+# m/s by which a base brakes from one control timestep to the next, at most: one that is touched, and one that nearly is.
+_BRAKES, _BRAKES_GENTLY, _TOUCHED = 0.03, 0.01, 0.002  # the last one metres
 _LEAST_CLOSING = 0.1  # m/s that a child is taken to come at even if it does not: it may set off
 
 _COMING_SPEED = 0.1  # m/s towards the robot
@@ -136,20 +138,30 @@ def allowed_rate(view: View, robot: Embodiment, velocity: Vector, acceleration: 
     return rate
 
 
-def without_push(view: View, robot: Embodiment, velocity: Vector) -> Vector:
+def without_push(view: View, robot: Embodiment, velocity: Vector, before: Vector) -> Vector:
     """A velocity of the base, m/s, without what in it leads towards a child that touches it, or quickly along it.
 
     What the base is told is more than its planned velocity: feedback takes it back to where it should be, and so
     towards a child that has pushed it off.
+
+    Args:
+        view: What is seen.
+        robot: The robot.
+        velocity: That it would be told.
+        before: What it was told a control timestep ago: it brakes from that no harder than it may.
     """
     vx, vy = velocity
     for child in view.children:
-        if _gap(view.base, robot, child) < _TOUCHING_GAP:
+        gap = _gap(view.base, robot, child)
+        if gap < _TOUCHING_GAP:
+            brakes = _BRAKES if gap < _TOUCHED else _BRAKES_GENTLY
             dx, dy = child.position[0] - view.base[0], child.position[1] - view.base[1]
             away = math.hypot(dx, dy)
             x, y = dx / away, dy / away
-            towards = min(0.0, vx * x + vy * y)
-            across = min(_SLIDE_SPEED, max(-_SLIDE_SPEED, vy * x - vx * y))
+            most = max(0.0, before[0] * x + before[1] * y - brakes)
+            towards = min(most, vx * x + vy * y)
+            most = max(_SLIDE_SPEED, abs(before[1] * x - before[0] * y) - brakes)
+            across = min(most, max(-most, vy * x - vx * y))
             vx, vy = towards * x - across * y, towards * y + across * x
     return vx, vy
 

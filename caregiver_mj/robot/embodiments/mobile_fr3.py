@@ -43,7 +43,7 @@ LIMITS = RobotLimits(
     yaw=Limits(velocity=2.8, acceleration=7.6, jerk=36.0),
     # A half turn with the above costs 14 mm of the candle's place in the hand, one with this 7; at 30 mm it is lost.
     yaw_gentle=Limits(velocity=1.4, acceleration=7.6, jerk=36.0),
-    gripper=Limits(velocity=0.9 * _FINGER_SPEED, acceleration=4.0, jerk=200.0),
+    gripper=Limits(velocity=0.82 * _FINGER_SPEED, acceleration=4.0, jerk=200.0),
     base_speed=_BASE_SPEED,
     base_acceleration=2.0,
     base_jerk=35.0,

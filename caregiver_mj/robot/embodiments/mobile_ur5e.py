@@ -38,7 +38,7 @@ LIMITS = RobotLimits(
     base=Limits(velocity=0.97 * _BASE_SPEED, acceleration=1.5, jerk=12.0),
     yaw=Limits(velocity=2.0, acceleration=5.0, jerk=30.0),
     yaw_gentle=Limits(velocity=1.0, acceleration=4.0, jerk=30.0),
-    gripper=Limits(velocity=0.9 * _FINGER_SPEED, acceleration=4.0, jerk=200.0),
+    gripper=Limits(velocity=0.82 * _FINGER_SPEED, acceleration=4.0, jerk=200.0),
     base_speed=_BASE_SPEED,
     base_acceleration=1.8,
     base_jerk=30.0,
