@@ -24,7 +24,6 @@ RUNS = {  # in the order of the report
     "grid-test-100": f"--world grid --houses test-100 --caregiver {_ALL} --episodes 100",
     "grid-test-20": "--world grid --houses test-20 --caregiver none nearest paper foresight knows-goal clairvoyant "
     "floor --episodes 100",
-    "house-test-10": "--world house --houses test-10 --caregiver none paper nearest foresight floor --episodes 10",
     "house-ten": "--world house --houses paper apartment test-8 --caregiver none paper foresight floor --episodes 10",
     "grid-apartment": f"--world grid --house apartment --caregiver {_ALL} --episodes 400",
     "grid-paper": f"--world grid --house paper --caregiver {_ALL} --episodes 2000",
