@@ -19,6 +19,7 @@ import functools
 import importlib.resources
 import os
 import pathlib
+from importlib.resources.abc import Traversable
 from typing import Any
 
 import numpy as np
@@ -147,7 +148,7 @@ class FloorPlan:
 
     def cells_of(self, *kinds: str) -> tuple[Cell, ...]:
         """All cells that bear one of the characters, in reading order."""
-        return tuple(map(tuple, np.argwhere(np.isin(self.symbols, kinds)).tolist()))
+        return tuple((row, column) for row, column in np.argwhere(np.isin(self.symbols, kinds)).tolist())
 
     @functools.cached_property
     def free_cells(self) -> tuple[Cell, ...]:
@@ -218,5 +219,5 @@ def house_names() -> tuple[str, ...]:
     return tuple(sorted(f.name.removesuffix(".txt") for f in _houses_folder().iterdir() if f.name.endswith(".txt")))
 
 
-def _houses_folder():
+def _houses_folder() -> Traversable:
     return importlib.resources.files("caregiver_mj.models") / "houses"
