@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver
-from caregiver_mj.children.family import CHILDREN, ChildSpec, Family, Who
+from caregiver_mj.children.family import CHILDREN, ChildSpec, Family
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.origin import origin
 from caregiver_mj.experiments.versions import versions
@@ -46,7 +46,7 @@ class Settings:
     plans: tuple[FloorPlan, ...]
     world: str = "house"
     caregivers: tuple[str, ...] = ("none", "paper")
-    families: tuple[Who, ...] = EPSILONS
+    families: tuple[Family, ...] = tuple(map(Family.of, EPSILONS))
     episodes: int = 20
     seed: int = 0
     embodiment: str = DEFAULT

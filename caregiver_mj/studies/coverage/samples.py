@@ -76,7 +76,7 @@ def cover_houses(
 ) -> list[dict[str, Any]]:
     """Coverage over houses: so many of the pools are drawn, then so many episodes in each of them."""
     random = np.random.default_rng(seed)
-    found: dict[str, list[Estimate]] = {name: [] for name in _OVER_HOUSES}
+    found: dict[str, list[Estimate[float]]] = {name: [] for name in _OVER_HOUSES}
     for _ in range(samples):
         drawn = [pools[i].draw(random, (episodes,)) for i in random.integers(len(pools), size=houses)]
         for name, estimate in _OVER_HOUSES.items():

@@ -10,12 +10,12 @@ from caregiver_mj.studies.sensitivity.house import ALONE, OWN
 from caregiver_mj.studies.sensitivity.tables import cells
 
 
-def left(episodes: pd.DataFrame, robot: str) -> list[Estimate]:
+def left(episodes: pd.DataFrame, robot: str) -> list[Estimate[float]]:
     """Share of the unassisted damage that is left with one of `ROBOTS`, at each epsilon."""
     return [of_ratio(_of(group, robot), _of(group, ALONE)) for _, group in _by_epsilon(episodes)]
 
 
-def difference(episodes: pd.DataFrame, robot: str, column: str) -> list[Estimate]:
+def difference(episodes: pd.DataFrame, robot: str, column: str) -> list[Estimate[float]]:
     """What is measured with one of `ROBOTS` less that with `paper`, at each epsilon."""
     return [of_difference(_of(group, robot, column), _of(group, OWN, column)) for _, group in _by_epsilon(episodes)]
 
