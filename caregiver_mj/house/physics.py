@@ -77,7 +77,7 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         for name, count in awake.items():
             setattr(self._raw[1], name, count)
 
-    def _reload_from_data(self, data) -> None:
+    def _reload_from_data(self, data: wrapper.MjData) -> None:
         super()._reload_from_data(data)
         model, raw = self.model.ptr, self.data.ptr
         self._raw, self._qpos = (model, raw), raw.qpos
@@ -98,7 +98,8 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
 
     def _embody(self, embodiment: Embodiment | None) -> None:
         self.embodiment = embodiment
-        self._robot = None if embodiment is None else RobotBody(embodiment, *self._raw)
+        robot = None if embodiment is None else RobotBody(embodiment, *self._raw)
+        self._robot: RobotBody = robot  # type: ignore[assignment]  # asked for readouts only where there is one
         self._action_shape = (0 if embodiment is None else embodiment.layout.size,)
 
     @property

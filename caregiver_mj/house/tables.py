@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numbers
 from collections.abc import Sequence
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -45,7 +46,7 @@ def draw_heights(height: float | Sequence[float] | None, tables: int, random: np
     """
     if height is None:
         return np.full(tables, layout.TABLE_HEIGHT)
-    heights = [height] if isinstance(height, (numbers.Real, str)) else list(height)
+    heights: list[Any] = [height] if isinstance(height, (float, numbers.Real, str)) else list(height)
     good = all(isinstance(one, numbers.Real) and LOWEST <= one <= HIGHEST for one in heights)
     if not good or len(heights) not in (1, 2) or heights[0] > heights[-1]:
         raise CaregiverError(
