@@ -19,6 +19,7 @@ import functools
 import importlib.resources
 import os
 import pathlib
+from collections.abc import Sequence
 from importlib.resources.abc import Traversable
 from typing import Any
 
@@ -200,7 +201,7 @@ class FloorPlan:
         height, width = self.shape
         return np.array([cell[1] - (width - 1) / 2, (height - 1) / 2 - cell[0]]) * self.cell_size
 
-    def cell_at(self, position: np.ndarray) -> Cell:
+    def cell_at(self, position: np.ndarray | Sequence[float]) -> Cell:
         """The cell that holds a point (2,) in metres; points outside count to the nearest cell."""
         height, width = self.shape
         column = round(float(position[0]) / self.cell_size + (width - 1) / 2)

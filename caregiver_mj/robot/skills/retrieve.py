@@ -91,6 +91,7 @@ class Retrieve(Skill):
         self._choose_at = view.now + _CHOICE_INTERVAL
         self.driver.patience.begin_anew()  # the way there is another one
         if holds:
+            assert self._pitch_down is not None  # what it holds it has picked up
             self._stance = self._planner.to_lay_down(view, self.candle, self._pitch_down)
             return Status.COMMITTED
         self._stance = self._planner.to_pick_up(view, self.candle)
@@ -98,6 +99,7 @@ class Retrieve(Skill):
 
     def _end(self, holds: bool) -> Status:
         """Decides what to do when the arm is back."""
+        assert self._stance is not None  # the one at which it began to reach
         self._pitch_down, self._stance = self._stance.pitch_down, None
         if holds and self._pitch_down is None:
             return Status.DONE
