@@ -64,7 +64,9 @@ def make_film(runs: Sequence[Run], folder: str | os.PathLike[str], render: Calla
         render: Films an episode, with the arguments of `caregiver_mj.viz.film.render_episode`, which it is by default.
     """
     if render is None:
-        from caregiver_mj.viz.film import render_episode as render  # takes a second to import, and OpenGL to run
+        from caregiver_mj.viz.film import render_episode  # takes a second to import, and OpenGL to run
+
+        render = render_episode
     run = filmed_run(runs)
     family = filmed_family(run)
     path = pathlib.Path(folder) / FILM_NAME
