@@ -71,7 +71,8 @@ class EpisodeLog:
         """Reads what `save` has written."""
         with np.load(path) as file:
             arrays = {field.name: file[field.name] for field in dataclasses.fields(cls)}
-        return cls(**{name: array if array.ndim else float(array) for name, array in arrays.items()})
+        values: dict[str, Any] = {name: array if array.ndim else float(array) for name, array in arrays.items()}
+        return cls(**values)
 
 
 @contextlib.contextmanager

@@ -82,7 +82,7 @@ class Scores:
         count = self.count.sum()
         return float(total / count) if count else np.nan
 
-    def reliability(self) -> tuple[np.ndarray, Estimate[float]]:
+    def reliability(self) -> tuple[np.ndarray, Estimate[np.ndarray]]:
         """Of every bin the mean of what was predicted, and the frequency with which it happened, (bins,) each."""
         count = self.count.sum(axis=0)
         predicted = np.divide(self.predicted.sum(axis=0), count, out=np.full(BINS, np.nan), where=count > 0)

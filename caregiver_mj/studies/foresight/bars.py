@@ -58,7 +58,7 @@ class Bars:
 
     def shares(self, caregiver: str, families: tuple[str, ...]) -> list[np.ndarray]:
         """Damage in each house, as that of several kinds of children added up, each over its unassisted mean."""
-        total = 0.0
+        total = np.zeros(())
         for family in families:
             alone = two_level.house_means(self.of("none", family)).mean()
             total = total + np.array(self.of(caregiver, family)) / alone
@@ -106,8 +106,8 @@ class Bars:
         """Toys reached over those without a caregiver, and whether that is no worse by the margin."""
         ours, alone = (self.of(name, family, "toys_reached") for name in (caregiver, "none"))
         ratio = two_level.of_ratio(ours, alone)
-        means = (two_level.house_means(values) for values in (ours, alone))
-        return ratio, not_inferior(*means, MARGINS["toys_reached"], more_is_better=True, ratio=ratio)
+        kept, whole = (two_level.house_means(values) for values in (ours, alone))
+        return ratio, not_inferior(kept, whole, MARGINS["toys_reached"], more_is_better=True, ratio=ratio)
 
     def denied(self, family: str, caregiver: str = OURS) -> tuple[float, Estimate[float]]:
         """Free moves denied in an episode, and how many more that are than with the rule."""

@@ -42,7 +42,7 @@ def by_house(ours: pd.DataFrame, theirs: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame({"ratio": above / below.where(below > 0), "weight": below / below.sum()})
 
 
-def steps(results: Results) -> dict[str, tuple[Estimate[float], Estimate[float]]]:
+def steps(results: Results) -> dict[str, tuple[Estimate[np.ndarray], Estimate[float]]]:
     """What leads from the grid to the house, in units of the grid's damage.
 
     Returns:
@@ -53,7 +53,7 @@ def steps(results: Results) -> dict[str, tuple[Estimate[float], Estimate[float]]
     return {now: difference(linear[now], linear[before]) for before, now in itertools.pairwise(linear)}
 
 
-def at(estimate: Estimate[float], epsilon: int) -> Estimate[float]:
+def at(estimate: Estimate[np.ndarray], epsilon: int) -> Estimate[float]:
     """One of several estimates, by the number of its epsilon."""
     return Estimate(*(float(ends[epsilon]) for ends in estimate))
 
@@ -64,7 +64,7 @@ def alone(results: Results, level: str) -> Estimate[float]:
     return difference(_linear(results.levels[level], grid), _linear(grid, grid))[1]
 
 
-def difference(ours: pd.DataFrame, theirs: pd.DataFrame) -> tuple[Estimate[float], Estimate[float]]:
+def difference(ours: pd.DataFrame, theirs: pd.DataFrame) -> tuple[Estimate[np.ndarray], Estimate[float]]:
     """The mean difference of two tables (houses, epsilons) at each epsilon, and in all."""
     data = ours - theirs
     return intervals.of_mean(data.to_numpy()), intervals.of_mean(data.mean(axis=1).to_numpy())

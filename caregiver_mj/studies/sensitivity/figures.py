@@ -66,7 +66,9 @@ def _panel(axes: Axes, series: Series) -> None:
     axes.set_ylim(0.0, _TOP)
 
 
-def _points(axes: Axes, estimates: Sequence[Estimate[float]], offset: float, colour: tuple, name: str) -> None:
+def _points(
+    axes: Axes, estimates: Sequence[Estimate[float]], offset: float, colour: tuple[float, ...], name: str
+) -> None:
     value, low, high = np.array(estimates).T
     places = np.arange(len(estimates)) + offset
     axes.vlines(places, low, high, color=colour, linewidth=1.8)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pandas as pd
 
 from caregiver_mj.experiments.intervals import Estimate, of_difference, of_ratio
@@ -38,10 +39,10 @@ def _name(robot: str) -> str:
     return " ".join([f"`{caregiver}`", *rest])
 
 
-def _by_epsilon(episodes: pd.DataFrame):
+def _by_epsilon(episodes: pd.DataFrame) -> pd.api.typing.DataFrameGroupBy:
     return episodes.groupby("epsilon", sort=False)
 
 
-def _of(episodes: pd.DataFrame, robot: str, column: str = "damage"):
+def _of(episodes: pd.DataFrame, robot: str, column: str = "damage") -> np.ndarray:
     """A column of one robot, by episode."""
     return episodes[episodes.robot == robot].sort_values("episode")[column].to_numpy(float)

@@ -36,7 +36,7 @@ class Results:
         """Share of the unassisted damage that is left; over several houses, of the mean over them."""
         pairs = self._pairs(place, condition, NONE, _damage(weights))
         if len(place.houses) == 1:
-            return [intervals.of_ratio(*ours, *theirs) for ours, theirs in pairs]
+            return [intervals.of_ratio(one, other) for (one,), (other,) in pairs]
         return [two_level.of_ratio(ours, theirs) for ours, theirs in pairs]
 
     def difference(
@@ -79,7 +79,7 @@ class Results:
     def _differences(self, place: Place, ours: Condition, theirs: Condition, measure: Measure) -> list[Estimate[float]]:
         pairs = self._pairs(place, ours, theirs, measure)
         if len(place.houses) == 1:
-            return [intervals.of_difference(*one, *other) for one, other in pairs]
+            return [intervals.of_difference(one, other) for (one,), (other,) in pairs]
         return [two_level.of_difference(one, other) for one, other in pairs]
 
     def _pairs(
