@@ -1,7 +1,8 @@
-"""What a shell makes of a tab, as somebody would type it."""
+"""What a shell, and Python, make of a tab, as somebody would type it."""
 
 import os
 import pty
+import rlcompleter
 import select
 import shutil
 import subprocess
@@ -135,3 +136,15 @@ def test_neither_help_nor_completion_needs_the_simulator(arguments):
 def test_what_is_listed_without_the_simulator_is_what_there_is():
     assert caregiver_mj.ALL_TASKS == completion.TASKS
     assert tuple(EMBODIMENTS) == completion.ROBOTS
+
+
+def test_a_tab_in_python_offers_what_is_not_loaded_yet():
+    code = "import sys, caregiver_mj as c; print(set(c.__all__) - set(dir(c)), 'dm_control' in sys.modules)"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout == "set() False\n"
+    completer = rlcompleter.Completer({"caregiver_mj": caregiver_mj})
+    assert completer.complete("caregiver_mj.lo", 0) == "caregiver_mj.load("
+    assert {completer.complete("caregiver_mj.Care", i).rstrip("()") for i in range(2)} == {
+        "caregiver_mj.CaregiverError",
+        "caregiver_mj.CaregiverPolicy",
+    }
