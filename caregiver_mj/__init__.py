@@ -34,6 +34,10 @@ def __getattr__(name: str) -> Any:
     raise AttributeError(f"module 'caregiver_mj' has no attribute {name!r}")
 
 
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})  # also what is not loaded yet
+
+
 # Gymnasium finds environments by the module that registers them, so where it is installed this has to happen now.
 with contextlib.suppress(MissingExtraError):
     importlib.import_module("caregiver_mj.envs")

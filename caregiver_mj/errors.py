@@ -1,5 +1,7 @@
 """Exceptions that the package raises for input it cannot work with."""
 
+from __future__ import annotations
+
 
 class CaregiverError(Exception):
     """Base of every error that a user of the package can cause and mend."""
@@ -16,7 +18,7 @@ class FloorPlanError(CaregiverError):
         super().__init__(problems[0])
         self.problems = problems
 
-    def __reduce__(self) -> tuple:
+    def __reduce__(self) -> tuple[type[FloorPlanError], tuple[str, ...]]:
         return type(self), self.problems
 
 

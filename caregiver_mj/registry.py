@@ -13,10 +13,10 @@ from caregiver_mj.errors import CaregiverError
 Kind = TypeVar("Kind")
 
 
-class Registry(Mapping[str, "Kind | None"], Generic[Kind]):
+class Registry(Mapping[str, Kind], Generic[Kind]):
     """Classes by name. Entry points are looked up at each use and not at import, and loaded when they are asked for."""
 
-    def __init__(self, what: str, group: str, base: str, own: Mapping[str, Kind | None]):
+    def __init__(self, what: str, group: str, base: str, own: Mapping[str, Kind]):
         """Prepares a registry.
 
         Args:
@@ -29,7 +29,7 @@ class Registry(Mapping[str, "Kind | None"], Generic[Kind]):
         self._base, self._own = base, own
         self._told: set[str] = set()  # names whose entry points have been said to count for nothing
 
-    def __getitem__(self, name: str) -> Kind | None:
+    def __getitem__(self, name: str) -> Kind:
         if name in self._own:
             self._tell_of_namesakes(name)
             return self._own[name]

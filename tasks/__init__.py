@@ -40,8 +40,8 @@ def load(
     house: str | os.PathLike[str] | FloorPlan = "paper",
     epsilon: Who | Sequence[Who] = 0.5,
     random: np.random.RandomState | int | None = None,
-    task_kwargs: dict | None = None,
-    environment_kwargs: dict | None = None,
+    task_kwargs: dict[str, Any] | None = None,
+    environment_kwargs: dict[str, Any] | None = None,
     visuals: bool = True,
 ) -> control.Environment:
     """Makes an environment.
@@ -103,7 +103,7 @@ def _time_limit(seconds: float | None) -> float | None:
     return seconds
 
 
-def _check_arguments(what: str, taker: Callable, given: tuple, further: dict[str, Any]) -> None:
+def _check_arguments(what: str, taker: Callable[..., Any], given: tuple[Any, ...], further: dict[str, Any]) -> None:
     """Raises CaregiverError unless something takes these arguments."""
     try:
         inspect.signature(taker).bind(*given, **further)

@@ -194,7 +194,7 @@ class CareTask(base.Task):
             self.ledger.book(*(np.array([values]) for values in zip(*self.children.end(), strict=True)))
             self.ledger.candles_dropped[0] += self.candles.count_fallen(physics)
 
-    def get_observation(self, physics: Physics) -> collections.OrderedDict:
+    def get_observation(self, physics: Physics) -> collections.OrderedDict[str, np.ndarray]:
         """What there is to see, enough to run the caregiver on; every key is in `tasks.observed`."""
         observation = collections.OrderedDict()
         observation["clock"] = np.array(self._control_steps / self._steps_a_move)
@@ -204,7 +204,7 @@ class CareTask(base.Task):
             observation["table_height"] = self.table_heights.copy()
         return observation
 
-    def _all_there_is(self, physics: Physics) -> collections.OrderedDict:
+    def _all_there_is(self, physics: Physics) -> collections.OrderedDict[str, np.ndarray]:
         """What can be perceived, as it is."""
         observation = collections.OrderedDict()
         observation["toddler_position"] = physics.toddler_positions()[self._shown]
@@ -248,7 +248,7 @@ class CareTask(base.Task):
         """How often the robot has struck a child so far."""
         return int(self.ledger.strikes[0])
 
-    def outcome(self) -> dict:
+    def outcome(self) -> dict[str, Any]:
         """What has been measured in the episode so far, named as the columns of `EpisodeRecord`."""
         return self.ledger.outcome() | self.contacts.outcome()
 

@@ -34,7 +34,7 @@ class BlockStairs(base.CareTask):
         self.goal_stairwell = int(self.random.randint(len(self.plan.stairwells)))
         self._landing = self.plan.position(self.plan.stairwells[self.goal_stairwell])
 
-    def get_observation(self, physics: Physics) -> collections.OrderedDict:
+    def get_observation(self, physics: Physics) -> collections.OrderedDict[str, np.ndarray]:
         """As in all tasks, and what is asked for."""
         observation = super().get_observation(physics)
         observation["goal_stairwell"] = np.eye(len(self.plan.stairwells))[self.goal_stairwell]

@@ -38,7 +38,7 @@ class RelocateCandle(base.CareTask):
         self.goal_table = int(self.random.choice(bare))
         self._goal = np.array([*self.table_positions[self.goal_table], self.table_heights[self.goal_table]])
 
-    def get_observation(self, physics: Physics) -> collections.OrderedDict:
+    def get_observation(self, physics: Physics) -> collections.OrderedDict[str, np.ndarray]:
         """As in all tasks, and what is asked for."""
         observation = super().get_observation(physics)
         observation["goal_candle"] = np.eye(len(self.plan.candle_tables))[self.goal_candle]

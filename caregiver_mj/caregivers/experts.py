@@ -85,7 +85,8 @@ class Elsewhere(Experts):
             around, sectors = surroundings(plan)
             for cells, actions, goal in routes(plan, random, timesteps):
                 seen.append((around[cells], sectors[cells, goal], actions))
-        return cls(context_counts(*map(np.concatenate, zip(*seen, strict=True)), hyperprior))
+        around, sectors, moves = map(np.concatenate, zip(*seen, strict=True))
+        return cls(context_counts(around, sectors, moves, hyperprior))
 
     def action_prior(self, plan: FloorPlan, random: np.random.Generator, draws: bool) -> np.ndarray:
         around, sectors = surroundings(plan)

@@ -64,6 +64,8 @@ class Lookout:
             percept: What the caregiver sees, with its clock and what is under way.
             mask: As of `mask`.
         """
+        assert percept.clock is not None
+        assert percept.under_way is not None
         plan, caregiver, batch = self._caregiver.plan, self._caregiver, len(percept.child_cell)
         moves = np.concatenate([np.eye(len(ACTIONS)), np.zeros((1, len(ACTIONS)))])  # the last one is NOTHING
         held = np.zeros((batch, len(plan.hazards)), bool)

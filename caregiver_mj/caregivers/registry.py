@@ -26,7 +26,7 @@ from caregiver_mj.registry import Registry, named_object
 
 PolicyMaker = Callable[[Any], Any]  # of an environment, a policy: from a time step to an action of the robot
 
-CAREGIVERS: Registry[type[Caregiver]] = Registry(
+CAREGIVERS: Registry[type[Caregiver] | None] = Registry(
     "caregiver",
     "caregiver_mj.caregivers",
     "caregiver_mj.caregivers.caregiver.Caregiver",

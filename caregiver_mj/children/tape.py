@@ -44,7 +44,7 @@ class Tape:
         return (first, *(dataclasses.replace(tape, caregiver_seed=first.caregiver_seed) for tape in draw))
 
 
-def pick(draw: np.ndarray, count: np.ndarray | int) -> np.ndarray:
+def pick(draw: np.ndarray | np.float64, count: np.ndarray | int) -> np.ndarray:
     """Uniform choices out of `count` from uniform draws in [0, 1)."""
     return (draw * count).astype(int)
 

@@ -16,7 +16,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from typing import NoReturn
 
-from caregiver_mj.cli import evaluate, house, record, render, report, runs, view
+from caregiver_mj.cli import completion, evaluate, house, record, render, report, runs, view
 from caregiver_mj.cli.parsing import PROGRAM, Parser
 from caregiver_mj.errors import CaregiverError, RenderingError
 from caregiver_mj.experiments.run_folder import StorageError
@@ -102,7 +102,7 @@ def make_parser() -> Parser:
     version = importlib.metadata.version("caregiver_mj")
     parser.add_argument("--version", action="version", version=f"{PROGRAM} {version}", help="say which version it is")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for command in (evaluate, render, view, report, runs, record, house):
+    for command in (evaluate, render, view, report, runs, record, house, completion):
         command.add_to(commands)
     return parser
 

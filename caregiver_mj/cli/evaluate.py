@@ -30,7 +30,7 @@ from caregiver_mj.experiments.settings import EPSILONS, FLOOR, Settings
 from caregiver_mj.experiments.workers import WorkerError
 
 
-def add_to(commands: argparse._SubParsersAction) -> None:
+def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Adds the command."""
     command = commands.add_parser(
         "evaluate",

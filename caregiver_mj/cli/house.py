@@ -25,7 +25,7 @@ _CELLS = {
 }
 
 
-def add_to(commands: argparse._SubParsersAction) -> None:
+def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Adds the commands."""
     house = commands.add_parser("house", help="look at a floor plan, or make one")
     plans = house.add_subparsers(metavar="show|check|make", required=True)

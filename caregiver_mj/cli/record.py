@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 FORMATS = ("minari", "lerobot")
 
 
-def add_to(commands: argparse._SubParsersAction) -> None:
+def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Adds the command."""
     command = commands.add_parser(
         "record",

@@ -19,7 +19,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.viz import OVERLAYS
 
 
-def add_to(commands: argparse._SubParsersAction) -> None:
+def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Adds the command."""
     command = commands.add_parser(
         "render",

@@ -14,7 +14,7 @@ from caregiver_mj.cli.table import output, print_table
 from caregiver_mj.errors import CaregiverError
 
 
-def add_to(commands: argparse._SubParsersAction) -> None:
+def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Adds the commands."""
     text = "compare two finished runs of one world, episode by episode"
     command = commands.add_parser(
@@ -44,7 +44,8 @@ def _compare(arguments: argparse.Namespace) -> None:
     from caregiver_mj.experiments.compare import compare_runs  # need pandas, which takes a second to import
     from caregiver_mj.experiments.finished import read_finished
 
-    found = compare_runs(*map(read_finished, arguments.folders), arguments.caregiver)
+    first, second = map(read_finished, arguments.folders)
+    found = compare_runs(first, second, arguments.caregiver)
     console = output(arguments.json)
     console.print(_comparison(found, arguments.folders))
     for key, (ours, theirs) in found["settings"].items():

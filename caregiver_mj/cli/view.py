@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from caregiver_mj.viz.viewers.window import Window
 
 
-def add_to(commands: argparse._SubParsersAction) -> None:
+def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Adds the command."""
     command = commands.add_parser(
         "view",

@@ -81,5 +81,6 @@ class ChildChain:
         """Probability that the next move from each state bumps into each object, (states, objects)."""
         cell, move = np.nonzero(self.object_at >= 0)
         hits = np.zeros((*self.shape, self.objects))
-        np.add.at(hits, (cell, slice(None), slice(None), self.object_at[cell, move]), self.moves[cell, :, :, move])
+        where = cell, slice(None), slice(None), self.object_at[cell, move]
+        np.add.at(hits, where, self.moves[cell, :, :, move])  # type: ignore[arg-type]  # NumPy's stubs know no slices
         return hits.reshape(self.size, self.objects)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import caregiver_mj.house.rendering  # noqa: F401 (comes before dm_control)
 
 # isort: split
 import numpy as np
 from dm_control.rl import control
+from dm_env import specs
 from gymnasium import spaces
 
 from caregiver_mj.robot.embodiment import Layout
@@ -42,18 +44,19 @@ class BoundedObservations:
             flat: Whether observations are given out as one array: their values in the order of `keys`.
         """
         bounds = _bounds(env)
-        self.keys = spaces.Dict(
-            {
-                key: _box(*bounds.get(key, (-_UNKNOWN, _UNKNOWN)), spec.shape)
-                for key, spec in env.observation_spec().items()
-            }
-        )
-        self.space: spaces.Space = spaces.flatten_space(self.keys) if flat else self.keys
+        self._boxes: dict[str, spaces.Space[Any]] = {
+            key: _box(*bounds.get(key, (-_UNKNOWN, _UNKNOWN)), spec.shape)
+            for key, spec in env.observation_spec().items()
+        }
+        self.keys = spaces.Dict(self._boxes)
+        self.space: spaces.Space[Any] = spaces.flatten_space(self.keys) if flat else self.keys
 
     def __call__(self, observation: Mapping[str, np.ndarray]) -> dict[str, np.ndarray] | np.ndarray:
         """Gives an observation out, in new arrays."""
         within = {}
-        for key, box in self.keys.items():
+        for key in self.keys:
+            box = self._boxes[key]
+            assert isinstance(box, spaces.Box)
             value = np.array(observation[key], float)
             if key in _YAWS:
                 value[..., 2] = np.remainder(value[..., 2] + np.pi, 2 * np.pi) - np.pi
@@ -98,7 +101,7 @@ def _bounds(env: control.Environment) -> dict[str, Bounds]:
     return bounds
 
 
-def _within(action, layout: Layout, part: str, slack: float) -> Bounds:
+def _within(action: specs.BoundedArray, layout: Layout, part: str, slack: float) -> Bounds:
     """Bounds of the positions that a part of an action asks for."""
     which = getattr(layout, part)
     return action.minimum[which] - slack, action.maximum[which] + slack

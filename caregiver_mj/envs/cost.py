@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any, Protocol, SupportsFloat
 
 import gymnasium
+import numpy as np
 
 STRIKE_COST = 1.0  # of a contact with a part of the robot that moves towards the child, beside what comes of it
 
@@ -13,15 +14,15 @@ class Harmed(Protocol):
     """What a cost is read from.
 
     Attributes:
-        damage: All damage to the children in an episode so far.
-        strikes: How often the robot has struck one.
+        damage: All damage to the children in an episode so far, or that in each of a batch.
+        strikes: How often the robot has struck one, likewise.
     """
 
     @property
-    def damage(self) -> float: ...
+    def damage(self) -> float | np.ndarray: ...
 
     @property
-    def strikes(self) -> int: ...
+    def strikes(self) -> int | np.ndarray: ...
 
 
 class CostMeter:
@@ -32,6 +33,8 @@ class CostMeter:
 
     def __init__(self, harmed: Harmed):
         self._harmed = harmed
+        self._damage: float | np.ndarray
+        self._strikes: int | np.ndarray
 
     def reset(self) -> None:
         """Begins an episode."""
@@ -50,6 +53,8 @@ class SixValueStep(gymnasium.Wrapper):
     It has to be the outermost wrapper, for Gymnasium's own expect five.
     """
 
-    def step(self, action):  # type: ignore[override]
+    def step(  # type: ignore[override]  # a value more
+        self, action: Any
+    ) -> tuple[Any, SupportsFloat, float, bool, bool, dict[str, Any]]:
         observation, reward, terminated, truncated, info = self.env.step(action)
         return observation, reward, info["cost"], terminated, truncated, info

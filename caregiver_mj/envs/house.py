@@ -15,6 +15,7 @@ import numpy as np
 from dm_control.rl import control
 from gymnasium import spaces
 
+from caregiver_mj.caregivers.lookout import Observations
 from caregiver_mj.children.family import Who
 from caregiver_mj.envs.bounds import BoundedObservations
 from caregiver_mj.envs.cost import CostMeter
@@ -47,7 +48,7 @@ class HouseEnv(gymnasium.Env):
         epsilon: Who | Sequence[Who] = 0.5,
         *,
         flat: bool = False,
-        task_kwargs: dict | None = None,
+        task_kwargs: dict[str, Any] | None = None,
         render_mode: str | None = None,
         width: int = 640,
         height: int = 480,
@@ -81,9 +82,11 @@ class HouseEnv(gymnasium.Env):
         low, high = action.minimum.astype(np.float32), action.maximum.astype(np.float32)
         self.action_space = spaces.Box(low, high, action.shape, np.float32)
         self._cost = CostMeter(self.dm_env.task)
-        self._observation: dict[str, np.ndarray] | np.ndarray | None = None  # the last one; None between episodes
+        self._observation: Observations | None = None  # the last one; None between episodes
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None):
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observations, dict[str, Any]]:
         """Begins the episode of a seed, which is that of `evaluate` and `render`; without one it draws a seed."""
         super().reset(seed=seed)
         seed = episode_seed(seed, self.np_random)
@@ -93,7 +96,7 @@ class HouseEnv(gymnasium.Env):
         self._cost.reset()
         return self._observation, {"seed": seed}
 
-    def step(self, action: np.ndarray):
+    def step(self, action: np.ndarray) -> tuple[Observations, float, bool, bool, dict[str, Any]]:
         if self._observation is None:
             raise gymnasium.error.ResetNeeded("call reset() before the first step and after the end of an episode")
         try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 import gymnasium
 import numpy as np
@@ -78,7 +78,9 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._ended = False
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None):  # type: ignore[override]
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observations, dict[str, Any]]:
         """Begins episodes in houses that are drawn, of the seeds from one on or of seeds that are drawn, too.
 
         After a reset with a seed, all that is drawn depends on it alone.
@@ -95,19 +97,19 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         drawn = self.np_random.integers(2**32, size=self.num_envs)
         seeds = drawn if seed is None else seed + np.arange(self.num_envs)
         parts = np.split(seeds, at_once)
-        found = [self._vector(i).reset(seed=part.tolist()) for i, part in zip(self.now, parts, strict=True)]
+        found = [self._vector(int(i)).reset(seed=part.tolist()) for i, part in zip(self.now, parts, strict=True)]
         observations, infos = zip(*found, strict=True)
         return self._observed(observations), self._told(infos)
 
-    def step(self, actions: np.ndarray):
+    def step(self, actions: np.ndarray) -> tuple[Observations, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         if self._ended:
             none = np.zeros(self.num_envs, bool)
             observations, info = self.reset()
             return observations, np.zeros(self.num_envs), none, none.copy(), info
         parts = np.split(np.asarray(actions), len(self.now))
-        found = [self._vector(i).step(part) for i, part in zip(self.now, parts, strict=True)]
-        observations, rewards, terminated, truncated, infos = zip(*found, strict=True)
-        rewards, terminated, truncated = map(np.concatenate, (rewards, terminated, truncated))
+        found = [self._vector(int(i)).step(part) for i, part in zip(self.now, parts, strict=True)]
+        observations, *numbers, infos = zip(*found, strict=True)
+        rewards, terminated, truncated = map(np.concatenate, numbers)
         self._ended = bool(truncated.all())
         return self._observed(observations), rewards, terminated, truncated, self._told(infos)
 
@@ -128,8 +130,9 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
 
     def _observed(self, observations: Sequence[Observations]) -> Observations:
         if self._flat:
-            return np.concatenate(observations)
-        return {key: np.concatenate([part[key] for part in observations]) for key in observations[0]}
+            return np.concatenate(cast("Sequence[np.ndarray]", observations))
+        parts = cast("Sequence[dict[str, np.ndarray]]", observations)
+        return {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
 
 
 def _joined(infos: Sequence[dict[str, Any]]) -> dict[str, Any]:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from gymnasium import spaces
 
 from caregiver_mj.caregivers.lookout import Lookout
 
 
-def observation_space(lookout: Lookout) -> spaces.Space:
+def observation_space(lookout: Lookout) -> spaces.Space[Any]:
     """The space of the observations of one world: a dictionary, or a plain box where they are flat."""
     keys = spaces.Dict({key: spaces.Box(0, 1, shape, np.float32) for key, shape in lookout.shapes.items()})
     return spaces.flatten_space(keys) if lookout.flat else keys

@@ -139,7 +139,7 @@ class Recipe:
             version=importlib.metadata.version("caregiver_mj"),
         )
 
-    def spaces(self) -> tuple[spaces.Dict, spaces.Space]:
+    def spaces(self) -> tuple[spaces.Dict, spaces.Space[Any]]:
         """Those of observations and of actions."""
         env, _ = prepared(self)
         assert isinstance(env.observation_space, spaces.Dict)  # as it is where it is not asked to be flat

@@ -140,7 +140,7 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._randoms: list[np.random.Generator | None] = [None] * num_envs
 
-    def reset(  # type: ignore[override]
+    def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observations, dict[str, Any]]:
         """Begins episodes: of the seeds from one on, of a seed for each, or of seeds that are drawn.
@@ -157,15 +157,18 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
         if len(seeds) != self.num_envs:
             raise CaregiverError(f"{len(seeds)} seeds for {self.num_envs} episodes")
         super().reset(seed=seeds[0])
+        drawn = []
         for i, own in enumerate(seeds):
-            if own is not None or self._randoms[i] is None:
-                self._randoms[i], _ = seeding.np_random(own)
-        drawn = [episode_seed(own, random) for own, random in zip(seeds, self._randoms, strict=True)]
+            random = self._randoms[i]
+            if own is not None or random is None:
+                random, _ = seeding.np_random(own)
+                self._randoms[i] = random
+            drawn.append(episode_seed(own, random))
         self.grid.begin(drawn)
         observations, mask = self.grid.look()
         return observations, self._of_all({"seed": np.array(drawn), "action_mask": mask})
 
-    def step(self, actions: np.ndarray):
+    def step(self, actions: np.ndarray) -> tuple[Observations, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         none = np.zeros(self.num_envs, bool)
         if self.grid.ended:
             observations, info = self.reset()

@@ -45,7 +45,7 @@ class TargetHouse:
         epsilon: Who | Sequence[Who],
         flat: bool,
         slots: tuple[int, int] | None,
-        task_kwargs: dict | None = None,
+        task_kwargs: dict[str, Any] | None = None,
         visuals: bool = False,
     ):
         self.dm_env = load("supervise", house, epsilon, task_kwargs=task_kwargs, visuals=visuals)

@@ -9,6 +9,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
+from caregiver_mj.caregivers.lookout import Observations
 from caregiver_mj.children.family import Who
 from caregiver_mj.envs.lookout import action_space, observation_space
 from caregiver_mj.envs.seeds import episode_seed
@@ -45,7 +46,9 @@ class TargetsEnv(gymnasium.Env):
         self.observation_space, self.action_space = observation_space(world.lookout), action_space(world.lookout)
         self._runs = False
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None):
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observations, dict[str, Any]]:
         """Begins the episode of a seed, which is that of `evaluate` and `render`; without one it draws a seed."""
         super().reset(seed=seed)
         seed = episode_seed(seed, self.np_random)
@@ -54,7 +57,7 @@ class TargetsEnv(gymnasium.Env):
         observation, mask = self._look()
         return observation, {"seed": seed, "action_mask": mask}
 
-    def step(self, action: int):
+    def step(self, action: int) -> tuple[Observations, float, bool, bool, dict[str, Any]]:
         if not self._runs:
             raise gymnasium.error.ResetNeeded("call reset() before the first step and after the end of an episode")
         self.world.act(np.array([action]))
@@ -77,7 +80,7 @@ class TargetsEnv(gymnasium.Env):
         """Which actions do something now, bool (actions,); by the name that sb3-contrib's MaskablePPO asks for."""
         return self._look()[1].astype(bool)
 
-    def _look(self) -> tuple[dict[str, np.ndarray] | np.ndarray, np.ndarray]:
+    def _look(self) -> tuple[Observations, np.ndarray]:
         observations, mask = self.world.look()
         if isinstance(observations, dict):
             return {key: np.asarray(values[0]) for key, values in observations.items()}, mask[0]
@@ -91,7 +94,7 @@ def make_targets(
     *,
     flat: bool = False,
     slots: tuple[int, int] | None = None,
-    task_kwargs: dict | None = None,
+    task_kwargs: dict[str, Any] | None = None,
     render_mode: str | None = None,
     width: int = 640,
     height: int = 480,

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 import pandas as pd
 
@@ -37,10 +40,10 @@ def by_house(episodes: pd.DataFrame) -> pd.DataFrame:
     return table.join(left).loc[order].reset_index()
 
 
-def _alike(groups):
+def _alike(groups: pd.api.typing.DataFrameGroupBy) -> Iterator[tuple[list[tuple[Any, ...]], tuple[np.ndarray, ...]]]:
     """Pairs of samples (episodes, cells), and the keys of their cells: together are cells of as many episodes."""
     damage = {key: rows.set_index("episode")["damage"].astype(float) for key, rows in groups[["episode", "damage"]]}
-    sizes: dict[int, list[tuple]] = {}
+    sizes: dict[int, list[tuple[Any, ...]]] = {}
     for key, ours in damage.items():
         world, house, caregiver, *who = key
         theirs = damage.get((world, house, "none", *who))
@@ -50,5 +53,5 @@ def _alike(groups):
             raise CaregiverError(f"episodes of '{caregiver}' or 'none' in house '{house}' have no counterpart")
         sizes.setdefault(len(ours), []).append(key)
     for keys in sizes.values():
-        theirs = ((world, house, "none", *who) for world, house, _, *who in keys)
-        yield keys, tuple(np.stack([damage[key].to_numpy() for key in side], axis=1) for side in (keys, theirs))
+        alone = [(world, house, "none", *who) for world, house, _, *who in keys]
+        yield keys, tuple(np.stack([damage[key].to_numpy() for key in side], axis=1) for side in (keys, alone))

@@ -149,7 +149,7 @@ class DaskExecutor:
         self.close()
 
 
-def _hand_over(work: Callable) -> Callable:
+def _hand_over(work: Callable[[Job], Result]) -> Callable[[Job], Result]:
     return work
 
 

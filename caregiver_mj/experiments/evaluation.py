@@ -68,8 +68,8 @@ def evaluate(
     executor = executor or LocalExecutor(jobs)
     blocks = settings.blocks(grid_block, folder.extended_at if folder else ())
     done: dict[Block, Tables] = {}
-    for block in blocks if folder else ():
-        found = folder.read(str(block))
+    for block in blocks:
+        found = folder.read(str(block)) if folder else None
         if found is not None and belongs(settings, block, found):
             done[block] = tables_of(settings, block, found)
             progress(len(block))

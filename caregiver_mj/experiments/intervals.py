@@ -7,7 +7,7 @@ The resamples are the same every time, so the same samples have the same interva
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -17,8 +17,10 @@ TELLING = 4  # units; of fewer, a resample has none with a probability of e^-3 >
 EXACT = 1e-24  # squared rounding errors, relative
 _BLOCK = 2_000_000  # numbers at once, 16 MB
 
+Value = TypeVar("Value")  # a number for a sample that came alone, an array (columns,) for several
 
-class Estimate(NamedTuple):
+
+class Estimate(NamedTuple, Generic[Value]):
     """An estimate and the ends of its interval; numbers for one sample, arrays (columns,) for several.
 
     Attributes:
@@ -27,16 +29,16 @@ class Estimate(NamedTuple):
         high: Upper end, inf where the sample bounds nothing.
     """
 
-    value: np.ndarray | float
-    low: np.ndarray | float
-    high: np.ndarray | float
+    value: Value
+    low: Value
+    high: Value
 
-    def column(self, i: int) -> Estimate:
+    def column(self, i: int) -> Estimate[float]:
         """One of several."""
-        return Estimate(float(self.value[i]), float(self.low[i]), float(self.high[i]))
+        return Estimate(*(float(np.asarray(part)[i]) for part in self))
 
 
-def of_mean(data: np.ndarray, confidence: float = CONFIDENCE, least: float = -np.inf) -> Estimate:
+def of_mean(data: np.ndarray, confidence: float = CONFIDENCE, least: float = -np.inf) -> Estimate[Any]:
     """The mean of a sample (n,), or of several, (n, columns).
 
     A sample whose units are all the same has an interval without width.
@@ -51,12 +53,12 @@ def of_mean(data: np.ndarray, confidence: float = CONFIDENCE, least: float = -np
     return _shaped(columns.mean(axis=1), np.maximum(low, least), high, np.ndim(data))
 
 
-def of_difference(ours: np.ndarray, theirs: np.ndarray, confidence: float = CONFIDENCE) -> Estimate:
+def of_difference(ours: np.ndarray, theirs: np.ndarray, confidence: float = CONFIDENCE) -> Estimate[Any]:
     """The mean of ours less theirs, over paired samples (n,) or (n, columns)."""
     return of_mean(np.asarray(ours, float) - theirs, confidence)
 
 
-def of_ratio(ours: np.ndarray, theirs: np.ndarray, confidence: float = CONFIDENCE) -> Estimate:
+def of_ratio(ours: np.ndarray, theirs: np.ndarray, confidence: float = CONFIDENCE) -> Estimate[Any]:
     """The mean of ours over the mean of theirs, such as the damage left, over paired samples (n,) or (n, columns).
 
     Where theirs are all zero there is no ratio. Where ours are, the ratio is 0 and has no upper bound. Where all pairs
@@ -79,7 +81,7 @@ def of_ratio(ours: np.ndarray, theirs: np.ndarray, confidence: float = CONFIDENC
     return _shaped(value, low, high, np.ndim(ours))
 
 
-def of_mean_ratio(ours: np.ndarray, theirs: np.ndarray, confidence: float = CONFIDENCE) -> Estimate:
+def of_mean_ratio(ours: np.ndarray, theirs: np.ndarray, confidence: float = CONFIDENCE) -> Estimate[float]:
     """The mean over columns of the ratio of means, over paired samples (n, columns): a bootstrap-t interval.
 
     For columns that share their units, such as episode i with novices of several epsilons, and whose means below are
@@ -136,7 +138,7 @@ def _columns(data: np.ndarray) -> np.ndarray:
     return data[None] if data.ndim == 1 else np.ascontiguousarray(data.T)
 
 
-def _shaped(value: np.ndarray, low: np.ndarray, high: np.ndarray, dimensions: int) -> Estimate:
+def _shaped(value: np.ndarray, low: np.ndarray, high: np.ndarray, dimensions: int) -> Estimate[Any]:
     """Numbers for a sample that came alone."""
     if dimensions > 1:
         return Estimate(value, low, high)

@@ -44,7 +44,7 @@ class Sample:
     def units(self, columns: Sequence[str]) -> np.ndarray:
         """What chance is over: each episode in one house, else the mean of each house; (units, columns)."""
         values = self.values(columns)
-        return values if self.houses == 1 else two_level.house_means(values)
+        return values if isinstance(values, np.ndarray) else two_level.house_means(values)
 
 
 def samples(episodes: pd.DataFrame) -> Iterator[tuple[dict[str, object], str, Sample]]:

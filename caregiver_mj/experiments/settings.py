@@ -6,7 +6,7 @@ import dataclasses
 import functools
 import itertools
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver
 from caregiver_mj.children.family import CHILDREN, ChildSpec, Family, Who
@@ -46,12 +46,27 @@ class Settings:
     plans: tuple[FloorPlan, ...]
     world: str = "house"
     caregivers: tuple[str, ...] = ("none", "paper")
-    families: tuple[Who, ...] = EPSILONS
+    families: tuple[Family, ...] = EPSILONS  # type: ignore[assignment]  # as all that is given
     episodes: int = 20
     seed: int = 0
     embodiment: str = DEFAULT
     houses: str = ""
     file: str = ""
+
+    if TYPE_CHECKING:  # what may be given, which is more than what is kept
+
+        def __init__(
+            self,
+            plans: FloorPlan | tuple[FloorPlan, ...],
+            world: str = "house",
+            caregivers: tuple[str, ...] = ("none", "paper"),
+            families: Sequence[Who] = EPSILONS,
+            episodes: int = 20,
+            seed: int = 0,
+            embodiment: str = DEFAULT,
+            houses: str = "",
+            file: str = "",
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         if isinstance(self.plans, FloorPlan):

@@ -97,10 +97,10 @@ def _shares(ours: Sample, theirs: Sample, *, acts: bool) -> dict[str, Any]:
     samples_ = ours.values(_LEFT), theirs.values(_LEFT)
     units = zip(ours.units(_LEFT).T, theirs.units(_LEFT).T, strict=True)
     (damage, toys), found = units, ours.estimators.of_ratio(*samples_)
-    row = _columns("damage_left", found.column(0))
+    row: dict[str, Any] = _columns("damage_left", found.column(0))
     if ours.houses > 1:
         row["houses_defined"] = int((theirs.units(["damage"]) > 0).sum())
-        by_house = two_level.of_mean_ratio(*(side.values(["damage"]) for side in (ours, theirs)))
+        by_house = two_level.of_mean_ratio([*ours.values(["damage"])], [*theirs.values(["damage"])])
         row["damage_left_by_house"] = _number(by_house.column(0).value)
     if acts:
         row["damage_equivalence"] = equivalent(*damage, MARGINS["damage"], found.column(0)).value
@@ -117,7 +117,7 @@ def _heading(key: dict[str, Any], sample: Sample, **who: str) -> dict[str, Any]:
     return where | who | with_whom | ({"houses": sample.houses} if many else {}) | {"episodes": len(sample)}
 
 
-def _columns(name: str, estimate: Estimate) -> dict[str, float | None]:
+def _columns(name: str, estimate: Estimate[float]) -> dict[str, float | None]:
     """An estimate as columns; `x` as well as `x_mean` has its interval in `x_ci_low` and `x_ci_high`."""
     stem = name.removesuffix("_mean")
     low, high = _number(estimate.low), _number(estimate.high)

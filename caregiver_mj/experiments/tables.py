@@ -46,7 +46,7 @@ def tables_of(settings: Settings, block: Block, result: Result) -> Tables:
     row, column = np.array(plan.free_cells).T
     maps = []
     for family in block.families:
-        what = {"world": settings.world, "house": plan.name, "caregiver": block.caregiver}
+        what: dict[str, Any] = {"world": settings.world, "house": plan.name, "caregiver": block.caregiver}
         what |= {"family": str(family), "epsilon": family.epsilon}
         maps.append(pd.DataFrame(what | {"row": row, "column": column} | result["maps"][str(family)]))
     return Tables(episodes, pd.concat(maps, ignore_index=True))

@@ -10,7 +10,8 @@ A sample is a sequence of arrays, one for each house, (episodes,) or (episodes, 
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -27,25 +28,25 @@ def house_means(houses: Houses) -> np.ndarray:
     return np.stack([np.mean(house, axis=0, dtype=float) for house in houses])
 
 
-def of_mean(houses: Houses, confidence: float = CONFIDENCE, least: float = -np.inf) -> Estimate:
+def of_mean(houses: Houses, confidence: float = CONFIDENCE, least: float = -np.inf) -> Estimate[Any]:
     """The mean over houses; see `intervals.of_mean`."""
 
-    def one(bank: np.ndarray) -> Estimate:
+    def one(bank: np.ndarray) -> Estimate[float]:
         found = _interval(bank[0], np.ones(bank.shape[1]), _again(bank) - bank[0].mean(), confidence)
         return found._replace(low=max(found.low, least))
 
     return _each(one, _bank(houses), houses)
 
 
-def of_difference(ours: Houses, theirs: Houses, confidence: float = CONFIDENCE) -> Estimate:
+def of_difference(ours: Houses, theirs: Houses, confidence: float = CONFIDENCE) -> Estimate[Any]:
     """The mean over houses of ours less theirs; see `intervals.of_difference`."""
     return of_mean([np.asarray(y, float) - x for y, x in zip(ours, theirs, strict=True)], confidence)
 
 
-def of_ratio(ours: Houses, theirs: Houses, confidence: float = CONFIDENCE) -> Estimate:
+def of_ratio(ours: Houses, theirs: Houses, confidence: float = CONFIDENCE) -> Estimate[Any]:
     """The mean over houses of ours, over that of theirs; see `intervals.of_ratio`."""
 
-    def one(bank: np.ndarray) -> Estimate:
+    def one(bank: np.ndarray) -> Estimate[float]:
         (y, again_y), (x, again_x) = ((part[0], _again(part)) for part in bank)
         ratio = y.sum() / x.sum() if x.any() else np.nan
         return _not_negative(_interval(y, x, again_y - ratio * again_x, confidence), ((y > 0) | (x > 0)).sum())
@@ -53,14 +54,14 @@ def of_ratio(ours: Houses, theirs: Houses, confidence: float = CONFIDENCE) -> Es
     return _each(one, np.stack([_bank(ours), _bank(theirs)], axis=1), ours)
 
 
-def of_mean_ratio(ours: Houses, theirs: Houses, confidence: float = CONFIDENCE) -> Estimate:
+def of_mean_ratio(ours: Houses, theirs: Houses, confidence: float = CONFIDENCE) -> Estimate[Any]:
     """The mean of the ratios of those houses that have one: in which theirs are not all zero.
 
     In a house where little happens the ratio of a few episodes is too high on average, and so is this; the ratio of
     the means over houses (`of_ratio`) does not suffer from that.
     """
 
-    def one(bank: np.ndarray) -> Estimate:
+    def one(bank: np.ndarray) -> Estimate[float]:
         (y, again_y), (x, again_x) = ((part[0], _again(part)) for part in bank)
         ratios = _ratios(y, x)[x > 0]
         if not len(ratios):
@@ -71,7 +72,7 @@ def of_mean_ratio(ours: Houses, theirs: Houses, confidence: float = CONFIDENCE) 
     return _each(one, np.stack([_bank(ours), _bank(theirs)], axis=1), ours)
 
 
-def _each(one, banks: np.ndarray, houses: Houses) -> Estimate:
+def _each(one: Callable[[np.ndarray], Estimate[float]], banks: np.ndarray, houses: Houses) -> Estimate[Any]:
     """An estimate of every column; numbers if the houses have none."""
     found = [one(bank) for bank in banks]
     return found[0] if np.ndim(houses[0]) == 1 else Estimate(*map(np.array, zip(*found, strict=True)))
@@ -114,7 +115,7 @@ def _ratios(above: np.ndarray, below: np.ndarray) -> np.ndarray:
     return np.divide(above, below, out=np.full_like(below, np.nan), where=below > 0)
 
 
-def _interval(above: np.ndarray, below: np.ndarray, errors: np.ndarray, confidence: float) -> Estimate:
+def _interval(above: np.ndarray, below: np.ndarray, errors: np.ndarray, confidence: float) -> Estimate[float]:
     """The ratio of means over houses.
 
     Args:
@@ -142,7 +143,7 @@ def _interval(above: np.ndarray, below: np.ndarray, errors: np.ndarray, confiden
     return Estimate(ratio, float(low[0]), float(high[0]))
 
 
-def _not_negative(estimate: Estimate, telling: int) -> Estimate:
+def _not_negative(estimate: Estimate[float], telling: int) -> Estimate[float]:
     """The same of a quantity that is not negative; if it is zero everywhere, there is no telling how large it is."""
     value, low, high = estimate
     if value == 0 or (low == high and telling < TELLING):

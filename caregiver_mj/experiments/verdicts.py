@@ -48,7 +48,7 @@ class Comparison(NamedTuple):
         verdict: LESS or MORE where the p is small enough and the interval leaves zero out, else NONE.
     """
 
-    estimate: Estimate
+    estimate: Estimate[float]
     p: float
     verdict: Verdict
 
@@ -59,15 +59,16 @@ def compare_means(ours: np.ndarray, theirs: np.ndarray) -> Comparison:
     return judge(of_difference(ours, theirs), difference)
 
 
-def judge(estimate: Estimate, difference: np.ndarray) -> Comparison:
+def judge(estimate: Estimate[float], difference: np.ndarray) -> Comparison:
     """The same where the interval of the mean of differences (n,) is known already, such as one over houses."""
-    return judge_columns(Estimate(*([value] for value in estimate)), np.asarray(difference, float)[:, None])[0]
+    columns = Estimate(*(np.array([value]) for value in estimate))
+    return judge_columns(columns, np.asarray(difference, float)[:, None])[0]
 
 
-def judge_columns(estimates: Estimate, differences: np.ndarray) -> list[Comparison]:
+def judge_columns(estimates: Estimate[np.ndarray], differences: np.ndarray) -> list[Comparison]:
     """The same for several kinds of differences of the same pairs, (n, columns); a comparison for each."""
     found = []
-    for i, (difference, p) in enumerate(zip(differences.T, sign_flip_p(differences), strict=True)):
+    for i, (difference, p) in enumerate(zip(differences.T, _p_of_columns(np.asarray(differences, float)), strict=True)):
         estimate = estimates.column(i)
         if not enough(difference):
             found.append(Comparison(estimate, np.nan, Verdict.NONE))
@@ -80,11 +81,11 @@ def judge_columns(estimates: Estimate, differences: np.ndarray) -> list[Comparis
 
 def enough(difference: np.ndarray) -> bool:
     """Whether there are pairs enough, of those that differ, for a p of 5 %."""
-    return 2.0 ** (1 - np.count_nonzero(difference)) <= 1 - CONFIDENCE
+    return bool(2.0 ** (1 - np.count_nonzero(difference)) <= 1 - CONFIDENCE)
 
 
 def not_inferior(
-    ours: np.ndarray, theirs: np.ndarray, margin: float, *, more_is_better: bool, ratio: Estimate | None = None
+    ours: np.ndarray, theirs: np.ndarray, margin: float, *, more_is_better: bool, ratio: Estimate[float] | None = None
 ) -> Verdict:
     """Whether ours are worse than theirs by less than a margin: a one-sided test at 2.5 % by the interval of the ratio.
 
@@ -103,7 +104,7 @@ def not_inferior(
     return Verdict.NOT_INFERIOR if fine else Verdict.INFERIOR if bad else Verdict.NONE
 
 
-def equivalent(ours: np.ndarray, theirs: np.ndarray, margin: float, ratio: Estimate | None = None) -> Verdict:
+def equivalent(ours: np.ndarray, theirs: np.ndarray, margin: float, ratio: Estimate[float] | None = None) -> Verdict:
     """Whether neither is less than the other by a margin: two one-sided tests at 2.5 % by the interval of the ratio.
 
     Args:
@@ -136,8 +137,11 @@ def sign_flip_p(difference: np.ndarray) -> np.ndarray | float:
         difference: Of pairs, (n,), or of several kinds for the same pairs, (n, columns).
     """
     columns = np.asarray(difference, float)
-    if columns.ndim == 1:
-        return float(sign_flip_p(columns[:, None])[0])
+    return float(_p_of_columns(columns[:, None])[0]) if columns.ndim == 1 else _p_of_columns(columns)
+
+
+def _p_of_columns(columns: np.ndarray) -> np.ndarray:
+    """The same of several kinds of differences, (n, columns)."""
     p = np.ones(columns.shape[1])
     many = np.count_nonzero(columns, axis=0) > _EXACT_PAIRS
     for i in np.flatnonzero(~many):

@@ -13,7 +13,7 @@ import multiprocessing.connection
 import signal
 import traceback
 from collections.abc import Callable, Generator, Sequence
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from caregiver_mj.errors import CaregiverError
 
@@ -57,7 +57,8 @@ def run_jobs(
                 worker = _Worker(function)
                 busy[worker.connection] = worker
                 worker.give(waiting.popleft())
-            for connection in multiprocessing.connection.wait(list(busy)):
+            for ready in multiprocessing.connection.wait(list(busy)):
+                connection = cast("multiprocessing.connection.Connection", ready)  # as all are that it waits for
                 worker = busy[connection]
                 job = worker.job
                 try:
@@ -96,7 +97,7 @@ def attempt(function: Callable[[Job], Result], job: Job) -> tuple[str | None, Re
 class _Worker:
     """A worker process and the job it has."""
 
-    def __init__(self, function: Callable):
+    def __init__(self, function: Callable[[Any], Any]):
         # "spawn": a forked copy of a process that holds threads or a GL context may lock up.
         context = multiprocessing.get_context("spawn")
         self.connection, theirs = context.Pipe()
@@ -116,7 +117,7 @@ class _Worker:
         self.process.join()
 
 
-def _serve(function: Callable, connection: multiprocessing.connection.Connection) -> None:
+def _serve(function: Callable[[Any], Any], connection: multiprocessing.connection.Connection) -> None:
     """Runs jobs until the pipe closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent deals with it
     try:

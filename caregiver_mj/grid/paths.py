@@ -101,7 +101,7 @@ class Paths:
                 setattr(self, name, larger)
         graph = self._plan.graph
         part = graph.parts(closed)
-        in_the_way = sum(self._yielding.routes_over(cell) for cell in closed)
+        in_the_way = np.asarray(sum(self._yielding.routes_over(cell) for cell in closed))
 
         def lowest(height: np.ndarray) -> np.ndarray:
             """The lowest cells of every part."""

@@ -123,7 +123,8 @@ class GridWorld:
             raise CaregiverError(
                 "a caregiver that is told more than it sees does not act while children are on their way"
             )
-        self.plan, self.meanwhile = plan, meanwhile
+        self.plan = plan
+        self.meanwhile: float = meanwhile
         self.behaviours = list(Family.of(family).make(plan))
         self.caregiver = caregiver
         self._caregiver_actions, self._stairs_shut = caregiver_actions, stairs_shut

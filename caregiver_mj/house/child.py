@@ -62,7 +62,8 @@ class HouseChild:
 
     def put(self, cell: Cell, yaw: float = 0.0) -> None:
         """Puts the child into the middle of a free cell, at rest."""
-        self.put_at(*self._plan.position(cell).tolist(), yaw)
+        x, y = self._plan.position(cell).tolist()
+        self.put_at(x, y, yaw)
 
     def put_at(self, x: float, y: float, yaw: float = 0.0) -> None:
         """Puts the child somewhere, at rest: metres and radians."""
@@ -151,6 +152,7 @@ class HouseChild:
         self.cell = self._nearest_cell()
         self._bumped = self.cell == move.begun
         if move.reached_toy:
+            assert move.draw is not None  # drawn when the move began
             self.goal = int(self.behaviour.next_bin(move.draw)[0])
         self.move = Move(self.cell, self.cell)
         return move.booking(self.cell)
@@ -160,6 +162,7 @@ class HouseChild:
         """The toy bin that it will want to get to after its present move, if that takes it where it is to."""
         if not self.move.to_toy:
             return self.goal
+        assert self.move.draw is not None  # drawn when the move began
         return int(self.behaviour.next_bin(self.move.draw)[0])
 
     def _nearest_cell(self) -> int:

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 # What makes a geom collide as it does; its look does not matter, for it is not drawn.
-_GEOM_ATTRIBUTES = ("type", "size", "group", "rgba", "contype", "conaffinity")
+_GEOM_ATTRIBUTES: tuple[str, ...] = ("type", "size", "group", "rgba", "contype", "conaffinity")
 _GEOM_ATTRIBUTES += ("condim", "friction", "solref", "solimp", "margin", "gap")
 
 _REACHES_FARTHEST = "/glow"  # of a candle

@@ -79,7 +79,7 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         for name, count in awake.items():
             setattr(self._raw[1], name, count)
 
-    def _reload_from_data(self, data) -> None:
+    def _reload_from_data(self, data: wrapper.MjData) -> None:
         super()._reload_from_data(data)
         model, raw = self.model.ptr, self.data.ptr
         self._raw, self._qpos, self._timestep = (model, raw), raw.qpos, float(model.opt.timestep)
@@ -104,9 +104,10 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
     def _embody(self, embodiment: Embodiment | None, ramp: tuple | None = None) -> None:
         """Makes the robot's views, with what its actuators are about to be told if that is known."""
         self.embodiment = embodiment
-        self._robot = None if embodiment is None else RobotBody(embodiment, *self._raw)
-        if ramp is not None:
-            self._robot.ramp.state = ramp
+        robot = None if embodiment is None else RobotBody(embodiment, *self._raw)
+        self._robot: RobotBody = robot  # type: ignore[assignment]  # asked for readouts only where there is one
+        if robot is not None and ramp is not None:
+            robot.ramp.state = ramp
         self._action_shape = (0 if embodiment is None else embodiment.layout.size,)
 
     @property

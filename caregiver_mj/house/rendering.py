@@ -15,7 +15,8 @@ import contextlib
 import ctypes
 import functools
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import Any
 
 from caregiver_mj.errors import CaregiverError, RenderingError
 
@@ -63,11 +64,11 @@ class _Egl:
     )  # fmt: skip
     MAX_DEVICES = 16
 
-    def __init__(self):
+    def __init__(self) -> None:
         library = ctypes.CDLL("libEGL.so.1", mode=ctypes.RTLD_GLOBAL)  # where libmujoco looks for it
         pointer, integer = ctypes.c_void_p, ctypes.c_int
 
-        def function(name: str, result: type, *arguments: type):
+        def function(name: str, result: type[Any], *arguments: type[Any]) -> Callable[..., Any]:
             address = ctypes.CFUNCTYPE(pointer, ctypes.c_char_p)(("eglGetProcAddress", library))(name.encode())
             if not address:
                 raise RuntimeError(f"libEGL has no {name}")
@@ -102,7 +103,7 @@ class EglContext(base.ContextBase):
 
     def __init__(self, max_width: int, max_height: int):
         self._context = None
-        self._patients = []  # the base class wants it at deletion, even if its constructor has failed
+        self._patients: list[Any] = []  # the base class wants it at deletion, even if its constructor has failed
         super().__init__(max_width, max_height, executor.PassthroughRenderExecutor)
 
     def _platform_init(self, max_width: int, max_height: int) -> None:
@@ -145,7 +146,7 @@ class OSMesaContext(base.ContextBase):
 
     def __init__(self, max_width: int, max_height: int):
         self._context = None
-        self._patients = []
+        self._patients: list[Any] = []
         super().__init__(max_width, max_height, executor.PassthroughRenderExecutor)
 
     def _platform_init(self, max_width: int, max_height: int) -> None:
@@ -176,7 +177,7 @@ def _glfw_context(max_width: int, max_height: int) -> base.ContextBase:
 
 
 # In order of preference. OSMesa is gone from Mesa 25.1 on; GLFW needs a display, so only the user can choose it.
-BACKENDS = {"egl": EglContext, "osmesa": OSMesaContext}
+BACKENDS: dict[str, Callable[[int, int], base.ContextBase]] = {"egl": EglContext, "osmesa": OSMesaContext}
 _BY_WISH_ONLY = {"glfw": _glfw_context, "glx": _glfw_context}
 
 
@@ -213,6 +214,8 @@ def make_context(max_width: int, max_height: int) -> base.ContextBase:
 
 class OffscreenRendering:
     """Mixin for a dm_control `Physics` that renders with `make_context`, whoever imported dm_control first."""
+
+    model: Any  # as dm_control wraps it
 
     def _make_rendering_contexts(self) -> None:
         from dm_control.mujoco import engine, wrapper

@@ -69,7 +69,7 @@ class Sensing:
         sensing = value if isinstance(value, cls) else cls(**_known("sensing", cls, {} if value is None else value))
         blurs = {name: _blur(name, getattr(sensing, name)) for name in KINDS}
         _check("delay", sensing.delay, LONGEST_DELAY)
-        return dataclasses.replace(sensing, **blurs)
+        return dataclasses.replace(sensing, candle=blurs["candle"], child=blurs["child"], base=blurs["base"])
 
     @property
     def is_exact(self) -> bool:

@@ -31,6 +31,7 @@ class _Eye:
         self._white = np.array([blur.noise] * places + [blur.turn_noise] * turns)
         self._lasting = np.array([blur.bias] * places + [blur.turn_bias] * turns)
         self._last: np.ndarray | None = None
+        self.bias: np.ndarray
 
     def see_anew(self, things: int, which: np.ndarray | None = None) -> None:
         """Draws lasting errors, of all things or of some (things,)."""

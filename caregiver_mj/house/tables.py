@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numbers
 from collections.abc import Sequence
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -45,11 +46,12 @@ def draw_heights(height: float | Sequence[float] | None, tables: int, random: np
     """
     if height is None:
         return np.full(tables, layout.TABLE_HEIGHT)
-    heights = [height] if isinstance(height, (numbers.Real, str)) else list(height)
-    good = all(isinstance(one, numbers.Real) and LOWEST <= one <= HIGHEST for one in heights)
+    heights: list[Any] = [height] if isinstance(height, (float, numbers.Real, str)) else list(height)
+    good = all(isinstance(one, numbers.Real) and LOWEST <= float(one) <= HIGHEST for one in heights)
     if not good or len(heights) not in (1, 2) or heights[0] > heights[-1]:
         raise CaregiverError(
             f"table_height must be a height in {LOWEST:g} to {HIGHEST:g} m, or the lowest and the highest, "
             f"not {height!r}"
         )
-    return np.full(tables, float(heights[0])) if len(heights) == 1 else random.uniform(*heights, tables)
+    lowest, highest = heights[0], heights[-1]
+    return np.full(tables, float(lowest)) if len(heights) == 1 else random.uniform(lowest, highest, tables)

@@ -61,7 +61,7 @@ class Relocating(Routine):
         every child than the stairwell is from the one in danger. For another candle, which is no worse than the one in
         the hand, it is not worth while: that has to be fetched again the sooner.
         """
-        if wanted.verb != BLOCK or self.means.takes_orders:
+        if wanted.verb != BLOCK or self.means.takes_orders or not isinstance(self.skill, skills.Place):
             return
         graph, stairwell = self.means.plan.graph, self.means.plan.hazards.stairwell(wanted.hazard)
         now = graph.stairwell_distances[percept.child_cell[0], stairwell]
@@ -75,7 +75,7 @@ class Relocating(Routine):
         far = graph.table_distances[percept.child_cell[0]].min(axis=0)
         tables = (table for table in self._bare_tables(percept) if far[table] > moves)
         seconds = {table: self._seconds_by_way_of(table, stairwell, percept) for table in tables}
-        table = min(seconds, key=seconds.get, default=self.skill.table)
+        table = min(seconds, key=seconds.__getitem__, default=self.skill.table)
         if table != self.skill.table and seconds[table] <= time_left:
             self._place_on(table)
 

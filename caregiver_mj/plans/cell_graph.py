@@ -109,7 +109,7 @@ class CellGraph:
     # -- Distances -------------------------------------------------------------------------------
 
     def distances_from(
-        self, goals: Sequence[int] | Sequence[Sequence[int]], closed: int | Collection[int] = ()
+        self, goals: Sequence[int | Sequence[int] | np.ndarray], closed: int | Collection[int] = ()
     ) -> np.ndarray:
         """Walking distances of the caregiver, in moves, optionally round closed cells.
 
@@ -195,7 +195,11 @@ class CellGraph:
         return self._self_and_neighbours[np.arange(best.shape[-1]), best]
 
     def _distances(
-        self, goals: Sequence, edges: np.ndarray, cells: int, closed: int | Collection[int] = ()
+        self,
+        goals: Sequence[int | Sequence[int] | np.ndarray],
+        edges: np.ndarray,
+        cells: int,
+        closed: int | Collection[int] = (),
     ) -> np.ndarray:
         distances = np.empty((len(goals), cells), np.int16)
         step = max(1, _AT_ONCE // cells)
@@ -205,7 +209,11 @@ class CellGraph:
         return distances
 
     def _some_distances(
-        self, goals: Sequence, edges: np.ndarray, cells: int, closed: int | Collection[int]
+        self,
+        goals: Sequence[int | Sequence[int] | np.ndarray],
+        edges: np.ndarray,
+        cells: int,
+        closed: int | Collection[int],
     ) -> np.ndarray:
         # Every goal becomes one more node, from which one-way edges lead to its cells.
         shut = np.atleast_1d(np.array(list(closed) if isinstance(closed, Collection) else closed, int))

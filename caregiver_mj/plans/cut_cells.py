@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -48,7 +48,7 @@ def divisions(neighbours: Sequence[Sequence[int]]) -> list[Division]:
     order: list[int] = []
     hanging: list[list[int]] = [[] for _ in range(count)]  # below each cell those whose part it cuts off
     stack = [(0, -1)]
-    below: list = [iter(next_to) for next_to in neighbours]
+    below: list[Iterator[int]] = [iter(next_to) for next_to in neighbours]
     while stack:
         cell, above = stack[-1]
         if place[cell] < 0:
@@ -66,7 +66,7 @@ def divisions(neighbours: Sequence[Sequence[int]]) -> list[Division]:
                 highest[above] = min(highest[above], highest[cell])
                 if highest[cell] >= place[above]:
                     hanging[above].append(cell)
-    found = []
+    found: list[tuple[int, tuple[tuple[int, int], ...]]] = []
     for cell, heads in enumerate(hanging):
         if not heads or (cell == 0 and len(heads) == 1):
             continue

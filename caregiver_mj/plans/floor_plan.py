@@ -19,6 +19,8 @@ import functools
 import importlib.resources
 import os
 import pathlib
+from collections.abc import Sequence
+from importlib.resources.abc import Traversable
 from typing import Any
 
 import numpy as np
@@ -147,7 +149,7 @@ class FloorPlan:
 
     def cells_of(self, *kinds: str) -> tuple[Cell, ...]:
         """All cells that bear one of the characters, in reading order."""
-        return tuple(map(tuple, np.argwhere(np.isin(self.symbols, kinds)).tolist()))
+        return tuple((row, column) for row, column in np.argwhere(np.isin(self.symbols, kinds)).tolist())
 
     @functools.cached_property
     def free_cells(self) -> tuple[Cell, ...]:
@@ -199,7 +201,7 @@ class FloorPlan:
         height, width = self.shape
         return np.array([cell[1] - (width - 1) / 2, (height - 1) / 2 - cell[0]]) * self.cell_size
 
-    def cell_at(self, position: np.ndarray) -> Cell:
+    def cell_at(self, position: np.ndarray | Sequence[float]) -> Cell:
         """The cell that holds a point (2,) in metres; points outside count to the nearest cell."""
         height, width = self.shape
         column = round(float(position[0]) / self.cell_size + (width - 1) / 2)
@@ -218,5 +220,5 @@ def house_names() -> tuple[str, ...]:
     return tuple(sorted(f.name.removesuffix(".txt") for f in _houses_folder().iterdir() if f.name.endswith(".txt")))
 
 
-def _houses_folder():
+def _houses_folder() -> Traversable:
     return importlib.resources.files("caregiver_mj.models") / "houses"

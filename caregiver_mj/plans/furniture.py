@@ -67,5 +67,5 @@ def _box(model: str, geom: str) -> Box:
 def _size(model: str, geom: str) -> tuple[float, ...]:
     """What a geom of a model says of its size, metres; what it means depends on its type."""
     file = importlib.resources.files("caregiver_mj.models") / f"{model}.xml"
-    found = ElementTree.fromstring(file.read_text(encoding="utf-8")).find(f".//worldbody//geom[@name='{geom}']")
-    return tuple(float(number) for number in found.get("size").split())
+    (found,) = ElementTree.fromstring(file.read_text(encoding="utf-8")).findall(f".//worldbody//geom[@name='{geom}']")
+    return tuple(float(number) for number in found.attrib["size"].split())

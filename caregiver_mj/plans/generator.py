@@ -69,7 +69,7 @@ def design(request: Request) -> tuple[FloorPlan, Shell]:
         smallest = _ROOM_SIDES[attempt * len(_ROOM_SIDES) // tries]
         shell = build_shell(random, (height, width), full.rooms, smallest)
         symbols = None if shell is None else furnish(random, shell, counts)
-        if symbols is not None:
+        if shell is not None and symbols is not None:
             plan = FloorPlan.parse("\n".join(map("".join, symbols.tolist())), request.name)
             if is_drivable(plan):
                 return plan, shell

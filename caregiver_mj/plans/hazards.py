@@ -7,6 +7,7 @@ import enum
 import functools
 import math
 from collections.abc import Iterator, Sequence
+from typing import overload
 
 import numpy as np
 
@@ -123,31 +124,55 @@ class Hazards(Sequence[Hazard]):
         """d_o of every hazard, (hazards,)."""
         return np.array([hazard.damage for hazard in self], float)
 
-    def of_stairwell(self, index):
+    @overload
+    def of_stairwell(self, index: int) -> int: ...
+    @overload
+    def of_stairwell(self, index: np.ndarray) -> np.ndarray: ...
+    def of_stairwell(self, index: int | np.ndarray) -> int | np.ndarray:
         """The number of the hazard that a stairwell is."""
         return np.where(np.equal(index, NOTHING), NOTHING, index) if np.ndim(index) else int(index)
 
-    def of_candle(self, index):
+    @overload
+    def of_candle(self, index: int) -> int: ...
+    @overload
+    def of_candle(self, index: np.ndarray) -> np.ndarray: ...
+    def of_candle(self, index: int | np.ndarray) -> int | np.ndarray:
         """The number of the hazard that a candle is."""
         if np.ndim(index):
             return np.where(np.equal(index, NOTHING), NOTHING, np.add(index, self.stairwells))
         return NOTHING if index == NOTHING else int(index) + self.stairwells
 
-    def stairwell(self, number):
+    @overload
+    def stairwell(self, number: int) -> int: ...
+    @overload
+    def stairwell(self, number: np.ndarray) -> np.ndarray: ...
+    def stairwell(self, number: int | np.ndarray) -> int | np.ndarray:
         """Which stairwell a hazard is, NOTHING if it is none."""
         found = np.where(self.is_stairwell(number), number, NOTHING)
         return found if np.ndim(number) else int(found)
 
-    def candle(self, number):
+    @overload
+    def candle(self, number: int) -> int: ...
+    @overload
+    def candle(self, number: np.ndarray) -> np.ndarray: ...
+    def candle(self, number: int | np.ndarray) -> int | np.ndarray:
         """Which candle a hazard is, NOTHING if it is none."""
         found = np.where(self.is_candle(number), np.subtract(number, self.stairwells), NOTHING)
         return found if np.ndim(number) else int(found)
 
-    def is_stairwell(self, number):
+    @overload
+    def is_stairwell(self, number: int) -> np.bool: ...
+    @overload
+    def is_stairwell(self, number: np.ndarray) -> np.ndarray: ...
+    def is_stairwell(self, number: int | np.ndarray) -> np.bool | np.ndarray:
         """Whether a hazard is a stairwell."""
         return np.greater(number, NOTHING) & np.less(number, self.stairwells)
 
-    def is_candle(self, number):
+    @overload
+    def is_candle(self, number: int) -> np.bool: ...
+    @overload
+    def is_candle(self, number: np.ndarray) -> np.ndarray: ...
+    def is_candle(self, number: int | np.ndarray) -> np.bool | np.ndarray:
         """Whether a hazard is a candle."""
         return np.greater_equal(number, self.stairwells) & np.less(number, len(self))
 

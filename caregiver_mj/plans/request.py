@@ -29,6 +29,18 @@ _LEAST = {"rooms": 1, "stairwells": 0, "candles": 0, "tables": 0, "bins": 1}
 
 
 @dataclasses.dataclass(frozen=True)
+class Settled:
+    """A request that leaves nothing open; see `Request`."""
+
+    size: tuple[int, int]
+    rooms: int
+    stairwells: int
+    candles: int
+    tables: int
+    bins: int
+
+
+@dataclasses.dataclass(frozen=True)
 class Request:
     """What a house shall be like. What is None is drawn from the seed.
 
@@ -66,9 +78,9 @@ class Request:
         found = re.fullmatch(rf"house-(?P<seed>\d+)(?:-(?P<width>\d+)x(?P<height>\d+))?{counts}", name, re.ASCII)
         if found is None:
             return None
-        numbers = {key: None if digits is None else int(digits) for key, digits in found.groupdict().items()}
-        width, height = numbers.pop("width"), numbers.pop("height")
-        return cls(size=None if width is None else (width, height), **numbers)
+        size = None if found["width"] is None else (int(found["width"]), int(found["height"]))
+        wishes = {field: None if found[field] is None else int(found[field]) for field in _USUAL}
+        return cls(int(found["seed"]), size, **wishes)
 
     def check(self) -> None:
         """Raises FloorPlanError if there can be no such house."""
@@ -91,13 +103,13 @@ class Request:
         """An error about it."""
         return FloorPlanError(f"floor plan '{self.name}' cannot be made: {problem}")
 
-    def settled(self) -> Request:
+    def settled(self) -> Settled:
         """The same request with everything drawn that was left open."""
         random = np.random.RandomState(self.seed)
         drawn = [_SIDES[0] + draw(random, _SIDES[1] - _SIDES[0] + 1) for _ in range(2)]
         size = self.size or (drawn[0], drawn[1])
         area = (size[0] - 2) * (size[1] - 2)
-        counts = {}
+        counts: dict[str, int] = {}
         for field, (small, large) in _USUAL.items():
             chance = draw(random, 2**32)  # always drawn: one wish does not change what else is drawn
             most = max(1, area // (_ROOMY if field == "rooms" else _THINGS))
@@ -106,7 +118,7 @@ class Request:
         if self.tables == 0:
             counts["candles"] = 0  # there would be nowhere to take them
         counts |= {field: count for field in counts if (count := getattr(self, field)) is not None}
-        return dataclasses.replace(self, size=size, **counts)
+        return Settled(size, **counts)
 
 
 def _between(area: int, small: int, large: int) -> int:

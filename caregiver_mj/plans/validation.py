@@ -59,9 +59,9 @@ def _of_border(plan: FloorPlan, first_line: int) -> Iterator[str]:
 def _of_cells(plan: FloorPlan, first_line: int) -> Iterator[str]:
     start = plan.free_cells[0]
     origin = f"line {start[0] + first_line}, column {start[1] + 1}"
-    for cell in np.flatnonzero(~plan.graph.is_connected()).tolist():
+    for index in np.flatnonzero(~plan.graph.is_connected()).tolist():
         problem = f"this free cell is not connected to the one at {origin}"
-        yield _at(plan, first_line, plan.free_cells[cell], problem)
+        yield _at(plan, first_line, plan.free_cells[index], problem)
     for cell in plan.cells_of(STAIRWELL, CANDLE, TABLE, BIN):
         if not plan.free_neighbours(cell):
             problem = f"this {LEGEND[plan[cell]]} ({plan[cell]}) cannot be reached: no free cell is beside it"

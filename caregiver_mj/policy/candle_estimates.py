@@ -49,23 +49,25 @@ class CandleEstimates:
             Positions and orientations of now.
         """
         if self._told is None:
+            told = self._told = positions.copy()
             self._begin(positions, orientations)
         else:
-            self._average(positions, orientations)
-        self._follow_hand(positions, fingers, then)
+            told = self._told
+            self._average(told, positions, orientations)
+        self._follow_hand(told, positions, fingers, then)
         self._seen = positions
-        places = self._told.copy()
+        places = told.copy()
         if self._held != NOTHING:
             places[self._held] = self._to_house(self._in_hand_told, now)
         return places, self._turned
 
     def _begin(self, positions: np.ndarray, orientations: np.ndarray) -> None:
-        self._told, self._mean, self._latest = positions.copy(), positions.copy(), positions.copy()
+        self._mean, self._latest = positions.copy(), positions.copy()
         self._turned, self._latest_turned = orientations.copy(), orientations.copy()
         self._count = np.ones(len(positions))
 
-    def _average(self, positions: np.ndarray, orientations: np.ndarray) -> None:
-        """Takes in where candles are seen, as if nobody held them."""
+    def _average(self, told: np.ndarray, positions: np.ndarray, orientations: np.ndarray) -> None:
+        """Takes in where candles are seen, as if nobody held them, and tells of them."""
         blur = self._blur
         new = (positions != self._seen).any(axis=1) if blur.dropout else np.ones(len(positions), bool)
         latest = _LATEST if blur.noise else 1.0
@@ -79,34 +81,34 @@ class CandleEstimates:
         self._mean = self._mean + share[:, None] * (positions - self._mean)
         self._turned = _mixed(self._turned, orientations, share if blur.turn_noise else np.where(new, 1.0, 0.0))
         self._mean[moved], self._turned[moved] = self._latest[moved], self._latest_turned[moved]
-        tell = moved | (np.linalg.norm(self._mean - self._told, axis=1) > self._keeps)
-        self._told[tell] = self._mean[tell]
+        tell = moved | (np.linalg.norm(self._mean - told, axis=1) > self._keeps)
+        told[tell] = self._mean[tell]
 
-    def _follow_hand(self, positions: np.ndarray, fingers: float, then: Posture) -> None:
+    def _follow_hand(self, told: np.ndarray, positions: np.ndarray, fingers: float, then: Posture) -> None:
         """Takes in which candle is in the hand, and where in it."""
         grips = is_round_candle(fingers)
         if not grips and self._held != NOTHING:
-            self._let_go(then)
+            self._let_go(told, then)
         if not grips:
             return
         pinch = self._to_house(np.zeros(3), then)
         if self._held == NOTHING:
-            distances = np.linalg.norm(self._told - pinch, axis=1)
+            distances = np.linalg.norm(told - pinch, axis=1)
             nearest = int(distances.argmin())
             if distances[nearest] < CANDLE_HEIGHT:
                 self._held = nearest
-                self._in_hand = self._in_hand_told = self._to_hand(self._told[nearest], then)
+                self._in_hand = self._in_hand_told = self._to_hand(told[nearest], then)
         elif not (self._blur.dropout and np.array_equal(positions[self._held], self._seen[self._held])):
             off = self._to_hand(positions[self._held], then) - self._in_hand
             self._in_hand = self._in_hand + gain(self._blur.noise, _SLIPS) * off
             if np.linalg.norm(self._in_hand - self._in_hand_told) > self._keeps:
                 self._in_hand_told = self._in_hand
 
-    def _let_go(self, then: Posture) -> None:
+    def _let_go(self, told: np.ndarray, then: Posture) -> None:
         """The hand has opened: the candle is where it was in it, and whatever else is near may have been touched."""
         here = self._to_house(self._in_hand, then)
-        near = np.linalg.norm(self._told - here, axis=1) < _NEAR
-        self._mean[self._held] = self._latest[self._held] = self._told[self._held] = here
+        near = np.linalg.norm(told - here, axis=1) < _NEAR
+        self._mean[self._held] = self._latest[self._held] = told[self._held] = here
         near[self._held] = True
         self._count[near] = np.minimum(self._count[near], _AFTER_TOUCH)
         self._held = NOTHING

@@ -9,7 +9,7 @@ import numpy as np
 from caregiver_mj.caregivers.answer import answer
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.percept import Assessment, Percept
-from caregiver_mj.caregivers.told import Truth
+from caregiver_mj.caregivers.told import ToldCaregiver, Truth
 from caregiver_mj.interventions.intervention import Intervention
 from caregiver_mj.interventions.registry import verb_of
 from caregiver_mj.interventions.routine import LEFT_LYING, PASSED_OVER, Means, PassedOver, Routine
@@ -108,26 +108,20 @@ class Executive:
         """Asks the caregiver what to do, and sets about it unless the robot's hands are full."""
         if observed:
             self._caregiver.watch(percept)
-            if self._truth:
+            if self._truth and isinstance(self._caregiver, ToldCaregiver):
                 self._caregiver.hear(self._truth())
         self.assessment = self._caregiver.assess(percept)
         if self.routine and not self.routine.interruptible:
             return
         wanted = answer(self._caregiver, percept)[0]
-        if self.holding != NOTHING:
+        if self.routine and self.routine.holding != NOTHING:
             self.routine.hear(percept, wanted)
             return
+        assert percept.out_of_reach is not None  # it is known of a robot
         if wanted.hazard != NOTHING and percept.out_of_reach[0, wanted.hazard]:
             wanted = Intervention(self._caregiver.idle_verb)
-        if self.routine is None or self._is_another(wanted):
+        if self.routine is None or _is_another(wanted, self.routine.intervention):
             self._begin(wanted, view, percept)
-
-    def _is_another(self, wanted: Intervention) -> bool:
-        """Whether something else is to be done now. Idleness does not interrupt what is under way."""
-        now = self.routine.intervention
-        if verb_of(now.verb).counts and not verb_of(wanted.verb).counts:
-            return False
-        return (now.verb, now.hazard) != (wanted.verb, wanted.hazard)
 
     def _destination(self, percept: Percept, candle: int) -> int:
         """The table to which the caregiver would take a candle."""
@@ -141,14 +135,22 @@ class Executive:
 
     def _note(self, status: Status, view: View) -> None:
         """Takes note of how the present intervention has ended, if it has."""
-        if not status.ended:
+        if self.routine is None or not status.ended:
             return
+        intervention = self.routine.intervention
         if status is Status.DONE:
-            self.done += not self._was_done and verb_of(self.routine.intervention.verb).counts
+            self.done += not self._was_done and verb_of(intervention.verb).counts
             self._was_done = True
             if self.routine.goes_on:
                 return
-        elif status in (Status.FAILED, Status.OUT_OF_REACH) and self.routine.intervention.hazard != NOTHING:
+        elif status in (Status.FAILED, Status.OUT_OF_REACH) and intervention.hazard != NOTHING:
             wait = LEFT_LYING if status is Status.OUT_OF_REACH else PASSED_OVER
-            self._means.passed_over.note(self.routine.intervention.hazard, view.now + wait)
+            self._means.passed_over.note(intervention.hazard, view.now + wait)
         self.routine = None
+
+
+def _is_another(wanted: Intervention, now: Intervention) -> bool:
+    """Whether something else is to be done than now. Idleness does not interrupt what is under way."""
+    if verb_of(now.verb).counts and not verb_of(wanted.verb).counts:
+        return False
+    return (now.verb, now.hazard) != (wanted.verb, wanted.hazard)

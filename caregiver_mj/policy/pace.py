@@ -34,11 +34,13 @@ def robot_pace(navigator: Navigator, novice_timestep: float, control_timestep: f
     """
     cells, seconds = 0, 0.0
     for start, goal in _ways(navigator.plan):
-        route = navigator.route(start, goal)
         here, there = (navigator.centres[cell] for cell in (start, goal))
+        route, path = navigator.route(start, goal), navigator.path(here, there, goal)
+        assert route is not None  # with no child about there always is one, and a path of it
+        assert path is not None
         motion = RobotMotion(navigator.robot, control_timestep)
         motion.reset((*here, 0.0))
-        motion.drive_along(navigator.path(here, there, goal), navigator.clearance.has_room)
+        motion.drive_along(path, navigator.clearance.has_room)
         cells, seconds = cells + len(route) - 1, seconds + motion.time_left
     if not cells:
         return PAPER

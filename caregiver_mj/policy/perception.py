@@ -181,7 +181,7 @@ class Perception:
     def _candle_places(self, view: View, holding: int) -> tuple[np.ndarray, np.ndarray]:
         """On which table, or on which free cell's floor, each candle is; NOTHING for on none: (candles,) each."""
         if not len(view.candles):
-            return np.zeros((2, 0), int)
+            return np.zeros(0, int), np.zeros(0, int)
         offset = view.candles[:, None, :2] - self._tables[:, :2]  # (candles, tables, 2)
         over = (np.abs(offset) < layout.TABLE_HALF_SIZE).all(axis=2)
         on_table = over.any(axis=1) & (view.candles[:, 2] > layout.TABLE_HEIGHT / 2)

@@ -40,6 +40,8 @@ if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.house.r
     import dm_env
     from dm_control.rl import control
 
+    from caregiver_mj.tasks.base import CareTask
+
 
 class CaregiverPolicy:
     """The scripted caregiver. Call it with a time step to get an action.
@@ -165,7 +167,7 @@ class CaregiverPolicy:
     def _check_house(self, observation: dict[str, np.ndarray]) -> None:
         """Raises CaregiverError if an episode begins as none can in this house: it is that of another one."""
         plan = self.plan
-        alien = any(np.shape(observation.get(key)) != shape for key, shape in self._shapes.items())
+        alien = any(np.shape(np.asarray(observation.get(key))) != shape for key, shape in self._shapes.items())
         base, children = observation["base_position"], np.atleast_2d(observation["toddler_position"])
         if self._sensing.is_exact and not alien:
             alien = plan.cell_at(base) not in plan.cell_index or any(plan[plan.cell_at(c)] != FREE for c in children)
@@ -219,7 +221,7 @@ def _make_scene(plan: FloorPlan, embodiment: Embodiment, heights: tuple[float, .
     return PlanningScene(build_house(plan, embodiment, visuals=False, table_heights=tables), plan, embodiment)
 
 
-def _caregiver(caregiver: str | Caregiver, task, seed: int) -> Caregiver:
+def _caregiver(caregiver: str | Caregiver, task: CareTask, seed: int) -> Caregiver:
     made: Caregiver | None
     if not isinstance(caregiver, str):
         made = caregiver
@@ -230,7 +232,7 @@ def _caregiver(caregiver: str | Caregiver, task, seed: int) -> Caregiver:
     return made
 
 
-def _check_start(caregiver: Caregiver, task) -> None:
+def _check_start(caregiver: Caregiver, task: CareTask) -> None:
     """Raises CaregiverError if the episode has not begun as the caregiver's does."""
     wanted, found = starting_tables(task.plan, caregiver)[0].tolist(), task.candles.starting_tables
     if found != wanted:

@@ -42,7 +42,7 @@ def write_minari(
     name: str,
     episodes: Iterable[Steps],
     about: About,
-    spaces: tuple[gymnasium.spaces.Dict, gymnasium.Space],
+    spaces: tuple[gymnasium.spaces.Dict, gymnasium.Space[Any]],
     spec: Any = None,
 ) -> None:
     """Writes a data set; it is there when it is whole, and only then.

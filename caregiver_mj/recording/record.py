@@ -157,7 +157,7 @@ class EpisodeRecord:
 
 
 COLUMNS: tuple[Column, ...] = tuple(
-    Column(field.name, field.type, **field.metadata) for field in dataclasses.fields(EpisodeRecord)
+    Column(field.name, str(field.type), **field.metadata) for field in dataclasses.fields(EpisodeRecord)
 )
 
 

@@ -10,7 +10,7 @@ import contextlib
 import dataclasses
 import os
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
@@ -83,7 +83,8 @@ class EpisodeLog:
         """Reads what `save` has written."""
         with np.load(path) as file:
             arrays = {field.name: file[field.name] for field in dataclasses.fields(cls)}
-        return cls(**{name: array if array.ndim else float(array) for name, array in arrays.items()})
+        values: dict[str, Any] = {name: array if array.ndim else float(array) for name, array in arrays.items()}
+        return cls(**values)
 
 
 @contextlib.contextmanager
@@ -118,7 +119,7 @@ class Recorder:
         self._parts = [geom.id for geom in geoms if geom.name.startswith("robot/") and geom.contype[0]]
         self._child = model.geom("toddler/body").id
         self._hull = model.geom("robot/base_hull").id
-        self._rows: dict[str, list] = {
+        self._rows: dict[str, list[Any]] = {
             field.name: [] for field in dataclasses.fields(EpisodeLog) if field.type == "np.ndarray"
         }
 
@@ -127,7 +128,7 @@ class Recorder:
         self._watch.__enter__()
         return self
 
-    def __exit__(self, *error) -> None:
+    def __exit__(self, *error: Any) -> None:
         self._watch.__exit__(*error)
 
     def log(self) -> EpisodeLog:

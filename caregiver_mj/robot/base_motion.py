@@ -64,7 +64,8 @@ class BaseMotion:
         else:
             if moves:
                 raise PathError("no room to turn into the path")
-        self._path, self._looked_up = path, None
+        self._path: BasePath | None = path
+        self._looked_up = None
         # The path begins with the present velocity, so it is played back at full rate from the first moment; from rest
         # the rate may start anywhere, and starts at nothing until `set_rate` says how much the child allows.
         self._playback = ScalarMotion(Limits(1.0, 1.0, 1.0), 0.0)  # from its first change on: `_rate_limits`

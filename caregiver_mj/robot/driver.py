@@ -158,7 +158,8 @@ class Driver:
             if comes(view, self._embodiment):
                 self.aside_until = view.now + _PATIENCE
             if self.stands_aside(view.now):
-                goal, points = self._step_aside(view, here)
+                aside, points = self._step_aside(view, here)
+                goal = aside or goal
             elif not under_way:  # follow the children, as closely as they let the robot
                 points = self._navigator.path(here, goal, cell)
         if points:

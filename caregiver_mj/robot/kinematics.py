@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
+from typing import Any
 
 import mink
 import mujoco
@@ -54,7 +55,7 @@ class Arm:
         self._limits = [mink.ConfigurationLimit(self._model)]
         self.ranges = tuple(np.array([self._model.joint(name).range for name in joints]).T)
 
-    def __reduce__(self) -> tuple:
+    def __reduce__(self) -> tuple[Any, ...]:
         return arm_of, (self.embodiment,)  # a pickle finds the arm of its own process; there is one for each robot
 
     def solve(self, x: float, z: float, guess: np.ndarray | None = None) -> np.ndarray:

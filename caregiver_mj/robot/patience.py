@@ -12,7 +12,7 @@ TIME_OUT = 10.0
 class Patience:
     """Lasts as long as the base comes nearer to where it shall stand."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.begin_anew()
 
     def begin_anew(self) -> None:

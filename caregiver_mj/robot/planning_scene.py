@@ -71,7 +71,7 @@ class PlanningScene:
             mujoco.mj_kinematics(self._model, self._data)
             if held and carried is None:
                 carried = self._in_hand(between)
-            elif held:
+            elif carried is not None:
                 self._carry(between, *carried)
             if self._touches(self._wax[between], held):
                 return False

@@ -44,8 +44,8 @@ class RobotModel:
     def actuators(self) -> Layout:
         """Where the actuators of base, arm and fingers are."""
         names = self._names
-        parts = [self._driven(joints) for joints in (names.base, names.arm, names.fingers)]
-        return Layout(*parts, size=self._model.nu)
+        base, arm, fingers = (self._driven(joints) for joints in (names.base, names.arm, names.fingers))
+        return Layout(base, arm, fingers, size=self._model.nu)
 
     def action(self) -> Layout:
         """Where base, arm and gripper are in an action: as in the actuators, but for the fingers, which share one."""

@@ -44,7 +44,7 @@ class Solution(Trajectory):
 
     asked: dict[str, Any]
 
-    def __reduce__(self) -> tuple:
+    def __reduce__(self) -> tuple[Any, ...]:
         return _solve_again, (self.degrees_of_freedom, self.asked)
 
 

@@ -28,6 +28,8 @@ class ScalarMotion:
         self._solver = Ruckig(1)
         self._start = 0.0
         self._rest: float | None = position  # at rest here, unless a trajectory is under way
+        self._sampled_at: float
+        self._highest: float | None
         self.set_limits(limits)
 
     def __getstate__(self) -> dict[str, Any]:

@@ -30,7 +30,7 @@ _PASSING, _PASSING_GAP = 0.35, 0.4  # share of the speed that counts so at no di
 _SLIDE_SPEED = 0.02  # m/s of its surface
 _SLIDE_TOWARDS = 0.2  # cosine between motion and child, at most: what slides past and does not push
 _SLIDE_RATES = (1.0, 0.8, 0.6, 0.45, 0.33, 0.25, 0.18, 0.12, 0.08, 0.05)  # that are tried
-# m/s by which a base brakes from one control timestep to the next, at most: one that is touched, and one that nearly is.
+# m/s by which a base brakes from a control timestep to the next, at most: one that is touched, and one that nearly is.
 _BRAKES, _BRAKES_GENTLY, _TOUCHED = 0.03, 0.01, 0.002  # the last one metres
 _LEAST_CLOSING = 0.1  # m/s that a child is taken to come at even if it does not: it may set off
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import ClassVar
+from typing import Any, ClassVar
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -32,7 +32,7 @@ class Status:
     OUT_OF_REACH: ClassVar[Status]  # failed, because there is no way to get at the thing
     OVERTAKEN: ClassVar[Status]  # the world has changed, and its aim with it
 
-    def __reduce__(self) -> tuple:
+    def __reduce__(self) -> tuple[Any, ...]:
         """Copies are the constant itself."""
         return getattr, (Status, self.name)
 

@@ -56,7 +56,7 @@ class View:
     table_heights: np.ndarray | None = None
     age: float = 0.0
 
-    def child_distance(self, place: Vector) -> float:
+    def child_distance(self, place: Vector | np.ndarray) -> float:
         """Metres from a place to the middle of the nearest child."""
         nearest = math.inf
         for child in self.children:  # a plain loop: this is asked at every control timestep

@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 from collections.abc import Sequence
+from typing import TypedDict
 
 import numpy as np
 from rich.console import Console
@@ -114,8 +115,17 @@ def live_in(seed: int) -> House:
     )
 
 
-def _tour(plan: FloorPlan, epsilon: float, seed: int) -> dict[str, object]:
+class _Tour(TypedDict):
     """What a tour comes to, as fields of a `House`."""
+
+    missed: tuple[str, ...]
+    tour_seconds: float
+    tour_strikes: int
+    tour_drops: int
+
+
+def _tour(plan: FloorPlan, epsilon: float, seed: int) -> _Tour:
+    """Tours the house."""
     env = load("supervise", plan, Family.of(epsilon), episode_random(seed + 1))
     caregiver = Tour(plan)
     policy = CaregiverPolicy(env, caregiver)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import pathlib
+from typing import Any
 
 import imageio.v3 as imageio
 
@@ -19,7 +20,7 @@ _DRIVES, _RESTS = 0.5, 0.01  # m/s above which the base is on its way, and below
 _QUALITY = 92  # of JPEG, of 100
 
 
-def views(physics: Physics, policy: CaregiverPolicy) -> dict[str, tuple]:
+def views(physics: Physics, policy: CaregiverPolicy) -> dict[str, tuple[Any, ...]]:
     """Pictures that can be taken now, by name: where to look, from how far, the robot's heading, degrees aside, down.
 
     These are the arguments of `take_portrait`.
@@ -28,7 +29,7 @@ def views(physics: Physics, policy: CaregiverPolicy) -> dict[str, tuple]:
     near = math.dist((x, y), physics.toddler_position()[:2]) < _NEAR
     speed = math.hypot(*physics.base_velocity()[:2])
     verb = policy.intervention.verb if policy.intervention else ""
-    found: dict[str, tuple] = {}
+    found: dict[str, tuple[Any, ...]] = {}
     if verb == RELOCATE and physics.is_gripping():
         if policy.activity.startswith("fetch"):
             candle = physics.candle_poses()[policy.plan.hazards.candle(policy.target)]

@@ -7,7 +7,7 @@ import dataclasses
 import json
 import pathlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TypeVar
+from typing import TypedDict, TypeVar
 
 from rich.console import Console
 from rich.progress import track
@@ -38,7 +38,14 @@ class Trial:
 AnyTrial = TypeVar("AnyTrial", bound=Trial)
 
 
-def mishaps(outcome: Mapping[str, float]) -> dict[str, int]:
+class Mishaps(TypedDict):
+    """What of a `Trial` is counted alike in all of them."""
+
+    strikes: int
+    drops: int
+
+
+def mishaps(outcome: Mapping[str, float]) -> Mishaps:
     """A trial's strikes and drops, by a task's outcome."""
     return {"strikes": int(outcome["strikes"]), "drops": int(outcome["candles_dropped"])}
 

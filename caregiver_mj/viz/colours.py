@@ -27,9 +27,11 @@ def of_child(number: int) -> Colour:
 
 def mix(colour: Colour, other: Colour, share: float) -> Colour:
     """A colour with a share of another."""
-    return tuple(round(a + (b - a) * share) for a, b in zip(colour, other, strict=True))
+    red, green, blue = (round(a + (b - a) * share) for a, b in zip(colour, other, strict=True))
+    return red, green, blue
 
 
 def unit(colour: Colour) -> tuple[float, float, float]:
     """A colour in shares of 1, as Matplotlib takes it."""
-    return tuple(part / 255 for part in colour)
+    red, green, blue = colour
+    return red / 255, green / 255, blue / 255

@@ -110,6 +110,7 @@ def render_episode(
                 best = (score, frame)
             advance()
     if still is not None:
+        assert best[1] is not None  # a film has one frame at least
         Image.fromarray(best[1]).save(still)
 
 

@@ -60,8 +60,8 @@ class Forecast:
             found.append(Tile(place, half, _THICKNESS, colours.of_child(child), _DENSEST * opacity))
         for number in np.flatnonzero(self.harm >= LEAST).tolist():
             stairwell = plan.hazards.stairwell(number)
-            place = candles[plan.hazards.candle(number)] if stairwell < 0 else plan.position(plan.stairwells[stairwell])
-            where = float(place[0]), float(place[1])
+            here = candles[plan.hazards.candle(number)] if stairwell < 0 else plan.position(plan.stairwells[stairwell])
+            where = float(here[0]), float(here[1])
             found.append(Tile(where, half, _PILLAR, colours.HARM, _DENSEST * strength(self.harm[number])))
         return found
 

@@ -90,6 +90,7 @@ class StillCamera(Camera):
         with contexts.gl.make_current() as gl:
             gl.call(mujoco.mjr_render, area, self.view.scene.ptr, contexts.mujoco.ptr)
             gl.call(mujoco.mjr_readPixels, part, None, area, contexts.mujoco.ptr)
+        assert self._picture is not None  # `render` has made it
         self._picture[top:bottom, left:right] = part[::-1]
 
 

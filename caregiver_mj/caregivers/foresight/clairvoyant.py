@@ -11,7 +11,7 @@ from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.foresight.hindsight import ACTIONS, EFFORT, MOVES, Hindsight, round_the_child
 from caregiver_mj.caregivers.foresight.travel import travel
 from caregiver_mj.caregivers.percept import Percept, bare_tables
-from caregiver_mj.caregivers.told import ToldCaregiver, Truth
+from caregiver_mj.caregivers.told import Future, ToldCaregiver, Truth
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.interventions.intervention import BLOCK, RELOCATE, Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -57,7 +57,7 @@ class ClairvoyantCaregiver(ToldCaregiver, Caregiver):
         else:
             stale = (self._child != self._cells[self._now - 1]).any(axis=1) | (self._now - self._since >= _SPAN)
         if stale.any() and (self._cells is None or self._now < len(self._cells)):
-            self._foresee(truth, np.flatnonzero(stale))
+            self._foresee(truth.future(), np.flatnonzero(stale))
 
     def choose(self, percept: Percept) -> np.ndarray:
         return self.decide(percept).hazard
@@ -76,9 +76,8 @@ class ClairvoyantCaregiver(ToldCaregiver, Caregiver):
 
     # -- What comes ------------------------------------------------------------------------------
 
-    def _foresee(self, truth: Truth, worlds: np.ndarray) -> None:
+    def _foresee(self, future: Future, worlds: np.ndarray) -> None:
         """Plans anew for some worlds."""
-        future = truth.future()
         length, batch, children = future.cell.shape
         if self._cells is None:
             tables, keep = len(self.plan.tables), _SPAN + MOVES + self._ways.longest + 1
@@ -113,6 +112,7 @@ class ClairvoyantCaregiver(ToldCaregiver, Caregiver):
         layout = programme.layouts.now(tables)
         ahead = np.concatenate([percept.child_cell[None, worlds, 0], self._cells[self._now :, worlds, 0]])
         here = percept.caregiver_cell[None, worlds]
+        assert percept.time_left is not None  # a world that tells the future tells the time
         left = round(float(percept.time_left[0]) * ACTIONS)  # the same in all worlds
         moves, denied = (found[:, 0] for found in round_the_child(self._ways, ahead, here, left))
         to_post, to_get = moves[:posts], moves[posts:]

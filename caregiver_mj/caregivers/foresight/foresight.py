@@ -66,7 +66,9 @@ class ForesightCaregiver(Caregiver):
         """
         super().__init__(plan, seed)
         check_size(plan)
-        self._given, self._options, self._prepared_for = options, None, None
+        self._given = options
+        self._options: Callable[..., Options] | None = None
+        self._prepared_for: Pace | None = None
         self._hysteresis, self._change, self._reckoning = hysteresis, change, reckoning
         self._chooses_table = chooses_table
         self._rule = PaperCaregiver(plan, seed)  # for whoever looks on; it decides nothing
@@ -81,11 +83,12 @@ class ForesightCaregiver(Caregiver):
         self.belief = Belief(novice_chain(self.plan), batch, children, self._change)
         self._begun, self._table = np.full((2, batch), NOTHING)  # the hazard that it is about, and its destination
 
-    def _prepare(self) -> None:
+    def _prepare(self) -> Callable[..., Options]:
         """Finds out what there is to do, if its pace is another one than before."""
-        if self._prepared_for != self.pace:
+        if self._options is None or self._prepared_for != self.pace:
             self._options = self._given or options_of(self.plan, self.pace, self._reckoning)
             self._prepared_for = self.pace
+        return self._options
 
     def watch(self, percept: Percept) -> None:
         self.belief.watch(percept.previous_cell, percept.previous_action)
@@ -123,8 +126,7 @@ class ForesightCaregiver(Caregiver):
             worlds: Indices of worlds in which all candles are on tables.
             left: Share of a timestep until the children's next moves, (W,) or for all.
         """
-        self._prepare()
-        return self._options(percept, worlds, self.belief.probability[worlds], left)
+        return self._prepare()(percept, worlds, self.belief.probability[worlds], left)
 
     def decide(self, percept: Percept) -> Interventions:
         answer = Interventions.idle(len(percept.caregiver_cell))

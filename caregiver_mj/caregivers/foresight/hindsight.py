@@ -80,8 +80,8 @@ class Hindsight:
         ways = travel(self._plan)
         here = np.repeat(np.array(ways.central, int)[:, None], cells.shape[1], axis=1)
         posts = len(ways.posts)
-        found = (part[:, posts:] for part in _rounds(ways, cells, here, _LEFT_AFTER))
-        return tuple(part.swapaxes(1, 2) for part in found)
+        moves, denied = (part[:, posts:].swapaxes(1, 2) for part in _rounds(ways, cells, here, _LEFT_AFTER))
+        return moves, denied
 
     def to_come(
         self, cells: np.ndarray, bumps: np.ndarray, carrying: tuple[np.ndarray, np.ndarray], span: int
@@ -168,7 +168,8 @@ class _Ways:
 def _rounds(ways: Travel, cells: np.ndarray, here: np.ndarray, left: int) -> tuple[np.ndarray, np.ndarray]:
     """What `round_the_child` finds before each move, and after the last one: both (T + 1, goals, places, W)."""
     found = [round_the_child(ways, cells[move:], here, left) for move in range(len(cells) - 1)]
-    found.append(tuple(np.zeros_like(part) for part in found[-1]))
+    last_moves, last_denied = found[-1]
+    found.append((np.zeros_like(last_moves), np.zeros_like(last_denied)))
     moves, denied = zip(*found, strict=True)
     return np.array(moves, np.int16), np.array(denied, np.float32)
 

@@ -15,6 +15,7 @@ import numpy as np
 from caregiver_mj.caregivers.foresight.courses import Courses, relocations, take
 from caregiver_mj.caregivers.foresight.forecast import Forecast
 from caregiver_mj.caregivers.foresight.options import Options
+from caregiver_mj.caregivers.foresight.prospects import Prospects
 from caregiver_mj.caregivers.foresight.travel import timesteps
 
 FOLLOWED = 16  # relocations that look best, and are looked at together with what could follow
@@ -36,6 +37,7 @@ class Itineraries(Options):
     def _of(self, worlds: slice) -> np.ndarray:
         """Expected damage of each option in some of the worlds."""
         prospects, child, cell = self._values, self._child[worlds], self._cell[worlds]
+        assert isinstance(prospects, Prospects)  # not `Values`, which are for `Options` themselves
         forecast = Forecast(prospects, child, self._belief[worlds])
         actions = np.max([prospects.detours.actions(each, cell) for each in child.T], axis=0)  # (W, goals)
         to_post, to_table = np.split(actions, [len(prospects.ways.posts)], axis=1)

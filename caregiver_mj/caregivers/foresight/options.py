@@ -49,15 +49,19 @@ class Options:
     @functools.cached_property
     def damage(self) -> np.ndarray:
         """Expected damage to come of each option, less that of candles that stay and guarded stairs, (W, options)."""
+        assert isinstance(self._values, Values)  # as it is but for `Itineraries`
         layouts = self._values.layouts
         now, later = layouts.now(self._tables), layouts.later(self._tables, self._bare)
-        return sum(
-            self._of_child(child, belief, now, later)
+        damage = sum(
+            self._of_child(self._values, child, belief, now, later)
             for child, belief in zip(self._child.T, np.moveaxis(self._belief, 1, 0), strict=True)
         )
+        return np.asarray(damage)
 
-    def _of_child(self, child: np.ndarray, belief: np.ndarray, now: np.ndarray, later: np.ndarray) -> np.ndarray:
-        values, each = self._values, np.arange(len(child))
+    def _of_child(
+        self, values: Values, child: np.ndarray, belief: np.ndarray, now: np.ndarray, later: np.ndarray
+    ) -> np.ndarray:
+        each = np.arange(len(child))
         departure = Departure(values.ways, values.transit, child, self._cell, self._left)
         guarded = values.guards(departure, values.arrival, values.post_column[now].T, child)  # (posts, W, G E)
         damage = np.einsum("pwg,wg->wp", guarded, belief)

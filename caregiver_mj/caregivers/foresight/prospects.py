@@ -86,15 +86,15 @@ class Prospects:
         at_large = fall.sum(axis=1)
         guarded = at_large[:, None] - fall if self.stairwells else at_large[:, None]
         longest, child = when.max(), np.arange(self._rows[0])
-        exposed = [np.zeros_like(at_large)]  # damage of open stairwells so far
+        so_far = [np.zeros_like(at_large)]  # damage of open stairwells
         for _ in range(longest):
-            exposed.append(at_large + self._next @ exposed[-1])
-        exposed = np.stack(exposed)[..., None].reshape(longest + 1, 1, *self._rows)
+            so_far.append(at_large + self._next @ so_far[-1])
+        exposed = np.stack(so_far)[..., None].reshape(longest + 1, 1, *self._rows)
         for _ in range(GUARDING):
-            arrival = [guard]
+            later = [guard]
             for _ in range(longest):
-                arrival.append(self._next @ arrival[-1])
-            arrival = exposed + np.stack(arrival).swapaxes(1, 2).reshape(longest + 1, -1, *self._rows)
+                later.append(self._next @ later[-1])
+            arrival = exposed + np.stack(later).swapaxes(1, 2).reshape(longest + 1, -1, *self._rows)
             post = np.arange(arrival.shape[1])
             leave = [arrival[when[:, here], post, child[:, None]].min(axis=1).ravel() for here in post]
             for _ in range(WAITS):

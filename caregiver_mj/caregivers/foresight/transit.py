@@ -80,7 +80,8 @@ def _until(transition: csr_array, cost: np.ndarray, step: list[tuple[float, np.n
     total = np.zeros((cells, len(cost) // cells, places), np.float32)
     arrived = np.arange(places) == end
     for _ in range(_MOVES):
-        after = sum(np.float32(share) * np.take_along_axis(total, index, axis=2) for share, index in turns)
+        parts = (np.float32(share) * np.take_along_axis(total, index, axis=2) for share, index in turns)
+        after = np.asarray(sum(parts))
         total = (cost + transition @ after.reshape(len(cost), places)).reshape(total.shape)
         total[..., arrived] = 0.0
     return total

@@ -132,10 +132,10 @@ class Values:
         everywhere = np.arange(len(self.layouts))
         for _ in range(rounds if self.layouts.bears.any() else 0):
             arrival = self._arrival(value)
-            leave = np.stack([self._flat(self._best(d, arrival, everywhere)) for d in self._posts], axis=2)
+            leaving = np.stack([self._flat(self._best(d, arrival, everywhere)) for d in self._posts], axis=2)
             value = value.copy()
             at_posts = value[:, : self.post_column.size]
-            at_posts[:] = self._wait(at_posts, leave.reshape(size, -1))
+            at_posts[:] = self._wait(at_posts, leaving.reshape(size, -1))
             for table, departure in enumerate(self._tables):
                 which = np.flatnonzero(self.layouts.bears[:, table])
                 value[:, self.table_column[which, table]] = self._flat(self._best(departure, arrival, which))

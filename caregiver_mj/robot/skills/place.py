@@ -86,7 +86,7 @@ class Place(AtTable):
         aside = np.array([-y, x])
         taken = []  # from where to where, aside of the middle
         for i in np.flatnonzero(np.abs(view.candles[:, :2] - middle).max(axis=1) < BESIDE_TABLE):
-            ends = view.candles[i] + np.outer((0.0, CANDLE_HEIGHT), view.candle_axis(i))
+            ends = view.candles[i] + np.outer([0.0, CANDLE_HEIGHT], view.candle_axis(int(i)))
             if i != self.candle and ends[0, 2] > layout.TABLE_HEIGHT / 2:
                 taken.append(sorted(((ends[:, :2] - middle) @ aside).tolist()))
         width = self.embodiment.clearances.hand_width

@@ -120,6 +120,7 @@ class Retrieve(Skill):
         if self._withdraws:
             self._withdraws = False
             return _unless_in_hand(holds)
+        assert self._stance is not None  # the one at which it began to reach
         self._pitch_down, self._stance = self._stance.pitch_down, None
         if holds and self._pitch_down is None:
             return Status.DONE

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.studies.ablations.destinations import LeastExposedTable, NearestTable
 
 # What the action prior is learned from, and how; as arguments of `PaperCaregiver`.
-PRIORS = {
+PRIORS: dict[str, dict[str, Any]] = {
     "Dirichlet draw, hyperprior 1, 1,000 expert timesteps (default)": {},
     "Dirichlet mean": {"prior": "mean"},
     "hyperprior 0.1": {"hyperprior": 0.1},
@@ -46,7 +47,7 @@ class Variant:
     actions: int = CAREGIVER_ACTIONS
 
 
-def paper(**options) -> Callable[[FloorPlan], Caregiver]:
+def paper(**options: Any) -> Callable[[FloorPlan], Caregiver]:
     """What makes the paper's caregiver with some options."""
     return lambda plan: PaperCaregiver(plan, **options)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from caregiver_mj.caregivers.paper import PaperCaregiver
@@ -33,7 +35,9 @@ def print_variants(study: Study, alone: dict[float, Figures]) -> None:
 
 def print_thresholds(study: Study, alone: dict[float, Figures]) -> None:
     """What the prior does once expected danger is compared with a threshold."""
-    rows = {f"threshold {threshold:g}": {"threshold": threshold} for threshold in _THRESHOLDS}
+    rows: dict[str, dict[str, Any]] = {
+        f"threshold {threshold:g}": {"threshold": threshold} for threshold in _THRESHOLDS
+    }
     for name, options in PRIORS.items():
         if options:
             rows[f"threshold {_MIDDLE:g}, {name}"] = {"threshold": _MIDDLE, **options}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import statistics
 import time
 
@@ -42,7 +43,7 @@ def building(effort: Effort, console: Console) -> dict[str, dict[str, float]]:
         times: list[tuple[float, float, float]] = []
         for _ in range(effort.repeats):  # a new plan each time: plans keep what they have worked out
             other, fresh = make(), make()
-            model = seconds_of(lambda plan=other: Physics.from_plan(plan))
+            model = seconds_of(functools.partial(Physics.from_plan, other))
             start = time.perf_counter()
             env = load("supervise", fresh, EPSILON, random=0)
             ready = time.perf_counter()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import statistics
 
 import mink
@@ -36,8 +37,9 @@ def _solving(calls: int) -> dict[str, list[float]]:
     arm = Arm(robot)
     start = arm.solve(*robot.postures.carry)
     with iterations.of(mink, "solve_ik"):
-        places = random.uniform(*zip(_AHEAD, _HEIGHT, strict=True), size=(calls, 2))
-        solves = [seconds_of(lambda x=x, z=z: arm.solve(x, z, guess=start)) for x, z in places]
+        nearest, farthest = np.array([_AHEAD, _HEIGHT]).T
+        places = random.uniform(nearest, farthest, size=(calls, 2))
+        solves = [seconds_of(functools.partial(arm.solve, x, z, guess=start)) for x, z in places]
     return {"mink: inverse kinematics of a pose": solves, SOLVE: iterations.times}
 
 

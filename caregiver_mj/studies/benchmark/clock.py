@@ -6,8 +6,11 @@ import contextlib
 import functools
 import time
 from collections.abc import Callable, Iterator
-from typing import Any, ClassVar
+from typing import Any, ClassVar, ParamSpec, TypeVar
 from unittest import mock
+
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
 
 
 class Clock:
@@ -30,11 +33,11 @@ class Clock:
         self.own = 0.0
         self.times: list[float] = []
 
-    def around(self, function: Callable) -> Callable:
+    def around(self, function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
         """The same function, timed."""
 
         @functools.wraps(function)
-        def timed(*args, **kwargs):
+        def timed(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
             if self in self._running:
                 return function(*args, **kwargs)
             self._running.append(self)

@@ -27,7 +27,7 @@ def closed_loop(effort: Effort, console: Console) -> dict[str, Any]:
     for scene in scenes.values():
         scene.record()
     suite = {name: _suite_task(*name.split(":")) for name in _SUITE}
-    runs = {house: [] for house in scenes}
+    runs: dict[str, list[tuple[float, ...]]] = {house: [] for house in scenes}
     factors: dict[str, list[float]] = {name: [] for name in suite}
     for _ in range(effort.repeats):
         for house, scene in scenes.items():

@@ -106,7 +106,7 @@ def _speed(world: GridWorld, seconds: float) -> float:
     return _BATCH * world.timestep / (time.process_time() - start)
 
 
-def _tapes(count: int) -> list[list[Tape]]:
+def _tapes(count: int) -> list[tuple[Tape, ...]]:
     return [Tape.draw_family(np.random.RandomState(seed), 1) for seed in range(count)]
 
 

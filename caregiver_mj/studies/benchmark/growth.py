@@ -25,7 +25,7 @@ def growth(effort: Effort, console: Console) -> dict[str, Any]:
     ]
     for scene in scenes:
         scene.record()
-    runs = [[] for _ in scenes]
+    runs: list[list[tuple[float, ...]]] = [[] for _ in scenes]
     for _ in range(effort.repeats):
         for scene, repeats in zip(scenes, runs, strict=True):
             repeats.append((*scene.run(), scene.replay()[0]))

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import copy
 import time
+from collections.abc import Callable
 from unittest import mock
 
+import dm_env
 import mujoco
 import numpy as np
 
@@ -31,7 +33,7 @@ class Scene:
         self.policy = CaregiverPolicy(self.env)
         self.steps = round(seconds / self.env.control_timestep())
 
-    def play(self, act=None) -> float:
+    def play(self, act: Callable[[dm_env.TimeStep], np.ndarray] | None = None) -> float:
         """Plays the episode from its start, with the policy or what is given in its place; returns its seconds."""
         act = act or self.policy
         self.env.task.reseed(0)

@@ -194,7 +194,7 @@ def _safe(rows: pd.DataFrame) -> str:
     return f"Harmless stretches of {_LONGEST} timesteps:\n\n{table(titles, found)}"
 
 
-def _interval(estimate: Estimate, digits: int) -> str:
+def _interval(estimate: Estimate[float], digits: int) -> str:
     """An estimate with the ends of its interval; a dash where there is none."""
     value, low, high = (f"{number:.{digits}f}" for number in estimate)
     return "–" if value == "nan" else f"{value} ({low} to {high})"

@@ -56,7 +56,7 @@ class Scores:
         """Mean of what was predicted."""
         return self._mean(self.predicted.sum())
 
-    def bias(self) -> Estimate:
+    def bias(self) -> Estimate[float]:
         """What was predicted over what happened: above 1 it was too much."""
         return of_ratio(self.predicted.sum(axis=1), self.happened.sum(axis=1))
 
@@ -65,7 +65,7 @@ class Scores:
         """Mean squared difference (Brier score)."""
         return self._mean(self.square.sum())
 
-    def skill(self) -> Estimate:
+    def skill(self) -> Estimate[float]:
         """1 - the Brier score over that of somebody who always says the base rate: 1 at best, 0 no better than that."""
         rate, happened = self.base_rate, self.happened.sum(axis=1)
         by_rate = self.count.sum(axis=1) * rate**2 + happened * (1 - 2 * rate)
@@ -82,7 +82,7 @@ class Scores:
         count = self.count.sum()
         return float(total / count) if count else np.nan
 
-    def reliability(self) -> tuple[np.ndarray, Estimate]:
+    def reliability(self) -> tuple[np.ndarray, Estimate[np.ndarray]]:
         """Of every bin the mean of what was predicted, and the frequency with which it happened, (bins,) each."""
         count = self.count.sum(axis=0)
         predicted = np.divide(self.predicted.sum(axis=0), count, out=np.full(BINS, np.nan), where=count > 0)

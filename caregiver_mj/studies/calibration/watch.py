@@ -107,7 +107,7 @@ def watch_children(
         probability = belief.probability.reshape(batch, 1, -1)
         for number, passage in enumerate(passages):
             predicted[number, time] = (probability @ passage[cell])[:, 0]
-            possible[number, time] = (passage > 0).any(axis=1)[cell]
+            possible[number, time] = np.any(passage > 0, axis=1)[cell]
         world.step()
         percept = world.percept()
         bumped[time] = _bumps(chain, percept.previous_cell[:, 0], percept.previous_action[:, 0]) @ questions.groups

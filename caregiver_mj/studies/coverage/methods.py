@@ -32,7 +32,8 @@ def fieller(ours: np.ndarray, theirs: np.ndarray, random: np.random.Generator) -
 def percentile(ours: np.ndarray, theirs: np.ndarray, random: np.random.Generator) -> Ends:
     """Quantiles of resampled ratios."""
     again = _resampled(ours, theirs, random)
-    return tuple(_quantile(again, np.full(len(ours), tail)) for tail in _TAILS)
+    low, high = (_quantile(again, np.full(len(ours), tail)) for tail in _TAILS)
+    return low, high
 
 
 def bca(ours: np.ndarray, theirs: np.ndarray, random: np.random.Generator) -> Ends:
@@ -46,7 +47,8 @@ def bca(ours: np.ndarray, theirs: np.ndarray, random: np.random.Generator) -> En
         acceleration = np.nan_to_num((change**3).sum(axis=1) / (6 * (change**2).sum(axis=1) ** 1.5))
         moved = (shift + stats.norm.ppf(tail) for tail in _TAILS)
         tails = [stats.norm.cdf(shift + z / (1 - acceleration * z)) for z in moved]
-    return tuple(_quantile(again, np.nan_to_num(tail, nan=0.5)) for tail in tails)
+    low, high = (_quantile(again, np.nan_to_num(tail, nan=0.5)) for tail in tails)
+    return low, high
 
 
 METHODS: dict[str, Callable[[np.ndarray, np.ndarray, np.random.Generator], Ends]] = {

@@ -50,10 +50,11 @@ def cover_ratio(pool: Pool, size: int, samples: int, seed: Sequence[int]) -> lis
         ours, theirs = _draw_defined(pool, random, (min(_BLOCK, samples - first), size))
         for name, method in METHODS.items():
             ends[name].append(method(ours, theirs, random))
-    return [
-        {"quantity": "damage left", "method": name, **misses(*np.concatenate(found, axis=1), pool.ratio)}
-        for name, found in ends.items()
-    ]
+    rows = []
+    for name, found in ends.items():
+        low, high = np.concatenate(found, axis=1)
+        rows.append({"quantity": "damage left", "method": name, **misses(low, high, pool.ratio)})
+    return rows
 
 
 def cover_means(pool: Pool, size: int, samples: int, seed: Sequence[int]) -> list[dict[str, Any]]:
@@ -65,10 +66,11 @@ def cover_means(pool: Pool, size: int, samples: int, seed: Sequence[int]) -> lis
         means.append(of_mean(ours, least=0)[1:])
         differences.append(of_difference(ours, theirs)[1:])
     truths = {"mean damage": (means, pool.ours.mean()), "difference": (differences, (pool.ours - pool.theirs).mean())}
-    return [
-        {"quantity": name, "method": IN_USE, **misses(*np.concatenate(found, axis=1), truth)}
-        for name, (found, truth) in truths.items()
-    ]
+    rows = []
+    for name, (found, truth) in truths.items():
+        low, high = np.concatenate(found, axis=1)
+        rows.append({"quantity": name, "method": IN_USE, **misses(low, high, truth)})
+    return rows
 
 
 def cover_houses(
@@ -76,11 +78,12 @@ def cover_houses(
 ) -> list[dict[str, Any]]:
     """Coverage over houses: so many of the pools are drawn, then so many episodes in each of them."""
     random = np.random.default_rng(seed)
-    found: dict[str, list[Estimate]] = {name: [] for name in _OVER_HOUSES}
+    found: dict[str, list[Estimate[float]]] = {name: [] for name in _OVER_HOUSES}
     for _ in range(samples):
         drawn = [pools[i].draw(random, (episodes,)) for i in random.integers(len(pools), size=houses)]
         for name, estimate in _OVER_HOUSES.items():
-            found[name].append(estimate(*zip(*drawn, strict=True)))
+            one, other = zip(*drawn, strict=True)
+            found[name].append(estimate(one, other))
     ours, theirs = (np.array([getattr(pool, side).mean() for pool in pools]) for side in ("ours", "theirs"))
     truths = {
         "ratio of means": ours.sum() / theirs.sum(),

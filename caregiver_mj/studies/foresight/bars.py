@@ -52,13 +52,13 @@ class Bars:
         rows = self._values[caregiver, family]
         return [part.to_numpy(float) for _, part in rows.groupby("house")[column]]
 
-    def left(self, caregiver: str, family: str) -> Estimate:
+    def left(self, caregiver: str, family: str) -> Estimate[float]:
         """Share of the unassisted damage that is left, of means over houses."""
         return two_level.of_ratio(self.of(caregiver, family), self.of("none", family))
 
     def shares(self, caregiver: str, families: tuple[str, ...]) -> list[np.ndarray]:
         """Damage in each house, as that of several kinds of children added up, each over its unassisted mean."""
-        total = 0.0
+        total = np.zeros(())
         for family in families:
             alone = two_level.house_means(self.of("none", family)).mean()
             total = total + np.array(self.of(caregiver, family)) / alone
@@ -80,12 +80,12 @@ class Bars:
     def _all(self, caregiver: str) -> list[list[np.ndarray]]:
         return [self.of(caregiver, family) for family in self.families]
 
-    def closed(self, families: tuple[str, ...], caregiver: str = OURS) -> Estimate:
+    def closed(self, families: tuple[str, ...], caregiver: str = OURS) -> Estimate[float]:
         """Share of the damage between the rule and who is told bin and epsilon that is gone."""
         rule, told, ours = (self.shares(name, families) for name in (RULE, TOLD, caregiver))
         return two_level.of_ratio(_less(rule, ours), _less(rule, told))
 
-    def removed(self, families: tuple[str, ...], caregiver: str = OURS) -> Estimate:
+    def removed(self, families: tuple[str, ...], caregiver: str = OURS) -> Estimate[float]:
         """Share of the damage between the rule and the floor that is gone."""
         rule, floor, ours = (self.shares(name, families) for name in (RULE, FLOOR, caregiver))
         value, low, high = two_level.of_ratio(_less(ours, floor), _less(rule, floor))
@@ -102,14 +102,14 @@ class Bars:
         t = [gap.mean() / max(gap.std(ddof=1) / len(gap) ** 0.5, 1e-9) for gap in gaps]
         return int((np.array(t) < -1.96).sum()), int((np.array(t) > 1.96).sum())
 
-    def toys(self, family: str, caregiver: str = OURS) -> tuple[Estimate, Verdict]:
+    def toys(self, family: str, caregiver: str = OURS) -> tuple[Estimate[float], Verdict]:
         """Toys reached over those without a caregiver, and whether that is no worse by the margin."""
         ours, alone = (self.of(name, family, "toys_reached") for name in (caregiver, "none"))
         ratio = two_level.of_ratio(ours, alone)
-        means = (two_level.house_means(values) for values in (ours, alone))
-        return ratio, not_inferior(*means, MARGINS["toys_reached"], more_is_better=True, ratio=ratio)
+        kept, whole = (two_level.house_means(values) for values in (ours, alone))
+        return ratio, not_inferior(kept, whole, MARGINS["toys_reached"], more_is_better=True, ratio=ratio)
 
-    def denied(self, family: str, caregiver: str = OURS) -> tuple[float, Estimate]:
+    def denied(self, family: str, caregiver: str = OURS) -> tuple[float, Estimate[float]]:
         """Free moves denied in an episode, and how many more that are than with the rule."""
         ours, rule = (self.of(name, family, "moves_blocked_free") for name in (caregiver, RULE))
         return float(two_level.house_means(ours).mean()), two_level.of_difference(ours, rule)

@@ -152,13 +152,13 @@ def _ablations(rows: pd.DataFrame) -> str:
     return "\n\n".join([fill(note), *parts, "![Damage left against what the child pays](foresight.svg)"])
 
 
-def interval(estimate: Estimate, sign: str = "", digits: int = 2) -> str:
+def interval(estimate: Estimate[float], sign: str = "", digits: int = 2) -> str:
     """An estimate with its interval."""
     value, low, high = (f"{round(one, digits) + 0.0:{sign}.{digits}f}" for one in estimate)
     return f"{value} ({low} to {high})" if np.isfinite(estimate).all() else f"{value} (–)"
 
 
-def share(estimate: Estimate) -> str:
+def share(estimate: Estimate[float]) -> str:
     """The same in percent."""
     value, low, high = (f"{100 * one:.0f}" for one in estimate)
     return f"{value} % ({low} to {high})" if np.isfinite(estimate).all() else f"{value} % (–)"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
+from typing import Any
 
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
@@ -24,11 +25,11 @@ class UniformBelief(ForesightCaregiver):
         """Takes nothing in."""
 
 
-def _foresight(**options) -> Callable[[FloorPlan], Caregiver]:
+def _foresight(**options: Any) -> Callable[[FloorPlan], Caregiver]:
     return functools.partial(ForesightCaregiver, **options)
 
 
-def _reckoning(**options) -> Callable[[FloorPlan], Caregiver]:
+def _reckoning(**options: Any) -> Callable[[FloorPlan], Caregiver]:
     return _foresight(reckoning=Reckoning(**options))
 
 

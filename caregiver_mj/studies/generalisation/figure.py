@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -77,6 +78,6 @@ def _changing(axes: Axes, found: Sequence[Found]) -> None:
     axes.legend(fontsize=7.5, ncols=2)
 
 
-def _bars(axes: Axes, place: np.ndarray, estimate: Sequence[np.ndarray], **options: object) -> None:
+def _bars(axes: Axes, place: np.ndarray, estimate: Iterable[np.ndarray], **options: Any) -> None:
     value, low, high = (np.asarray(part, float) for part in estimate)
     axes.errorbar(place, value, [value - low, high - value], fmt="o", markersize=4, linewidth=1, **options)

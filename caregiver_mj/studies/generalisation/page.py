@@ -181,7 +181,7 @@ def _values(found: Sequence[Found], whose: str, how: str) -> np.ndarray:
     return np.array([one.telling[whose, how].measures for one in found]).T
 
 
-def _over(values: np.ndarray) -> Estimate:
+def _over(values: np.ndarray) -> Estimate[float]:
     """The mean over those houses that have a value."""
     return intervals.of_mean(values[~np.isnan(values)])
 
@@ -192,12 +192,12 @@ def _column(found: Sequence[Found], name: str, number: int, part: str = "changin
     return [damage[name][:, number] for damage in damages]
 
 
-def _difference(estimate: Estimate) -> tuple[str, str]:
+def _difference(estimate: Estimate[float]) -> tuple[str, str]:
     """A difference of damage, and what it says."""
     verdict = "less damage" if estimate.high < 0 else "more damage" if estimate.low > 0 else _UNSEEN
     return _interval(estimate, "+"), verdict
 
 
-def _interval(estimate: Estimate, sign: str = "") -> str:
+def _interval(estimate: Estimate[float], sign: str = "") -> str:
     mean, low, high = (f"{round(value, 3) + 0.0:{sign}.3f}" for value in estimate)  # + 0.0: no -0.000
     return mean if low == high else f"{mean} ({low} to {high})"

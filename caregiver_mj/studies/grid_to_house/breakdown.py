@@ -61,7 +61,9 @@ class InGrid:
         settings, plan = self.settings, self.settings.plan_of[house]
         tapes = [episode_tapes(episode_seed(settings.seed, i), 1) for i in range(self.count)]
         children = side_by_side(plan, settings.families, self.count)
-        world = kind(plan, children, make_caregiver(caregiver_of(settings), plan, settings.seed), handicap)
+        caregiver = make_caregiver(caregiver_of(settings), plan, settings.seed)
+        assert caregiver is not None  # it is one that acts
+        world = kind(plan, children, caregiver, handicap)
         world.run(tapes * len(settings.families))
         return world
 

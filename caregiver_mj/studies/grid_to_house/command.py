@@ -65,7 +65,7 @@ def _commands(
     commands, command = [], "python scripts/grid_to_house.py"
     for option, found in (("run", rows), ("aside", aside)):
         folder = getattr(options, option)
-        if folder:
+        if folder and found is not None:
             settings = found.settings
             ran = f"caregiver-mj evaluate --world house --houses {settings.place} --episodes {settings.episodes}"
             if found.caregiver != RULE:

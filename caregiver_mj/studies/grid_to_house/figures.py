@@ -60,7 +60,7 @@ def _draw_points(axes: Axes, place: int, houses: pd.DataFrame) -> None:
                      linewidths=0, marker=marker)  # fmt: skip
 
 
-def _draw_estimate(axes: Axes, place: int, found: Estimate) -> None:
+def _draw_estimate(axes: Axes, place: int, found: Estimate[float]) -> None:
     low, high = max(0.0, found.low), min(2 * _MOST, found.high)
     axes.vlines(place, low, high, color=INK, linewidth=1.6)
     axes.plot(place, found.value, "D", color=INK, markersize=5)
@@ -88,7 +88,7 @@ def draw_steps(results: Results) -> Figure:
     return figure
 
 
-def _draw_waterfall(axes: Axes, found: dict[str, Estimate]) -> list[float]:
+def _draw_waterfall(axes: Axes, found: dict[str, Estimate[float]]) -> list[float]:
     """What each step adds to the grid's damage, with its interval; returns the levels."""
     axes.axhline(1, color=INK, linewidth=0.6)
     axes.axhline(1 + GOAL, color=INK, linewidth=0.6, linestyle=":")

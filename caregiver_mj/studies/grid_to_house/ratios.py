@@ -16,7 +16,7 @@ from caregiver_mj.studies.grid_to_house.breakdown import GRID, REMAINDER, STEPS
 from caregiver_mj.studies.grid_to_house.results import Results
 
 
-def ratio(ours: pd.DataFrame, theirs: pd.DataFrame) -> Estimate:
+def ratio(ours: pd.DataFrame, theirs: pd.DataFrame) -> Estimate[float]:
     """The mean over the epsilons of ours over theirs, with its interval; NaN where nothing happens in theirs.
 
     The ratios R_e are put together into one: mean_e (y_e - (R_e - R) x_e) / X_e over mean_e x_e / X_e, with y ours, x
@@ -42,7 +42,7 @@ def by_house(ours: pd.DataFrame, theirs: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame({"ratio": above / below.where(below > 0), "weight": below / below.sum()})
 
 
-def steps(results: Results) -> dict[str, tuple[Estimate, Estimate]]:
+def steps(results: Results) -> dict[str, tuple[Estimate[np.ndarray], Estimate[float]]]:
     """What leads from the grid to the house, in units of the grid's damage.
 
     Returns:
@@ -53,18 +53,18 @@ def steps(results: Results) -> dict[str, tuple[Estimate, Estimate]]:
     return {now: difference(linear[now], linear[before]) for before, now in itertools.pairwise(linear)}
 
 
-def at(estimate: Estimate, epsilon: int) -> Estimate:
+def at(estimate: Estimate[np.ndarray], epsilon: int) -> Estimate[float]:
     """One of several estimates, by the number of its epsilon."""
     return Estimate(*(float(ends[epsilon]) for ends in estimate))
 
 
-def alone(results: Results, level: str) -> Estimate:
+def alone(results: Results, level: str) -> Estimate[float]:
     """What a level adds to the grid."""
     grid = results.levels[GRID]
     return difference(_linear(results.levels[level], grid), _linear(grid, grid))[1]
 
 
-def difference(ours: pd.DataFrame, theirs: pd.DataFrame) -> tuple[Estimate, Estimate]:
+def difference(ours: pd.DataFrame, theirs: pd.DataFrame) -> tuple[Estimate[np.ndarray], Estimate[float]]:
     """The mean difference of two tables (houses, epsilons) at each epsilon, and in all."""
     data = ours - theirs
     return intervals.of_mean(data.to_numpy()), intervals.of_mean(data.mean(axis=1).to_numpy())

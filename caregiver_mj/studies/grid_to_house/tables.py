@@ -86,12 +86,12 @@ def _phase_line(phase: str, own: pd.DataFrame, names: tuple[str, ...]) -> tuple[
     return (phase, str(len(own)), *(f"{own[name].mean():.2f} ({own[name].median():.2f})" for name in names))
 
 
-def interval(estimate: Estimate) -> str:
+def interval(estimate: Estimate[float]) -> str:
     """A ratio with its interval."""
     return f"{number(estimate.value)} [{number(estimate.low)}, {number(estimate.high)}]"
 
 
-def signed(estimate: Estimate) -> str:
+def signed(estimate: Estimate[float]) -> str:
     """A difference with its interval."""
     return f"{number(estimate.value, '+')} [{number(estimate.low, '+')}, {number(estimate.high, '+')}]"
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
@@ -15,7 +17,7 @@ _PART_COLOURS = dict(
     zip(PARTS, (colours.ROBOT, colours.TODDLER, colours.DAMAGE, colours.STAIRWELL, colours.BIN), strict=True)
 )
 _GRID_COLOUR = (176, 184, 196)
-_LEGEND = {"loc": "upper left", "columnspacing": 1.2, "handlelength": 1.2, "handletextpad": 0.5}
+_LEGEND: dict[str, Any] = {"loc": "upper left", "columnspacing": 1.2, "handlelength": 1.2, "handletextpad": 0.5}
 _HEIGHT, _FILLED = 0.36, 0.92  # of a bar: its share of the place, and how much of that it fills
 
 
@@ -38,7 +40,7 @@ def draw_time(results: Results) -> Figure:
                 axes.barh(below, mean, _FILLED * _HEIGHT, left=left, color=colour, label=None if i else title)
                 left += mean
             axes.vlines(clear, below - _HEIGHT / 2, below + _HEIGHT / 2, color=INK, linewidth=1.8,
-                        label=None if i else "drive in an empty house")  # fmt: skip
+                        label="" if i else "drive in an empty house")  # fmt: skip
             axes.text(left + 0.1, below, f"{left:.1f}", va="center", color=INK)
         axes.set_yticks(range(len(PHASES)), PHASES)
         axes.invert_yaxis()

@@ -52,7 +52,7 @@ class Watch:
         if isinstance(skill, Block) and skill.status is Status.DONE:
             self._end(done=True)
         self._done = policy.interventions_done
-        if self._phase is None:
+        if self._phase is None or skill is None:
             self.seconds["guard" if isinstance(skill, Block) else "idle"] += self._timestep
             return
         if self._phase["clear"] is None and skill.driver.goal is not None:
@@ -74,7 +74,7 @@ class Watch:
         else:
             self._end(done=isinstance(before, Place) and policy.interventions_done > self._done)
         self._skill = skill
-        if type(skill) in _PHASES:
+        if skill is not None and type(skill) in _PHASES:
             self._begin(skill)
 
     def _begin(self, skill: Skill) -> None:
@@ -83,6 +83,7 @@ class Watch:
         if isinstance(skill, Block):
             goals = [skill.cell]
         else:
+            assert isinstance(skill, Pick | Place)
             goals = navigator.plan.free_neighbours(navigator.plan.tables[skill.table])
         routes = [route for goal in goals if (route := navigator.route(start, goal)) is not None]
         actions = min(len(route) - 1 for route in routes) + (not isinstance(skill, Block))
@@ -91,7 +92,7 @@ class Watch:
 
     def _end(self, done: bool) -> None:
         phase = self._phase
-        if phase is None:
+        if phase is None or self._skill is None:
             return
         phase["end"] = phases.DONE if done else phases.FAILED if self._skill.status.failed else phases.GIVEN_UP
         if phase["clear"] is None:
@@ -103,7 +104,10 @@ class Watch:
     def _clear_time(self, skill: Skill) -> float:
         """Seconds that the base would drive if there were no child, from rest."""
         x, y, yaw = self._physics.base_position()
-        points = self._navigator.path((x, y), skill.driver.goal, skill.driver.cell)
+        goal, cell = skill.driver.goal, skill.driver.cell
+        assert goal is not None
+        assert cell is not None
+        points = self._navigator.path((x, y), goal, cell)
         if points is None:
             return math.nan
         motion = RobotMotion(self._policy.robot.robot, self._timestep)

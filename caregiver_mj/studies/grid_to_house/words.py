@@ -36,7 +36,7 @@ def headline(results: Results) -> str:
     )
 
 
-def where(found: Estimate) -> str:
+def where(found: Estimate[float]) -> str:
     """Where the interval of house over grid lies."""
     if not (math.isfinite(found.low) and math.isfinite(found.high)):
         return "has no end, for there is too little to tell from"
@@ -72,7 +72,7 @@ def blame(results: Results) -> str:
     )
 
 
-def left_over(step: Estimate) -> str:
+def left_over(step: Estimate[float]) -> str:
     """Whether the handicaps explain the house."""
     if step.low > 0:
         return "Together they do not explain the house: it leaves more."

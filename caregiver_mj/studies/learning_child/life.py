@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.children.family import Family
+from caregiver_mj.children.tape import Tape
 from caregiver_mj.experiments.seeds import episode_seed, episode_tapes
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.cell_graph import Target
@@ -93,7 +95,8 @@ class Lesson:
 
     def __init__(self, world: GridWorld, learner: Learner):
         self._world, self._learner = world, learner
-        self._damage, self._moves = np.zeros(()), []
+        self._damage = np.zeros(())
+        self._moves: list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]] = []
 
     def __call__(self) -> None:
         """Learns from the last move."""
@@ -115,12 +118,12 @@ def _dangerous(plan: FloorPlan) -> np.ndarray:
     return (target == Target.STAIRWELL) | ((target == Target.TABLE) & np.isin(index, plan.candle_tables))
 
 
-def _exam(plan: FloorPlan, learner: Learner, tapes: list) -> np.ndarray:
+def _exam(plan: FloorPlan, learner: Learner, tapes: Sequence[Sequence[Tape]]) -> np.ndarray:
     """Damage in an episode alone of children that stay as they are, (B,)."""
     return GridWorld(plan, Family((copy.copy(learner),)), None).run(tapes).damage
 
 
-def _tapes(job: Job, number: int) -> list:
+def _tapes(job: Job, number: int) -> Sequence[Sequence[Tape]]:
     """The chance of every child in an episode of a number, the same for both kinds."""
     seeds = [episode_seed(job.seed, 1000 * number + learner) for learner in range(job.learners)]
     return [episode_tapes(seed, 1) for seed in seeds] * len(KINDS)

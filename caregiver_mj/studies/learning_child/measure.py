@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import pathlib
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -61,7 +62,7 @@ def measure(jobs: Sequence[Job], processes: int, folder: pathlib.Path | None) ->
     return Grown(jobs, run_all(functools.partial(_kept, folder), jobs, processes, "growing up"))
 
 
-def jobs_of(houses: str, guards: Sequence[str], options: Mapping[str, int | float], exams: Sequence[int]) -> list[Job]:
+def jobs_of(houses: str, guards: Sequence[str], options: Mapping[str, Any], exams: Sequence[int]) -> list[Job]:
     """All jobs, house by house.
 
     Args:

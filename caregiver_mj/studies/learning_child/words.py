@@ -44,14 +44,14 @@ def words(grown: Grown) -> str:
     return "\n".join(lines)
 
 
-def verdict(estimate: Estimate) -> str:
+def verdict(estimate: Estimate[float]) -> str:
     """What a difference of damage says."""
     if estimate.low > 0:
         return "more damage"
     return "less damage" if estimate.high < 0 else "neither detectably more nor less damage"
 
 
-def against(ours: Houses, theirs: Houses) -> Estimate:
+def against(ours: Houses, theirs: Houses) -> Estimate[float]:
     """The mean difference, over houses."""
     return two_level.of_difference(ours, theirs)
 
@@ -61,7 +61,7 @@ def number(houses: Sequence[np.ndarray], digits: int) -> str:
     return f"{np.nanmean([np.mean(one) for one in houses]):.{digits}f}"
 
 
-def interval(estimate: Estimate, digits: int, sign: str = "") -> str:
+def interval(estimate: Estimate[float], digits: int, sign: str = "") -> str:
     """An estimate and its interval, as text."""
     value, low, high = (f"{round(float(end), digits) + 0.0:{sign}.{digits}f}" for end in estimate)  # + 0.0: no -0.0
     return value if low == high else f"{value} ({low} to {high})"

@@ -9,7 +9,7 @@ import functools
 from caregiver_mj.studies import relocations
 from caregiver_mj.studies.display import make_console
 from caregiver_mj.studies.relocations.conditions import EACH, Conditions
-from caregiver_mj.studies.relocations.relocation import relocate
+from caregiver_mj.studies.relocations.relocation import Relocation, relocate
 from caregiver_mj.studies.relocations.report import report, report_each
 from caregiver_mj.studies.trials import add_trials, run_all, seeds, write_json
 
@@ -68,5 +68,5 @@ def main(arguments: list[str] | None = None) -> None:
     write_json(options, rows)
 
 
-def _run(conditions: Conditions, options: argparse.Namespace, doing: str) -> list:
+def _run(conditions: Conditions, options: argparse.Namespace, doing: str) -> list[Relocation]:
     return run_all(functools.partial(relocate, conditions), seeds(options), options.jobs, doing)

@@ -82,7 +82,7 @@ def times(moments: Sequence[Moment], grasp: Grasp) -> tuple[float, float]:
     rows = np.array([dataclasses.astuple(moment) for moment in moments], float)
     time, x, y, speed, fingers, height, reach, held = rows.T
 
-    def arrived(at: int, start: int) -> int | None:
+    def arrived(at: int | None, start: int | None) -> int | None:
         """When the base was first at rest where it is at some time, since another time; None if it never was."""
         near = np.hypot(x - x[at], y - y[at]) < _ARRIVED
         return _first(near & (speed < _ARRIVED_SPEED), start)
@@ -102,5 +102,7 @@ def times(moments: Sequence[Moment], grasp: Grasp) -> tuple[float, float]:
 
 def _first(condition: np.ndarray, start: int | None) -> int | None:
     """The first index from a start on at which a condition holds; None if there is none, or no start."""
-    found = np.flatnonzero(condition[start:]) if start is not None else []
+    if start is None:
+        return None
+    found = np.flatnonzero(condition[start:])
     return start + int(found[0]) if len(found) else None

@@ -21,7 +21,7 @@ _COLOURS = (colours.ROBOT, colours.BIN, colours.CANDLE, colours.STAIRWELL)
 _TOP = 1.2  # share left at which an axis ends; there is room for the legend above what is measured
 _SPREAD = 0.6  # of the room between two epsilons
 
-Series = dict[str, list[Estimate]]
+Series = dict[str, list[Estimate[float]]]
 
 
 def draw(results: Results) -> Figure:
@@ -66,7 +66,9 @@ def _panel(axes: Axes, series: Series) -> None:
     axes.set_ylim(0.0, _TOP)
 
 
-def _points(axes: Axes, estimates: Sequence[Estimate], offset: float, colour: tuple, name: str) -> None:
+def _points(
+    axes: Axes, estimates: Sequence[Estimate[float]], offset: float, colour: tuple[float, ...], name: str
+) -> None:
     value, low, high = np.array(estimates).T
     places = np.arange(len(estimates)) + offset
     axes.vlines(places, low, high, color=colour, linewidth=1.8)

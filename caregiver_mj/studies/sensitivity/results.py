@@ -32,20 +32,20 @@ class Results:
     places: tuple[Place, ...]
     figures: dict[tuple[str, Condition, float], Figures]
 
-    def left(self, place: Place, condition: Condition, weights: str = OWN_WEIGHTS) -> list[Estimate]:
+    def left(self, place: Place, condition: Condition, weights: str = OWN_WEIGHTS) -> list[Estimate[float]]:
         """Share of the unassisted damage that is left; over several houses, of the mean over them."""
         pairs = self._pairs(place, condition, NONE, _damage(weights))
         if len(place.houses) == 1:
-            return [intervals.of_ratio(*ours, *theirs) for ours, theirs in pairs]
+            return [intervals.of_ratio(one, other) for (one,), (other,) in pairs]
         return [two_level.of_ratio(ours, theirs) for ours, theirs in pairs]
 
     def difference(
         self, place: Place, ours: Condition, theirs: Condition, weights: str = OWN_WEIGHTS
-    ) -> list[Estimate]:
+    ) -> list[Estimate[float]]:
         """Damage an episode under one condition less that under another."""
         return self._differences(place, ours, theirs, _damage(weights))
 
-    def toys_difference(self, place: Place, ours: Condition, theirs: Condition) -> list[Estimate]:
+    def toys_difference(self, place: Place, ours: Condition, theirs: Condition) -> list[Estimate[float]]:
         """Toy bins reached in an episode under one condition less those under another."""
         return self._differences(place, ours, theirs, lambda figures: figures.toys)
 
@@ -68,7 +68,7 @@ class Results:
         """Share of the timesteps at whose end `nearest` would set about something else, over houses and epsilons."""
         return self._mean(place, condition, lambda figures: figures.differs).item()
 
-    def mean_difference(self, house: str, ours: Condition, theirs: Condition) -> Estimate:
+    def mean_difference(self, house: str, ours: Condition, theirs: Condition) -> Estimate[float]:
         """Damage an episode under one condition less that under another, in one house, averaged over the epsilons."""
         one, other = (
             np.mean([self.figures[house, condition, epsilon].damage(OWN_WEIGHTS) for epsilon in EPSILONS], axis=0)
@@ -76,10 +76,10 @@ class Results:
         )
         return intervals.of_difference(one, other)
 
-    def _differences(self, place: Place, ours: Condition, theirs: Condition, measure: Measure) -> list[Estimate]:
+    def _differences(self, place: Place, ours: Condition, theirs: Condition, measure: Measure) -> list[Estimate[float]]:
         pairs = self._pairs(place, ours, theirs, measure)
         if len(place.houses) == 1:
-            return [intervals.of_difference(*one, *other) for one, other in pairs]
+            return [intervals.of_difference(one, other) for (one,), (other,) in pairs]
         return [two_level.of_difference(one, other) for one, other in pairs]
 
     def _pairs(

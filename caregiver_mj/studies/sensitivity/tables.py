@@ -17,7 +17,7 @@ AT = tuple(f"at {epsilon:g}" for epsilon in EPSILONS)
 READINGS = {"above": "above 15", "at": "at least 15"}
 
 
-def interval(estimate: Estimate, sign: str = "") -> str:
+def interval(estimate: Estimate[float], sign: str = "") -> str:
     """An estimate with its interval; alone if the samples are all the same, with a dash if they bound nothing."""
     mean, low, high = (f"{round(value, 2) + 0.0:{sign}.2f}" for value in estimate)  # + 0.0: no -0.00
     if estimate.low == estimate.high:
@@ -25,7 +25,7 @@ def interval(estimate: Estimate, sign: str = "") -> str:
     return f"{mean} ({low} to {high})" if np.isfinite(estimate).all() else f"{mean} (–)"
 
 
-def cells(estimates: Iterable[Estimate], sign: str = "") -> list[str]:
+def cells(estimates: Iterable[Estimate[float]], sign: str = "") -> list[str]:
     """Some estimates, each with its interval."""
     return [interval(estimate, sign) for estimate in estimates]
 

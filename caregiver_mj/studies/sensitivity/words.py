@@ -20,14 +20,14 @@ def listed(items: Sequence[str]) -> str:
     return " and ".join([", ".join(items[:-1]), items[-1]] if len(items) > 1 else items)
 
 
-def side(difference: Estimate) -> int:
+def side(difference: Estimate[float]) -> int:
     """On which side of zero the whole interval is: 1, -1, or 0 for neither, as where nothing bounds it."""
     if not np.isfinite(difference).all():
         return 0
     return int(difference.low > 0) - int(difference.high < 0)
 
 
-def verdict(differences: Sequence[Estimate]) -> str:
+def verdict(differences: Sequence[Estimate[float]]) -> str:
     """At which epsilons a difference is above or below zero with its whole interval, in words."""
     if all(one.value == one.low == one.high == 0 for one in differences):
         return "the same in every episode"

@@ -53,6 +53,7 @@ def _factor_table(found: list[dict[str, Any]]) -> str:
     rows = []
     for place in dict.fromkeys(map(_place, found)):
         factors = [at[*place, ours]["factor"] if (*place, ours) in at else None for ours, _ in PAIRS]
+        assert factors[0] is not None  # its pair is there in every place
         cells = ("–" if factor is None else _interval(factor, 2, "+") for factor in factors)
         rows.append((*place, *cells, verdict(factors[0])))
     titles = ("world", "house", "children", "sum over children", "greatest of them", "verdict on the sum")

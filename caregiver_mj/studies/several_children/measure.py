@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -36,7 +37,7 @@ def run(houses: list[str], worlds: list[str], episodes: dict[str, int], jobs: in
                 caregivers = CAREGIVERS[world]
                 settings = Settings(FloorPlan.load(house), world, caregivers, families, episodes[world])
                 task = bar.add_task(f"{world} {house}", total=len(caregivers) * len(families) * episodes[world])
-                found = evaluate(settings, jobs=jobs, progress=lambda done, task=task: bar.advance(task, done))
+                found = evaluate(settings, jobs=jobs, progress=functools.partial(bar.advance, task))
                 tables.append(found.episodes)
     return pd.concat(tables, ignore_index=True)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -27,7 +28,7 @@ def bars(novices: Sequence[str], alone: Series, guarded: Series, quantity: str, 
     with mpl.rc_context(STYLE):
         figure, axes = single()
         places, width = np.arange(len(novices)), 0.38
-        keys = {}
+        keys: dict[str, Any] = {}
         for series, colour, offset in ((alone, ALONE, -width / 2), (guarded, GUARDED, width / 2)):
             x = places + offset
             keys[series.label] = axes.bar(x, series.mean, 0.92 * width, color=unit(colour))

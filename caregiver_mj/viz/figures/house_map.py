@@ -76,7 +76,7 @@ def _ticks(top: float) -> np.ndarray:
     return np.array([0.0, 0.1, 0.4, 1.0, 2.0]) * step
 
 
-def _square(cell: Cell, colour: tuple) -> Rectangle:
+def _square(cell: Cell, colour: tuple[float, ...]) -> Rectangle:
     # Drawn a little larger, or viewers show seams between the cells.
     return Rectangle((cell[1] - 0.505, cell[0] - 0.505), 1.01, 1.01, facecolor=colour, linewidth=0)
 

@@ -72,13 +72,13 @@ def _panel(
     axes: Axes, points: pd.DataFrame, means: pd.DataFrame, caregivers: list[str], main: str, limit: float
 ) -> dict[str, Any]:
     """Draws a family's points and means; what to explain of them."""
-    keys = {}
+    keys: dict[str, Any] = {}
     for row, name in enumerate(caregivers):
         colour = unit(GUARDED) if name == main else MUTED
         left = points.loc[points["caregiver"] == name, "damage_left"].dropna().to_numpy(float)
         y = row + _SPREAD * (2 * ((np.arange(len(left)) * _GOLDEN) % 1) - 1)
         inside = left <= limit
-        many = {"rasterized": len(left) * len(caregivers) > _MANY, "clip_on": False, "linewidths": 0}
+        many: dict[str, Any] = {"rasterized": len(left) * len(caregivers) > _MANY, "clip_on": False, "linewidths": 0}
         size = float(np.clip(400 / max(len(left), 1), 3, 9))
         drawn = axes.scatter(left[inside], y[inside], size, color=[colour], alpha=0.75, zorder=2, **many)
         axes.scatter(np.full((~inside).sum(), limit), y[~inside], 16, color=[colour], marker=">", zorder=2, **many)

@@ -3,20 +3,35 @@
 from __future__ import annotations
 
 import io
+from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from caregiver_mj.viz import colours
 
+if TYPE_CHECKING:
+    from matplotlib.typing import RcKeyType
+
 ALONE, GUARDED = colours.DAMAGE, colours.ROBOT  # without and with the caregiver
 
 WIDTH, HEIGHT = 4.2, 3.2  # inches
 INK, FAINT, RULE = "#1b212b", "#6b7686", "#dfe3e8"
 MUTED = "#8f99a8"  # of what does not stand out
-PUBLISHED = {"marker": "D", "color": "white", "markeredgecolor": INK, "markersize": 5.5, "linestyle": "none"}
-FLOOR_LINE = {"color": INK, "linewidth": 1.4, "linestyle": (0, (3, 1.5)), "zorder": 3}  # what cannot be prevented
-STYLE = {
+PUBLISHED: dict[str, Any] = {
+    "marker": "D",
+    "color": "white",
+    "markeredgecolor": INK,
+    "markersize": 5.5,
+    "linestyle": "none",
+}
+FLOOR_LINE: dict[str, Any] = {  # what cannot be prevented
+    "color": INK,
+    "linewidth": 1.4,
+    "linestyle": (0, (3, 1.5)),
+    "zorder": 3,
+}
+STYLE: dict[RcKeyType, Any] = {
     "font.size": 9.5,
     "axes.edgecolor": FAINT,
     "axes.labelcolor": INK,

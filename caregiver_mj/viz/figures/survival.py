@@ -51,7 +51,7 @@ def survival(
     time = np.arange(EPISODE_TIMESTEPS + 1)
     with mpl.rc_context({**STYLE, "axes.grid.axis": "both"}):
         figure, found = panels(names, columns, WIDTH if columns <= 3 else 1.75 * columns + 0.5, 1.3)
-        keys = {}
+        keys: dict[str, Any] = {}
         for family, axes in found.items():
             for name in caregivers:
                 chosen = episodes[(episodes["caregiver"] == name) & (episodes["family"] == family)]

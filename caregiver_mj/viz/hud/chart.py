@@ -10,7 +10,7 @@ from PIL import Image, ImageDraw
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.colours import GROUND, TEXT, Colour, mix
-from caregiver_mj.viz.forecast import LEAST, strength
+from caregiver_mj.viz.forecast import LEAST, Forecast, strength
 from caregiver_mj.viz.hud import cards
 from caregiver_mj.viz.hud.ground_plan import GroundPlan
 from caregiver_mj.viz.hud.state import ChildState, HudState
@@ -57,9 +57,9 @@ class Chart:
     def _draw_moving(self, canvas: ImageDraw.ImageDraw, state: HudState) -> None:
         unit = self._ground.unit
         if state.forecast is not None:
-            self._draw_forecast(canvas, state)
+            self._draw_forecast(canvas, state, state.forecast)
         pointed_at, where = state.mark or ("", None)
-        if pointed_at == "cell":
+        if pointed_at == "cell" and isinstance(where, tuple):
             canvas.rectangle(self._ground.square(where), outline=TEXT, width=max(FINE, round(0.12 * unit)))
         for number, child in enumerate(state.children):
             self._draw_trail(canvas, child, colours.of_child(number))
@@ -72,9 +72,9 @@ class Chart:
             x, y = self._ground.pixel(child.position)
             canvas.ellipse((x - r, y - r, x + r, y + r), colours.of_child(number), outline=GROUND, width=FINE)
 
-    def _draw_forecast(self, canvas: ImageDraw.ImageDraw, state: HudState) -> None:
+    def _draw_forecast(self, canvas: ImageDraw.ImageDraw, state: HudState, forecast: Forecast) -> None:
         """Where the children may be, where they may be hurt, and a frame round toy bins that they may be going to."""
-        plan, forecast, ground = state.plan, state.forecast, self._ground
+        plan, ground = state.plan, self._ground
         for cell in np.flatnonzero(forecast.presence.max(axis=0) >= LEAST).tolist():
             child = int(forecast.presence[:, cell].argmax())
             shade = mix(colours.FLOOR, colours.of_child(child), strength(forecast.presence[child, cell]))

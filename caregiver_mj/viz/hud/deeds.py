@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from PIL import Image
 
 from caregiver_mj.viz import colours
@@ -29,7 +31,7 @@ def draw_deeds(image: Image.Image, area: Area, state: HudState) -> None:
     if len(state.children) > 1:
         x = _write_children(image, area, x + px(10), state)
     if state.damages:
-        _write_kinds(image, area, x + px(10), state)
+        _write_kinds(image, area, x + px(10), state.damages, len(state.children) > 1)
 
 
 def _write_children(image: Image.Image, area: Area, x: int, state: HudState) -> int:
@@ -44,13 +46,12 @@ def _write_children(image: Image.Image, area: Area, x: int, state: HudState) -> 
     return x
 
 
-def _write_kinds(image: Image.Image, area: Area, x: int, state: HudState) -> None:
+def _write_kinds(image: Image.Image, area: Area, x: int, damages: Mapping[str, float], several: bool) -> None:
     """Writes the damage of each kind from the right: in words, or else by their first letters."""
     wordings = tuple(
-        "   ".join(f"{kind[:letters].capitalize()} {value:g}" for kind, value in state.damages.items())
-        for letters in (9, 1)
+        "   ".join(f"{kind[:letters].capitalize()} {value:g}" for kind, value in damages.items()) for letters in (9, 1)
     )
-    if len(state.children) > 1 and width_of(wordings[-1], area.small) > area.right - x:
+    if several and width_of(wordings[-1], area.small) > area.right - x:
         return  # the children's own figures have taken the room
     text = fit(wordings, area.small, area.right - x)
     write(image, (area.right, area.bottom), text, area.small, LABEL, align=1)

@@ -42,7 +42,7 @@ def draw(frame: np.ndarray, state: HudState, insets: Sequence[tuple[str, np.ndar
     top, right = scale.px(12), width - scale.px(12)
     for caption, picture in insets:
         box = (right - picture.shape[1], top, right, top + picture.shape[0])
-        cards.put(drawn, box, lambda region, c=caption, p=picture: _draw_inset(region, c, p, scale))
+        cards.put(drawn, box, functools.partial(_draw_inset, caption=caption, picture=picture, scale=scale))
         top = box[3] + scale.px(12)
     return drawn
 

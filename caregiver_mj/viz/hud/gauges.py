@@ -20,10 +20,10 @@ def draw_gauges(image: Image.Image, area: Area, state: HudState) -> None:
     elapsed = state.timestep / EPISODE_TIMESTEPS
     _gauge(image, area, area.top, "TIMESTEP", f"{state.timestep} / {EPISODE_TIMESTEPS}", elapsed, LABEL)
     lower = area.top + area.row
+    safe = state.children[0].safe
     if all(child.safe is None for child in state.children):
         _gauge(image, area, lower, _SAFE, "not estimated", 0.0, colours.ROBOT)
-    elif len(state.children) == 1:
-        safe = state.children[0].safe
+    elif len(state.children) == 1 and safe is not None:
         _gauge(image, area, lower, _SAFE, f"{safe:.2f}", safe, colours.ROBOT)
     else:
         _gauges(image, area, lower, state.children)

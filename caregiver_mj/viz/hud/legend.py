@@ -45,6 +45,7 @@ class Legend:
         )
         for place, (wordings, colour) in enumerate(keys):
             self._draw_key(card, self._pad + place * self._key, wordings, colour)
+        assert state.forecast is not None  # else there is no legend of it
         epsilons = ", ".join(f"{epsilon:.2f}" for epsilon in state.forecast.epsilon)
         wordings = f"it believes in epsilon {epsilons}", f"believed epsilon {epsilons}"
         text = fit(wordings, self._small, card.width - 2 * self._pad)

@@ -48,7 +48,7 @@ def toys_verdicts(run: Run) -> str:
     """With whom the caregiver is shown to lose less of the toys than the margin, in a sentence."""
     with_whom: dict[str, list[str]] = {}
     for family in run.families:
-        verdict = run.comparison(run.caregiver, "none", family)["toys_reached_not_inferior"]
+        verdict = run.compared(run.caregiver, "none", family)["toys_reached_not_inferior"]
         with_whom.setdefault(verdict, []).append(family_name(family))
     told = "; ".join(f"{verdict} with {', '.join(names)}" for verdict, names in with_whom.items())
     return f"with {run.caregiver} and a margin of {100 * MARGIN:g} %, stated beforehand: {told}"
@@ -109,7 +109,7 @@ def toys_table(run: Run) -> Table:
     rows = []
     for caregiver in run.acting:
         cells = []
-        for row in (run.comparison(caregiver, "none", family) for family in run.families):
+        for row in (run.compared(caregiver, "none", family) for family in run.families):
             kept = with_interval(row, "toys_reached_left", between="\n", scale=100.0)
             cells.append(f"{kept}\n{row['toys_reached_not_inferior']}")
         rows.append((caregiver, *cells))

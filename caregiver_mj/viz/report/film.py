@@ -15,7 +15,7 @@ from caregiver_mj.viz.report.words import family_name, members
 
 FILM_NAME = "report.mp4"  # of a film that is made for the report
 LARGEST_FILM = 40.0  # MB, for it becomes part of the page
-_PICTURE = {"seconds": 15.0, "width": 960, "height": 540}  # of such a film
+_PICTURE: dict[str, Any] = {"seconds": 15.0, "width": 960, "height": 540}  # of such a film
 _TYPICAL = 0.5  # share of random moves to which that of the filmed children is to come close
 
 
@@ -64,7 +64,9 @@ def make_film(runs: Sequence[Run], folder: str | os.PathLike[str], render: Calla
         render: Films an episode, with the arguments of `caregiver_mj.viz.film.render_episode`, which it is by default.
     """
     if render is None:
-        from caregiver_mj.viz.film import render_episode as render  # takes a second to import, and OpenGL to run
+        from caregiver_mj.viz.film import render_episode  # takes a second to import, and OpenGL to run
+
+        render = render_episode
     run = filmed_run(runs)
     family = filmed_family(run)
     path = pathlib.Path(folder) / FILM_NAME

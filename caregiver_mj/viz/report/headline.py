@@ -50,7 +50,8 @@ def headline(run: Run) -> dict[str, Any]:
 def _avoided_in_paper(run: Run) -> str | None:
     """The same share in the paper, if it has all these novices."""
     means = [published.means(run, "damage_normalised", family) for family in run.families]
-    if None in means:
+    known = [pair for pair in means if pair is not None]
+    if len(known) < len(means):
         return None
-    alone, guarded = np.sum(means, axis=0)
+    alone, guarded = np.sum(known, axis=0)
     return f"{100 * (1 - guarded / alone):.0f} %"

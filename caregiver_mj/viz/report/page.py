@@ -56,6 +56,7 @@ def write_report(
             "`pool` for runs of different seeds"
         )
     runs = sorted(given, key=lambda run: run.rank)
+    shown: Film | None
     if render:
         shown = make_film(runs, folders[0])
     else:

@@ -114,6 +114,12 @@ class Run:
         rows = self.summary["comparisons"]
         return next((r for r in rows if (r["caregiver"], r["baseline"], r["family"]) == wanted), None)
 
+    def compared(self, caregiver: str, baseline: str, family: str) -> dict[str, Any]:
+        """The same, where there has to be one."""
+        row = self.comparison(caregiver, baseline, family)
+        assert row is not None
+        return row
+
     def mean(self, caregiver: str, column: str) -> float:
         """Mean over all episodes of all families."""
         return float(self.episodes.loc[self.episodes.caregiver == caregiver, column].mean())

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
@@ -63,7 +65,7 @@ def timesteps_table(run: Run) -> Table:
 
 
 def _beside_published(
-    run: Run, title: str, quantities: tuple[str, ...], rows: list[tuple[str, ...]], note: str
+    run: Run, title: str, quantities: tuple[str, ...], rows: Sequence[tuple[str, ...]], note: str
 ) -> Table:
     """A table with our numbers and the paper's in turn; without the latter where they mean nothing."""
     if published.compares_with(run):
@@ -75,7 +77,7 @@ def _beside_published(
 
 def comparison_table(run: Run) -> Table:
     """The differences that the caregiver makes, with intervals and tests."""
-    found = {family: run.comparison(run.caregiver, "none", family) for family in run.families}
+    found = {family: run.compared(run.caregiver, "none", family) for family in run.families}
     compared = [column for column in statistics.COMPARED if all(f"{column}_p" in row for row in found.values())]
     rows = []
     for family, row in found.items():

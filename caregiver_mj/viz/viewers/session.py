@@ -57,6 +57,7 @@ class Session:
         self.playing = playing
         self.over = False
         self.begun = 0
+        self._until: float
         self._begin(watched)
 
     # -- What one can do -------------------------------------------------------------------------

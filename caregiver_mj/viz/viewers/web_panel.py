@@ -39,6 +39,7 @@ class Panel:
         """
         self._gui, self._session, self._do = server.gui, session, do
         self._files = {session.watched.house}
+        self._wrong: bool
         self._add_controls()
         self._readout = self._gui.add_html("")
         self._add_form()
@@ -75,9 +76,12 @@ class Panel:
         self._wrong = False
         watched = self._session.watched
         alike = set(map(str, watched.family.children))
-        self._house.value, self._epsilon.value = watched.house, alike.pop() if len(alike) == 1 else str(watched.family)
-        self._children.value, self._child.value = len(watched.family), NOVICE
-        self._caregiver.value, self._seed.value, self._number.value = watched.caregiver, watched.seed, watched.number
+        # mypy does not see that viser lets these be set.
+        self._house.value = watched.house  # type: ignore[misc]
+        self._epsilon.value = alike.pop() if len(alike) == 1 else str(watched.family)  # type: ignore[misc]
+        self._children.value, self._child.value = len(watched.family), NOVICE  # type: ignore[misc]
+        self._caregiver.value = watched.caregiver  # type: ignore[misc]
+        self._seed.value, self._number.value = watched.seed, watched.number  # type: ignore[misc]
         command = html.escape(f"caregiver-mj render {watched.options()} --out film.mp4")
         self._same.content = f'<div style="{_NOTE}">A film of it: <code class="same">{command}</code></div>'
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -107,7 +108,7 @@ class WebScene:
         camera.fov = float(np.radians(overview.fovy[0]))
 
 
-def _kind(episode: Episode) -> tuple:
+def _kind(episode: Episode) -> tuple[Any, ...]:
     """What decides what there is to be seen in the house."""
     task = episode.env.task
     return task.plan.text, len(task.family), task.has_robot, task.embodiment.name

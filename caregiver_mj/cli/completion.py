@@ -1,0 +1,81 @@
+"""`caregiver-mj completion`: what makes a shell complete the command line at a tab, without running anything."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable, Iterator
+
+from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES
+from caregiver_mj.children.family import CHILDREN
+from caregiver_mj.experiments.settings import WORLDS
+from caregiver_mj.plans.floor_plan import house_names
+
+SHELLS = ("bash", "zsh")
+TASKS = ("supervise", "relocate_candle", "block_stairs")  # `ALL_TASKS`, which take a second to import, and MuJoCo
+ROBOTS = ("mobile_fr3", "mobile_ur5e")  # likewise
+SETS = ("test-100", "train-100")
+_FILES = ("folders", "out", "still", "video")  # arguments that name files or folders
+
+# For a house, which may be a file as well: names, and files.
+_HOUSE = "_caregiver_mj_houses"
+_HOUSE_FUNCTIONS = {
+    "bash": _HOUSE + """() {{ compgen -W "{names}" -- "$1"; compgen -f -- "$1"; }}""",
+    "zsh": _HOUSE + """() {{ _alternative 'houses:house:({names})' 'files:file:_files' }}""",
+}
+
+
+def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Adds the command."""
+    command = commands.add_parser(
+        "completion",
+        help="print what makes a shell complete this command line",
+        description="Prints a script for the shell, with the names of caregivers, children and houses that there are "
+        "now, those of other packages included.",
+    )
+    command.add_argument("shell", choices=SHELLS, help="for which shell")
+    command.set_defaults(run=_run)
+
+
+def _run(arguments: argparse.Namespace) -> None:
+    from caregiver_mj.cli import make_parser
+
+    print(script(make_parser(), arguments.shell))
+
+
+def script(parser: argparse.ArgumentParser, shell: str) -> str:
+    """What makes a shell complete a command line.
+
+    Args:
+        parser: Of that command line; nothing can be parsed with it afterwards, for it is told what there is.
+        shell: One of `SHELLS`.
+    """
+    import shtab
+
+    words: dict[str, Iterable[str]] = {
+        "caregiver": dict.fromkeys([*CAREGIVERS, *POLICIES]),
+        "child": CHILDREN,
+        "embodiment": ROBOTS,
+        "houses": [*SETS, *house_names()],
+        "task": TASKS,
+        "world": WORLDS,
+    }
+    names = " ".join(house_names())
+    functions = {name: function.format(names=names) for name, function in _HOUSE_FUNCTIONS.items()}
+    for action in _actions(parser):
+        if action.dest in words and not action.choices:
+            action.choices = list(words[action.dest])
+        elif action.dest in _FILES:
+            action.complete = shtab.FILE  # type: ignore[attr-defined]  # where shtab looks for it
+        elif action.dest == "house":
+            action.complete = dict.fromkeys(SHELLS, _HOUSE) | {"preamble": functions}  # type: ignore[attr-defined]
+    return shtab.complete(parser, shell)
+
+
+def _actions(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
+    """The arguments of a command, and of all those within it."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for command in action.choices.values():
+                yield from _actions(command)
+        else:
+            yield action
