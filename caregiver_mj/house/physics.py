@@ -19,6 +19,7 @@ from caregiver_mj.children.walk import ToddlerWalk, Vector
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.robot_body import RobotBody, joint_views
 from caregiver_mj.house.scene import build_house, child_joints
+from caregiver_mj.house.target_ramp import RampState
 from caregiver_mj.house.touch import Touch, TouchReader
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiment import Embodiment
@@ -68,11 +69,11 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
 
     # MuJoCo's own pickles forget how many trees, bodies and so on are awake, and the next step is a fatal error.
 
-    def __getstate__(self) -> tuple[wrapper.MjData, Embodiment | None, tuple | None, dict[str, int]]:
+    def __getstate__(self) -> tuple[wrapper.MjData, Embodiment | None, RampState | None, dict[str, int]]:
         awake = {name: getattr(self._raw[1], name) for name in _AWAKE}
         return super().__getstate__(), self.embodiment, self._ramp_state(), awake
 
-    def __setstate__(self, state: tuple[wrapper.MjData, Embodiment | None, tuple | None, dict[str, int]]) -> None:
+    def __setstate__(self, state: tuple[wrapper.MjData, Embodiment | None, RampState | None, dict[str, int]]) -> None:
         data, embodiment, ramp, awake = state
         super().__setstate__(data)
         self._embody(embodiment, ramp)
@@ -98,10 +99,10 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         self._embody(self.embodiment)
         self.touches: list[Touch] = []
 
-    def _ramp_state(self) -> tuple | None:
+    def _ramp_state(self) -> RampState | None:
         return None if self._robot is None else self._robot.ramp.state
 
-    def _embody(self, embodiment: Embodiment | None, ramp: tuple | None = None) -> None:
+    def _embody(self, embodiment: Embodiment | None, ramp: RampState | None = None) -> None:
         """Makes the robot's views, with what its actuators are about to be told if that is known."""
         self.embodiment = embodiment
         robot = None if embodiment is None else RobotBody(embodiment, *self._raw)

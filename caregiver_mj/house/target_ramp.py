@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+RampState = tuple[np.ndarray, int, int]
+
 
 class TargetRamp:
     """What actuators are told at every physics step, from targets that come more seldom.
@@ -31,12 +33,12 @@ class TargetRamp:
         self._steps, self._left = 1, 0
 
     @property
-    def state(self) -> tuple[np.ndarray, int, int]:
+    def state(self) -> RampState:
         """All that it goes on from, besides the controls: for a copy of it, which is set to the same."""
         return np.array([self._last, self._next, self._way, self._slope, self._bend]), self._steps, self._left
 
     @state.setter
-    def state(self, state: tuple[np.ndarray, int, int]) -> None:
+    def state(self, state: RampState) -> None:
         rows, self._steps, self._left = state
         self._last[:], self._next[:], self._way[:], self._slope[:], self._bend[:] = rows
 

@@ -35,6 +35,7 @@ from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
 from caregiver_mj.robot.retrieval import RetrievalPlanner
+from caregiver_mj.robot.se2 import Vector
 
 if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.house.rendering
     import dm_env
@@ -88,6 +89,7 @@ class CaregiverPolicy:
         self._shapes = {key: array.shape for key, array in spec.items()} if "base_position" in spec else {}
         embodiment = task.embodiment
         self.robot = RobotMotion(embodiment, self._timestep)
+        self._told: Vector = (0.0, 0.0)  # the base's last velocity, m/s
         navigator = Navigator(self.plan, embodiment, self.caregiver.yields)
         self._sensing = task.sensing if sensing is None else Sensing.of(sensing)
         self._senses = Senses(self._sensing, self.robot, self._timestep)
@@ -140,8 +142,8 @@ class CaregiverPolicy:
         self.robot.gentle = at_hand or separation.is_child_close(view, self.robot.robot)
         action = self.robot.action(view.base, view.arm)
         drives = slice(self.robot.robot.layout.base.start, self.robot.robot.layout.base.start + 2)
-        self._told = separation.without_push(view, self.robot.robot, action[drives].tolist(), self._told)
-        action[drives] = self._told
+        told = separation.without_push(view, self.robot.robot, action[drives].tolist(), self._told)
+        action[drives] = self._told = told
         self.robot.now += self._timestep
         return action
 
@@ -152,7 +154,7 @@ class CaregiverPolicy:
 
     def _reset(self, observation: dict[str, np.ndarray]) -> None:
         self.robot.reset(observation["base_position"].tolist())
-        self._told = (0.0, 0.0)  # the base's last velocity, m/s
+        self._told = (0.0, 0.0)
         self._senses.reset()
         self._perception.reset(observation)
         children = len(np.atleast_2d(observation["toddler_position"]))

@@ -92,7 +92,8 @@ class BaseMotion:
 
     def _change_rate(self) -> None:
         self._looked_up = None
-        self._playback.set_limits(self._rate_limits())
+        assert self._path is not None  # it is the rate of one
+        self._playback.set_limits(self._rate_limits(self._path))
         self._playback.run_at(self._rate, self.now)
 
     def base_reference(self) -> tuple[Vector, Vector, Vector]:
@@ -137,15 +138,15 @@ class BaseMotion:
         """The velocity that the path would have now at full rate."""
         if self._path is None:
             return (0.0, 0.0)
-        # Look a little ahead, so that a base at rest at the start of its path sees where it would go.
-        return self._planned()[1]
+        return self._planned(self._path)[1]
 
     def planned_acceleration(self) -> Vector:
         """The acceleration that the path would have at the same moment."""
-        return (0.0, 0.0) if self._path is None else self._planned()[2]
+        return (0.0, 0.0) if self._path is None else self._planned(self._path)[2]
 
-    def _planned(self) -> tuple[Vector, Vector, Vector]:
-        return self._path.at(self._playback.at(self.now)[0] + 0.1)
+    def _planned(self, path: BasePath) -> tuple[Vector, Vector, Vector]:
+        # Look a little ahead, so that a base at rest at the start of its path sees where it would go.
+        return path.at(self._playback.at(self.now)[0] + 0.1)
 
     def _base_at(self, time: float) -> tuple[Vector, Vector, Vector]:
         if self._looked_up is None or self._looked_up[0] != time:  # many ask for the same moment
@@ -168,7 +169,7 @@ class BaseMotion:
         self._here, self._path, self._rate = position, None, 1.0
         self._looked_up = None
 
-    def _rate_limits(self) -> Limits:
+    def _rate_limits(self, path: BasePath) -> Limits:
         """Bounds of the rate of playback that keep those of the base: the rate gets what the path leaves.
 
         At a rate r the base's acceleration is r^2 times the path's, and the rate's change times the path's velocity.
@@ -178,7 +179,7 @@ class BaseMotion:
         way = 1.0 if self._rate > rate else -1.0
         left, fastest = 2.0 * most, _SLOW
         for ahead in _AHEAD:
-            _, (vx, vy), (ax, ay) = self._path.at(along + ahead)
+            _, (vx, vy), (ax, ay) = path.at(along + ahead)
             if (speed := math.hypot(vx, vy)) < NOTHING:
                 continue
             with_it = rate * rate * (vx * ax + vy * ay) / speed

@@ -107,6 +107,7 @@ class Retrieve(Skill):
             self.driver = Driver(self._navigator, loaded=holds)  # the way there is another one
             planner, pitch = self._planner, self._pitch_down
             if holds:
+                assert pitch is not None  # it is in the hand because it has been picked up
                 self._search = Search(functools.partial(planner.to_lay_down, view, self.candle, pitch))
             else:
                 self._search = Search(functools.partial(planner.to_pick_up, view, self.candle))

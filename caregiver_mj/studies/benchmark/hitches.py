@@ -39,7 +39,7 @@ class Step:
 def hitches(effort: Effort, console: Console) -> dict[str, dict[str, float | str]]:
     """Worst control steps, without the first of an episode, at which the robot stands."""
     table = make_table("Worst control step", "episodes", "steps", "worst ms", "over 50 ms", "at s", "while it would")
-    figures = {}
+    figures: dict[str, dict[str, float | str]] = {}
     for name, episodes in _kinds(effort):
         steps = [step for env, policy, knock in episodes for step in _play(env, policy, knock, effort.seconds)]
         worst = max(steps, key=lambda step: step.seconds)
