@@ -46,7 +46,7 @@ class Settings:
     plans: tuple[FloorPlan, ...]
     world: str = "house"
     caregivers: tuple[str, ...] = ("none", "paper")
-    families: tuple[Family, ...] = EPSILONS  # type: ignore[assignment]  # as all that is given
+    families: tuple[Family, ...] = EPSILONS  # type: ignore[assignment]  # made families of, as what is given
     episodes: int = 20
     seed: int = 0
     embodiment: str = DEFAULT

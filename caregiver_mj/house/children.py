@@ -47,7 +47,7 @@ class Children(Sequence[HouseChild]):
         self._watches = [ContactWatch() for _ in behaviours]
         self._places = [tuple(plan.position(cell).tolist()) for cell in plan.caregiver_cells]
 
-    def __getitem__(self, number: int) -> HouseChild:  # type: ignore[override]
+    def __getitem__(self, number: int) -> HouseChild:  # type: ignore[override]  # no slices
         return self._children[number]
 
     def __len__(self) -> int:

@@ -57,7 +57,7 @@ class Interventions(Sequence[Intervention]):
     def __len__(self) -> int:
         return len(self.verb)
 
-    def __getitem__(self, world: int) -> Intervention:  # type: ignore[override]
+    def __getitem__(self, world: int) -> Intervention:  # type: ignore[override]  # no slices
         return Intervention(str(self.verb[world]), int(self.hazard[world]), int(self.destination[world]))
 
     def where(self, mask: np.ndarray, other: Interventions) -> Interventions:

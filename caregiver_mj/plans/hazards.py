@@ -109,7 +109,7 @@ class Hazards(Sequence[Hazard]):
     def __len__(self) -> int:
         return self.stairwells + self.candles
 
-    def __getitem__(self, number: int) -> Hazard:  # type: ignore[override]
+    def __getitem__(self, number: int) -> Hazard:  # type: ignore[override]  # no slices
         if not 0 <= number < len(self):
             raise IndexError(f"no hazard {number}: there are {len(self)}")
         if number < self.stairwells:

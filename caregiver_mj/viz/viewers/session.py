@@ -107,7 +107,7 @@ class Session:
         Raises:
             CaregiverError: There can be no such episode; the present one goes on.
         """
-        self._begin(dataclasses.replace(self.watched, **settings))  # type: ignore[arg-type]
+        self._begin(dataclasses.replace(self.watched, **settings))  # type: ignore[arg-type]  # `Watched` says
 
     # -- Time ------------------------------------------------------------------------------------
 
