@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import importlib.metadata
+import os
+import sys
 import warnings
 from collections.abc import Iterator, Mapping
 from typing import Any, Generic, TypeVar
@@ -71,6 +74,18 @@ class Registry(Mapping[str, "Kind | None"], Generic[Kind]):
 
     def __len__(self) -> int:
         return len(list(iter(self)))
+
+
+@contextlib.contextmanager
+def modules_of_the_folder() -> Iterator[None]:
+    """Has modules found that lie in the present folder, after all others, for what is said as `module:object`."""
+    before = list(sys.path)
+    with contextlib.suppress(FileNotFoundError):  # the folder may be gone
+        sys.path.append(os.getcwd())
+    try:
+        yield
+    finally:
+        sys.path[:] = before
 
 
 def named_object(name: str) -> Any:

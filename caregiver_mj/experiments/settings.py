@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from typing import Any
 
 from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver
-from caregiver_mj.children.family import CHILDREN, ChildSpec, Family, Who
+from caregiver_mj.children.family import Family, Who
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.origin import origin
+from caregiver_mj.experiments.origin import origins
 from caregiver_mj.experiments.versions import versions
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
@@ -148,17 +148,9 @@ class Settings:
         }
 
     def code(self) -> dict[str, str]:
-        """Where the code of others that the results depend on comes from, by what it is: see `origin`."""
-        found: dict[str, Any] = {f"caregiver {name}": find_caregiver(name) for name in self.caregivers if name != FLOOR}
-        for child in (child for family in self.families for child in family.children):
-            found[f"child {getattr(child, 'behaviour', child)}"] = (
-                CHILDREN[child.behaviour] if isinstance(child, ChildSpec) else type(child)
-            )
-        if self.world == "house":
-            from caregiver_mj.robot.embodiments import EMBODIMENTS  # here, for the grid does without MuJoCo
-
-            found[f"robot {self.embodiment}"] = EMBODIMENTS[self.embodiment]
-        return {what: text for what, made in found.items() if made is not None and (text := origin(made))}
+        """Where the code of others that the results depend on comes from, by what it is: see `origins`."""
+        caregivers = (name for name in self.caregivers if name != FLOOR)
+        return origins(caregivers, self.families, self.embodiment if self.world == "house" else None)
 
     def blocks(self, grid_block: int = GRID_BLOCK, extended_at: Sequence[int] = ()) -> list[Block]:
         """The work in pieces, each of which is done as a whole: one episode in the house, at most so many in the grid.

@@ -239,7 +239,7 @@ def test_the_policies_of_the_documentation(tmp_path, monkeypatch, capsys):
     grid, house, *others = (line.split()[2:] for line in page.splitlines() if line.startswith("$ caregiver-mj "))
     assert cli.main([*grid, "--epsilon", "1", "--episodes", "3"]) == 0
     assert cli.main([*house, "--house", "tiny.txt", "--epsilon", "1", "--episodes", "1", "--out", "runs/house"]) == 0
-    assert [words[0] for words in others] == ["report", "render"]
+    assert [words[0] for words in others] == ["report", "render", "record"]
     out = capsys.readouterr().out
     assert all(f"my_policies:{name}" in out for name in ("NearestToMe", "roundabout"))
     code = json.loads((tmp_path / "runs" / "house" / "run.json").read_text())["code"]
