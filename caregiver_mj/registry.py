@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import importlib
 import importlib.metadata
+import inspect
 import os
 import sys
 import warnings
@@ -101,6 +102,25 @@ def named_object(name: str) -> Any:
         return entry.load()
     except Exception as error:  # whatever somebody else's module raises
         raise CaregiverError(f"'{name}' cannot be loaded: {type(error).__name__}: {error}") from error
+
+
+def check_call(what: str, found: Any, *given: Any) -> None:
+    """Raises CaregiverError if somebody's class or function cannot be called with what it is to be given.
+
+    Args:
+        what: What it is, in the message.
+        found: The class or function.
+        given: What it is to be given.
+    """
+    if inspect.isabstract(found):
+        raise CaregiverError(f"{what} lacks {', '.join(sorted(found.__abstractmethods__))}")
+    try:
+        inspect.signature(found).bind(*given)
+    except TypeError as error:
+        kinds = ", ".join(type(value).__name__ for value in given)
+        raise CaregiverError(f"{what} cannot be called with ({kinds}): {error}") from None
+    except ValueError:  # one that tells no signature
+        pass
 
 
 def _name(found: type) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.registry import check_call
 
 if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.house.rendering
     import dm_env
@@ -41,6 +42,7 @@ class OwnPolicy:
         """
         if not env.task.has_robot:
             raise CaregiverError(f"there is no robot in this environment for '{name}' to act with")
+        check_call(f"'{name}'", make, env)
         self.name, self._task, self._policy = name, env.task, make(env)
         if not callable(self._policy):
             raise CaregiverError(

@@ -67,6 +67,23 @@ def no_maker(env):
     return np.zeros(env.action_spec().shape)
 
 
+def no_numbers(env):
+    return lambda timestep: "forwards"
+
+
+def takes_nothing():
+    return lambda timestep: np.zeros(11)
+
+
+class Unfinished(TargetPolicy):
+    """Has no `act`."""
+
+
+class TakesNothing(Last):
+    def __init__(self):
+        pass
+
+
 NUMBER = 3
 
 
@@ -126,6 +143,14 @@ def test_a_policy_of_actions_is_made_for_its_environment_and_told_the_seed():
         ("grid", f"{HERE}:Still", "'test_own_policies:Still' is a policy of the robot's actions: it needs --world hou"),
         ("house", f"{HERE}:no_maker", "must make a policy of an environment, .* it has made ndarray"),
         ("house", f"{HERE}:too_short", r"an action has the shape \(11,\), not \(3,\)"),
+        ("house", f"{HERE}:no_numbers", "an action is an array of numbers, not 'forwards'"),
+        (
+            "house",
+            f"{HERE}:takes_nothing",
+            r"takes_nothing' cannot be called with \(Environment\): too many",
+        ),
+        ("grid", f"{HERE}:Unfinished", "'test_own_policies:Unfinished' lacks act"),
+        ("grid", f"{HERE}:TakesNothing", r"TakesNothing' cannot be called with \(FloorPlan, int\): too many"),
         ("grid", f"{HERE}:NUMBER", "neither a subclass of Caregiver nor something that makes a policy"),
         ("grid", f"{HERE}:Nobody", "cannot be loaded: AttributeError: .* no attribute 'Nobody'"),
         ("grid", "nobody_at_home:x", "cannot be loaded: ModuleNotFoundError: No module named 'nobody_at_home'"),
