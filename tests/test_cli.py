@@ -47,6 +47,8 @@ def fails(capsys, argv):
         ([*GRID, "--epsilon", "angel:1"], ["angel", "novice", "adversary"]),
         ([*GRID, "--epsilon", "1,.5,.25", "--children", "2"], ["1,.5,.25", "3 children", "2", "--children"]),
         ([*GRID, "--children", "0"], ["--children", "0"]),
+        ([*GRID, "--children", "101"], ["100 children at most, not 101"]),
+        ([*GRID, "--epsilon", ",".join(["1"] * 101)], ["100 children at most, not 101"]),
         ([*GRID, "--children", "two"], ["--children", "two"]),
         ([*GRID, "--child", "angel"], ["angel", "novice", "expert", "adversary"]),
         ([*GRID, "--damage", "5:4"], ["STAIRWELL:CANDLE:TABLE", "5:4"]),
@@ -133,6 +135,19 @@ def test_floor_plan_with_a_byte_order_mark(capsys, tmp_path):
     (tmp_path / "marked.txt").write_bytes(b"\xef\xbb\xbf" + PLAN.replace("\n", "\r\n").encode())
     assert cli.main(["house", "check", str(tmp_path / "marked.txt")]) == 0
     assert capsys.readouterr().out.startswith("OK: marked, 5 x 5 cells")
+
+
+def test_floor_plan_without_an_end(capsys):
+    assert "more than 1,000,000 bytes" in fails(capsys, ["house", "check", "/dev/zero"])
+
+
+def test_floor_plan_whose_name_is_no_text(capsys, tmp_path):
+    file = os.fsdecode(os.fsencode(tmp_path) + b"/our\xff.txt")  # as names are that come from elsewhere
+    with open(file, "w") as plan:
+        plan.write(PLAN)
+    assert cli.main([*GRID, "--house", file, "--epsilon", "1", "--episodes", "1", "--out", str(tmp_path / "run")]) == 0
+    assert "grid 'our?'" in capsys.readouterr().out
+    assert cli.main(["compare", str(tmp_path / "run"), str(tmp_path / "run")]) == 0
 
 
 def test_floor_plan_that_is_not_text(capsys, tmp_path):

@@ -73,6 +73,8 @@ def read_finished(folder: str | os.PathLike[str]) -> Finished:
             "maps.parquet": _foreign_maps(found),
             "summary.json": _foreign_summary(found),
         }
+    except KeyError as error:
+        raise CaregiverError(f"the run in '{folder}' cannot be read: there is no {error} in it") from error
     except _UNREADABLE as error:
         what = " ".join(str(error).split()) or type(error).__name__
         raise CaregiverError(f"the run in '{folder}' cannot be read: {what}") from error
@@ -86,6 +88,9 @@ def read_finished(folder: str | os.PathLike[str]) -> Finished:
 
 def _read(path: pathlib.Path) -> Finished:
     record, summary = (read_json(path / f"{name}.json") for name in ("run", "summary"))
+    for name, found in (("run.json", record), ("summary.json", summary)):
+        if not isinstance(found, dict):
+            raise ValueError(f"its {name} holds {type(found).__name__}, and no such record")
     # Runs of an older version have single novices, the paper's damages, and the one robot that there was.
     record.setdefault("families", [str(Family.of(epsilon)) for epsilon in record.get("epsilons", ())])
     record.setdefault("damage", str(DamageWeights()))

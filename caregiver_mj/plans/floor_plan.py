@@ -29,6 +29,7 @@ from caregiver_mj.plans.hazards import DamageWeights, Hazards
 from caregiver_mj.plans.symbols import BIN, CANDLE, FREE, STAIRWELL, TABLE
 from caregiver_mj.plans.validation import validate
 
+_LARGEST = 1_000_000  # bytes of a file with a plan, more than any house has cells
 DEFAULT_CELL_SIZE = 0.75  # metres; a toddler's timestep at 1.6 km/h is then 1.69 s
 
 
@@ -81,15 +82,20 @@ class FloorPlan:
             return cls.parse(made.text, made.name, cell_size, damage)
         path = pathlib.Path(name_or_path)
         try:
-            text = path.read_text(encoding="utf-8-sig")  # some editors begin with a byte order mark
+            with path.open("rb") as file:
+                content = file.read(_LARGEST + 1)
+            if len(content) > _LARGEST:
+                raise FloorPlanError(f"floor plan '{name_or_path}' cannot be read: it has more than {_LARGEST:,} bytes")
+            text = content.decode("utf-8-sig")  # some editors begin with a byte order mark
         except FileNotFoundError:
             raise FloorPlanError(
                 f"no floor plan '{name_or_path}': neither a file nor one of {', '.join(house_names())}, "
                 "nor generated as house-17 or test-100/17 are"
             ) from None
-        except (OSError, UnicodeDecodeError) as error:
+        except (OSError, ValueError) as error:
             raise FloorPlanError(f"floor plan '{name_or_path}' cannot be read: {error}") from None
-        return cls.parse(text, path.stem, cell_size, damage)
+        name = path.stem.encode(errors="replace").decode()  # of files whose names are no text, too
+        return cls.parse(text, name, cell_size, damage)
 
     @classmethod
     def parse(
