@@ -53,6 +53,9 @@ class Slots:
 
     def targets(self, actions: np.ndarray) -> np.ndarray:
         """The hazards that actions (B,) are about: NOTHING for 0 and for an empty slot, else what is in the slot."""
+        actions = np.asarray(actions)
+        if not np.issubdtype(actions.dtype, np.integer) or ((actions < 0) | (actions > len(self))).any():
+            raise CaregiverError(f"an action is an integer from 0 to {len(self)}, not {actions.tolist()!r}")
         return np.concatenate([[NOTHING], self.hazard])[actions]
 
     def actions(self, hazards: np.ndarray) -> np.ndarray:

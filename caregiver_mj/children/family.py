@@ -102,9 +102,14 @@ class Family:
             return cls.parse(who)
         if isinstance(who, ChildSpec | Behaviour):
             return cls((who,))
-        if isinstance(who, Sequence):
+        if isinstance(who, Sequence) or (isinstance(who, np.ndarray) and who.ndim):
             return cls(tuple(child for one in who for child in cls.of(one).children))
-        return cls((ChildSpec(float(who)),))
+        try:
+            return cls((ChildSpec(float(who)),))
+        except TypeError:
+            raise CaregiverError(
+                f"children are said by an epsilon, a text, or several of these, not by {who!r}"
+            ) from None
 
     @classmethod
     def parse(cls, text: str, behaviour: str = NOVICE) -> Family:

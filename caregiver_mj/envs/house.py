@@ -99,7 +99,7 @@ class HouseEnv(gymnasium.Env):
         if self._observation is None:
             raise gymnasium.error.ResetNeeded("call reset() before the first step and after the end of an episode")
         try:
-            self.timestep = timestep = self.dm_env.step(np.asarray(action, float))
+            self.timestep = timestep = self.dm_env.step(np.asarray(action))
         except control.PhysicsError:
             last, self._observation = self._observation, None
             return copy.deepcopy(last), 0.0, False, True, self._info(ended=True, diverged=True)

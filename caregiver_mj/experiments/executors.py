@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Mapping, Sequence
+from numbers import Integral
 from typing import Any, Protocol, TypeVar
 
 from caregiver_mj.errors import CaregiverError
@@ -47,8 +48,8 @@ class LocalExecutor:
     """Worker processes of this machine; with one, the jobs are done in this process."""
 
     def __init__(self, processes: int = 1):
-        if processes < 1:
-            raise CaregiverError(f"jobs must be at least 1, not {processes}")
+        if not isinstance(processes, Integral) or processes < 1:
+            raise CaregiverError(f"jobs must be at least 1, not {processes!r}")
         self._processes = processes
 
     def check(self, code: Code) -> None:

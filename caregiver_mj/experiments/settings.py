@@ -6,11 +6,12 @@ import dataclasses
 import functools
 import itertools
 from collections.abc import Sequence
+from numbers import Integral
 from typing import Any
 
 from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver
 from caregiver_mj.children.family import Family, Who
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.experiments.origin import origins
 from caregiver_mj.experiments.versions import versions
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -107,6 +108,8 @@ class Settings:
             from caregiver_mj.robot.embodiments import find_embodiment  # here, for the grid does without MuJoCo
 
             find_embodiment(self.embodiment)
+        for plan in self.plans:
+            check_kind("a house", plan, FloorPlan, advice=": FloorPlan.load makes one")
         for name in self.caregivers:
             if name == FLOOR:
                 continue
@@ -121,13 +124,13 @@ class Settings:
                 raise CaregiverError(f"{what} must be one or more, each of them once, not {values}")
         if len({plan.damage for plan in self.plans}) > 1:
             raise CaregiverError("collisions must cost the same in all houses")
-        if self.episodes < 1:
-            raise CaregiverError(f"episodes must be at least 1, not {self.episodes}")
+        if not isinstance(self.episodes, Integral) or self.episodes < 1:
+            raise CaregiverError(f"episodes must be at least 1, not {self.episodes!r}")
         rows = len(self.plans) * len(self.caregivers) * len(self.families) * self.episodes
         if rows > MOST_ROWS:
             raise CaregiverError(f"episodes would be {rows:,} in all, and a run has {MOST_ROWS:,} at most")
-        if self.seed < 0:
-            raise CaregiverError(f"the seed must not be negative: {self.seed}")
+        if not isinstance(self.seed, Integral) or self.seed < 0:
+            raise CaregiverError(f"the seed must be an integer, and not negative: {self.seed!r}")
 
     def record(self) -> dict[str, Any]:
         """The settings and versions as JSON, to tell whether two runs can be one."""

@@ -17,13 +17,14 @@ from __future__ import annotations
 import dataclasses
 import functools
 import importlib.resources
+import numbers
 import os
 import pathlib
 from typing import Any
 
 import numpy as np
 
-from caregiver_mj.errors import FloorPlanError
+from caregiver_mj.errors import FloorPlanError, check_kind
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell, CellGraph
 from caregiver_mj.plans.hazards import DamageWeights, Hazards
 from caregiver_mj.plans.symbols import BIN, CANDLE, FREE, STAIRWELL, TABLE
@@ -74,6 +75,7 @@ class FloorPlan:
         """
         from caregiver_mj.plans import sets  # here, for what it makes are plans
 
+        check_kind("a house, if no FloorPlan,", name_or_path, str, os.PathLike)
         if str(name_or_path) in house_names():
             resource = _houses_folder() / f"{name_or_path}.txt"
             return cls.parse(resource.read_text(encoding="utf-8"), str(name_or_path), cell_size, damage)
@@ -116,12 +118,15 @@ class FloorPlan:
         Raises:
             FloorPlanError: The text is not a valid plan. The message says what is wrong and where.
         """
+        check_kind("the text of a floor plan", text, str)
+        check_kind("the name of a floor plan", name, str)
+        check_kind("the damage", damage, DamageWeights)
         lines = [line.rstrip() for line in text.splitlines()]
         first = next((i for i, line in enumerate(lines) if line), None)
         if first is None:
             raise FloorPlanError(f"floor plan '{name}' line 1, column 1: the plan is empty")
         last = max(i for i, line in enumerate(lines) if line)
-        if not (np.isfinite(cell_size) and cell_size > 0):
+        if not (isinstance(cell_size, numbers.Real) and np.isfinite(cell_size) and cell_size > 0):
             raise FloorPlanError(f"floor plan '{name}': the cell size must be a positive length, not {cell_size} m")
         plan = cls(name, tuple(lines[first : last + 1]), float(cell_size), damage)
         validate(plan, first_line=first + 1)
