@@ -26,7 +26,6 @@ class OwnPolicy:
     # It says nothing of what it is about, nor why.
     assessment = intervention = None
     target = NOTHING
-    activity = ""
 
     def __init__(self, name: str, make: Callable[[Any], Any], env: control.Environment):
         """Makes the policy.
@@ -55,3 +54,8 @@ class OwnPolicy:
         if timestep.first() and (reset := getattr(self._policy, "reset", None)):
             reset(self._task.caregiver_seed)
         return self._policy(timestep)
+
+    @property
+    def activity(self) -> str:
+        """What the robot is doing, in words, if the policy has an `activity` that says it; else whose doing it is."""
+        return str(getattr(self._policy, "activity", self.name))

@@ -59,6 +59,10 @@ class Still:
         return self.action
 
 
+class Telling(Still):
+    activity = "wait"
+
+
 def too_short(env):
     return lambda timestep: np.zeros(3)
 
@@ -250,7 +254,10 @@ def test_a_policy_of_actions_can_be_shown():
     episode = Episode.load("supervise", TINY, 0.5, caregiver=f"{HERE}:Still")
     assert episode.run_until(0.1)
     shown = episode.hud_state(1)
-    assert (shown.target, shown.mark, shown.intervention, shown.danger) == (NOTHING, None, "", None)
+    assert (shown.target, shown.mark, shown.intervention) == (NOTHING, None, f"{HERE}:Still")
+    assert shown.danger is None
+    episode.policy = OwnPolicy("told", Telling, episode.env)
+    assert episode.hud_state(1).intervention == "wait"
     assert shown.robot is not None
 
 
