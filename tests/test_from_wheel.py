@@ -152,7 +152,7 @@ def running(command):
 
 def test_view_answers_on_loopback(python):
     command = [python.parent / "caregiver-mj", "view", "--web", "--port", "0", "--house", "tiny.txt", "--paused"]
-    with running(command) as process:
+    with running([*command, "--caregiver", "my_policies:roundabout"]) as process:
         url = process.stdout.readline().split()[0]
         assert re.fullmatch(r"http://127\.0\.0\.1:\d+", url)
         with urllib.request.urlopen(url, timeout=30) as answer:

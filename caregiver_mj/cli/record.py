@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from caregiver_mj.envs.recipe import Recipe
 
 FORMATS = ("minari", "lerobot")
+_MOST_EPISODES = 1_000_000  # of a data set
+_MOST_SECONDS = 3600  # of an episode, which has to fit into memory
 
 
 def add_to(commands: argparse._SubParsersAction) -> None:
@@ -74,12 +76,12 @@ def add_to(commands: argparse._SubParsersAction) -> None:
 
 
 def _run(arguments: argparse.Namespace) -> None:
-    if arguments.episodes < 1:
-        raise CaregiverError(f"episodes must be at least 1, not {arguments.episodes}")
+    if not 1 <= arguments.episodes <= _MOST_EPISODES:
+        raise CaregiverError(f"episodes must be at least 1, and {_MOST_EPISODES:,} at most, not {arguments.episodes}")
     if arguments.seed < 0:
         raise CaregiverError(f"the seed must not be negative: {arguments.seed}")
-    if arguments.seconds is not None and not 0 < arguments.seconds < float("inf"):
-        raise CaregiverError(f"seconds must be a positive length, not {arguments.seconds}")
+    if arguments.seconds is not None and not 0 < arguments.seconds <= _MOST_SECONDS:
+        raise CaregiverError(f"seconds must be a positive length, and {_MOST_SECONDS} at most, not {arguments.seconds}")
     plan, family = read_house(arguments), read_family(arguments.epsilon, arguments)
     from caregiver_mj.envs.recipe import RANDOM, Recipe  # here, for it needs an extra, and MuJoCo
 

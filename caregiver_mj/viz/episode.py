@@ -111,7 +111,10 @@ class Episode:
         while (self._steps + 0.5) * period < seconds:
             if self._timestep.last():
                 return False
-            self._timestep = self.env.step(self._action)
+            try:
+                self._timestep = self.env.step(self._action)
+            except control.PhysicsError:
+                raise CaregiverError(f"the simulation has come apart, {self.seconds:.1f} s into the episode") from None
             self._action = self._decide()
             self._steps += 1
         self._trails.append(moment.child_positions(self._timestep.observation))

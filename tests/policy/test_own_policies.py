@@ -210,6 +210,14 @@ def test_a_simulation_driven_apart_is_told(monkeypatch):
         evaluate(Settings(TINY, "house", (f"{HERE}:Still",), (1.0,), 1))
 
 
+def test_a_simulation_that_comes_apart_before_the_camera_is_told():
+    episode = Episode.load("supervise", TINY, 0.5, caregiver=f"{HERE}:Still")
+    episode.run_until(0.1)
+    episode.env.physics.data.qvel[:] = 1e12
+    with pytest.raises(CaregiverError, match=r"the simulation has come apart, 0\.1 s into the episode"):
+        episode.run_until(1.0)
+
+
 def test_policies_of_packages(monkeypatch):
     group = "caregiver_mj.policies"
     entries = [

@@ -100,6 +100,8 @@ def test_a_recording_that_breaks_off_is_gone_on_with(tmp_path, monkeypatch, caps
         (["--format", "lerobot", "--size", "big"], "--size is WIDTHxHEIGHT"),
         (["--format", "lerobot", "--size", "33x40"], "must be even"),
         (["--format", "lerobot", "--episodes", "0"], "episodes must be at least 1"),
+        (["--format", "lerobot", "--episodes", "99999999999999"], "1,000,000 at most, not 99999999999999"),
+        (["--format", "lerobot", "--seconds", "1e9"], "3600 at most, not 1000000000.0"),
         (["--format", "lerobot", "--seed", "-1"], "seed must not be negative"),
         (["--format", "lerobot", "--seconds", "0"], "seconds must be a positive length"),
         (["--format", "lerobot", "--caregiver", "nanny"], "no caregiver 'nanny'"),
