@@ -45,7 +45,7 @@ class Registry(Mapping[str, "Kind | None"], Generic[Kind]):
             raise CaregiverError(f"{self.what} '{name}' is offered by several packages: {values}")
         try:
             found = entry.load()
-        except Exception as error:  # whatever somebody else's module raises
+        except (Exception, SystemExit) as error:  # whatever somebody else's module raises
             raise CaregiverError(f"{self.what} '{name}' ({entry.value}) cannot be loaded: {error}") from error
         self.check(name, entry.value, found)
         return found
@@ -100,7 +100,7 @@ def named_object(name: str) -> Any:
         raise CaregiverError(f"'{name}' is not module:object")
     try:
         return entry.load()
-    except Exception as error:  # whatever somebody else's module raises
+    except (Exception, SystemExit) as error:  # whatever somebody else's module raises
         raise CaregiverError(f"'{name}' cannot be loaded: {type(error).__name__}: {error}") from error
 
 

@@ -3,6 +3,7 @@
 import json
 import os
 import shlex
+import shutil
 import signal
 import subprocess
 import sys
@@ -163,6 +164,30 @@ def test_output_that_cannot_be_written(capsys, tmp_path, below):
     folder = f"{tmp_path}/file{below}"
     assert folder in fails(capsys, [*GRID, "--out", folder])
     assert folder in fails(capsys, ["render", "--out", f"{folder}/film.mp4"])
+
+
+def test_folders_that_cannot_be_looked_into(tmp_path):
+    # As a process without the privilege to do so, for the tests may run as root, who may look anywhere.
+    closed = tmp_path / "closed"
+    closed.mkdir(mode=0)
+    drop = ["setpriv", "--bounding-set=-dac_override,-dac_read_search", "--inh-caps=-dac_override,-dac_read_search"]
+    unprivileged = drop if os.geteuid() == 0 and shutil.which("setpriv") else []
+    probe = subprocess.run([*unprivileged, "ls", closed], capture_output=True, check=False)
+    if probe.returncode == 0:
+        pytest.skip("this process may look anywhere")
+    for argv in (
+        ["report", closed / "run"],
+        ["compare", closed / "run", closed / "run"],
+        ["house", "check", closed / "plan.txt"],
+        [*GRID, "--out", closed / "run"],
+        ["record", "--format", "lerobot", "--out", closed / "set"],
+    ):
+        command = [*unprivileged, sys.executable, "-m", "caregiver_mj", *map(str, argv)]
+        run = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert run.returncode == 2, run.stderr
+        assert run.stderr.startswith("caregiver-mj: ")
+        assert "Permission denied" in run.stderr
+        assert run.stderr.count("\n") == 1
 
 
 def test_film_that_is_a_folder(capsys, tmp_path):

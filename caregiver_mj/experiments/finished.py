@@ -59,12 +59,7 @@ def read_finished(folder: str | os.PathLike[str]) -> Finished:
         CaregiverError: There is none in the folder, it is not finished, or something in it is not as it was written.
     """
     path = pathlib.Path(folder)
-    if not (path / "run.json").is_file():
-        raise CaregiverError(f"'{folder}' holds no run: `caregiver-mj evaluate --out DIR` makes one")
-    if not (path / "summary.json").is_file():
-        raise CaregiverError(f"the run in '{folder}' is not finished: go on with `caregiver-mj evaluate --resume`")
-    if not (path / "maps.parquet").is_file():
-        raise CaregiverError(f"the run in '{folder}' has no maps.parquet, as runs of an older version: run it again")
+    _check_files(path)
     try:
         found = _read(path)
         found.seeds  # noqa: B018 (must be readable too)
@@ -84,6 +79,19 @@ def read_finished(folder: str | os.PathLike[str]) -> Finished:
         if wrong:
             raise CaregiverError(f"the run in '{folder}' cannot be read: its {name} is that of another run")
     return found
+
+
+def _check_files(path: pathlib.Path) -> None:
+    """Raises CaregiverError unless there are the files of a finished run."""
+    try:
+        if not (path / "run.json").is_file():
+            raise CaregiverError(f"'{path}' holds no run: `caregiver-mj evaluate --out DIR` makes one")
+        if not (path / "summary.json").is_file():
+            raise CaregiverError(f"the run in '{path}' is not finished: go on with `caregiver-mj evaluate --resume`")
+        if not (path / "maps.parquet").is_file():
+            raise CaregiverError(f"the run in '{path}' has no maps.parquet, as runs of an older version: run it again")
+    except OSError as error:
+        raise CaregiverError(f"the run in '{path}' cannot be read: {error.strerror}") from None
 
 
 def _read(path: pathlib.Path) -> Finished:

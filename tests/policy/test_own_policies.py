@@ -239,6 +239,13 @@ def test_policies_of_packages(monkeypatch):
         find_caregiver("nobody")
 
 
+def test_a_module_that_leaves_the_process_is_named(tmp_path, monkeypatch):
+    (tmp_path / "leaves_at_once.py").write_text("import sys\nsys.exit(3)\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(CaregiverError, match="'leaves_at_once:x' cannot be loaded: SystemExit: 3"):
+        find_caregiver("leaves_at_once:x")
+
+
 def test_a_caregiver_can_be_said_by_its_place():
     assert isinstance(make_caregiver("caregiver_mj.caregivers.baselines:NearestCaregiver", TINY), Caregiver)
 
