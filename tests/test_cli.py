@@ -71,6 +71,7 @@ def fails(capsys, argv):
         (["evaluate", "--world", "mars"], ["mars", "house", "grid"]),
         (["render"], ["--out"]),
         (["render", "--out", "film.gif"], ["film.gif", ".mp4"]),
+        (["render", "--out", f"{'x' * 300}.mp4"], ["cannot be written", "too long"]),
         (["render", "--out", "film.mp4", "--epsilon", "2"], ["epsilon", "2"]),
         (["render", "--out", "film.mp4", "--epsilon", "1,.5", "--children", "3"], ["1,.5", "2 children", "3"]),
         (["render", "--out", "film.mp4", "--child", "angel"], ["angel"]),

@@ -82,6 +82,8 @@ def _run(arguments: argparse.Namespace) -> None:
         raise CaregiverError(f"the seed must not be negative: {arguments.seed}")
     if arguments.seconds is not None and not 0 < arguments.seconds <= _MOST_SECONDS:
         raise CaregiverError(f"seconds must be a positive length, and {_MOST_SECONDS} at most, not {arguments.seconds}")
+    if not arguments.out:
+        raise CaregiverError("the output folder's name is empty")
     plan, family = read_house(arguments), read_family(arguments.epsilon, arguments)
     from caregiver_mj.envs.recipe import RANDOM, Recipe  # here, for it needs an extra, and MuJoCo
 

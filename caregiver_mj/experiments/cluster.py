@@ -61,6 +61,7 @@ class DaskExecutor:
         self.address, self._ahead = address, ahead
         self._distributed: Any = distributed
         try:
+            _check_address(distributed, address)
             with warnings.catch_warnings():  # about versions, of which it is for us to judge
                 warnings.simplefilter("ignore", distributed.versions.VersionMismatchWarning)
                 self._client: Any = distributed.Client(address, timeout=timeout, set_as_default=False)
@@ -163,6 +164,14 @@ class DaskExecutor:
 
     def __exit__(self, *error: Any) -> None:
         self.close()
+
+
+def _check_address(distributed: Any, address: str) -> None:
+    """Raises ValueError unless it can be the address of a scheduler: Dask would make a cluster of its own, or wait."""
+    if not address.strip():
+        raise ValueError("an address is such as tcp://10.0.0.1:8786")
+    scheme, _ = distributed.comm.parse_address(address)
+    distributed.comm.registry.get_backend(scheme)
 
 
 def _hand_over(work: Callable) -> Callable:

@@ -82,8 +82,9 @@ def writable(path: str | os.PathLike[str], suffix: str) -> pathlib.Path:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path.parent):
             pass
+        folder = path.is_dir()  # which also says so if the name is too long
     except OSError as error:
         raise CaregiverError(f"'{path}' cannot be written: {error.strerror}") from None
-    if path.is_dir():
+    if folder:
         raise CaregiverError(f"'{path}' cannot be written: it is a folder")
     return path

@@ -216,6 +216,11 @@ def test_decisions_are_too_rare_for_lerobot(tmp_path, capsys):
     assert "LeRobot wants whole steps a second" in capsys.readouterr().err
 
 
+def test_a_folder_without_a_name(capsys):
+    assert cli.main([*HOUSE, "--format", "minari", "--out", ""]) == 2
+    assert "the output folder's name is empty" in capsys.readouterr().err
+
+
 def test_a_policy_of_actions_chooses_no_targets(own, tmp_path, capsys):
     argv = ["record", "--format", "minari", "--task", "targets", "--caregiver", f"{own}:slow", "--out", "set"]
     assert cli.main(argv) == 2
