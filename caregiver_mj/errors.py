@@ -1,6 +1,11 @@
-"""Exceptions that the package raises for input it cannot work with."""
+"""Exceptions that the package raises for input it cannot work with, and checks of such input."""
 
 from __future__ import annotations
+
+import numbers
+from typing import Any
+
+LARGEST_SEED = 2**32 - 1  # of NumPy's `RandomState`
 
 
 class CaregiverError(Exception):
@@ -28,3 +33,17 @@ class RenderingError(CaregiverError):
 
 class MissingExtraError(CaregiverError, ImportError):
     """A package is not installed that only a part of this one needs; the message says which extra brings it."""
+
+
+def check_integer(what: str, value: Any, least: int, most: int | None = None) -> None:
+    """Raises CaregiverError unless a value is an integer from least to most, if there is a most."""
+    if not isinstance(value, numbers.Integral) or int(value) < least or (most is not None and int(value) > most):
+        room = f"of at least {least}" if most is None else f"from {least} to {most}"
+        raise CaregiverError(f"{what} must be an integer {room}, not {value!r}")
+
+
+def check_kind(what: str, value: Any, *kinds: type, advice: str = "") -> None:
+    """Raises CaregiverError unless a value is of one of some types."""
+    if not isinstance(value, kinds):
+        names = " or ".join("None" if kind is type(None) else kind.__name__ for kind in kinds)
+        raise CaregiverError(f"{what} must be a {names}, not {value!r}{advice}")

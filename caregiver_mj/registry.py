@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import importlib.metadata
+import inspect
+import os
+import sys
 import warnings
 from collections.abc import Iterator, Mapping
 from typing import Any, Generic, TypeVar
@@ -41,7 +45,7 @@ class Registry(Mapping[str, Kind], Generic[Kind]):
             raise CaregiverError(f"{self.what} '{name}' is offered by several packages: {values}")
         try:
             found = entry.load()
-        except Exception as error:  # whatever somebody else's module raises
+        except (Exception, SystemExit) as error:  # whatever somebody else's module raises
             raise CaregiverError(f"{self.what} '{name}' ({entry.value}) cannot be loaded: {error}") from error
         self.check(name, entry.value, found)
         return found
@@ -73,6 +77,18 @@ class Registry(Mapping[str, Kind], Generic[Kind]):
         return len(list(iter(self)))
 
 
+@contextlib.contextmanager
+def modules_of_the_folder() -> Iterator[None]:
+    """Has modules found that lie in the present folder, after all others, for what is said as `module:object`."""
+    before = list(sys.path)
+    with contextlib.suppress(FileNotFoundError):  # the folder may be gone
+        sys.path.append(os.getcwd())
+    try:
+        yield
+    finally:
+        sys.path[:] = before
+
+
 def named_object(name: str) -> Any:
     """What stands at a place in somebody's module, as `module:object`.
 
@@ -84,8 +100,27 @@ def named_object(name: str) -> Any:
         raise CaregiverError(f"'{name}' is not module:object")
     try:
         return entry.load()
-    except Exception as error:  # whatever somebody else's module raises
+    except (Exception, SystemExit) as error:  # whatever somebody else's module raises
         raise CaregiverError(f"'{name}' cannot be loaded: {type(error).__name__}: {error}") from error
+
+
+def check_call(what: str, found: Any, *given: Any) -> None:
+    """Raises CaregiverError if somebody's class or function cannot be called with what it is to be given.
+
+    Args:
+        what: What it is, in the message.
+        found: The class or function.
+        given: What it is to be given.
+    """
+    if inspect.isabstract(found):
+        raise CaregiverError(f"{what} lacks {', '.join(sorted(found.__abstractmethods__))}")
+    try:
+        inspect.signature(found).bind(*given)
+    except TypeError as error:
+        kinds = ", ".join(type(value).__name__ for value in given)
+        raise CaregiverError(f"{what} cannot be called with ({kinds}): {error}") from None
+    except ValueError:  # one that tells no signature
+        pass
 
 
 def _name(found: type) -> str:

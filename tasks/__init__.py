@@ -17,7 +17,7 @@ from dm_control.rl import control
 
 from caregiver_mj.children.family import Who
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.errors import LARGEST_SEED, CaregiverError, check_integer, check_kind
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.tasks.base import CareTask
@@ -65,10 +65,14 @@ def load(
         CaregiverError: There is no such task or robot, the house is not valid or not fit for the task, epsilon or the
             seed out of range, or a further argument is unknown or of no use.
     """
-    if task not in TASKS:
+    if not isinstance(task, str) or task not in TASKS:
         raise CaregiverError(f"no task '{task}': there are {', '.join(TASKS)}")
     plan = house if isinstance(house, FloorPlan) else FloorPlan.load(house)
+    for what, kwargs in (("task_kwargs", task_kwargs), ("environment_kwargs", environment_kwargs)):
+        check_kind(what, kwargs, dict, type(None))
     kind, options = TASKS[task], {"family": epsilon, "random": random, **(task_kwargs or {})}
+    if not isinstance(options["random"], np.random.RandomState | None):
+        check_integer("random, if no numpy.random.RandomState,", options["random"], 0, LARGEST_SEED)
     if kind.needs and not any(hazard.kind == kind.needs for hazard in plan.hazards):
         symbol = kind.needs[0].upper()
         raise CaregiverError(f"{task} needs a {kind.needs} ({symbol}), and floor plan '{plan.name}' has none")
@@ -76,10 +80,7 @@ def load(
         raise CaregiverError(f"{task} needs the robot")
     seconds = _time_limit(options.pop("time_limit", None))
     _check_arguments("task_kwargs", kind, (plan,), options)
-    try:
-        made = kind(plan, **options)
-    except ValueError as error:  # numpy's words for a seed that is none
-        raise CaregiverError(f"{task} cannot be made: {error}") from None
+    made = kind(plan, **options)
     made.time_limit = seconds or made.time_limit or EPISODE_TIMESTEPS * made.novice_timestep
     environment_kwargs = environment_kwargs or {}
     for own in ("time_limit", "control_timestep"):

@@ -3,6 +3,7 @@
 import json
 import os
 import shlex
+import shutil
 import signal
 import subprocess
 import sys
@@ -47,6 +48,8 @@ def fails(capsys, argv):
         ([*GRID, "--epsilon", "angel:1"], ["angel", "novice", "adversary"]),
         ([*GRID, "--epsilon", "1,.5,.25", "--children", "2"], ["1,.5,.25", "3 children", "2", "--children"]),
         ([*GRID, "--children", "0"], ["--children", "0"]),
+        ([*GRID, "--children", "101"], ["100 children at most, not 101"]),
+        ([*GRID, "--epsilon", ",".join(["1"] * 101)], ["100 children at most, not 101"]),
         ([*GRID, "--children", "two"], ["--children", "two"]),
         ([*GRID, "--child", "angel"], ["angel", "novice", "expert", "adversary"]),
         ([*GRID, "--damage", "5:4"], ["STAIRWELL:CANDLE:TABLE", "5:4"]),
@@ -68,6 +71,7 @@ def fails(capsys, argv):
         (["evaluate", "--world", "mars"], ["mars", "house", "grid"]),
         (["render"], ["--out"]),
         (["render", "--out", "film.gif"], ["film.gif", ".mp4"]),
+        (["render", "--out", f"{'x' * 300}.mp4"], ["cannot be written", "too long"]),
         (["render", "--out", "film.mp4", "--epsilon", "2"], ["epsilon", "2"]),
         (["render", "--out", "film.mp4", "--epsilon", "1,.5", "--children", "3"], ["1,.5", "2 children", "3"]),
         (["render", "--out", "film.mp4", "--child", "angel"], ["angel"]),
@@ -135,6 +139,19 @@ def test_floor_plan_with_a_byte_order_mark(capsys, tmp_path):
     assert capsys.readouterr().out.startswith("OK: marked, 5 x 5 cells")
 
 
+def test_floor_plan_without_an_end(capsys):
+    assert "more than 1,000,000 bytes" in fails(capsys, ["house", "check", "/dev/zero"])
+
+
+def test_floor_plan_whose_name_is_no_text(capsys, tmp_path):
+    file = os.fsdecode(os.fsencode(tmp_path) + b"/our\xff.txt")  # as names are that come from elsewhere
+    with open(file, "w") as plan:
+        plan.write(PLAN)
+    assert cli.main([*GRID, "--house", file, "--epsilon", "1", "--episodes", "1", "--out", str(tmp_path / "run")]) == 0
+    assert "grid 'our?'" in capsys.readouterr().out
+    assert cli.main(["compare", str(tmp_path / "run"), str(tmp_path / "run")]) == 0
+
+
 def test_floor_plan_that_is_not_text(capsys, tmp_path):
     (tmp_path / "noise.txt").write_bytes(b"\xff\xfe\x00")
     assert "noise.txt" in fails(capsys, ["house", "check", tmp_path / "noise.txt"])
@@ -148,6 +165,30 @@ def test_output_that_cannot_be_written(capsys, tmp_path, below):
     folder = f"{tmp_path}/file{below}"
     assert folder in fails(capsys, [*GRID, "--out", folder])
     assert folder in fails(capsys, ["render", "--out", f"{folder}/film.mp4"])
+
+
+def test_folders_that_cannot_be_looked_into(tmp_path):
+    # As a process without the privilege to do so, for the tests may run as root, who may look anywhere.
+    closed = tmp_path / "closed"
+    closed.mkdir(mode=0)
+    drop = ["setpriv", "--bounding-set=-dac_override,-dac_read_search", "--inh-caps=-dac_override,-dac_read_search"]
+    unprivileged = drop if os.geteuid() == 0 and shutil.which("setpriv") else []
+    probe = subprocess.run([*unprivileged, "ls", closed], capture_output=True, check=False)
+    if probe.returncode == 0:
+        pytest.skip("this process may look anywhere")
+    for argv in (
+        ["report", closed / "run"],
+        ["compare", closed / "run", closed / "run"],
+        ["house", "check", closed / "plan.txt"],
+        [*GRID, "--out", closed / "run"],
+        ["record", "--format", "lerobot", "--out", closed / "set"],
+    ):
+        command = [*unprivileged, sys.executable, "-m", "caregiver_mj", *map(str, argv)]
+        run = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert run.returncode == 2, run.stderr
+        assert run.stderr.startswith("caregiver-mj: ")
+        assert "Permission denied" in run.stderr
+        assert run.stderr.count("\n") == 1
 
 
 def test_film_that_is_a_folder(capsys, tmp_path):

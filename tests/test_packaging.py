@@ -1,50 +1,28 @@
 """What a user gets: the wheel, built from the source distribution, installed, and used outside the checkout."""
 
 import pathlib
-import shutil
 import subprocess
 import sys
-import sysconfig
 import tomllib
 import zipfile
 
 import pytest
+from wheels import FOLDERS, ROOT, build_wheel, environment_with
 
 import caregiver_mj
 from caregiver_mj import cli
 
-ROOT = pathlib.Path(__file__).parents[1]
-FOLDERS = {"caregiver_mj": "caregiver_mj", "tasks": "caregiver_mj.tasks", "models": "caregiver_mj.models"}
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
-    # Built from a copy: in the checkout, a build/ of old would lend the wheel modules that are gone.
-    source = tmp_path_factory.mktemp("source")
-    for folder in FOLDERS:
-        shutil.copytree(ROOT / folder, source / folder, ignore=shutil.ignore_patterns("__pycache__"))
-    for file in ("pyproject.toml", "README.md", "LICENSE"):
-        shutil.copy(ROOT / file, source)
-    out = tmp_path_factory.mktemp("dist")
-    build = [sys.executable, "-m", "build", "--no-isolation", "--outdir", out, source]
-    subprocess.run(build, check=True, capture_output=True)
-    (path,) = out.glob("*.whl")
-    return path
+    return build_wheel(tmp_path_factory.mktemp("dist"))
 
 
 @pytest.fixture(scope="module")
 def python(wheel, tmp_path_factory):
-    """The interpreter of a fresh environment that has the wheel, and the libraries of this one."""
-    folder = tmp_path_factory.mktemp("environment")
-    subprocess.run([sys.executable, "-m", "venv", "--without-pip", folder], check=True)
-    python = folder / "bin" / "python"
-    pip = [sys.executable, "-m", "pip", "--python", python, "install", "--quiet", "--no-deps", "--no-index", wheel]
-    subprocess.run(pip, check=True, capture_output=True)
-    # A folder added in this way does not have its own .pth files read, so the editable checkout stays out.
-    (site,) = folder.glob("lib/python*/site-packages")
-    (site / "libraries.pth").write_text(sysconfig.get_path("purelib") + "\n")
-    return python
+    return environment_with(wheel, tmp_path_factory.mktemp("environment"))
 
 
 def run(python, code, cwd):

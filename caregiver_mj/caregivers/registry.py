@@ -20,9 +20,9 @@ from caregiver_mj.caregivers.paper import (
 from caregiver_mj.caregivers.parts import CandlesCaregiver, PaperStillCaregiver, StairsCaregiver
 from caregiver_mj.caregivers.predictive import PaperPredictiveCaregiver
 from caregiver_mj.caregivers.wanderer import WandererCaregiver
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.registry import Registry, named_object
+from caregiver_mj.registry import Registry, check_call, named_object
 
 PolicyMaker = Callable[[Any], Any]  # of an environment, a policy: from a time step to an action of the robot
 
@@ -71,6 +71,7 @@ def find_caregiver(name: str) -> type[Caregiver] | PolicyMaker | None:
     Raises:
         CaregiverError: There is none of that name, or it cannot be loaded.
     """
+    check_kind("the name of a caregiver", name, str)
     if name in CAREGIVERS:
         return CAREGIVERS[name]
     if name in POLICIES:
@@ -100,11 +101,14 @@ def make_caregiver(name: str, plan: FloorPlan, seed: int = 0) -> Caregiver | Non
     """Makes a caregiver by name, as of `find_caregiver`; "none" gives None.
 
     Raises:
-        CaregiverError: There is none of that name, it cannot be loaded, or it is a policy of the robot's actions.
+        CaregiverError: There is none of that name, it cannot be loaded or made, or is a policy of the robot's actions.
     """
+    check_kind("the house of a caregiver", plan, FloorPlan)
+    check_integer("the seed of a caregiver", seed, 0)
     maker = find_caregiver(name)
     if maker is None:
         return None
     if not is_caregiver(maker):
         raise CaregiverError(f"'{name}' is a policy of the robot's actions, which acts in the house only")
+    check_call(f"caregiver '{name}'", maker, plan, seed)
     return maker(plan, seed)

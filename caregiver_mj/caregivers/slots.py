@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from numbers import Integral
+
 import numpy as np
 
 from caregiver_mj.errors import CaregiverError
@@ -25,11 +28,13 @@ class Slots:
             slots: How many places for stairwells and for candles; as many as the house has if None.
 
         Raises:
-            CaregiverError: The house has more.
+            CaregiverError: They are no two numbers, or the house has more.
         """
         stairwells, candles = plan.hazards.stairwells, plan.hazards.candles
-        places = (stairwells, candles) if slots is None else tuple(slots)
-        if len(places) != 2 or places[0] < stairwells or places[1] < candles:
+        places = (stairwells, candles) if slots is None else slots
+        if not (isinstance(places, Sequence) and len(places) == 2 and all(isinstance(n, Integral) for n in places)):
+            raise CaregiverError(f"slots must be numbers of stairwells and candles, such as (4, 6), not {slots!r}")
+        if places[0] < stairwells or places[1] < candles:
             raise CaregiverError(
                 f"slots {slots} are too few for house '{plan.name}', which needs {(stairwells, candles)}"
             )
@@ -48,6 +53,9 @@ class Slots:
 
     def targets(self, actions: np.ndarray) -> np.ndarray:
         """The hazards that actions (B,) are about: NOTHING for 0 and for an empty slot, else what is in the slot."""
+        actions = np.asarray(actions)
+        if not np.issubdtype(actions.dtype, np.integer) or ((actions < 0) | (actions > len(self))).any():
+            raise CaregiverError(f"an action is an integer from 0 to {len(self)}, not {actions.tolist()!r}")
         return np.concatenate([[NOTHING], self.hazard])[actions]
 
     def actions(self, hazards: np.ndarray) -> np.ndarray:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import abc
 import dataclasses
+import numbers
 
 import numpy as np
 
@@ -87,6 +88,6 @@ class Behaviour(abc.ABC):
 
 def check_epsilon(epsilon: float) -> float:
     """Returns epsilon, or raises CaregiverError unless it lies in [0, 1]."""
-    if not 0.0 <= epsilon <= 1.0:  # also refuses NaN
+    if not isinstance(epsilon, numbers.Real) or not 0.0 <= epsilon <= 1.0:  # also refuses NaN
         raise CaregiverError(f"epsilon must lie in [0, 1], not {epsilon}")
     return float(epsilon)

@@ -71,6 +71,8 @@ class ChildSpec:
         return share if self.behaviour == NOVICE else f"{self.behaviour}:{share}"
 
 
+MOST_CHILDREN = 100  # in a family: of more, no house has room
+
 Who: TypeAlias = "Family | ChildSpec | Behaviour | float | str"  # what may be said for one child or several
 
 
@@ -100,9 +102,14 @@ class Family:
             return cls.parse(who)
         if isinstance(who, ChildSpec | Behaviour):
             return cls((who,))
-        if isinstance(who, Sequence):
+        if isinstance(who, Sequence) or (isinstance(who, np.ndarray) and who.ndim):
             return cls(tuple(child for one in who for child in cls.of(one).children))
-        return cls((ChildSpec(float(who)),))
+        try:
+            return cls((ChildSpec(float(who)),))
+        except TypeError:
+            raise CaregiverError(
+                f"children are said by an epsilon, a text, or several of these, not by {who!r}"
+            ) from None
 
     @classmethod
     def parse(cls, text: str, behaviour: str = NOVICE) -> Family:
@@ -132,6 +139,8 @@ class Family:
         """Raises CaregiverError unless there can be such a family."""
         if not self.children:
             raise CaregiverError("a family must have at least one child")
+        if len(self.children) > MOST_CHILDREN:
+            raise CaregiverError(f"a family has {MOST_CHILDREN} children at most, not {len(self.children)}")
         for child in self.children:
             if isinstance(child, ChildSpec):
                 child.check()
@@ -149,6 +158,8 @@ class Family:
         """A family with every child so many times; the draws, and so the moves, of each are its own."""
         if count < 1:
             raise CaregiverError(f"there must be at least 1 child, not {count}")
+        if count * len(self) > MOST_CHILDREN:
+            raise CaregiverError(f"a family has {MOST_CHILDREN} children at most, not {count * len(self)}")
         return Family(self.children * count)
 
     @property

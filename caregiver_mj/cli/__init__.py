@@ -21,6 +21,7 @@ from caregiver_mj.cli.parsing import PROGRAM, Parser
 from caregiver_mj.errors import CaregiverError, RenderingError
 from caregiver_mj.experiments.run_folder import StorageError
 from caregiver_mj.experiments.workers import WorkerError
+from caregiver_mj.registry import modules_of_the_folder
 
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # when there is no writing to standard output
 
@@ -39,7 +40,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal that knows no ± shall show the rest
     try:
-        with _terminated_in_order(), _modules_of_the_folder():
+        with _terminated_in_order(), modules_of_the_folder():
             arguments = make_parser().parse_args(argv)
             arguments.argv = argv
             arguments.run(arguments)
@@ -77,18 +78,6 @@ def _terminated_in_order() -> Iterator[None]:
 
 def _terminate(number: int, frame: object) -> NoReturn:
     raise KeyboardInterrupt("terminated")
-
-
-@contextlib.contextmanager
-def _modules_of_the_folder() -> Iterator[None]:
-    """Has modules found that lie in the present folder, after all others, for what is said as `module:object`."""
-    before = list(sys.path)
-    with contextlib.suppress(FileNotFoundError):  # the folder may be gone
-        sys.path.append(os.getcwd())
-    try:
-        yield
-    finally:
-        sys.path[:] = before
 
 
 def _silence() -> None:

@@ -32,8 +32,11 @@ def check(arguments: argparse.Namespace, recipe: Recipe, name: str, target: path
         check_name(name)
     elif arguments.name is not None:
         raise CaregiverError("--name is of a Minari data set; that of a LeRobot one is its folder, --out")
-    if target.exists():
-        raise CaregiverError(f"'{target}' is there already: a data set is not written over")
+    try:
+        if target.exists():
+            raise CaregiverError(f"'{target}' is there already: a data set is not written over")
+    except OSError as error:
+        raise CaregiverError(f"'{target}' cannot be written: {error.strerror}") from None
     if arguments.format == "lerobot":
         from caregiver_mj.recording.lerobot.dataset import check_rate
 

@@ -66,6 +66,7 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
 def _run(arguments: argparse.Namespace) -> None:
     settings = _settings(arguments)
     with make_executor(arguments) as executor:
+        executor.check(settings.code)
         folder = None
         if arguments.out is not None:
             folder = RunFolder(arguments.out, settings.record(), resume=arguments.resume)

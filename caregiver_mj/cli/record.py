@@ -7,18 +7,20 @@ import pathlib
 import re
 from typing import TYPE_CHECKING
 
-from caregiver_mj.caregivers.registry import CAREGIVERS
+from caregiver_mj.caregivers.registry import find_caregiver
 from caregiver_mj.cli.data_set import check, collect_all, write
 from caregiver_mj.cli.parsing import (
     add_children,
     add_embodiment,
     add_house,
     add_seed,
+    caregivers,
     read_family,
     read_house,
 )
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.executors import LocalExecutor
+from caregiver_mj.experiments.origin import origins
 from caregiver_mj.experiments.versions import versions
 from caregiver_mj.recording.steps import Store
 
@@ -26,6 +28,8 @@ if TYPE_CHECKING:
     from caregiver_mj.envs.recipe import Recipe
 
 FORMATS = ("minari", "lerobot")
+_MOST_EPISODES = 1_000_000  # of a data set
+_MOST_SECONDS = 3600  # of an episode, which has to fit into memory
 
 
 def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -52,7 +56,7 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
         "--caregiver",
         default="paper",
         metavar="NAME",
-        help=f"who acts: {' '.join(name for name in CAREGIVERS if name != 'none')}, or random-actions",
+        help=f"who acts: random-actions, {caregivers()}",
     )
     add_embodiment(command)
     add_seed(command)
@@ -72,17 +76,19 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
 
 
 def _run(arguments: argparse.Namespace) -> None:
-    if arguments.episodes < 1:
-        raise CaregiverError(f"episodes must be at least 1, not {arguments.episodes}")
+    if not 1 <= arguments.episodes <= _MOST_EPISODES:
+        raise CaregiverError(f"episodes must be at least 1, and {_MOST_EPISODES:,} at most, not {arguments.episodes}")
     if arguments.seed < 0:
         raise CaregiverError(f"the seed must not be negative: {arguments.seed}")
-    if arguments.seconds is not None and not 0 < arguments.seconds < float("inf"):
-        raise CaregiverError(f"seconds must be a positive length, not {arguments.seconds}")
+    if arguments.seconds is not None and not 0 < arguments.seconds <= _MOST_SECONDS:
+        raise CaregiverError(f"seconds must be a positive length, and {_MOST_SECONDS} at most, not {arguments.seconds}")
+    if not arguments.out:
+        raise CaregiverError("the output folder's name is empty")
     plan, family = read_house(arguments), read_family(arguments.epsilon, arguments)
     from caregiver_mj.envs.recipe import RANDOM, Recipe  # here, for it needs an extra, and MuJoCo
 
-    if arguments.caregiver not in CAREGIVERS and arguments.caregiver != RANDOM:
-        raise CaregiverError(f"no caregiver '{arguments.caregiver}': there are {', '.join(CAREGIVERS)}, and {RANDOM}")
+    if arguments.caregiver != RANDOM and find_caregiver(arguments.caregiver) is None:
+        raise CaregiverError(f"caregiver '{arguments.caregiver}' does not act, and so there is nothing to record")
     recipe = Recipe(
         task=arguments.task,
         plan=plan,
@@ -99,6 +105,8 @@ def _run(arguments: argparse.Namespace) -> None:
     name = arguments.name or _name(recipe)
     target = pathlib.Path(arguments.out, name) if arguments.format == "minari" else pathlib.Path(arguments.out)
     check(arguments, recipe, name, target)
+    robot = recipe.embodiment if recipe.world == "house" else None
+    code = origins([] if recipe.caregiver == RANDOM else [recipe.caregiver], [family], robot)
     asked = {
         "format": arguments.format,
         "task": recipe.task,
@@ -113,6 +121,7 @@ def _run(arguments: argparse.Namespace) -> None:
         "cameras": list(recipe.cameras),
         "size": list(recipe.size),
         "versions": versions(),
+        **({"code": code} if code else {}),
     }
     executor = LocalExecutor(arguments.jobs)
     store = Store(target.with_name(f".{target.name}.episodes"), asked, arguments.resume)

@@ -11,8 +11,8 @@ import threading
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
-from caregiver_mj.caregivers.registry import CAREGIVERS
-from caregiver_mj.cli.parsing import add_children, add_embodiment, add_house, add_seed, read_family
+from caregiver_mj.caregivers.registry import find_caregiver
+from caregiver_mj.cli.parsing import add_children, add_embodiment, add_house, add_seed, caregivers, read_family
 from caregiver_mj.errors import CaregiverError, RenderingError
 from caregiver_mj.plans.hazards import DamageWeights
 
@@ -39,7 +39,7 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
         help="the share of the child's moves that are random; of several children that of each, such as 1,.25",
     )
     add_children(command)
-    command.add_argument("--caregiver", default="foresight", metavar="NAME", help=" ".join(CAREGIVERS))
+    command.add_argument("--caregiver", default="foresight", metavar="NAME", help=caregivers())
     add_embodiment(command)
     add_seed(command, "of the run to which the episode belongs")
     command.add_argument("--episode", type=int, default=0, metavar="N", help="its number in that run")
@@ -57,6 +57,7 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
 
 def _run(arguments: argparse.Namespace) -> None:
     family = read_family(arguments.epsilon, arguments)
+    find_caregiver(arguments.caregiver)
     damage = DamageWeights.parse(arguments.damage)
     if not 0.1 <= arguments.rate <= 120:
         raise CaregiverError(f"rate must lie in 0.1 to 120, not at {arguments.rate}")

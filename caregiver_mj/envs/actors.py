@@ -7,14 +7,14 @@ from typing import Any, Protocol
 import gymnasium
 import numpy as np
 
-from caregiver_mj.caregivers.registry import make_caregiver
+from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver, make_caregiver
 from caregiver_mj.caregivers.told import ToldCaregiver
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.envs.house import HouseEnv
 from caregiver_mj.envs.targets import TargetsEnv
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.hazards import NOTHING
-from caregiver_mj.policy.policy import CaregiverPolicy
+from caregiver_mj.policy.registry import make_policy
 
 
 class Actor(Protocol):
@@ -53,10 +53,10 @@ class RandomActor:
 
 
 class HouseCaregiver:
-    """A caregiver with the robot's own actions."""
+    """A caregiver with the robot's own actions, or a policy of such."""
 
     def __init__(self, env: HouseEnv, caregiver: str, seed: int):
-        self._env, self._policy = env, CaregiverPolicy(env.dm_env, caregiver, seed)
+        self._env, self._policy = env, make_policy(env.dm_env, caregiver, seed)
 
     def begin(self, seed: int) -> None:
         """Nothing: the first time step tells it."""
@@ -76,9 +76,12 @@ class TargetCaregiver:
         """Prepares it.
 
         Raises:
-            CaregiverError: It does nothing, or must be told more than an environment tells.
+            CaregiverError: It does nothing, has no targets, or must be told more than an environment tells.
         """
         self._world = env.world
+        found = find_caregiver(caregiver)
+        if found is not None and not is_caregiver(found):
+            raise CaregiverError(f"'{caregiver}' is a policy of the robot's actions, and so it chooses no targets")
         made = make_caregiver(caregiver, env.world.caregiver.plan, seed)
         if made is None:
             raise CaregiverError(f"caregiver '{caregiver}' does not act, and so there is nothing to record")

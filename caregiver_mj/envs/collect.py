@@ -13,7 +13,8 @@ import numpy as np
 from dm_control.mujoco import engine
 
 from caregiver_mj.envs.house import HouseEnv
-from caregiver_mj.envs.recipe import Recipe, camera_names, house_of, prepared
+from caregiver_mj.envs.pictures import camera_names
+from caregiver_mj.envs.recipe import Recipe, house_of, prepared
 from caregiver_mj.envs.targets import TargetsEnv
 from caregiver_mj.recording.steps import Steps, frames_file, new_episode
 

@@ -19,6 +19,7 @@ from caregiver_mj.caregivers.lookout import Observations
 from caregiver_mj.children.family import Who
 from caregiver_mj.envs.bounds import BoundedObservations
 from caregiver_mj.envs.cost import CostMeter
+from caregiver_mj.envs.pictures import picture
 from caregiver_mj.envs.seeds import episode_seed
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -69,12 +70,13 @@ class HouseEnv(gymnasium.Env):
             camera: Its camera: "overview", "follow", or another one of the house.
 
         Raises:
-            CaregiverError: As of `load`; or there is no such render mode.
+            CaregiverError: As of `load`; or there is no such render mode, no such camera or no picture of that size.
         """
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise CaregiverError(f"no render mode '{render_mode}': there is rgb_array")
-        self.render_mode, self._picture = render_mode, {"width": width, "height": height, "camera_id": camera}
+        self.render_mode = render_mode
         self.dm_env = load(task, house, epsilon, task_kwargs=task_kwargs, visuals=render_mode is not None)
+        self._picture = {} if render_mode is None else picture(self.dm_env.physics, width, height, camera)
         self.metadata = self.metadata | {"render_fps": round(1 / self.dm_env.control_timestep())}
         self._observe = BoundedObservations(self.dm_env, flat)
         self.observation_space = self._observe.space
@@ -100,7 +102,7 @@ class HouseEnv(gymnasium.Env):
         if self._observation is None:
             raise gymnasium.error.ResetNeeded("call reset() before the first step and after the end of an episode")
         try:
-            self.timestep = timestep = self.dm_env.step(np.asarray(action, float))
+            self.timestep = timestep = self.dm_env.step(np.asarray(action))
         except control.PhysicsError:
             last, self._observation = self._observation, None
             return copy.deepcopy(last), 0.0, False, True, self._info(ended=True, diverged=True)

@@ -59,6 +59,8 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         """
         self.plans = tuple(one if isinstance(one, FloorPlan) else FloorPlan.load(one) for one in houses)
         self._families, self._flat = tuple(map(Family.of, families)), flat
+        if not self.plans:
+            raise CaregiverError("there must be a house at least")
         if not 1 <= at_once <= len(self.plans):
             raise CaregiverError(f"episodes are in 1 to {len(self.plans)} of the houses at once, not in {at_once}")
         shares = at_once * len(self._families)

@@ -8,7 +8,6 @@ import functools
 import importlib.metadata
 import inspect
 import sys
-from collections.abc import Iterable
 from typing import Any
 
 import caregiver_mj.house.rendering  # noqa: F401 (comes before dm_control)
@@ -24,6 +23,7 @@ from caregiver_mj.children.family import Family
 from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.envs.actors import Actor, HouseCaregiver, RandomActor, TargetCaregiver
 from caregiver_mj.envs.house import HouseEnv
+from caregiver_mj.envs.pictures import camera_names
 from caregiver_mj.envs.targets import TargetsEnv, make_targets
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -162,20 +162,6 @@ def prepared(recipe: Recipe) -> tuple[HouseEnv | TargetsEnv, Actor]:
 def house_of(env: HouseEnv | TargetsEnv) -> control.Environment:
     """The environment in MuJoCo that is within."""
     return env.world.dm_env if isinstance(env, TargetsEnv) else env.dm_env
-
-
-def camera_names(physics: control.Physics, cameras: Iterable[str]) -> dict[str, str]:
-    """Full names of cameras, by the last part of each.
-
-    Raises:
-        CaregiverError: There is no such camera.
-    """
-    there = [physics.model.id2name(i, "camera") for i in range(physics.model.ncam)]
-    known = {name.split("/")[-1]: name for name in reversed(there)}
-    for name in cameras:
-        if name not in known:
-            raise CaregiverError(f"no camera '{name}': there are {', '.join(sorted(known))}")
-    return {name: known[name] for name in cameras}
 
 
 def _purpose(task: str) -> str:

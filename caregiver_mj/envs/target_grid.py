@@ -21,7 +21,7 @@ from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
 from caregiver_mj.envs.cost import CostMeter
 from caregiver_mj.envs.lookout import action_space, observation_space
 from caregiver_mj.envs.seeds import episode_seed
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.errors import CaregiverError, check_integer
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 
@@ -133,6 +133,7 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
             )
         if render_mode is not None:
             raise CaregiverError(f"no render mode '{render_mode}': the grid has no pictures")
+        check_integer("num_envs", num_envs, 1)
         self.num_envs, self.grid = num_envs, TargetGrid(house, epsilon, flat, slots)
         lookout = self.grid.lookout
         self.single_observation_space, self.single_action_space = observation_space(lookout), action_space(lookout)

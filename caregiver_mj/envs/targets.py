@@ -130,4 +130,8 @@ def make_targets(
     from caregiver_mj.envs.target_house import TargetHouse  # here, for the grid does without MuJoCo
 
     made = TargetHouse(house, epsilon, flat, slots, task_kwargs, visuals=render_mode is not None)
-    return TargetsEnv(made, render_mode, {"width": width, "height": height, "camera_id": camera})
+    if render_mode is None:
+        return TargetsEnv(made)
+    from caregiver_mj.envs.pictures import picture
+
+    return TargetsEnv(made, render_mode, picture(made.dm_env.physics, width, height, camera))

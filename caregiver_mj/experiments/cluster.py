@@ -17,8 +17,10 @@ from collections.abc import Callable, Generator, Sequence
 from typing import Any, TypeVar
 
 from caregiver_mj.errors import CaregiverError, MissingExtraError
+from caregiver_mj.experiments.executors import Code
 from caregiver_mj.experiments.fingerprint import difference, fingerprint
 from caregiver_mj.experiments.workers import WorkerError, attempt
+from caregiver_mj.registry import modules_of_the_folder
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
@@ -26,6 +28,8 @@ Result = TypeVar("Result")
 TIMEOUT = 10.0  # seconds to find a scheduler, and workers at it
 AHEAD = 1000  # jobs that the scheduler has at a time: more than workers, and few enough to give up at once
 _WORKERS = "dask worker {} --nthreads 1 --nworkers auto"
+_ABSENT = "code of your own must be installed there, or lie in the folder that the worker was started in"
+_ANEW = "a worker goes on with what it has loaded, so start it anew after an edit"
 
 _one_at_a_time = threading.Lock()  # jobs share what they have built in a process
 
@@ -57,6 +61,7 @@ class DaskExecutor:
         self.address, self._ahead = address, ahead
         self._distributed: Any = distributed
         try:
+            _check_address(distributed, address)
             with warnings.catch_warnings():  # about versions, of which it is for us to judge
                 warnings.simplefilter("ignore", distributed.versions.VersionMismatchWarning)
                 self._client: Any = distributed.Client(address, timeout=timeout, set_as_default=False)
@@ -92,11 +97,23 @@ class DaskExecutor:
             if other := difference(found, wanted):
                 raise CaregiverError(f"worker {worker} is not as it is here: it has {other}")
 
-    def run(self, function: Callable[[Job], Result], jobs: Sequence[Job]) -> Generator[tuple[Job, Result]]:
+    def check(self, code: Code) -> None:
+        """See `Executor`."""
+        wanted = dict(code())
+        for worker, (failure, found) in self._client.run(_tell, code).items() if wanted else ():
+            if failure:
+                raise CaregiverError(f"worker {worker}: {failure}; {_ABSENT}")
+            if other := difference(found, wanted):
+                raise CaregiverError(f"worker {worker} is not as it is here: it has {other}; {_ANEW}")
+
+    def run(
+        self, function: Callable[[Job], Result], jobs: Sequence[Job], code: Code = dict
+    ) -> Generator[tuple[Job, Result]]:
         """See `Executor`."""
         client, name = self._client, f"caregiver_mj-{uuid.uuid4().hex}"
         # A result of a job of its own, which workers hand on to each other, and which is made again should they die.
-        work = client.submit(_hand_over, functools.partial(_do, function, fingerprint()), key=f"{name}-work")
+        do = functools.partial(_do, function, {**fingerprint(), **code()}, code)
+        work = client.submit(_hand_over, do, key=f"{name}-work")
         asked: dict[Any, Job] = {}
         waiting = enumerate(jobs)
 
@@ -149,13 +166,41 @@ class DaskExecutor:
         self.close()
 
 
+def _check_address(distributed: Any, address: str) -> None:
+    """Raises ValueError unless it can be the address of a scheduler: Dask would make a cluster of its own, or wait."""
+    if not address.strip():
+        raise ValueError("an address is such as tcp://10.0.0.1:8786")
+    scheme, _ = distributed.comm.parse_address(address)
+    distributed.comm.registry.get_backend(scheme)
+
+
 def _hand_over(work: Callable[[Job], Result]) -> Callable[[Job], Result]:
     return work
 
 
-def _do(function: Callable[[Job], Result], wanted: dict[str, str], job: Job) -> tuple[str | None, Result | None]:
+def _tell(code: Code) -> tuple[str | None, dict[str, str] | None]:
+    """Of what code of others a worker has: what is wrong with it, or what it is."""
+    with _one_at_a_time, modules_of_the_folder():
+        return attempt(_loaded, code)
+
+
+def _do(
+    function: Callable[[Job], Result], wanted: dict[str, str], code: Code, job: Job
+) -> tuple[str | None, Result | None]:
     """Does a job in a worker, which may have come since the run began."""
-    if other := difference(fingerprint(), wanted):
-        return f"a worker is not as it is where the run was started: it has {other}", None
-    with _one_at_a_time:
+    with _one_at_a_time, modules_of_the_folder():
+        failure, found = attempt(_loaded, code)
+        if found is None:
+            return f"{failure}; {_ABSENT}", None
+        if other := difference({**fingerprint(), **found}, wanted):
+            return f"a worker is not as it is where the run was started: it has {other}; {_ANEW}", None
         return attempt(function, job)
+
+
+_first_told: dict[str, str] = {}
+
+
+@functools.lru_cache(maxsize=8)  # asked before every job
+def _loaded(code: Code) -> dict[str, str]:
+    """What code of others this process has: as it was when it was loaded, whatever has become of the files since."""
+    return {what: _first_told.setdefault(what, text) for what, text in code().items()}

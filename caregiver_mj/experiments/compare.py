@@ -10,6 +10,7 @@ import pandas as pd
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import statistics
 from caregiver_mj.experiments.finished import Finished
+from caregiver_mj.experiments.settings import Settings
 
 _PAIR = ["house", "family", "seed"]  # what two episodes share that have the same children
 _SIDES = ("first", "second")
@@ -48,14 +49,25 @@ def compare_runs(first: Finished, second: Finished, caregivers: Sequence[str] = 
         theirs_ = theirs_.drop(columns="episode").merge(ours_[[*_PAIR, "episode"]])
         ours_ = ours_.merge(theirs_[_PAIR])
         if ours_.empty:
-            raise CaregiverError(
-                f"'{pair[0]}' and '{pair[1]}' have no episode in common: none of the same seed and house"
-            )
+            raise CaregiverError(_nothing_in_common(pair, ours, theirs))
         together = [side.assign(caregiver=name) for side, name in zip((ours_, theirs_), _SIDES, strict=True)]
         for row in statistics.comparison_rows(pd.concat(together, ignore_index=True), _SIDES[1], _SIDES[0]):
             means = {name: _mean(side, row["family"]) for side, name in zip(together, _SIDES, strict=True)}
             rows.append({**row, "baseline": pair[0], "caregiver": pair[1], **means})
     return {"rows": rows, "settings": _differences(first.record, second.record)}
+
+
+def _nothing_in_common(pair: tuple[str, str], ours: Settings, theirs: Settings) -> str:
+    """What to say of two caregivers none of whose episodes are the same."""
+    names = " and ".join(f"'{name}'" for name in dict.fromkeys(pair))
+    for what, one, other in (
+        ("seed", ours.seed, theirs.seed),
+        ("house", ours.place, theirs.place),
+        ("epsilon", " ".join(map(str, ours.families)), " ".join(map(str, theirs.families))),
+    ):
+        if one != other:
+            return f"the runs have no episode of {names} in common: {what} {one} in the first, {other} in the second"
+    return f"the runs have no episode of {names} in common"
 
 
 def _pairs(ours: Sequence[str], theirs: Sequence[str], wanted: Sequence[str]) -> list[tuple[str, str]]:

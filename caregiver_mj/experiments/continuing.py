@@ -10,6 +10,7 @@ from caregiver_mj.errors import CaregiverError
 Record = dict[str, Any]  # of a run, as JSON
 
 _OF_ITS_OWN = ("file", "caregivers", "episodes", "code", "extended_at")  # all else must be the same
+_LONGEST = 200  # letters of a value that a message has
 
 
 def continued(found: Record, wanted: Record) -> Record:
@@ -54,7 +55,13 @@ def continued(found: Record, wanted: Record) -> Record:
 
 
 def _told(keys: Sequence[str], found: Record, wanted: Record) -> list[str]:
-    return [f"{key} is {found.get(key)} there and {wanted.get(key)} here" for key in keys]
+    return [f"{key} is {_short(found.get(key))} there and {_short(wanted.get(key))} here" for key in keys]
+
+
+def _short(value: Any) -> str:
+    """What can be told of a value in a line."""
+    text = str(value)
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]} ..."
 
 
 def _other_code(found: Record, wanted: Record) -> list[str]:

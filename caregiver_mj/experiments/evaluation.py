@@ -76,7 +76,7 @@ def evaluate(
     pending = [block for block in blocks if block not in done]
     work = functools.partial(run_block, settings)
     # Closed at once when a write fails or Ctrl-C comes, so that no worker outlives the run.
-    with contextlib.closing(executor.run(work, pending)) as results:
+    with contextlib.closing(executor.run(work, pending, settings.code)) as results:
         for block, result in results:
             if folder:
                 folder.write(str(block), result)

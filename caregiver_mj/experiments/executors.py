@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
+from numbers import Integral
 from typing import Any, Protocol, TypeVar
 
 from caregiver_mj.errors import CaregiverError
@@ -11,22 +12,30 @@ from caregiver_mj.experiments.workers import run_jobs
 Job = TypeVar("Job")
 Result = TypeVar("Result")
 
+Code = Callable[[], Mapping[str, str]]  # tells of code of others where it is called, as `Settings.code` does
+
 
 class Executor(Protocol):
     """Does jobs, in whatever order. A job whose worker dies is done again, so what comes out depends on no worker."""
 
-    def run(self, function: Callable[[Job], Result], jobs: Sequence[Job]) -> Generator[tuple[Job, Result]]:
+    def check(self, code: Code) -> None:
+        """Raises CaregiverError unless the code of others is the same wherever jobs are done."""
+
+    def run(
+        self, function: Callable[[Job], Result], jobs: Sequence[Job], code: Code = dict
+    ) -> Generator[tuple[Job, Result]]:
         """Runs a function over jobs.
 
         Args:
             function: What to run, as importable elsewhere. Its result must depend on the job alone.
             jobs: Hashable jobs, given out in this order.
+            code: Tells which code of others the function depends on, and so what no worker may have another of.
 
         Yields:
             Each job with its result, as they finish. Closing the iterator gives the others up.
 
         Raises:
-            WorkerError: The function raised an exception, or a job has killed too many workers.
+            WorkerError: The function raised an exception, a job has killed too many workers, or one has other code.
         """
         ...
 
@@ -39,11 +48,16 @@ class LocalExecutor:
     """Worker processes of this machine; with one, the jobs are done in this process."""
 
     def __init__(self, processes: int = 1):
-        if processes < 1:
-            raise CaregiverError(f"jobs must be at least 1, not {processes}")
-        self._processes = processes
+        if not isinstance(processes, Integral) or int(processes) < 1:
+            raise CaregiverError(f"jobs must be at least 1, not {processes!r}")
+        self._processes: int = int(processes)
 
-    def run(self, function: Callable[[Job], Result], jobs: Sequence[Job]) -> Generator[tuple[Job, Result]]:
+    def check(self, code: Code) -> None:
+        """Nothing: they all read the same files."""
+
+    def run(
+        self, function: Callable[[Job], Result], jobs: Sequence[Job], code: Code = dict
+    ) -> Generator[tuple[Job, Result]]:
         """See `Executor`."""
         return run_jobs(function, jobs, max(1, min(self._processes, len(jobs))))
 

@@ -59,12 +59,7 @@ def read_finished(folder: str | os.PathLike[str]) -> Finished:
         CaregiverError: There is none in the folder, it is not finished, or something in it is not as it was written.
     """
     path = pathlib.Path(folder)
-    if not (path / "run.json").is_file():
-        raise CaregiverError(f"'{folder}' holds no run: `caregiver-mj evaluate --out DIR` makes one")
-    if not (path / "summary.json").is_file():
-        raise CaregiverError(f"the run in '{folder}' is not finished: go on with `caregiver-mj evaluate --resume`")
-    if not (path / "maps.parquet").is_file():
-        raise CaregiverError(f"the run in '{folder}' has no maps.parquet, as runs of an older version: run it again")
+    _check_files(path)
     try:
         found = _read(path)
         found.seeds  # noqa: B018 (must be readable too)
@@ -73,6 +68,8 @@ def read_finished(folder: str | os.PathLike[str]) -> Finished:
             "maps.parquet": _foreign_maps(found),
             "summary.json": _foreign_summary(found),
         }
+    except KeyError as error:
+        raise CaregiverError(f"the run in '{folder}' cannot be read: there is no {error} in it") from error
     except _UNREADABLE as error:
         what = " ".join(str(error).split()) or type(error).__name__
         raise CaregiverError(f"the run in '{folder}' cannot be read: {what}") from error
@@ -84,8 +81,24 @@ def read_finished(folder: str | os.PathLike[str]) -> Finished:
     return found
 
 
+def _check_files(path: pathlib.Path) -> None:
+    """Raises CaregiverError unless there are the files of a finished run."""
+    try:
+        if not (path / "run.json").is_file():
+            raise CaregiverError(f"'{path}' holds no run: `caregiver-mj evaluate --out DIR` makes one")
+        if not (path / "summary.json").is_file():
+            raise CaregiverError(f"the run in '{path}' is not finished: go on with `caregiver-mj evaluate --resume`")
+        if not (path / "maps.parquet").is_file():
+            raise CaregiverError(f"the run in '{path}' has no maps.parquet, as runs of an older version: run it again")
+    except OSError as error:
+        raise CaregiverError(f"the run in '{path}' cannot be read: {error.strerror}") from None
+
+
 def _read(path: pathlib.Path) -> Finished:
     record, summary = (read_json(path / f"{name}.json") for name in ("run", "summary"))
+    for name, found in (("run.json", record), ("summary.json", summary)):
+        if not isinstance(found, dict):
+            raise ValueError(f"its {name} holds {type(found).__name__}, and no such record")
     # Runs of an older version have single novices, the paper's damages, and the one robot that there was.
     record.setdefault("families", [str(Family.of(epsilon)) for epsilon in record.get("epsilons", ())])
     record.setdefault("damage", str(DamageWeights()))

@@ -8,14 +8,36 @@ import hashlib
 import importlib.metadata
 import pathlib
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
+from caregiver_mj.caregivers.registry import find_caregiver
+from caregiver_mj.children.family import CHILDREN, ChildSpec, Family
 from caregiver_mj.errors import CaregiverError
 
 _DIGITS = 16  # of a hash: more than enough to tell versions apart
 _OWN = __name__.partition(".")[0]
 _INSTALLED = ("site-packages", "dist-packages")  # folders in which what lies beside a module is nobody's own
+
+
+def origins(caregivers: Iterable[str], families: Iterable[Family], embodiment: str | None = None) -> dict[str, str]:
+    """Where the code of others comes from that episodes depend on, by what it is: see `origin`.
+
+    Args:
+        caregivers: Names, as `find_caregiver` takes them.
+        families: The children.
+        embodiment: Name of the robot; None in the grid.
+    """
+    found: dict[str, Any] = {f"caregiver {name}": find_caregiver(name) for name in caregivers}
+    for child in (child for family in families for child in family.children):
+        found[f"child {getattr(child, 'behaviour', child)}"] = (
+            CHILDREN[child.behaviour] if isinstance(child, ChildSpec) else type(child)
+        )
+    if embodiment is not None:
+        from caregiver_mj.robot.embodiments import EMBODIMENTS  # here, for the grid does without MuJoCo
+
+        found[f"robot {embodiment}"] = EMBODIMENTS[embodiment]
+    return {what: text for what, made in found.items() if made is not None and (text := origin(made))}
 
 
 def origin(found: Any) -> str:

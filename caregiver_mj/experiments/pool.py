@@ -32,6 +32,8 @@ def pool_runs(runs: Sequence[Finished], out: str | os.PathLike[str]) -> dict[str
     Raises:
         CaregiverError: The runs are of one seed, or of different settings; or the folder cannot be written.
     """
+    if os.path.exists(os.path.join(out, "run.json")):
+        raise CaregiverError(f"'{out}' already holds a run: take another folder for those that are pooled")
     first, *others = runs
     for other in others:
         keys = {**first.record, **other.record}

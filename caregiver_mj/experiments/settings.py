@@ -6,12 +6,13 @@ import dataclasses
 import functools
 import itertools
 from collections.abc import Sequence
+from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
 from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver
-from caregiver_mj.children.family import CHILDREN, ChildSpec, Family, Who
-from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.origin import origin
+from caregiver_mj.children.family import Family, Who
+from caregiver_mj.errors import CaregiverError, check_kind
+from caregiver_mj.experiments.origin import origins
 from caregiver_mj.experiments.versions import versions
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
@@ -122,6 +123,8 @@ class Settings:
             from caregiver_mj.robot.embodiments import find_embodiment  # here, for the grid does without MuJoCo
 
             find_embodiment(self.embodiment)
+        for plan in self.plans:
+            check_kind("a house", plan, FloorPlan, advice=": FloorPlan.load makes one")
         for name in self.caregivers:
             if name == FLOOR:
                 continue
@@ -136,13 +139,13 @@ class Settings:
                 raise CaregiverError(f"{what} must be one or more, each of them once, not {values}")
         if len({plan.damage for plan in self.plans}) > 1:
             raise CaregiverError("collisions must cost the same in all houses")
-        if self.episodes < 1:
-            raise CaregiverError(f"episodes must be at least 1, not {self.episodes}")
+        if not isinstance(self.episodes, Integral) or self.episodes < 1:
+            raise CaregiverError(f"episodes must be at least 1, not {self.episodes!r}")
         rows = len(self.plans) * len(self.caregivers) * len(self.families) * self.episodes
         if rows > MOST_ROWS:
             raise CaregiverError(f"episodes would be {rows:,} in all, and a run has {MOST_ROWS:,} at most")
-        if self.seed < 0:
-            raise CaregiverError(f"the seed must not be negative: {self.seed}")
+        if not isinstance(self.seed, Integral) or self.seed < 0:
+            raise CaregiverError(f"the seed must be an integer, and not negative: {self.seed!r}")
 
     def record(self) -> dict[str, Any]:
         """The settings and versions as JSON, to tell whether two runs can be one."""
@@ -163,17 +166,9 @@ class Settings:
         }
 
     def code(self) -> dict[str, str]:
-        """Where the code of others that the results depend on comes from, by what it is: see `origin`."""
-        found: dict[str, Any] = {f"caregiver {name}": find_caregiver(name) for name in self.caregivers if name != FLOOR}
-        for child in (child for family in self.families for child in family.children):
-            found[f"child {getattr(child, 'behaviour', child)}"] = (
-                CHILDREN[child.behaviour] if isinstance(child, ChildSpec) else type(child)
-            )
-        if self.world == "house":
-            from caregiver_mj.robot.embodiments import EMBODIMENTS  # here, for the grid does without MuJoCo
-
-            found[f"robot {self.embodiment}"] = EMBODIMENTS[self.embodiment]
-        return {what: text for what, made in found.items() if made is not None and (text := origin(made))}
+        """Where the code of others that the results depend on comes from, by what it is: see `origins`."""
+        caregivers = (name for name in self.caregivers if name != FLOOR)
+        return origins(caregivers, self.families, self.embodiment if self.world == "house" else None)
 
     def blocks(self, grid_block: int = GRID_BLOCK, extended_at: Sequence[int] = ()) -> list[Block]:
         """The work in pieces, each of which is done as a whole: one episode in the house, at most so many in the grid.

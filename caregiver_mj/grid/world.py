@@ -27,7 +27,7 @@ from caregiver_mj.caregivers.told import Future, ToldCaregiver, Truth
 from caregiver_mj.children.behaviour import Sight
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import Tape, start_cells
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.errors import LARGEST_SEED, CaregiverError, check_integer, check_kind
 from caregiver_mj.grid.paths import paths
 from caregiver_mj.interventions.intervention import Interventions
 from caregiver_mj.interventions.registry import VERBS, verb_of
@@ -123,6 +123,8 @@ class GridWorld:
             raise CaregiverError(
                 "a caregiver that is told more than it sees does not act while children are on their way"
             )
+        check_kind("the house", plan, FloorPlan, advice=": FloorPlan.load makes one")
+        check_kind("the caregiver", caregiver, Caregiver, type(None), advice=": make_caregiver makes one")
         self.plan = plan
         self.meanwhile: float = meanwhile
         self.behaviours = list(Family.of(family).make(plan))
@@ -140,6 +142,10 @@ class GridWorld:
     def reset(self, tapes: Sequence[Sequence[Tape]]) -> None:
         """Begins one episode for each family of tapes, which has one for each child."""
         batch, children = len(tapes), len(self.behaviours)
+        if not batch or any(len(family) != children for family in tapes):
+            raise CaregiverError(
+                f"there must be at least one episode, and in each a tape for each of {children} children"
+            )
         start = np.array([[tape.start for tape in family] for family in tapes])  # (B, K, 3)
         steps = np.array([[tape.steps for tape in family] for family in tapes])  # (B, K, timesteps, 3)
         self._draws = np.ascontiguousarray(np.moveaxis(steps, 2, 0))  # (timesteps, B, K, 3)
@@ -350,6 +356,8 @@ def run_episodes(
     progress: Callable[[], None] = lambda: None,
 ) -> Ledger:
     """Runs one episode for every seed."""
+    for seed in seeds:
+        check_integer("the seed of an episode", seed, 0, LARGEST_SEED)
     family = Family.of(family)
     tapes = [Tape.draw_family(np.random.RandomState(seed), len(family)) for seed in seeds]
     return GridWorld(plan, family, caregiver).run(tapes, progress)

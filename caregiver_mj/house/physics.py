@@ -183,7 +183,10 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         Raises:
             CaregiverError: The action has another shape, or a value that is not finite.
         """
-        action = np.asarray(action, float)
+        try:
+            action = np.asarray(action, float)
+        except (TypeError, ValueError):
+            raise CaregiverError(f"an action is an array of numbers, not {action!r}") from None
         if action.shape != self._action_shape:
             raise CaregiverError(f"an action has the shape {self._action_shape}, not {action.shape}")
         if not all(map(math.isfinite, action.tolist())):

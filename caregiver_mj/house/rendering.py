@@ -15,6 +15,7 @@ import contextlib
 import ctypes
 import functools
 import os
+import warnings
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -171,7 +172,13 @@ class OSMesaContext(base.ContextBase):
 
 
 def _glfw_context(max_width: int, max_height: int) -> base.ContextBase:
-    from dm_control._render import glfw_renderer  # connects to the display
+    import glfw
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of glfw's, in two lines
+        if not glfw.init():
+            raise RuntimeError("there is no display that it can connect to")
+        from dm_control._render import glfw_renderer  # connects to the display
 
     return glfw_renderer.GLFWContext(max_width, max_height)
 

@@ -17,6 +17,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import importlib.resources
+import numbers
 import os
 import pathlib
 from collections.abc import Sequence
@@ -25,12 +26,13 @@ from typing import Any
 
 import numpy as np
 
-from caregiver_mj.errors import FloorPlanError
+from caregiver_mj.errors import FloorPlanError, check_kind
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell, CellGraph
 from caregiver_mj.plans.hazards import DamageWeights, Hazards
 from caregiver_mj.plans.symbols import BIN, CANDLE, FREE, STAIRWELL, TABLE
 from caregiver_mj.plans.validation import validate
 
+_LARGEST = 1_000_000  # bytes of a file with a plan, more than any house has cells
 DEFAULT_CELL_SIZE = 0.75  # metres; a toddler's timestep at 1.6 km/h is then 1.69 s
 
 
@@ -75,6 +77,7 @@ class FloorPlan:
         """
         from caregiver_mj.plans import sets  # here, for what it makes are plans
 
+        check_kind("a house, if no FloorPlan,", name_or_path, str, os.PathLike)
         if str(name_or_path) in house_names():
             resource = _houses_folder() / f"{name_or_path}.txt"
             return cls.parse(resource.read_text(encoding="utf-8"), str(name_or_path), cell_size, damage)
@@ -83,15 +86,20 @@ class FloorPlan:
             return cls.parse(made.text, made.name, cell_size, damage)
         path = pathlib.Path(name_or_path)
         try:
-            text = path.read_text(encoding="utf-8-sig")  # some editors begin with a byte order mark
+            with path.open("rb") as file:
+                content = file.read(_LARGEST + 1)
+            if len(content) > _LARGEST:
+                raise FloorPlanError(f"floor plan '{name_or_path}' cannot be read: it has more than {_LARGEST:,} bytes")
+            text = content.decode("utf-8-sig")  # some editors begin with a byte order mark
         except FileNotFoundError:
             raise FloorPlanError(
                 f"no floor plan '{name_or_path}': neither a file nor one of {', '.join(house_names())}, "
                 "nor generated as house-17 or test-100/17 are"
             ) from None
-        except (OSError, UnicodeDecodeError) as error:
+        except (OSError, ValueError) as error:
             raise FloorPlanError(f"floor plan '{name_or_path}' cannot be read: {error}") from None
-        return cls.parse(text, path.stem, cell_size, damage)
+        name = path.stem.encode(errors="replace").decode()  # of files whose names are no text, too
+        return cls.parse(text, name, cell_size, damage)
 
     @classmethod
     def parse(
@@ -112,12 +120,15 @@ class FloorPlan:
         Raises:
             FloorPlanError: The text is not a valid plan. The message says what is wrong and where.
         """
+        check_kind("the text of a floor plan", text, str)
+        check_kind("the name of a floor plan", name, str)
+        check_kind("the damage", damage, DamageWeights)
         lines = [line.rstrip() for line in text.splitlines()]
         first = next((i for i, line in enumerate(lines) if line), None)
         if first is None:
             raise FloorPlanError(f"floor plan '{name}' line 1, column 1: the plan is empty")
         last = max(i for i, line in enumerate(lines) if line)
-        if not (np.isfinite(cell_size) and cell_size > 0):
+        if not (isinstance(cell_size, numbers.Real) and np.isfinite(cell_size) and cell_size > 0):
             raise FloorPlanError(f"floor plan '{name}': the cell size must be a positive length, not {cell_size} m")
         plan = cls(name, tuple(lines[first : last + 1]), float(cell_size), damage)
         validate(plan, first_line=first + 1)

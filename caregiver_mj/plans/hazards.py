@@ -6,6 +6,7 @@ import dataclasses
 import enum
 import functools
 import math
+import numbers
 from collections.abc import Iterator, Sequence
 from typing import overload
 
@@ -32,8 +33,9 @@ class DamageWeights:
 
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
-            if not (math.isfinite(value := getattr(self, field.name)) and value >= 0):
-                raise CaregiverError(f"the damage of a {field.name} must be a number of at least 0, not {value}")
+            value = getattr(self, field.name)
+            if not (isinstance(value, numbers.Real) and math.isfinite(value) and float(value) >= 0):
+                raise CaregiverError(f"the damage of a {field.name} must be a number of at least 0, not {value!r}")
 
     @classmethod
     def parse(cls, text: str) -> DamageWeights:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from collections.abc import Sequence
+from numbers import Integral
 
 import numpy as np
 
@@ -67,7 +69,7 @@ class Request:
         """What the house is called, and can be loaded by: `house-17`, or `house-17-14x12-rooms3`."""
         words = [f"house-{self.seed}"]
         if self.size is not None:
-            words.append("x".join(map(str, self.size)))
+            words.append("x".join(map(str, self.size)) if isinstance(self.size, Sequence) else str(self.size))
         words += [f"{field}{count}" for field in _USUAL if (count := getattr(self, field)) is not None]
         return "-".join(words)
 
@@ -84,13 +86,18 @@ class Request:
 
     def check(self) -> None:
         """Raises FloorPlanError if there can be no such house."""
+        if not isinstance(self.seed, Integral):
+            raise self.error(f"the seed must be an integer, not {self.seed!r}")
         if not 0 <= self.seed < SEEDS:
             raise self.error(f"the seed must lie between 0 and {SEEDS - 1}, not at {self.seed}")
+        if self.size is not None and not (isinstance(self.size, Sequence) and len(self.size) == 2):
+            raise self.error(f"the size is columns and rows, such as (14, 12), not {self.size!r}")
         for side in self.size or ():
-            if not SMALLEST <= side <= LARGEST:
+            if not isinstance(side, Integral) or not SMALLEST <= side <= LARGEST:
                 raise self.error(f"a house has {SMALLEST} to {LARGEST} rows and columns, not {side}")
         for field, least in _LEAST.items():
-            if (count := getattr(self, field)) is not None and count < least:
+            count = getattr(self, field)
+            if count is not None and (not isinstance(count, Integral) or count < least):
                 raise self.error(f"{field} must be at least {least}, not {count}")
         if self.stairwells == self.candles == 0:
             raise self.error("without a stairwell and without a candle there is nothing to protect a child from")

@@ -52,7 +52,7 @@ def house_set(name: str) -> tuple[FloorPlan, ...]:
     return tuple(generate(seed) for seed in seeds)
 
 
-def houses_named(names: Iterable[str], damage: DamageWeights = DamageWeights()) -> tuple[FloorPlan, ...]:
+def houses_named(names: str | Iterable[str], damage: DamageWeights = DamageWeights()) -> tuple[FloorPlan, ...]:
     """The houses that several names stand for, in their order.
 
     Args:
@@ -63,6 +63,7 @@ def houses_named(names: Iterable[str], damage: DamageWeights = DamageWeights()) 
         FloorPlanError: There is no such house or set, or two houses have the same name.
     """
     plans: list[FloorPlan] = []
+    names = [names] if isinstance(names, str) else names
     for name in names:
         seeds = _seeds(name)
         wanted = [name] if seeds is None else [f"house-{seed}" for seed in seeds]
@@ -75,8 +76,8 @@ def houses_named(names: Iterable[str], damage: DamageWeights = DamageWeights()) 
 
 def _seeds(name: str) -> range | None:
     """Seeds of the houses of a set; None if it is no name of one."""
-    found = re.fullmatch(r"(train|test)-(\d+)", name, re.ASCII)
-    if found is None:
+    found = isinstance(name, str) and re.fullmatch(r"(train|test)-(\d+)", name, re.ASCII)
+    if not found:
         return None
     first, size = FIRST_SEEDS[found[1]], int(found[2])
     if not 1 <= size <= LARGEST_SET:

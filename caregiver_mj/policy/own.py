@@ -9,6 +9,7 @@ import numpy as np
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.registry import check_call
 
 if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.house.rendering
     import dm_env
@@ -25,7 +26,6 @@ class OwnPolicy:
     # It says nothing of what it is about, nor why.
     assessment = intervention = None
     target = NOTHING
-    activity = ""
 
     def __init__(self, name: str, make: Callable[[Any], Any], env: control.Environment):
         """Makes the policy.
@@ -41,6 +41,7 @@ class OwnPolicy:
         """
         if not env.task.has_robot:
             raise CaregiverError(f"there is no robot in this environment for '{name}' to act with")
+        check_call(f"'{name}'", make, env)
         self.name, self._task, self._policy = name, env.task, make(env)
         if not callable(self._policy):
             raise CaregiverError(
@@ -53,3 +54,8 @@ class OwnPolicy:
         if timestep.first() and (reset := getattr(self._policy, "reset", None)):
             reset(self._task.caregiver_seed)
         return self._policy(timestep)
+
+    @property
+    def activity(self) -> str:
+        """What the robot is doing, in words, if the policy has an `activity` that says it; else whose doing it is."""
+        return str(getattr(self._policy, "activity", self.name))

@@ -19,7 +19,7 @@ from caregiver_mj.caregivers.percept import Assessment, Percept
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.caregivers.start import starting_tables
 from caregiver_mj.caregivers.told import ToldCaregiver
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.house.sensing import Sensing
 from caregiver_mj.interventions.intervention import BLOCK, RELOCATE, Intervention
@@ -75,7 +75,12 @@ class CaregiverPolicy:
         Raises:
             CaregiverError: There is no robot in the environment, or no caregiver of that name.
         """
-        task = env.task
+        task: Any = getattr(env, "task", None)
+        if not hasattr(task, "has_robot"):
+            raise CaregiverError(
+                "a caregiver's policy is for an environment of `caregiver_mj.load`, as is `env.unwrapped.dm_env` of "
+                f"Gymnasium's, and not for {type(env).__name__}"
+            )
         if not task.has_robot:
             raise CaregiverError("there is no robot in this environment for a caregiver to act with")
         self.plan: FloorPlan = task.plan
@@ -226,6 +231,7 @@ def _make_scene(plan: FloorPlan, embodiment: Embodiment, heights: tuple[float, .
 def _caregiver(caregiver: str | Caregiver, task: CareTask, seed: int) -> Caregiver:
     made: Caregiver | None
     if not isinstance(caregiver, str):
+        check_kind("a caregiver", caregiver, str, Caregiver)
         made = caregiver
     else:
         made = InstructedCaregiver(task.plan) if task.goal_given else make_caregiver(caregiver, task.plan, seed)

@@ -102,12 +102,19 @@ class Store:
         """
         self.path, record = path, path / "asked.json"
         asked = json.loads(json.dumps(asked))
-        if record.exists():
+        try:
+            found = json.loads(record.read_text("utf-8")) if record.exists() else None
+        except OSError as error:
+            raise CaregiverError(f"'{record}' cannot be read: {error.strerror}") from None
+        except ValueError:
+            found = "nothing of the kind"
+        if found is not None:
             if not resume:
                 raise CaregiverError(
                     f"'{path}' holds a recording that was broken off: go on with --resume, or remove it"
                 )
-            found = json.loads(record.read_text("utf-8"))
+            if not isinstance(found, dict):
+                raise CaregiverError(f"'{record}' does not say what was recorded: remove '{path}', and begin anew")
             other = [key for key in {**found, **asked} if found.get(key) != asked.get(key)]
             if other:
                 what = "; ".join(f"{key} is {found.get(key)} there and {asked.get(key)} here" for key in other)

@@ -175,7 +175,7 @@ def _allowed_rate(view: View, robot: Embodiment, child: ChildView, velocity: Vec
         return 1.0
     (vx, vy), speed = velocity, math.hypot(*velocity)
     dx, dy = child.position[0] - base[0], child.position[1] - base[1]
-    away = math.hypot(dx, dy)
+    away = math.hypot(dx, dy) or 1.0
     towards, across = (vx * dx + vy * dy) / away, abs(vx * dy - vy * dx) / away
     # Close by, a path past the child counts as one that leads towards it: it may turn, and so may the path.
     approach = towards + speed * _PASSING * min(1.0, max(0.0, 1.0 - room / _PASSING_GAP))
@@ -238,7 +238,7 @@ def _comes(base: Pose, robot: Embodiment, child: ChildView) -> bool:
     """Whether a child walks towards the robot, or has just run into it."""
     room = _gap(base, robot, child)
     dx, dy = base[0] - child.position[0], base[1] - child.position[1]
-    towards = (dx * child.velocity[0] + dy * child.velocity[1]) / math.hypot(dx, dy)
+    towards = (dx * child.velocity[0] + dy * child.velocity[1]) / (math.hypot(dx, dy) or 1.0)
     return room < _TOUCHING_GAP or (room < _COMING_GAP and towards > _COMING_SPEED)
 
 

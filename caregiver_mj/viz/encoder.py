@@ -11,7 +11,7 @@ from collections.abc import Callable, Generator, Iterator
 import imageio_ffmpeg
 import numpy as np
 
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.errors import CaregiverError, check_kind
 
 # x264's quality (lower is better), and how much it works for a small file.
 _QUALITY, _PRESET = "20", "veryfast"
@@ -74,6 +74,7 @@ def writable(path: str | os.PathLike[str], suffix: str) -> pathlib.Path:
     Raises:
         CaregiverError: It cannot.
     """
+    check_kind("a file", path, str, os.PathLike)
     path = pathlib.Path(path)
     if path.suffix.lower() != suffix:
         raise CaregiverError(f"'{path}' must be called FILE{suffix}")
@@ -81,8 +82,9 @@ def writable(path: str | os.PathLike[str], suffix: str) -> pathlib.Path:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path.parent):
             pass
+        folder = path.is_dir()  # which also says so if the name is too long
     except OSError as error:
         raise CaregiverError(f"'{path}' cannot be written: {error.strerror}") from None
-    if path.is_dir():
+    if folder:
         raise CaregiverError(f"'{path}' cannot be written: it is a folder")
     return path

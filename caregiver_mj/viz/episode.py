@@ -14,7 +14,7 @@ from dm_control.rl import control
 
 from caregiver_mj.caregivers.percept import Assessment
 from caregiver_mj.children.family import Family
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.errors import CaregiverError, check_integer
 from caregiver_mj.experiments.seeds import episode_random, episode_seed
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.own import OwnPolicy
@@ -95,8 +95,8 @@ class Episode:
         Raises:
             CaregiverError: Something of that is not possible.
         """
-        if seed < 0 or (number is not None and number < 0):
-            raise CaregiverError(f"neither seed nor episode may be negative: {seed}, {number}")
+        for what, value in (("seed", seed), ("episode", 0 if number is None else number)):
+            check_integer(what, value, 0)
         family = Family.of(children)
         random = episode_random(seed if number is None else episode_seed(seed, number))
         robot = caregiver != "none"
@@ -111,7 +111,10 @@ class Episode:
         while (self._steps + 0.5) * period < seconds:
             if self._timestep.last():
                 return False
-            self._timestep = self.env.step(self._action)
+            try:
+                self._timestep = self.env.step(self._action)
+            except control.PhysicsError:
+                raise CaregiverError(f"the simulation has come apart, {self.seconds:.1f} s into the episode") from None
             self._action = self._decide()
             self._steps += 1
         self._trails.append(moment.child_positions(self._timestep.observation))

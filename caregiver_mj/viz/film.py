@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import numbers
 import os
 from collections.abc import Callable, Iterator
 from typing import Protocol
@@ -116,11 +117,11 @@ def render_episode(
 
 def _check_picture(width: int, height: int, fps: float, seconds: float) -> None:
     for what, size, smallest, largest in zip(("width", "height"), (width, height), _SMALLEST, _LARGEST, strict=True):
-        if size % 2 or not smallest <= size <= largest:
-            raise CaregiverError(f"{what} must be an even number of pixels from {smallest} to {largest}, not {size}")
-    if not 1.0 <= fps <= 120.0:
+        if not isinstance(size, numbers.Integral) or size % 2 or not smallest <= size <= largest:
+            raise CaregiverError(f"{what} must be an even number of pixels from {smallest} to {largest}, not {size!r}")
+    if not (isinstance(fps, numbers.Real) and 1.0 <= fps <= 120.0):
         raise CaregiverError(f"fps must lie in 1 to 120, not {fps}")
-    if not (math.isfinite(seconds) and seconds > 0):
+    if not (isinstance(seconds, numbers.Real) and math.isfinite(seconds) and seconds > 0):
         raise CaregiverError(f"seconds must be a positive length, not {seconds}")
 
 

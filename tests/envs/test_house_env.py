@@ -170,8 +170,23 @@ def test_a_picture_is_drawn():
     assert make().unwrapped.render() is None
 
 
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"camera": "hall"}, "no camera 'hall': there are .*overview"),
+        ({"width": 0}, "width must be a number of pixels from 1 to "),
+        ({"height": 10**6}, "height must be a number of pixels from 1 to "),
+        ({"height": 4.5}, "height must be a number of pixels .*, not 4.5"),
+    ],
+)
+@pytest.mark.parametrize("name", ["Supervise", "SuperviseTargets"])
+def test_pictures_that_there_cannot_be(name, options, words):
+    world = {"world": "house"} if name == "SuperviseTargets" else {}
+    with pytest.raises(CaregiverError, match=words):
+        make(name, render_mode="rgb_array", **world, **options)
+
+
 def test_a_film_is_recorded(tmp_path):
-    pytest.importorskip("moviepy")
     env = make(render_mode="rgb_array", width=64, height=48, task_kwargs={"time_limit": 0.1})
     env = gymnasium.wrappers.RecordVideo(env, str(tmp_path), disable_logger=True)
     run(env, 99)

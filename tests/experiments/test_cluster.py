@@ -1,5 +1,6 @@
 """A Dask cluster on this machine: the same table as without one, whoever dies; and clear words where it cannot work."""
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -17,7 +18,9 @@ from caregiver_mj.experiments.cluster import DaskExecutor
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.workers import WorkerError
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import houses_named
+from caregiver_mj.registry import modules_of_the_folder
 
 NOWHERE = "tcp://127.0.0.1:9"  # where nothing listens
 
@@ -125,6 +128,8 @@ def test_command(cluster, capsys):
         (["--executor", "dask"], "--executor dask needs --scheduler ADDRESS"),
         (["--executor", "dask", "--scheduler", NOWHERE, "--jobs", "2"], "--jobs is of this machine"),
         (["--executor", "dask", "--scheduler", "no-scheme://x:1"], "no scheduler at 'no-scheme://x:1': "),
+        (["--executor", "dask", "--scheduler", ""], "no scheduler at '': an address is such as tcp://"),
+        (["--executor", "dask", "--scheduler", "http://x:1"], "no scheduler at 'http://x:1': unknown address scheme"),
         (["--executor", "cloud"], "invalid choice: 'cloud'"),
     ],
 )
@@ -169,17 +174,75 @@ def test_worker_of_several_threads():
         DaskExecutor(cluster.scheduler_address)
 
 
+@contextlib.contextmanager
+def worker_in(folder, address, **variables):
+    """A worker that was started in a folder."""
+    command = [sys.executable, "-m", "distributed.cli.dask_worker", address]
+    command += ["--no-nanny", "--nthreads", "1", "--no-dashboard"]
+    options = {"env": os.environ | variables, "cwd": folder, "stderr": subprocess.DEVNULL}
+    with subprocess.Popen(command, **options) as worker:
+        try:
+            yield
+        finally:
+            worker.terminate()
+
+
 def test_worker_of_another_version(tmp_path):
     record = tmp_path / "caregiver_mj-0.0.9.dist-info" / "METADATA"
     record.parent.mkdir()
     record.write_text("Metadata-Version: 2.1\nName: caregiver_mj\nVersion: 0.0.9\n")
-    with start_cluster(0, processes=False) as cluster:
-        command = [sys.executable, "-m", "distributed.cli.dask_worker", cluster.scheduler_address]
-        command += ["--no-nanny", "--nthreads", "1", "--no-dashboard"]
-        environment = os.environ | {"PYTHONPATH": str(tmp_path)}
-        with subprocess.Popen(command, env=environment, cwd=tmp_path, stderr=subprocess.DEVNULL) as worker:
-            try:
-                with pytest.raises(CaregiverError, match=r"worker .* has caregiver_mj 0\.0\.9: install 0\.1\.0 there"):
-                    DaskExecutor(cluster.scheduler_address, timeout=60.0)
-            finally:
-                worker.terminate()
+    with (
+        start_cluster(0, processes=False) as cluster,
+        worker_in(tmp_path, cluster.scheduler_address, PYTHONPATH=str(tmp_path)),
+        pytest.raises(CaregiverError, match=r"worker .* has caregiver_mj 0\.0\.9: install 0\.1\.0 there"),
+    ):
+        DaskExecutor(cluster.scheduler_address, timeout=60.0)
+
+
+def test_policies_of_ones_own_are_the_same_on_every_worker_or_refused(tmp_path, monkeypatch, capsys):
+    here, there = tmp_path / "here", tmp_path / "there"
+    here.mkdir()
+    there.mkdir()
+    monkeypatch.chdir(here)
+    text = (
+        "import numpy as np\n"
+        "from caregiver_mj.caregivers import Caregiver\n"
+        "class Mine(Caregiver):\n"
+        "    def choose(self, percept):\n"
+        "        return np.zeros(len(percept.child_cell), int)\n"
+    )
+    (here / "clustered.py").write_text(text)
+    argv = [word if word != "none" else "clustered:Mine" for word in EVALUATE]
+    assert cli.main(argv) == 0
+    wanted = capsys.readouterr().out
+    with start_cluster(0, processes=False) as cluster, worker_in(there, cluster.scheduler_address):
+        with DaskExecutor(cluster.scheduler_address, timeout=60.0):
+            argv += ["--executor", "dask", "--scheduler", cluster.scheduler_address]
+        assert cli.main([*argv, "--out", "run"]) == 2
+        err = capsys.readouterr().err
+        assert "No module named 'clustered'; code of your own must be installed there, or lie in the folder" in err
+        assert err.count("\n") == 1
+        assert not (here / "run").exists()
+
+        (there / "clustered.py").write_text(text)
+        assert cli.main(argv) == 0
+        assert capsys.readouterr().out == wanted
+
+        for folder in (here, there):  # the worker has the old one in memory
+            (folder / "clustered.py").write_text(text.replace("zeros", "ones"))
+        assert cli.main(argv) == 2
+        err = capsys.readouterr().err
+        assert "it has caregiver clustered:Mine clustered.py, sha256 " in err
+        assert "start it anew after an edit" in err
+
+        # one that comes while a run goes on is looked at before its first job
+        settings = Settings((FloorPlan.load("paper"),), "grid", ("clustered:Mine",), ("1",), 3)
+        with (
+            DaskExecutor(cluster.scheduler_address) as executor,
+            modules_of_the_folder(),
+            pytest.raises(
+                WorkerError, match=r"not as it is where the run was started: it has caregiver clustered:Mine"
+            ),
+        ):
+            evaluate(settings, executor=executor)
+    sys.modules.pop("clustered")

@@ -38,7 +38,7 @@ def test_families_may_be_said_by_their_epsilon():
         ({"families": (float("nan"),)}, "epsilon must lie in"),
         ({"families": (Family((ChildSpec(0.5, "angel"),)),)}, "no child 'angel'"),
         ({"episodes": 0}, "episodes must be at least 1, not 0"),
-        ({"seed": -1}, "the seed must not be negative: -1"),
+        ({"seed": -1}, "the seed must be an integer, and not negative: -1"),
         ({"plans": (PAPER, PAPER)}, "houses must be one or more, each of them once"),
         ({"plans": (PAPER, FloorPlan.load("house-3", damage=DamageWeights(1, 1, 1)))}, "cost the same in all houses"),
         ({"embodiment": "butler"}, "no robot 'butler': there are mobile_fr3, mobile_ur5e"),

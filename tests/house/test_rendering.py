@@ -37,6 +37,7 @@ def run(code: str, **environment: str | None) -> str:
         check=False,
     )
     assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
     return done.stdout.strip()
 
 
@@ -91,6 +92,14 @@ def test_a_wish_that_is_none_is_named():
     printed = run(f"from caregiver_mj.house import rendering{RENDER}", MUJOCO_GL="nonsense")
     words = "egl, osmesa, glfw, glx, off"
     assert printed == f"CaregiverError the environment variable MUJOCO_GL is 'nonsense', which is none of {words}"
+
+
+@pytest.mark.parametrize("wish", ["glfw", "glx"])
+def test_a_window_system_without_a_display_is_told_in_a_line(wish):
+    code = f"from caregiver_mj.house import rendering{RENDER}"
+    printed = run(code, MUJOCO_GL=wish, DISPLAY=None, WAYLAND_DISPLAY=None)
+    assert printed.startswith(f"RenderingError cannot render: no OpenGL backend works ({wish}: there is no display")
+    assert "\n" not in printed
 
 
 def test_falls_back_to_osmesa():

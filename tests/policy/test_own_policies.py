@@ -59,12 +59,33 @@ class Still:
         return self.action
 
 
+class Telling(Still):
+    activity = "wait"
+
+
 def too_short(env):
     return lambda timestep: np.zeros(3)
 
 
 def no_maker(env):
     return np.zeros(env.action_spec().shape)
+
+
+def no_numbers(env):
+    return lambda timestep: "forwards"
+
+
+def takes_nothing():
+    return lambda timestep: np.zeros(11)
+
+
+class Unfinished(TargetPolicy):
+    """Has no `act`."""
+
+
+class TakesNothing(Last):
+    def __init__(self):
+        pass
 
 
 NUMBER = 3
@@ -126,6 +147,14 @@ def test_a_policy_of_actions_is_made_for_its_environment_and_told_the_seed():
         ("grid", f"{HERE}:Still", "'test_own_policies:Still' is a policy of the robot's actions: it needs --world hou"),
         ("house", f"{HERE}:no_maker", "must make a policy of an environment, .* it has made ndarray"),
         ("house", f"{HERE}:too_short", r"an action has the shape \(11,\), not \(3,\)"),
+        ("house", f"{HERE}:no_numbers", "an action is an array of numbers, not 'forwards'"),
+        (
+            "house",
+            f"{HERE}:takes_nothing",
+            r"takes_nothing' cannot be called with \(Environment\): too many",
+        ),
+        ("grid", f"{HERE}:Unfinished", "'test_own_policies:Unfinished' lacks act"),
+        ("grid", f"{HERE}:TakesNothing", r"TakesNothing' cannot be called with \(FloorPlan, int\): too many"),
         ("grid", f"{HERE}:NUMBER", "neither a subclass of Caregiver nor something that makes a policy"),
         ("grid", f"{HERE}:Nobody", "cannot be loaded: AttributeError: .* no attribute 'Nobody'"),
         ("grid", "nobody_at_home:x", "cannot be loaded: ModuleNotFoundError: No module named 'nobody_at_home'"),
@@ -181,6 +210,14 @@ def test_a_simulation_driven_apart_is_told(monkeypatch):
         evaluate(Settings(TINY, "house", (f"{HERE}:Still",), (1.0,), 1))
 
 
+def test_a_simulation_that_comes_apart_before_the_camera_is_told():
+    episode = Episode.load("supervise", TINY, 0.5, caregiver=f"{HERE}:Still")
+    episode.run_until(0.1)
+    episode.env.physics.data.qvel[:] = 1e12
+    with pytest.raises(CaregiverError, match=r"the simulation has come apart, 0\.1 s into the episode"):
+        episode.run_until(1.0)
+
+
 def test_policies_of_packages(monkeypatch):
     group = "caregiver_mj.policies"
     entries = [
@@ -200,6 +237,13 @@ def test_policies_of_packages(monkeypatch):
         make_caregiver("still", TINY)
     with pytest.raises(CaregiverError, match=r"no caregiver 'nobody': there are none, .*, mine, number, still, and"):
         find_caregiver("nobody")
+
+
+def test_a_module_that_leaves_the_process_is_named(tmp_path, monkeypatch):
+    (tmp_path / "leaves_at_once.py").write_text("import sys\nsys.exit(3)\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(CaregiverError, match="'leaves_at_once:x' cannot be loaded: SystemExit: 3"):
+        find_caregiver("leaves_at_once:x")
 
 
 def test_a_caregiver_can_be_said_by_its_place():
@@ -225,7 +269,10 @@ def test_a_policy_of_actions_can_be_shown():
     episode = Episode.load("supervise", TINY, 0.5, caregiver=f"{HERE}:Still")
     assert episode.run_until(0.1)
     shown = episode.hud_state(1)
-    assert (shown.target, shown.mark, shown.intervention, shown.danger) == (NOTHING, None, "", None)
+    assert (shown.target, shown.mark, shown.intervention) == (NOTHING, None, f"{HERE}:Still")
+    assert shown.danger is None
+    episode.policy = OwnPolicy("told", Telling, episode.env)
+    assert episode.hud_state(1).intervention == "wait"
     assert shown.robot is not None
 
 
@@ -239,7 +286,7 @@ def test_the_policies_of_the_documentation(tmp_path, monkeypatch, capsys):
     grid, house, *others = (line.split()[2:] for line in page.splitlines() if line.startswith("$ caregiver-mj "))
     assert cli.main([*grid, "--epsilon", "1", "--episodes", "3"]) == 0
     assert cli.main([*house, "--house", "tiny.txt", "--epsilon", "1", "--episodes", "1", "--out", "runs/house"]) == 0
-    assert [words[0] for words in others] == ["report", "render"]
+    assert [words[0] for words in others] == ["report", "render", "record"]
     out = capsys.readouterr().out
     assert all(f"my_policies:{name}" in out for name in ("NearestToMe", "roundabout"))
     code = json.loads((tmp_path / "runs" / "house" / "run.json").read_text())["code"]

@@ -100,12 +100,15 @@ def test_a_recording_that_breaks_off_is_gone_on_with(tmp_path, monkeypatch, caps
         (["--format", "lerobot", "--size", "big"], "--size is WIDTHxHEIGHT"),
         (["--format", "lerobot", "--size", "33x40"], "must be even"),
         (["--format", "lerobot", "--episodes", "0"], "episodes must be at least 1"),
+        (["--format", "lerobot", "--episodes", "99999999999999"], "1,000,000 at most, not 99999999999999"),
+        (["--format", "lerobot", "--seconds", "1e9"], "3600 at most, not 1000000000.0"),
         (["--format", "lerobot", "--seed", "-1"], "seed must not be negative"),
         (["--format", "lerobot", "--seconds", "0"], "seconds must be a positive length"),
         (["--format", "lerobot", "--caregiver", "nanny"], "no caregiver 'nanny'"),
         (["--format", "lerobot", "--caregiver", "none"], "caregiver 'none' does not act"),
         (["--format", "lerobot", "--jobs", "0"], "jobs must be at least 1"),
         (["--format", "csv"], "invalid choice: 'csv'"),
+        (["--format", "lerobot", "--caregiver", "json:x"], "'json:x' cannot be loaded"),
     ],
 )
 def test_what_is_refused(options, message, tmp_path, capsys):
@@ -116,9 +119,115 @@ def test_what_is_refused(options, message, tmp_path, capsys):
     assert not list(tmp_path.iterdir())
 
 
+OWN = """
+import numpy as np
+from caregiver_mj.caregivers import TargetPolicy
+
+
+class First(TargetPolicy):
+    def act(self, observations, masks):
+        return masks[:, 1:].any(axis=1) * (1 + masks[:, 1:].argmax(axis=1))
+
+
+class Slow:
+    def __init__(self, env):
+        self.shape = env.action_spec().shape
+
+    def reset(self, seed):
+        self.drawn = np.random.RandomState(seed)
+
+    def __call__(self, timestep):
+        return self.drawn.uniform(-0.1, 0.1, self.shape)
+
+
+def slow(env):
+    return Slow(env)
+"""
+
+
+STOP = """class Slow:
+    begun = 0
+
+    def _interrupted(self):
+        import pathlib
+
+        self.begun += 1
+        if self.begun == 2 and not pathlib.Path("go on").exists():
+            raise KeyboardInterrupt
+"""
+
+
+@pytest.fixture
+def own(tmp_path, monkeypatch):
+    """A module with policies of one's own in the present folder."""
+    (tmp_path / "of_my_own.py").write_text(OWN)
+    monkeypatch.chdir(tmp_path)
+    yield "of_my_own"
+    sys.modules.pop("of_my_own", None)
+
+
+def test_policies_of_ones_own_are_recorded(own, tmp_path, monkeypatch):
+    for i, jobs in enumerate(("1", "2")):
+        command = [*HOUSE, "--format", "minari", "--caregiver", f"{own}:slow", "--name", "a-v0", "--jobs", jobs]
+        assert cli.main([*command, "--out", str(tmp_path / str(i))]) == 0
+    one, other = (load(tmp_path / str(i), "a-v0", monkeypatch) for i in range(2))
+    same(one, other)
+    first, second = (episode.actions for episode in one)
+    assert (np.abs(first) <= 0.1).all()
+    assert (first != second).any()  # it was told another seed
+    assert first.std() > 0.01
+    assert "'of_my_own:slow'" in one.storage.metadata["description"]
+
+
+def test_a_recorded_policy_of_targets_does_what_it_does_in_an_evaluation(own, tmp_path, monkeypatch):
+    argv = ["--world", "grid", "--epsilon", "1", "--caregiver", f"{own}:First", "--episodes", "2"]
+    assert cli.main(["record", "--format", "minari", "--task", "targets", *argv, "--name", "a-v0", "--out", "d"]) == 0
+    assert cli.main(["evaluate", *argv, "--out", "run"]) == 0
+    rewards = [-episode.rewards.sum() for episode in load(tmp_path / "d", "a-v0", monkeypatch)]
+    assert rewards == pytest.approx(list(pd.read_parquet("run/episodes.parquet").damage))
+
+
+def test_a_recording_does_not_go_on_with_code_that_was_edited(own, tmp_path, capsys):
+    module = tmp_path / f"{own}.py"
+    module.write_text(OWN.replace("self.drawn =", "self.drawn = self._interrupted() or").replace("class Slow:", STOP))
+    command = [*HOUSE, "--format", "lerobot", "--caregiver", f"{own}:slow", "--out", "set"]
+    assert cli.main(command) == 1
+    assert "; 1 of 2 episodes are kept" in capsys.readouterr().err
+    sys.modules.pop(own)
+    text = module.read_text()
+    module.write_text(f"{text}# edited\n")
+    assert cli.main([*command, "--resume"]) == 2
+    assert "code is {'caregiver of_my_own:slow': 'of_my_own.py, sha256 " in capsys.readouterr().err
+    sys.modules.pop(own)
+    module.write_text(text)
+    asked = tmp_path / ".set.episodes" / "asked.json"
+    kept = asked.read_text()
+    for wrong in ("{", "[]", "null3"):
+        asked.write_text(wrong)
+        assert cli.main([*command, "--resume"]) == 2
+        assert "asked.json' does not say what was recorded" in capsys.readouterr().err
+    asked.write_text(kept)
+    (tmp_path / "go on").touch()
+    assert cli.main([*command, "--resume"]) == 0
+
+
 def test_decisions_are_too_rare_for_lerobot(tmp_path, capsys):
     assert cli.main([*GRID[:2], "lerobot", *GRID[3:], "--out", str(tmp_path / "set")]) == 2
     assert "LeRobot wants whole steps a second" in capsys.readouterr().err
+
+
+def test_a_folder_without_a_name(capsys):
+    assert cli.main([*HOUSE, "--format", "minari", "--out", ""]) == 2
+    assert "the output folder's name is empty" in capsys.readouterr().err
+
+
+def test_a_policy_of_actions_chooses_no_targets(own, tmp_path, capsys):
+    argv = ["record", "--format", "minari", "--task", "targets", "--caregiver", f"{own}:slow", "--out", "set"]
+    assert cli.main(argv) == 2
+    assert (
+        "'of_my_own:slow' is a policy of the robot's actions, and so it chooses no targets" in capsys.readouterr().err
+    )
+    assert not (tmp_path / "set").exists()
 
 
 def test_nothing_is_written_over(tmp_path, capsys):

@@ -74,7 +74,7 @@ def test_who_asks_for_another_hears_of_it():
         ({"task_kwargs": {"control_timestep": 0.007}}, "multiple of physics timestep"),
         ({"task_kwargs": {"time_limit": 0}}, "time_limit must be a positive number of seconds, not 0"),
         ({"task_kwargs": {"time_limit": "long"}}, "time_limit must be a positive number of seconds, not 'long'"),
-        ({"random": 2**40}, "cannot be made: Seed must be between 0 and 2"),
+        ({"random": 2**40}, "must be an integer from 0 to 4294967295, not 1099511627776"),
     ],
 )
 def test_further_arguments_are_looked_at(arguments, message):

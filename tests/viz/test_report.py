@@ -351,22 +351,22 @@ def test_published_numbers():
 
 
 @pytest.mark.parametrize(
-    ("file", "content"),
+    ("file", "content", "words"),
     [
-        ("run.json", []),
-        ("run.json", {}),
-        ("summary.json", []),
-        ("summary.json", {"rows": [], "comparisons": [], "versions": {}}),
-        ("summary.json", "other"),
+        ("run.json", [], "its run.json holds list, and no such record"),
+        ("run.json", {}, "there is no 'plans' in it"),
+        ("summary.json", [], "its summary.json holds list"),
+        ("summary.json", {"rows": [], "comparisons": [], "versions": {}}, "its summary.json is that of another run"),
+        ("summary.json", "other", "its summary.json is that of another run"),
     ],
 )
-def test_json_that_is_not_of_the_run(capsys, tmp_path, file, content):
+def test_json_that_is_not_of_the_run(capsys, tmp_path, file, content, words):
     write_run(tmp_path / "run")
     if content == "other":
         other = write_run(tmp_path / "other", caregivers=("none", "paper"), families={"1": "0.5", "0.25": "0.05"})
         content = json.loads((other / file).read_text())
     (tmp_path / "run" / file).write_text(json.dumps(content))
-    assert "cannot be read: " in fails(capsys, ["report", tmp_path / "run"])
+    assert f"cannot be read: {words}" in fails(capsys, ["report", tmp_path / "run"])
 
 
 def test_the_same_again_is_said_with_the_folder_of_the_house(tmp_path):

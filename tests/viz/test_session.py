@@ -185,6 +185,19 @@ def test_a_session_shows_the_episode_of_the_run(tmp_path):
     assert pieces.episode.hud_state(1).children[0].position.tolist() != one.children[0].position.tolist()
 
 
+def test_a_policy_of_ones_own_can_be_watched(tmp_path, monkeypatch):
+    (tmp_path / "watched_here.py").write_text(
+        "def still(env):\n    return lambda timestep: env.action_spec().minimum * 0\n"
+    )
+    (tmp_path / "small.txt").write_text("######\n#B.S.#\n#....#\n#C..T#\n######")
+    monkeypatch.syspath_prepend(tmp_path)
+    session = Session(Watched(str(tmp_path / "small.txt"), caregiver="watched_here:still"), playing=False)
+    session.step(0.1)
+    assert session.episode.hud_state(1).intervention == "watched_here:still"
+    with pytest.raises(CaregiverError, match="'watched_here:nobody' cannot be loaded"):
+        session.change(caregiver="watched_here:nobody")
+
+
 def test_what_is_watched_can_be_said_on_the_command_line():
     assert Watched().options() == "--house paper --epsilon 0.5 --caregiver foresight --seed 0 --episode 0"
     told = Watched("my house.txt", Family.parse("1,adversary:0"), "none", 7, 2, embodiment="mobile_ur5e").options()

@@ -26,7 +26,7 @@ from caregiver_mj.viz.report.words import SEVERAL, SINGLE
 
 
 def write_report(
-    folders: Sequence[str | os.PathLike[str]],
+    folders: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     film: str | os.PathLike[str] | None = None,
     *,
     render: bool = False,
@@ -48,6 +48,9 @@ def write_report(
         RenderingError: There is no OpenGL to render with.
         StorageError: The report could not be written.
     """
+    folders = [folders] if isinstance(folders, str | os.PathLike) else folders
+    if not folders:
+        raise CaregiverError("a report is of at least one run")
     given = [read_run(folder) for folder in folders]
     places = [(run.settings.world, *(plan.name for plan in run.settings.plans)) for run in given]
     if len(set(places)) < len(places):

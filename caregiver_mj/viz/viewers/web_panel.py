@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import viser
 
-from caregiver_mj.caregivers.registry import CAREGIVERS
+from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES
 from caregiver_mj.children.family import CHILDREN, NOVICE, Family
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans import sets
@@ -100,7 +100,7 @@ class Panel:
         self._floor = gui.add_checkbox("Danger foreseen", True, hint="On the floor, if the caregiver looks ahead")
 
     def _add_form(self) -> None:
-        gui, known = self._gui, tuple(CAREGIVERS)
+        gui, known = self._gui, tuple(dict.fromkeys([*CAREGIVERS, *POLICIES, self._session.watched.caregiver]))
         with gui.add_folder("Episode"):
             self._house = gui.add_text("House", "", hint=f"{', '.join(house_names())}, house-17, test-100/17")
             self._epsilon = gui.add_text("Epsilon", "", hint="Share of random moves: 0.5, or of each child: 1, 0.25")

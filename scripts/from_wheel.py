@@ -1,0 +1,66 @@
+"""Installs the wheel as a new user would, and does what a new user does.
+
+A fresh virtual environment gets the wheel alone, and each part that needs an extra must say in one line which; then it
+gets the extras, and `tests/test_from_wheel.py` is run with it. Takes what pip takes and a minute more.
+"""
+
+import argparse
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "tests"))
+
+from wheels import build_wheel  # noqa: E402
+
+GRID = ["evaluate", "--world", "grid", "--epsilon", "1", "--episodes", "1"]
+WITHOUT = {  # commands, and which extra they must ask for
+    "dask": [*GRID, "--executor", "dask", "--scheduler", "tcp://127.0.0.1:9"],
+    "gym": ["record", "--format", "lerobot", "--out", "data"],
+    "web": ["view", "--web"],
+}
+EXTRAS = "dask,gym,minari,web"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("pytest", nargs="*", help="arguments for pytest")
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        home = pathlib.Path(folder, "home")
+        home.mkdir()
+        wheel = build_wheel(home)
+        subprocess.run([sys.executable, "-m", "venv", home / "venv"], check=True)
+        python = home / "venv" / "bin" / "python"
+        install(python, str(wheel))
+        look_without_extras(python, home)
+        install(python, f"{wheel}[{EXTRAS}]")
+        pytest = [sys.executable, "-m", "pytest", "-q", "-n", "0", *arguments.pytest]
+        command = [*pytest, ROOT / "tests/test_from_wheel.py"]
+        environment = os.environ | {"CAREGIVER_PYTHON": str(python)}
+        sys.exit(subprocess.run(command, cwd=ROOT, env=environment, check=False).returncode)
+
+
+def install(python, what):
+    """Has pip install something, in the versions of `constraints.txt`."""
+    pip = [python, "-m", "pip", "install", "-qq", "--disable-pip-version-check"]
+    subprocess.run([*pip, what, "-c", ROOT / "constraints.txt"], check=True)
+
+
+def look_without_extras(python, home):
+    """Runs what needs no extra, and what says which one it needs."""
+    command = python.parent / "caregiver-mj"
+    subprocess.run([command, *GRID], cwd=home, check=True, capture_output=True)
+    for extra, argv in WITHOUT.items():
+        found = subprocess.run([command, *argv], cwd=home, capture_output=True, text=True, check=False)
+        *before, last = found.stderr.splitlines()
+        if (found.returncode, before) != (2, []) or not last.endswith(f"pip install 'caregiver_mj[{extra}]'"):
+            sys.exit(f"{' '.join(argv)} does not ask for the extra {extra}, but says: {found.stderr}")
+        print(last)
+
+
+if __name__ == "__main__":
+    main()

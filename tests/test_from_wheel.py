@@ -1,0 +1,172 @@
+"""Each thing that a new user does, from the installed wheel, in an empty folder, with what the documentation says.
+
+`scripts/from_wheel.py` has them done in an environment into which pip has put the wheel and nothing of the checkout;
+without `CAREGIVER_PYTHON`, which says where that is, the environment borrows the libraries of this one.
+"""
+
+import contextlib
+import os
+import pathlib
+import re
+import signal
+import socket
+import subprocess
+import urllib.request
+
+import pytest
+from wheels import ROOT, build_wheel, environment_with
+
+ALL = [ROOT / "README.md", *ROOT.glob("docs/**/*.md")]
+PAGES = sorted(path for path in ALL if "```python" in path.read_text("utf-8"))
+BLOCK = re.compile(r"^```python\n(.*?)^```", re.M | re.S)
+FILE = re.compile(r"# (\w+\.py)\n")  # in the first line of a block: the file that it is of
+TINY = "######\n#B.S.#\n#....#\n#C..T#\n######\n"
+GRID = ["--world", "grid", "--house", "tiny.txt", "--epsilon", "1", "--episodes", "3"]
+
+pytestmark = pytest.mark.xdist_group("wheel")  # one environment is enough
+
+
+@pytest.fixture(scope="module")
+def python(tmp_path_factory):
+    """The interpreter of an environment with the wheel."""
+    if given := os.environ.get("CAREGIVER_PYTHON"):
+        return pathlib.Path(given)
+    return environment_with(build_wheel(tmp_path_factory.mktemp("dist")), tmp_path_factory.mktemp("environment"))
+
+
+@pytest.fixture(autouse=True)
+def _home(tmp_path, monkeypatch):
+    """An empty folder, but for a house and for the files that the documentation has."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("PYTHONPATH", raising=False)
+    pathlib.Path("tiny.txt").write_text(TINY)
+    for page in PAGES:
+        for block in BLOCK.findall(page.read_text("utf-8")):
+            if file := FILE.match(block):
+                pathlib.Path(file[1]).write_text(block)
+
+
+def done(command, **variables):
+    """Runs a command, which must go well and without warnings; what it has printed."""
+    found = subprocess.run(command, env=os.environ | variables, capture_output=True, text=True, check=False)
+    assert found.returncode == 0, found.stderr
+    assert not re.search("Traceback|Warning", found.stderr), found.stderr
+    return found.stdout
+
+
+@pytest.fixture
+def ours(python):
+    """Runs `caregiver-mj`."""
+    return lambda *words: done([python.parent / "caregiver-mj", *words])
+
+
+def test_it_is_the_wheel(python, tmp_path):
+    code = "import caregiver_mj, caregiver_mj.tasks, caregiver_mj.models as m; print(caregiver_mj.__file__, m.__file__)"
+    for file in done([python, "-c", code]).split():
+        assert pathlib.Path(file).is_relative_to(python.parents[1])
+
+
+def test_import_is_quick_and_brings_neither_mujoco_nor_opengl(python):
+    code = (
+        "import sys, caregiver_mj; print([name for name in ('mujoco', 'OpenGL', 'dm_control') if name in sys.modules])"
+    )
+    assert done([python, "-c", code]) == "[]\n"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_page(python, page):
+    blocks = [block for block in BLOCK.findall(page.read_text("utf-8")) if not FILE.match(block)]
+    pathlib.Path("page.py").write_text("\n".join(blocks))
+    done([python, "page.py"])
+
+
+def test_gymnasium(python):
+    pathlib.Path("gym.py").write_text("""
+import warnings
+
+import gymnasium
+import numpy as np
+from gymnasium.utils.env_checker import check_env
+
+if __name__ == "__main__":
+    warnings.filterwarnings("ignore", ".*symmetric and normalized")  # actions are in m/s and rad, as the page says
+    for name in ("Supervise", "RelocateCandle", "BlockStairs", "SuperviseTargets"):
+        env = gymnasium.make(f"caregiver_mj:caregiver_mj/{name}-v0", house="tiny.txt")
+        check_env(env.unwrapped, skip_render_check=True)
+    seen = []
+    for mode in ("sync", "async"):
+        envs = gymnasium.make_vec("caregiver_mj/BlockStairs-v0", 2, mode, house="tiny.txt", flat=True)
+        first, _ = envs.reset(seed=3)
+        envs.action_space.seed(0)
+        seen.append([first, *(envs.step(envs.action_space.sample())[0] for _ in range(5))])
+        envs.close()
+    np.testing.assert_array_equal(*seen)
+""")
+    done([python, "gym.py"])
+
+
+def test_policies_of_ones_own_are_evaluated_compared_and_reported(ours):
+    mine = "my_policies:NearestToMe"
+    assert mine in ours("evaluate", *GRID, "--caregiver", "none", "paper", mine, "--out", "runs/mine")
+    ours("evaluate", *GRID, "--caregiver", "none", "--jobs", "2", "--out", "runs/none")
+    ours("evaluate", *GRID, "--caregiver", "none", "paper", mine, "--seed", "1", "--out", "runs/more")
+    assert mine in ours("compare", "runs/mine", "runs/mine", "--caregiver", "paper", mine)
+    assert "+0.00" in ours("compare", "runs/mine", "runs/none")
+    assert "6 episodes each, seeds 0, 1" in ours("pool", "runs/mine", "runs/more", "--out", "runs/both")
+    assert ours("report", "runs/mine") == "runs/mine/report.html\n"
+    assert mine in pathlib.Path("runs/mine/report.html").read_text("utf-8")
+    (house,) = (line for line in ours("evaluate", *GRID[2:4], "--epsilon", "1", "--episodes", "1", "--caregiver",
+                "my_policies:roundabout").splitlines() if "roundabout" in line)  # fmt: skip
+    assert house.split()[:2] == ["1", "my_policies:roundabout"]
+
+
+def test_film(ours, python):
+    ours("render", "--caregiver", "my_policies:roundabout", "--seconds", ".2", "--out", "film.mp4", "--still", "a.png")
+    code = "import imageio.v3 as iio; print(iio.imread('film.mp4').shape, iio.imread('a.png').std() > 10)"
+    assert done([python, "-c", code]) == "(6, 720, 1280, 3) True\n"
+
+
+def test_data_sets(ours, python):
+    said = ["record", "--caregiver", "my_policies:roundabout", "--seconds", ".2", "--episodes", "2"]
+    assert ours(*said, "--format", "minari", "--out", "data", "--name", "mine-v0") == "data/mine-v0\n"
+    code = (
+        "import minari; found = minari.load_dataset('mine-v0'); env = found.recover_environment(); env.reset(seed=0)\n"
+        "print([episode.actions.shape for episode in found])"
+    )
+    assert done([python, "-c", code], MINARI_DATASETS_PATH="data") == "[(10, 11), (10, 11)]\n"
+    ours(*said, "--format", "lerobot", "--camera", "wrist", "--size", "64x48", "--out", "lerobot")
+    code = "import pandas; print(len(pandas.read_parquet('lerobot/data/chunk-000/file-000.parquet')))"
+    assert done([python, "-c", code]) == "20\n"
+
+
+@contextlib.contextmanager
+def running(command):
+    """A process that serves until it is told to end, and what it prints."""
+    with subprocess.Popen(list(map(str, command)), stdout=subprocess.PIPE, text=True) as process:
+        try:
+            yield process
+        finally:
+            process.send_signal(signal.SIGTERM)
+            process.stdout.read()
+
+
+def test_view_answers_on_loopback(python):
+    command = [python.parent / "caregiver-mj", "view", "--web", "--port", "0", "--house", "tiny.txt", "--paused"]
+    with running([*command, "--caregiver", "my_policies:roundabout"]) as process:
+        url = process.stdout.readline().split()[0]
+        assert re.fullmatch(r"http://127\.0\.0\.1:\d+", url)
+        with urllib.request.urlopen(url, timeout=30) as answer:
+            assert answer.status == 200
+            assert b"<html" in answer.read()[:1000].lower()
+
+
+def test_cluster(python, ours):
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        address = f"tcp://127.0.0.1:{found.getsockname()[1]}"
+    argv = ["evaluate", *GRID, "--caregiver", "none", "my_policies:NearestToMe"]
+    dask = [python, "-m", "dask"]
+    scheduler = [*dask, "scheduler", "--host", "127.0.0.1", "--port", address.rpartition(":")[2], "--no-dashboard"]
+    worker = [*dask, "worker", address, "--nthreads", "1", "--nworkers", "2", "--no-dashboard"]
+    with running(scheduler), running(worker):
+        assert ours(*argv, "--executor", "dask", "--scheduler", address) == ours(*argv)
