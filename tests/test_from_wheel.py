@@ -1,7 +1,7 @@
 """Each thing that a new user does, from the installed wheel, in an empty folder, with what the documentation says.
 
-`scripts/from_wheel.py` has them done in an environment into which pip has put the wheel and nothing of the checkout, and
-says with `CAREGIVER_PYTHON` where that is. Without it they are left out: they take a minute.
+`scripts/from_wheel.py` has them done in an environment into which pip has put the wheel and nothing of the checkout,
+and says with `CAREGIVER_PYTHON` where that is. Without it they are left out: they take a minute.
 """
 
 import contextlib
