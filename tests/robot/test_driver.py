@@ -14,7 +14,7 @@ from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.status import Status
-from caregiver_mj.robot.view import ChildView
+from caregiver_mj.robot.view import CHILD_RADIUS, ChildView
 
 ROBOT = find_embodiment()
 TIMESTEP = 0.02  # seconds
@@ -112,6 +112,27 @@ def test_a_turn_stops_when_a_child_comes_and_goes_on_when_it_has_gone():
     assert turning[55:149].max() < 1e-6  # it has stopped within 0.8 s
     assert 0.0 < headings[100] < 1.5
     assert headings[-1] == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("start", [0.9, 1.1, 1.3, 1.6])
+def test_a_base_that_turns_has_slowed_down_when_a_child_comes_to_touch_it(start):
+    driver, robot = Driver(Navigator(OPEN, ROBOT)), RobotMotion(ROBOT, TIMESTEP)
+    x, y = centre(OPEN, (2, 4))
+    robot.reset((x, y, 0.0))
+    distance, fastest = start, 0.0
+    while distance > ROBOT.footprint + CHILD_RADIUS:
+        before = robot.yaw
+        seen = view(child(x + distance, y, -0.62, 0.0), base=(x, y, robot.yaw), now=robot.now)
+        driver.drive(seen, robot, (x, y), (2, 4), 3.0)
+        robot.action((x, y, robot.yaw))
+        robot.now += TIMESTEP
+        distance -= 0.62 * TIMESTEP
+        rate = abs(robot.yaw - before) / TIMESTEP
+        fastest = max(fastest, rate)
+    assert fastest > 0.5  # rad/s: it has been turning
+    assert (
+        rate * ROBOT.footprint < 0.32
+    )  # m/s, of its surface: 0.76 at full rate. To a creep it gets only from a steady turn
 
 
 def test_a_drive_tells_where_it_leads_and_ends_there():
