@@ -36,7 +36,8 @@ COMMAND = re.compile(r"^(?:    |\$ )(?:python )?((?:caregiver-mj |scripts/|\.ci/
 def commands(text):
     """The commands in a page, as lists of words."""
     for line in COMMAND.findall(text):
-        yield shlex.split(line, comments=True)
+        words = shlex.split(line, comments=True)
+        yield words[: words.index(">")] if ">" in words else words
 
 
 COMMANDS = [(name(path), words) for path in PAGES for words in commands(path.read_text("utf-8"))]

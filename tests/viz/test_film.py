@@ -99,8 +99,8 @@ def test_failure_leaves_no_film(tmp_path):
         ("film.mp4", {"camera": "nowhere"}, "no camera 'nowhere': there are follow, overview"),
         ("film.mp4", {"task": "nap"}, "no task 'nap'"),
         ("film.mp4", {"epsilon": 2.0}, "epsilon"),
-        ("film.mp4", {"seed": -1}, "may be negative: -1, 0"),
-        ("film.mp4", {"episode": -1}, "may be negative: 0, -1"),
+        ("film.mp4", {"seed": -1}, "seed must be an integer of at least 0, not -1"),
+        ("film.mp4", {"episode": -1}, "episode must be an integer of at least 0, not -1"),
     ],
 )
 def test_bad_input_is_refused_in_one_line(tmp_path, name, settings, message):

@@ -64,8 +64,13 @@ class Scene:
         def taped(nstep: int) -> None:
             if not self._tape:
                 self._start = copy.copy(data)
-            self._tape.append((data.ctrl.copy(), data.qpos[self._q], data.qvel[self._v]))
-            step(nstep)
+            driven, touches = (data.qpos[self._q], data.qvel[self._v]), []
+            controls = np.empty((nstep, model.nu))
+            for i in range(nstep):  # what the actuators are told changes with every step
+                step(1)
+                controls[i], touches = data.ctrl, touches + physics.touches
+            physics.touches = touches
+            self._tape.append((controls, *driven))
 
         with mock.patch.object(physics, "step", taped):
             self.play()
@@ -79,10 +84,10 @@ class Scene:
         """
         model, data = self.env.physics.model.ptr, mujoco.MjData(self.env.physics.model.ptr)
         mujoco.mj_copyData(data, model, self._start)
-        substeps = round(self.env.control_timestep() / model.opt.timestep)
         ctrl, qpos, qvel = data.ctrl, data.qpos, data.qvel
         start = time.perf_counter()
         for controls, positions, velocities in self._tape:
-            ctrl[:], qpos[self._q], qvel[self._v] = controls, positions, velocities
-            mujoco.mj_step(model, data, substeps)
+            qpos[self._q], qvel[self._v] = positions, velocities
+            for ctrl[:] in controls:
+                mujoco.mj_step(model, data)
         return time.perf_counter() - start, float(np.abs(data.qpos - self._end).max())
