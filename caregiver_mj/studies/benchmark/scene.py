@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 
 from caregiver_mj.house.scene import child_joints
+from caregiver_mj.house.touch import Touch
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.studies.benchmark.clock import Clock
@@ -64,7 +65,8 @@ class Scene:
         def taped(nstep: int) -> None:
             if not self._tape:
                 self._start = copy.copy(data)
-            driven, touches = (data.qpos[self._q], data.qvel[self._v]), []
+            driven = data.qpos[self._q], data.qvel[self._v]
+            touches: list[Touch] = []
             controls = np.empty((nstep, model.nu))
             for i in range(nstep):  # what the actuators are told changes with every step
                 step(1)
