@@ -13,6 +13,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.robot.kinematics import Arm
 from caregiver_mj.robot.limits import ArmLimits, Limits
 
+_SLOWEST = 0.25  # per second, of the way from one pose to the next, that is worth to go
 _CHECKS = 25  # poses on the arm's way that are checked
 _SHARES = 33  # that are looked at
 _HOVER = 0.10  # metres over a candle that lies, at which the hand stops
@@ -115,7 +116,9 @@ def retrieval_paths(arm: Arm, point: np.ndarray, rotation: np.ndarray, lift: flo
             yield None
             continue
         path = ReachPath([arm.tucked, *over, down], arm.embodiment.limits.arm)
-        clear = all(arm.clears_itself(path.joints(s)) for s in np.linspace(path.goal, 0.0, _CHECKS))
+        # Next to the end of a joint's range it would have to creep, for minutes.
+        quick = path.limits.velocity > _SLOWEST
+        clear = quick and all(arm.clears_itself(path.joints(s)) for s in np.linspace(path.goal, 0.0, _CHECKS))
         yield path if clear else None
 
 

@@ -188,7 +188,7 @@ def test_candle_that_is_torn_from_the_hand_is_picked_up(scene):
     holds = lambda: scene.physics.is_gripping() and scene.candle()[2] > TABLE_TOP + 0.2  # noqa: E731
     assert scene.run(1000, until=holds)
     body = scene.physics.model.ptr.body("candle_0/candle").id
-    scene.physics.data.ptr.xfrc_applied[body, :3] = [0.0, 0.0, -120.0]
+    scene.physics.data.ptr.xfrc_applied[body, :3] = [0.0, 0.0, -150.0]
     assert scene.run(100, until=lambda: scene.candle()[2] < TABLE_TOP)
     scene.physics.data.ptr.xfrc_applied[body] = 0.0
     assert scene.until_done()
