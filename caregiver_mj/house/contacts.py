@@ -38,7 +38,8 @@ class ContactWatch:
 
     def _step(self, time: float, touches: list[Touch], seconds: float, tally: Contacts) -> None:
         """Takes in those of one physics step."""
-        if time - self._touched_at > _APART:
+        begins = time - self._touched_at > _APART
+        if begins:
             self._lasted = 0.0
         self._touched_at = time
         before, self._lasted = self._lasted, self._lasted + seconds
@@ -48,7 +49,10 @@ class ContactWatch:
             region = region_at(touch.height)
             forces[region] = forces.get(region, 0.0) + touch.force
         tally.press(forces, seconds)
-        speed = max(touch.surface_speed for touch in touches)
+        # At first the surface is as fast as it has come. Then the child pushes it, which is not the robot's doing.
+        speed = max(
+            touch.surface_speed if begins else min(touch.surface_speed, touch.driven_speed) for touch in touches
+        )
         tally.contact_speed = max(tally.contact_speed, speed)
         if speed > STRIKE_SPEED and time - self._struck_at > STRIKE_PAUSE:
             tally.strikes_surface += 1

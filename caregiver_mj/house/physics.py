@@ -107,6 +107,7 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         self.embodiment = embodiment
         robot = None if embodiment is None else RobotBody(embodiment, *self._raw)
         self._robot: RobotBody = robot  # type: ignore[assignment]  # asked for readouts only where there is one
+        self.touch_reader.robot = robot
         if robot is not None and ramp is not None:
             robot.ramp.state = ramp
         self._action_shape = (0 if embodiment is None else embodiment.layout.size,)

@@ -25,6 +25,8 @@ class RobotBody:
         arm: Positions and velocities of the arm's joints, (joints,) each, rad.
         fingers: How far each finger stands off the middle, and how fast that changes, (2,) each, m.
         wheels: Angles and rates of the wheels, (4,) each, rad.
+        base_body: Number of the base's body.
+        base_drives: Velocities that the base's actuators are told, (3,), m/s and rad/s.
         ramp: What its actuators are told from physics step to physics step.
         pinch: Where the middle between the fingertips is, (3,), m.
     """
@@ -38,6 +40,8 @@ class RobotBody:
         )
         self.pinch = data.site_xpos[model.site("robot/pinch").id]
         self._model, self._ctrl = model, data.ctrl
+        self.base_drives = data.ctrl[embodiment.actuators.base]
+        self.base_body = int(model.joint(f"robot/{names.base[-1]}").bodyid[0])
         self._lowest, self._highest = model.actuator_ctrlrange.T.copy()
         self._targets, self.ramp = np.empty_like(data.ctrl), TargetRamp(data.ctrl)
         self._source = np.empty(embodiment.actuators.size, int)  # of each actuator: which number of an action it gets

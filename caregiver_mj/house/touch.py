@@ -8,6 +8,7 @@ import math
 import mujoco
 import numpy as np
 
+from caregiver_mj.house.robot_body import RobotBody
 from caregiver_mj.house.scene import child_prefix
 
 _NUMBERED = ("table", "bin", "stairwell", "candle")  # kinds of things that stand several times in a house
@@ -25,6 +26,8 @@ class Touch:
         speed: How fast the touching part of the robot moves towards the child, m/s (0 for all else).
         surface_speed: How fast its surface moves there, towards the child and along it, m/s: more than `speed` where it
             turns or slides past. What moves away counts as far as it slides.
+        driven_speed: The same if the base moved as its drives are told: what a child pushes aside moves, but does not
+            drive.
         force: Between the two, N; with friction.
         height: Of the contact above the floor, metres.
         time: When it was, seconds since the start.
@@ -36,6 +39,7 @@ class Touch:
     direction: tuple[float, float]
     speed: float
     surface_speed: float = 0.0
+    driven_speed: float = 0.0
     force: float = 0.0
     height: float = 0.0
     time: float = 0.0
@@ -46,11 +50,13 @@ class TouchReader:
 
     Attributes:
         bodies: Geoms of the children.
+        robot: The robot that they may touch, if there is one.
         is_any: Tells whether there is any contact worth reading.
     """
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, children: int):
         self._model, self._data = model, data
+        self.robot: RobotBody | None = None
         self._children = {model.geom(f"{child_prefix(k)}body").id: k for k in range(children)}
         self.bodies = tuple(self._children)
         self._things = [_thing_of(model.geom(i).name) for i in range(model.ngeom)]
@@ -88,26 +94,36 @@ class TouchReader:
         length = math.hypot(normal[0], normal[1])
         # From above or below, it is in nobody's way.
         direction = (float(normal[0] / length), float(normal[1] / length)) if length > 1e-6 else (0.0, 0.0)
-        if kind != "robot":
+        if kind != "robot" or self.robot is None:
             return Touch(child, kind, index, direction, 0.0)
         velocity, force = np.empty(6), np.empty(6)  # rotation, translation; force, torque in the contact's axes
         mujoco.mj_objectVelocity(self._model, data, mujoco.mjtObj.mjOBJ_GEOM, other, velocity, 0)
         mujoco.mj_contactForce(self._model, data, number, force)
         arm = contact.pos[number] - data.geom_xpos[other]
         surface = velocity[3:] + np.cross(velocity[:3], arm)
-        speed = -float(surface @ normal)
-        along = math.sqrt(max(0.0, float(surface @ surface) - speed * speed))
+        base, (x, y, turn) = self.robot.base_body, self.robot.base_drives
+        mujoco.mj_objectVelocity(self._model, data, mujoco.mjtObj.mjOBJ_BODY, base, velocity, 0)
+        arm = contact.pos[number] - data.xpos[base]
+        driven = surface - velocity[3:] - np.cross(velocity[:3], arm) + (x - turn * arm[1], y + turn * arm[0], 0.0)
         return Touch(
             child,
             kind,
             index,
             direction,
-            speed,
-            surface_speed=math.hypot(along, max(0.0, speed)),
+            -float(surface @ normal),
+            surface_speed=_on_child(surface, normal),
+            driven_speed=_on_child(driven, normal),
             force=math.hypot(*force[:3]),
             height=float(contact.pos[number, 2]),
             time=float(data.time),
         )
+
+
+def _on_child(surface: np.ndarray, normal: np.ndarray) -> float:
+    """How fast a surface with a velocity (3,) moves towards a child, from which a normal points to it, and along it."""
+    speed = -float(surface @ normal)
+    along = math.sqrt(max(0.0, float(surface @ surface) - speed * speed))
+    return math.hypot(along, max(0.0, speed))
 
 
 def _sensor(child: int) -> str:

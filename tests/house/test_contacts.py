@@ -16,8 +16,10 @@ STEP = 0.005  # seconds
 HALL = FloorPlan.parse("############\n#..........#\n#B.........#\n#..........#\n############", "hall")
 
 
-def touch(time, speed=0.0, force=0.0, height=0.2, kind="robot"):
-    return Touch(0, kind, -1, (1.0, 0.0), 0.0, surface_speed=speed, force=force, height=height, time=time)
+def touch(time, speed=0.0, force=0.0, height=0.2, kind="robot", driven=math.inf):
+    return Touch(
+        0, kind, -1, (1.0, 0.0), 0.0, surface_speed=speed, driven_speed=driven, force=force, height=height, time=time
+    )
 
 
 def counted(*touches, lots=1):
@@ -71,6 +73,16 @@ def test_a_strike_is_a_surface_that_moves_faster_than_5_cm_a_second():
     assert counted(touch(0.0, 0.2), touch(0.6, 0.3)).contact_speed == 0.3
 
 
+def test_while_a_contact_lasts_the_surface_is_as_fast_as_it_is_driven():
+    pushed = [touch(0.005 * i, speed=0.2 if i else 0.01, driven=0.02) for i in range(10)]
+    tally = counted(*pushed)
+    assert (tally.strikes_surface, tally.contact_speed) == (0, 0.02)
+    # But what moves when it comes strikes, whatever it is told by then; and what is driven and does not move does not.
+    assert counted(touch(0.0, 0.2, driven=0.0)).strikes_surface == 1
+    assert counted(touch(0.0, 0.01, driven=0.3), touch(0.005, 0.01, driven=0.3)).strikes_surface == 0
+    assert counted(touch(0.0, 0.01), touch(0.005, 0.2, driven=0.3)).strikes_surface == 1
+
+
 def test_of_the_candle_the_closest_and_the_time_within_the_distances_count():
     tally = Contacts()
     tally.carry(0.5, 0.4, 0.02)
@@ -84,8 +96,8 @@ def test_of_the_candle_the_closest_and_the_time_within_the_distances_count():
 # -- In the simulation -------------------------------------------------------------------------------
 
 
-def touched_by_a_base_that_moves(velocity):
-    """The contacts of a child that stands at the robot's right side, when the base has a velocity (3,)."""
+def touched_by_a_base_that_moves(velocity, told=(0.0, 0.0, 0.0)):
+    """The contacts of a child that stands at the robot's right side, when the base has a velocity (3,), told another."""
     physics = Physics.from_plan(HALL, visuals=False)
     reach = physics.embodiment.footprint + CHILD_RADIUS - 0.002
     with physics.reset_context():
@@ -94,6 +106,10 @@ def touched_by_a_base_that_moves(velocity):
     physics.data.qvel[[physics.model.joint(f"robot/{name}").dofadr[0] for name in physics.embodiment.names.base]] = (
         velocity
     )
+    action = np.zeros(physics.action_spec().shape)
+    action[physics.embodiment.layout.base] = told
+    action[physics.embodiment.layout.arm] = physics.arm_position()
+    physics.set_action(action)
     physics.step()
     return [touch for touch in physics.touches if touch.kind == "robot"]
 
@@ -107,6 +123,17 @@ def test_a_base_that_turns_beside_the_child_slides_along_it():
         assert 0.0 < touch.height < 0.3
         assert touch.force > 0.0
         assert touch.time == pytest.approx(STEP)
+
+
+@pytest.mark.parametrize(
+    ("told", "driven"),
+    [((0.0, 0.0, 1.0), 0.27), ((0.4, 0.0, 0.0), 0.4), ((0.0, -0.3, 0.0), 0.3), ((0.0, 0.3, 0.0), 0.0)],
+)
+def test_a_base_is_driven_as_its_actuators_are_told(told, driven):
+    found = touched_by_a_base_that_moves([0.0, 0.0, 0.5], told)
+    assert found
+    for touch in found:
+        assert touch.driven_speed == pytest.approx(driven, abs=0.01)
 
 
 def test_a_base_that_comes_is_as_fast_as_its_surface_and_one_that_goes_is_not_fast_at_all():
