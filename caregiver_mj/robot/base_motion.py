@@ -84,7 +84,7 @@ class BaseMotion:
             self._rate, self._looked_up = rate, None
             self._playback.run_at(rate, self.now, at_once=True)
         # The solver is asked for worthwhile changes only.
-        elif abs(rate - self._rate) > 0.04 or (rate in (0.0, 1.0) and rate != self._rate):
+        elif abs(rate - self._rate) > min(0.04, 0.2 * self._rate) or (rate in (0.0, 1.0) and rate != self._rate):
             self._rate = rate
             self._change_rate()
         elif self._playback.arrival > self.now:  # meanwhile the path may leave more to the rate, or less

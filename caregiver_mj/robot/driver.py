@@ -88,7 +88,7 @@ class Driver:
         moved = self.goal is None or math.dist(goal, self.goal) > 1e-3
         if (moved or self.looks_again(view.now)) and robot.hand_out <= self._may_drive:
             self._plan(view, robot, goal, cell)
-        robot.bound_turning(allowed_turning(view, self._embodiment, robot.base_reference()[1]))
+        robot.bound_turning(allowed_turning(view, self._embodiment, robot.base_reference()[1], robot.turning))
         may_turn = self._may_turn(view, robot, yaw)
         if may_turn and robot.hand_out <= self._embodiment.approach.turn:
             robot.turn_to(yaw)
@@ -130,7 +130,8 @@ class Driver:
         self._replan_at = 0.0
 
     def _allowed_rate(self, view: View, robot: RobotMotion) -> float:
-        return allowed_rate(view, self._embodiment, robot.planned_velocity(), robot.planned_acceleration())
+        velocity, acceleration = robot.planned_velocity(), robot.planned_acceleration()
+        return allowed_rate(view, self._embodiment, velocity, acceleration, robot.base_reference()[1])
 
     def _leads_to(self, goal: Vector) -> bool:
         """Whether the present path ends there."""

@@ -15,11 +15,12 @@ from caregiver_mj.robot.base_motion import BaseMotion
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.giving_way import GivingWay
 from caregiver_mj.robot.kinematics import arm_of
+from caregiver_mj.robot.limits import Limits
 from caregiver_mj.robot.reach import ReachPath, reach_path
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 
 _GENTLE_SPEED = 0.03  # m/s, the most of the feedback where a child may be in between: slower than a strike
-_LEAST_TURN = 0.1  # rad/s, of the bound of its turns
+_LEAST_TURN = 0.03  # rad/s, of the bound of its turns
 _GENTLE_TURN = 0.02  # rad/s, the same of the heading's feedback where a child may be at the arm
 _CATCH_UP_SPEED = 0.3  # m/s, the same elsewhere: what holds the base up may let go of it
 _RELEASE = 0.4  # m/s^2, how quickly the one becomes the other when the child has gone
@@ -65,7 +66,7 @@ class RobotMotion(BaseMotion):
         self.giving_way = GivingWay(len(arm_of(self.robot).tucked))
         self._feedback = _CATCH_UP_SPEED
         self._hold((float(base[0]), float(base[1])))
-        self._turning = limits.yaw  # unless children are near
+        self._turning, self._turn_bound = limits.yaw, math.inf  # rad/s: lower while children are near
         self._yaw = ScalarMotion(limits.yaw, float(base[2]))
         self.reach_path = reach_path(arm_of(self.robot), _ANY_HEIGHT)
         self._reach = ScalarMotion(self.reach_path.limits, 0.0)
@@ -86,17 +87,25 @@ class RobotMotion(BaseMotion):
 
     def turn_gently(self) -> None:
         """Has the base turn slowly, from its next goal on and until the gripper opens: a candle slips in the hand."""
-        self._turning = self.robot.limits.yaw_gentle
-        self._yaw.set_limits(self._turning)
+        self._turn_within(self.robot.limits.yaw_gentle)
 
     def bound_turning(self, rate: float) -> None:
         """Has the base turn no faster than this from now on, rad/s: the child may come near."""
         full, present = self._turning.velocity, self._yaw.limits.velocity
-        rate = min(full, rate)
-        # The solver is asked for worthwhile changes only.
-        if rate < 0.9 * present or (rate > present and (rate == full or rate > 1.3 * present)):
-            bound = rate if rate == full else max(0.9 * rate, _LEAST_TURN)
-            self._yaw.change_limits(dataclasses.replace(self._turning, velocity=bound), self.now)
+        rate = min(full, max(rate, _LEAST_TURN))
+        # The solver is asked for worthwhile changes only. What slows down goes on doing so until there is room again.
+        turns = abs(self.turning[0])
+        most = max(present, turns)
+        if rate < 0.9 * present or (rate > most and (rate == full or rate > 1.3 * most)):
+            within = turns if turns <= rate else _LEAST_TURN  # to slow down a little the solver nearly stops first
+            self._turn_bound = math.inf if rate == full else max(0.9 * rate, within)
+            self._turn_within(self._turning)
+            self._yaw.change_limits(self._yaw.limits, self.now)
+
+    def _turn_within(self, limits: Limits) -> None:
+        """Has the base turn within limits from its next goal on, and within the bound that is in force."""
+        self._turning = limits
+        self._yaw.set_limits(dataclasses.replace(limits, velocity=min(limits.velocity, self._turn_bound)))
 
     def plan_reach(self, height: float) -> None:
         """Aims the arm at a height above the floor, for the next time that it reaches out."""
@@ -120,8 +129,7 @@ class RobotMotion(BaseMotion):
         """Sets how far each finger stands off the middle."""
         self._gripper.move_to(width, self.now)
         if width == self.robot.grasp.open and self._turning is not self.robot.limits.yaw:
-            self._turning = self.robot.limits.yaw
-            self._yaw.set_limits(self._turning)
+            self._turn_within(self.robot.limits.yaw)
 
     # -- State of the references -----------------------------------------------------------------
 
@@ -155,6 +163,11 @@ class RobotMotion(BaseMotion):
     def yaw(self) -> float:
         """The heading's reference now."""
         return self._yaw.at(self.now)[0]
+
+    @property
+    def turning(self) -> tuple[float, float]:
+        """Velocity, rad/s, and acceleration, rad/s^2, of the heading's reference now."""
+        return self._yaw.at(self.now)[1:]
 
     def turns_to(self, yaw: float) -> bool:
         """Whether the heading is on its way to this one, or there."""

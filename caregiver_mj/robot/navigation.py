@@ -17,7 +17,7 @@ from caregiver_mj.robot.se2 import Vector
 from caregiver_mj.robot.view import CHILD_RADIUS
 
 _CHILD_CLEARANCE = 0.20  # metres between base and child on a planned path
-_BESIDE, _LEAVING = 0.15, -0.5  # metres to a child below which the base first leaves it, and the cosine of doing so
+_BESIDE, _LEAVING = 0.15, -0.9  # metres to a child below which the base first leaves it, and the cosine of doing so
 _WAY_OUT, _DIRECTIONS = 0.45, 16  # metres that a base beside a child goes away from it first; and directions to try
 
 

@@ -27,12 +27,12 @@ _SEPARATION = 0.08  # metres that shall remain
 _FAR = 2.0  # metres beyond which a child does not slow the base down
 _PASSING, _PASSING_GAP = 0.35, 0.4  # share of the speed that counts so at no distance, and metres where none does
 # How a base may move along a child, or turn, that comes to touch it: slower than what counts as a strike, 0.05 m/s.
-_SLIDE_SPEED = 0.02  # m/s of its surface
+_SLIDE_SPEED = 0.03  # m/s of its surface
+_TURN_SPEED = 0.01  # m/s likewise, of a turn
 _SLIDE_TOWARDS = 0.2  # cosine between motion and child, at most: what slides past and does not push
 _SLIDE_RATES = (1.0, 0.8, 0.6, 0.45, 0.33, 0.25, 0.18, 0.12, 0.08, 0.05)  # that are tried
 # m/s by which a base brakes from a control timestep to the next, at most: one that is touched, and one that nearly is.
 _BRAKES, _BRAKES_GENTLY, _TOUCHED = 0.03, 0.01, 0.002  # the last one metres
-_LEAST_CLOSING = 0.1  # m/s that a child is taken to come at even if it does not: it may set off
 
 _COMING_SPEED = 0.1  # m/s towards the robot
 _COMING_GAP, _TOUCHING_GAP = 0.9, 0.01  # metres
@@ -117,10 +117,17 @@ def child_cells(children: Iterable[ChildView], plan: FloorPlan) -> set[Cell]:
     return {plan.cell_at(place) for place in child_places(children)}
 
 
-def allowed_rate(view: View, robot: Embodiment, velocity: Vector, acceleration: Vector = (0.0, 0.0)) -> float:
+def allowed_rate(
+    view: View,
+    robot: Embodiment,
+    velocity: Vector,
+    acceleration: Vector = (0.0, 0.0),
+    present: Vector = (0.0, 0.0),
+) -> float:
     """The share of its planned velocity, m/s, at which the base can still stop before it touches any child.
 
-    Its planned acceleration, m/s^2, tells what the path leaves it to brake with, see `RobotLimits.braking`.
+    Its planned acceleration, m/s^2, tells what the path leaves it to brake with, see `RobotLimits.braking`; its present
+    velocity, m/s, how fast it leaves a child already.
 
     Speed and separation monitoring (the idea of ISO/TS 15066, section 5.5.4): while robot and child close in, the
     distance between them must cover what the robot needs to react and brake, and what the child walks meanwhile.
@@ -134,7 +141,7 @@ def allowed_rate(view: View, robot: Embodiment, velocity: Vector, acceleration: 
         return 1.0
     rate = 1.0
     for child in view.children:
-        rate = min(rate, _allowed_rate(view, robot, child, velocity, acceleration))
+        rate = min(rate, _allowed_rate(view, robot, child, velocity, acceleration, present))
     return rate
 
 
@@ -166,7 +173,9 @@ def without_push(view: View, robot: Embodiment, velocity: Vector, before: Vector
     return vx, vy
 
 
-def _allowed_rate(view: View, robot: Embodiment, child: ChildView, velocity: Vector, acceleration: Vector) -> float:
+def _allowed_rate(
+    view: View, robot: Embodiment, child: ChildView, velocity: Vector, acceleration: Vector, present: Vector
+) -> float:
     """The same for one child, for a velocity that is not zero."""
     base = view.base
     gap = _gap(base, robot, child)
@@ -177,11 +186,11 @@ def _allowed_rate(view: View, robot: Embodiment, child: ChildView, velocity: Vec
     dx, dy = child.position[0] - base[0], child.position[1] - base[1]
     away = math.hypot(dx, dy) or 1.0
     towards, across = (vx * dx + vy * dy) / away, abs(vx * dy - vy * dx) / away
+    leaves = max(0.0, -(present[0] * dx + present[1] * dy) / away)
     # Close by, a path past the child counts as one that leads towards it: it may turn, and so may the path.
     approach = towards + speed * _PASSING * min(1.0, max(0.0, 1.0 - room / _PASSING_GAP))
     if approach <= 0.0:
-        comes = -(child.velocity[0] * dx + child.velocity[1] * dy) / away
-        return _sliding_rate(view, robot, gap, max(comes, _LEAST_CLOSING), towards, across)
+        return _sliding_rate(view, robot, gap, leaves, towards, across)
     # approach * r * (stopping / 2 + reaction) + child * (stopping + reaction) = room, solved for r
     deceleration, build_up = robot.limits.braking(velocity, acceleration)
     stopping = speed / deceleration
@@ -191,46 +200,53 @@ def _allowed_rate(view: View, robot: Embodiment, child: ChildView, velocity: Vec
     c = _CHILD_SPEED * delay - room
     rate = 0.0 if c >= 0.0 else (-b + math.sqrt(b * b - 4 * a * c)) / (2 * a)
     if towards <= _SLIDE_TOWARDS * speed:
-        rate = max(rate, _sliding_rate(view, robot, gap, _CHILD_SPEED, towards, across))
+        rate = max(rate, _sliding_rate(view, robot, gap, leaves, towards, across))
     return min(1.0, rate)
 
 
-def _sliding_rate(view: View, robot: Embodiment, gap: float, comes: float, towards: float, across: float) -> float:
+def _sliding_rate(view: View, robot: Embodiment, gap: float, leaves: float, towards: float, across: float) -> float:
     """The share of a velocity, m/s towards a child and across, from which the surface slows down before it is touched.
 
     Args:
         view: What is seen.
         robot: The robot.
         gap: Metres between base and child.
-        comes: How fast the child walks towards the base, m/s.
+        leaves: How fast the base leaves the child now, m/s.
         towards: Velocity towards the child, m/s, negative for one away from it.
         across: Speed across.
     """
     creep = _SLIDE_SPEED / max(across, _SLIDE_SPEED)
     for rate in _SLIDE_RATES:
-        closing = comes + rate * towards
+        closing = _CHILD_SPEED + max(rate * towards, -leaves)
         until_touched = max(0.0, gap) / closing if closing > 0.0 else math.inf
         if rate * across <= _SLIDE_SPEED + robot.limits.slowing(until_touched - _REACTION - view.age):
             return max(rate, creep)
     return creep
 
 
-def allowed_turning(view: View, robot: Embodiment, velocity: Vector) -> float:
+def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tuple[float, float]) -> float:
     """How fast the base may turn, rad/s, to turn no faster than at a creep when a child comes to touch it.
 
     Args:
         view: What is seen.
         robot: The robot.
         velocity: Of the base now, m/s.
+        turning: Rate, rad/s, and acceleration, rad/s^2, of the base's turn now.
     """
+    limits, creep = robot.limits.yaw, _TURN_SPEED / robot.footprint
+    # Before a turn that speeds up can slow down its acceleration has to go, and meanwhile it becomes faster still.
+    speeds_up = max(0.0, math.copysign(turning[1], turning[0] * turning[1]))
+    delay, most = speeds_up / limits.jerk, abs(turning[0]) + speeds_up**2 / (2 * limits.jerk)
     rate = math.inf
     for child in view.children:
         gap = _gap(view.base, robot, child)
         if gap < _FAR:
             dx, dy = child.position[0] - view.base[0], child.position[1] - view.base[1]
             closing = _CHILD_SPEED + max(0.0, (velocity[0] * dx + velocity[1] * dy) / math.hypot(dx, dy))
-            slower = robot.limits.yaw.slowing(max(0.0, gap) / closing - _REACTION - view.age)
-            rate = min(rate, _SLIDE_SPEED / robot.footprint + slower)
+            time = max(0.0, gap) / closing - _REACTION - view.age
+            if most > creep + limits.slowing(time - delay):
+                return creep
+            rate = min(rate, creep + limits.slowing(time))
     return rate
 
 

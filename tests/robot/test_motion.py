@@ -111,6 +111,71 @@ def test_a_robot_told_to_turn_gently_does_until_its_gripper_opens():
     assert fastest[1] > 2.5
 
 
+def turning(robot: RobotMotion, seconds: float) -> list[float]:
+    """How fast the base turns, rad/s, at every control timestep of some time."""
+    rates = []
+    for _ in range(round(seconds / 0.02)):
+        robot.action((0.0, 0.0, robot.yaw))
+        robot.now += 0.02
+        rates.append(robot.turning[0])
+    return rates
+
+
+def test_a_turn_under_way_slows_down_to_its_bound_and_speeds_up_when_it_is_lifted():
+    robot = RobotMotion(ROBOT, 0.02)
+    robot.reset((0.0, 0.0, 0.0))
+    robot.turn_to(3.0)
+    began = turning(robot, 0.5)[-1]
+    assert began > 2.0
+    robot.bound_turning(0.04)
+    slows = turning(robot, 0.9)
+    assert np.abs(np.diff(slows)).max() < 0.02 * ROBOT.limits.yaw.acceleration + 1e-6
+    braked = round((began / ROBOT.limits.yaw.acceleration + 0.3) / 0.02)  # the jerk takes 0.21 s, and what it gains
+    assert np.abs(slows[braked:]).max() < 0.04
+    assert slows[-1] == pytest.approx(0.036)  # a little less, so that the next one need not change it
+    robot.bound_turning(0.045)
+    assert turning(robot, 0.1)[-1] == pytest.approx(0.036)  # for so little the solver is not asked
+    robot.bound_turning(1.0)
+    assert max(turning(robot, 0.5)) == pytest.approx(0.9)
+    robot.bound_turning(np.inf)
+    assert max(turning(robot, 1.5)) > 1.5
+    assert robot.yaw == pytest.approx(3.0)
+
+
+def test_a_bound_that_a_turn_is_within_does_not_slow_it_down():
+    robot = RobotMotion(ROBOT, 0.02)
+    robot.reset((0.0, 0.0, 0.0))
+    robot.turn_to(6.0 - 2 * np.pi)
+    robot.bound_turning(0.5)
+    assert turning(robot, 0.5)[-1] == pytest.approx(-0.45)
+    robot.bound_turning(0.46)
+    assert turning(robot, 0.1)[-1] == pytest.approx(-0.45)
+
+
+@pytest.mark.parametrize("slips", [False, True])
+def test_the_bound_of_a_turn_outlasts_what_is_told_of_the_candle(slips):
+    robot = RobotMotion(ROBOT, 0.02)
+    robot.reset((0.0, 0.0, 0.0))
+    robot.turn_to(3.0)
+    robot.bound_turning(0.2)
+    if slips:
+        robot.turn_gently()
+    assert max(turning(robot, 1.0)) < 0.2
+    robot.bound_turning(np.inf)
+    assert max(turning(robot, 1.0)) > 1.0
+
+
+def test_of_a_slow_base_small_changes_of_its_rate_count():
+    robot = RobotMotion(ROBOT, 0.02)
+    robot.reset((0.0, 0.0, 0.0))
+    robot.drive_along([(0.0, 0.0), (3.0, 0.0)], lambda _: True)
+    for i in range(100):
+        robot.set_rate(0.05 if i < 50 else 0.02)
+        robot.action((*robot.base_reference()[0], 0.0))
+        robot.now += 0.02
+    assert robot.rate == pytest.approx(0.02)
+
+
 def test_heading_turns_the_shorter_way():
     robot = RobotMotion(ROBOT, 0.02)
     robot.reset((0.0, 0.0, 3.0))

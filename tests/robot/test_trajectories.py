@@ -78,6 +78,18 @@ def test_it_may_begin_with_a_velocity():
     assert motion.at(2.5) == pytest.approx((1.2, 0.8, 0.0))
 
 
+def test_what_is_faster_than_a_new_limit_brakes_to_it_at_once():
+    motion = ScalarMotion(LIMITS, 0.0)
+    motion.move_to(3.0, 0.0)
+    assert motion.at(0.8)[1] == pytest.approx(1.5)
+    motion.change_limits(Limits(velocity=0.1, acceleration=3.0, jerk=30.0), 0.8)
+    braked = 0.8 + 1.5 / 3.0 + 3.0 / 30.0  # to rest, by a trapezoid of acceleration
+    states = sample(motion, 0.8, motion.arrival)
+    check_scalar(states)
+    assert np.abs(states[round((braked - 0.8) / TIMESTEP) :, 1]).max() <= 0.1 + ROUNDING
+    assert motion.at(motion.arrival)[0] == pytest.approx(3.0)
+
+
 def test_the_same_goal_again_changes_nothing():
     motion, other = ScalarMotion(LIMITS, 0.0), ScalarMotion(LIMITS, 0.0)
     motion.move_to(1.0, 0.0)
