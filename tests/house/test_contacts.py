@@ -97,7 +97,7 @@ def test_of_the_candle_the_closest_and_the_time_within_the_distances_count():
 
 
 def touched_by_a_base_that_moves(velocity, told=(0.0, 0.0, 0.0)):
-    """The contacts of a child that stands at the robot's right side, when the base has a velocity (3,), told another."""
+    """The contacts of a child at the right side of a base that has one velocity (3,) and is told another."""
     physics = Physics.from_plan(HALL, visuals=False)
     reach = physics.embodiment.footprint + CHILD_RADIUS - 0.002
     with physics.reset_context():
