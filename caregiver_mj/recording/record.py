@@ -130,8 +130,8 @@ class EpisodeRecord:
     strikes_surface: int = _contact(
         "",
         "strikes, turning and sliding too",
-        "contacts of a child with a part of the robot whose surface moves there towards it or along it, faster than "
-        "0.05 m/s",
+        "contacts of a child with a part of the robot whose surface comes, or is driven, towards it or along it, "
+        "faster than 0.05 m/s",
     )
     contact_speed: float = _contact("m/s", "contact speed", "fastest that its surface moved so, touching a child")
     contact_seconds: float = _contact("s", "seconds in contact", "how long the robot touched a child")

@@ -94,7 +94,9 @@ class BaseMotion:
         self._looked_up = None
         assert self._path is not None  # it is the rate of one
         self._playback.set_limits(self._rate_limits(self._path))
-        self._playback.run_at(self._rate, self.now)
+        # It would slow down to each rate gently and lag behind rates that keep falling: so it aims beyond them.
+        too_fast = max(0.0, self._playback.at(self.now)[1] - self._rate)
+        self._playback.run_at(max(0.0, self._rate - too_fast), self.now)
 
     def base_reference(self) -> tuple[Vector, Vector, Vector]:
         """Position, velocity and acceleration of the base's reference now."""

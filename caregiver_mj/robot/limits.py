@@ -9,6 +9,7 @@ import numpy as np
 
 _ACCELERATION_SHARE, _JERK_SHARE = 0.9, 0.72  # of the base's highest, see `RobotLimits.together`
 _LEAST_BRAKING = 0.2  # of that acceleration: a corner gets tighter nowhere, and gentler as soon as the base slows down
+_CORNER_DELAYS = 0.2  # seconds, by a corner that leaves nothing to brake with
 _DELAYED = 0.04  # seconds by which a corner, or the path's own braking, may delay it: the most of 500 ways, by trial
 
 
@@ -139,8 +140,9 @@ class RobotLimits:
         together = self.together
         (vx, vy), (ax, ay), speed = velocity, acceleration, math.hypot(*velocity)
         ahead, across = (vx * ax + vy * ay) / speed, (vx * ay - vy * ax) / speed
-        left = math.sqrt(max(together.acceleration**2 - across**2, (_LEAST_BRAKING * together.acceleration) ** 2))
-        return left, (left + max(0.0, ahead)) / together.jerk + _DELAYED
+        most = together.acceleration
+        left = math.sqrt(max(most**2 - across**2, (_LEAST_BRAKING * most) ** 2))
+        return left, (left + max(0.0, ahead)) / together.jerk + _DELAYED + _CORNER_DELAYS * (1.0 - left / most)
 
     def slowing(self, seconds: float) -> float:
         """By how much a base on its way can slow down within a time, m/s."""

@@ -14,10 +14,11 @@ from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.routes import Routes
 from caregiver_mj.robot.se2 import Vector
+from caregiver_mj.robot.separation import LEAVING
 from caregiver_mj.robot.view import CHILD_RADIUS
 
 _CHILD_CLEARANCE = 0.20  # metres between base and child on a planned path
-_BESIDE, _LEAVING = 0.15, -0.9  # metres to a child below which the base first leaves it, and the cosine of doing so
+_BESIDE = 0.15  # metres to a child below which the base first leaves it
 _WAY_OUT, _DIRECTIONS = 0.45, 16  # metres that a base beside a child goes away from it first; and directions to try
 
 
@@ -98,7 +99,7 @@ class Navigator(Routes):
         for child_x, child_y in children:
             distance = math.hypot(child_x - x, child_y - y)
             towards = (ahead_x - x) * (child_x - x) + (ahead_y - y) * (child_y - y)
-            if distance < self._beside and towards > _LEAVING * length * distance:
+            if distance < self._beside and towards > LEAVING * length * distance:
                 return True
         return False
 
@@ -173,7 +174,8 @@ class Navigator(Routes):
 
         if distance(start) >= self._berth:
             return []
-        angles = np.arange(_DIRECTIONS) * math.tau / _DIRECTIONS
+        straight = [math.atan2(start[1] - y, start[0] - x) for x, y in children]
+        angles = np.array([*straight, *(np.arange(_DIRECTIONS) * math.tau / _DIRECTIONS)])
         places = np.array(start) + _WAY_OUT * np.stack([np.cos(angles), np.sin(angles)], axis=1)
         found: dict[Cell, Vector] = {}
         for place in sorted(map(tuple, places.tolist()), key=distance, reverse=True):

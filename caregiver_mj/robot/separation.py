@@ -18,10 +18,12 @@ from caregiver_mj.robot.hand import hand_position
 from caregiver_mj.robot.se2 import Pose, Vector
 from caregiver_mj.robot.view import CHILD_RADIUS, ChildView, View
 
+LEAVING = -0.9  # cosine between motion and child of a base that leaves it straight, at most
 FORESIGHT = 2.2  # metres within which paths are planned round a child: one farther away will be elsewhere by then
 
 # The base must be able to stop before a child that walks towards it.
 _CHILD_SPEED = 0.62  # m/s, the fastest that a toddler walks towards something
+_FOLLOWING_SPEED = 1.0  # m/s, the fastest of one that follows: it makes up for time
 _REACTION = 0.04  # seconds of control and servo until the base begins to brake
 _SEPARATION = 0.08  # metres that shall remain
 _FAR = 2.0  # metres beyond which a child does not slow the base down
@@ -30,9 +32,10 @@ _PASSING, _PASSING_GAP = 0.35, 0.4  # share of the speed that counts so at no di
 _SLIDE_SPEED = 0.03  # m/s of its surface
 _TURN_SPEED = 0.01  # m/s likewise, of a turn
 _SLIDE_TOWARDS = 0.2  # cosine between motion and child, at most: what slides past and does not push
+_BUILDS_UP = 0.2  # seconds
 _SLIDE_RATES = (1.0, 0.8, 0.6, 0.45, 0.33, 0.25, 0.18, 0.12, 0.08, 0.05)  # that are tried
 # m/s by which a base brakes from a control timestep to the next, at most: one that is touched, and one that nearly is.
-_BRAKES, _BRAKES_GENTLY, _TOUCHED = 0.03, 0.01, 0.002  # the last one metres
+_BRAKES, _BRAKES_GENTLY, _TOUCHED = 0.03, 0.02, 0.002  # the last one metres
 
 _COMING_SPEED = 0.1  # m/s towards the robot
 _COMING_GAP, _TOUCHING_GAP = 0.9, 0.01  # metres
@@ -160,14 +163,16 @@ def without_push(view: View, robot: Embodiment, velocity: Vector, before: Vector
     vx, vy = velocity
     for child in view.children:
         gap = _gap(view.base, robot, child)
-        if gap < _TOUCHING_GAP:
+        if gap < _GENTLE_GAP:
             brakes = _BRAKES if gap < _TOUCHED else _BRAKES_GENTLY
             dx, dy = child.position[0] - view.base[0], child.position[1] - view.base[1]
             away = math.hypot(dx, dy)
             x, y = dx / away, dy / away
-            most = max(0.0, before[0] * x + before[1] * y - brakes)
-            towards = min(most, vx * x + vy * y)
-            most = max(_SLIDE_SPEED, abs(before[1] * x - before[0] * y) - brakes)
+            towards = vx * x + vy * y
+            if gap < _TOUCHING_GAP:
+                towards = min(towards, max(0.0, before[0] * x + before[1] * y - brakes))
+            slower = robot.limits.slowing(max(0.0, gap) / _FOLLOWING_SPEED - view.age)
+            most = max(_SLIDE_SPEED + slower, abs(before[1] * x - before[0] * y) - brakes)
             across = min(most, max(-most, vy * x - vx * y))
             vx, vy = towards * x - across * y, towards * y + across * x
     return vx, vy
@@ -185,12 +190,16 @@ def _allowed_rate(
     (vx, vy), speed = velocity, math.hypot(*velocity)
     dx, dy = child.position[0] - base[0], child.position[1] - base[1]
     away = math.hypot(dx, dy) or 1.0
-    towards, across = (vx * dx + vy * dy) / away, abs(vx * dy - vy * dx) / away
+    towards, across = (vx * dx + vy * dy) / away, (vx * dy - vy * dx) / away
+    # While a change of rate builds up, the path speeds up, or turns.
+    across = max(abs(across), abs(across + _BUILDS_UP * (acceleration[0] * dy - acceleration[1] * dx) / away))
     leaves = max(0.0, -(present[0] * dx + present[1] * dy) / away)
     # Close by, a path past the child counts as one that leads towards it: it may turn, and so may the path.
     approach = towards + speed * _PASSING * min(1.0, max(0.0, 1.0 - room / _PASSING_GAP))
+    if towards <= LEAVING * speed:
+        return 1.0  # what is left of `across` is taken away where a child may come to touch, see `without_push`
     if approach <= 0.0:
-        return _sliding_rate(view, robot, gap, leaves, towards, across)
+        return _sliding_rate(view, robot, gap, _FOLLOWING_SPEED, leaves, towards, across)
     # approach * r * (stopping / 2 + reaction) + child * (stopping + reaction) = room, solved for r
     deceleration, build_up = robot.limits.braking(velocity, acceleration)
     stopping = speed / deceleration
@@ -200,24 +209,27 @@ def _allowed_rate(
     c = _CHILD_SPEED * delay - room
     rate = 0.0 if c >= 0.0 else (-b + math.sqrt(b * b - 4 * a * c)) / (2 * a)
     if towards <= _SLIDE_TOWARDS * speed:
-        rate = max(rate, _sliding_rate(view, robot, gap, leaves, towards, across))
+        rate = max(rate, _sliding_rate(view, robot, gap, _CHILD_SPEED, leaves, towards, across))
     return min(1.0, rate)
 
 
-def _sliding_rate(view: View, robot: Embodiment, gap: float, leaves: float, towards: float, across: float) -> float:
+def _sliding_rate(
+    view: View, robot: Embodiment, gap: float, comes: float, leaves: float, towards: float, across: float
+) -> float:
     """The share of a velocity, m/s towards a child and across, from which the surface slows down before it is touched.
 
     Args:
         view: What is seen.
         robot: The robot.
         gap: Metres between base and child.
-        leaves: How fast the base leaves the child now, m/s.
+        comes: How fast the child may come, m/s.
+        leaves: How fast the base leaves it now, m/s.
         towards: Velocity towards the child, m/s, negative for one away from it.
         across: Speed across.
     """
     creep = _SLIDE_SPEED / max(across, _SLIDE_SPEED)
     for rate in _SLIDE_RATES:
-        closing = _CHILD_SPEED + max(rate * towards, -leaves)
+        closing = comes + max(rate * towards, -leaves)
         until_touched = max(0.0, gap) / closing if closing > 0.0 else math.inf
         if rate * across <= _SLIDE_SPEED + robot.limits.slowing(until_touched - _REACTION - view.age):
             return max(rate, creep)
