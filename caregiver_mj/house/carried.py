@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from caregiver_mj.house.physics import Physics
@@ -27,12 +29,13 @@ def watch_candle(physics: Physics, seconds: float, tally: Contacts) -> None:
     """
     if not physics.is_gripping():
         return
+    pinch, children = physics.pinch_position(), physics.toddler_positions()[:, :2]
+    hand = pinch[:2].tolist()
+    if min(math.dist(child, hand) for child in children.tolist()) > FAR + _LENGTH + CHILD_RADIUS:
+        return  # as if it were nowhere
     poses = physics.candle_poses()
     if not len(poses):
         return
-    pinch, children = physics.pinch_position(), physics.toddler_positions()[:, :2]
-    if np.linalg.norm(children - pinch[:2], axis=1).min() > FAR + _LENGTH + CHILD_RADIUS:
-        return  # as if it were nowhere
     axes = _upward(poses[:, 3:])
     from_foot = pinch - poses[:, :3]
     along = np.clip((from_foot * axes).sum(axis=1), _WAX[0], _WAX[-1])

@@ -25,7 +25,7 @@ class Pick(AtTable):
 
     def _approach(self, view: View, robot: RobotMotion) -> Status:
         x, y, z = view.candles[self.candle].tolist()
-        table = self._navigator.plan.position(self._navigator.plan.tables[self.table])
+        table = self._navigator.plan.position(self._navigator.plan.tables[self.table]).tolist()
         if not view.stands_on_table(self.candle, self.table) or math.dist((x, y), table) > BESIDE_TABLE:
             return Status.OVERTAKEN  # it has fallen, or somebody else has taken it away
         goal, cell, yaw = self._stand_at_table(view, (x, y), hand=(-self.embodiment.grasp.depth, 0.0))
