@@ -73,10 +73,6 @@ class RobotBody:
         np.minimum(self._targets, self._highest, out=self._targets)
         self.ramp.lead_to(self._targets, steps)
 
-    def advance(self) -> None:
-        """Takes the actuators one physics step further: call before every one."""
-        self.ramp.advance()
-
     def place(self, base: np.ndarray, arm: np.ndarray | None = None) -> None:
         """Puts the robot somewhere, its hand open: base pose (3,) and arm joints (joints,), tucked if not given."""
         self.base[0][:], self.fingers[0][:] = base, self.embodiment.grasp.open
