@@ -120,5 +120,5 @@ class Children(Sequence[HouseChild]):
         """The caregiver cell that is nearest to the robot's base; NOTHING if there is no robot."""
         if not physics.has_robot:
             return NOTHING
-        robot = physics.base_position()[:2]
+        robot = physics.base_position()[:2].tolist()
         return min(range(len(self._places)), key=lambda i: math.dist(self._places[i], robot))

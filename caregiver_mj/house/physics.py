@@ -244,7 +244,7 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         warnings = self._warnings.tolist()
         for _ in range(nstep):
             if robot is not None:
-                robot.advance()
+                robot.ramp.advance()
             mujoco.mj_step(model, data)
             if reader.is_any():
                 self.touches += reader.read()

@@ -61,7 +61,8 @@ class RobotBody:
 
     def is_gripping(self) -> bool:
         """Whether the fingers are as close together as round a candle, or closer."""
-        return bool(self.fingers[0].sum() < 2 * _LOOSE)
+        left, right = self.fingers[0].tolist()
+        return left + right < 2 * _LOOSE
 
     def set_action(self, action: np.ndarray, steps: int = 1) -> None:
         """Sets what the actuators shall do; both fingers get the gripper's value.
@@ -72,12 +73,9 @@ class RobotBody:
         """
         action.take(self._source, out=self._targets, mode="clip")  # without a mode it would take a copy first
         # The simulation would clamp them as well, but only after the way to them.
-        np.clip(self._targets, self._lowest, self._highest, out=self._targets)
+        np.maximum(self._targets, self._lowest, out=self._targets)
+        np.minimum(self._targets, self._highest, out=self._targets)
         self.ramp.lead_to(self._targets, steps)
-
-    def advance(self) -> None:
-        """Takes the actuators one physics step further: call before every one."""
-        self.ramp.advance()
 
     def place(self, base: np.ndarray, arm: np.ndarray | None = None) -> None:
         """Puts the robot somewhere, its hand open: base pose (3,) and arm joints (joints,), tucked if not given."""

@@ -29,7 +29,7 @@ class Senses:
             control_timestep: Seconds between observations.
         """
         self._sensing, self._robot, self._timestep = sensing, robot, control_timestep
-        self._steps = sensing.delay_steps(control_timestep)
+        self._steps, self._exact = sensing.delay_steps(control_timestep), sensing.is_exact
 
     @property
     def age(self) -> float:
@@ -38,7 +38,7 @@ class Senses:
 
     def reset(self) -> None:
         """Begins an episode, when the robot's references have begun it."""
-        if self._sensing.is_exact:
+        if self._exact:
             return
         self._self = SelfEstimate(self._sensing.base, self._robot, self._steps)
         self._candles = CandleEstimates(self._sensing.candle, self._robot.robot)
@@ -46,7 +46,7 @@ class Senses:
 
     def now(self, observation: Observation) -> Observation:
         """What an observation would be if it were exact and of this moment, as well as that is known."""
-        if self._sensing.is_exact:
+        if self._exact:
             return observation
         then, now = self._self.update(observation["base_position"], observation["arm_position"])
         estimate = dict(observation)

@@ -58,7 +58,7 @@ class BaseMotion:
         moves = math.hypot(*velocity) > 1e-3
         for deviation in _CORNER_DEVIATIONS:
             path = BasePath(points, self._base_limits, velocity, acceleration, deviation)
-            times = np.arange(0.0, path.duration, _CHECK_INTERVAL)
+            times = np.arange(0.0, path.duration, _CHECK_INTERVAL).tolist()
             if is_clear(np.array([path.at(time)[0] for time in times]).reshape(-1, 2)):
                 break
         else:
@@ -136,19 +136,13 @@ class BaseMotion:
         begin = self._playback.at(self.now)[0]
         return [self._path.at(begin + seconds * i / 5)[0] for i in range(1, 6)]
 
-    def planned_velocity(self) -> Vector:
-        """The velocity that the path would have now at full rate."""
+    def planned(self) -> tuple[Vector, Vector]:
+        """The velocity and the acceleration that the path would have now at full rate."""
         if self._path is None:
-            return (0.0, 0.0)
-        return self._planned(self._path)[1]
-
-    def planned_acceleration(self) -> Vector:
-        """The acceleration that the path would have at the same moment."""
-        return (0.0, 0.0) if self._path is None else self._planned(self._path)[2]
-
-    def _planned(self, path: BasePath) -> tuple[Vector, Vector, Vector]:
+            return (0.0, 0.0), (0.0, 0.0)
         # Look a little ahead, so that a base at rest at the start of its path sees where it would go.
-        return path.at(self._playback.at(self.now)[0] + 0.1)
+        _, velocity, acceleration = self._path.at(self._playback.at(self.now)[0] + 0.1)
+        return velocity, acceleration
 
     def _base_at(self, time: float) -> tuple[Vector, Vector, Vector]:
         if self._looked_up is None or self._looked_up[0] != time:  # many ask for the same moment

@@ -82,30 +82,34 @@ class BasePath:
         speeds = self._speeds
         axis, length = direction(points[0], points[1])
         along, across = in_frame(velocity, axis)
-        asked = parameters([0.0, 0.0], [along, across], list(in_frame(acceleration, axis)), self._limits)
-        asked.synchronization = Synchronization.TimeIfNecessary
+        along_change, across_change = in_frame(acceleration, axis)
         # Each axis gets what leaves the length of the vector within its limit.
-        asked.max_acceleration = [self._limits.acceleration / math.sqrt(2)] * 2
-        asked.max_jerk = [self._limits.jerk / math.sqrt(2)] * 2
+        most, jerk = self._limits.acceleration / math.sqrt(2), self._limits.jerk / math.sqrt(2)
         # While there is speed across the line there must be less along it.
-        across_peak = abs(across) + asked.current_acceleration[1] ** 2 / (2 * asked.max_jerk[1])
+        across_peak = abs(across) + across_change**2 / (2 * jerk)
         top = math.sqrt(max(self._limits.velocity**2 - across_peak**2, (0.3 * self._limits.velocity) ** 2))
-        options = []
+        best: tuple[float, float, float, Trajectory] | None = None  # seconds that it takes in all, reach, end, way
         for reach in (*(r for r in _TURN_IN_LENGTHS if r < 0.95 * length), length):
             # No faster than can be reached in time, or braked from in the rest of the line.
             end = min(top, speeds.reachable(max(along, 0.0), 0.6 * reach), speeds.reachable(0.0, length - reach))
             if speeds.distance_to_change(max(along, 0.0), end) > 0.9 * reach:
                 continue  # it would overshoot and come back
+            asked = parameters([0.0, 0.0], [along, across], [along_change, across_change], self._limits)
+            asked.synchronization = Synchronization.TimeIfNecessary
             asked.max_velocity = [max(top, abs(along)), self._limits.velocity]
+            asked.max_acceleration, asked.max_jerk = [most, most], [jerk, jerk]
             asked.target_position = [reach, 0.0]
             asked.target_velocity = [end, 0.0]
             trajectory = solve(Ruckig(2), asked)
+            time = trajectory.duration + (length - reach) / self._limits.velocity
+            if best and time >= best[0]:
+                continue
             top_speed, farthest = extremes(trajectory)
             if top_speed <= self._limits.velocity + NOTHING and farthest <= reach + _OVERSHOOT:
-                options.append((trajectory.duration + (length - reach) / self._limits.velocity, reach, end, trajectory))
-        if not options:
+                best = time, reach, end, trajectory
+        if best is None:
             raise PathError("too fast to turn into the path")
-        _, reach, end, trajectory = min(options, key=lambda option: option[:2])
+        _, reach, end, trajectory = best
         self._append(points[0], axis, trajectory)
         if reach == length:
             return points[1:], end

@@ -43,8 +43,9 @@ class Clearance:
         if self._meets_wall(a, b):
             return None
         x, y = _points_between(a, b)
+        there = self._indices(x, y)
         for raster in (self._room, self._turning_room):
-            slack = self._at(raster, x, y)
+            slack = raster[there]
             if slack.min() >= 0.0:
                 continue
             distance = np.linspace(0.0, math.dist(a, b), len(x))
@@ -58,9 +59,10 @@ class Clearance:
         """Whether the base fits at all points (n, 2), be it with less clearance than a straight path keeps."""
         if not len(points):
             return True
+        there = self._indices(points[:, 0], points[:, 1])
+        ends = np.minimum(np.hypot(*(points - points[0]).T), np.hypot(*(points - points[-1]).T)) < _LEAVING
         for raster in (self._room, self._turning_room):
-            slack = self._at(raster, points[:, 0], points[:, 1])
-            ends = np.minimum(np.hypot(*(points - points[0]).T), np.hypot(*(points - points[-1]).T)) < _LEAVING
+            slack = raster[there]
             allowed = np.where(ends, min(-self._needs.corner, slack[0], slack[-1]), -self._needs.corner)
             if (slack < allowed - _ROUNDING).any():
                 return False
@@ -78,7 +80,7 @@ class Clearance:
 
     def hand_clear(self, a: Vector, b: Vector) -> bool:
         """Whether the outstretched hand can move straight from one point to another without touching a wall."""
-        room = self._at(self._turning_room, *_points_between(a, b)).min()
+        room = self._turning_room[self._indices(*_points_between(a, b))].min()
         return bool(room >= self._needs.hand - self._needs.turning)
 
     def _meets_wall(self, a: Vector, b: Vector) -> bool:
@@ -96,10 +98,9 @@ class Clearance:
         row, column = int((point[1] - self._origin[1]) / _RASTER), int((point[0] - self._origin[0]) / _RASTER)
         return float(raster[row, column])
 
-    def _at(self, raster: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Values of a raster at points."""
-        row = ((y - self._origin[1]) / _RASTER).astype(int)
-        return raster[row, ((x - self._origin[0]) / _RASTER).astype(int)]
+    def _indices(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rows and columns of the rasters at points."""
+        return ((y - self._origin[1]) / _RASTER).astype(int), ((x - self._origin[0]) / _RASTER).astype(int)
 
     def _distance_to(self, rectangles: np.ndarray) -> np.ndarray:
         """Metres from every point of the raster, (rows, columns), to the nearest of some rectangles (n, 4)."""
@@ -114,5 +115,7 @@ class Clearance:
 
 def _points_between(a: Vector, b: Vector) -> tuple[np.ndarray, np.ndarray]:
     """Points, x and y, along a straight line."""
-    share = np.linspace(0.0, 1.0, int(math.dist(a, b) / _RASTER) + 2)
+    last = int(math.dist(a, b) / _RASTER) + 1
+    share = np.arange(last + 1) * (1.0 / last)  # as `linspace` does it, which takes longer than all the rest
+    share[-1] = 1.0
     return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])

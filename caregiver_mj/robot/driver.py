@@ -130,8 +130,7 @@ class Driver:
         self._replan_at = 0.0
 
     def _allowed_rate(self, view: View, robot: RobotMotion) -> float:
-        velocity, acceleration = robot.planned_velocity(), robot.planned_acceleration()
-        return allowed_rate(view, self._embodiment, velocity, acceleration, robot.base_reference()[1])
+        return allowed_rate(view, self._embodiment, *robot.planned(), robot.base_reference()[1])
 
     def _leads_to(self, goal: Vector) -> bool:
         """Whether the present path ends there."""

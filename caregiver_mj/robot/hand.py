@@ -25,7 +25,9 @@ def hand_position(view: View, robot: Embodiment) -> np.ndarray:
 
 def has_in_hand(view: View, robot: Embodiment, candle: int) -> bool:
     """Whether a candle is between the fingers, and they have closed on it."""
-    return not hand_is_empty(view) and math.dist(view.candles[candle], hand_position(view, robot)) < CANDLE_HEIGHT
+    if hand_is_empty(view):
+        return False
+    return math.dist(view.candles[candle].tolist(), hand_position(view, robot).tolist()) < CANDLE_HEIGHT
 
 
 def is_round_candle(fingers: float) -> bool:

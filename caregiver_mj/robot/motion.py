@@ -141,7 +141,7 @@ class RobotMotion(BaseMotion):
     @property
     def has_given_way(self) -> bool:
         """Whether the arm is not where it reaches to, because it has been pushed away."""
-        return bool(self.giving_way.offset.any())
+        return any(self.giving_way.offset.tolist())
 
     @property
     def reached(self) -> float:

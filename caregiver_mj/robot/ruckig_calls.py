@@ -44,10 +44,10 @@ def parameters(
 class Solution(Trajectory):
     """A trajectory that can be pickled, which ruckig's cannot: it is solved again from what was asked."""
 
-    asked: dict[str, Any]
+    asked: InputParameter
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _solve_again, (self.degrees_of_freedom, self.asked)
+        return _solve_again, (self.degrees_of_freedom, {name: getattr(self.asked, name) for name in _ASKED})
 
 
 def solve(solver: Ruckig, asked: InputParameter) -> Solution:
@@ -63,7 +63,7 @@ def solve(solver: Ruckig, asked: InputParameter) -> Solution:
         raise PathError(str(error)) from None
     if result not in (Result.Working, Result.Finished):
         raise PathError(f"ruckig found no trajectory: {result}")
-    solution.asked = {name: getattr(asked, name) for name in _ASKED}
+    solution.asked = asked
     return solution
 
 

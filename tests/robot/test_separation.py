@@ -181,7 +181,7 @@ def test_a_base_brakes_on_any_path_as_its_limits_say(way, when):
         robot.set_rate(1.0)
         robot.now += TIMESTEP
     speed = math.hypot(*robot.base_reference()[1])
-    velocity, acceleration = robot.planned_velocity(), robot.planned_acceleration()
+    velocity, acceleration = robot.planned()
     assume(math.hypot(*velocity) > 0.05)
     deceleration, build_up = ROBOT.limits.braking(velocity, acceleration)
     before, gone = robot.base_reference()[0], 0.0

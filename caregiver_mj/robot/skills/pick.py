@@ -20,13 +20,13 @@ class Pick(AtTable):
 
     def __init__(self, navigator: Navigator, candle: int, table: int):
         super().__init__(navigator, candle, table)
+        self._middle = navigator.plan.position(navigator.plan.tables[table]).tolist()  # of the table
         self._until = 0.0
         self._misses = 0
 
     def _approach(self, view: View, robot: RobotMotion) -> Status:
         x, y, z = view.candles[self.candle].tolist()
-        table = self._navigator.plan.position(self._navigator.plan.tables[self.table])
-        if not view.stands_on_table(self.candle, self.table) or math.dist((x, y), table) > BESIDE_TABLE:
+        if not view.stands_on_table(self.candle, self.table) or math.dist((x, y), self._middle) > BESIDE_TABLE:
             return Status.OVERTAKEN  # it has fallen, or somebody else has taken it away
         goal, cell, yaw = self._stand_at_table(view, (x, y), hand=(-self.embodiment.grasp.depth, 0.0))
         arrival = self.driver.drive(view, robot, goal, cell, yaw)
