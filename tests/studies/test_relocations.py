@@ -159,7 +159,13 @@ def test_command(tmp_path, capsys):
     path = tmp_path / "relocations.json"
     main(["--count", "1", "--first", "3", "--jobs", "1", "--noise", "0.001", "--delay", "0.02", "--json", str(path)])
     assert "1/1" in capsys.readouterr().out
-    assert [row["seed"] for row in json.loads(path.read_text())] == [3]
+    assert [(row["house"], row["seed"]) for row in json.loads(path.read_text())] == [("paper", 3)]
+
+
+def test_command_in_other_houses(tmp_path):
+    path = tmp_path / "relocations.json"
+    main(["--count", "1", "--first", "3", "--jobs", "1", "--house", "paper", "house-1", "--json", str(path)])
+    assert [(row["house"], row["seed"], row["failure"]) for row in json.loads(path.read_text())] == [("house-1", 3, "")]
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -49,9 +50,9 @@ class Relocation(Trial):
     touches: tuple[tuple[str, str], ...]
 
 
-def relocate(conditions: Conditions, seed: int) -> Relocation:
+def relocate(conditions: Conditions, seed: int, houses: Sequence[str] = HOUSES) -> Relocation:
     """Runs the relocation of a seed; with each seed it is another house's turn."""
-    plan = load_house(HOUSES[seed % len(HOUSES)])
+    plan = load_house(houses[seed % len(houses)])
     env = load("relocate_candle", plan, _EPSILON, random=seed, task_kwargs=conditions.task_kwargs(), visuals=False)
     task, physics = env.task, env.physics
     conditions.alter(physics)
