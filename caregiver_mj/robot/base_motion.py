@@ -134,6 +134,11 @@ class BaseMotion:
         return 0.0 if self._path is None else self._playback.at(self.now)[1]
 
     @property
+    def rate_ahead(self) -> float:
+        """The rate that it comes to, as it was last set."""
+        return self._rate
+
+    @property
     def is_unhindered(self) -> bool:
         """Whether the base goes along its path as fast as planned."""
         return self._path is None or self._playback.at(self.now)[1] > 0.99
