@@ -116,6 +116,13 @@ def test_report_of_good_ones():
     assert "touched nothing but candles" in text
 
 
+def test_report_of_many_houses_tells_of_all_of_them_together():
+    text = printed(report, [relocation(i, house=f"house-10000{i}") for i in range(6)])
+    rows = {line[:30].strip(): line[30:].split() for line in text.splitlines()}
+    assert rows["done"] == ["6/6", "all", "200/200"]
+    assert rows["arrived to lifted, s: worst"][:2] == ["0.40", "1.50"]
+
+
 def test_report_names_what_went_wrong():
     bad = relocation(5, failure="candle lost", drops=1, lifting=math.nan, touches=(("robot/hand", "wall"),))
     text = printed(report, [relocation(2, clearing=1.7), bad])
