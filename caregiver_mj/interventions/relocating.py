@@ -35,7 +35,9 @@ class Relocating(Routine):
 
     def after(self, status: Status, view: View, see: Callable[[], Percept]) -> Status:
         if not isinstance(self.skill, skills.Place):
-            if status is Status.FAILED and self.means.takes_orders:  # there is nothing else to do meanwhile
+            # A way that is closed opens again, and there is nothing else to do meanwhile.
+            is_barred = status is Status.FAILED and self.skill.driver.patience.is_over(view.now)
+            if is_barred and self.means.takes_orders:
                 self.skill, self.activity = _fetching(self.means, self.candle, view, see())
                 return Status.RUNNING
             if status is not Status.DONE:
