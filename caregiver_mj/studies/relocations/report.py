@@ -123,5 +123,6 @@ def _wrong(relocations: Rows) -> list[str]:
     for row in relocations:
         mishaps = (row.strikes, "strikes"), (row.tipped, "tipped"), (row.drops, "drops")
         counts = [f"{count} {what}" for count, what in mishaps if count]
-        lines += [f"{row.house}, seed {row.seed}: {wrong}" for wrong in (row.failure, *counts) if wrong]
+        failure = row.failure and f"{row.failure}; a child stood in the only way for {row.barred:.1f} s"
+        lines += [f"{row.house}, seed {row.seed}: {wrong}" for wrong in (failure, *counts) if wrong]
     return lines
