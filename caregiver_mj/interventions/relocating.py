@@ -30,18 +30,16 @@ class Relocating(Routine):
     """
 
     def __init__(self, means: Means, intervention: Intervention, view: View, percept: Percept):
-        self.candle = candle = means.plan.hazards.candle(intervention.hazard)
-        table = int(percept.candle_table[0, candle])
-        if table != NOTHING and view.stands_on_table(candle, table):
-            skill: skills.Skill = skills.Pick(means.navigator, candle, table)
-            activity = f"fetch candle {candle + 1}"
-        else:
-            skill = skills.Retrieve(means.navigator, means.retrievals, candle)
-            activity = f"pick up candle {candle + 1}"
-        super().__init__(means, intervention, skill, activity)
+        self.candle = means.plan.hazards.candle(intervention.hazard)
+        super().__init__(means, intervention, *_fetching(means, self.candle, view, percept))
 
     def after(self, status: Status, view: View, see: Callable[[], Percept]) -> Status:
         if not isinstance(self.skill, skills.Place):
+            # A way that is closed opens again, and there is nothing else to do meanwhile.
+            is_barred = status is Status.FAILED and self.skill.driver.patience.is_over(view.now)
+            if is_barred and self.means.takes_orders:
+                self.skill, self.activity = _fetching(self.means, self.candle, view, see())
+                return Status.RUNNING
             if status is not Status.DONE:
                 return status
             self.holding = self.candle
@@ -112,3 +110,11 @@ class Relocating(Routine):
         moves = int(to_table[percept.caregiver_cell[0]]) + int(to_landing[stands].min())
         cruising = _CRUISING_SHARE * self.means.navigator.robot.limits.base_speed
         return moves * plan.cell_size / cruising + _PLACING_TIME
+
+
+def _fetching(means: Means, candle: int, view: View, percept: Percept) -> tuple[skills.Skill, str]:
+    """The skill to take a candle from where it is, and what that is in words."""
+    table = int(percept.candle_table[0, candle])
+    if table != NOTHING and view.stands_on_table(candle, table):
+        return skills.Pick(means.navigator, candle, table), f"fetch candle {candle + 1}"
+    return skills.Retrieve(means.navigator, means.retrievals, candle), f"pick up candle {candle + 1}"

@@ -15,6 +15,7 @@ from caregiver_mj.robot.se2 import Vector
 
 _CORNER_DEVIATIONS = (0.2, 0.12, 0.06)  # metres by which corners of a path are cut, if there is room
 _CHECK_INTERVAL = 0.08  # seconds between the points of a path that are checked for room
+_LOOKS = 33  # points of a line that are checked likewise
 
 # The path is played back at a rate of 0 to 1, to slow down on it. The slower the path itself is, the quicker the rate
 # may change; below this speed it makes no difference any more.
@@ -65,6 +66,7 @@ class BaseMotion:
             if moves:
                 raise PathError("no room to turn into the path")
         self._path: BasePath | None = path
+        self._asked = points, is_clear
         self._looked_up = None
         # The path begins with the present velocity, so it is played back at full rate from the first moment; from rest
         # the rate may start anywhere, and starts at nothing until `set_rate` says how much the child allows.
@@ -80,6 +82,8 @@ class BaseMotion:
         self._watched = True
         if self._path is None:
             return
+        if self._rate == 0.0 and self._playback.at(self.now)[0] < self._path.turned_in:
+            self._turn_on_the_spot(self._path)
         if self._rate == 0.0 and self._playback.at(self.now)[0] == 0.0:
             self._rate, self._looked_up = rate, None
             self._playback.run_at(rate, self.now, at_once=True)
@@ -89,6 +93,18 @@ class BaseMotion:
             self._change_rate()
         elif self._playback.arrival > self.now:  # meanwhile the path may leave more to the rate, or less
             self._change_rate()
+
+    def _turn_on_the_spot(self, path: BasePath) -> None:
+        """Begins a path anew from rest, if the base has stopped before it has turned into it.
+
+        What is left of its turn may lead on to what it has stopped for, and it would stand there until that goes.
+        """
+        if self._playback.arrival > self.now:
+            return  # it has not stopped yet
+        (_, *points), is_clear = self._asked
+        here = path.at(self._playback.at(self.now)[0])[0]
+        if points and is_clear(np.linspace(here, points[0], _LOOKS)):
+            self.drive_along([here, *points], is_clear)
 
     def _change_rate(self) -> None:
         self._looked_up = None
@@ -118,6 +134,11 @@ class BaseMotion:
     def rate(self) -> float:
         """The share, 0 to 1, of its planned speed at which the base goes along its path now; 0 without a path."""
         return 0.0 if self._path is None else self._playback.at(self.now)[1]
+
+    @property
+    def rate_ahead(self) -> float:
+        """The rate that it comes to, as it was last set."""
+        return self._rate
 
     @property
     def is_unhindered(self) -> bool:

@@ -28,6 +28,7 @@ class BasePath:
     Attributes:
         goal: The end of the path, metres.
         duration: Seconds that it takes.
+        turned_in: Seconds until the present motion has become one along the first line; 0 from rest.
     """
 
     def __init__(
@@ -52,7 +53,7 @@ class BasePath:
         """
         self._limits, self._speeds = limits, PathSpeeds(limits, deviation)
         self._pieces: list[Piece] = []
-        self.duration = 0.0
+        self.duration = self.turned_in = 0.0
         points = without_repeats(points)
         self.goal = points[-1]
         moving = math.hypot(*velocity) > 1e-6 or math.hypot(*acceleration) > 1e-6
@@ -63,6 +64,7 @@ class BasePath:
         start_speed = 0.0
         if moving:
             points, start_speed = self._turn_in(points, velocity, acceleration)
+            self.turned_in = self.duration
         self._follow(points, start_speed)
 
     def at(self, time: float) -> tuple[Vector, Vector, Vector]:

@@ -217,6 +217,22 @@ def test_a_candle_in_the_hand_goes_to_another_table():
     assert outcome["candles_dropped"] == outcome["strikes"] == 0
 
 
+def test_a_robot_that_is_told_what_to_fetch_goes_on_waiting():
+    """Elsewhere it has no business, and on its way back it would be late when the child goes at last."""
+    child = Scripted(TABLES, STAY)
+    env = caregiver_mj.load("relocate_candle", TABLES, child, random=0)
+    policy = caregiver_mj.CaregiverPolicy(env)
+    place(env, (1, 6), (1, 3))
+    step, doing = env.reset(), set()
+    while env.physics.time() < 2 * GIVES_UP:
+        step = env.step(policy(step))
+        doing.add(policy.activity)
+    assert doing == {"fetch candle 1"}
+    assert policy.interventions == 1
+    assert 0.0 < math.dist(env.physics.base_position()[:2], TABLES.position((1, 6))) - TOUCHING < 0.6
+    assert env.task.outcome()["strikes"] == 0
+
+
 def test_a_robot_in_a_stairwell_stays_however_long():
     scene = Scene(ONE_WAY, Determined(ONE_WAY, 1, 0), (2, 4), (2, 8))
     scene.child.move = STAY

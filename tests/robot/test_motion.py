@@ -55,6 +55,27 @@ def test_a_base_tells_how_much_of_its_speed_it_has():
     assert robot.base_reference()[0] == (3.0, 0.0)
 
 
+def test_a_base_that_stops_before_it_has_turned_round_turns_where_it_stands():
+    """The rest of its turn would lead it on to what it has stopped for."""
+    robot = motion_along((4.0, 0.0))
+    places, ahead = [], []
+    for i in range(400):
+        if i == 60:
+            robot.drive_along([robot.base_reference()[0], (-2.0, 0.0)], lambda _: True)
+            assert robot.planned_velocity()[0] > 1.0
+        robot.set_rate(0.0 if 60 <= i < 160 else 1.0)
+        robot.action((*robot.base_reference()[0], 0.0))
+        places.append(robot.base_reference()[0][0])
+        ahead.append(robot.planned_velocity()[0])
+        robot.now += 0.02
+    assert not np.diff(places[110:160]).any()  # it stands
+    assert max(ahead[110:160]) < 0.0
+    assert np.abs(np.diff(places)).max() < 0.02 * MAX_BASE_SPEED
+    assert np.abs(np.diff(places, 2)).max() < 0.02**2 * 2.5  # and has not jumped
+    assert max(places) == max(places[:160])
+    assert places[-1] == pytest.approx(-2.0)
+
+
 def test_a_base_held_up_is_never_told_to_exceed_its_speed():
     robot = motion_along((3.0, 3.0))
     for _ in range(75):

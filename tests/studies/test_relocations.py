@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 from printed import printed
 
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.studies.houses import HOUSES, load_house
+from caregiver_mj.studies.relocations.barred import Barred
 from caregiver_mj.studies.relocations.command import main
 from caregiver_mj.studies.relocations.conditions import EACH, Conditions
 from caregiver_mj.studies.relocations.course import LIFTED, Moment, times
@@ -93,6 +95,20 @@ def test_a_relocation():
     assert 0.1 < result.clearing < 1.5
 
 
+@pytest.mark.parametrize(("table", "barred"), [(1, 0.0), (0, 0.04)])
+def test_a_child_in_the_only_way_is_told(table, barred):
+    plan = FloorPlan.parse("########\n#T....C#\n##B#####\n########", "corridor")
+    env = load("relocate_candle", plan, random=0, visuals=False)
+    env.reset()
+    env.physics.set_robot(np.array([*plan.position((1, 5)), 0.0]))
+    env.task.children[0].put((1, 3))
+    env.physics.set_toddler(env.task.children[0].walk)
+    found = Barred(env.physics, plan, (table, 1), 0.02)
+    for _ in range(2):
+        found.look()
+    assert found.seconds == barred
+
+
 def test_a_candle_that_is_knocked_over_counts_as_dropped():
     result = relocate(Conditions(knock=True), 3)
     assert result.drops > 0
@@ -103,7 +119,7 @@ def test_a_candle_that_is_knocked_over_counts_as_dropped():
 def relocation(seed, **others):
     values = {
         "house": "paper", "seed": seed, "strikes": 0, "drops": 0, "failure": "", "tipped": 0, "tilt": 0.1,
-        "error": 0.001, "lifting": 0.4, "clearing": 0.5, "seconds": 12.0, "touches": (),
+        "error": 0.001, "lifting": 0.4, "clearing": 0.5, "seconds": 12.0, "barred": 2.5, "touches": (),
     }  # fmt: skip
     return Relocation(**values | others)
 
@@ -116,12 +132,19 @@ def test_report_of_good_ones():
     assert "touched nothing but candles" in text
 
 
+def test_report_of_many_houses_tells_of_all_of_them_together():
+    text = printed(report, [relocation(i, house=f"house-10000{i}") for i in range(6)])
+    rows = {line[:30].strip(): line[30:].split() for line in text.splitlines()}
+    assert rows["done"] == ["6/6", "all", "200/200"]
+    assert rows["arrived to lifted, s: worst"][:2] == ["0.40", "1.50"]
+
+
 def test_report_names_what_went_wrong():
     bad = relocation(5, failure="candle lost", drops=1, lifting=math.nan, touches=(("robot/hand", "wall"),))
     text = printed(report, [relocation(2, clearing=1.7), bad])
     assert "paper, seed 2: clearing took 1.70 s" in text
     assert "touched in 1: robot/hand and wall (paper 5)" in text
-    assert "paper, seed 5: candle lost\n" in text
+    assert "paper, seed 5: candle lost; a child stood in the only way for 2.5 s\n" in text
     assert "paper, seed 5: 1 drops\n" in text
 
 
@@ -159,7 +182,13 @@ def test_command(tmp_path, capsys):
     path = tmp_path / "relocations.json"
     main(["--count", "1", "--first", "3", "--jobs", "1", "--noise", "0.001", "--delay", "0.02", "--json", str(path)])
     assert "1/1" in capsys.readouterr().out
-    assert [row["seed"] for row in json.loads(path.read_text())] == [3]
+    assert [(row["house"], row["seed"]) for row in json.loads(path.read_text())] == [("paper", 3)]
+
+
+def test_command_in_other_houses(tmp_path):
+    path = tmp_path / "relocations.json"
+    main(["--count", "1", "--first", "3", "--jobs", "1", "--house", "paper", "house-1", "--json", str(path)])
+    assert [(row["house"], row["seed"], row["failure"]) for row in json.loads(path.read_text())] == [("house-1", 3, "")]
 
 
 @pytest.mark.parametrize(

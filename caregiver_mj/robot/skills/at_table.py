@@ -15,7 +15,7 @@ from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.reach import as_high
 from caregiver_mj.robot.se2 import Vector
-from caregiver_mj.robot.separation import child_cells, distance_from_line, near_children
+from caregiver_mj.robot.separation import child_cells, distance_from_line, gap, near_children
 from caregiver_mj.robot.skills.skill import Skill
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import CHILD_RADIUS, View
@@ -23,6 +23,8 @@ from caregiver_mj.robot.view import CHILD_RADIUS, View
 BESIDE_TABLE = 0.45  # metres from a table's middle beyond which nothing is on it, wherever exactly it stands
 
 _HOVER_BEYOND = 0.02  # metres by which the base may have gone too far for the hand to hover
+# Metres to a child, that it lets pass, from which on the base is far enough off, and below which it makes haste.
+_ASIDE_GAP, _AT_ONCE_GAP = 0.9, 0.3
 _CHILD_SOON = 0.5  # seconds in which a child that walks on may be in the hand's way
 _LATE = 0.03  # seconds old up to which what is seen is good enough for the last of the way before the base rests
 _AS_USUAL = 0.01  # metres that a table may be higher than usual without a difference
@@ -51,6 +53,17 @@ class AtTable(Skill):
 
     def _act(self, view: View, robot: RobotMotion) -> Status:
         return self._stage(view, robot)
+
+    def _drive(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell, yaw: float) -> Status:
+        """Drives on for one control timestep; it gets no farther out of a child's way than that comes after it.
+
+        The way past a toddler is often open for the time of one of its steps only.
+        """
+        status = self.driver.drive(view, robot, goal, cell, yaw)
+        if self.driver.stands_aside(view.now):
+            haste = (_ASIDE_GAP - gap(view, self.embodiment)) / (_ASIDE_GAP - _AT_ONCE_GAP)
+            robot.set_rate(min(robot.rate_ahead, max(0.0, haste)))
+        return status
 
     @abc.abstractmethod
     def _approach(self, view: View, robot: RobotMotion) -> Status:

@@ -29,7 +29,7 @@ class Pick(AtTable):
         if not view.stands_on_table(self.candle, self.table) or math.dist((x, y), self._middle) > BESIDE_TABLE:
             return Status.OVERTAKEN  # it has fallen, or somebody else has taken it away
         goal, cell, yaw = self._stand_at_table(view, (x, y), hand=(-self.embodiment.grasp.depth, 0.0))
-        arrival = self.driver.drive(view, robot, goal, cell, yaw)
+        arrival = self._drive(view, robot, goal, cell, yaw)
         if arrival is Status.FAILED:
             return arrival
         if robot.reached < 1e-6:

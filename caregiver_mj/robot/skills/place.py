@@ -55,7 +55,7 @@ class Place(AtTable):
                 robot.turn_gently()
             robot.plan_reach(view.table_height(self.table) + _PLACE_GAP + height)
         goal, cell, yaw = self._stand_at_table(view, self._spot, self._hand)
-        arrival = self.driver.drive(view, robot, goal, cell, yaw)
+        arrival = self._drive(view, robot, goal, cell, yaw)
         if arrival is Status.FAILED:
             robot.reach(0.0)
             return arrival

@@ -8,6 +8,7 @@ import functools
 
 from caregiver_mj.studies import relocations
 from caregiver_mj.studies.display import make_console
+from caregiver_mj.studies.houses import HOUSES
 from caregiver_mj.studies.relocations.conditions import EACH, Conditions
 from caregiver_mj.studies.relocations.relocation import Relocation, relocate
 from caregiver_mj.studies.relocations.report import report, report_each
@@ -33,6 +34,13 @@ def main(arguments: list[str] | None = None) -> None:
         description=relocations.__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     add_trials(parser, "count", 500)
+    parser.add_argument(
+        "--house",
+        nargs="+",
+        default=HOUSES,
+        metavar="NAME",
+        help=f"names or files of floor plans, which take turns (default: {' '.join(HOUSES)})",
+    )
     plain = Conditions()
     for name, meaning in _NUMBERS.items():
         default = getattr(plain, name.replace("-", "_"))
@@ -69,4 +77,5 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _run(conditions: Conditions, options: argparse.Namespace, doing: str) -> list[Relocation]:
-    return run_all(functools.partial(relocate, conditions), seeds(options), options.jobs, doing)
+    function = functools.partial(relocate, conditions, houses=tuple(options.house))
+    return run_all(function, seeds(options), options.jobs, doing)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from caregiver_mj.house.physics import Physics
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.recording.telemetry import each_physics_step
 from caregiver_mj.studies.houses import HOUSES, load_house
+from caregiver_mj.studies.relocations.barred import Barred
 from caregiver_mj.studies.relocations.conditions import Conditions
 from caregiver_mj.studies.relocations.course import LIFTED, Course
 from caregiver_mj.studies.relocations.falls import Falls
@@ -36,6 +38,7 @@ class Relocation(Trial):
         lifting: Seconds from arrived to lifted, NaN if it never was.
         clearing: Seconds from arrived to clear, likewise.
         seconds: How long all of it took.
+        barred: For how much of that a child stood in the only way, seconds.
         touches: What the robot touched, save candles and the toddler, and candles, save tables: pairs of names.
     """
 
@@ -46,19 +49,22 @@ class Relocation(Trial):
     lifting: float
     clearing: float
     seconds: float
+    barred: float
     touches: tuple[tuple[str, str], ...]
 
 
-def relocate(conditions: Conditions, seed: int) -> Relocation:
+def relocate(conditions: Conditions, seed: int, houses: Sequence[str] = HOUSES) -> Relocation:
     """Runs the relocation of a seed; with each seed it is another house's turn."""
-    plan = load_house(HOUSES[seed % len(HOUSES)])
+    plan = load_house(houses[seed % len(houses)])
     env = load("relocate_candle", plan, _EPSILON, random=seed, task_kwargs=conditions.task_kwargs(), visuals=False)
     task, physics = env.task, env.physics
     conditions.alter(physics)
     policy = CaregiverPolicy(env)
     touches, falls = Touches(physics), Falls(physics)
     timestep = env.reset()
-    table = float(task.table_heights[task.candles.starting_tables[task.goal_candle]])
+    start = int(task.candles.starting_tables[task.goal_candle])
+    table = float(task.table_heights[start])
+    barred = Barred(physics, plan, (start, task.goal_table), env.control_timestep())
     course = Course(physics, policy.robot, task.goal_candle, table)
     knock = Knock(physics, task.goal_candle, seed)
     end = math.inf
@@ -70,6 +76,7 @@ def relocate(conditions: Conditions, seed: int) -> Relocation:
                 knock.apply()
             timestep = env.step(action)
             falls.look()
+            barred.look()
             if policy.interventions_done and end == math.inf:
                 end = physics.time() + _AFTERWARDS
     lifting, clearing = (math.nan, math.nan) if conditions.knock else course.times()
@@ -85,6 +92,7 @@ def relocate(conditions: Conditions, seed: int) -> Relocation:
         lifting=lifting,
         clearing=clearing,
         seconds=physics.time() - (_AFTERWARDS if policy.interventions_done else 0.0),
+        barred=barred.seconds,
         touches=tuple(sorted(touches.pairs)),
     )
 

@@ -14,6 +14,7 @@ from caregiver_mj.studies.relocations.relocation import Relocation
 from caregiver_mj.studies.trials import by_house, total
 
 _WIDTH = 100  # characters of the table
+_MOST_COLUMNS = 5  # one for each house and one for all of them, if there is room for so many
 _SLOW = 1.0  # seconds from arrived to lifted or clear above which a relocation is named
 # Rows of the table beside which there is a figure to compare with: what they shall be, and the prototype's.
 _GOALS = {
@@ -75,6 +76,8 @@ def _done(rows: Rows) -> str:
 
 def _print_figures(console: Console, relocations: Rows) -> None:
     groups = by_house(relocations)
+    if len(groups) > _MOST_COLUMNS:
+        groups = {"all": list(relocations)}
     table = make_table("Relocations", "", *groups, "goal", "prototype")
 
     def add(name: str, figures: Sequence[str]) -> None:
@@ -120,5 +123,6 @@ def _wrong(relocations: Rows) -> list[str]:
     for row in relocations:
         mishaps = (row.strikes, "strikes"), (row.tipped, "tipped"), (row.drops, "drops")
         counts = [f"{count} {what}" for count, what in mishaps if count]
-        lines += [f"{row.house}, seed {row.seed}: {wrong}" for wrong in (row.failure, *counts) if wrong]
+        failure = row.failure and f"{row.failure}; a child stood in the only way for {row.barred:.1f} s"
+        lines += [f"{row.house}, seed {row.seed}: {wrong}" for wrong in (failure, *counts) if wrong]
     return lines

@@ -1,0 +1,40 @@
+"""Coming up to a table among children, by a base that follows its references exactly."""
+
+import math
+
+from robot_plans import centre
+from views import child, view
+
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.motion import RobotMotion
+from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.skills import Pick
+from caregiver_mj.robot.view import CHILD_RADIUS
+
+ROBOT = find_embodiment()
+TIMESTEP, WALKING_SPEED = 0.02, 0.44  # seconds, m/s
+TOUCHING = ROBOT.footprint + CHILD_RADIUS  # metres between the middles of base and child
+#: The candle's table stands in the western one of two rooms; between them is a long corridor as wide as one cell.
+CORRIDOR = FloorPlan.parse(
+    "#################\n#C.###########..#\n#..............B#\n#B.###########.T#\n#################", "corridor"
+)
+
+
+def test_a_base_goes_no_farther_out_of_a_childs_way_than_that_comes_after_it():
+    """It would be too far off when the child turns back, as toddlers do after a step."""
+    pick, robot = Pick(Navigator(CORRIDOR, ROBOT), 0, 0), RobotMotion(ROBOT, TIMESTEP)
+    robot.reset((*centre(CORRIDOR, (2, 7)), 0.0))
+    x, y = centre(CORRIDOR, (2, 5))
+    candle = (*centre(CORRIDOR, (1, 1)), 0.6, 1.0, 0.0, 0.0, 0.0)
+    gaps = []
+    for speed in [WALKING_SPEED] * 84 + [0.0] * 84:  # one move, and a pause as long
+        base = (*robot.base_reference()[0], robot.yaw)
+        pick.step(view(child(x, y, speed), base=base, now=robot.now, candles=[candle]), robot)
+        robot.action(base)
+        robot.now += TIMESTEP
+        x += speed * TIMESTEP
+        gaps.append(math.dist((x, y), base[:2]) - TOUCHING)
+        assert pick.driver.stands_aside(robot.now) or robot.now < 0.7
+    assert min(gaps) > 0.0
+    assert 0.6 < gaps[-1] < 1.0
