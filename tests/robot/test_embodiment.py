@@ -275,7 +275,8 @@ def test_carried_candle_passes_over_a_child_and_within_the_clearances(robot, arm
 
 
 @pytest.mark.parametrize("height", [0.028, 0.628])
-@pytest.mark.parametrize("heading", range(-180, 180, 45))
+# At -120 degrees the first way that mobile_fr3's arm finds, nearest to the usual pose, is too slow.
+@pytest.mark.parametrize("heading", [*range(-180, 180, 45), -120])
 def test_lying_candle_is_gripped_such_that_it_stands_in_the_tucked_hand(robot, arm, model, heading, height):
     axis = np.array([np.cos(np.radians(heading)), np.sin(np.radians(heading)), 0.0])
     grip = upright_grip(axis, robot.postures.hand_pitch)
