@@ -328,7 +328,7 @@ def test_help_lists_the_commands(capsys):
 @pytest.mark.parametrize(
     ("argv", "message"),
     [
-        ([*GRID, "--episodes", "0"], "episodes must be at least 1, not 0"),
+        ([*GRID, "--episodes", "0"], "episodes must be an integer of at least 1, not 0"),
         (["render", "--out", "film.gif"], "'film.gif' must be called FILE.mp4"),
         (["render", "--task", "fly", "--out", "film.mp4"], "no task 'fly': there are "),
     ],
