@@ -34,8 +34,7 @@ WORLDS = {"grid": (6, (1.0, 0.625, "1,.25")), "house": (2, (1.0, "1,.25"))}
 PAPER = FloorPlan.load("paper")
 
 
-# Grouped, so that the results of a world are shared and not worked out by every test process.
-@pytest.fixture(params=[pytest.param(w, marks=pytest.mark.xdist_group(w)) for w in WORLDS], scope="module")
+@pytest.fixture(params=WORLDS, scope="module")
 def settings(request):
     episodes, families = WORLDS[request.param]
     return Settings(PAPER, request.param, ("none", "paper"), families, episodes, seed=3)
