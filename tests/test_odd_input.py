@@ -108,9 +108,9 @@ ODD = {
     ],
     "run": [
         (lambda: settings(plans="paper"), "a house must be a FloorPlan"),
-        *((lambda n=n: settings(episodes=n), "episodes must be at least 1") for n in ("a", 1.5, 0)),
-        *((lambda s=s: settings(seed=s), "seed must be an integer, and not negative") for s in ("a", 0.5, -1)),
-        (lambda: evaluate(Settings(TINY, "grid", episodes=1), jobs="a"), "jobs must be at least 1"),
+        *((lambda n=n: settings(episodes=n), "episodes must be an integer of at least 1") for n in ("a", 1.5, 0)),
+        *((lambda s=s: settings(seed=s), "seed must be an integer of at least 0") for s in ("a", 0.5, -1)),
+        (lambda: evaluate(Settings(TINY, "grid", episodes=1), jobs="a"), "jobs must be an integer of at least 1"),
         (lambda: write_report([]), "at least one run"),
         (lambda: write_report("nowhere"), "'nowhere' holds no run"),
     ],

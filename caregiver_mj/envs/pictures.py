@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import numbers
 from collections.abc import Iterable
 from typing import Any
 
 from dm_control.rl import control
 
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.errors import CaregiverError, check_integer
 
 
 def picture(physics: control.Physics, width: int, height: int, camera: str) -> dict[str, Any]:
@@ -19,8 +18,7 @@ def picture(physics: control.Physics, width: int, height: int, camera: str) -> d
     """
     largest = physics.model.vis.global_
     for what, size, most in (("width", width, largest.offwidth), ("height", height, largest.offheight)):
-        if not (isinstance(size, numbers.Integral) and 1 <= size <= most):
-            raise CaregiverError(f"{what} must be a number of pixels from 1 to {most}, not {size!r}")
+        check_integer(f"the {what} of a picture, in pixels,", size, 1, most)
     (name,) = camera_names(physics, [camera]).values()
     return {"width": int(width), "height": int(height), "camera_id": name}
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Mapping, Sequence
-from numbers import Integral
 from typing import Any, Protocol, TypeVar
 
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.errors import check_integer
 from caregiver_mj.experiments.workers import run_jobs
 
 Job = TypeVar("Job")
@@ -48,8 +47,7 @@ class LocalExecutor:
     """Worker processes of this machine; with one, the jobs are done in this process."""
 
     def __init__(self, processes: int = 1):
-        if not isinstance(processes, Integral) or int(processes) < 1:
-            raise CaregiverError(f"jobs must be at least 1, not {processes!r}")
+        check_integer("jobs", processes, 1)
         self._processes: int = int(processes)
 
     def check(self, code: Code) -> None:

@@ -6,12 +6,11 @@ import dataclasses
 import functools
 import itertools
 from collections.abc import Sequence
-from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
 from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver
 from caregiver_mj.children.family import Family, Who
-from caregiver_mj.errors import CaregiverError, check_kind
+from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.experiments.origin import origins
 from caregiver_mj.experiments.versions import versions
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -139,13 +138,11 @@ class Settings:
                 raise CaregiverError(f"{what} must be one or more, each of them once, not {values}")
         if len({plan.damage for plan in self.plans}) > 1:
             raise CaregiverError("collisions must cost the same in all houses")
-        if not isinstance(self.episodes, Integral) or self.episodes < 1:
-            raise CaregiverError(f"episodes must be at least 1, not {self.episodes!r}")
+        check_integer("episodes", self.episodes, 1)
         rows = len(self.plans) * len(self.caregivers) * len(self.families) * self.episodes
         if rows > MOST_ROWS:
             raise CaregiverError(f"episodes would be {rows:,} in all, and a run has {MOST_ROWS:,} at most")
-        if not isinstance(self.seed, Integral) or self.seed < 0:
-            raise CaregiverError(f"the seed must be an integer, and not negative: {self.seed!r}")
+        check_integer("the seed", self.seed, 0)
 
     def record(self) -> dict[str, Any]:
         """The settings and versions as JSON, to tell whether two runs can be one."""

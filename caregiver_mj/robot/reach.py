@@ -84,8 +84,8 @@ def as_high(arm: Arm, usual: int, other: int, share: float) -> float:
     return next((float(s) for s in shares if arm.pinch(path.joints(s))[2] - 1e-3 * other >= above), 0.0)
 
 
-def retrieval_path(arm: Arm, point: np.ndarray, rotation: np.ndarray, lift: float = 0.0) -> ReachPath:
-    """The way to something that lies about: to a pose over it, then straight down to it.
+def retrieval_paths(arm: Arm, point: np.ndarray, rotation: np.ndarray, lift: float = 0.0) -> Iterator[ReachPath | None]:
+    """Ways to something that lies about: to a pose over it, then straight down to it.
 
     Args:
         arm: The arm.
@@ -93,18 +93,10 @@ def retrieval_path(arm: Arm, point: np.ndarray, rotation: np.ndarray, lift: floa
         rotation: Of the hand there, (3, 3), see `hand_rotation`.
         lift: Metres above the first pose of one more, by way of which the hand comes and goes; 0 for none.
 
-    Raises:
-        CaregiverError: The arm cannot reach there, or not without coming near the robot itself.
+    Yields:
+        What comes of each guess at the arm's joints, which takes long: a way, or None if the arm cannot reach there
+        from it, would come near the robot itself, or would have to creep. Nothing if it is too far away.
     """
-    for path in retrieval_paths(arm, point, rotation, lift):
-        if path:
-            return path
-    x, y, z = point
-    raise CaregiverError(f"the arm cannot grip what lies {x:.2f} m ahead and {y:.2f} m aside, {z:.2f} m high")
-
-
-def retrieval_paths(arm: Arm, point: np.ndarray, rotation: np.ndarray, lift: float = 0.0) -> Iterator[ReachPath | None]:
-    """The same guess by guess, each of which takes long: None for those that fail."""
     above = np.array([*point[:2], point[2] + _HOVER])
     for guess in _guesses(arm, rotation) if arm.may_reach(point, rotation) else ():
         try:

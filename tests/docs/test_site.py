@@ -15,8 +15,6 @@ from caregiver_mj.experiments.settings import FLOOR
 from caregiver_mj.interventions.registry import VERBS
 from caregiver_mj.recording.record import COLUMNS
 
-pytestmark = pytest.mark.xdist_group("site")  # what they share is made once
-
 DOCS = pathlib.Path(__file__).parents[2] / "docs"
 
 

@@ -174,9 +174,9 @@ def test_a_picture_is_drawn():
     ("options", "words"),
     [
         ({"camera": "hall"}, "no camera 'hall': there are .*overview"),
-        ({"width": 0}, "width must be a number of pixels from 1 to "),
-        ({"height": 10**6}, "height must be a number of pixels from 1 to "),
-        ({"height": 4.5}, "height must be a number of pixels .*, not 4.5"),
+        ({"width": 0}, "the width of a picture, in pixels, must be an integer from 1 to "),
+        ({"height": 10**6}, "the height of a picture, in pixels, must be an integer from 1 to "),
+        ({"height": 4.5}, "the height of a picture, in pixels, must be an integer .*, not 4.5"),
     ],
 )
 @pytest.mark.parametrize("name", ["Supervise", "SuperviseTargets"])

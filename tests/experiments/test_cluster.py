@@ -24,8 +24,6 @@ from caregiver_mj.registry import modules_of_the_folder
 
 NOWHERE = "tcp://127.0.0.1:9"  # where nothing listens
 
-pytestmark = pytest.mark.xdist_group("cluster")  # one is enough
-
 
 def start_cluster(workers=2, **options):
     # A dead worker comes back; a job that kills two of them is given up.

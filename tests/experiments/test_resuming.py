@@ -22,8 +22,10 @@ from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 PAPER = FloorPlan.load("paper")
-LONG = Settings(PAPER, "grid", ("none", "paper"), (1.0,), 2000)  # long enough to be killed in the middle of it
+TINY = FloorPlan.parse("######\n#B.S.#\n#....#\n#C..T#\n######", "tiny")
+LONG = Settings(TINY, "grid", ("none", "guard"), (1.0,), 2000)  # long enough to be killed in the middle of it
 BLOCKS = 4
+SHORT = Settings(PAPER, "grid", ("none",), (1.0,), 3)
 
 
 @pytest.fixture(scope="module")
@@ -32,9 +34,12 @@ def undisturbed():
 
 
 def start(folder, *more, **options):
-    """Starts the run `LONG` as a real process."""
+    """Starts the run `LONG` as a real process, beside whose folder its house is written."""
+    house = folder.parent / "tiny.txt"
+    house.write_text(TINY.text)
     command = [sys.executable, "-m", "caregiver_mj", "evaluate", "--world", "grid", "--epsilon", "1"]
-    command += ["--episodes", "2000", "--out", str(folder), *more]
+    command += ["--house", str(house), "--caregiver", *LONG.caregivers, "--episodes", str(LONG.episodes)]
+    command += ["--out", str(folder), *more]
     # Tests that run in the background of a script have been told to ignore Ctrl-C, and so would their children.
     options = {"preexec_fn": functools.partial(signal.signal, signal.SIGINT, signal.default_int_handler)} | options
     return subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, **options)
@@ -141,29 +146,26 @@ def test_full_disk_is_an_error(tmp_path, undisturbed):
 
 
 def test_damaged_block_is_run_again(tmp_path):
-    settings = Settings(PAPER, "grid", ("paper",), (1.0,), 3)
-    first = evaluate(settings, RunFolder(tmp_path, settings.record()))
+    first = evaluate(SHORT, RunFolder(tmp_path, SHORT.record()))
     (block,) = blocks_on_disk(tmp_path)
     block.write_text(block.read_text()[:-20])
-    same(evaluate(settings, RunFolder(tmp_path, settings.record(), resume=True)), first)
+    same(evaluate(SHORT, RunFolder(tmp_path, SHORT.record(), resume=True)), first)
 
 
 @pytest.mark.parametrize("value", [False, [], None, "2", -1, 0.5, 1e30], ids=str)
 def test_block_with_a_value_of_another_type_is_run_again(tmp_path, value):
-    settings = Settings(PAPER, "grid", ("paper",), (1.0,), 3)
-    first = evaluate(settings, RunFolder(tmp_path, settings.record()))
+    first = evaluate(SHORT, RunFolder(tmp_path, SHORT.record()))
     (block,) = blocks_on_disk(tmp_path)
     content = json.loads(block.read_text())
     content["rows"][1]["candles_dropped"] = value
     block.write_text(json.dumps(content))
-    same(evaluate(settings, RunFolder(tmp_path, settings.record(), resume=True)), first)
+    same(evaluate(SHORT, RunFolder(tmp_path, SHORT.record(), resume=True)), first)
 
 
 def test_finished_run_is_not_run_again(tmp_path, monkeypatch):
-    settings = Settings(PAPER, "grid", ("paper",), (1.0,), 3)
-    first = evaluate(settings, RunFolder(tmp_path, settings.record()))
+    first = evaluate(SHORT, RunFolder(tmp_path, SHORT.record()))
     monkeypatch.setattr(evaluation, "run_block", lambda *_: pytest.fail("run again"))
-    same(evaluate(settings, RunFolder(tmp_path, settings.record(), resume=True)), first)
+    same(evaluate(SHORT, RunFolder(tmp_path, SHORT.record(), resume=True)), first)
 
 
 FOREIGN = {
@@ -181,17 +183,15 @@ FOREIGN = {
 
 @pytest.mark.parametrize("change", FOREIGN.values(), ids=FOREIGN)
 def test_block_that_is_not_of_the_run_is_run_again(tmp_path, change):
-    settings = Settings(PAPER, "grid", ("paper",), (1.0,), 3)
-    first = evaluate(settings, RunFolder(tmp_path, settings.record()))
+    first = evaluate(SHORT, RunFolder(tmp_path, SHORT.record()))
     (block,) = blocks_on_disk(tmp_path)
     block.write_text(json.dumps(change(json.loads(block.read_text()))))
-    same(evaluate(settings, RunFolder(tmp_path, settings.record(), resume=True)), first)
+    same(evaluate(SHORT, RunFolder(tmp_path, SHORT.record(), resume=True)), first)
 
 
 def test_episodes_of_nobody_knows_what_are_not_adopted(tmp_path):
-    settings = Settings(PAPER, "grid", ("paper",), (1.0,), 3)
-    evaluate(settings, RunFolder(tmp_path, settings.record()))
+    evaluate(SHORT, RunFolder(tmp_path, SHORT.record()))
     (tmp_path / "run.json").unlink()
     for resume in (True, False):
         with pytest.raises(CaregiverError, match=r"holds episodes, but no run\.json"):
-            RunFolder(tmp_path, settings.record(), resume=resume)
+            RunFolder(tmp_path, SHORT.record(), resume=resume)

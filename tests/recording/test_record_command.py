@@ -106,7 +106,7 @@ def test_a_recording_that_breaks_off_is_gone_on_with(tmp_path, monkeypatch, caps
         (["--format", "lerobot", "--seconds", "0"], "seconds must be a positive length"),
         (["--format", "lerobot", "--caregiver", "nanny"], "no caregiver 'nanny'"),
         (["--format", "lerobot", "--caregiver", "none"], "caregiver 'none' does not act"),
-        (["--format", "lerobot", "--jobs", "0"], "jobs must be at least 1"),
+        (["--format", "lerobot", "--jobs", "0"], "jobs must be an integer of at least 1"),
         (["--format", "csv"], "invalid choice: 'csv'"),
         (["--format", "lerobot", "--caregiver", "json:x"], "'json:x' cannot be loaded"),
     ],

@@ -1,6 +1,5 @@
 """Robots by name: what is read from their models, and that each can do what the skills will ask of it."""
 
-import contextlib
 import dataclasses
 import importlib.metadata
 import re
@@ -8,6 +7,7 @@ import re
 import mujoco
 import numpy as np
 import pytest
+from reaching import first_way
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.scene import build_house
@@ -18,7 +18,7 @@ from caregiver_mj.robot.embodiments import DEFAULT, EMBODIMENTS, find_embodiment
 from caregiver_mj.robot.grips import hand_rotation, upright_grip
 from caregiver_mj.robot.kinematics import Arm, arm_of
 from caregiver_mj.robot.motion import RobotMotion
-from caregiver_mj.robot.reach import reach_path, retrieval_path
+from caregiver_mj.robot.reach import reach_path
 from caregiver_mj.robot.robot_model import RobotModel, own_model, read_spec
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 
@@ -275,14 +275,14 @@ def test_carried_candle_passes_over_a_child_and_within_the_clearances(robot, arm
 
 
 @pytest.mark.parametrize("height", [0.028, 0.628])
-@pytest.mark.parametrize("heading", range(-180, 180, 45))
+# At -120 degrees the first way that mobile_fr3's arm finds, nearest to the usual pose, is too slow.
+@pytest.mark.parametrize("heading", [*range(-180, 180, 45), -120])
 def test_lying_candle_is_gripped_such_that_it_stands_in_the_tucked_hand(robot, arm, model, heading, height):
     axis = np.array([np.cos(np.radians(heading)), np.sin(np.radians(heading)), 0.0])
     grip = upright_grip(axis, robot.postures.hand_pitch)
     for ahead in robot.postures.lying_reaches:  # at one of these distances
         point = np.array([ahead, 0.0, height])
-        with contextlib.suppress(CaregiverError):
-            path = retrieval_path(arm, point, grip)
+        if path := first_way(arm, point, grip):
             break
     assert path.limits.velocity > 0.25  # next to the end of a joint's range it would take minutes
     position, grip = pose_of_hand(robot, model, path.joints(2.0))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from reaching import first_way
 
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -9,7 +10,6 @@ from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.grips import upright_grip
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.planning_scene import PlanningScene
-from caregiver_mj.robot.reach import retrieval_path
 
 CANDLE_RADIUS = 0.022  # metres
 
@@ -24,7 +24,7 @@ def test_planning_scene_knows_what_the_robot_and_the_candle_in_its_hand_would_to
     x, y = plan.position((3, 7))[0] - 0.125 - gap, plan.position((3, 4))[1]
     arm = arm_of(find_embodiment())
     grip = upright_grip(np.array([-1.0, 0.0, 0.0]), arm.embodiment.postures.hand_pitch)
-    path = retrieval_path(arm, np.array([0.6, 0.0, 0.028]), grip, lift)
+    path = first_way(arm, np.array([0.6, 0.0, 0.028]), grip, lift)
     way = [path.joints(s) for s in np.linspace(path.goal, 0.0, 49)]
     quarter = np.sqrt(0.5)
     candle = np.array([[x + 0.1, y, CANDLE_RADIUS, quarter, 0.0, -quarter, 0.0]])  # its top 0.16 m to the west

@@ -15,9 +15,10 @@ from caregiver_mj.studies.coverage.page import page
 from caregiver_mj.studies.coverage.pools import Pool, run_pool
 from caregiver_mj.studies.coverage.samples import cover_houses, cover_ratio, misses
 
-pytestmark = pytest.mark.xdist_group("coverage")  # what they share is made once
-
-SMALL = Coverage(samples=20, episodes=40, sizes=(5, 20), epsilons=(1.0, 0.05), house_samples=2, house_set="train-4")
+SMALL = Coverage(
+    houses=("paper", "apartment"), samples=20, episodes=40, sizes=(5, 20), epsilons=(1.0, 0.05),
+    house_samples=2, house_set="train-2", in_house=5, house_epsilons=(1.0, 0.05),
+)  # fmt: skip
 
 
 def test_misses_by_hand():

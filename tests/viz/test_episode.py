@@ -11,8 +11,6 @@ from caregiver_mj.recording.record import COLUMNS
 from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.film import render_episode
 
-pytestmark = pytest.mark.xdist_group("filmed_run")  # what they share is made once
-
 PLAN = "########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########"
 SEED = 3
 

@@ -16,8 +16,6 @@ from caregiver_mj.viz.report.disclosure import disclosures
 from caregiver_mj.viz.report.kinds import kinds_table, short_table
 from caregiver_mj.viz.report.left import left_table, wins_table
 
-pytestmark = pytest.mark.xdist_group("report_houses")  # what they share is made once
-
 CAREGIVERS = ("none", "guard", "nearest", "paper", "floor")
 
 

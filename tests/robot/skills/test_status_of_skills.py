@@ -23,7 +23,7 @@ from caregiver_mj.robot.view import ChildView, View
 ROBOT = find_embodiment()
 ROOM = FloorPlan.parse("##########\n#B.......#\n#..C.....#\n#.....T..#\n#S......B#\n##########", "room")
 CANDLE, ITS_TABLE, BARE_TABLE = 0, 0, 1
-TABLE_TOP, CANDLE_RADIUS = 0.60, 0.022  # metres
+TABLE_TOP, CANDLE_RADIUS, CANDLE_HEIGHT = 0.60, 0.022, 0.16  # metres
 TIMESTEP = 0.02  # seconds
 GIVES_UP = 10.0  # seconds
 
@@ -35,6 +35,7 @@ class Stage:
         physics: The room's.
         navigator: The robot's.
         others: Children that the robot sees, too, though there are none.
+        fingers: How far apart the robot sees its fingers, metres; None if as far as they are.
     """
 
     def __init__(self):
@@ -46,14 +47,19 @@ class Stage:
         self._robot = RobotMotion(ROBOT, TIMESTEP)
         self._robot.reset(self.physics.base_position().tolist())
         self.others: list[ChildView] = []
+        self.fingers: float | None = None
 
     @property
     def now(self) -> float:
         return self._robot.now
 
-    def retrieve(self) -> Retrieve:
-        planner = RetrievalPlanner(self.navigator, lambda: PlanningScene(build_house(ROOM), ROOM, ROBOT))
-        return Retrieve(self.navigator, planner, CANDLE)
+    def retrieve(self, planner: type[RetrievalPlanner] = RetrievalPlanner) -> Retrieve:
+        make_scene = lambda: PlanningScene(build_house(ROOM), ROOM, ROBOT)  # noqa: E731
+        return Retrieve(self.navigator, planner(self.navigator, make_scene), CANDLE)
+
+    def put_candle(self, x: float, y: float, z: float, tilt: float) -> None:
+        joint = self.physics.model.ptr.joint("candle_0/joint").qposadr[0]
+        self.physics.data.qpos[joint : joint + 7] = [x, y, z, np.cos(tilt / 2), 0.0, np.sin(tilt / 2), 0.0]
 
     def look(self) -> View:
         physics = self.physics
@@ -61,7 +67,7 @@ class Stage:
         return View(
             self.now,
             tuple(physics.base_position().tolist()),
-            float(physics.finger_position().sum()),
+            float(physics.finger_position().sum()) if self.fingers is None else self.fingers,
             physics.arm_position(),
             (child(x, y), *self.others),
             poses[:, :3],
@@ -141,10 +147,8 @@ def test_a_stairwell_is_blocked_for_as_long_as_wanted(stage):
 
 @pytest.mark.parametrize("lies", ["on the floor", "outside"])
 def test_a_candle_is_retrieved_if_the_arm_gets_at_it(stage, lies):
-    half = np.sqrt(0.5)
     x, y = ROOM.position((2, 5)) if lies == "on the floor" else (8.0, 0.0)
-    joint = stage.physics.model.ptr.joint("candle_0/joint").qposadr[0]
-    stage.physics.data.qpos[joint : joint + 7] = [x, y, CANDLE_RADIUS, half, 0.0, half, 0.0]
+    stage.put_candle(x, y, CANDLE_RADIUS, np.pi / 2)
     retrieve = stage.retrieve()
     if lies == "outside":
         assert stage.to_the_end(retrieve, 5.0) == [Status.RUNNING, Status.OUT_OF_REACH]
@@ -152,6 +156,40 @@ def test_a_candle_is_retrieved_if_the_arm_gets_at_it(stage, lies):
     assert stage.run(retrieve, lambda: not retrieve.is_approaching) == [Status.RUNNING, Status.COMMITTED]
     assert stage.to_the_end(retrieve) == [Status.COMMITTED, Status.DONE]
     assert stage.candle()[2] > TABLE_TOP
+
+
+class Searching(RetrievalPlanner):
+    """Never finds where to lay anything down.
+
+    Attributes:
+        begun: What it has begun to search for.
+    """
+
+    def __init__(self, *args):
+        super().__init__(*args)
+        self.begun: list[str] = []
+
+    def to_pick_up(self, view, candle):
+        self.begun.append("pick up")
+        return (yield from super().to_pick_up(view, candle))
+
+    def to_lay_down(self, view, candle, pitch):
+        self.begun.append("lay down")
+        while True:
+            yield 100.0  # milliseconds
+
+
+def test_where_to_lay_a_candle_down_is_not_looked_for_on_when_the_hand_seems_empty(stage):
+    """What is looked for must be what the hand will do there."""
+    stage.put_candle(*stage.candle()[:2], TABLE_TOP + CANDLE_HEIGHT, np.pi)  # on its head: it must be laid down first
+    planners = []
+    retrieve = stage.retrieve(lambda *args: planners.append(Searching(*args)) or planners[0])
+    stage.run(retrieve, lambda: planners[0].begun == ["pick up", "lay down"])
+    began = stage.now
+    stage.run(retrieve, lambda: stage.now > began + 1.5)
+    stage.fingers = 0.02  # in the hand the candle lies as still as before
+    stage.step(retrieve)
+    assert planners[0].begun == ["pick up", "lay down", "pick up"]
 
 
 def test_a_table_that_children_surround_is_given_up(stage):
