@@ -22,6 +22,7 @@ from caregiver_mj.robot.separation import (
     allowed_turning,
     child_cells,
     comes,
+    gap,
     is_in_the_way,
     near_children,
 )
@@ -32,6 +33,9 @@ from caregiver_mj.robot.view import View
 _ARRIVED = 0.006  # metres
 _ARRIVED_YAW = 0.012  # radians
 
+# A base that creeps along a child, slower than this share and nearer than so many metres, looks for a way off it.
+_CREEPING_RATE, _BESIDE = 0.3, 0.15
+_SAME = 0.05  # metres between the points of two ways below which they are one
 _SWITCHING_RATE = 0.6  # a base that a child has slowed down below this stops before it takes another path
 # Seconds until it looks at its way again: while it has one, while children leave it none, and while it stops.
 _REPLAN_INTERVAL, _BARRED_INTERVAL, _STOPPING_INTERVAL = 1.0, 0.3, 0.04
@@ -67,6 +71,7 @@ class Driver:
         self._navigator, self._embodiment = navigator.loaded if loaded else navigator, navigator.robot
         self._may_drive = approach.drive_loaded if loaded else approach.drive  # so far out may the hand be
         self._path_goal: Vector | None = None  # where the present path ends
+        self._way: list[Vector] = []  # the points of the present path
         self._replan_at = 0.0
         self._stops = False  # before it takes another path
         self._interrupted: float | None = None  # heading to which it was turning when a child came
@@ -145,7 +150,7 @@ class Driver:
         self._litter = litter
         ahead = robot.points_ahead(_LOOK_AHEAD)
         if under_way and robot.time_left > 0.0 and not is_in_the_way(view, self._embodiment, ahead):
-            self._replan_at = view.now + _REPLAN_INTERVAL
+            self._leave(view, robot, goal, cell)
             return
         here = robot.base_reference()[0]
         points = self._way_past_children(view, here, goal, cell)
@@ -165,6 +170,17 @@ class Driver:
         if points:
             self._take(points, goal, view, robot)
 
+    def _leave(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell) -> None:
+        """Takes a way that leads straight away from the child along which the base creeps, if there is one."""
+        self._replan_at = view.now + _REPLAN_INTERVAL
+        if robot.rate < _CREEPING_RATE and gap(view, self._embodiment) < _BESIDE:
+            self._replan_at = view.now + _BARRED_INTERVAL
+            here, children = robot.base_reference()[0], [child.position for child in view.children]
+            if self._navigator.brushes([here, robot.points_ahead(_LOOK_AHEAD)[-1]], children):
+                points = self._way_past_children(view, here, goal, cell)
+                if points and not self._navigator.brushes(points, children):
+                    self._take(points, goal, view, robot)
+
     def _note_progress(self, view: View, cell: Cell) -> None:
         """Takes in how near the base is to its cell, by a way that knows no children."""
         route = self._navigator.route(self._navigator.nearest_cell(view.base[:2]), cell)
@@ -181,7 +197,9 @@ class Driver:
         return points
 
     def _take(self, points: list[Vector], goal: Vector, view: View, robot: RobotMotion) -> None:
-        """Takes a way to a goal, or stops first if the base cannot turn into it."""
+        """Takes a way to a goal, or stops first if the base cannot turn into it; goes on if it is on that way."""
+        if self._leads_to(goal) and robot.time_left > 0.0 and _are_the_same(points[1:], self._way):
+            return
         self._stops = robot.moving and self._allowed_rate(view, robot) < _SWITCHING_RATE
         if not self._stops:
             try:
@@ -191,7 +209,7 @@ class Driver:
         if self._stops:
             self._path_goal, self._replan_at = None, view.now + _STOPPING_INTERVAL
         else:
-            self._path_goal = goal
+            self._path_goal, self._way = goal, points[1:]
 
     def _step_aside(self, view: View, here: Vector) -> tuple[Vector | None, list[Vector] | None]:
         """Where the robot is not in the children's way, and the path there; None to stay where it is."""
@@ -208,6 +226,10 @@ class Driver:
             if points := navigator.path(start, place, refuge, children, closed):
                 return place, points if start is here else [here, *points]
         return None, None
+
+
+def _are_the_same(way: list[Vector], other: list[Vector]) -> bool:
+    return len(way) == len(other) and all(math.dist(*points) < _SAME for points in zip(way, other, strict=True))
 
 
 def _fallen_candle_cells(view: View, plan: FloorPlan) -> set[Cell]:

@@ -67,7 +67,7 @@ class RobotMotion(BaseMotion):
         self._feedback = _CATCH_UP_SPEED
         self._hold((float(base[0]), float(base[1])))
         self._turning, self._turn_bound = limits.yaw, math.inf  # rad/s: lower while children are near
-        self._yaw = ScalarMotion(limits.yaw, float(base[2]))
+        self._yaw = ScalarMotion(limits.yaw, float(base[2]), brakes=True)
         self.reach_path = reach_path(arm_of(self.robot), _ANY_HEIGHT)
         self._reach = ScalarMotion(self.reach_path.limits, 0.0)
         self._gripper = ScalarMotion(limits.gripper, self.robot.grasp.open)

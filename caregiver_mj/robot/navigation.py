@@ -84,13 +84,13 @@ class Navigator(Routes):
             Points from start to goal, or None if there is no way.
         """
         path = self._path(start, goal, goal_cell, children, closed)
-        if path is None or self._brushes(path, children):
+        if path is None or self.brushes(path, children):
             ways_out = self.ways_out(start, children, closed)
             rests = (self._path(out, goal, goal_cell, children, closed) for out in ways_out)
             path = next(([start, *rest] for rest in rests if rest), path)
         return path
 
-    def _brushes(self, path: list[Vector], children: Sequence[Vector]) -> bool:
+    def brushes(self, path: list[Vector], children: Sequence[Vector]) -> bool:
         """Whether a path begins so close along a child that the base would have to creep, and does not lead away."""
         if len(path) < 2:
             return False

@@ -11,7 +11,6 @@ from caregiver_mj.robot.limits import Limits
 
 NOTHING = 1e-9  # ruckig refuses targets that are closer than rounding; so near, hold
 SAMPLES = 60  # of a trajectory, to see how far and how fast it gets
-_ROUNDING = 1.01  # times a limit: what is above it by less is there by rounding
 
 
 # What is asked of ruckig here.
@@ -33,9 +32,8 @@ def parameters(
     asked.current_position = position
     asked.current_velocity = velocity
     asked.current_acceleration = acceleration
-    # A state that overshoots a limit by rounding must not be an error. One that is far above it brakes first.
-    most = limits.velocity
-    asked.max_velocity = [abs(v) if most < abs(v) < _ROUNDING * most else most for v in velocity]
+    # A state that overshoots a limit by rounding must not be an error.
+    asked.max_velocity = [max(limits.velocity, abs(v)) for v in velocity]
     asked.max_acceleration = [limits.acceleration] * len(position)
     asked.max_jerk = [limits.jerk] * len(position)
     return asked

@@ -13,17 +13,21 @@ from ruckig import ControlInterface, Ruckig
 from caregiver_mj.robot.limits import Limits
 from caregiver_mj.robot.ruckig_calls import NOTHING, SAMPLES, parameters, solve
 
+_ROUNDING = 1.01  # times a limit: what is above it by less is there by rounding
+
 
 class ScalarMotion:
     """A single quantity that moves to a position, or at a velocity, within limits."""
 
-    def __init__(self, limits: Limits, position: float):
+    def __init__(self, limits: Limits, position: float, brakes: bool = False):
         """Starts at rest.
 
         Args:
             limits: Bounds of velocity, acceleration and jerk.
             position: Where it is.
+            brakes: Whether it slows down to a limit of its velocity that has become lower; else it keeps what it has.
         """
+        self._brakes = brakes
         self.target = position
         self._solver = Ruckig(1)
         self._start = 0.0
@@ -115,6 +119,8 @@ class ScalarMotion:
     def _solve(self, now: float, state: tuple[float, float, float], control: ControlInterface) -> None:
         asked = parameters([state[0]], [state[1]], [state[2]], self.limits)
         asked.control_interface = control
+        if self._brakes and abs(state[1]) > _ROUNDING * self.limits.velocity:
+            asked.max_velocity = [self.limits.velocity]
         self._ends = control == ControlInterface.Position
         if self._ends:
             asked.target_position = [self.target]

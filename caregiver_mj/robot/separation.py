@@ -18,7 +18,7 @@ from caregiver_mj.robot.hand import hand_position
 from caregiver_mj.robot.se2 import Pose, Vector
 from caregiver_mj.robot.view import CHILD_RADIUS, ChildView, View
 
-LEAVING = -0.9  # cosine between motion and child of a base that leaves it straight, at most
+LEAVING = -0.8  # cosine between motion and child of a base that leaves it straight, at most
 FORESIGHT = 2.2  # metres within which paths are planned round a child: one farther away will be elsewhere by then
 
 # The base must be able to stop before a child that walks towards it.
@@ -29,13 +29,15 @@ _SEPARATION = 0.08  # metres that shall remain
 _FAR = 2.0  # metres beyond which a child does not slow the base down
 _PASSING, _PASSING_GAP = 0.35, 0.4  # share of the speed that counts so at no distance, and metres where none does
 # How a base may move along a child, or turn, that comes to touch it: slower than what counts as a strike, 0.05 m/s.
-_SLIDE_SPEED = 0.03  # m/s of its surface
+_SLIDE_SPEED = 0.02  # m/s of its surface
 _TURN_SPEED = 0.01  # m/s likewise, of a turn
 _SLIDE_TOWARDS = 0.2  # cosine between motion and child, at most: what slides past and does not push
 _BUILDS_UP = 0.2  # seconds
 _SLIDE_RATES = (1.0, 0.8, 0.6, 0.45, 0.33, 0.25, 0.18, 0.12, 0.08, 0.05)  # that are tried
 # m/s by which a base brakes from a control timestep to the next, at most: one that is touched, and one that nearly is.
 _BRAKES, _BRAKES_GENTLY, _TOUCHED = 0.03, 0.02, 0.002  # the last one metres
+_STRAYS = 0.04  # radians by which a child that goes along has moved on since it was seen
+_SPEEDS_UP = 0.04  # m/s likewise, at most, of one that is no longer held back
 
 _COMING_SPEED = 0.1  # m/s towards the robot
 _COMING_GAP, _TOUCHING_GAP = 0.9, 0.01  # metres
@@ -163,16 +165,19 @@ def without_push(view: View, robot: Embodiment, velocity: Vector, before: Vector
     vx, vy = velocity
     for child in view.children:
         gap = _gap(view.base, robot, child)
-        if gap < _GENTLE_GAP:
-            brakes = _BRAKES if gap < _TOUCHED else _BRAKES_GENTLY
+        if gap < 2 * _GENTLE_GAP:
             dx, dy = child.position[0] - view.base[0], child.position[1] - view.base[1]
             away = math.hypot(dx, dy)
             x, y = dx / away, dy / away
+            brakes = _BRAKES if gap < _TOUCHED else _BRAKES_GENTLY
             towards = vx * x + vy * y
             if gap < _TOUCHING_GAP:
                 towards = min(towards, max(0.0, before[0] * x + before[1] * y - brakes))
+            # Farther off it brakes no more, but does not get back at once what has been taken away.
+            change = -brakes if gap < _GENTLE_GAP else _SPEEDS_UP
             slower = robot.limits.slowing(max(0.0, gap) / _FOLLOWING_SPEED - view.age)
-            most = max(_SLIDE_SPEED + slower, abs(before[1] * x - before[0] * y) - brakes)
+            slides = max(0.0, _SLIDE_SPEED + _STRAYS * min(0.0, towards)) + slower
+            most = max(slides, abs(before[1] * x - before[0] * y) + change)
             across = min(most, max(-most, vy * x - vx * y))
             vx, vy = towards * x - across * y, towards * y + across * x
     return vx, vy
@@ -199,7 +204,7 @@ def _allowed_rate(
     if towards <= LEAVING * speed:
         return 1.0  # what is left of `across` is taken away where a child may come to touch, see `without_push`
     if approach <= 0.0:
-        return _sliding_rate(view, robot, gap, _FOLLOWING_SPEED, leaves, towards, across)
+        return _sliding_rate(view, robot, gap, leaves, towards, across)
     # approach * r * (stopping / 2 + reaction) + child * (stopping + reaction) = room, solved for r
     deceleration, build_up = robot.limits.braking(velocity, acceleration)
     stopping = speed / deceleration
@@ -209,27 +214,24 @@ def _allowed_rate(
     c = _CHILD_SPEED * delay - room
     rate = 0.0 if c >= 0.0 else (-b + math.sqrt(b * b - 4 * a * c)) / (2 * a)
     if towards <= _SLIDE_TOWARDS * speed:
-        rate = max(rate, _sliding_rate(view, robot, gap, _CHILD_SPEED, leaves, towards, across))
+        rate = max(rate, _sliding_rate(view, robot, gap, leaves, towards, across))
     return min(1.0, rate)
 
 
-def _sliding_rate(
-    view: View, robot: Embodiment, gap: float, comes: float, leaves: float, towards: float, across: float
-) -> float:
+def _sliding_rate(view: View, robot: Embodiment, gap: float, leaves: float, towards: float, across: float) -> float:
     """The share of a velocity, m/s towards a child and across, from which the surface slows down before it is touched.
 
     Args:
         view: What is seen.
         robot: The robot.
         gap: Metres between base and child.
-        comes: How fast the child may come, m/s.
-        leaves: How fast the base leaves it now, m/s.
+        leaves: How fast the base leaves the child now, m/s.
         towards: Velocity towards the child, m/s, negative for one away from it.
         across: Speed across.
     """
     creep = _SLIDE_SPEED / max(across, _SLIDE_SPEED)
     for rate in _SLIDE_RATES:
-        closing = comes + max(rate * towards, -leaves)
+        closing = _CHILD_SPEED + max(rate * towards, -leaves)
         until_touched = max(0.0, gap) / closing if closing > 0.0 else math.inf
         if rate * across <= _SLIDE_SPEED + robot.limits.slowing(until_touched - _REACTION - view.age):
             return max(rate, creep)

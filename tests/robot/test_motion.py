@@ -62,11 +62,11 @@ def test_a_base_that_stops_before_it_has_turned_round_turns_where_it_stands():
     for i in range(400):
         if i == 60:
             robot.drive_along([robot.base_reference()[0], (-2.0, 0.0)], lambda _: True)
-            assert robot.planned_velocity()[0] > 1.0
+            assert robot.planned()[0][0] > 1.0
         robot.set_rate(0.0 if 60 <= i < 160 else 1.0)
         robot.action((*robot.base_reference()[0], 0.0))
         places.append(robot.base_reference()[0][0])
-        ahead.append(robot.planned_velocity()[0])
+        ahead.append(robot.planned()[0][0])
         robot.now += 0.02
     assert not np.diff(places[110:160]).any()  # it stands
     assert max(ahead[110:160]) < 0.0

@@ -67,7 +67,7 @@ def test_a_base_that_brakes_leaves_what_shall_remain_to_a_child_that_comes(gap, 
 def test_a_base_that_slides_past_is_at_a_creep_before_a_child_is_at_it(gap, speed, leaves):
     # The child stands, and may set off at any moment; a base that has not left it yet is not to count on leaving it.
     rate = allowed_rate(view(child(TOUCHING + gap, 0.0)), ROBOT, (-leaves * speed, speed))
-    assert rate * speed >= 0.03 - 1e-9 or rate == 1.0  # it does not wait
+    assert rate * speed >= 0.02 - 1e-9 or rate == 1.0  # it does not wait
     braking = ScalarMotion(ROBOT.limits.together, 0.0)
     braking.run_at(rate * speed, 0.0, at_once=True)
     braking.run_at(0.0, REACTION)
@@ -80,8 +80,8 @@ def test_of_a_velocity_nothing_is_left_that_leads_towards_a_child_that_touches_a
 
     touched, apart = view(child(TOUCHING, 0.0)), view(child(TOUCHING + 0.02, 0.0))
     assert left(touched, (0.03, 0.0)) == (0.0, 0.0)
-    assert left(touched, (0.03, -0.2)) == (0.0, -0.03)
-    assert left(touched, (-0.3, 0.1)) == (-0.3, 0.03)  # it may leave
+    assert left(touched, (0.03, -0.2)) == (0.0, -0.02)
+    assert left(touched, (-0.3, 0.1)) == pytest.approx((-0.3, 0.02 - 0.04 * 0.3))  # it may leave
     assert left(apart, (0.03, 0.0)) == (0.03, 0.0)
     between = view(child(TOUCHING, 0.0), child(-TOUCHING, 0.0))
     assert left(between, (0.03, 0.01)) == (0.0, 0.01)
