@@ -197,14 +197,15 @@ def _allowed_rate(
     away = math.hypot(dx, dy) or 1.0
     towards, across = (vx * dx + vy * dy) / away, (vx * dy - vy * dx) / away
     # While a change of rate builds up, the path speeds up, or turns.
-    across = max(abs(across), abs(across + _BUILDS_UP * (acceleration[0] * dy - acceleration[1] * dx) / away))
+    soon = max(abs(across), abs(across + _BUILDS_UP * (acceleration[0] * dy - acceleration[1] * dx) / away))
+    creep = _SLIDE_SPEED / max(abs(across), _SLIDE_SPEED)
     leaves = max(0.0, -(present[0] * dx + present[1] * dy) / away)
     # Close by, a path past the child counts as one that leads towards it: it may turn, and so may the path.
     approach = towards + speed * _PASSING * min(1.0, max(0.0, 1.0 - room / _PASSING_GAP))
     if towards <= LEAVING * speed:
         return 1.0  # what is left of `across` is taken away where a child may come to touch, see `without_push`
     if approach <= 0.0:
-        return _sliding_rate(view, robot, gap, leaves, towards, across)
+        return max(creep, _sliding_rate(view, robot, gap, leaves, towards, soon))
     # approach * r * (stopping / 2 + reaction) + child * (stopping + reaction) = room, solved for r
     deceleration, build_up = robot.limits.braking(velocity, acceleration)
     stopping = speed / deceleration
@@ -214,7 +215,7 @@ def _allowed_rate(
     c = _CHILD_SPEED * delay - room
     rate = 0.0 if c >= 0.0 else (-b + math.sqrt(b * b - 4 * a * c)) / (2 * a)
     if towards <= _SLIDE_TOWARDS * speed:
-        rate = max(rate, _sliding_rate(view, robot, gap, leaves, towards, across))
+        rate = max(rate, creep, _sliding_rate(view, robot, gap, leaves, towards, soon))
     return min(1.0, rate)
 
 
@@ -229,13 +230,12 @@ def _sliding_rate(view: View, robot: Embodiment, gap: float, leaves: float, towa
         towards: Velocity towards the child, m/s, negative for one away from it.
         across: Speed across.
     """
-    creep = _SLIDE_SPEED / max(across, _SLIDE_SPEED)
     for rate in _SLIDE_RATES:
         closing = _CHILD_SPEED + max(rate * towards, -leaves)
         until_touched = max(0.0, gap) / closing if closing > 0.0 else math.inf
         if rate * across <= _SLIDE_SPEED + robot.limits.slowing(until_touched - _REACTION - view.age):
-            return max(rate, creep)
-    return creep
+            return rate
+    return 0.0
 
 
 def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tuple[float, float]) -> float:
