@@ -29,6 +29,7 @@ class Navigator(Routes):
         robot: The robot.
         yields: Whether it makes room where children leave it no way; else it waits where it is.
         clearance: How much room there is where.
+        is_loaded: Whether it is for a robot with a candle in its hand, see `loaded`.
     """
 
     def __init__(
@@ -49,7 +50,7 @@ class Navigator(Routes):
             clearance: Of the house and the robot; worked out if not given.
         """
         super().__init__(plan, landings)
-        self.robot, self.yields = robot, yields
+        self.robot, self.yields, self.is_loaded = robot, yields, not landings
         self.clearance = clearance or Clearance(plan, robot)
         self._berth = robot.footprint + CHILD_RADIUS + _CHILD_CLEARANCE  # metres, middle to middle
         self._beside = robot.footprint + CHILD_RADIUS + _BESIDE  # likewise
@@ -182,7 +183,9 @@ class Navigator(Routes):
             cell = self.plan.cell_at(place)
             if cell in found or cell in closed or cell not in self.centres:
                 continue
-            if self.clearance.can_stand(place) and self.visible(start, place, children):
+            # What is in the hand leads somewhere, and must not meet a wall on the way.
+            has_room = self.clearance.can_stand(place) and (not self.is_loaded or self.clearance.can_turn(place))
+            if has_room and self.visible(start, place, children):
                 found[cell] = place
         return list(found.values())
 
