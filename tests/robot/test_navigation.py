@@ -263,3 +263,18 @@ def test_with_a_candle_its_paths_cross_no_landing_and_leave_one_by_the_shortest_
             path = navigator.loaded.path(start, centre(plan, goal), goal)
             inside = [plan.cell_at(point) == landing for point in points_along(path)]
             assert inside == sorted(inside, reverse=True)  # out of it, and not into it again
+
+
+def test_with_a_candle_it_leaves_a_child_only_to_where_that_meets_no_wall():
+    navigator = Navigator(HOUSE, ROBOT)
+    for cell in HOUSE.free_cells:
+        x, y = centre(HOUSE, cell)
+        places = navigator.ways_out((x, y), [(x - TOUCHING, y)], ())
+        loaded = navigator.loaded.ways_out((x, y), [(x - TOUCHING, y)], ())
+        assert all(navigator.clearance.can_turn(place) for place in loaded)
+        assert {HOUSE.cell_at(place) for place in loaded} <= {HOUSE.cell_at(place) for place in places}
+    assert any(
+        not navigator.clearance.can_turn(place)
+        for cell in HOUSE.free_cells
+        for place in navigator.ways_out(centre(HOUSE, cell), [centre(HOUSE, cell)], ())
+    )  # without a candle it goes where there is less room
