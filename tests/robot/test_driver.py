@@ -211,24 +211,25 @@ def beside(x: float, y: float, gap: float, direction: float) -> ChildView:
     return child(x + distance * math.cos(direction), y + distance * math.sin(direction))
 
 
-def test_a_base_leaves_a_child_straight_that_has_come_to_its_side():
-    drive = Drive(OPEN, (3, 1), (3, 6))
+@pytest.mark.parametrize("direction", [80, 100])
+def test_a_base_leaves_a_child_straight_that_has_come_to_its_side(direction):
+    drive = Drive(OPEN, (3, 2), (3, 6))
     drive.children = [child(50.0, 0.0)]
-    drive.run(1.0)
+    drive.run(0.1)
     x, y, _ = drive.base
-    drive.children = [beside(x, y, 0.02, math.radians(100.0))]  # it drives east, and would creep along it
-    drive.run(1.5)
-    gaps = [math.dist(drive.children[0].position, place[:2]) - TOUCHING for place in drive.trace]
-    assert min(gaps) > 0.01
-    assert gaps[-1] > 0.15
+    drive.children = [beside(x, y, 0.07, math.radians(direction))]  # it sets off east, and would creep along it
+    drive.run(2.5)
+    gaps = [math.dist(drive.children[0].position, place[:2]) - TOUCHING for place in drive.trace[6:]]
+    assert min(gaps) > 0.05
+    assert gaps[-1] > 0.4
     assert drive.run(8.0) is Status.DONE
 
 
 def test_a_base_that_can_only_creep_along_a_child_gets_on_all_the_same():
     drive = Drive(OPEN, (4, 3), (4, 6))
-    drive.children = [beside(*centre(OPEN, (4, 3)), 0.002, math.radians(90.0))]  # the wall is on its other side
+    drive.children = [beside(*centre(OPEN, (4, 3)), 0.002, math.radians(80.0))]  # the wall is on its other side
     began = drive.base[0]
     assert drive.run(4.0) is Status.RUNNING
-    assert drive.base[0] - began > 0.04
+    assert drive.base[0] - began > 0.035
     speeds = np.diff([place[0] for place in drive.trace]) / TIMESTEP
-    assert speeds[:100].max() < STRIKE_SPEED
+    assert speeds.max() < STRIKE_SPEED
