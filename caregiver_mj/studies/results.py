@@ -24,10 +24,10 @@ RUNS = {  # in the order of the report
     "grid-test-100": f"--world grid --houses test-100 --caregiver {_ALL} --episodes 100",
     "grid-test-20": "--world grid --houses test-20 --caregiver none nearest paper foresight knows-goal clairvoyant "
     "floor --episodes 100",
-    "house-ten": "--world house --houses paper apartment test-8 --caregiver none paper foresight floor --episodes 10",
+    "house-ten": "--world house --houses paper apartment test-8 --caregiver none paper foresight floor --episodes 6",
     "grid-apartment": f"--world grid --house apartment --caregiver {_ALL} --episodes 400",
     "grid-paper": f"--world grid --house paper --caregiver {_ALL} --episodes 2000",
-    "house-paper": "--world house --house paper --caregiver none paper --episodes 40",
+    "house-paper": "--world house --house paper --caregiver none paper --episodes 20",
 }
 CHILDREN = {  # who are no novices
     "grid-children": "--world grid --houses test-100 --caregiver none nearest paper foresight floor "
