@@ -18,6 +18,7 @@ from caregiver_mj.robot.patience import Patience
 from caregiver_mj.robot.ruckig_calls import PathError
 from caregiver_mj.robot.se2 import Vector
 from caregiver_mj.robot.separation import (
+    BESIDE,
     allowed_rate,
     allowed_turning,
     child_cells,
@@ -33,8 +34,8 @@ from caregiver_mj.robot.view import View
 _ARRIVED = 0.006  # metres
 _ARRIVED_YAW = 0.012  # radians
 
-# A base that creeps along a child, slower than this share and nearer than so many metres, looks for a way off it.
-_CREEPING_RATE, _BESIDE = 0.3, 0.15
+# A base that creeps along a child, slower than this share, looks for a way off it.
+_CREEPING_RATE = 0.3
 _SAME = 0.05  # metres between the points of two ways below which they are one
 _SWITCHING_RATE = 0.6  # a base that a child has slowed down below this stops before it takes another path
 # Seconds until it looks at its way again: while it has one, while children leave it none, and while it stops.
@@ -173,7 +174,7 @@ class Driver:
     def _leave(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell) -> None:
         """Takes a way that leads straight away from the child along which the base creeps, if there is one."""
         self._replan_at = view.now + _REPLAN_INTERVAL
-        if robot.rate < _CREEPING_RATE and gap(view, self._embodiment) < _BESIDE:
+        if robot.rate < _CREEPING_RATE and gap(view, self._embodiment) < BESIDE:
             self._replan_at = view.now + _BARRED_INTERVAL
             here, children = robot.base_reference()[0], [child.position for child in view.children]
             if self._navigator.brushes([here, robot.points_ahead(_LOOK_AHEAD)[-1]], children):

@@ -14,11 +14,10 @@ from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.routes import Routes
 from caregiver_mj.robot.se2 import Vector
-from caregiver_mj.robot.separation import LEAVING
+from caregiver_mj.robot.separation import BESIDE, LEAVING
 from caregiver_mj.robot.view import CHILD_RADIUS
 
 _CHILD_CLEARANCE = 0.20  # metres between base and child on a planned path
-_BESIDE = 0.15  # metres to a child below which the base first leaves it
 _WAY_OUT, _DIRECTIONS = 0.45, 16  # metres that a base beside a child goes away from it first; and directions to try
 
 
@@ -37,7 +36,7 @@ class Navigator(Routes):
         plan: FloorPlan,
         robot: Embodiment,
         yields: bool = True,
-        landings: bool = True,
+        is_loaded: bool = False,
         clearance: Clearance | None = None,
     ):
         """Prepares a navigator.
@@ -46,14 +45,14 @@ class Navigator(Routes):
             plan: The house's floor plan.
             robot: The robot.
             yields: Whether it makes room where children leave it no way.
-            landings: Whether the base may stand on the landings of stairwells, too.
+            is_loaded: Whether there is a candle in the robot's hand, see `loaded`.
             clearance: Of the house and the robot; worked out if not given.
         """
-        super().__init__(plan, landings)
-        self.robot, self.yields, self.is_loaded = robot, yields, not landings
+        super().__init__(plan, landings=not is_loaded)
+        self.robot, self.yields, self.is_loaded = robot, yields, is_loaded
         self.clearance = clearance or Clearance(plan, robot)
         self._berth = robot.footprint + CHILD_RADIUS + _CHILD_CLEARANCE  # metres, middle to middle
-        self._beside = robot.footprint + CHILD_RADIUS + _BESIDE  # likewise
+        self._beside = robot.footprint + CHILD_RADIUS + BESIDE  # likewise
 
     @functools.cached_property
     def loaded(self) -> Navigator:
@@ -62,7 +61,7 @@ class Navigator(Routes):
         It keeps off the landings, even to make room: on most of them the candle would meet the panels beside the
         stairs, which are nearer to the base than it is.
         """
-        return Navigator(self.plan, self.robot, self.yields, landings=False, clearance=self.clearance)
+        return Navigator(self.plan, self.robot, self.yields, is_loaded=True, clearance=self.clearance)
 
     def path(
         self,

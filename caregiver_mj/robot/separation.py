@@ -18,7 +18,9 @@ from caregiver_mj.robot.hand import hand_position
 from caregiver_mj.robot.se2 import Pose, Vector
 from caregiver_mj.robot.view import CHILD_RADIUS, ChildView, View
 
-LEAVING = -0.8  # cosine between motion and child of a base that leaves it straight, at most
+# A base nearer to a child than so many metres leaves it first, and straight: with this cosine between motion and child
+# at most.
+BESIDE, LEAVING = 0.15, -0.8
 FORESIGHT = 2.2  # metres within which paths are planned round a child: one farther away will be elsewhere by then
 
 # The base must be able to stop before a child that walks towards it.
@@ -32,7 +34,7 @@ _PASSING, _PASSING_GAP = 0.35, 0.4  # share of the speed that counts so at no di
 _SLIDE_SPEED = 0.02  # m/s of its surface
 _TURN_SPEED = 0.01  # m/s likewise, of a turn
 _SLIDE_TOWARDS = 0.2  # cosine between motion and child, at most: what slides past and does not push
-_BUILDS_UP = 0.2  # seconds
+_BUILDS_UP = 0.2  # seconds until a change of rate has built up
 _SLIDE_RATES = (1.0, 0.8, 0.6, 0.45, 0.33, 0.25, 0.18, 0.12, 0.08, 0.05)  # that are tried
 # m/s by which a base brakes from a control timestep to the next, at most: one that is touched, and one that nearly is.
 _BRAKES, _BRAKES_GENTLY, _TOUCHED = 0.03, 0.02, 0.002  # the last one metres
@@ -151,7 +153,7 @@ def allowed_rate(
 
 
 def without_push(view: View, robot: Embodiment, velocity: Vector, before: Vector) -> Vector:
-    """A velocity of the base, m/s, without what in it leads towards a child that touches it, or quickly along it.
+    """A velocity of the base, m/s, without what in it leads towards a child that touches it, or quickly along a near one.
 
     What the base is told is more than its planned velocity: feedback takes it back to where it should be, and so
     towards a child that has pushed it off.
@@ -249,9 +251,10 @@ def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tu
     """
     limits, creep = robot.limits.yaw, _TURN_SPEED / robot.footprint
     # Before a turn that speeds up can slow down its acceleration has to go, and meanwhile it becomes faster still.
-    speeds_up = max(0.0, math.copysign(turning[1], turning[0] * turning[1]))
-    delay, most = speeds_up / limits.jerk, abs(turning[0]) + speeds_up**2 / (2 * limits.jerk)
-    rate = math.inf
+    rate, acceleration = turning
+    speeds_up = max(0.0, acceleration if rate > 0.0 else -acceleration)
+    delay, most = speeds_up / limits.jerk, abs(rate) + speeds_up**2 / (2 * limits.jerk)
+    allowed = math.inf
     for child in view.children:
         gap = _gap(view.base, robot, child)
         if gap < _FAR:
@@ -260,8 +263,8 @@ def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tu
             time = max(0.0, gap) / closing - _REACTION - view.age
             if most > creep + limits.slowing(time - delay):
                 return creep
-            rate = min(rate, creep + limits.slowing(time))
-    return rate
+            allowed = min(allowed, creep + limits.slowing(time))
+    return allowed
 
 
 def _comes(base: Pose, robot: Embodiment, child: ChildView) -> bool:

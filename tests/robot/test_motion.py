@@ -163,6 +163,17 @@ def test_a_turn_under_way_slows_down_to_its_bound_and_speeds_up_when_it_is_lifte
     assert robot.yaw == pytest.approx(3.0)
 
 
+def test_a_turn_that_brakes_goes_on_doing_so_until_there_is_room_for_it():
+    robot = RobotMotion(ROBOT, 0.02)
+    robot.reset((0.0, 0.0, 0.0))
+    robot.turn_to(3.0)
+    turning(robot, 0.5)
+    robot.bound_turning(0.04)
+    assert turning(robot, 0.1)[-1] > 1.5
+    robot.bound_turning(0.5)
+    assert np.abs(turning(robot, 0.9)[-10:]).max() < 0.04
+
+
 def test_a_bound_that_a_turn_is_within_does_not_slow_it_down():
     robot = RobotMotion(ROBOT, 0.02)
     robot.reset((0.0, 0.0, 0.0))

@@ -89,6 +89,34 @@ def test_of_a_velocity_nothing_is_left_that_leads_towards_a_child_that_touches_a
     assert left(touched, (0.1, 0.4), before=(0.1, 0.4)) == pytest.approx((0.07, 0.37))
 
 
+def test_within_ten_centimetres_it_brakes_along_a_child_and_farther_off_it_is_given_back_slowly():
+    def along(gap, before, velocity=(-0.3, 0.4)):
+        return separation.without_push(view(child(TOUCHING + gap, 0.0)), ROBOT, velocity, (0.0, before))
+
+    assert along(0.05, before=0.4) == pytest.approx((-0.3, 0.38))  # by 0.02 m/s a control timestep, 1 m/s^2
+    assert along(0.12, before=0.4) == pytest.approx((-0.3, 0.4))
+    away, across = along(0.12, before=0.0)
+    assert away == pytest.approx(-0.3)
+    assert 0.04 <= across < 0.15
+    assert along(0.25, before=0.0) == (-0.3, 0.4)
+
+
+def test_a_base_that_leaves_a_child_straight_is_not_slowed_down():
+    beside = view(child(TOUCHING + 0.02, 0.0))
+    assert allowed_rate(beside, ROBOT, (-0.85, 0.53)) == 1.0  # 32 degrees off
+    assert allowed_rate(beside, ROBOT, (-0.71, 0.71)) < 0.1
+
+
+def test_what_counts_of_leaving_is_how_fast_it_does_already():
+    beside, velocity = view(child(TOUCHING + 0.1, 0.0)), (-0.7, 0.71)
+    assert allowed_rate(beside, ROBOT, velocity) < allowed_rate(beside, ROBOT, velocity, present=(-0.6, 0.0))
+
+
+def test_a_path_that_speeds_up_along_a_child_is_slower_from_the_first():
+    beside = view(child(TOUCHING + 0.25, 0.0))
+    assert allowed_rate(beside, ROBOT, (0.0, 0.3), (0.0, 1.5)) < allowed_rate(beside, ROBOT, (0.0, 0.3))
+
+
 def test_a_base_that_does_not_drive_is_not_slowed_down():
     assert allowed_rate(view(child(TOUCHING, 0.0)), ROBOT, (0.0, 0.0)) == 1.0
 

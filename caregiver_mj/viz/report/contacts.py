@@ -55,8 +55,7 @@ def counts_table(groups: Mapping[str, pd.DataFrame], where: str = "") -> Table:
         "A strike is a contact with a part of the robot that moves towards a child faster than 0.05 m/s; turning and "
         "sliding too: whose surface comes, or is driven, towards it or along it. A pressing is a contact of half a "
         f"second or more. Near is within {FLAME_CLEAR:g} m of the flame, and within {WAX_CLEAR:g} m of the candle "
-        "itself, while "
-        "it is in the robot's hand."
+        "itself, while it is in the robot's hand."
     )
     return Table(f"What the robot did to children{where}", ("with the caregiver", *groups), rows, note)
 
