@@ -153,7 +153,7 @@ def allowed_rate(
 
 
 def without_push(view: View, robot: Embodiment, velocity: Vector, before: Vector) -> Vector:
-    """A velocity of the base, m/s, without what in it leads towards a child that touches it, or quickly along a near one.
+    """A velocity of the base, m/s, without what in it leads towards a child that touches it, or fast along one nearby.
 
     What the base is told is more than its planned velocity: feedback takes it back to where it should be, and so
     towards a child that has pushed it off.
@@ -252,7 +252,7 @@ def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tu
     limits, creep = robot.limits.yaw, _TURN_SPEED / robot.footprint
     # Before a turn that speeds up can slow down its acceleration has to go, and meanwhile it becomes faster still.
     rate, acceleration = turning
-    speeds_up = max(0.0, acceleration if rate > 0.0 else -acceleration)
+    speeds_up = max(0.0, acceleration if rate >= 0.0 else -acceleration)
     delay, most = speeds_up / limits.jerk, abs(rate) + speeds_up**2 / (2 * limits.jerk)
     allowed = math.inf
     for child in view.children:

@@ -225,6 +225,10 @@ def test_between_two_children_the_way_out_leads_away_from_both():
         assert abs(place[0] - x) < 0.2
         assert abs(place[1] - y) > 0.3
     assert navigator.ways_out((x, y), [], ()) == []
+    aside = (x + TOUCHING * math.cos(0.1), y + TOUCHING * math.sin(0.1))
+    assert navigator.ways_out((x, y), [aside], ())[0] == pytest.approx(
+        (x - 0.45 * math.cos(0.1), y - 0.45 * math.sin(0.1))
+    )
 
 
 # -- With a candle in the hand -----------------------------------------------------------------------
