@@ -34,8 +34,8 @@ from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
+from caregiver_mj.robot.restraint import Restraint
 from caregiver_mj.robot.retrieval import RetrievalPlanner
-from caregiver_mj.robot.se2 import Vector
 
 if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.house.rendering
     import dm_env
@@ -94,7 +94,7 @@ class CaregiverPolicy:
         self._shapes = {key: array.shape for key, array in spec.items()} if "base_position" in spec else {}
         embodiment = task.embodiment
         self.robot = RobotMotion(embodiment, self._timestep)
-        self._told: Vector = (0.0, 0.0)  # the base's last velocity, m/s
+        self._restraint = Restraint(embodiment, self._timestep)
         navigator = Navigator(self.plan, embodiment, self.caregiver.yields)
         self._sensing = task.sensing if sensing is None else Sensing.of(sensing)
         self._senses = Senses(self._sensing, self.robot, self._timestep)
@@ -147,8 +147,7 @@ class CaregiverPolicy:
         self.robot.gentle = at_hand or separation.is_child_close(view, self.robot.robot)
         action = self.robot.action(view.base, view.arm)
         drives = slice(self.robot.robot.layout.base.start, self.robot.robot.layout.base.start + 2)
-        told = separation.without_push(view, self.robot.robot, action[drives].tolist(), self._told)
-        action[drives] = self._told = told
+        action[drives] = self._restraint(view, action[drives].tolist())
         self.robot.now += self._timestep
         return action
 
@@ -159,7 +158,7 @@ class CaregiverPolicy:
 
     def _reset(self, observation: dict[str, np.ndarray]) -> None:
         self.robot.reset(observation["base_position"].tolist())
-        self._told = (0.0, 0.0)
+        self._restraint.reset()
         self._senses.reset()
         self._perception.reset(observation)
         children = len(np.atleast_2d(observation["toddler_position"]))

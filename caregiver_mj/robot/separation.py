@@ -25,25 +25,21 @@ FORESIGHT = 2.2  # metres within which paths are planned round a child: one fart
 
 # The base must be able to stop before a child that walks towards it.
 _CHILD_SPEED = 0.62  # m/s, the fastest that a toddler walks towards something
-_FOLLOWING_SPEED = 1.0  # m/s, the fastest of one that follows: it makes up for time
+FOLLOWING_SPEED = 1.0  # m/s, the fastest of one that follows: it makes up for time
 _REACTION = 0.04  # seconds of control and servo until the base begins to brake
 _SEPARATION = 0.08  # metres that shall remain
 _FAR = 2.0  # metres beyond which a child does not slow the base down
 _PASSING, _PASSING_GAP = 0.35, 0.4  # share of the speed that counts so at no distance, and metres where none does
 # How a base may move along a child, or turn, that comes to touch it: slower than what counts as a strike, 0.05 m/s.
-_SLIDE_SPEED = 0.02  # m/s of its surface
+SLIDE_SPEED = 0.02  # m/s of its surface
 _TURN_SPEED = 0.01  # m/s likewise, of a turn
 _SLIDE_TOWARDS = 0.2  # cosine between motion and child, at most: what slides past and does not push
 _BUILDS_UP = 0.2  # seconds until a change of rate has built up
 _SLIDE_RATES = (1.0, 0.8, 0.6, 0.45, 0.33, 0.25, 0.18, 0.12, 0.08, 0.05)  # that are tried
-# m/s by which a base brakes from a control timestep to the next, at most: one that is touched, and one that nearly is.
-_BRAKES, _BRAKES_GENTLY, _TOUCHED = 0.03, 0.02, 0.002  # the last one metres
-_STRAYS = 0.04  # radians by which a child that goes along has moved on since it was seen
-_SPEEDS_UP = 0.04  # m/s likewise, at most, of one that is no longer held back
 
 _COMING_SPEED = 0.1  # m/s towards the robot
-_COMING_GAP, _TOUCHING_GAP = 0.9, 0.01  # metres
-_GENTLE_GAP = 0.10  # metres to a child below which the base yields to a push
+_COMING_GAP, TOUCHING_GAP = 0.9, 0.01  # metres
+GENTLE_GAP = 0.10  # metres to a child below which the base yields to a push
 _AT_HAND = 0.5  # metres from the arm to the middle of a child below which the arm yields to a push
 _TUCKED, _FAR_FROM_HAND = 0.05, 1.2  # share of the reach below which it is tucked, and metres beyond which none is near
 _IN_THE_WAY_GAP = 0.05  # metres between base and child on a path below which the child stands in its way
@@ -54,13 +50,13 @@ def gap(view: View, robot: Embodiment) -> float:
     """Metres between the robot's base and the nearest child."""
     nearest = math.inf
     for child in view.children:  # a plain loop: this is asked at every control timestep
-        nearest = min(nearest, _gap(view.base, robot, child))
+        nearest = min(nearest, gap_to(view.base, robot, child))
     return nearest
 
 
 def is_child_close(view: View, robot: Embodiment) -> bool:
     """Whether a child is so close that the base must not push back when it is pushed."""
-    return gap(view, robot) < _GENTLE_GAP
+    return gap(view, robot) < GENTLE_GAP
 
 
 def is_child_at_hand(view: View, robot: Embodiment, reached: float) -> bool:
@@ -152,45 +148,12 @@ def allowed_rate(
     return rate
 
 
-def without_push(view: View, robot: Embodiment, velocity: Vector, before: Vector) -> Vector:
-    """A velocity of the base, m/s, without what in it leads towards a child that touches it, or fast along one nearby.
-
-    What the base is told is more than its planned velocity: feedback takes it back to where it should be, and so
-    towards a child that has pushed it off.
-
-    Args:
-        view: What is seen.
-        robot: The robot.
-        velocity: That it would be told.
-        before: What it was told a control timestep ago: it brakes from that no harder than it may.
-    """
-    vx, vy = velocity
-    for child in view.children:
-        gap = _gap(view.base, robot, child)
-        if gap < 2 * _GENTLE_GAP:
-            dx, dy = child.position[0] - view.base[0], child.position[1] - view.base[1]
-            away = math.hypot(dx, dy)
-            x, y = dx / away, dy / away
-            brakes = _BRAKES if gap < _TOUCHED else _BRAKES_GENTLY
-            towards = vx * x + vy * y
-            if gap < _TOUCHING_GAP:
-                towards = min(towards, max(0.0, before[0] * x + before[1] * y - brakes))
-            # Farther off it brakes no more, but does not get back at once what has been taken away.
-            change = -brakes if gap < _GENTLE_GAP else _SPEEDS_UP
-            slower = robot.limits.slowing(max(0.0, gap) / _FOLLOWING_SPEED - view.age)
-            slides = max(0.0, _SLIDE_SPEED + _STRAYS * min(0.0, towards)) + slower
-            most = max(slides, abs(before[1] * x - before[0] * y) + change)
-            across = min(most, max(-most, vy * x - vx * y))
-            vx, vy = towards * x - across * y, towards * y + across * x
-    return vx, vy
-
-
 def _allowed_rate(
     view: View, robot: Embodiment, child: ChildView, velocity: Vector, acceleration: Vector, present: Vector
 ) -> float:
     """The same for one child, for a velocity that is not zero."""
     base = view.base
-    gap = _gap(base, robot, child)
+    gap = gap_to(base, robot, child)
     room = gap - _SEPARATION
     if room > _FAR:
         return 1.0
@@ -200,12 +163,12 @@ def _allowed_rate(
     towards, across = (vx * dx + vy * dy) / away, (vx * dy - vy * dx) / away
     # While a change of rate builds up, the path speeds up, or turns.
     soon = max(abs(across), abs(across + _BUILDS_UP * (acceleration[0] * dy - acceleration[1] * dx) / away))
-    creep = _SLIDE_SPEED / max(abs(across), _SLIDE_SPEED)
+    creep = SLIDE_SPEED / max(abs(across), SLIDE_SPEED)
     leaves = max(0.0, -(present[0] * dx + present[1] * dy) / away)
     # Close by, a path past the child counts as one that leads towards it: it may turn, and so may the path.
     approach = towards + speed * _PASSING * min(1.0, max(0.0, 1.0 - room / _PASSING_GAP))
     if towards <= LEAVING * speed:
-        return 1.0  # what is left of `across` is taken away where a child may come to touch, see `without_push`
+        return 1.0  # what is left of `across` is taken away where a child may come to touch, see `Restraint`
     if approach <= 0.0:
         return max(creep, _sliding_rate(view, robot, gap, leaves, towards, soon))
     # approach * r * (stopping / 2 + reaction) + child * (stopping + reaction) = room, solved for r
@@ -235,7 +198,7 @@ def _sliding_rate(view: View, robot: Embodiment, gap: float, leaves: float, towa
     for rate in _SLIDE_RATES:
         closing = _CHILD_SPEED + max(rate * towards, -leaves)
         until_touched = max(0.0, gap) / closing if closing > 0.0 else math.inf
-        if rate * across <= _SLIDE_SPEED + robot.limits.slowing(until_touched - _REACTION - view.age):
+        if rate * across <= SLIDE_SPEED + robot.limits.slowing(until_touched - _REACTION - view.age):
             return rate
     return 0.0
 
@@ -256,7 +219,7 @@ def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tu
     delay, most = speeds_up / limits.jerk, abs(rate) + speeds_up**2 / (2 * limits.jerk)
     allowed = math.inf
     for child in view.children:
-        gap = _gap(view.base, robot, child)
+        gap = gap_to(view.base, robot, child)
         if gap < _FAR:
             dx, dy = child.position[0] - view.base[0], child.position[1] - view.base[1]
             closing = _CHILD_SPEED + max(0.0, (velocity[0] * dx + velocity[1] * dy) / math.hypot(dx, dy))
@@ -269,12 +232,12 @@ def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tu
 
 def _comes(base: Pose, robot: Embodiment, child: ChildView) -> bool:
     """Whether a child walks towards the robot, or has just run into it."""
-    room = _gap(base, robot, child)
+    room = gap_to(base, robot, child)
     dx, dy = base[0] - child.position[0], base[1] - child.position[1]
     towards = (dx * child.velocity[0] + dy * child.velocity[1]) / (math.hypot(dx, dy) or 1.0)
-    return room < _TOUCHING_GAP or (room < _COMING_GAP and towards > _COMING_SPEED)
+    return room < TOUCHING_GAP or (room < _COMING_GAP and towards > _COMING_SPEED)
 
 
-def _gap(base: Pose, robot: Embodiment, child: ChildView) -> float:
+def gap_to(base: Pose, robot: Embodiment, child: ChildView) -> float:
     """Metres between base and child."""
     return math.dist(child.position, base[:2]) - robot.footprint - CHILD_RADIUS

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from views import child, view
 
@@ -12,6 +12,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import separation
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.motion import RobotMotion
+from caregiver_mj.robot.restraint import Restraint
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 from caregiver_mj.robot.separation import allowed_rate
 
@@ -76,7 +77,9 @@ def test_a_base_that_slides_past_is_at_a_creep_before_a_child_is_at_it(gap, spee
 
 def test_of_a_velocity_nothing_is_left_that_leads_towards_a_child_that_touches_and_little_along_it():
     def left(seen, velocity, before=(0.0, 0.0)):
-        return separation.without_push(seen, ROBOT, velocity, before)
+        restraint = Restraint(ROBOT, TIMESTEP)
+        restraint(view(), before)
+        return restraint(seen, velocity)
 
     touched, apart = view(child(TOUCHING, 0.0)), view(child(TOUCHING + 0.02, 0.0))
     assert left(touched, (0.03, 0.0)) == (0.0, 0.0)
@@ -85,20 +88,37 @@ def test_of_a_velocity_nothing_is_left_that_leads_towards_a_child_that_touches_a
     assert left(apart, (0.03, 0.0)) == (0.03, 0.0)
     between = view(child(TOUCHING, 0.0), child(-TOUCHING, 0.0))
     assert left(between, (0.03, 0.01)) == (0.0, 0.01)
-    # What it was told before is braked from by 0.03 m/s a control timestep, 1.5 m/s^2.
+    # What it was told before is braked from by 0.03 m/s a control timestep, 1.5 m/s^2; not yet touched, by 1 m/s^2.
     assert left(touched, (0.1, 0.4), before=(0.1, 0.4)) == pytest.approx((0.07, 0.37))
+    near, aside = view(child(TOUCHING + 0.05, 0.0)), view(child(TOUCHING + 0.12, 0.0))
+    assert left(near, (-0.3, 0.4), before=(-0.3, 0.4)) == pytest.approx((-0.3, 0.38))
+    assert left(aside, (-0.3, 0.4), before=(-0.3, 0.4)) == (-0.3, 0.4)
 
 
-def test_within_ten_centimetres_it_brakes_along_a_child_and_farther_off_it_is_given_back_slowly():
-    def along(gap, before, velocity=(-0.3, 0.4)):
-        return separation.without_push(view(child(TOUCHING + gap, 0.0)), ROBOT, velocity, (0.0, before))
+@pytest.mark.parametrize("speeds_up", [0.0, 0.9, 1.7])
+def test_what_has_been_taken_away_is_given_back_within_the_acceleration_of_the_base(speeds_up):
+    restraint = Restraint(ROBOT, TIMESTEP)
+    before = restraint(view(child(TOUCHING, 0.0)), (0.0, 0.2))
+    assert before == pytest.approx((0.0, 0.02))
+    away, steps = 0.0, 0
+    while before[1] < 0.2 - 1e-9:
+        away += speeds_up * TIMESTEP
+        told = restraint(view(child(5.0, 0.0)), (-away, 0.2))
+        assert told[0] == pytest.approx(-away)
+        assert math.dist(told, before) <= 0.9 * 2.0 * TIMESTEP + 1e-9
+        before, steps = told, steps + 1
+    assert steps == {0.0: 9, 0.9: 9, 1.7: 16}[speeds_up]  # 0.18 m/s at 1 m/s^2, or at what 1.7 of 1.8 m/s^2 leave
+    assert restraint(view(), (0.5, -0.5)) == (0.5, -0.5)
 
-    assert along(0.05, before=0.4) == pytest.approx((-0.3, 0.38))  # by 0.02 m/s a control timestep, 1 m/s^2
-    assert along(0.12, before=0.4) == pytest.approx((-0.3, 0.4))
-    away, across = along(0.12, before=0.0)
-    assert away == pytest.approx(-0.3)
-    assert 0.04 <= across < 0.15
-    assert along(0.25, before=0.0) == (-0.3, 0.4)
+
+def test_of_a_velocity_that_has_become_less_no_more_is_taken_than_there_is():
+    restraint = Restraint(ROBOT, TIMESTEP)
+    restraint(view(child(TOUCHING, 0.0)), (0.0, 0.4))
+    assert restraint(view(), (0.0, 0.1)) == pytest.approx((0.0, 0.02))
+    assert restraint(view(), (0.0, 0.01)) == pytest.approx((0.0, 0.01))
+    assert restraint(view(), (0.0, -0.3)) == (0.0, -0.3)
+    restraint.reset()
+    assert restraint(view(), (0.0, 0.4)) == (0.0, 0.4)
 
 
 def test_a_base_that_leaves_a_child_straight_is_not_slowed_down():
@@ -190,11 +210,13 @@ def test_the_cells_of_a_child_are_those_in_which_it_is_and_will_be():
 
 # -- What a path leaves to brake with ----------------------------------------------------------------
 
+CORNER = 0.03  # metres by which the way to stop may be longer: a corner that comes meanwhile is not seen yet
 ways = st.lists(st.tuples(st.floats(0.4, 3.0), st.floats(-2.0, 2.0)), min_size=1, max_size=4)
 
 
 @settings(max_examples=60, deadline=None)
 @given(way=ways, when=st.floats(0.0, 0.9))
+@example(way=[(2.6473, 0.2132), (0.5495, -0.0056), (1.1411, 0.8797)], when=0.4386)  # the worst of 1,200 near a corner
 def test_a_base_brakes_on_any_path_as_its_limits_say(way, when):
     """From any motion on a path with corners: within what `RobotLimits.braking` says, and the base's acceleration."""
     points, heading = [(0.0, 0.0)], 0.0
@@ -221,4 +243,4 @@ def test_a_base_brakes_on_any_path_as_its_limits_say(way, when):
         assert math.hypot(*sped_up) <= ROBOT.limits.base_acceleration
     # The fastest that it gets until the acceleration under way has turned into braking counts.
     fastest = max(speed, math.hypot(*velocity))
-    assert gone <= fastest**2 / (2 * deceleration) + fastest * (build_up + 2 * TIMESTEP) + 0.01
+    assert gone <= fastest**2 / (2 * deceleration) + fastest * (build_up + 2 * TIMESTEP) + CORNER
