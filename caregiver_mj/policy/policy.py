@@ -34,7 +34,7 @@ from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
-from caregiver_mj.robot.restraint import Restraint
+from caregiver_mj.robot.restraint import restrain
 from caregiver_mj.robot.retrieval import RetrievalPlanner
 
 if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.house.rendering
@@ -94,7 +94,6 @@ class CaregiverPolicy:
         self._shapes = {key: array.shape for key, array in spec.items()} if "base_position" in spec else {}
         embodiment = task.embodiment
         self.robot = RobotMotion(embodiment, self._timestep)
-        self._restraint = Restraint(embodiment, self._timestep)
         navigator = Navigator(self.plan, embodiment, self.caregiver.yields)
         self._sensing = task.sensing if sensing is None else Sensing.of(sensing)
         self._senses = Senses(self._sensing, self.robot, self._timestep)
@@ -145,9 +144,9 @@ class CaregiverPolicy:
         at_hand = separation.is_child_at_hand(view, self.robot.robot, self.robot.reached)
         self.robot.giving_way.yields = at_hand
         self.robot.gentle = at_hand or separation.is_child_close(view, self.robot.robot)
-        action = self.robot.action(view.base, view.arm)
-        drives = slice(self.robot.robot.layout.base.start, self.robot.robot.layout.base.start + 2)
-        action[drives] = self._restraint(view, action[drives].tolist())
+        action = self.robot.action(
+            view.base, view.arm, functools.partial(restrain, view, self.robot.robot, self._timestep)
+        )
         self.robot.now += self._timestep
         return action
 
@@ -158,7 +157,6 @@ class CaregiverPolicy:
 
     def _reset(self, observation: dict[str, np.ndarray]) -> None:
         self.robot.reset(observation["base_position"].tolist())
-        self._restraint.reset()
         self._senses.reset()
         self._perception.reset(observation)
         children = len(np.atleast_2d(observation["toddler_position"]))

@@ -21,6 +21,7 @@ _LOOKS = 33  # points of a line that are checked likewise
 # may change; below this speed it makes no difference any more.
 _SLOW = 0.3  # m/s
 _AHEAD = tuple(0.025 * i for i in range(9))  # seconds on the path for which a change of rate must leave room
+_AT_REST = 1e-3  # m/s
 _LEAST_SHARE = 0.05  # of that, a change of rate may always have
 
 
@@ -31,9 +32,11 @@ class BaseMotion:
 
     Attributes:
         now: The present time.
+        led_off: How often the base has been led off its path, which it gives up then.
     """
 
     now = 0.0
+    led_off = 0
 
     def __init__(self, limits: Limits, bounds: Limits):
         """Prepares it.
@@ -56,7 +59,7 @@ class BaseMotion:
             PathError: The base is too fast to turn into it, or has no room to; stop first.
         """
         _, velocity, acceleration = self.base_reference()
-        moves = math.hypot(*velocity) > 1e-3
+        moves = math.hypot(*velocity) > _AT_REST
         for deviation in _CORNER_DEVIATIONS:
             path = BasePath(points, self._base_limits, velocity, acceleration, deviation)
             times = np.arange(0.0, path.duration, _CHECK_INTERVAL).tolist()
@@ -73,6 +76,21 @@ class BaseMotion:
         self._playback = ScalarMotion(Limits(1.0, 1.0, 1.0), 0.0)  # from its first change on: `_rate_limits`
         self._rate = 1.0 if moves else 0.0
         self._playback.run_at(self._rate, self.now, at_once=True)
+
+    def let_go(self, position: Vector, velocity: Vector, acceleration: Vector) -> None:
+        """Gives up the path of a base that has been led off it, and comes to rest from where it is as soon as it can.
+
+        Args:
+            position: Where it is, metres.
+            velocity: What it does there, m/s.
+            acceleration: The same, m/s^2.
+        """
+        self.led_off += 1
+        self._hold(position)
+        if math.hypot(*velocity) > _AT_REST:
+            self._path = BasePath.to_rest(position, velocity, acceleration, self._base_limits)
+            self._playback = ScalarMotion(Limits(1.0, 1.0, 1.0), 0.0)
+            self._playback.run_at(1.0, self.now, at_once=True)
 
     def set_rate(self, rate: float) -> None:
         """Sets the share, 0 to 1, of its planned speed at which the base moves along its path.
@@ -148,7 +166,7 @@ class BaseMotion:
     @property
     def moving(self) -> bool:
         """Whether the base's reference is on its way."""
-        return self._path is not None and math.hypot(*self.base_reference()[1]) > 1e-3
+        return self._path is not None and math.hypot(*self.base_reference()[1]) > _AT_REST
 
     def points_ahead(self, seconds: float) -> list[Vector]:
         """Points of the path that the base passes within some seconds."""

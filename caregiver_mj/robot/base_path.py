@@ -17,6 +17,8 @@ from caregiver_mj.robot.se2 import Vector
 _OVERSHOOT = 0.003  # metres beyond the end of a line that are none
 _TURN_IN_LENGTHS = (0.5, 0.8, 1.2, 1.8, 2.6)  # metres in which a new path may be entered at speed; the quickest wins
 
+_BRAKING_SHARES = (0.95, 0.3)  # of a base's limits, to brake with along and across its motion; together at most 1
+
 
 class BasePath:
     """The base's way along a polyline: straight pieces, and corners blended without a stop.
@@ -66,6 +68,28 @@ class BasePath:
             points, start_speed = self._turn_in(points, velocity, acceleration)
             self.turned_in = self.duration
         self._follow(points, start_speed)
+
+    @classmethod
+    def to_rest(cls, position: Vector, velocity: Vector, acceleration: Vector, limits: Limits) -> BasePath:
+        """The way on which a base comes to rest as soon as it can.
+
+        Args:
+            position: Where it is, metres.
+            velocity: Its velocity, m/s, not zero.
+            acceleration: Its acceleration, m/s^2.
+            limits: Bounds of speed, acceleration and jerk.
+        """
+        path, speed = cls([position], limits), math.hypot(*velocity)
+        axis = (velocity[0] / speed, velocity[1] / speed)
+        asked = parameters([0.0, 0.0], [speed, 0.0], list(in_frame(acceleration, axis)), limits)
+        asked.control_interface = ControlInterface.Velocity
+        asked.synchronization = Synchronization.TimeIfNecessary
+        asked.target_velocity = [0.0, 0.0]
+        asked.max_acceleration = [limits.acceleration * share for share in _BRAKING_SHARES]
+        asked.max_jerk = [limits.jerk * share for share in _BRAKING_SHARES]
+        path._append(position, axis, solve(Ruckig(2), asked))
+        path.goal = path._pieces[-1].at(path.duration)[0]
+        return path
 
     def at(self, time: float) -> tuple[Vector, Vector, Vector]:
         """Position (m), velocity (m/s) and acceleration (m/s^2) at a time since the start."""

@@ -75,6 +75,7 @@ class Driver:
         self._way: list[Vector] = []  # the points of the present path
         self._replan_at = 0.0
         self._stops = False  # before it takes another path
+        self._led_off = 0  # how often it had been led off its path when it was last looked at
         self._interrupted: float | None = None  # heading to which it was turning when a child came
         self._litter: set[Cell] = set()  # cells that the present path keeps clear of
 
@@ -92,6 +93,9 @@ class Driver:
             DONE while the base is there. FAILED if it has lost patience.
         """
         moved = self.goal is None or math.dist(goal, self.goal) > 1e-3
+        if robot.led_off != self._led_off:
+            self._led_off, self._path_goal = robot.led_off, None
+            self.replan()
         if (moved or self.looks_again(view.now)) and robot.hand_out <= self._may_drive:
             self._plan(view, robot, goal, cell)
         robot.bound_turning(allowed_turning(view, self._embodiment, robot.base_reference()[1], robot.turning))

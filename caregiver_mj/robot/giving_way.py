@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 _PUSHED = 0.002  # radians off its reference beyond which a joint has been pushed
-_COMING_BACK = 0.2  # rad/s
+_COMING_BACK = 0.15  # rad/s
 
 
 class GivingWay:

@@ -7,17 +7,19 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from caregiver_mj.robot.base_motion import BaseMotion
 from caregiver_mj.robot.embodiment import Embodiment
+from caregiver_mj.robot.followed_velocity import FollowedVelocity
 from caregiver_mj.robot.giving_way import GivingWay
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.limits import Limits
 from caregiver_mj.robot.reach import ReachPath, reach_path
 from caregiver_mj.robot.scalar_motion import ScalarMotion
+from caregiver_mj.robot.se2 import Vector
 
 _GENTLE_SPEED = 0.03  # m/s, the most of the feedback where a child may be in between: slower than a strike
 _LEAST_TURN = 0.03  # rad/s, of the bound of its turns
@@ -26,6 +28,8 @@ _CATCH_UP_SPEED = 0.3  # m/s, the same elsewhere: what holds the base up may let
 _RELEASE = 0.4  # m/s^2, how quickly the one becomes the other when the child has gone
 _AT_REST = 1e-6  # 1/s, of how far the hand reaches out
 _HELD_UP = 0.15  # metres off its reference beyond which a base is held up by something
+_LED_OFF = 0.05  # metres likewise of one that is not told what it wants: so near to its path it has room
+_OTHER = 1e-3  # m/s by which that differs, at least
 _TOP_SHARE = 0.998  # of the base's highest speed, for reference and feedback together
 
 # The actuators get to their targets in the course of a control timestep, and later by this share of it: what they are
@@ -33,6 +37,9 @@ _TOP_SHARE = 0.998  # of the base's highest speed, for reference and feedback to
 _SMOOTHING = 3 / 8
 
 _ANY_HEIGHT = 7000  # tenths of mm: all reaches begin with the tucked arm, and `plan_reach` aims it
+
+#: From a velocity of the base and the one that it was told last, m/s, to what is left of it, and whether at once.
+Restrain = Callable[[Vector, Vector], tuple[Vector, bool]]
 
 
 class RobotMotion(BaseMotion):
@@ -65,6 +72,8 @@ class RobotMotion(BaseMotion):
         self.gentle = self._watched = False
         self.giving_way = GivingWay(len(arm_of(self.robot).tucked))
         self._feedback = _CATCH_UP_SPEED
+        self.led_off, self._is_free = 0, True  # whether the base is told what it wants
+        self._velocity = FollowedVelocity(self.robot.limits.as_told, self._timestep)
         self._hold((float(base[0]), float(base[1])))
         self._turning, self._turn_bound = limits.yaw, math.inf  # rad/s: lower while children are near
         self._yaw = ScalarMotion(limits.yaw, float(base[2]), brakes=True)
@@ -185,12 +194,15 @@ class RobotMotion(BaseMotion):
 
     # -- Following them --------------------------------------------------------------------------
 
-    def action(self, base: Sequence[float], arm: np.ndarray | None = None) -> np.ndarray:
+    def action(
+        self, base: Sequence[float], arm: np.ndarray | None = None, restrain: Restrain | None = None
+    ) -> np.ndarray:
         """The action for the coming control timestep.
 
         Args:
             base: Measured pose (x, y, yaw) of the base.
             arm: Measured joint positions (joints,), radians; None if they are as commanded.
+            restrain: What is left of the base's velocity for the children's sake.
 
         Returns:
             Base velocities, arm joint targets and gripper target at its end in one array, laid out as the robot's.
@@ -199,7 +211,7 @@ class RobotMotion(BaseMotion):
             self.set_rate(0.0)
         self._watched = False
         action, layout = self._action, self.robot.layout
-        action[layout.base] = self._base_action(base)
+        action[layout.base] = self._base_action(base, restrain)
         end = self.now + self._lead
         posture = (self.reach_path, self._reach.at(end)[0])
         if posture != self._posture:
@@ -213,13 +225,20 @@ class RobotMotion(BaseMotion):
         action[layout.gripper] = self._gripper.at(end)[0]
         return action.copy()
 
-    def _base_action(self, base: Sequence[float]) -> tuple[float, float, float]:
+    def _let_go_at(self, position: Vector) -> None:
+        """Lets go of a path off which the base has been led: to rest from where it is, and as it is told to move."""
+        (vx, vy), (ax, ay) = self._velocity.told, self._velocity.acceleration
+        lag = self.robot.servos.base_lag  # by which it is told early
+        self.let_go(position, (vx - lag * ax, vy - lag * ay), (ax, ay))
+
+    def _base_action(self, base: Sequence[float], restrain: Restrain | None) -> tuple[float, float, float]:
         """Velocities of the base: those of the references with the servos' lag fed forward, and the feedback."""
-        servos, now = self.robot.servos, self.now
+        servos, limits, now = self.robot.servos, self.robot.limits, self.now
         (x, y), _, _ = self._base_at(now)
-        if math.dist((x, y), base[:2]) > _HELD_UP:  # it must find a new way from where it is
-            self._hold((float(base[0]), float(base[1])))
-            x, y = self._here
+        if math.dist((x, y), base[:2]) > (_HELD_UP if self._is_free else _LED_OFF):
+            # It must find a new way from where it is.
+            x, y = float(base[0]), float(base[1])
+            self._let_go_at((x, y))
         end = now + self._lead
         _, (vx, vy), (ax, ay) = self._base_at(end)
         yaw = self._yaw.at(now)[0]
@@ -232,9 +251,12 @@ class RobotMotion(BaseMotion):
         if (push := math.hypot(back_x, back_y)) > most:
             back_x, back_y = back_x * most / push, back_y * most / push
         vx, vy = vx + servos.base_lag * ax + back_x, vy + servos.base_lag * ay + back_y
-        top = _TOP_SHARE * self.robot.limits.base_speed
+        top = _TOP_SHARE * limits.base_speed
         if (speed := math.hypot(vx, vy)) > top:  # held up by something, it must not catch up at any speed
             vx, vy = vx * top / speed, vy * top / speed
+        wanted = vx, vy
+        vx, vy = self._velocity.follow(*(restrain(wanted, self._velocity.told) if restrain else (wanted, False)))
+        self._is_free = math.dist((vx, vy), wanted) < _OTHER
         back_yaw = servos.yaw_gain * (yaw - base[2])
         if self.giving_way.yields:  # pushed at its arm, the base has been turned as well
             back_yaw = min(_GENTLE_TURN, max(-_GENTLE_TURN, back_yaw))

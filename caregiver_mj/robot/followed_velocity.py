@@ -1,0 +1,62 @@
+"""A base's velocity that follows a wanted one within bounds of its acceleration and jerk."""
+
+from __future__ import annotations
+
+import math
+
+from caregiver_mj.robot.limits import Limits
+from caregiver_mj.robot.se2 import Vector
+
+_GENTLY = 0.5  # share of the jerk with which it comes to what is wanted: it must not get there too fast
+
+
+class FollowedVelocity:
+    """What a base is told, where it cannot be told at once what is wanted.
+
+    References keep these bounds by themselves; feedback does not, nor what is taken away from them or comes back.
+
+    Attributes:
+        told: The last velocity that the base was told, m/s.
+        acceleration: What it did to the one before, m/s^2.
+    """
+
+    def __init__(self, limits: Limits, control_timestep: float):
+        """Starts at rest.
+
+        Args:
+            limits: Bounds of acceleration and jerk.
+            control_timestep: Seconds between two calls.
+        """
+        self._limits, self._timestep = limits, control_timestep
+        self._wanted: Vector = (0.0, 0.0)
+        self.told: Vector = (0.0, 0.0)
+        self.acceleration: Vector = (0.0, 0.0)
+
+    def follow(self, wanted: Vector, at_once: bool = False) -> Vector:
+        """The velocity for the coming control timestep, m/s; the wanted one whatever that takes, if that is asked."""
+        before, self.told = self.told, (wanted if at_once else self._towards(wanted))
+        self.acceleration = (self.told[0] - before[0]) / self._timestep, (self.told[1] - before[1]) / self._timestep
+        self._wanted = wanted
+        return self.told
+
+    def _towards(self, wanted: Vector) -> Vector:
+        limits, step, (before_x, before_y) = self._limits, self._timestep, self.acceleration
+        off_x, off_y = wanted[0] - self.told[0], wanted[1] - self.told[1]
+        x, y = off_x / step, off_y / step
+        if math.hypot(x, y) <= limits.acceleration and math.hypot(x - before_x, y - before_y) <= limits.jerk * step:
+            return wanted
+        # As the wanted one changes, and nearer to it: no faster than this can be brought to nothing on the way there.
+        off = math.hypot(off_x, off_y)
+        nearer = min(1.0 / step, math.sqrt(2 * _GENTLY * limits.jerk / off)) if off else 0.0
+        x = (wanted[0] - self._wanted[0]) / step + nearer * off_x
+        y = (wanted[1] - self._wanted[1]) / step + nearer * off_y
+        x, y = _within(limits.acceleration, x, y)
+        x, y = _within(limits.jerk * step, x - before_x, y - before_y)
+        x, y = _within(limits.acceleration, before_x + x, before_y + y)
+        return self.told[0] + step * x, self.told[1] + step * y
+
+
+def _within(most: float, x: float, y: float) -> Vector:
+    """A vector, shortened if need be."""
+    length = math.hypot(x, y)
+    return (x * most / length, y * most / length) if length > most else (x, y)
