@@ -24,7 +24,7 @@ class FollowedVelocity:
         """Starts at rest.
 
         Args:
-            limits: Bounds of acceleration and jerk.
+            limits: Bounds of speed, acceleration and jerk.
             control_timestep: Seconds between two calls.
         """
         self._limits, self._timestep = limits, control_timestep
@@ -42,18 +42,22 @@ class FollowedVelocity:
     def _towards(self, wanted: Vector) -> Vector:
         limits, step, (before_x, before_y) = self._limits, self._timestep, self.acceleration
         off_x, off_y = wanted[0] - self.told[0], wanted[1] - self.told[1]
-        x, y = off_x / step, off_y / step
-        if math.hypot(x, y) <= limits.acceleration and math.hypot(x - before_x, y - before_y) <= limits.jerk * step:
+        with_x, with_y = (wanted[0] - self._wanted[0]) / step, (wanted[1] - self._wanted[1]) / step
+        x, y, most = off_x / step, off_y / step, limits.jerk * step
+        if (
+            math.hypot(x, y) <= limits.acceleration
+            and math.hypot(x - before_x, y - before_y) <= most
+            and math.hypot(x - with_x, y - with_y) <= most  # that it can go on with what is wanted
+        ):
             return wanted
         # As the wanted one changes, and nearer to it: no faster than this can be brought to nothing on the way there.
         off = math.hypot(off_x, off_y)
         nearer = min(1.0 / step, math.sqrt(2 * _GENTLY * limits.jerk / off)) if off else 0.0
-        x = (wanted[0] - self._wanted[0]) / step + nearer * off_x
-        y = (wanted[1] - self._wanted[1]) / step + nearer * off_y
+        x, y = with_x + nearer * off_x, with_y + nearer * off_y
         x, y = _within(limits.acceleration, x, y)
-        x, y = _within(limits.jerk * step, x - before_x, y - before_y)
+        x, y = _within(most, x - before_x, y - before_y)
         x, y = _within(limits.acceleration, before_x + x, before_y + y)
-        return self.told[0] + step * x, self.told[1] + step * y
+        return _within(limits.velocity, self.told[0] + step * x, self.told[1] + step * y)
 
 
 def _within(most: float, x: float, y: float) -> Vector:

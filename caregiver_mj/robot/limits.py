@@ -8,6 +8,7 @@ import math
 import numpy as np
 
 _ACCELERATION_SHARE, _JERK_SHARE = 0.9, 0.72  # of the base's highest, see `RobotLimits.together`
+_TOP_SHARE = 0.998  # of the base's highest speed, for reference and feedback together
 _TOLD_SHARE, _TOLD_JERK_SHARE = 0.95, 0.8  # of the same, see `RobotLimits.as_told`
 _LEAST_BRAKING = 0.2  # of that acceleration: a corner gets tighter nowhere, and gentler as soon as the base slows down
 _CORNER_DELAYS = 0.2  # seconds, by a corner that leaves nothing to brake with
@@ -130,7 +131,8 @@ class RobotLimits:
     @property
     def as_told(self) -> Limits:
         """What the base is told never exceeds, metres: its highest but for what the drives add."""
-        return Limits(self.base_speed, _TOLD_SHARE * self.base_acceleration, _TOLD_JERK_SHARE * self.base_jerk)
+        acceleration, jerk = _TOLD_SHARE * self.base_acceleration, _TOLD_JERK_SHARE * self.base_jerk
+        return Limits(_TOP_SHARE * self.base_speed, acceleration, jerk)
 
     def braking(self, velocity: tuple[float, float], acceleration: tuple[float, float]) -> tuple[float, float]:
         """How a base can brake on a path.

@@ -28,9 +28,8 @@ _CATCH_UP_SPEED = 0.3  # m/s, the same elsewhere: what holds the base up may let
 _RELEASE = 0.4  # m/s^2, how quickly the one becomes the other when the child has gone
 _AT_REST = 1e-6  # 1/s, of how far the hand reaches out
 _HELD_UP = 0.15  # metres off its reference beyond which a base is held up by something
-_LED_OFF = 0.05  # metres likewise of one that is not told what it wants: so near to its path it has room
+_LED_OFF = 0.05  # metres likewise of one that is not told what its path wants: so near to that it has room
 _OTHER = 1e-3  # m/s by which that differs, at least
-_TOP_SHARE = 0.998  # of the base's highest speed, for reference and feedback together
 
 # The actuators get to their targets in the course of a control timestep, and later by this share of it: what they are
 # told is made smooth over its four physics steps (`caregiver_mj.house.target_ramp`), which costs one and a half.
@@ -233,10 +232,10 @@ class RobotMotion(BaseMotion):
 
     def _base_action(self, base: Sequence[float], restrain: Restrain | None) -> tuple[float, float, float]:
         """Velocities of the base: those of the references with the servos' lag fed forward, and the feedback."""
-        servos, limits, now = self.robot.servos, self.robot.limits, self.now
+        servos, now = self.robot.servos, self.now
         (x, y), _, _ = self._base_at(now)
-        if math.dist((x, y), base[:2]) > (_HELD_UP if self._is_free else _LED_OFF):
-            # It must find a new way from where it is.
+        is_led_off = self.is_driving and not self._is_free
+        if math.dist((x, y), base[:2]) > (_LED_OFF if is_led_off else _HELD_UP):  # it must find a new way from there
             x, y = float(base[0]), float(base[1])
             self._let_go_at((x, y))
         end = now + self._lead
@@ -251,7 +250,7 @@ class RobotMotion(BaseMotion):
         if (push := math.hypot(back_x, back_y)) > most:
             back_x, back_y = back_x * most / push, back_y * most / push
         vx, vy = vx + servos.base_lag * ax + back_x, vy + servos.base_lag * ay + back_y
-        top = _TOP_SHARE * limits.base_speed
+        top = self.robot.limits.as_told.velocity
         if (speed := math.hypot(vx, vy)) > top:  # held up by something, it must not catch up at any speed
             vx, vy = vx * top / speed, vy * top / speed
         wanted = vx, vy

@@ -12,7 +12,6 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import separation
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.motion import RobotMotion
-from caregiver_mj.robot.restraint import Restraint
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 from caregiver_mj.robot.separation import allowed_rate
 
@@ -73,52 +72,6 @@ def test_a_base_that_slides_past_is_at_a_creep_before_a_child_is_at_it(gap, spee
     braking.run_at(rate * speed, 0.0, at_once=True)
     braking.run_at(0.0, REACTION)
     assert rate == 1.0 or braking.at(gap / CHILD_SPEED)[1] < STRIKE_SPEED
-
-
-def test_of_a_velocity_nothing_is_left_that_leads_towards_a_child_that_touches_and_little_along_it():
-    def left(seen, velocity, before=(0.0, 0.0)):
-        restraint = Restraint(ROBOT, TIMESTEP)
-        restraint(view(), before)
-        return restraint(seen, velocity)
-
-    touched, apart = view(child(TOUCHING, 0.0)), view(child(TOUCHING + 0.02, 0.0))
-    assert left(touched, (0.03, 0.0)) == (0.0, 0.0)
-    assert left(touched, (0.03, -0.2)) == (0.0, -0.02)
-    assert left(touched, (-0.3, 0.1)) == pytest.approx((-0.3, 0.02 - 0.04 * 0.3))  # it may leave
-    assert left(apart, (0.03, 0.0)) == (0.03, 0.0)
-    between = view(child(TOUCHING, 0.0), child(-TOUCHING, 0.0))
-    assert left(between, (0.03, 0.01)) == (0.0, 0.01)
-    # What it was told before is braked from by 0.03 m/s a control timestep, 1.5 m/s^2; not yet touched, by 1 m/s^2.
-    assert left(touched, (0.1, 0.4), before=(0.1, 0.4)) == pytest.approx((0.07, 0.37))
-    near, aside = view(child(TOUCHING + 0.05, 0.0)), view(child(TOUCHING + 0.12, 0.0))
-    assert left(near, (-0.3, 0.4), before=(-0.3, 0.4)) == pytest.approx((-0.3, 0.38))
-    assert left(aside, (-0.3, 0.4), before=(-0.3, 0.4)) == (-0.3, 0.4)
-
-
-@pytest.mark.parametrize("speeds_up", [0.0, 0.9, 1.7])
-def test_what_has_been_taken_away_is_given_back_within_the_acceleration_of_the_base(speeds_up):
-    restraint = Restraint(ROBOT, TIMESTEP)
-    before = restraint(view(child(TOUCHING, 0.0)), (0.0, 0.2))
-    assert before == pytest.approx((0.0, 0.02))
-    away, steps = 0.0, 0
-    while before[1] < 0.2 - 1e-9:
-        away += speeds_up * TIMESTEP
-        told = restraint(view(child(5.0, 0.0)), (-away, 0.2))
-        assert told[0] == pytest.approx(-away)
-        assert math.dist(told, before) <= 0.9 * 2.0 * TIMESTEP + 1e-9
-        before, steps = told, steps + 1
-    assert steps == {0.0: 9, 0.9: 9, 1.7: 16}[speeds_up]  # 0.18 m/s at 1 m/s^2, or at what 1.7 of 1.8 m/s^2 leave
-    assert restraint(view(), (0.5, -0.5)) == (0.5, -0.5)
-
-
-def test_of_a_velocity_that_has_become_less_no_more_is_taken_than_there_is():
-    restraint = Restraint(ROBOT, TIMESTEP)
-    restraint(view(child(TOUCHING, 0.0)), (0.0, 0.4))
-    assert restraint(view(), (0.0, 0.1)) == pytest.approx((0.0, 0.02))
-    assert restraint(view(), (0.0, 0.01)) == pytest.approx((0.0, 0.01))
-    assert restraint(view(), (0.0, -0.3)) == (0.0, -0.3)
-    restraint.reset()
-    assert restraint(view(), (0.0, 0.4)) == (0.0, 0.4)
 
 
 def test_a_base_that_leaves_a_child_straight_is_not_slowed_down():

@@ -1,0 +1,67 @@
+"""What a base is told keeps the bounds of its acceleration and jerk, and gets to what is wanted."""
+
+import itertools
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from caregiver_mj.robot.followed_velocity import FollowedVelocity
+from caregiver_mj.robot.limits import Limits
+
+LIMITS = Limits(1.4, 2.0, 30.0)
+STEP = 0.02  # seconds: at most 0.04 m/s, and 0.6 m/s^2 more or less than before
+
+vectors = st.tuples(st.floats(-0.95, 0.95), st.floats(-0.95, 0.95))
+
+
+def test_what_is_within_the_bounds_is_told_as_it_is():
+    follower = FollowedVelocity(LIMITS, STEP)
+    for i in range(1, 100):
+        wanted = (0.9 - 0.9 * math.cos(0.03 * i), 0.5 - 0.5 * math.cos(0.02 * i))
+        assert follower.follow(wanted) == wanted
+
+
+def test_a_jump_is_caught_up_with_and_not_overshot():
+    follower = FollowedVelocity(LIMITS, STEP)
+    told = [follower.follow((0.5, 0.0)) for _ in range(40)]
+    assert told[0] == pytest.approx((0.6 * STEP, 0.0))
+    assert told[1] == pytest.approx((1.8 * STEP, 0.0))
+    speeds = [x for x, _ in told]
+    assert speeds == sorted(speeds)
+    assert told[-1] == (0.5, 0.0)
+    assert speeds.index(0.5) <= 25  # 0.5 m/s at 2 m/s^2, and what the jerk takes at both ends
+
+
+def test_what_comes_back_while_the_base_speeds_up_comes_in_what_that_leaves():
+    follower = FollowedVelocity(LIMITS, STEP)
+    for i in range(10):
+        follower.follow((0.034 * min(i, 1), 0.0))
+    for i in range(1, 40):
+        before = follower.told
+        told = follower.follow((0.034 + 0.034 * i, 0.2))
+        assert math.dist(told, before) <= 2.0 * STEP + 1e-12
+    assert told == (0.034 + 0.034 * 39, 0.2)
+
+
+def test_where_it_must_be_at_once_it_is():
+    follower = FollowedVelocity(LIMITS, STEP)
+    assert follower.follow((0.5, 0.0), at_once=True) == (0.5, 0.0)
+    assert follower.acceleration == (25.0, 0.0)
+
+
+@settings(max_examples=100, deadline=None)
+@given(wishes=st.lists(st.tuples(vectors, st.integers(1, 30)), min_size=1, max_size=5))
+def test_it_keeps_its_bounds_whatever_is_wanted_and_gets_there(wishes):
+    follower = FollowedVelocity(LIMITS, STEP)
+    accelerations = [(0.0, 0.0)]
+    for wanted, times in wishes:
+        for _ in range(times):
+            follower.follow(wanted)
+            accelerations.append(follower.acceleration)
+    for _ in range(200):
+        follower.follow(wanted)
+    assert follower.told == wanted
+    assert all(math.hypot(*acceleration) <= 2.0 + 1e-9 for acceleration in accelerations)
+    assert all(math.dist(*pair) <= 0.6 + 1e-9 for pair in itertools.pairwise(accelerations))

@@ -1,0 +1,38 @@
+"""What a base beside a child is told instead of what it would be."""
+
+import pytest
+from views import child, view
+
+from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.restraint import restrain
+
+ROBOT = find_embodiment()
+TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
+TIMESTEP = 0.02  # seconds
+TOUCHED = view(child(TOUCHING, 0.0))
+
+
+def left(seen, velocity, before=(0.0, 0.0)):
+    return restrain(seen, ROBOT, TIMESTEP, velocity, before)[0]
+
+
+def test_nothing_is_left_that_leads_towards_a_child_that_touches_and_little_along_it():
+    assert left(TOUCHED, (0.03, 0.0)) == (0.0, 0.0)
+    assert left(TOUCHED, (0.03, -0.2)) == (0.0, -0.02)
+    assert left(TOUCHED, (-0.3, 0.1)) == pytest.approx((-0.3, 0.02 - 0.04 * 0.3))  # it may leave
+    assert left(view(child(TOUCHING + 0.02, 0.0)), (0.03, 0.0)) == (0.03, 0.0)
+    between = view(child(TOUCHING, 0.0), child(-TOUCHING, 0.0))
+    assert left(between, (0.03, 0.01)) == (0.0, 0.01)
+
+
+def test_it_brakes_from_what_it_was_told_before():
+    # By 0.03 m/s a control timestep, 1.5 m/s^2, and where it is not touched yet by 1 m/s^2.
+    assert left(TOUCHED, (0.1, 0.4), before=(0.1, 0.4)) == pytest.approx((0.07, 0.37))
+    near, aside = view(child(TOUCHING + 0.05, 0.0)), view(child(TOUCHING + 0.12, 0.0))
+    assert left(near, (-0.3, 0.4), before=(-0.3, 0.4)) == pytest.approx((-0.3, 0.38))
+    assert left(aside, (-0.3, 0.4), before=(-0.3, 0.4)) == (-0.3, 0.4)
+
+
+def test_a_base_that_is_touched_does_not_take_its_time():
+    for gap, at_once in ((0.0, True), (0.001, True), (0.003, False), (0.2, False)):
+        assert restrain(view(child(TOUCHING + gap, 0.0)), ROBOT, TIMESTEP, (0.0, 0.0), (0.0, 0.0))[1] == at_once
