@@ -28,7 +28,7 @@ def test_a_base_goes_no_farther_out_of_a_childs_way_than_that_comes_after_it():
     x, y = centre(CORRIDOR, (2, 5))
     candle = (*centre(CORRIDOR, (1, 1)), 0.6, 1.0, 0.0, 0.0, 0.0)
     gaps = []
-    for speed in [WALKING_SPEED] * 84 + [0.0] * 70:  # one move, and a pause shorter than it stays aside
+    for speed in [WALKING_SPEED] * 84 + [0.0] * 65:  # one move, and a pause shorter than it stays aside
         base = (*robot.base_reference()[0], robot.yaw)
         pick.step(view(child(x, y, speed), base=base, now=robot.now, candles=[candle]), robot)
         robot.action(base)
