@@ -14,6 +14,8 @@ from caregiver_mj.robot.se2 import Vector
 
 _LEAVING = 0.40  # metres from the ends of a path within which it may be closer to things than elsewhere
 
+_HAND_CLEARANCE = 0.04  # metres between a hand that leads somewhere and a wall, half a raster's cell too much
+
 _RASTER = 0.025  # metres
 _STRIDE, _ENDS = 16, 20  # in a first look along a line: points to skip, and points at its ends within `_LEAVING`
 _NEIGHBOURHOOD = 2.0  # metres round the house that the raster covers, for poses outside of it
@@ -35,10 +37,16 @@ class Clearance:
         high = np.concatenate([layout.wall_rectangles(plan), layout.stair_rectangles(plan)])
         self._turning_room = self._distance_to(high) - needs.turning
 
-    def line(self, a: Vector, b: Vector) -> tuple[np.ndarray, np.ndarray] | None:
+    def line(self, a: Vector, b: Vector, hand: Vector | None = None) -> tuple[np.ndarray, np.ndarray] | None:
         """Points, x and y, along a straight line on which the base has room; None if it has not.
 
         A base that stands too close to something already may leave it, or come to stand there, but no more than that.
+
+        Args:
+            a: Where it begins, metres.
+            b: Where it ends.
+            hand: Where the tucked hand is from the base's middle, in the house; None if it does not matter. As long as
+                the base cannot turn it leads there, and must not meet a wall.
         """
         if self._meets_wall(a, b):
             return None
@@ -53,12 +61,27 @@ class Clearance:
             allowed = np.where(distance > distance[-1] - _LEAVING, np.minimum(allowed, slack[-1]), allowed)
             if (slack < allowed - _ROUNDING).any():
                 return None
-        return x, y
+        return (x, y) if hand is None or self._leaves_room(x, y, hand) else None
 
-    def has_room(self, points: np.ndarray) -> bool:
-        """Whether the base fits at all points (n, 2), be it with less clearance than a straight path keeps."""
+    def _leaves_room(self, x: np.ndarray, y: np.ndarray, hand: Vector) -> bool:
+        """Whether a hand that is held out like this has room until the base has come to where it can turn."""
+        can_turn = self._turning_room[self._indices(x, y)] >= 0.0
+        until = int(can_turn.argmax()) if can_turn.any() else len(x)
+        if until == 0:
+            return True
+        there = self._indices(x[:until] + hand[0], y[:until] + hand[1])
+        room = self._turning_room[there] + self._needs.turning - self._needs.hand_width / 2 - _HAND_CLEARANCE
+        return bool((room >= min(0.0, room[0]) - _ROUNDING).all())
+
+    def has_room(self, points: np.ndarray, hand: Vector | None = None) -> bool:
+        """Whether the base fits at all points (n, 2), be it with less clearance than a straight path keeps.
+
+        The hand is that of `line`.
+        """
         if not len(points):
             return True
+        if hand is not None and not self._leaves_room(points[:, 0], points[:, 1], hand):
+            return False
         there = self._indices(points[:, 0], points[:, 1])
         ends = np.minimum(np.hypot(*(points - points[0]).T), np.hypot(*(points - points[-1]).T)) < _LEAVING
         for raster in (self._room, self._turning_room):
@@ -74,9 +97,9 @@ class Clearance:
             return False
         return self._value(self._room, point) >= -self._needs.standing
 
-    def can_turn(self, point: Vector) -> bool:
-        """Whether the base has room to turn at a point with a candle in its tucked hand."""
-        return self._value(self._turning_room, point) >= 0.0
+    def can_turn(self, point: Vector, spare: float = 0.0) -> bool:
+        """Whether the base has room to turn at a point with a candle in its tucked hand, and some to spare, metres."""
+        return self._value(self._turning_room, point) >= spare
 
     def hand_clear(self, a: Vector, b: Vector) -> bool:
         """Whether the outstretched hand can move straight from one point to another without touching a wall."""

@@ -7,11 +7,15 @@ up what a child keeps closed.
 
 from __future__ import annotations
 
+import functools
 import math
+
+import numpy as np
 
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot.hand import hand_position
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.patience import Patience
@@ -75,6 +79,7 @@ class Driver:
         self._way: list[Vector] = []  # the points of the present path
         self._replan_at = 0.0
         self._stops = False  # before it takes another path
+        self._hand: Vector | None = None  # from the base's middle, in the house, if something is in it
         self._led_off = 0  # how often it had been led off its path when it was last looked at
         self._interrupted: float | None = None  # heading to which it was turning when a child came
         self._litter: set[Cell] = set()  # cells that the present path keeps clear of
@@ -149,6 +154,9 @@ class Driver:
     def _plan(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell) -> None:
         """Finds a way, keeping to the present one as long as it leads to the goal and past the children."""
         self.goal, self.cell = goal, cell
+        if self.is_loaded:
+            x, y, _ = (hand_position(view, self._embodiment) - np.array([*view.base[:2], 0.0])).tolist()
+            self._hand = x, y
         self._note_progress(view, cell)
         litter = _fallen_candle_cells(view, self._navigator.plan) - {cell}
         under_way = self._leads_to(goal) and litter == self._litter
@@ -171,7 +179,7 @@ class Driver:
                 aside, points = self._step_aside(view, here)
                 goal = aside or goal
             elif not under_way:  # follow the children, as closely as they let the robot
-                points = self._navigator.path(here, goal, cell)
+                points = self._navigator.path(here, goal, cell, hand=self._hand)
         if points:
             self._take(points, goal, view, robot)
 
@@ -196,9 +204,9 @@ class Driver:
         """A way round the children that are near, and if possible round what lies on the floor; None if they bar it."""
         near = near_children(view, here)
         children, closed = [child.position for child in near], child_cells(near, self._navigator.plan)
-        points = self._navigator.path(here, goal, cell, children, closed | self._litter)
+        points = self._navigator.path(here, goal, cell, children, closed | self._litter, self._hand)
         if not points and self._litter:
-            points = self._navigator.path(here, goal, cell, children, closed)
+            points = self._navigator.path(here, goal, cell, children, closed, self._hand)
         return points
 
     def _take(self, points: list[Vector], goal: Vector, view: View, robot: RobotMotion) -> None:
@@ -208,7 +216,7 @@ class Driver:
         self._stops = robot.moving and self._allowed_rate(view, robot) < _SWITCHING_RATE
         if not self._stops:
             try:
-                robot.drive_along(points, self._navigator.clearance.has_room)
+                robot.drive_along(points, functools.partial(self._navigator.clearance.has_room, hand=self._hand))
             except PathError:
                 self._stops = True
         if self._stops:
@@ -221,14 +229,14 @@ class Driver:
         navigator, plan = self._navigator, self._navigator.plan
         closed = child_cells(view.children, plan)
         children = [child.position for child in view.children]
-        for start in (here, *navigator.ways_out(here, children, closed)):
+        for start in (here, *navigator.ways_out(here, children, closed, self._hand)):
             refuge = navigator.refuge(navigator.nearest_cell(start), map(plan.cell_at, children), closed)
             if refuge is None:
                 break
             place = tuple(plan.position(refuge).tolist())
             if self._leads_to(place):
                 break  # on its way there already
-            if points := navigator.path(start, place, refuge, children, closed):
+            if points := navigator.path(start, place, refuge, children, closed, self._hand if start is here else None):
                 return place, points if start is here else [here, *points]
         return None, None
 

@@ -18,6 +18,7 @@ from caregiver_mj.robot.separation import BESIDE, LEAVING
 from caregiver_mj.robot.view import CHILD_RADIUS
 
 _CHILD_CLEARANCE = 0.20  # metres between base and child on a planned path
+_STRAYS = 0.1  # metres by which a base beside a child may be led off its way
 _WAY_OUT, _DIRECTIONS = 0.45, 16  # metres that a base beside a child goes away from it first; and directions to try
 
 
@@ -70,6 +71,7 @@ class Navigator(Routes):
         goal_cell: Cell,
         children: Sequence[Vector] = (),
         closed: Collection[Cell] = (),
+        hand: Vector | None = None,
     ) -> list[Vector] | None:
         """Plans a polyline.
 
@@ -79,13 +81,14 @@ class Navigator(Routes):
             goal_cell: The cell in which (or at whose border) the goal lies.
             children: Where children are that are to be given a wide berth.
             closed: Cells not to be entered.
+            hand: Where the tucked hand is that must have room where the base cannot turn, see `Clearance.line`.
 
         Returns:
             Points from start to goal, or None if there is no way.
         """
-        path = self._path(start, goal, goal_cell, children, closed)
+        path = self._path(start, goal, goal_cell, children, closed, hand)
         if path is None or self.brushes(path, children):
-            ways_out = self.ways_out(start, children, closed)
+            ways_out = self.ways_out(start, children, closed, hand)
             rests = (self._path(out, goal, goal_cell, children, closed) for out in ways_out)
             path = next(([start, *rest] for rest in rests if rest), path)
         return path
@@ -104,7 +107,13 @@ class Navigator(Routes):
         return False
 
     def _path(
-        self, start: Vector, goal: Vector, goal_cell: Cell, children: Sequence[Vector], closed: Collection[Cell]
+        self,
+        start: Vector,
+        goal: Vector,
+        goal_cell: Cell,
+        children: Sequence[Vector],
+        closed: Collection[Cell],
+        hand: Vector | None = None,
     ) -> list[Vector] | None:
         """Plans a polyline along a shortest route over cells; the arguments are those of `path`."""
         start_cell = self.nearest_cell(start)
@@ -118,9 +127,16 @@ class Navigator(Routes):
         last = self.centres[cells[-1]]
         if not self.visible(points[-2], goal) and self.visible(points[-2], last) and self.visible(last, goal):
             points.insert(-1, last)  # the goal is round a corner from the cell before
-        return self._pull_tight(points, children, shut)
+        return self._pull_tight(points, children, shut, hand)
 
-    def visible(self, a: Vector, b: Vector, children: Sequence[Vector] = (), shut: np.ndarray | None = None) -> bool:
+    def visible(
+        self,
+        a: Vector,
+        b: Vector,
+        children: Sequence[Vector] = (),
+        shut: np.ndarray | None = None,
+        hand: Vector | None = None,
+    ) -> bool:
         """Whether the base can go straight from one point to another.
 
         Args:
@@ -128,8 +144,9 @@ class Navigator(Routes):
             b: Another one.
             children: Where children are that are to be given a wide berth.
             shut: Codes of cells that must not be crossed.
+            hand: As of `Clearance.line`.
         """
-        line = self.clearance.line(a, b)
+        line = self.clearance.line(a, b, hand)
         if line is None:
             return False
         x, y = line
@@ -142,28 +159,32 @@ class Navigator(Routes):
         return True
 
     def _pull_tight(
-        self, points: Sequence[Vector], children: Sequence[Vector], shut: np.ndarray
+        self, points: Sequence[Vector], children: Sequence[Vector], shut: np.ndarray, hand: Vector | None
     ) -> list[Vector] | None:
-        """Leaves out the points between which one can go straight; None if a child stands in between."""
+        """Leaves out the points between which one can go straight; None if a child stands in between, or no room is."""
         kept = [points[0]]
         i = 0
         while i < len(points) - 1:
             j = len(points) - 1
-            while j > i + 1 and not self.visible(points[i], points[j], children, shut):
+            while j > i + 1 and not self.visible(points[i], points[j], children, shut, hand):
                 j -= 1
-            if j == i + 1 and not self.visible(points[i], points[j], children) and self.visible(points[i], points[j]):
+            next_to_it = j == i + 1 and self.visible(points[i], points[j])
+            if next_to_it and not self.visible(points[i], points[j], children, hand=hand):
                 return None
             kept.append(points[j])
-            i = j
+            i, hand = j, None  # from there on it can turn
         return kept
 
-    def ways_out(self, start: Vector, children: Sequence[Vector], closed: Collection[Cell]) -> list[Vector]:
+    def ways_out(
+        self, start: Vector, children: Sequence[Vector], closed: Collection[Cell], hand: Vector | None = None
+    ) -> list[Vector]:
         """Where a base beside a child can go straight away from it: one place in each cell round about.
 
         Args:
             start: Where the base is, metres. Routes over cells are no help where it shares a cell with a child.
             children: Where the children are.
             closed: Cells not to be entered.
+            hand: As of `Clearance.line`.
 
         Returns:
             Places, the farthest from all children first; none if no child is that close.
@@ -183,8 +204,10 @@ class Navigator(Routes):
             if cell in found or cell in closed or cell not in self.centres:
                 continue
             # What is in the hand leads somewhere, and must not meet a wall on the way.
-            has_room = self.clearance.can_stand(place) and (not self.is_loaded or self.clearance.can_turn(place))
-            if has_room and self.visible(start, place, children):
+            has_room = self.clearance.can_stand(place) and (
+                not self.is_loaded or self.clearance.can_turn(place, _STRAYS)
+            )
+            if has_room and self.visible(start, place, children, hand=hand):
                 found[cell] = place
         return list(found.values())
 
