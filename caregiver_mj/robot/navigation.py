@@ -18,7 +18,7 @@ from caregiver_mj.robot.separation import BESIDE, LEAVING
 from caregiver_mj.robot.view import CHILD_RADIUS
 
 _CHILD_CLEARANCE = 0.20  # metres between base and child on a planned path
-_STRAYS = 0.1  # metres by which a base beside a child may be led off its way
+_STRAYS = 0.05  # metres by which a base beside a child may be led off its way, until it plans anew
 _WAY_OUT, _DIRECTIONS = 0.45, 16  # metres that a base beside a child goes away from it first; and directions to try
 
 

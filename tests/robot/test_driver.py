@@ -145,6 +145,20 @@ def test_a_drive_tells_where_it_leads_and_ends_there():
     assert not drive.driver.stands_aside(drive.robot.now)
 
 
+def test_a_base_that_has_been_led_off_its_path_takes_another_one_at_once():
+    drive = Drive(CORRIDOR, (2, 1), (2, 8))
+    drive.run(1.0)
+    (x, y), velocity, acceleration = drive.robot.base_reference()
+    left = drive.robot.time_left
+    drive.robot.let_go((x, y + 0.06), velocity, acceleration)
+    assert drive.robot.time_left < 1.0 < left  # it would come to rest
+    drive.step()
+    assert drive.robot.time_left == pytest.approx(left, abs=0.2)
+    assert drive.run(20.0) is Status.DONE
+    assert math.dist(drive.base[:2], centre(CORRIDOR, (2, 8))) < 0.01
+
+
+
 @pytest.mark.parametrize("order", [1, -1])
 def test_children_in_both_of_two_ways_leave_none_until_one_goes(order):
     north, south = stands_in(TWO_WAYS, (1, 4)), stands_in(TWO_WAYS, (3, 4))

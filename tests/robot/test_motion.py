@@ -103,6 +103,43 @@ def test_a_base_at_which_nobody_looks_any_more_stops():
     assert not robot.moving
 
 
+def test_a_base_that_is_led_off_its_path_lets_go_of_it_without_a_jump():
+    """It is told to go straight on where its path turns off; then it comes to rest from where it has got to."""
+    robot = motion_along((0.5, 0.0), (0.5, 3.0))
+    base, told = np.zeros(3), []
+
+    def straight_on(velocity, before):
+        return (velocity[0] if base[0] < 0.3 else before[0], 0.0), False
+
+    while not robot.led_off:
+        robot.set_rate(1.0)
+        told.append(robot.action(base, restrain=straight_on)[:2])
+        base[:2] += 0.02 * told[-1]
+        robot.now += 0.02
+    np.testing.assert_allclose(robot.base_reference()[0], base[:2], atol=0.03)
+    assert told[-1][0] > 0.3
+    while robot.moving:
+        robot.set_rate(1.0)
+        told.append(robot.action(base)[:2])
+        base[:2] += 0.02 * told[-1]
+        robot.now += 0.02
+    acceleration = np.diff(told, axis=0) / 0.02
+    assert np.hypot(*acceleration.T).max() <= 2.0
+    assert np.hypot(*np.diff(acceleration, axis=0).T).max() / 0.02 <= 35.0
+    np.testing.assert_allclose(robot.base_reference()[0], base[:2], atol=0.01)
+    assert robot.led_off == 1
+
+
+def test_a_standing_base_that_is_pushed_keeps_its_place_for_longer():
+    robot = RobotMotion(ROBOT, 0.02)
+    robot.reset((0.0, 0.0, 0.0))
+    for off, let_go in ((0.1, 0), (0.16, 1)):
+        robot.action((off, 0.0, 0.0), restrain=lambda velocity, before: ((0.0, 0.0), False))
+        robot.action((off, 0.0, 0.0), restrain=lambda velocity, before: ((0.0, 0.0), False))
+        assert robot.led_off == let_go
+    assert robot.base_reference()[0] == (0.16, 0.0)
+
+
 def test_a_gentle_base_is_pushed_away_without_pushing_back():
     robot = RobotMotion(ROBOT, 0.02)
     robot.reset((0.0, 0.0, 0.0))
