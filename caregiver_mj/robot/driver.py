@@ -79,6 +79,7 @@ class Driver:
         self._way: list[Vector] = []  # the points of the present path
         self._replan_at = 0.0
         self._stops = False  # before it takes another path
+        self._is_barred = False  # by children, when the way was last looked at
         self._hand: Vector | None = None  # from the base's middle, in the house, if something is in it
         self._led_off = 0  # how often it had been led off its path when it was last looked at
         self._interrupted: float | None = None  # heading to which it was turning when a child came
@@ -122,12 +123,15 @@ class Driver:
     def _may_turn(self, view: View, robot: RobotMotion, yaw: float) -> bool:
         """Whether the base may turn where it is.
 
-        A turn once begun goes on wherever the base has got to, but it stops while a child is close.
+        A turn once begun goes on wherever the base has got to, but it stops while a child is close. A candle slips in
+        the hand at every turn, so with one the base does not turn for a way that is closed.
         """
         if view.child_distance(view.base[:2]) <= self._embodiment.clearances.child_turning:
             if robot.turns_to(yaw) and robot.turn_left(yaw) > 0.0:
                 self._interrupted = yaw
                 robot.stop_turning()
+            return False
+        if self.is_loaded and self._is_barred:
             return False
         begun = robot.turns_to(yaw) or yaw == self._interrupted
         return begun or self._navigator.clearance.can_turn(view.base[:2])
@@ -147,9 +151,9 @@ class Driver:
     def _allowed_rate(self, view: View, robot: RobotMotion) -> float:
         return allowed_rate(view, self._embodiment, *robot.planned(), robot.base_reference()[1])
 
-    def _leads_to(self, goal: Vector) -> bool:
-        """Whether the present path ends there."""
-        return self._path_goal is not None and math.dist(goal, self._path_goal) < 1e-3
+    def _leads_to(self, goal: Vector, within: float = 1e-3) -> bool:
+        """Whether the present path ends there, within so many metres."""
+        return self._path_goal is not None and math.dist(goal, self._path_goal) < within
 
     def _plan(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell) -> None:
         """Finds a way, keeping to the present one as long as it leads to the goal and past the children."""
@@ -163,10 +167,12 @@ class Driver:
         self._litter = litter
         ahead = robot.points_ahead(_LOOK_AHEAD)
         if under_way and robot.time_left > 0.0 and not is_in_the_way(view, self._embodiment, ahead):
+            self._is_barred = False
             self._leave(view, robot, goal, cell)
             return
         here = robot.base_reference()[0]
         points = self._way_past_children(view, here, goal, cell)
+        self._is_barred = not points
         self._replan_at = view.now + (_REPLAN_INTERVAL if points else _BARRED_INTERVAL)
         if points:
             self.aside_until = -math.inf
@@ -176,7 +182,7 @@ class Driver:
             if comes(view, self._embodiment):
                 self.aside_until = view.now + _PATIENCE
             if self.stands_aside(view.now):
-                aside, points = self._step_aside(view, here)
+                aside, points = self._step_aside(view, robot, here)
                 goal = aside or goal
             elif not under_way:  # follow the children, as closely as they let the robot
                 points = self._navigator.path(here, goal, cell, hand=self._hand)
@@ -224,21 +230,27 @@ class Driver:
         else:
             self._path_goal, self._way = goal, points[1:]
 
-    def _step_aside(self, view: View, here: Vector) -> tuple[Vector | None, list[Vector] | None]:
-        """Where the robot is not in the children's way, and the path there; None to stay where it is."""
+    def _step_aside(self, view: View, robot: RobotMotion, here: Vector) -> tuple[Vector | None, list[Vector] | None]:
+        """Where the robot is not in the children's way, and the path there; None to stay where it is.
+
+        Where they bar the path, too, it leaves them as far as it can: what stands beside a child is leaned on.
+        """
         navigator, plan = self._navigator, self._navigator.plan
         closed = child_cells(view.children, plan)
         children = [child.position for child in view.children]
-        for start in (here, *navigator.ways_out(here, children, closed, self._hand)):
+        ways_out = navigator.ways_out(here, children, closed, self._hand)
+        for start in (here, *ways_out):
             refuge = navigator.refuge(navigator.nearest_cell(start), map(plan.cell_at, children), closed)
             if refuge is None:
-                break
+                return None, None
             place = tuple(plan.position(refuge).tolist())
             if self._leads_to(place):
-                break  # on its way there already
+                return None, None  # on its way there already
             if points := navigator.path(start, place, refuge, children, closed, self._hand if start is here else None):
                 return place, points if start is here else [here, *points]
-        return None, None
+        if not ways_out or (robot.time_left > 0.0 and self._leads_to(ways_out[0], _SAME)):
+            return None, None
+        return ways_out[0], [here, ways_out[0]]
 
 
 def _are_the_same(way: list[Vector], other: list[Vector]) -> bool:

@@ -28,6 +28,7 @@ _CATCH_UP_SPEED = 0.3  # m/s, the same elsewhere: what holds the base up may let
 _RELEASE = 0.4  # m/s^2, how quickly the one becomes the other when the child has gone
 _AT_REST = 1e-6  # 1/s, of how far the hand reaches out
 _HELD_UP = 0.15  # metres off its reference beyond which a base is held up by something
+_HELD_UP_SHARE = 0.5  # of the speed that it is told to have: slower than that, something is in its way
 _LED_OFF = 0.05  # metres likewise of one that is not told what its path wants: so near to that it has room
 _OTHER = 1e-3  # m/s by which that differs, at least
 
@@ -71,6 +72,7 @@ class RobotMotion(BaseMotion):
         self.gentle = self._watched = False
         self.giving_way = GivingWay(len(arm_of(self.robot).tucked))
         self._feedback = _CATCH_UP_SPEED
+        self._seen_at = float(base[0]), float(base[1])
         self.led_off, self._is_free = 0, True  # whether the base is told what it wants
         self._velocity = FollowedVelocity(self.robot.limits.as_told, self._timestep)
         self._hold((float(base[0]), float(base[1])))
@@ -224,9 +226,16 @@ class RobotMotion(BaseMotion):
         action[layout.gripper] = self._gripper.at(end)[0]
         return action.copy()
 
-    def _let_go_at(self, position: Vector) -> None:
-        """Lets go of a path off which the base has been led: to rest from where it is, and as it is told to move."""
+    def _let_go_at(self, position: Vector, moved: float) -> None:
+        """Lets go of a path off which the base has been led, or on which it is held up.
+
+        Args:
+            position: Where it is, metres.
+            moved: How fast it is, m/s. It comes to rest as it is told to move, if it does move so.
+        """
         (vx, vy), (ax, ay) = self._velocity.told, self._velocity.acceleration
+        if moved < _HELD_UP_SHARE * math.hypot(vx, vy):
+            vx = vy = ax = ay = 0.0
         lag = self.robot.servos.base_lag  # by which it is told early
         self.let_go(position, (vx - lag * ax, vy - lag * ay), (ax, ay))
 
@@ -234,10 +243,11 @@ class RobotMotion(BaseMotion):
         """Velocities of the base: those of the references with the servos' lag fed forward, and the feedback."""
         servos, now = self.robot.servos, self.now
         (x, y), _, _ = self._base_at(now)
+        moved, self._seen_at = math.dist(base[:2], self._seen_at) / self._timestep, (float(base[0]), float(base[1]))
         is_led_off = self.is_driving and not self._is_free
         if math.dist((x, y), base[:2]) > (_LED_OFF if is_led_off else _HELD_UP):  # it must find a new way from there
-            x, y = float(base[0]), float(base[1])
-            self._let_go_at((x, y))
+            x, y = self._seen_at
+            self._let_go_at((x, y), moved)
         end = now + self._lead
         _, (vx, vy), (ax, ay) = self._base_at(end)
         yaw = self._yaw.at(now)[0]
