@@ -26,6 +26,13 @@ OPEN = FloorPlan.parse("########\n#......#\n#S.....#\n#......#\n#B.....#\n######
 TWO_WAYS = FloorPlan.parse("##########\n#........#\n#S.##B#..#\n#........#\n##########", "two_ways")
 #: Two rooms with a toy bin each, and between them a corridor as wide as one cell.
 CORRIDOR = FloorPlan.parse("############\n#..######..#\n#.........B#\n#B.######..#\n############", "corridor")
+#: The south-western corner of the second room: whoever stands beside it bars the way to the rest of the house.
+CORNER = FloorPlan.parse(
+    "##################\n#....#..........B#\n#....#...........#\n#....#...#.......#\n#....#...#.......#\n#....#...#.......#\n"
+    "#....#...#.......#\n#....#...#.......#\n#....#...#.......#\n#....#...#B......#\n####.##.###..#####\n#.........#.....B#\n"
+    "#.....#...#......#\n#..B..#S..#......#\n##################",
+    "corner",
+)
 
 
 class Drive:
@@ -157,6 +164,30 @@ def test_a_base_that_has_been_led_off_its_path_takes_another_one_at_once():
     assert drive.run(20.0) is Status.DONE
     assert math.dist(drive.base[:2], centre(CORRIDOR, (2, 8))) < 0.01
 
+
+def test_a_candle_is_not_turned_about_for_a_way_that_a_child_keeps_closed():
+    """At every turn it slips in the hand."""
+    headings = {}
+    for loaded in (False, True):
+        drive = Drive(CORRIDOR, (2, 1), (2, 8), stands_in(CORRIDOR, (2, 3)))
+        drive.driver = Driver(Navigator(CORRIDOR, ROBOT, yields=False), loaded)
+        for _ in range(200):
+            seen = view(*drive.children, base=drive.base, now=drive.robot.now)
+            drive.driver.drive(seen, drive.robot, centre(CORRIDOR, (2, 8)), (2, 8), math.pi / 2)
+            drive.robot.action(drive.base)
+            drive.robot.now += TIMESTEP
+        headings[loaded] = drive.robot.yaw
+    assert headings == {False: pytest.approx(math.pi / 2), True: 0.0}
+
+
+def test_a_base_in_a_corner_leaves_a_child_that_bars_every_way_out_of_its_reach():
+    """It would else stand beside it and be leaned on."""
+    x, y = centre(CORNER, (9, 6))
+    drive = Drive(CORNER, (9, 6), (11, 8), child(x + 0.35, y))
+    drive.robot.reset((x - 0.04, y + 0.08, 0.0))
+    drive.run(4.0)
+    assert math.dist(drive.base[:2], drive.children[0].position) > TOUCHING + 0.02
+    assert drive.base[1] > y + 0.1
 
 
 @pytest.mark.parametrize("order", [1, -1])

@@ -130,6 +130,17 @@ def test_a_base_that_is_led_off_its_path_lets_go_of_it_without_a_jump():
     assert robot.led_off == 1
 
 
+def test_a_base_that_something_holds_up_lets_go_of_its_path_and_stops():
+    """It would else push what holds it up for as long as it takes to brake."""
+    robot = motion_along((3.0, 0.0))
+    while not robot.led_off:
+        robot.set_rate(1.0)
+        robot.action((0.0, 0.0, 0.0))
+        robot.now += 0.02
+    assert not robot.is_driving
+    assert robot.base_reference()[0] == (0.0, 0.0)
+
+
 def test_a_standing_base_that_is_pushed_keeps_its_place_for_longer():
     robot = RobotMotion(ROBOT, 0.02)
     robot.reset((0.0, 0.0, 0.0))
