@@ -9,7 +9,7 @@ from caregiver_mj.viz.report.contacts import counts_table, limits_table
 
 
 def rows(*changes):
-    return pd.DataFrame([Contacts().outcome() | {"strikes": 0} | change for change in changes])
+    return pd.DataFrame([Contacts().outcome() | {"strikes": 0, "candles_dropped": 0} | change for change in changes])
 
 
 def cells(table, label):
@@ -22,7 +22,13 @@ def test_counts_are_added_up_and_the_worst_is_shown():
         "calm": rows({}, {}),
         "wild": rows(
             {"strikes_surface": 2, "contact_force": 30.0, "flame_distance": 0.25, "contact_seconds": 3.0},
-            {"strikes_surface": 1, "contact_force": 70.0, "flame_distance": 0.5, "contact_seconds": 1.0},
+            {
+                "strikes_surface": 1,
+                "candles_dropped": 1,
+                "contact_force": 70.0,
+                "flame_distance": 0.5,
+                "contact_seconds": 1.0,
+            },
         ),
     }
     table = counts_table(groups)
@@ -31,6 +37,7 @@ def test_counts_are_added_up_and_the_worst_is_shown():
     assert cells(table, "strikes, turning") == ("0", "3")
     assert cells(table, "greatest force (the most, N)") == ("0", "70")
     assert cells(table, "seconds in contact (an episode, s)") == ("0.00", "2.00")
+    assert cells(table, "candles dropped (in all)") == ("0", "1")
     assert cells(table, "flame to child (the least, m)") == ("–", "0.25")  # no candle was carried near it
 
 

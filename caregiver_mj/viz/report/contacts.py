@@ -26,6 +26,7 @@ _SHOWN = (
     ("flame_seconds", "mean", 2),
     ("wax_distance", "min", 2),
     ("wax_seconds", "mean", 2),
+    ("candles_dropped", "sum", 0),
 )
 _HOW = {"sum": "in all", "mean": "an episode", "max": "the most", "min": "the least"}
 _KINEMATIC = "These children are kinematic: they do not give way, so the forces are far too high (docs/contacts.md). "
