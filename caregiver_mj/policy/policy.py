@@ -95,6 +95,7 @@ class CaregiverPolicy:
         embodiment = task.embodiment
         self.robot = RobotMotion(embodiment, self._timestep)
         navigator = Navigator(self.plan, embodiment, self.caregiver.yields)
+        self._clearance = navigator.clearance
         self._sensing = task.sensing if sensing is None else Sensing.of(sensing)
         self._senses = Senses(self._sensing, self.robot, self._timestep)
         self._perception = Perception(self.plan, self._sensing.is_exact, self._senses.age)
@@ -144,9 +145,8 @@ class CaregiverPolicy:
         at_hand = separation.is_child_at_hand(view, self.robot.robot, self.robot.reached)
         self.robot.giving_way.yields = at_hand
         self.robot.gentle = at_hand or separation.is_child_close(view, self.robot.robot)
-        action = self.robot.action(
-            view.base, view.arm, functools.partial(restrain, view, self.robot.robot, self._timestep)
-        )
+        restraint = functools.partial(restrain, view, self.robot.robot, self._clearance, self._timestep)
+        action = self.robot.action(view.base, view.arm, restraint)
         self.robot.now += self._timestep
         return action
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.se2 import Vector
 from caregiver_mj.robot.separation import FOLLOWING_SPEED, GENTLE_GAP, SLIDE_SPEED, TOUCHING_GAP, gap_to
@@ -11,10 +12,13 @@ from caregiver_mj.robot.view import View
 
 _TOUCHED = 0.002  # metres to a child that touches the base, or does so at the next control timestep
 _BRAKES, _BRAKES_GENTLY = 1.5, 1.0  # m/s^2 with which a base brakes that is touched, and one that nearly is
+_BACK = 0.25  # metres straight away from a child where there must be room
 _STRAYS = 0.04  # radians by which a child that goes along has moved on since it was seen
 
 
-def restrain(view: View, robot: Embodiment, seconds: float, velocity: Vector, before: Vector) -> tuple[Vector, bool]:
+def restrain(
+    view: View, robot: Embodiment, clearance: Clearance, seconds: float, velocity: Vector, before: Vector
+) -> tuple[Vector, bool]:
     """Takes from a velocity of the base what leads towards a child that touches it, or fast along one nearby.
 
     What the base is told is more than its planned velocity: feedback takes it back to where it should be, and so
@@ -23,6 +27,8 @@ def restrain(view: View, robot: Embodiment, seconds: float, velocity: Vector, be
     Args:
         view: What is seen.
         robot: The robot.
+        clearance: How much room there is. Without what leads along a child the base leaves it straighter than it
+            would, where there is room for that; else it goes where it would, and slowly.
         seconds: A control timestep.
         velocity: That the base would be told, m/s.
         before: What it was told a control timestep ago, m/s: it brakes from that no harder than it may.
@@ -45,6 +51,11 @@ def restrain(view: View, robot: Embodiment, seconds: float, velocity: Vector, be
             slower = robot.limits.slowing(max(0.0, room) / FOLLOWING_SPEED - view.age)
             slides = max(0.0, SLIDE_SPEED + _STRAYS * min(0.0, towards)) + slower
             most = max(slides, abs(before[1] * x - before[0] * y) - brakes)
-            across = min(most, max(-most, vy * x - vx * y))
+            across = vy * x - vx * y
+            if abs(across) > most:
+                back = ((view.base[0] - share * _BACK * x, view.base[1] - share * _BACK * y) for share in (0.5, 1.0))
+                if towards < 0.0 and not all(map(clearance.can_stand, back)):
+                    towards *= most / abs(across)
+                across = math.copysign(most, across)
             vx, vy = towards * x - across * y, towards * y + across * x
     return (vx, vy), is_touched

@@ -3,17 +3,22 @@
 import pytest
 from views import child, view
 
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.restraint import restrain
 
 ROBOT = find_embodiment()
 TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
 TIMESTEP = 0.02  # seconds
+#: The origin is the middle of the house.
+OPEN = FloorPlan.parse("#######\n#S....#\n#.....#\n#.....#\n#....B#\n#######", "open")
+CLEARANCE = Clearance(OPEN, ROBOT)
 TOUCHED = view(child(TOUCHING, 0.0))
 
 
 def left(seen, velocity, before=(0.0, 0.0)):
-    return restrain(seen, ROBOT, TIMESTEP, velocity, before)[0]
+    return restrain(seen, ROBOT, CLEARANCE, TIMESTEP, velocity, before)[0]
 
 
 def test_nothing_is_left_that_leads_towards_a_child_that_touches_and_little_along_it():
@@ -35,4 +40,16 @@ def test_it_brakes_from_what_it_was_told_before():
 
 def test_a_base_that_is_touched_does_not_take_its_time():
     for gap, at_once in ((0.0, True), (0.001, True), (0.003, False), (0.2, False)):
-        assert restrain(view(child(TOUCHING + gap, 0.0)), ROBOT, TIMESTEP, (0.0, 0.0), (0.0, 0.0))[1] == at_once
+        assert (
+            restrain(view(child(TOUCHING + gap, 0.0)), ROBOT, CLEARANCE, TIMESTEP, (0.0, 0.0), (0.0, 0.0))[1] == at_once
+        )
+
+
+def test_where_there_is_no_room_straight_away_from_the_child_the_base_leaves_it_slowly_on_its_way():
+    x, y = OPEN.position((1, 5)).tolist()  # beside the wall in the east
+    for aside, is_straight in ((-0.5, True), (0.2, False)):
+        base = (x + aside, y, 0.0)
+        beside = view(child(base[0] - TOUCHING, y), base=base)
+        away, across = left(beside, (0.3, -0.2))
+        assert -0.03 <= across < -0.01
+        assert away == pytest.approx(0.3) if is_straight else away == pytest.approx(0.3 * abs(across) / 0.2)
