@@ -6,13 +6,13 @@ import math
 
 from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiment import Embodiment
-from caregiver_mj.robot.se2 import Vector
+from caregiver_mj.robot.se2 import Pose, Vector
 from caregiver_mj.robot.separation import FOLLOWING_SPEED, GENTLE_GAP, SLIDE_SPEED, TOUCHING_GAP, gap_to
 from caregiver_mj.robot.view import View
 
 _TOUCHED = 0.002  # metres to a child that touches the base, or does so at the next control timestep
 _BRAKES, _BRAKES_GENTLY = 1.5, 1.0  # m/s^2 with which a base brakes that is touched, and one that nearly is
-_BACK = 0.25  # metres straight away from a child where there must be room
+_BACK = (0.05, 0.1, 0.15, 0.2, 0.25)  # metres straight away from a child where there may be room
 _STRAYS = 0.04  # radians by which a child that goes along has moved on since it was seen
 
 
@@ -53,9 +53,19 @@ def restrain(
             most = max(slides, abs(before[1] * x - before[0] * y) - brakes)
             across = vy * x - vx * y
             if abs(across) > most:
-                back = ((view.base[0] - share * _BACK * x, view.base[1] - share * _BACK * y) for share in (0.5, 1.0))
-                if towards < 0.0 and not all(map(clearance.can_stand, back)):
-                    towards *= most / abs(across)
+                # What is left leads straighter away from the child than its way does: no faster than there is room for.
+                on_its_way = towards * most / abs(across)
+                towards = max(towards, min(on_its_way, -_speed_back(clearance, view.base, (x, y))))
                 across = math.copysign(most, across)
             vx, vy = towards * x - across * y, towards * y + across * x
     return (vx, vy), is_touched
+
+
+def _speed_back(clearance: Clearance, base: Pose, child: Vector) -> float:
+    """How fast the base may go straight away from a child, in a direction, to come to rest where there is room, m/s."""
+    room = 0.0
+    for back in _BACK:
+        if not clearance.can_stand((base[0] - back * child[0], base[1] - back * child[1])):
+            return math.sqrt(2 * _BRAKES_GENTLY * room)
+        room = back
+    return math.inf

@@ -10,6 +10,7 @@ from ruckig import InputParameter, Result, Ruckig, RuckigError, Trajectory
 from caregiver_mj.robot.limits import Limits
 
 NOTHING = 1e-9  # ruckig refuses targets that are closer than rounding; so near, hold
+_NEARLY = 1.0 - 1e-6
 SAMPLES = 60  # of a trajectory, to see how far and how fast it gets
 
 
@@ -56,7 +57,11 @@ def solve(solver: Ruckig, asked: InputParameter) -> Solution:
     """
     solution = Solution(solver.degrees_of_freedom)
     try:
-        result = solver.calculate(asked, solution)
+        try:
+            result = solver.calculate(asked, solution)
+        except RuckigError:  # as for 0.06 m with jerk 30, acceleration 3, and for no jerk beside that
+            asked.max_jerk = [_NEARLY * jerk for jerk in asked.max_jerk]
+            result = solver.calculate(asked, solution)
     except RuckigError as error:
         raise PathError(str(error)) from None
     if result not in (Result.Working, Result.Finished):

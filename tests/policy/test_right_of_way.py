@@ -115,7 +115,7 @@ def test_robot_and_child_that_run_into_each_other_get_free(gap, monkeypatch):
 
     monkeypatch.setattr(task, "initialize_episode", initialize_episode)
     scene.child.move = NORTH
-    assert scene.run(15.0, lambda: scene.is_at((2, 1)))
+    assert scene.run(20.0, lambda: scene.is_at((2, 1)))
     assert math.dist(physics.toddler_position()[:2], OPEN.position((3, 4))) > 0.75  # it has got on
     assert task.outcome()["strikes"] == 0
 
