@@ -31,7 +31,7 @@ _SEPARATION = 0.08  # metres that shall remain
 _FAR = 2.0  # metres beyond which a child does not slow the base down
 _PASSING, _PASSING_GAP = 0.35, 0.4  # share of the speed that counts so at no distance, and metres where none does
 # How a base may move along a child, or turn, that comes to touch it: slower than what counts as a strike, 0.05 m/s.
-SLIDE_SPEED = 0.03  # m/s of its surface
+SLIDE_SPEED = 0.02  # m/s of its surface
 _TURN_SPEED = 0.01  # m/s likewise, of a turn
 _SLIDE_TOWARDS = 0.2  # cosine between motion and child, at most: what slides past and does not push
 _BUILDS_UP = 0.2  # seconds until a change of rate has built up
