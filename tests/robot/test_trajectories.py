@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from caregiver_mj.robot.base_path import BasePath
@@ -107,6 +107,7 @@ def test_a_goal_within_rounding_is_no_error():
 
 @settings(max_examples=150, deadline=None)
 @given(start=positions, changes=changes, goal=positions)
+@example(start=0.0, changes=[(1.0, "move_to", 0.5, 0.0)], goal=0.56)  # which ruckig 0.19 does not solve as it is
 def test_scalar_motion_keeps_its_limits_through_changes_of_goal(start, changes, goal):
     motion, now = ScalarMotion(LIMITS, start), 0.0
     for pause, how, position, velocity in changes:
@@ -276,6 +277,28 @@ def test_turning_in_keeps_the_acceleration():
     here, velocity, acceleration = BasePath([(0.0, 0.0), (5.0, 0.0)], limits).at(0.8)
     _, _, accelerations = trace(BasePath(polyline([(3.0, 2.0)], here), limits, velocity, acceleration))
     assert np.hypot(*accelerations.T).max() <= limits.acceleration + ROUNDING
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    speed=st.floats(0.01, 1.35), heading=st.floats(-3.2, 3.2), along=st.floats(-1.6, 1.6), across=st.floats(-0.5, 0.5)
+)
+def test_a_base_that_lets_go_of_its_path_comes_to_rest_from_any_motion(speed, heading, along, across):
+    c, s = np.cos(heading), np.sin(heading)
+    velocity, acceleration = (speed * c, speed * s), (along * c - across * s, along * s + across * c)
+    path = BasePath.to_rest((1.0, -2.0), velocity, acceleration, BASE)
+    position, speeds, accelerations = trace(path)
+    assert position[0] == pytest.approx((1.0, -2.0))
+    assert speeds[0] == pytest.approx(velocity)
+    assert accelerations[0] == pytest.approx(acceleration)
+    assert path.at(path.duration + 1.0) == (path.goal, (0.0, 0.0), (0.0, 0.0))
+    assert position[-1] == pytest.approx(path.goal, abs=1e-3)
+    most = max(BASE.acceleration, np.hypot(along, across))
+    assert np.hypot(*accelerations.T).max() <= most + ROUNDING
+    # What it takes at a deceleration that is built up from any acceleration, and at both ends.
+    assert path.duration <= speed / (0.95 * BASE.acceleration) + 2 * (abs(along) + BASE.acceleration) / (
+        0.95 * BASE.jerk
+    )
 
 
 def test_looking_ahead_changes_nothing():
