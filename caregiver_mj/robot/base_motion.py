@@ -38,14 +38,15 @@ class BaseMotion:
     now = 0.0
     led_off = 0
 
-    def __init__(self, limits: Limits, bounds: Limits):
+    def __init__(self, limits: Limits, bounds: Limits, told: Limits):
         """Prepares it.
 
         Args:
             limits: Bounds of a path's speed, acceleration and jerk.
             bounds: The same of path and rate together, see `RobotLimits.together`.
+            told: The same of all that the base is told, see `RobotLimits.as_told`.
         """
-        self._base_limits, self._bounds = limits, bounds
+        self._base_limits, self._bounds, self._told_limits = limits, bounds, told
         self._looked_up: tuple[float, tuple[Vector, Vector, Vector]] | None = None  # the last moment, and its motion
 
     def drive_along(self, points: Sequence[Vector], is_clear: Callable[[np.ndarray], bool]) -> None:
@@ -88,7 +89,7 @@ class BaseMotion:
         self.led_off += 1
         self._hold(position)
         if math.hypot(*velocity) > _AT_REST:
-            self._path = BasePath.to_rest(position, velocity, acceleration, self._base_limits)
+            self._path = BasePath.to_rest(position, velocity, acceleration, self._told_limits)
             self._playback = ScalarMotion(Limits(1.0, 1.0, 1.0), 0.0)
             self._playback.run_at(1.0, self.now, at_once=True)
 

@@ -57,7 +57,7 @@ class RobotMotion(BaseMotion):
 
     def __init__(self, robot: Embodiment, control_timestep: float):
         limits = robot.limits
-        super().__init__(limits.base, limits.together)
+        super().__init__(limits.base, limits.together, limits.as_told)
         self.robot = robot
         self._timestep, self._lead = control_timestep, (1.0 + _SMOOTHING) * control_timestep
 

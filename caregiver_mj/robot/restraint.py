@@ -7,12 +7,13 @@ import math
 from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.se2 import Pose, Vector
-from caregiver_mj.robot.separation import FOLLOWING_SPEED, GENTLE_GAP, SLIDE_SPEED, TOUCHING_GAP, gap_to
+from caregiver_mj.robot.separation import FOLLOWING_SPEED, GENTLE_GAP, TOUCHING_GAP, gap_to, slide_speed
 from caregiver_mj.robot.view import View
 
 _TOUCHED = 0.002  # metres to a child that touches the base, or does so at the next control timestep
 _BRAKES, _BRAKES_GENTLY = 1.5, 1.0  # m/s^2 with which a base brakes that is touched, and one that nearly is
-_BACK = (0.05, 0.1, 0.15, 0.2, 0.25)  # metres straight away from a child where there may be room
+_BACK = tuple(0.05 * i for i in range(1, 9))  # metres straight away from a child where there may be room
+_BUILDS_UP = 0.15  # seconds until it brakes
 _STRAYS = 0.04  # radians by which a child that goes along has moved on since it was seen
 
 
@@ -49,7 +50,7 @@ def restrain(
             if room < TOUCHING_GAP:
                 towards = min(towards, max(0.0, before[0] * x + before[1] * y - brakes))
             slower = robot.limits.slowing(max(0.0, room) / FOLLOWING_SPEED - view.age)
-            slides = max(0.0, SLIDE_SPEED + _STRAYS * min(0.0, towards)) + slower
+            slides = max(0.0, slide_speed(room) + _STRAYS * min(0.0, towards)) + slower
             most = max(slides, abs(before[1] * x - before[0] * y) - brakes)
             across = vy * x - vx * y
             if abs(across) > most:
@@ -66,6 +67,7 @@ def _speed_back(clearance: Clearance, base: Pose, child: Vector) -> float:
     room = 0.0
     for back in _BACK:
         if not clearance.can_stand((base[0] - back * child[0], base[1] - back * child[1])):
-            return math.sqrt(2 * _BRAKES_GENTLY * room)
+            meanwhile = _BRAKES_GENTLY * _BUILDS_UP  # room = v^2 / (2 braking) + v * build-up, solved for v
+            return math.sqrt(meanwhile**2 + 2 * _BRAKES_GENTLY * room) - meanwhile
         room = back
     return math.inf

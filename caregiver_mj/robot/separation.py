@@ -31,7 +31,7 @@ _SEPARATION = 0.08  # metres that shall remain
 _FAR = 2.0  # metres beyond which a child does not slow the base down
 _PASSING, _PASSING_GAP = 0.35, 0.4  # share of the speed that counts so at no distance, and metres where none does
 # How a base may move along a child, or turn, that comes to touch it: slower than what counts as a strike, 0.05 m/s.
-SLIDE_SPEED = 0.02  # m/s of its surface
+_SLIDE_SPEED, _SLIDE_TOUCHING = 0.02, 0.03  # m/s of its surface; the second where it touches it already
 _TURN_SPEED = 0.01  # m/s likewise, of a turn
 _SLIDE_TOWARDS = 0.2  # cosine between motion and child, at most: what slides past and does not push
 _BUILDS_UP = 0.2  # seconds until a change of rate has built up
@@ -163,7 +163,8 @@ def _allowed_rate(
     towards, across = (vx * dx + vy * dy) / away, (vx * dy - vy * dx) / away
     # While a change of rate builds up, the path speeds up, or turns.
     soon = max(abs(across), abs(across + _BUILDS_UP * (acceleration[0] * dy - acceleration[1] * dx) / away))
-    creep = SLIDE_SPEED / max(abs(across), SLIDE_SPEED)
+    slides = slide_speed(gap)
+    creep = slides / max(abs(across), slides)
     leaves = max(0.0, -(present[0] * dx + present[1] * dy) / away)
     # Close by, a path past the child counts as one that leads towards it: it may turn, and so may the path.
     approach = towards + speed * _PASSING * min(1.0, max(0.0, 1.0 - room / _PASSING_GAP))
@@ -198,9 +199,14 @@ def _sliding_rate(view: View, robot: Embodiment, gap: float, leaves: float, towa
     for rate in _SLIDE_RATES:
         closing = _CHILD_SPEED + max(rate * towards, -leaves)
         until_touched = max(0.0, gap) / closing if closing > 0.0 else math.inf
-        if rate * across <= SLIDE_SPEED + robot.limits.slowing(until_touched - _REACTION - view.age):
+        if rate * across <= slide_speed(gap) + robot.limits.slowing(until_touched - _REACTION - view.age):
             return rate
     return 0.0
+
+
+def slide_speed(gap: float) -> float:
+    """How fast the surface of a base may be along a child so many metres away, however soon that comes, m/s."""
+    return _SLIDE_TOUCHING if gap < TOUCHING_GAP else _SLIDE_SPEED
 
 
 def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tuple[float, float]) -> float:
