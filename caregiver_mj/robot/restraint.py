@@ -11,10 +11,10 @@ from caregiver_mj.robot.separation import FOLLOWING_SPEED, GENTLE_GAP, TOUCHING_
 from caregiver_mj.robot.view import View
 
 _TOUCHED = 0.002  # metres to a child that touches the base, or does so at the next control timestep
-_BRAKES, _BRAKES_GENTLY = 1.5, 1.0  # m/s^2 with which a base brakes that is touched, and one that nearly is
+_BRAKES = 1.5  # m/s^2 with which a base brakes that is touched, or nearly is
 _BACK = tuple(0.05 * i for i in range(1, 9))  # metres straight away from a child where there may be room
-_BUILDS_UP = 0.15  # seconds until it brakes
-_STRAYS = 0.04  # radians by which a child that goes along has moved on since it was seen
+_COMES_TO_REST, _BUILDS_UP = 1.0, 0.15  # m/s^2 with which it brakes there, and seconds until it does
+_STRAYS = 0.08  # radians by which a child that goes along moves on until the base does what it is told
 
 
 def restrain(
@@ -45,7 +45,7 @@ def restrain(
             away = math.hypot(dx, dy)
             x, y = dx / away, dy / away
             is_touched = is_touched or room < _TOUCHED
-            brakes = seconds * (_BRAKES if room < _TOUCHED else _BRAKES_GENTLY)
+            brakes = seconds * _BRAKES
             towards = vx * x + vy * y
             if room < TOUCHING_GAP:
                 towards = min(towards, max(0.0, before[0] * x + before[1] * y - brakes))
@@ -67,7 +67,7 @@ def _speed_back(clearance: Clearance, base: Pose, child: Vector) -> float:
     room = 0.0
     for back in _BACK:
         if not clearance.can_stand((base[0] - back * child[0], base[1] - back * child[1])):
-            meanwhile = _BRAKES_GENTLY * _BUILDS_UP  # room = v^2 / (2 braking) + v * build-up, solved for v
-            return math.sqrt(meanwhile**2 + 2 * _BRAKES_GENTLY * room) - meanwhile
+            meanwhile = _COMES_TO_REST * _BUILDS_UP  # room = v^2 / (2 braking) + v * build-up, solved for v
+            return math.sqrt(meanwhile**2 + 2 * _COMES_TO_REST * room) - meanwhile
         room = back
     return math.inf
