@@ -26,6 +26,7 @@ _HOVER_BEYOND = 0.02  # metres by which the base may have gone too far for the h
 # Metres to a child, that it lets pass, from which on the base is far enough off, and below which it makes haste.
 _ASIDE_GAP, _AT_ONCE_GAP = 0.9, 0.3
 _CHILD_SOON = 0.5  # seconds in which a child that walks on may be in the hand's way
+_ON_PATH = 0.008  # metres off its path up to which a base is where it is planned to be when the hand has come down
 _LATE = 0.03  # seconds old up to which what is seen is good enough for the last of the way before the base rests
 _AS_USUAL = 0.01  # metres that a table may be higher than usual without a difference
 _LAST_DISTANCE_SLOWED = 0.01  # metres to go at which a base that is slowed down, or has stopped short, has arrived
@@ -129,7 +130,8 @@ class AtTable(Skill):
         if robot.moving:
             self._moved_at = view.now
         is_late = view.age > _LATE
-        at_last = self._rests(view) if is_late else robot.time_left < approach.last_time
+        is_on_its_path = math.dist(view.base[:2], robot.base_reference()[0]) < _ON_PATH
+        at_last = self._rests(view) if is_late else robot.time_left < approach.last_time and is_on_its_path
         last_distance = approach.last_distance if robot.moving and robot.is_unhindered else _LAST_DISTANCE_SLOWED
         if at_last and off < last_distance and turn < approach.last_yaw:
             robot.reach(1.0)
