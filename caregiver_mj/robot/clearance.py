@@ -14,7 +14,7 @@ from caregiver_mj.robot.se2 import Vector
 
 _LEAVING = 0.40  # metres from the ends of a path within which it may be closer to things than elsewhere
 
-_HAND_CLEARANCE = 0.04  # metres between a hand that leads somewhere and a wall, half a raster's cell too much
+_HAND_CLEARANCE = 0.04  # metres between a hand that leads somewhere and a wall
 
 _RASTER = 0.025  # metres
 _STRIDE, _ENDS = 16, 20  # in a first look along a line: points to skip, and points at its ends within `_LEAVING`

@@ -10,7 +10,7 @@ from ruckig import InputParameter, Result, Ruckig, RuckigError, Trajectory
 from caregiver_mj.robot.limits import Limits
 
 NOTHING = 1e-9  # ruckig refuses targets that are closer than rounding; so near, hold
-_NEARLY = 1.0 - 1e-6
+_NEARLY = 1.0 - 1e-6  # of the jerk that was asked for
 SAMPLES = 60  # of a trajectory, to see how far and how fast it gets
 
 
