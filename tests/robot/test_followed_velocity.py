@@ -60,6 +60,7 @@ def test_it_keeps_its_bounds_whatever_is_wanted_and_gets_there(wishes):
         for _ in range(times):
             follower.follow(wanted)
             accelerations.append(follower.acceleration)
+            assert math.hypot(*follower.told) <= 1.4 + 1e-9
     for _ in range(200):
         follower.follow(wanted)
     assert follower.told == wanted

@@ -282,3 +282,16 @@ def test_with_a_candle_it_leaves_a_child_only_to_where_that_meets_no_wall():
         for cell in HOUSE.free_cells
         for place in navigator.ways_out(centre(HOUSE, cell), [centre(HOUSE, cell)], ())
     )  # without a candle it goes where there is less room
+
+
+def test_beside_a_doorway_it_does_not_cut_the_corner_on_the_side_of_the_hand():
+    """In house `paper`, north of the doorway in the west, where it cannot turn: the jamb is in the east of it."""
+    plan = FloorPlan.load("paper")
+    navigator = Navigator(plan, ROBOT).loaded
+    start, goal, goal_cell = (-2.8, -0.12), centre(plan, (6, 2)), (6, 2)
+    assert not navigator.clearance.can_turn(start)
+    straight = [start, pytest.approx(goal)]
+    assert navigator.path(start, goal, goal_cell) == straight
+    assert navigator.path(start, goal, goal_cell, hand=(0.0, -0.42)) == straight
+    by_the_middle = navigator.path(start, goal, goal_cell, hand=(0.42, 0.0))
+    assert by_the_middle == [start, pytest.approx(centre(plan, (5, 2))), pytest.approx(goal)]
