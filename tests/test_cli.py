@@ -368,6 +368,13 @@ def test_a_terminal_that_knows_ascii_only():
     assert b" +- " in run.stdout
 
 
+def test_an_interruption_while_source_text_runs_ends_with_our_status(tmp_path):
+    (tmp_path / "texts.py").write_text("exec('raise KeyboardInterrupt')")
+    command = [sys.executable, "-m", "caregiver_mj", *GRID, "--caregiver", "texts:caregiver"]
+    run = subprocess.run(command, capture_output=True, cwd=tmp_path, text=True, check=False)
+    assert (run.returncode, run.stderr.splitlines()[-1]) == (1, "caregiver-mj: interrupted")
+
+
 def test_the_process_is_left_as_it_was(capsys, tmp_path, monkeypatch):
     before = signal.getsignal(signal.SIGTERM), list(sys.path)
     for argv in (["house", "check", "paper"], ["house", "check", "igloo"]):
