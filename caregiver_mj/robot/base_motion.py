@@ -22,6 +22,7 @@ _LOOKS = 33  # points of a line that are checked likewise
 _SLOW = 0.3  # m/s
 _AHEAD = tuple(0.025 * i for i in range(9))  # seconds on the path for which a change of rate must leave room
 _AT_REST = 1e-3  # m/s
+_HELD = 0.1  # of the rate; a base that may go faster than it does by less is held back
 _LEAST_SHARE = 0.05  # of that, a change of rate may always have
 
 
@@ -37,6 +38,9 @@ class BaseMotion:
 
     now = 0.0
     led_off = 0
+    _path: BasePath | None
+    _playback: ScalarMotion
+    _rate: float  # that was asked for last
 
     def __init__(self, limits: Limits, bounds: Limits, told: Limits):
         """Prepares it.
@@ -61,6 +65,9 @@ class BaseMotion:
         """
         _, velocity, acceleration = self.base_reference()
         moves = math.hypot(*velocity) > _AT_REST
+        held_back = moves and self._rate < self.rate + _HELD and _leads_on(points, velocity)
+        if held_back and self._path is not None:
+            _, velocity, acceleration = self._path.at(self._playback.at(self.now)[0])
         for deviation in _CORNER_DEVIATIONS:
             path = BasePath(points, self._base_limits, velocity, acceleration, deviation)
             times = np.arange(0.0, path.duration, _CHECK_INTERVAL).tolist()
@@ -69,11 +76,16 @@ class BaseMotion:
         else:
             if moves:
                 raise PathError("no room to turn into the path")
-        self._path: BasePath | None = path
+        self._path = path
         self._asked = points, is_clear
         self._looked_up = None
-        # The path begins with the present velocity, so it is played back at full rate from the first moment; from rest
-        # the rate may start anywhere, and starts at nothing until `set_rate` says how much the child allows.
+        # A base that is held back goes on with that if it goes on the same way: its path begins as fast as the last one
+        # goes on there, at the same rate. Else the path begins with the present velocity, and is played back at full
+        # rate from the first moment; from rest the rate may start anywhere, and starts at nothing until `set_rate` says
+        # how much the child allows.
+        if held_back:
+            self._playback.begin_anew(self.now)
+            return
         self._playback = ScalarMotion(Limits(1.0, 1.0, 1.0), 0.0)  # from its first change on: `_rate_limits`
         self._rate = 1.0 if moves else 0.0
         self._playback.run_at(self._rate, self.now, at_once=True)
@@ -103,7 +115,7 @@ class BaseMotion:
             return
         if self._rate == 0.0 and self._playback.at(self.now)[0] < self._path.turned_in:
             self._turn_on_the_spot(self._path)
-        if self._rate == 0.0 and self._playback.at(self.now)[0] == 0.0:
+        if self._rate == 0.0 and self._playback.at(self.now)[:2] == (0.0, 0.0):
             self._rate, self._looked_up = rate, None
             self._playback.run_at(rate, self.now, at_once=True)
         # The solver is asked for worthwhile changes only.
@@ -223,3 +235,12 @@ class BaseMotion:
             left = min(left, math.sqrt(max(0.0, most * most - across * across)) - way * with_it)
             fastest = max(fastest, speed)
         return Limits(1.0, max(left, _LEAST_SHARE * most) / fastest, self._bounds.jerk / fastest)
+
+
+def _leads_on(points: Sequence[Vector], velocity: Vector) -> bool:
+    """Whether a path begins within 60 degrees of a velocity."""
+    (x, y), (vx, vy) = points[0], velocity
+    for end_x, end_y in points[1:]:
+        if (length := math.hypot(end_x - x, end_y - y)) > NOTHING:
+            return (end_x - x) * vx + (end_y - y) * vy > 0.5 * length * math.hypot(vx, vy)
+    return False

@@ -17,7 +17,8 @@ from caregiver_mj.robot.se2 import Vector
 _OVERSHOOT = 0.003  # metres beyond the end of a line that are none
 _TURN_IN_LENGTHS = (0.5, 0.8, 1.2, 1.8, 2.6)  # metres in which a new path may be entered at speed; the quickest wins
 
-_BRAKING_SHARES = (0.95, 0.3)  # of a base's limits, to brake with along and across its motion; together at most 1
+# Of a base's limits, to brake with along and across its motion; what is told lags behind and must be able to catch up.
+_BRAKING_SHARES = (0.8, 0.3)
 
 
 class BasePath:

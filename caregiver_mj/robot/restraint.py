@@ -7,13 +7,17 @@ import math
 from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.se2 import Pose, Vector
-from caregiver_mj.robot.separation import FOLLOWING_SPEED, GENTLE_GAP, TOUCHING_GAP, gap_to, slide_speed
+from caregiver_mj.robot.separation import FOLLOWING_SPEED, GENTLE_GAP, gap_to, slide_speed
 from caregiver_mj.robot.view import View
 
 _TOUCHED = 0.002  # metres to a child that touches the base, or does so at the next control timestep
-_BRAKES = 1.5  # m/s^2 with which a base brakes that is touched, or nearly is
+_NO_NEARER = 0.05  # metres to a child below which nothing leads towards it, be it on a path that slides past it
+_BRAKES, _BRAKES_TOUCHED = 3.0, 1.5  # m/s^2 with which it brakes: what is told keeps its own limits until it is touched
 _BACK = tuple(0.05 * i for i in range(1, 9))  # metres straight away from a child where there may be room
 _COMES_TO_REST, _BUILDS_UP = 1.0, 0.15  # m/s^2 with which it brakes there, and seconds until it does
+# A base that leaves faster, m/s, a child at its heels: which way is straight off so many seconds later, when it does
+# what it is told.
+_FAST, _LATER = 0.3, 0.04
 _STRAYS = 0.08  # radians by which a child that goes along moves on until the base does what it is told
 
 
@@ -41,13 +45,15 @@ def restrain(
     for child in view.children:
         room = gap_to(view.base, robot, child)
         if room < GENTLE_GAP:
-            dx, dy = child.position[0] - view.base[0], child.position[1] - view.base[1]
+            later = _LATER if math.hypot(*before) > _FAST else 0.0
+            dx = child.position[0] - view.base[0] + later * (child.velocity[0] - before[0])
+            dy = child.position[1] - view.base[1] + later * (child.velocity[1] - before[1])
             away = math.hypot(dx, dy)
             x, y = dx / away, dy / away
             is_touched = is_touched or room < _TOUCHED
-            brakes = seconds * _BRAKES
+            brakes = seconds * (_BRAKES_TOUCHED if room < _TOUCHED else _BRAKES)
             towards = vx * x + vy * y
-            if room < TOUCHING_GAP:
+            if room < _NO_NEARER:
                 towards = min(towards, max(0.0, before[0] * x + before[1] * y - brakes))
             slower = robot.limits.slowing(max(0.0, room) / FOLLOWING_SPEED - view.age)
             slides = max(0.0, slide_speed(room) + _STRAYS * min(0.0, towards)) + slower

@@ -84,6 +84,11 @@ class ScalarMotion:
         self.target = velocity
         self._solve(now, state, ControlInterface.Velocity)
 
+    def begin_anew(self, now: float) -> None:
+        """Moves on towards the same velocity as it does, but counts its position from nothing."""
+        _, velocity, acceleration = self.at(now)
+        self._solve(now, (0.0, velocity, acceleration), ControlInterface.Velocity)
+
     def stop(self, now: float) -> None:
         """Comes to rest as soon as it can; `target` is then where."""
         if self._rest is None:

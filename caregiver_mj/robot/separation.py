@@ -31,7 +31,7 @@ _SEPARATION = 0.08  # metres that shall remain
 _FAR = 2.0  # metres beyond which a child does not slow the base down
 _PASSING, _PASSING_GAP = 0.35, 0.4  # share of the speed that counts so at no distance, and metres where none does
 # How a base may move along a child, or turn, that comes to touch it: slower than what counts as a strike, 0.05 m/s.
-_SLIDE_SPEED, _SLIDE_TOUCHING = 0.02, 0.03  # m/s of its surface; the second where it touches it already
+_SLIDE_SPEED, _SLIDE_TOUCHING = 0.02, 0.025  # m/s of its surface; the second where it touches it already
 _TURN_SPEED = 0.01  # m/s likewise, of a turn
 _SLIDE_TOWARDS = 0.2  # cosine between motion and child, at most: what slides past and does not push
 _BUILDS_UP = 0.2  # seconds until a change of rate has built up
@@ -169,7 +169,7 @@ def _allowed_rate(
     # Close by, a path past the child counts as one that leads towards it: it may turn, and so may the path.
     approach = towards + speed * _PASSING * min(1.0, max(0.0, 1.0 - room / _PASSING_GAP))
     if towards <= LEAVING * speed:
-        return 1.0  # what is left of `across` is taken away where a child may come to touch, see `Restraint`
+        return 1.0  # what is left of `across` is taken away where a child may come to touch, see `restrain`
     if approach <= 0.0:
         return max(creep, _sliding_rate(view, robot, gap, leaves, towards, soon))
     # approach * r * (stopping / 2 + reaction) + child * (stopping + reaction) = room, solved for r

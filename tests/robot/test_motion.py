@@ -249,6 +249,32 @@ def test_the_bound_of_a_turn_outlasts_what_is_told_of_the_candle(slips):
     assert max(turning(robot, 1.0)) > 1.0
 
 
+@pytest.mark.parametrize("rate", [0.0, 0.6])
+def test_a_base_that_is_slowed_down_goes_on_braking_whatever_new_ways_it_takes(rate):
+    """A new way that began to brake anew would lead it a step farther each time, to what it brakes for."""
+    speeds, places = {}, {}
+    for ways in (0, 5):
+        robot = motion_along((6.0, 0.0))
+        path = []
+        for i in range(160):
+            if 60 <= i < 60 + 4 * ways and i % 4 == 0:
+                there = robot.base_reference()[0]
+                robot.drive_along([there, (6.0, 0.001 * i)], lambda _: True)
+            robot.set_rate(1.0 if i < 55 else rate)
+            robot.action((*robot.base_reference()[0], 0.0))
+            path.append([*robot.base_reference()[0], *robot.base_reference()[1]])
+            robot.now += 0.02
+        places[ways], speeds[ways] = np.array(path)[:, 0], np.hypot(*np.array(path)[:, 2:].T)
+    assert speeds[0][55] > 1.0
+    assert (speeds[5] < speeds[0] + 0.01).all()
+    assert (places[5] < places[0] + 0.01).all()
+    assert speeds[5][100] == pytest.approx(speeds[0][100], abs=0.3)
+    # Nor do its speed or its acceleration jump.
+    change = np.diff(speeds[5]) / 0.02
+    assert np.abs(change).max() < ROBOT.limits.as_told.acceleration
+    assert np.abs(np.diff(change)).max() / 0.02 < ROBOT.limits.as_told.jerk
+
+
 def test_of_a_slow_base_small_changes_of_its_rate_count():
     robot = RobotMotion(ROBOT, 0.02)
     robot.reset((0.0, 0.0, 0.0))

@@ -1,5 +1,8 @@
 """What a base beside a child is told instead of what it would be."""
 
+import math
+
+import numpy as np
 import pytest
 from views import child, view
 
@@ -23,19 +26,31 @@ def left(seen, velocity, before=(0.0, 0.0)):
 
 def test_nothing_is_left_that_leads_towards_a_child_that_touches_and_little_along_it():
     assert left(TOUCHED, (0.03, 0.0)) == (0.0, 0.0)
-    assert left(TOUCHED, (0.03, -0.2)) == (0.0, -0.03)
-    assert left(TOUCHED, (-0.3, 0.1)) == pytest.approx((-0.3, 0.03 - 0.08 * 0.3))  # it may leave
-    assert left(view(child(TOUCHING + 0.02, 0.0)), (0.03, 0.0)) == (0.03, 0.0)
+    assert left(TOUCHED, (0.03, -0.2)) == (0.0, -0.025)
+    assert left(TOUCHED, (-0.3, 0.1)) == pytest.approx((-0.3, 0.025 - 0.08 * 0.3))  # it may leave
+    for gap, towards in ((0.02, 0.0), (0.049, 0.0), (0.051, 0.03)):
+        assert left(view(child(TOUCHING + gap, 0.0)), (0.03, 0.0)) == (towards, 0.0)
     between = view(child(TOUCHING, 0.0), child(-TOUCHING, 0.0))
     assert left(between, (0.03, 0.01)) == (0.0, 0.01)
 
 
 def test_it_brakes_from_what_it_was_told_before():
-    # By 0.03 m/s a control timestep, 1.5 m/s^2.
-    assert left(TOUCHED, (0.1, 0.4), before=(0.1, 0.4)) == pytest.approx((0.07, 0.37))
+    # By 0.03 m/s a control timestep, 1.5 m/s^2; by 0.06 before it is touched, where what is told keeps its limits.
+    assert left(TOUCHED, (0.1, 0.25), before=(0.1, 0.25)) == pytest.approx((0.07, 0.22))
     near, aside = view(child(TOUCHING + 0.05, 0.0)), view(child(TOUCHING + 0.12, 0.0))
-    assert left(near, (-0.3, 0.4), before=(-0.3, 0.4)) == pytest.approx((-0.3, 0.37))
-    assert left(aside, (-0.3, 0.4), before=(-0.3, 0.4)) == (-0.3, 0.4)
+    assert left(near, (-0.1, 0.25), before=(-0.1, 0.25)) == pytest.approx((-0.1, 0.19))
+    assert left(aside, (-0.1, 0.25), before=(-0.1, 0.25)) == (-0.1, 0.25)
+
+
+def test_a_base_at_whose_heels_a_child_walks_leaves_straight_as_it_will_be_when_it_does_what_it_is_told():
+    beside = view(child(TOUCHING, 0.0, 0.6, 1.0))
+    assert left(beside, (-0.6, 0.0), before=(-0.6, 0.0))[1] < 0.0  # the child will be farther on by then
+    x, y = TOUCHING + 0.04 * (0.6 + 0.6), 0.04 * 1.0
+    straight = np.array([x, y]) / math.hypot(x, y)
+    told = np.array(left(beside, tuple(-0.6 * straight), before=(-0.6, 0.0)))
+    assert told == pytest.approx(-0.6 * straight)
+    slow = view(child(TOUCHING, 0.0, 0.2, 1.0))
+    assert left(slow, (-0.2, 0.0), before=(-0.2, 0.0)) == (-0.2, 0.0)
 
 
 def test_a_base_that_is_touched_does_not_take_its_time():
