@@ -144,7 +144,8 @@ class CaregiverPolicy:
             self._task.note_interventions(executive.begun - begun, executive.done - done)
         at_hand = separation.is_child_at_hand(view, self.robot.robot, self.robot.reached)
         self.robot.giving_way.yields = at_hand
-        self.robot.gentle = at_hand or separation.is_child_close(view, self.robot.robot)
+        near = 0.0 if at_hand else separation.gap(view, self.robot.robot)
+        self.robot.catch_up = separation.catch_up_speed(near)
         restraint = functools.partial(restrain, view, self.robot.robot, self._clearance, self._timestep)
         action = self.robot.action(view.base, view.arm, restraint)
         self.robot.now += self._timestep

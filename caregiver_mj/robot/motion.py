@@ -21,11 +21,10 @@ from caregiver_mj.robot.reach import ReachPath, reach_path
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 from caregiver_mj.robot.se2 import Vector
 
-_GENTLE_SPEED = 0.03  # m/s, the most of the feedback where a child may be in between: slower than a strike
 _LEAST_TURN = 0.03  # rad/s, of the bound of its turns
 _GENTLE_TURN = 0.02  # rad/s, the same of the heading's feedback where a child may be at the arm
-_CATCH_UP_SPEED = 0.3  # m/s, the same elsewhere: what holds the base up may let go of it
-_RELEASE = 0.4  # m/s^2, how quickly the one becomes the other when the child has gone
+_CATCH_UP_SPEED = 0.3  # m/s, the most of the base's feedback: what holds it up may let go of it
+_RELEASE = 0.4  # m/s^2, how quickly that comes back when a child has gone that bounded it
 _AT_REST = 1e-6  # 1/s, of how far the hand reaches out
 _HELD_UP = 0.15  # metres off its reference beyond which a base is held up by something
 _HELD_UP_SHARE = 0.5  # of the speed that it is told to have: slower than that, something is in its way
@@ -50,7 +49,7 @@ class RobotMotion(BaseMotion):
     Attributes:
         robot: The robot.
         now: The present time.
-        gentle: Whether the base, pushed off its reference, returns to it slowly only: a child may be in between.
+        catch_up: How fast the base, pushed off its reference, returns to it at most, m/s: a child may be in between.
         reach_path: On which the hand reaches out.
         giving_way: Whether, and how far, the arm lets itself be pushed away: a child may be at it.
     """
@@ -69,7 +68,7 @@ class RobotMotion(BaseMotion):
         """
         limits = self.robot.limits
         self.now = 0.0
-        self.gentle = self._watched = False
+        self.catch_up, self._watched = _CATCH_UP_SPEED, False
         self.giving_way = GivingWay(len(arm_of(self.robot).tucked))
         self._feedback = _CATCH_UP_SPEED
         self._seen_at = float(base[0]), float(base[1])
@@ -253,9 +252,7 @@ class RobotMotion(BaseMotion):
         yaw = self._yaw.at(now)[0]
         _, yaw_rate, yaw_acceleration = self._yaw.at(end)
         back_x, back_y = servos.position_gain * (x - base[0]), servos.position_gain * (y - base[1])
-        self._feedback = (
-            _GENTLE_SPEED if self.gentle else min(_CATCH_UP_SPEED, self._feedback + _RELEASE * self._timestep)
-        )
+        self._feedback = min(self.catch_up, _CATCH_UP_SPEED, self._feedback + _RELEASE * self._timestep)
         most = self._feedback
         if (push := math.hypot(back_x, back_y)) > most:
             back_x, back_y = back_x * most / push, back_y * most / push

@@ -17,7 +17,7 @@ _BACK = tuple(0.05 * i for i in range(1, 9))  # metres straight away from a chil
 _COMES_TO_REST, _BUILDS_UP = 1.0, 0.15  # m/s^2 with which it brakes there, and seconds until it does
 # A base that leaves faster, m/s, a child at its heels: which way is straight off so many seconds later, when it does
 # what it is told.
-_FAST, _LATER = 0.3, 0.04
+_FAST, _LATER = 0.3, 0.03
 _STRAYS = 0.08  # radians by which a child that goes along moves on until the base does what it is told
 
 

@@ -40,6 +40,9 @@ _SLIDE_RATES = (1.0, 0.8, 0.6, 0.45, 0.33, 0.25, 0.18, 0.12, 0.08, 0.05)  # that
 _COMING_SPEED = 0.1  # m/s towards the robot
 _COMING_GAP, TOUCHING_GAP = 0.9, 0.01  # metres
 GENTLE_GAP = 0.10  # metres to a child below which the base yields to a push
+# How fast the base then returns to where it shall be, m/s: slower than a strike; and per metre by which there is more
+# room, 1/s: so fast it can brake before a child that comes.
+_GENTLE_SPEED, _RELEASED = 0.03, 0.6
 _AT_HAND = 0.5  # metres from the arm to the middle of a child below which the arm yields to a push
 _TUCKED, _FAR_FROM_HAND = 0.05, 1.2  # share of the reach below which it is tucked, and metres beyond which none is near
 _IN_THE_WAY_GAP = 0.05  # metres between base and child on a path below which the child stands in its way
@@ -54,9 +57,12 @@ def gap(view: View, robot: Embodiment) -> float:
     return nearest
 
 
-def is_child_close(view: View, robot: Embodiment) -> bool:
-    """Whether a child is so close that the base must not push back when it is pushed."""
-    return gap(view, robot) < GENTLE_GAP
+def catch_up_speed(gap: float) -> float:
+    """How fast a base that is off its reference may return to it, m/s, with a child so many metres away.
+
+    The child may be in between, or come there.
+    """
+    return _GENTLE_SPEED + _RELEASED * max(0.0, gap - GENTLE_GAP)
 
 
 def is_child_at_hand(view: View, robot: Embodiment, reached: float) -> bool:

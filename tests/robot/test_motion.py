@@ -159,7 +159,7 @@ def test_a_gentle_base_is_pushed_away_without_pushing_back():
         return [robot.action((0.1, 0.1, 0.0))[:2] for _ in range(20)][-1]
 
     firm = np.hypot(*told())
-    robot.gentle = True
+    robot.catch_up = 0.03
     back = told()
     assert 0.2 < firm <= 0.3 + 1e-9
     assert np.hypot(*back) < 0.05  # m/s, the speed of a strike

