@@ -24,7 +24,7 @@ _STRAYS = 0.08  # radians by which a child that goes along moves on until the ba
 def restrain(
     view: View, robot: Embodiment, clearance: Clearance, seconds: float, velocity: Vector, before: Vector
 ) -> tuple[Vector, bool]:
-    """Takes from a velocity of the base what leads towards a child that touches it, or fast along one nearby.
+    """Takes from a velocity of the base what leads towards a child that is at it, or fast along one nearby.
 
     What the base is told is more than its planned velocity: feedback takes it back to where it should be, and so
     towards a child that has pushed it off.

@@ -38,7 +38,7 @@ _BUILDS_UP = 0.2  # seconds until a change of rate has built up
 _SLIDE_RATES = (1.0, 0.8, 0.6, 0.45, 0.33, 0.25, 0.18, 0.12, 0.08, 0.05)  # that are tried
 
 _COMING_SPEED = 0.1  # m/s towards the robot
-_COMING_GAP, TOUCHING_GAP = 0.9, 0.01  # metres
+_COMING_GAP, _TOUCHING_GAP = 0.9, 0.01  # metres
 GENTLE_GAP = 0.10  # metres to a child below which the base yields to a push
 # How fast the base then returns to where it shall be, m/s: slower than a strike; and per metre by which there is more
 # room, 1/s: so fast it can brake before a child that comes.
@@ -212,7 +212,7 @@ def _sliding_rate(view: View, robot: Embodiment, gap: float, leaves: float, towa
 
 def slide_speed(gap: float) -> float:
     """How fast the surface of a base may be along a child so many metres away, however soon that comes, m/s."""
-    return _SLIDE_TOUCHING if gap < TOUCHING_GAP else _SLIDE_SPEED
+    return _SLIDE_TOUCHING if gap < _TOUCHING_GAP else _SLIDE_SPEED
 
 
 def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tuple[float, float]) -> float:
@@ -247,7 +247,7 @@ def _comes(base: Pose, robot: Embodiment, child: ChildView) -> bool:
     room = gap_to(base, robot, child)
     dx, dy = base[0] - child.position[0], base[1] - child.position[1]
     towards = (dx * child.velocity[0] + dy * child.velocity[1]) / (math.hypot(dx, dy) or 1.0)
-    return room < TOUCHING_GAP or (room < _COMING_GAP and towards > _COMING_SPEED)
+    return room < _TOUCHING_GAP or (room < _COMING_GAP and towards > _COMING_SPEED)
 
 
 def gap_to(base: Pose, robot: Embodiment, child: ChildView) -> float:
