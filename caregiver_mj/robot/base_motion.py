@@ -9,6 +9,7 @@ import numpy as np
 
 from caregiver_mj.robot.base_path import BasePath
 from caregiver_mj.robot.limits import Limits
+from caregiver_mj.robot.path_lines import direction, without_repeats
 from caregiver_mj.robot.ruckig_calls import NOTHING, PathError
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 from caregiver_mj.robot.se2 import Vector
@@ -22,7 +23,7 @@ _LOOKS = 33  # points of a line that are checked likewise
 _SLOW = 0.3  # m/s
 _AHEAD = tuple(0.025 * i for i in range(9))  # seconds on the path for which a change of rate must leave room
 _AT_REST = 1e-3  # m/s
-_HELD = 0.1  # of the rate; a base that may go faster than it does by less is held back
+_SAME_WAY = math.cos(math.radians(25.0))
 _LEAST_SHARE = 0.05  # of that, a change of rate may always have
 
 
@@ -65,8 +66,8 @@ class BaseMotion:
         """
         _, velocity, acceleration = self.base_reference()
         moves = math.hypot(*velocity) > _AT_REST
-        held_back = moves and self._rate < self.rate + _HELD and _leads_on(points, velocity)
-        if held_back and self._path is not None:
+        brakes = moves and self._playback.at(self.now)[2] < 0.0 and _leads_on(points, velocity)
+        if brakes and self._path is not None:
             _, velocity, acceleration = self._path.at(self._playback.at(self.now)[0])
         for deviation in _CORNER_DEVIATIONS:
             path = BasePath(points, self._base_limits, velocity, acceleration, deviation)
@@ -79,11 +80,11 @@ class BaseMotion:
         self._path = path
         self._asked = points, is_clear
         self._looked_up = None
-        # A base that is held back goes on with that if it goes on the same way: its path begins as fast as the last one
-        # goes on there, at the same rate. Else the path begins with the present velocity, and is played back at full
-        # rate from the first moment; from rest the rate may start anywhere, and starts at nothing until `set_rate` says
-        # how much the child allows.
-        if held_back:
+        # A base that slows down goes on with that if it goes on much the same way: its path begins as fast as the last
+        # one goes on there, at the same rate. Else the path begins with the present velocity, and is played back at
+        # full rate from the first moment; from rest the rate may start anywhere, and starts at nothing until `set_rate`
+        # says how much the child allows.
+        if brakes:
             self._playback.begin_anew(self.now)
             return
         self._playback = ScalarMotion(Limits(1.0, 1.0, 1.0), 0.0)  # from its first change on: `_rate_limits`
@@ -238,9 +239,9 @@ class BaseMotion:
 
 
 def _leads_on(points: Sequence[Vector], velocity: Vector) -> bool:
-    """Whether a path begins within 60 degrees of a velocity."""
-    (x, y), (vx, vy) = points[0], velocity
-    for end_x, end_y in points[1:]:
-        if (length := math.hypot(end_x - x, end_y - y)) > NOTHING:
-            return (end_x - x) * vx + (end_y - y) * vy > 0.5 * length * math.hypot(vx, vy)
-    return False
+    """Whether a path begins within 25 degrees of a velocity."""
+    here, *rest = without_repeats(points)
+    if not rest:
+        return False
+    (x, y), _ = direction(here, rest[0])
+    return x * velocity[0] + y * velocity[1] > _SAME_WAY * math.hypot(*velocity)

@@ -22,7 +22,7 @@ from caregiver_mj.robot.scalar_motion import ScalarMotion
 from caregiver_mj.robot.se2 import Vector
 
 _LEAST_TURN = 0.03  # rad/s, of the bound of its turns
-_GENTLE_TURN = 0.02  # rad/s, the same of the heading's feedback where a child may be at the arm
+_GENTLE_TURN = 0.02  # rad/s, the most of the heading's feedback where a child may be at the arm
 _CATCH_UP_SPEED = 0.3  # m/s, the most of the base's feedback: what holds it up may let go of it
 _RELEASE = 0.4  # m/s^2, how quickly that comes back when a child has gone that bounded it
 _AT_REST = 1e-6  # 1/s, of how far the hand reaches out

@@ -15,9 +15,9 @@ _NO_NEARER = 0.05  # metres to a child below which nothing leads towards it, be 
 _BRAKES, _BRAKES_TOUCHED = 3.0, 1.5  # m/s^2 with which it brakes: what is told keeps its own limits until it is touched
 _BACK = tuple(0.05 * i for i in range(1, 9))  # metres straight away from a child where there may be room
 _COMES_TO_REST, _BUILDS_UP = 1.0, 0.15  # m/s^2 with which it brakes there, and seconds until it does
-# A base that leaves faster, m/s, a child at its heels: which way is straight off so many seconds later, when it does
-# what it is told.
-_FAST, _LATER = 0.3, 0.03
+# What is straight off a child changes as it walks on at the heels of a base that leaves it. From this speed on, m/s, it
+# counts how that will be so many seconds later, when the base does what it is told; at twice that speed fully.
+_FAST, _LATER = 0.2, 0.035
 _STRAYS = 0.08  # radians by which a child that goes along moves on until the base does what it is told
 
 
@@ -45,9 +45,11 @@ def restrain(
     for child in view.children:
         room = gap_to(view.base, robot, child)
         if room < GENTLE_GAP:
-            later = _LATER if math.hypot(*before) > _FAST else 0.0
-            dx = child.position[0] - view.base[0] + later * (child.velocity[0] - before[0])
-            dy = child.position[1] - view.base[1] + later * (child.velocity[1] - before[1])
+            dx, dy = child.position[0] - view.base[0], child.position[1] - view.base[1]
+            leaves = -(before[0] * dx + before[1] * dy) / math.hypot(dx, dy)
+            if later := _LATER * min(1.0, max(0.0, leaves / _FAST - 1.0)):
+                dx += later * (child.velocity[0] - before[0])
+                dy += later * (child.velocity[1] - before[1])
             away = math.hypot(dx, dy)
             x, y = dx / away, dy / away
             is_touched = is_touched or room < _TOUCHED

@@ -85,7 +85,7 @@ class ScalarMotion:
         self._solve(now, state, ControlInterface.Velocity)
 
     def begin_anew(self, now: float) -> None:
-        """Moves on towards the same velocity as it does, but counts its position from nothing."""
+        """Of one told to run at a velocity: goes on as it does, but counts its position from nothing."""
         _, velocity, acceleration = self.at(now)
         self._solve(now, (0.0, velocity, acceleration), ControlInterface.Velocity)
 

@@ -45,7 +45,7 @@ def test_it_brakes_from_what_it_was_told_before():
 def test_a_base_at_whose_heels_a_child_walks_leaves_straight_as_it_will_be_when_it_does_what_it_is_told():
     beside = view(child(TOUCHING, 0.0, 0.6, 1.0))
     assert left(beside, (-0.6, 0.0), before=(-0.6, 0.0))[1] < 0.0  # the child will be farther on by then
-    x, y = TOUCHING + 0.03 * (0.6 + 0.6), 0.03 * 1.0
+    x, y = TOUCHING + 0.035 * (0.6 + 0.6), 0.035 * 1.0
     straight = np.array([x, y]) / math.hypot(x, y)
     told = np.array(left(beside, tuple(-0.6 * straight), before=(-0.6, 0.0)))
     assert told == pytest.approx(-0.6 * straight)

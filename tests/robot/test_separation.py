@@ -128,7 +128,6 @@ def test_what_is_so_for_one_child_is_so_for_all_of_them(family):
     alone = [view(one) for one in family]
     assert separation.gap(seen, ROBOT) == min(separation.gap(one, ROBOT) for one in alone)
     assert separation.comes(seen, ROBOT) == any(separation.comes(one, ROBOT) for one in alone)
-    assert separation.gap(seen, ROBOT) == min(separation.gap(one, ROBOT) for one in alone)
     points = [(0.5, 0.5), (-1.0, 0.3)]
     in_the_way = [separation.is_in_the_way(one, ROBOT, points) for one in alone]
     assert separation.is_in_the_way(seen, ROBOT, points) == any(in_the_way)
