@@ -275,6 +275,25 @@ def test_a_base_that_is_slowed_down_goes_on_braking_whatever_new_ways_it_takes(r
     assert np.abs(np.diff(change)).max() / 0.02 < ROBOT.limits.as_told.jerk
 
 
+@pytest.mark.parametrize(("rate", "most"), [(0.25, 0.03), (0.6, 0.2)])
+def test_a_slow_base_turns_into_a_new_way_as_slow_as_it_is(rate, most):
+    """Not as one that goes as fast as its path was planned, which would swing out farther."""
+    robot = motion_along((6.0, 0.0))
+    turn = np.array([np.cos(np.radians(40.0)), np.sin(np.radians(40.0))])
+    off = []
+    for i in range(240):
+        if i == 140:
+            there = np.array(robot.base_reference()[0])
+            robot.drive_along([tuple(there), tuple(there + 2.0 * turn)], lambda _: True)
+        robot.set_rate(1.0 if i < 30 else rate)
+        robot.action((*robot.base_reference()[0], 0.0))
+        if i >= 140:
+            x, y = robot.base_reference()[0] - there
+            off.append(abs(x * turn[1] - y * turn[0]))
+        robot.now += 0.02
+    assert 0.0 < max(off) < most
+
+
 def test_of_a_slow_base_small_changes_of_its_rate_count():
     robot = RobotMotion(ROBOT, 0.02)
     robot.reset((0.0, 0.0, 0.0))
