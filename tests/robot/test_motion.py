@@ -275,11 +275,11 @@ def test_a_base_that_is_slowed_down_goes_on_braking_whatever_new_ways_it_takes(r
     assert np.abs(np.diff(change)).max() / 0.02 < ROBOT.limits.as_told.jerk
 
 
-@pytest.mark.parametrize(("rate", "most"), [(0.25, 0.03), (0.6, 0.2)])
-def test_a_slow_base_turns_into_a_new_way_as_slow_as_it_is(rate, most):
+@pytest.mark.parametrize(("rate", "degrees", "most"), [(0.25, 40.0, 0.05), (0.25, 20.0, 0.03), (0.6, 40.0, 0.2)])
+def test_a_slow_base_turns_into_a_new_way_as_slow_as_it_is(rate, degrees, most):
     """Not as one that goes as fast as its path was planned, which would swing out farther."""
     robot = motion_along((6.0, 0.0))
-    turn = np.array([np.cos(np.radians(40.0)), np.sin(np.radians(40.0))])
+    turn = np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
     off = []
     for i in range(240):
         if i == 140:
