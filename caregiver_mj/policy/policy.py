@@ -146,7 +146,9 @@ class CaregiverPolicy:
         self.robot.giving_way.yields = at_hand
         near = 0.0 if at_hand else separation.gap(view, self.robot.robot)
         self.robot.catch_up = separation.catch_up_speed(near)
-        restraint = functools.partial(restrain, view, self.robot.robot, self._clearance, self._timestep)
+        restraint = functools.partial(
+            restrain, view, self.robot.robot, self._clearance, self._timestep, self.robot.closes
+        )
         action = self.robot.action(view.base, view.arm, restraint)
         self.robot.now += self._timestep
         return action

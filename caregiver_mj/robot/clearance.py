@@ -69,7 +69,11 @@ class Clearance:
         until = int(can_turn.argmax()) if can_turn.any() else len(x)
         if until == 0:
             return True
-        there = self._indices(x[:until] + hand[0], y[:until] + hand[1])
+        return self._is_clear_of_walls(x[:until] + hand[0], y[:until] + hand[1])
+
+    def _is_clear_of_walls(self, x: np.ndarray, y: np.ndarray) -> bool:
+        """Whether the hand has room at points where it is, or no less than at the first of them."""
+        there = self._indices(x, y)
         room = self._turning_room[there] + self._needs.turning - self._needs.hand_width / 2 - _HAND_CLEARANCE
         return bool((room >= min(0.0, room[0]) - _ROUNDING).all())
 
@@ -96,6 +100,14 @@ class Clearance:
         if self._plan.cell_at(point) not in self._plan.cell_index:  # as those of all points outside of the house
             return False
         return self._value(self._room, point) >= -self._needs.standing
+
+    def hand_has_room(self, a: Vector, b: Vector, hand: Vector) -> bool:
+        """Whether the hand, which is that of `line`, has room while the base moves straight from a to b.
+
+        It must have room as it is: the base will not turn on this way, wherever it might.
+        """
+        x, y = _points_between(a, b)
+        return self._is_clear_of_walls(x + hand[0], y + hand[1])
 
     def can_turn(self, point: Vector, spare: float = 0.0) -> bool:
         """Whether the base has room to turn at a point with a candle in its tucked hand, and some to spare, metres."""

@@ -6,7 +6,8 @@ import math
 
 from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiment import Embodiment
-from caregiver_mj.robot.se2 import Pose, Vector
+from caregiver_mj.robot.hand import hand_position
+from caregiver_mj.robot.se2 import Vector
 from caregiver_mj.robot.separation import FOLLOWING_SPEED, GENTLE_GAP, gap_to, slide_speed
 from caregiver_mj.robot.view import View
 
@@ -22,7 +23,13 @@ _STRAYS = 0.08  # radians by which a child that goes along moves on until the ba
 
 
 def restrain(
-    view: View, robot: Embodiment, clearance: Clearance, seconds: float, velocity: Vector, before: Vector
+    view: View,
+    robot: Embodiment,
+    clearance: Clearance,
+    seconds: float,
+    is_loaded: bool,
+    velocity: Vector,
+    before: Vector,
 ) -> tuple[Vector, bool]:
     """Takes from a velocity of the base what leads towards a child that is at it, or fast along one nearby.
 
@@ -35,6 +42,7 @@ def restrain(
         clearance: How much room there is. Without what leads along a child the base leaves it straighter than it
             would, where there is room for that; else it goes where it would, and slowly.
         seconds: A control timestep.
+        is_loaded: Whether there is a candle in the hand, which then needs room as well.
         velocity: That the base would be told, m/s.
         before: What it was told a control timestep ago, m/s: it brakes from that no harder than it may.
 
@@ -64,17 +72,22 @@ def restrain(
             if abs(across) > most:
                 # What is left leads straighter away from the child than its way does: no faster than there is room for.
                 on_its_way = towards * most / abs(across)
-                towards = max(towards, min(on_its_way, -_speed_back(clearance, view.base, (x, y))))
+                towards = max(towards, min(on_its_way, -_speed_back(view, robot, clearance, is_loaded, (x, y))))
                 across = math.copysign(most, across)
             vx, vy = towards * x - across * y, towards * y + across * x
     return (vx, vy), is_touched
 
 
-def _speed_back(clearance: Clearance, base: Pose, child: Vector) -> float:
+def _speed_back(view: View, robot: Embodiment, clearance: Clearance, is_loaded: bool, child: Vector) -> float:
     """How fast the base may go straight away from a child, in a direction, to come to rest where there is room, m/s."""
-    room = 0.0
+    here, room = view.base[:2], 0.0
+    hand = None
+    if is_loaded:
+        x, y, _ = hand_position(view, robot).tolist()
+        hand = x - here[0], y - here[1]
     for back in _BACK:
-        if not clearance.can_stand((base[0] - back * child[0], base[1] - back * child[1])):
+        there = here[0] - back * child[0], here[1] - back * child[1]
+        if not clearance.can_stand(there) or (hand and not clearance.hand_has_room(here, there, hand)):
             meanwhile = _COMES_TO_REST * _BUILDS_UP  # room = v^2 / (2 braking) + v * build-up, solved for v
             return math.sqrt(meanwhile**2 + 2 * _COMES_TO_REST * room) - meanwhile
         room = back

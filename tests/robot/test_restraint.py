@@ -20,8 +20,8 @@ CLEARANCE = Clearance(OPEN, ROBOT)
 TOUCHED = view(child(TOUCHING, 0.0))
 
 
-def left(seen, velocity, before=(0.0, 0.0)):
-    return restrain(seen, ROBOT, CLEARANCE, TIMESTEP, velocity, before)[0]
+def left(seen, velocity, before=(0.0, 0.0), is_loaded=False):
+    return restrain(seen, ROBOT, CLEARANCE, TIMESTEP, is_loaded, velocity, before)[0]
 
 
 def test_nothing_is_left_that_leads_towards_a_child_that_touches_and_little_along_it():
@@ -55,9 +55,8 @@ def test_a_base_at_whose_heels_a_child_walks_leaves_straight_as_it_will_be_when_
 
 def test_a_base_that_is_touched_does_not_take_its_time():
     for gap, at_once in ((0.0, True), (0.001, True), (0.003, False), (0.2, False)):
-        assert (
-            restrain(view(child(TOUCHING + gap, 0.0)), ROBOT, CLEARANCE, TIMESTEP, (0.0, 0.0), (0.0, 0.0))[1] == at_once
-        )
+        seen = view(child(TOUCHING + gap, 0.0))
+        assert restrain(seen, ROBOT, CLEARANCE, TIMESTEP, False, (0.0, 0.0), (0.0, 0.0))[1] == at_once
 
 
 def test_straight_away_from_a_child_the_base_goes_no_faster_than_there_is_room():
@@ -67,3 +66,12 @@ def test_straight_away_from_a_child_the_base_goes_no_faster_than_there_is_room()
         away, across = left(view(child(base[0] - TOUCHING, y), base=base), (0.6, -0.4))
         assert -0.03 <= across <= 0.0
         assert least - 1e-9 <= away <= most + 1e-9
+
+
+def test_nor_than_there_is_room_for_the_candle_in_its_hand():
+    x, y = OPEN.position((1, 5)).tolist()
+    base = (x, y, 0.0)  # the hand, ahead of it, is nearer to the wall in the east
+    beside = view(child(base[0] - TOUCHING, y), base=base)
+    fast, slow = (left(beside, (0.6, -0.4), is_loaded=is_loaded)[0] for is_loaded in (False, True))
+    assert fast == pytest.approx(0.6)
+    assert 0.2 < slow < 0.5
