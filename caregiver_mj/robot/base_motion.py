@@ -22,9 +22,9 @@ _LOOKS = 33  # points of a line that are checked likewise
 # may change; below this speed it makes no difference any more.
 _SLOW = 0.3  # m/s
 _AHEAD = tuple(0.025 * i for i in range(9))  # seconds on the path for which a change of rate must leave room
+_LEAST_SHARE = 0.05  # of the base's acceleration, a change of rate may always have
 _AT_REST = 1e-3  # m/s
-_SAME_WAY = math.cos(math.radians(25.0))
-_LEAST_SHARE = 0.05  # of that, a change of rate may always have
+_SAME_WAY = math.cos(math.radians(25.0))  # of the angle between motion and new path, for the base to go on as it does
 
 
 class BaseMotion:
@@ -239,7 +239,7 @@ class BaseMotion:
 
 
 def _leads_on(points: Sequence[Vector], velocity: Vector) -> bool:
-    """Whether a path begins within 25 degrees of a velocity."""
+    """Whether a path begins in much the same direction as a velocity."""
     here, *rest = without_repeats(points)
     if not rest:
         return False

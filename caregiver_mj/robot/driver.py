@@ -10,12 +10,10 @@ from __future__ import annotations
 import functools
 import math
 
-import numpy as np
-
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.robot.hand import hand_position
+from caregiver_mj.robot.hand import hand_offset
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.patience import Patience
@@ -159,8 +157,7 @@ class Driver:
         """Finds a way, keeping to the present one as long as it leads to the goal and past the children."""
         self.goal, self.cell = goal, cell
         if self.is_loaded:
-            x, y, _ = (hand_position(view, self._embodiment) - np.array([*view.base[:2], 0.0])).tolist()
-            self._hand = x, y
+            self._hand = hand_offset(view, self._embodiment)
         self._note_progress(view, cell)
         litter = _fallen_candle_cells(view, self._navigator.plan) - {cell}
         under_way = self._leads_to(goal) and litter == self._litter

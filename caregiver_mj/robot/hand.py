@@ -9,6 +9,7 @@ import numpy as np
 from caregiver_mj.robot import se2
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.kinematics import arm_of
+from caregiver_mj.robot.se2 import Vector
 from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, View
 
 ATTEMPTS = 3  # at a grasp
@@ -21,6 +22,12 @@ def hand_position(view: View, robot: Embodiment) -> np.ndarray:
     """The pinch point between a robot's fingers, in the house, (3,)."""
     x, y, z = arm_of(robot).pinch(view.arm).tolist()
     return np.array([*se2.to_world(view.base, (x, y)), z])
+
+
+def hand_offset(view: View, robot: Embodiment) -> Vector:
+    """Where that is from the base's middle, along the house's axes, (x, y)."""
+    x, y, _ = hand_position(view, robot).tolist()
+    return x - view.base[0], y - view.base[1]
 
 
 def has_in_hand(view: View, robot: Embodiment, candle: int) -> bool:

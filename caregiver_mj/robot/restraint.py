@@ -6,7 +6,7 @@ import math
 
 from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiment import Embodiment
-from caregiver_mj.robot.hand import hand_position
+from caregiver_mj.robot.hand import hand_offset
 from caregiver_mj.robot.se2 import Vector
 from caregiver_mj.robot.separation import FOLLOWING_SPEED, GENTLE_GAP, gap_to, slide_speed
 from caregiver_mj.robot.view import View
@@ -81,10 +81,7 @@ def restrain(
 def _speed_back(view: View, robot: Embodiment, clearance: Clearance, is_loaded: bool, child: Vector) -> float:
     """How fast the base may go straight away from a child, in a direction, to come to rest where there is room, m/s."""
     here, room = view.base[:2], 0.0
-    hand = None
-    if is_loaded:
-        x, y, _ = hand_position(view, robot).tolist()
-        hand = x - here[0], y - here[1]
+    hand = hand_offset(view, robot) if is_loaded else None
     for back in _BACK:
         there = here[0] - back * child[0], here[1] - back * child[1]
         if not clearance.can_stand(there) or (hand and not clearance.hand_has_room(here, there, hand)):
