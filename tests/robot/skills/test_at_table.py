@@ -2,6 +2,7 @@
 
 import math
 
+import pytest
 from robot_plans import centre
 from views import child, view
 
@@ -38,3 +39,21 @@ def test_a_base_goes_no_farther_out_of_a_childs_way_than_that_comes_after_it():
         assert pick.driver.stands_aside(robot.now) or robot.now < 0.7
     assert min(gaps) > 0.0
     assert 0.6 < gaps[-1] < 1.0
+
+
+@pytest.mark.parametrize(("aside", "comes_down"), [(0.0, True), (0.007, True), (0.009, False)])
+def test_the_hand_comes_down_only_where_the_base_is_as_planned(aside, comes_down):
+    """The fingers would meet the candle that they are to go round."""
+    pick, robot = Pick(Navigator(CORRIDOR, ROBOT), 0, 0), RobotMotion(ROBOT, TIMESTEP)
+    robot.reset((*centre(CORRIDOR, (2, 3)), math.pi))
+    candle = (*centre(CORRIDOR, (1, 1)), 0.6, 1.0, 0.0, 0.0, 0.0)
+    out = []
+    while robot.now < 6.0:
+        (x, y), yaw = robot.base_reference()[0], robot.yaw
+        off = aside if robot.time_left < 1.0 else 0.0
+        base = (x - off * math.sin(yaw), y + off * math.cos(yaw), yaw)
+        pick.step(view(base=base, now=robot.now, candles=[candle]), robot)
+        robot.action(base)
+        robot.now += TIMESTEP
+        out.append(robot.hand_out)
+    assert max(out) == pytest.approx(1.0 if comes_down else ROBOT.approach.hover)

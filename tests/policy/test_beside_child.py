@@ -1,0 +1,55 @@
+"""What the policy tells the robot's motion of the children that are near it."""
+
+import numpy as np
+import pytest
+
+import caregiver_mj
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.policy import policy as module
+from caregiver_mj.robot.separation import catch_up_speed
+
+ROOM = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.......#\n#########", "room")
+TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
+
+
+@pytest.fixture
+def told(monkeypatch):
+    """What `restrain` has been told at each control step: whether there is a candle in the hand, and of which base."""
+    calls = []
+    restrain = module.restrain
+
+    def listen(view, robot, clearance, seconds, is_loaded, velocity, before):
+        calls.append((is_loaded, view.base, seconds))
+        return restrain(view, robot, clearance, seconds, is_loaded, velocity, before)
+
+    monkeypatch.setattr(module, "restrain", listen)
+    return calls
+
+
+@pytest.mark.parametrize("gap", [0.02, 0.2, 0.35])
+def test_a_base_off_its_reference_returns_no_faster_than_the_child_leaves_room_for(gap):
+    env = caregiver_mj.load("relocate_candle", ROOM, 0.0, random=0)
+    policy, timestep = caregiver_mj.CaregiverPolicy(env), env.reset()
+    x, y = env.physics.base_position()[:2]
+    inwards = np.sign(ROOM.position((2, 4))[0] - x) or 1.0
+    observation = {**timestep.observation, "toddler_position": np.array([x + inwards * (TOUCHING + gap), y, 0.0])}
+    policy(timestep._replace(observation=observation))
+    assert policy.robot.catch_up == pytest.approx(catch_up_speed(gap))
+
+
+def test_the_restraint_knows_when_there_is_a_candle_in_the_hand(told):
+    env = caregiver_mj.load("relocate_candle", ROOM, 0.0, random=0)
+    policy, timestep = caregiver_mj.CaregiverPolicy(env), env.reset()
+    gripping = []
+    while not policy.interventions_done and env.physics.time() < 30.0:
+        gripping.append(env.physics.is_gripping())
+        timestep = env.step(policy(timestep))
+    loaded, bases, seconds = zip(*told, strict=True)
+    assert len(told) == len(gripping)
+    assert set(seconds) == {env.control_timestep()}
+    assert not loaded[0]
+    assert len(set(bases)) > 100  # it is told of the base as it moves
+    closes, opens = np.flatnonzero(np.diff(loaded)) + 1  # from when the fingers begin to close until they open
+    held = np.flatnonzero(gripping)
+    assert closes < held[0] < closes + 10
+    assert held[0] + 100 < opens <= held[-1] + 1
