@@ -99,12 +99,11 @@ class TouchReader:
         velocity, force = np.empty(6), np.empty(6)  # rotation, translation; force, torque in the contact's axes
         mujoco.mj_objectVelocity(self._model, data, mujoco.mjtObj.mjOBJ_GEOM, other, velocity, 0)
         mujoco.mj_contactForce(self._model, data, number, force)
-        arm = contact.pos[number] - data.geom_xpos[other]
-        surface = velocity[3:] + np.cross(velocity[:3], arm)
+        surface = velocity[3:] + _cross(velocity[:3], contact.pos[number] - data.geom_xpos[other])
         base, (x, y, turn) = self.robot.base_body, self.robot.base_drives
         mujoco.mj_objectVelocity(self._model, data, mujoco.mjtObj.mjOBJ_BODY, base, velocity, 0)
         arm = contact.pos[number] - data.xpos[base]
-        driven = surface - velocity[3:] - np.cross(velocity[:3], arm) + (x - turn * arm[1], y + turn * arm[0], 0.0)
+        driven = surface - velocity[3:] - _cross(velocity[:3], arm) + (x - turn * arm[1], y + turn * arm[0], 0.0)
         return Touch(
             child,
             kind,
@@ -117,6 +116,13 @@ class TouchReader:
             height=float(contact.pos[number, 2]),
             time=float(data.time),
         )
+
+
+def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """The cross product of two vectors (3,), as `numpy.cross`, which takes 25 times as long."""
+    product = np.empty(3)
+    mujoco.mju_cross(product, one, other)
+    return product
 
 
 def _on_child(surface: np.ndarray, normal: np.ndarray) -> float:
