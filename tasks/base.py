@@ -98,8 +98,8 @@ class CareTask(base.Task):
             sensing: How well observations show what there is, as `Sensing.of` takes it; None for exactly.
 
         Raises:
-            CaregiverError: There is no robot of that name, or a timestep, an offset, a height or a number of the
-                sensing is out of range.
+            CaregiverError: There is no robot of that name, the house is not fit for the task and its robot, or a
+                timestep, an offset, a height or a number of the sensing is out of range.
         """
         _check_timestep(control_timestep, plan)
         room = max(0.0, plan.cell_size / 2 - layout.TABLE_HALF_SIZE)  # of a table in its cell
@@ -124,6 +124,10 @@ class CareTask(base.Task):
         self._candle_offset = candle_offset
         self._steps_a_move = round(self.novice_timestep / control_timestep)
         self._control_steps = 0
+        self._check_house()
+
+    def _check_house(self) -> None:
+        """Raises CaregiverError unless the house is fit for the task and its robot."""
 
     @property
     def table_positions(self) -> np.ndarray:

@@ -7,6 +7,7 @@ import collections
 import numpy as np
 from dm_control.utils import rewards
 
+from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans.hazards import HazardKind
 from caregiver_mj.tasks import base
@@ -28,6 +29,14 @@ class BlockStairs(base.CareTask):
 
     goal_stairwell = 0
     _landing = np.zeros(2)
+
+    def _check_house(self) -> None:
+        width = 2 * self.embodiment.footprint
+        if self.plan.cell_size < width:
+            raise CaregiverError(
+                f"block_stairs needs landings as wide as the robot, {width:g} m, and in floor plan '{self.plan.name}' "
+                f"cells have {self.plan.cell_size:g} m"
+            )
 
     def initialize_episode(self, physics: Physics) -> None:
         super().initialize_episode(physics)

@@ -116,5 +116,7 @@ def _fetching(means: Means, candle: int, view: View, percept: Percept) -> tuple[
     """The skill to take a candle from where it is, and what that is in words."""
     table = int(percept.candle_table[0, candle])
     if table != NOTHING and view.stands_on_table(candle, table):
-        return skills.Pick(means.navigator, candle, table), f"fetch candle {candle + 1}"
+        pick = skills.Pick(means.navigator, candle, table)
+        if pick.has_way(view):
+            return pick, f"fetch candle {candle + 1}"
     return skills.Retrieve(means.navigator, means.retrievals, candle), f"pick up candle {candle + 1}"

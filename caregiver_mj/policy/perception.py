@@ -23,7 +23,8 @@ _CLEAR_DISTANCE = 0.05  # metres of a move after which it is clear where the tod
 _LATEST = 0.5  # ... or the share of a novice timestep after which it will not go anywhere any more
 _SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to; ...
 _SMALLEST_SEEN = 0.03  # ... the same where it is not seen exactly
-_AS_USUAL = 0.02  # metres that a candle on a table may seem off its usual height
+_AS_USUAL, _SIGMAS = 0.02, 4.0  # metres that a candle on a table may seem off its usual height; and of its noise
+_STRAYS = 0.62  # m/s by which a child may be elsewhere than was foretold: it has stopped, or turned
 _NO_CANDLES, _NO_ORIENTATIONS = np.zeros((0, 3)), np.zeros((0, 4))
 
 
@@ -51,16 +52,19 @@ class Perception:
         table_heights: How high the tables' tops are, (tables,), metres; None if as usual.
     """
 
-    def __init__(self, plan: FloorPlan, is_exact: bool = True, age: float = 0.0):
+    def __init__(self, plan: FloorPlan, is_exact: bool = True, age: float = 0.0, candle_noise: float = 0.0):
         """Prepares it.
 
         Args:
             plan: The house.
             is_exact: Whether everything is seen where it is.
             age: Seconds since what is looked at was observed; it has been foretold from that.
+            candle_noise: White error of where candles are seen, one sigma, metres.
         """
         self._plan, self._age = plan, age
-        self._smallest_move = _SMALLEST_MOVE if is_exact else _SMALLEST_SEEN
+        self._smallest_move = (_SMALLEST_MOVE if is_exact else _SMALLEST_SEEN) + age * _STRAYS
+        self._clear_distance = _CLEAR_DISTANCE + age * _STRAYS
+        self._as_usual = max(_AS_USUAL, _SIGMAS * candle_noise)
         self._next_cell = plan.graph.moves[0]
         self._tables = layout.table_rectangles(plan)
         self._centres = {cell: tuple(plan.position(cell).tolist()) for cell in plan.caregiver_cells}
@@ -72,7 +76,7 @@ class Perception:
         """Begins an episode with its first observation."""
         self._begun, self._all_clear, self._gone, self._clock = 0, False, 0.0, 0.0
         self._children = []
-        self.table_heights = _table_heights(observation, self._tables)
+        self.table_heights = _table_heights(observation, self._tables, self._as_usual)
         for x, y, _ in np.atleast_2d(observation["toddler_position"]).tolist():
             cell = self.free_cell((x, y))
             self._children.append(_Sighting((x, y), False, cell, (cell, NOTHING)))
@@ -125,7 +129,7 @@ class Perception:
         """Takes in where a child is heading, if that is clear by now."""
         dx, dy = child.position[0] - sighting.origin[0], child.position[1] - sighting.origin[1]
         distance = math.hypot(dx, dy)
-        if distance < _CLEAR_DISTANCE and not late:
+        if distance < self._clear_distance and not late:
             return False
         sighting.is_clear = True
         cell, action = self.free_cell(sighting.origin), NOTHING
@@ -194,7 +198,7 @@ class Perception:
         return tables, cells
 
 
-def _table_heights(observation: dict[str, np.ndarray], tables: np.ndarray) -> np.ndarray | None:
+def _table_heights(observation: dict[str, np.ndarray], tables: np.ndarray, as_usual: float) -> np.ndarray | None:
     """How high tables are, by the first observation of an episode.
 
     Where it does not say so, candles do that stand on them; other tables are taken to be as high as those, and all of
@@ -203,11 +207,12 @@ def _table_heights(observation: dict[str, np.ndarray], tables: np.ndarray) -> np
     Args:
         observation: What is seen.
         tables: The tables' rectangles, (tables, 4).
+        as_usual: Metres that a candle on a table may seem off its usual height.
     """
     if "table_height" in observation:
         return observation["table_height"].copy()
     feet = observation.get("candle_position", _NO_CANDLES)
-    if not len(feet) or np.abs(feet[:, 2] - layout.TABLE_HEIGHT).max() < _AS_USUAL:
+    if not len(feet) or np.abs(feet[:, 2] - layout.TABLE_HEIGHT).max() < as_usual:
         return None
     nearest = np.linalg.norm(feet[:, None, :2] - tables[:, :2], axis=2).argmin(axis=1)
     heights = np.full(len(tables), np.median(feet[:, 2]))

@@ -93,12 +93,13 @@ class CaregiverPolicy:
         spec = env.observation_spec()
         self._shapes = {key: array.shape for key, array in spec.items()} if "base_position" in spec else {}
         embodiment = task.embodiment
-        self.robot = RobotMotion(embodiment, self._timestep)
+        self._sensing = task.sensing if sensing is None else Sensing.of(sensing)
+        delay = self._sensing.delay_steps(self._timestep) * self._timestep
+        self.robot = RobotMotion(embodiment, self._timestep, delay)
         navigator = Navigator(self.plan, embodiment, self.caregiver.yields)
         self._clearance = navigator.clearance
-        self._sensing = task.sensing if sensing is None else Sensing.of(sensing)
         self._senses = Senses(self._sensing, self.robot, self._timestep)
-        self._perception = Perception(self.plan, self._sensing.is_exact, self._senses.age)
+        self._perception = Perception(self.plan, self._sensing.is_exact, self._senses.age, self._sensing.candle.noise)
         make_scene = functools.partial(_planning_scene, self.plan, embodiment, self._perception)
         self._retrievals = retrievals = RetrievalPlanner(navigator, make_scene)
         self.caregiver.pace = robot_pace(navigator, task.novice_timestep, self._timestep)
@@ -144,6 +145,9 @@ class CaregiverPolicy:
             self._task.note_interventions(executive.begun - begun, executive.done - done)
         at_hand = separation.is_child_at_hand(view, self.robot.robot, self.robot.reached)
         self.robot.giving_way.yields = at_hand
+        if not self.robot.is_watched:  # by a skill that does not drive, but the one before it may have had it turn
+            reference = self.robot.base_reference()[1]
+            self.robot.bound_turning(separation.allowed_turning(view, self.robot.robot, reference, self.robot.turning))
         near = 0.0 if at_hand else separation.gap(view, self.robot.robot)
         self.robot.catch_up = separation.catch_up_speed(near)
         restraint = functools.partial(

@@ -25,6 +25,9 @@ _LEAST_TURN = 0.03  # rad/s, of the bound of its turns
 _GENTLE_TURN = 0.02  # rad/s, the most of the heading's feedback where a child may be at the arm
 _CATCH_UP_SPEED = 0.3  # m/s, the most of the base's feedback: what holds it up may let go of it
 _RELEASE = 0.4  # m/s^2, how quickly that comes back when a child has gone that bounded it
+# The same of its heading, where a child has pushed it away at its arm: rad/s, and rad/s^2.
+_CATCH_UP_TURN, _RELEASE_TURN = 0.5, 1.0
+_MOST_LATE = 0.5  # of gain times delay, above which feedback by what is seen late begins to swing (at pi / 2 for good)
 _AT_REST = 1e-6  # 1/s, of how far the hand reaches out
 _HELD_UP = 0.15  # metres off its reference beyond which a base is held up by something
 _HELD_UP_SHARE = 0.5  # of the speed that it is told to have: slower than that, something is in its way
@@ -54,10 +57,19 @@ class RobotMotion(BaseMotion):
         giving_way: Whether, and how far, the arm lets itself be pushed away: a child may be at it.
     """
 
-    def __init__(self, robot: Embodiment, control_timestep: float):
-        limits = robot.limits
+    def __init__(self, robot: Embodiment, control_timestep: float, delay: float = 0.0):
+        """Prepares it.
+
+        Args:
+            robot: The robot.
+            control_timestep: Seconds between two actions.
+            delay: Seconds by which it is seen late where the base is.
+        """
+        limits, servos = robot.limits, robot.servos
         super().__init__(limits.base, limits.together, limits.as_told)
         self.robot = robot
+        most = _MOST_LATE / delay if delay else math.inf
+        self._position_gain, self._yaw_gain = min(servos.position_gain, most), min(servos.yaw_gain, most)
         self._timestep, self._lead = control_timestep, (1.0 + _SMOOTHING) * control_timestep
 
     def reset(self, base: Sequence[float]) -> None:
@@ -70,7 +82,7 @@ class RobotMotion(BaseMotion):
         self.now = 0.0
         self.catch_up, self._watched = _CATCH_UP_SPEED, False
         self.giving_way = GivingWay(len(arm_of(self.robot).tucked))
-        self._feedback = _CATCH_UP_SPEED
+        self._feedback, self._turn_feedback = _CATCH_UP_SPEED, _CATCH_UP_TURN
         self._seen_at = float(base[0]), float(base[1])
         self.led_off, self._is_free = 0, True  # whether the base is told what it wants
         self._velocity = FollowedVelocity(self.robot.limits.as_told, self._timestep)
@@ -143,6 +155,11 @@ class RobotMotion(BaseMotion):
     # -- State of the references -----------------------------------------------------------------
 
     @property
+    def is_watched(self) -> bool:
+        """Whether it has been said how fast the base may drive, and turn, at this control timestep."""
+        return self._watched
+
+    @property
     def closes(self) -> bool:
         """Whether the fingers have been told to close."""
         return self._gripper.target == self.robot.grasp.closed
@@ -207,7 +224,7 @@ class RobotMotion(BaseMotion):
         Returns:
             Base velocities, arm joint targets and gripper target at its end in one array, laid out as the robot's.
         """
-        if not self._watched:
+        if not self.is_watched:
             self.set_rate(0.0)
         self._watched = False
         action, layout = self._action, self.robot.layout
@@ -251,7 +268,7 @@ class RobotMotion(BaseMotion):
         _, (vx, vy), (ax, ay) = self._base_at(end)
         yaw = self._yaw.at(now)[0]
         _, yaw_rate, yaw_acceleration = self._yaw.at(end)
-        back_x, back_y = servos.position_gain * (x - base[0]), servos.position_gain * (y - base[1])
+        back_x, back_y = self._position_gain * (x - base[0]), self._position_gain * (y - base[1])
         self._feedback = min(self.catch_up, _CATCH_UP_SPEED, self._feedback + _RELEASE * self._timestep)
         most = self._feedback
         if (push := math.hypot(back_x, back_y)) > most:
@@ -263,7 +280,8 @@ class RobotMotion(BaseMotion):
         wanted = vx, vy
         vx, vy = self._velocity.follow(*(restrain(wanted, self._velocity.told) if restrain else (wanted, False)))
         self._is_free = math.dist((vx, vy), wanted) < _OTHER
-        back_yaw = servos.yaw_gain * (yaw - base[2])
-        if self.giving_way.yields:  # pushed at its arm, the base has been turned as well
-            back_yaw = min(_GENTLE_TURN, max(-_GENTLE_TURN, back_yaw))
+        # Pushed at its arm, the base has been turned as well.
+        released = min(_CATCH_UP_TURN, self._turn_feedback + _RELEASE_TURN * self._timestep)
+        self._turn_feedback = most = _GENTLE_TURN if self.giving_way.yields else released
+        back_yaw = min(most, max(-most, self._yaw_gain * (yaw - base[2])))
         return vx, vy, yaw_rate + servos.yaw_lag * yaw_acceleration + back_yaw

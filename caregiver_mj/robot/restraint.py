@@ -9,7 +9,7 @@ from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.hand import hand_offset
 from caregiver_mj.robot.se2 import Vector
 from caregiver_mj.robot.separation import FOLLOWING_SPEED, GENTLE_GAP, gap_to, slide_speed
-from caregiver_mj.robot.view import View
+from caregiver_mj.robot.view import ChildView, View
 
 _TOUCHED = 0.002  # metres to a child that touches the base, or does so at the next control timestep
 _NO_NEARER = 0.05  # metres to a child below which nothing leads towards it, be it on a path that slides past it
@@ -19,6 +19,8 @@ _COMES_TO_REST, _BUILDS_UP = 1.0, 0.15  # m/s^2 with which it brakes there, and 
 # What is straight off a child changes as it walks on at the heels of a base that leaves it. From this speed on, m/s, it
 # counts how that will be so many seconds later, when the base does what it is told; at twice that speed fully.
 _FAST, _LATER = 0.2, 0.035
+# Of several children each is asked in turn, over and over, until none of them changes it by more than so much, m/s.
+_ROUNDS, _SETTLED = 8, 1e-3
 _STRAYS = 0.08  # radians by which a child that goes along moves on until the base does what it is told
 
 
@@ -49,33 +51,53 @@ def restrain(
     Returns:
         What is left of the velocity, and whether a child touches the base: then it must not take its time.
     """
-    (vx, vy), is_touched = velocity, False
-    for child in view.children:
-        room = gap_to(view.base, robot, child)
-        if room < GENTLE_GAP:
-            dx, dy = child.position[0] - view.base[0], child.position[1] - view.base[1]
-            leaves = -(before[0] * dx + before[1] * dy) / math.hypot(dx, dy)
-            if later := _LATER * min(1.0, max(0.0, leaves / _FAST - 1.0)):
-                dx += later * (child.velocity[0] - before[0])
-                dy += later * (child.velocity[1] - before[1])
-            away = math.hypot(dx, dy)
-            x, y = dx / away, dy / away
-            is_touched = is_touched or room < _TOUCHED
-            brakes = seconds * (_BRAKES_TOUCHED if room < _TOUCHED else _BRAKES)
-            towards = vx * x + vy * y
-            if room < _NO_NEARER:
-                towards = min(towards, max(0.0, before[0] * x + before[1] * y - brakes))
-            slower = robot.limits.slowing(max(0.0, room) / FOLLOWING_SPEED - view.age)
-            slides = max(0.0, slide_speed(room) + _STRAYS * min(0.0, towards)) + slower
-            most = max(slides, abs(before[1] * x - before[0] * y) - brakes)
-            across = vy * x - vx * y
-            if abs(across) > most:
-                # What is left leads straighter away from the child than its way does: no faster than there is room for.
-                on_its_way = towards * most / abs(across)
-                towards = max(towards, min(on_its_way, -_speed_back(view, robot, clearance, is_loaded, (x, y))))
-                across = math.copysign(most, across)
-            vx, vy = towards * x - across * y, towards * y + across * x
-    return (vx, vy), is_touched
+    is_touched = any(gap_to(view.base, robot, child) < _TOUCHED for child in view.children)
+    left, rounds = velocity, _ROUNDS if len(view.children) > 1 else 1
+    for _ in range(rounds):
+        wanted = left
+        for child in view.children:
+            left = _restrained(view, robot, clearance, seconds, is_loaded, child, left, before)
+        if rounds == 1 or math.dist(left, wanted) < _SETTLED:
+            return left, is_touched
+    return (0.0, 0.0), is_touched  # what one child leaves leads towards another one
+
+
+def _restrained(
+    view: View,
+    robot: Embodiment,
+    clearance: Clearance,
+    seconds: float,
+    is_loaded: bool,
+    child: ChildView,
+    velocity: Vector,
+    before: Vector,
+) -> Vector:
+    """What is left of a velocity of the base, m/s, for the sake of one child."""
+    room = gap_to(view.base, robot, child)
+    if room >= GENTLE_GAP:
+        return velocity
+    vx, vy = velocity
+    dx, dy = child.position[0] - view.base[0], child.position[1] - view.base[1]
+    leaves = -(before[0] * dx + before[1] * dy) / math.hypot(dx, dy)
+    if later := _LATER * min(1.0, max(0.0, leaves / _FAST - 1.0)):
+        dx += later * (child.velocity[0] - before[0])
+        dy += later * (child.velocity[1] - before[1])
+    away = math.hypot(dx, dy)
+    x, y = dx / away, dy / away
+    brakes = seconds * (_BRAKES_TOUCHED if room < _TOUCHED else _BRAKES)
+    towards = vx * x + vy * y
+    if room < _NO_NEARER:
+        towards = min(towards, max(0.0, before[0] * x + before[1] * y - brakes))
+    slower = robot.limits.slowing(max(0.0, room) / FOLLOWING_SPEED - view.age)
+    slides = max(0.0, slide_speed(room) + _STRAYS * min(0.0, towards)) + slower
+    most = max(slides, abs(before[1] * x - before[0] * y) - brakes)
+    across = vy * x - vx * y
+    if abs(across) > most:
+        # What is left leads straighter away from the child than its way does: no faster than there is room for.
+        on_its_way = towards * most / abs(across)
+        towards = max(towards, min(on_its_way, -_speed_back(view, robot, clearance, is_loaded, (x, y))))
+        across = math.copysign(most, across)
+    return towards * x - across * y, towards * y + across * x
 
 
 def _speed_back(view: View, robot: Embodiment, clearance: Clearance, is_loaded: bool, child: Vector) -> float:

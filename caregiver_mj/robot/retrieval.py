@@ -19,11 +19,14 @@ from caregiver_mj.robot.planning_scene import PlanningScene
 from caregiver_mj.robot.reach import ReachPath, retrieval_paths
 from caregiver_mj.robot.se2 import Pose, Vector
 from caregiver_mj.robot.search import Work
+from caregiver_mj.robot.separation import distance_from_line
 from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, View
 
 _DIRECTIONS = 16  # round a point
 _MOST_STANDS = 40  # that are tried, the nearest ones, lest it takes too long
 _NO_TURNING = 2.0  # metres of detour that it is worth to stand where the base can turn
+# Metres of detour that it is worth to reach where no child is, or will be in so many seconds, so near to the arm.
+_PAST_CHILD, _SOON, _CHILD_AT_ARM = 3.0, 0.5, 0.6
 _LIFTS = (0.0, 0.25)  # metres that the hand goes up with it before it turns; the second is to clear a wall
 _OPEN_ANGLE = 0.5  # radians to both sides that must be free where it is laid down
 _CHILD_AWAY = 1.7  # metres from a child to where the base stands then
@@ -49,7 +52,10 @@ class Stance:
 
 
 class RetrievalPlanner:
-    """Finds stances in one house. It knows nothing of time: the candle lies still, and children are elsewhere."""
+    """Finds stances in one house. It knows nothing of time: the candle lies still.
+
+    Children will be elsewhere by the time that the base is there; but where one is now, the arm reaches last.
+    """
 
     def __init__(self, navigator: Navigator, make_scene: Callable[[], PlanningScene]):
         """Prepares a planner.
@@ -69,7 +75,8 @@ class RetrievalPlanner:
         return self._make_scene()
 
     def prepare(self) -> None:
-        """Makes the planning scene now, where there is time for it."""
+        """Makes the planning scene of an episode now, where there is time for it."""
+        vars(self).pop("_scene", None)  # the tables may seem to be of other heights than in the one before
         self._scene  # noqa: B018 (kept once asked for)
 
     def to_pick_up(self, view: View, candle: int) -> Work[Stance | None]:
@@ -108,8 +115,7 @@ class RetrievalPlanner:
             candle: Index of the candle.
             pitch: Of the hand when it does that, radians.
         """
-        spot = self._robot.postures.floor_reach, CANDLE_RADIUS + self._robot.grasp.above_lying
-        path = yield from self._path(spot, hand_rotation(0.0, pitch))
+        path = yield from self._path_down(pitch)
         if path is None:
             return None
         # The candle is in the hand, and in nobody's way where it is now.
@@ -123,9 +129,10 @@ class RetrievalPlanner:
             if route := navigator.route(here, cell):
                 routes.append((len(route), cell))
             yield _ROUTE
-        for _, cell in sorted(routes):
-            place = tuple(navigator.plan.position(cell).tolist())
-            if not navigator.clearance.can_stand(place) or view.child_distance(place) < _CHILD_AWAY:
+        places = [(route, tuple(navigator.plan.position(cell).tolist())) for route, cell in sorted(routes)]
+        # Where children leave none that is away from them it is laid down at another one, once they have gone on.
+        for _, place in sorted(places, key=lambda each: view.child_distance(each[1]) < _CHILD_AWAY):
+            if not navigator.clearance.can_stand(place):
                 continue
             for yaw in _directions():
                 # Free to both sides too, so that there is room to pick it up again.
@@ -139,6 +146,14 @@ class RetrievalPlanner:
                     return Stance(bases[0], path)
         return None
 
+    def _path_down(self, pitch: float) -> Work[ReachPath | None]:
+        """The arm's way to lay a candle on the floor with a pitch of the hand, radians; None if there is none."""
+        postures, height = self._robot.postures, CANDLE_RADIUS + self._robot.grasp.above_lying
+        for reach in (postures.floor_reach, *postures.lying_reaches):
+            if path := (yield from self._path((reach, height), hand_rotation(0.0, pitch))):
+                return path
+        return None
+
     def _stands(self, view: View, candle: int, point: np.ndarray) -> Work[list[tuple[Pose, float]]]:
         """Poses of the base from which to reach for a point, the nearest one first, and how far to reach."""
         navigator, clearance = self._navigator, self._navigator.clearance
@@ -150,6 +165,7 @@ class RetrievalPlanner:
             if route is not None:
                 cost = math.dist(place, view.base[:2]) + navigator.plan.cell_size * len(route)
                 cost += 0.0 if clearance.can_turn(place) else _NO_TURNING
+                cost += _PAST_CHILD if distance_from_line(view, place, point[:2], _SOON) < _CHILD_AT_ARM else 0.0
                 stands.append((cost, (*place, yaw), reach))
             yield _ROUTE
         clear: list[tuple[Pose, float]] = []

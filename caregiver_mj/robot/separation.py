@@ -177,37 +177,46 @@ def _allowed_rate(
     if towards <= LEAVING * speed:
         return 1.0  # what is left of `across` is taken away where a child may come to touch, see `restrain`
     if approach <= 0.0:
-        return max(creep, _sliding_rate(view, robot, gap, leaves, towards, soon))
+        return max(creep, _sliding_rate(view, robot, gap, _walking_speed(child), leaves, towards, soon))
     # approach * r * (stopping / 2 + reaction) + child * (stopping + reaction) = room, solved for r
     deceleration, build_up = robot.limits.braking(velocity, acceleration)
     stopping = speed / deceleration
     delay = _REACTION + build_up + view.age
     a = approach * stopping / 2
-    b = approach * delay + _CHILD_SPEED * stopping
-    c = _CHILD_SPEED * delay - room
+    comes_at = _walking_speed(child)
+    b = approach * delay + comes_at * stopping
+    c = comes_at * delay - room
     rate = 0.0 if c >= 0.0 else (-b + math.sqrt(b * b - 4 * a * c)) / (2 * a)
     if towards <= _SLIDE_TOWARDS * speed:
-        rate = max(rate, creep, _sliding_rate(view, robot, gap, leaves, towards, soon))
+        rate = max(rate, creep, _sliding_rate(view, robot, gap, _walking_speed(child), leaves, towards, soon))
     return min(1.0, rate)
 
 
-def _sliding_rate(view: View, robot: Embodiment, gap: float, leaves: float, towards: float, across: float) -> float:
+def _sliding_rate(
+    view: View, robot: Embodiment, gap: float, comes_at: float, leaves: float, towards: float, across: float
+) -> float:
     """The share of a velocity, m/s towards a child and across, from which the surface slows down before it is touched.
 
     Args:
         view: What is seen.
         robot: The robot.
         gap: Metres between base and child.
+        comes_at: How fast the child may come, m/s.
         leaves: How fast the base leaves the child now, m/s.
         towards: Velocity towards the child, m/s, negative for one away from it.
         across: Speed across.
     """
     for rate in _SLIDE_RATES:
-        closing = _CHILD_SPEED + max(rate * towards, -leaves)
+        closing = comes_at + max(rate * towards, -leaves)
         until_touched = max(0.0, gap) / closing if closing > 0.0 else math.inf
         if rate * across <= slide_speed(gap) + robot.limits.slowing(until_touched - _REACTION - view.age):
             return rate
     return 0.0
+
+
+def _walking_speed(child: ChildView) -> float:
+    """How fast a child may come, m/s: as toddlers do, and one that runs as fast as it does."""
+    return max(_CHILD_SPEED, min(FOLLOWING_SPEED, math.hypot(*child.velocity)))
 
 
 def slide_speed(gap: float) -> float:
@@ -234,7 +243,7 @@ def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tu
         gap = gap_to(view.base, robot, child)
         if gap < _FAR:
             dx, dy = child.position[0] - view.base[0], child.position[1] - view.base[1]
-            closing = _CHILD_SPEED + max(0.0, (velocity[0] * dx + velocity[1] * dy) / math.hypot(dx, dy))
+            closing = FOLLOWING_SPEED + max(0.0, (velocity[0] * dx + velocity[1] * dy) / math.hypot(dx, dy))
             time = max(0.0, gap) / closing - _REACTION - view.age
             if most > creep + limits.slowing(time - delay):
                 return creep

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 
+from caregiver_mj.plans import layout
+from caregiver_mj.plans.cell_graph import Cell
+from caregiver_mj.robot import se2
 from caregiver_mj.robot.hand import ATTEMPTS, hand_is_empty
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
@@ -12,6 +15,7 @@ from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
 
 _LIFTED = 0.01  # metres that a candle must have come up with the hand
+_IN_FRONT = 0.3  # metres before a candle in which the hand comes down to it, and goes up with it
 _AJAR = 0.002  # metres by which each finger may fall short of being open
 
 
@@ -23,6 +27,21 @@ class Pick(AtTable):
         self._middle = navigator.plan.position(navigator.plan.tables[table]).tolist()  # of the table
         self._until = 0.0
         self._misses = 0
+
+    def has_way(self, view: View) -> bool:
+        """Whether the hand gets at the candle from any side of the table without knocking another one over."""
+        plan = self._navigator.plan
+        stands = plan.free_neighbours(plan.tables[self.table])
+        return not all(self._is_barred_by_candle(view, stand) for stand in stands)
+
+    def _is_barred_by_candle(self, view: View, stand: Cell) -> bool:
+        ahead, candle = self._ahead(stand), view.candles[self.candle].tolist()
+        for other, (x, y, z) in enumerate(view.candles.tolist()):
+            before, aside = se2.rotate(-math.atan2(ahead[1], ahead[0]), (candle[0] - x, candle[1] - y))
+            near = 0.0 < before < _IN_FRONT and abs(aside) < self.embodiment.clearances.hand_width
+            if other != self.candle and near and z > layout.TABLE_HEIGHT / 2:
+                return True
+        return False
 
     def _approach(self, view: View, robot: RobotMotion) -> Status:
         x, y, z = view.candles[self.candle].tolist()
