@@ -123,3 +123,21 @@ def test_the_time_left_is_until_the_move_that_is_not_made_out_yet():
     assert percept(perception).time_left == pytest.approx(0.1)
     follow(perception, 1.0, (x + 0.75, y))
     assert percept(perception).time_left.tolist() == [0.0]
+
+
+def test_a_child_seen_late_has_moved_only_if_it_is_farther_than_was_foretold_wrongly():
+    """It is foretold to go on as it does, and has stopped: then it seems to go back by delay times speed."""
+    late, (x, y) = Perception(ROOM, is_exact=False, age=0.14), centre(2, 4)
+    late.reset(observe((x, y)))
+    assert follow(late, 0.15, (x - 0.14 * 0.44, y)) == (False, False)
+    assert follow(late, 0.55, (x - 0.14 * 0.44, y)) == (True, True)
+    seen = late.percept(late.look(observe((x, y)), 0.3), NOTHING, FREE)
+    assert seen.child_cell.tolist() == [[ROOM.cell_index[(2, 4)]]]
+    assert seen.previous_action.tolist() == [[NOTHING]]
+
+
+@pytest.mark.parametrize(("noise", "height"), [(0.0, 0.63), (0.01, None), (0.02, None)])
+def test_noise_of_candles_makes_no_table_higher(noise, height):
+    perception = Perception(ROOM, is_exact=False, candle_noise=noise)
+    perception.reset(observe(centre(1, 3), candle=[*ROOM.position(ROOM.tables[0]), 0.63]))
+    assert perception.table_heights is None if height is None else perception.table_heights.tolist() == [height] * 2

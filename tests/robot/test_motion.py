@@ -330,3 +330,28 @@ def test_hand_out_foresees_how_far_the_hand_still_swings(called_back):
         robot.now += 0.01
     assert max(swing) > swing[0] + 0.01
     assert foreseen >= max(swing) - 1e-3
+
+
+def test_a_heading_that_has_been_pushed_away_comes_back_by_and_by():
+    robot = RobotMotion(ROBOT, 0.02)
+    robot.reset((0.0, 0.0, 0.0))
+    robot.giving_way.yields = True
+    pushed = (0.0, 0.0, 0.3)  # radians
+    assert robot.action(pushed)[2] == pytest.approx(-0.02)
+    robot.giving_way.yields = False
+    rates = [-robot.action(pushed)[2] for _ in range(60)]
+    assert rates[:3] == pytest.approx([0.04, 0.06, 0.08])  # 1 rad/s^2
+    assert rates[-1] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.06, 0.2, 0.5])
+def test_feedback_by_what_is_seen_late_does_not_swing(delay):
+    """A base that is off its place, and told of it so late, comes back there without going far beyond."""
+    robot, steps = RobotMotion(ROBOT, 0.02, delay), round(delay / 0.02)
+    robot.reset((0.0, 0.0, 0.0))
+    poses = [np.array([0.0, 0.05, 0.1])] * (steps + 1)
+    for _ in range(round((2.0 + 10 * delay) / 0.02)):
+        poses.append(poses[-1] + 0.02 * robot.action(poses[-1 - steps])[:3])
+    after = np.array(poses)[:, 1:]
+    assert after.min() > -0.01
+    assert np.abs(after[-1]).max() < 0.01

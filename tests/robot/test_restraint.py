@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from views import child, view
 
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -75,3 +77,22 @@ def test_nor_than_there_is_room_for_the_candle_in_its_hand():
     fast, slow = (left(beside, (0.6, -0.4), is_loaded=is_loaded)[0] for is_loaded in (False, True))
     assert fast == pytest.approx(0.6)
     assert 0.2 < slow < 0.5
+
+
+def towards(told, who):
+    dx, dy = who.position
+    return (told[0] * dx + told[1] * dy) / math.hypot(dx, dy)
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    st.lists(st.tuples(st.floats(0.0, 0.04), st.floats(-math.pi, math.pi)), min_size=2, max_size=3),
+    st.floats(-math.pi, math.pi),
+)
+def test_nothing_leads_towards_any_of_several_children(places, heading):
+    """What one of them leaves of a velocity may lead towards the one that was asked before."""
+    family = [child((TOUCHING + gap) * math.cos(angle), (TOUCHING + gap) * math.sin(angle)) for gap, angle in places]
+    told = (0.0, 0.0)
+    for _ in range(3):
+        told = left(view(*family), (0.5 * math.cos(heading), 0.5 * math.sin(heading)), before=told)
+    assert max(towards(told, who) for who in family) < 0.01

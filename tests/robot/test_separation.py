@@ -203,3 +203,13 @@ def test_a_base_brakes_on_any_path_as_its_limits_say(way, when):
 )
 def test_the_nearer_a_child_the_slower_a_base_returns_to_where_it_shall_be(gap, speed):
     assert separation.catch_up_speed(gap) == pytest.approx(speed)
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.62, 0.8, 1.0, 1.5])
+def test_a_child_that_runs_counts_as_fast_as_it_does_and_no_faster_than_any(speed):
+    ahead = view(child(1.2, 0.0, -speed, 0.0))
+    rate = allowed_rate(ahead, ROBOT, (1.0, 0.0))
+    usual, fastest = (allowed_rate(view(child(1.2, 0.0, -v, 0.0)), ROBOT, (1.0, 0.0)) for v in (0.62, 1.0))
+    assert fastest < usual
+    assert rate == usual if speed <= 0.62 else fastest <= rate < usual
+    assert rate == fastest or speed < 1.0

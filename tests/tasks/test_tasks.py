@@ -1,5 +1,6 @@
 """The tasks: dm_env's contract, what can be observed and commanded, determinism, and agreement with the grid."""
 
+import dataclasses
 import hashlib
 import itertools
 import subprocess
@@ -464,6 +465,7 @@ def test_houses_without_a_kind_of_object_can_be_supervised(plan):
 # -- Determinism -------------------------------------------------------------------------------------
 
 _FINGERPRINT = """
+import dataclasses
 import hashlib
 import caregiver_mj
 
@@ -631,3 +633,9 @@ def test_adversarial_child_follows_the_robot_into_a_landing():
         touched |= {touch.kind for touch in env.physics.touches}
     assert "robot" in touched
     assert "stairwell" not in touched
+
+
+def test_a_landing_must_be_as_wide_as_the_robot():
+    plan = dataclasses.replace(FloorPlan.load("paper"), cell_size=0.5)
+    with pytest.raises(CaregiverError, match=r"landings as wide as the robot, 0\.54 m, and .* cells have 0\.5 m"):
+        caregiver_mj.load("block_stairs", plan)

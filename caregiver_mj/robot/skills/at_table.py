@@ -25,8 +25,7 @@ BESIDE_TABLE = 0.45  # metres from a table's middle beyond which nothing is on i
 _HOVER_BEYOND = 0.02  # metres by which the base may have gone too far for the hand to hover
 # Metres to a child, that it lets pass, from which on the base is far enough off, and below which it makes haste.
 _ASIDE_GAP, _AT_ONCE_GAP = 0.9, 0.3
-_PAST_CHILD = 2.0  # cells of detour that it is worth not to reach past a child
-_PAST_CANDLE = 100.0  # likewise, not to reach over another candle
+_PAST_CANDLE = 100.0  # cells of detour that it is worth not to reach over another candle
 _CHILD_SOON = 0.5  # seconds in which a child that walks on may be in the hand's way
 _ON_PATH = 0.008  # metres off its path up to which a base is where it is planned to be when the hand has come down
 _LATE = 0.03  # seconds old up to which what is seen is good enough for the last of the way before the base rests
@@ -117,8 +116,7 @@ class AtTable(Skill):
             route = navigator.route(start, cell, around)
             if route is None:
                 return 1e3 + len(navigator.route(start, cell) or [])
-            detour = _PAST_CHILD if self._child_at_arm(view, cell) else 0.0
-            detour += _PAST_CANDLE if self._is_barred_by_candle(view, cell) else 0.0
+            detour = _PAST_CANDLE if self._is_barred_by_candle(view, cell) else 0.0
             return math.dist(plan.position(cell), view.base[:2]) + len(route) + detour
 
         return min(cells, key=cost)
@@ -126,12 +124,6 @@ class AtTable(Skill):
     def _is_barred_by_candle(self, view: View, stand: Cell) -> bool:
         """Whether another candle is in the way of the hand that comes from a stand."""
         return False
-
-    def _child_at_arm(self, view: View, stand: Cell) -> bool:
-        """Whether a child is, or will shortly be, where the arm reaches from a stand."""
-        plan = self._navigator.plan
-        here, there = (tuple(plan.position(cell).tolist()) for cell in (stand, plan.tables[self.table]))
-        return distance_from_line(view, here, there, _CHILD_SOON) < self.embodiment.clearances.hand + CHILD_RADIUS
 
     def _prepare_hand(self, view: View, robot: RobotMotion, goal: Vector, yaw: float) -> bool:
         """Brings the hand out while the base still drives up; returns whether it is on the last of its way."""
