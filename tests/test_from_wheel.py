@@ -90,7 +90,7 @@ from gymnasium.utils.env_checker import check_env
 
 if __name__ == "__main__":
     warnings.filterwarnings("ignore", ".*symmetric and normalized")  # actions are in m/s and rad, as the page says
-    for name in ("Supervise", "RelocateCandle", "BlockStairs", "SuperviseTargets"):
+    for name in ("Supervise", "RelocateCandle", "BlockStairs", "Supervise-Targets"):
         env = gymnasium.make(f"caregiver_mj:caregiver_mj/{name}-v0", house="tiny.txt")
         check_env(env.unwrapped, skip_render_check=True)
     seen = []

@@ -37,7 +37,7 @@ def settings(**options):
 
 
 def act(action):
-    env = gymnasium.make("caregiver_mj/SuperviseTargets-v0", house=TINY)
+    env = gymnasium.make("caregiver_mj/Supervise-Targets-v0", house=TINY)
     env.reset(seed=0)
     env.step(action)
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from numbers import Integral
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -51,9 +52,15 @@ class Slots:
         spread[..., self.of_hazard] = values
         return spread
 
-    def targets(self, actions: np.ndarray) -> np.ndarray:
-        """The hazards that actions (B,) are about: NOTHING for 0 and for an empty slot, else what is in the slot."""
+    def targets(self, actions: ArrayLike, batch: int) -> np.ndarray:
+        """The hazards that B actions (B,) are about: NOTHING for 0 and for an empty slot, else what is in the slot.
+
+        Raises:
+            CaregiverError: They are of another shape, or out of range.
+        """
         actions = np.asarray(actions)
+        if actions.shape != (batch,):
+            raise CaregiverError(f"actions must be {batch} integers, one for each episode, not {actions.tolist()!r}")
         if not np.issubdtype(actions.dtype, np.integer) or ((actions < 0) | (actions > len(self))).any():
             raise CaregiverError(f"an action is an integer from 0 to {len(self)}, not {actions.tolist()!r}")
         return np.concatenate([[NOTHING], self.hazard])[actions]

@@ -1,4 +1,4 @@
-"""A caregiver whose targets a policy of one's own chooses, such as one that was trained on `SuperviseTargets`."""
+"""A caregiver whose targets a policy of one's own chooses, such as one that was trained on `Supervise-Targets`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 class TargetPolicy(CommandedCaregiver, abc.ABC):
     """Answers observations with targets, once a novice timestep, in the grid and in the house.
 
-    Observations, masks and actions are those of the Gymnasium environment `caregiver_mj/SuperviseTargets-v0`, of B
+    Observations, masks and actions are those of the Gymnasium environment `caregiver_mj/Supervise-Targets-v0`, of B
     worlds at once. A subclass says what that was made with.
 
     Attributes:
@@ -58,4 +58,4 @@ class TargetPolicy(CommandedCaregiver, abc.ABC):
             raise CaregiverError(f"{who} must answer with {len(mask)} integers, not {actions!r}")
         if ((actions < 0) | (actions > last)).any():
             raise CaregiverError(f"{who} must answer with 0 to {last}, not {actions}")
-        self.targets = self._slots.targets(actions)
+        self.targets = self._slots.targets(actions, len(mask))

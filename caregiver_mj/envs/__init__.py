@@ -18,7 +18,7 @@ for _name, _task in (
     gymnasium.register(f"caregiver_mj/{_name}-v0", "caregiver_mj.envs.house:HouseEnv", kwargs={"task": _task})
 
 gymnasium.register(
-    "caregiver_mj/SuperviseTargets-v0",
+    "caregiver_mj/Supervise-Targets-v0",
     "caregiver_mj.envs.targets:make_targets",
     vector_entry_point="caregiver_mj.envs.target_grid:GridTargetsVector",
 )

@@ -48,7 +48,7 @@ class RandomActor:
     @property
     def intervention(self) -> int:
         if isinstance(self._env, TargetsEnv):
-            return int(self._env.world.lookout.slots.targets(np.array([self._action]))[0])
+            return int(self._env.world.lookout.slots.targets([self._action], 1)[0])
         return NOTHING
 
 

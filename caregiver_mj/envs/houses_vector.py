@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, cast
 
 import gymnasium
@@ -15,12 +15,14 @@ from caregiver_mj.caregivers.lookout import Observations
 from caregiver_mj.children.family import Family, Who
 from caregiver_mj.children.side_by_side import side_by_side
 from caregiver_mj.envs.target_grid import GridTargetsVector
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.errors import CaregiverError, check_integer
 from caregiver_mj.plans.floor_plan import FloorPlan
+
+_AT_ONCE = 8  # houses, if there are as many
 
 
 class GridHousesVector(gymnasium.vector.VectorEnv):
-    """`SuperviseTargets` in the grid of some houses at once, others in every episode; see `GridTargetsVector`.
+    """`Supervise-Targets` in the grid of some houses at once, others in every episode; see `GridTargetsVector`.
 
     All houses look alike: observations and actions have as many slots as the house with most of a kind needs, unless
     more are asked for. Episodes of one house lie side by side, and in it those of one family; `info["house"]` has the
@@ -38,7 +40,7 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         self,
         houses: Sequence[str | os.PathLike[str] | FloorPlan],
         num_envs: int = 256,
-        at_once: int = 8,
+        at_once: int | None = None,
         families: Sequence[Who] = (0.5,),
         *,
         flat: bool = False,
@@ -49,7 +51,8 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         Args:
             houses: Floor plans, or their names, as `FloorPlan.load` takes them.
             num_envs: Episodes at once, as many in each house with each family.
-            at_once: How many houses they are in, each a different one, drawn anew with every episode.
+            at_once: How many houses they are in, each a different one, drawn anew with every episode; 8, or all of
+                fewer, if None.
             families: The children, as `Family.of` takes them; each of as many.
             flat: Whether an observation is one array.
             slots: How many places for stairwells and for candles; what the houses need if None.
@@ -57,15 +60,21 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         Raises:
             CaregiverError: The episodes cannot be shared out, there are too few houses; or as of `make_targets`.
         """
+        check_integer("num_envs", num_envs, 1)
+        if isinstance(houses, (str, os.PathLike, FloorPlan)) or not isinstance(houses, Iterable):
+            raise CaregiverError(f"houses must be several, such as house_set('train-100') has, not {houses!r}")
         self.plans = tuple(one if isinstance(one, FloorPlan) else FloorPlan.load(one) for one in houses)
         self._families, self._flat = tuple(map(Family.of, families)), flat
         if not self.plans:
             raise CaregiverError("there must be a house at least")
-        if not 1 <= at_once <= len(self.plans):
-            raise CaregiverError(f"episodes are in 1 to {len(self.plans)} of the houses at once, not in {at_once}")
+        at_once = min(_AT_ONCE, len(self.plans)) if at_once is None else at_once
+        check_integer("at_once, how many of the houses the episodes are in,", at_once, 1, len(self.plans))
         shares = at_once * len(self._families)
-        if not shares or num_envs < 1 or num_envs % shares:
-            raise CaregiverError(f"{num_envs} episodes cannot be shared out to {shares} houses and families")
+        if not shares or num_envs % shares:
+            raise CaregiverError(
+                f"num_envs, {num_envs} episodes, cannot be shared out to {at_once} houses at once and "
+                f"{len(self._families)} families"
+            )
         most = (max(getattr(plan.hazards, what) for plan in self.plans) for what in ("stairwells", "candles"))
         self.slots = tuple(most) if slots is None else slots
         self.num_envs, self._each = num_envs, num_envs // at_once
@@ -108,6 +117,8 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
             none = np.zeros(self.num_envs, bool)
             observations, info = self.reset()
             return observations, np.zeros(self.num_envs), none, none.copy(), info
+        if np.shape(actions) != (self.num_envs,):
+            raise CaregiverError(f"actions must be {self.num_envs} integers, one for each episode, not {actions!r}")
         parts = np.split(np.asarray(actions), len(self.now))
         found = [self._vector(int(i)).step(part) for i, part in zip(self.now, parts, strict=True)]
         observations, *numbers, infos = zip(*found, strict=True)

@@ -31,13 +31,13 @@ from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.recording.about import About
 from caregiver_mj.robot.embodiment import DEFAULT
 
-TARGETS = "targets"  # in the place of a task: `SuperviseTargets`
+TARGETS = "targets"  # in the place of a task: `Supervise-Targets`
 RANDOM = "random-actions"  # in the place of a caregiver: actions drawn from all that there are
 ENVIRONMENTS = {
     "supervise": "caregiver_mj/Supervise-v0",
     "relocate_candle": "caregiver_mj/RelocateCandle-v0",
     "block_stairs": "caregiver_mj/BlockStairs-v0",
-    TARGETS: "caregiver_mj/SuperviseTargets-v0",
+    TARGETS: "caregiver_mj/Supervise-Targets-v0",
 }
 _TARGET_TASK = "Targets: say once a novice timestep what to protect the children from, to keep them from harm."
 

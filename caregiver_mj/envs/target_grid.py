@@ -54,6 +54,7 @@ class TargetGrid:
         self.world = GridWorld(plan, family, self.caregiver)
         self.lookout = Lookout(self.caregiver, self.children, Slots(plan, slots), flat)
         self._cost = CostMeter(self)
+        self.ended = False
 
     def begin(self, seeds: Sequence[int]) -> None:
         """Begins the episodes of some seeds, with the children's first moves."""
@@ -64,7 +65,7 @@ class TargetGrid:
 
     def act(self, actions: np.ndarray) -> None:
         """The caregiver's half of a novice timestep, then the children's half of the next one, if there is one."""
-        self.caregiver.targets = self.lookout.slots.targets(np.asarray(actions))
+        self.caregiver.targets = self.lookout.slots.targets(actions, len(self.caregiver.targets))
         self.world.care(self.caregiver)
         self.ended = self.world.timestep >= EPISODE_TIMESTEPS
         if not self.ended:
@@ -100,7 +101,7 @@ class TargetGrid:
 
 
 class GridTargetsVector(gymnasium.vector.VectorEnv):
-    """`SuperviseTargets` in the grid, many episodes at once; see `TargetsEnv` for actions, rewards and `info`.
+    """`Supervise-Targets` in the grid, many episodes at once; see `TargetsEnv` for actions, rewards and `info`.
 
     All episodes are equally long, so they end and begin together: the step after the last one begins new ones, whatever
     the actions (autoreset on the next step).
@@ -139,6 +140,7 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
         self.single_observation_space, self.single_action_space = observation_space(lookout), action_space(lookout)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
+        self._is_reset = False
         self._randoms: list[np.random.Generator | None] = [None] * num_envs
 
     def reset(
@@ -147,16 +149,11 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
         """Begins episodes: of the seeds from one on, of a seed for each, or of seeds that are drawn.
 
         Raises:
-            CaregiverError: The options ask for only some of them.
+            CaregiverError: The options ask for only some of them, or the seeds are not integers, or not as many.
         """
         if options and not np.all(options.get("reset_mask", True)):
             raise CaregiverError("all episodes of the batch begin together; leave reset_mask out")
-        if seed is None or isinstance(seed, (int, np.integer)):
-            seeds = [None if seed is None else int(seed) + i for i in range(self.num_envs)]
-        else:
-            seeds = list(seed)
-        if len(seeds) != self.num_envs:
-            raise CaregiverError(f"{len(seeds)} seeds for {self.num_envs} episodes")
+        seeds = _seeds(seed, self.num_envs)
         super().reset(seed=seeds[0])
         drawn = []
         for i, own in enumerate(seeds):
@@ -166,11 +163,14 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
                 self._randoms[i] = random
             drawn.append(episode_seed(own, random))
         self.grid.begin(drawn)
+        self._is_reset = True
         observations, mask = self.grid.look()
         return observations, self._of_all({"seed": np.array(drawn), "action_mask": mask})
 
     def step(self, actions: np.ndarray) -> tuple[Observations, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         none = np.zeros(self.num_envs, bool)
+        if not self._is_reset:
+            raise gymnasium.error.ResetNeeded("call reset() before the first step")
         if self.grid.ended:
             observations, info = self.reset()
             return observations, np.zeros(self.num_envs), none, none.copy(), info
@@ -185,3 +185,19 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
     def _of_all(self, info: dict[str, Any]) -> dict[str, Any]:
         """As Gymnasium has it: beside each key a mask of whose it is, which is everybody's."""
         return info | {f"_{key}": np.ones(self.num_envs, bool) for key in info}
+
+
+def _seeds(seed: int | Sequence[int | None] | None, count: int) -> list[int | None]:
+    """A seed for each of so many episodes: those from one on, those that are given, or None."""
+    if seed is None:
+        return [None] * count
+    if isinstance(seed, (int, np.integer)):
+        return [int(seed) + i for i in range(count)]
+    if isinstance(seed, (str, bytes)) or not isinstance(seed, (Sequence, np.ndarray)):
+        raise CaregiverError(f"the seed must be an integer, or one for each of {count} episodes, not {seed!r}")
+    if len(seed) != count:
+        raise CaregiverError(f"{len(seed)} seeds for {count} episodes")
+    for own in seed:
+        if own is not None:
+            check_integer("a seed", own, 0)
+    return [None if own is None else int(own) for own in seed]

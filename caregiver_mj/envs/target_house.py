@@ -69,7 +69,7 @@ class TargetHouse:
 
     def act(self, actions: np.ndarray) -> None:
         """Goes on to the next decision, or to the end."""
-        self.caregiver.targets = self.lookout.slots.targets(np.asarray(actions))
+        self.caregiver.targets = self.lookout.slots.targets(actions, 1)
         self._go_on()
 
     def _go_on(self) -> None:

@@ -119,7 +119,9 @@ class Settings:
         if self.world not in WORLDS:
             raise CaregiverError(f"no world '{self.world}': there are {', '.join(WORLDS)}")
         if self.world == "house":
-            from caregiver_mj.robot.embodiments import find_embodiment  # here, for the grid does without MuJoCo
+            # Here, for the grid does without MuJoCo; rendering first, for MuJoCo stumbles over a wrong `MUJOCO_GL`.
+            import caregiver_mj.house.rendering  # noqa: F401
+            from caregiver_mj.robot.embodiments import find_embodiment
 
             find_embodiment(self.embodiment)
         for plan in self.plans:

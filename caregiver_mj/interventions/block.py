@@ -9,6 +9,7 @@ import numpy as np
 from caregiver_mj.interventions.intervention import BLOCK, Intervention
 from caregiver_mj.interventions.verb import Mark, Verb
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import HazardKind
 
 if TYPE_CHECKING:
     from caregiver_mj.caregivers.percept import Percept
@@ -21,6 +22,7 @@ class Block(Verb):
     """The hazard is a stairwell. It is done as soon as the caregiver stands on its landing."""
 
     name = BLOCK
+    about = HazardKind.STAIRWELL
 
     def describe(self, plan: FloorPlan, intervention: Intervention) -> str:
         return f"block {plan.hazards[intervention.hazard]}"

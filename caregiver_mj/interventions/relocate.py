@@ -9,7 +9,7 @@ import numpy as np
 from caregiver_mj.interventions.intervention import RELOCATE, Intervention
 from caregiver_mj.interventions.verb import Mark, Verb
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.hazards import NOTHING, HazardKind
 
 if TYPE_CHECKING:
     from caregiver_mj.caregivers.percept import Percept
@@ -26,6 +26,7 @@ class Relocate(Verb):
     """
 
     name = RELOCATE
+    about = HazardKind.CANDLE
 
     def describe(self, plan: FloorPlan, intervention: Intervention) -> str:
         return f"fetch {plan.hazards[intervention.hazard]}"

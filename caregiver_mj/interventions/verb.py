@@ -10,6 +10,7 @@ import numpy as np
 from caregiver_mj.interventions.intervention import Intervention
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import HazardKind
 
 if TYPE_CHECKING:
     from caregiver_mj.caregivers.percept import Percept
@@ -29,10 +30,12 @@ class Verb(abc.ABC):
     Attributes:
         name: What it is called in an `Intervention`.
         counts: Whether to begin it counts as an intervention, and interrupts another one.
+        about: The kind of hazard that it is about; None if that may be any, or none.
     """
 
     name: str
     counts = True
+    about: HazardKind | None = None
 
     # -- What it is called and drawn as ----------------------------------------------------------
 

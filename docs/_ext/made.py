@@ -22,7 +22,7 @@ from caregiver_mj.tasks import TASKS
 from caregiver_mj.tasks.observed import OBSERVED
 
 _HOUSE = "paper"
-_TARGETS = "caregiver_mj/SuperviseTargets-v0"
+_TARGETS = "caregiver_mj/Supervise-Targets-v0"
 
 
 def table(titles: Sequence[str], rows: Sequence[Sequence[object]]) -> str:

@@ -179,9 +179,9 @@ def test_a_picture_is_drawn():
         ({"height": 4.5}, "the height of a picture, in pixels, must be an integer .*, not 4.5"),
     ],
 )
-@pytest.mark.parametrize("name", ["Supervise", "SuperviseTargets"])
+@pytest.mark.parametrize("name", ["Supervise", "Supervise-Targets"])
 def test_pictures_that_there_cannot_be(name, options, words):
-    world = {"world": "house"} if name == "SuperviseTargets" else {}
+    world = {"world": "house"} if name == "Supervise-Targets" else {}
     with pytest.raises(CaregiverError, match=words):
         make(name, render_mode="rgb_array", **world, **options)
 

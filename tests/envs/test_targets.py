@@ -14,7 +14,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
 PLAN = FloorPlan.parse("########\n#..C..B#\n#......#\n#.T..BS#\n########", "small")
-NAME = "caregiver_mj/SuperviseTargets-v0"
+NAME = "caregiver_mj/Supervise-Targets-v0"
 STAIRWELL, CANDLE = 1, 2  # actions in that house
 SHORT = {"time_limit": 8.0}  # seconds, five novice timesteps
 

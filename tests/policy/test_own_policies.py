@@ -98,7 +98,7 @@ def test_a_policy_of_targets_meets_what_it_was_trained_in(world, policy):
     row = evaluate(settings).episodes.iloc[0]
     shown = list(seen)
     env = gymnasium.make(
-        "caregiver_mj/SuperviseTargets-v0", world=world, house=TINY, epsilon=1.0, flat=policy.flat, slots=policy.slots
+        "caregiver_mj/Supervise-Targets-v0", world=world, house=TINY, epsilon=1.0, flat=policy.flat, slots=policy.slots
     )
     observation, info = env.reset(seed=episode_seed(0, 0))
     ended = False
