@@ -35,7 +35,7 @@ class Registry(Mapping[str, Kind], Generic[Kind]):
 
     def __getitem__(self, name: str) -> Kind:
         if name in self._own:
-            self._tell_of_namesakes(name)
+            self.tell_of_namesakes(name, f"{self.what} '{name}' is one of the package's own")
             return self._own[name]
         if name not in self:
             raise CaregiverError(f"no {self.what} '{name}': there are {', '.join(self)}")
@@ -53,13 +53,12 @@ class Registry(Mapping[str, Kind], Generic[Kind]):
     def _offered(self, name: str) -> list[importlib.metadata.EntryPoint]:
         return [entry for entry in importlib.metadata.entry_points(group=self.group) if entry.name == name]
 
-    def _tell_of_namesakes(self, name: str) -> None:
-        """Warns, once, of entry points that have the name of one of our own, for they count for nothing."""
+    def tell_of_namesakes(self, name: str, why: str) -> None:
+        """Warns, once, of entry points of a name, for they count for nothing, and says why."""
         if name not in self._told:
             self._told.add(name)
             for entry in self._offered(name):
-                text = f"entry point {entry.value} is not used: {self.what} '{name}' is one of the package's own"
-                warnings.warn(text, stacklevel=3)
+                warnings.warn(f"entry point {entry.value} is not used: {why}", stacklevel=3)
 
     def check(self, name: str, value: str, found: Any) -> None:
         """Raises CaregiverError unless what an entry point (a name and its value) has led to can be used."""

@@ -253,7 +253,13 @@ class CareTask(base.Task):
         return int(self.ledger.strikes[0])
 
     def outcome(self) -> dict[str, Any]:
-        """What has been measured in the episode so far, named as the columns of `EpisodeRecord`."""
+        """What has been measured in the episode so far, named as the columns of `EpisodeRecord`.
+
+        Raises:
+            CaregiverError: None has begun.
+        """
+        if not hasattr(self, "ledger"):
+            raise CaregiverError("no episode has begun of which there could be an outcome: call env.reset() first")
         return self.ledger.outcome() | self.contacts.outcome()
 
     def note_interventions(self, begun: int, done: int) -> None:

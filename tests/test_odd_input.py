@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import caregiver_mj
-from caregiver_mj.caregivers import CAREGIVERS, make_caregiver
+from caregiver_mj.caregivers import CAREGIVERS, Caregiver, make_caregiver
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.envs.houses_vector import GridHousesVector
@@ -14,9 +14,11 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.grid.world import GridWorld, run_episodes
+from caregiver_mj.interventions.intervention import Intervention, Interventions
 from caregiver_mj.plans.generator import generate
-from caregiver_mj.plans.hazards import DamageWeights
+from caregiver_mj.plans.hazards import NOTHING, DamageWeights
 from caregiver_mj.plans.sets import house_set, houses_named
+from caregiver_mj.policy.own import OwnPolicy
 from caregiver_mj.viz.film import render_episode
 from caregiver_mj.viz.report import write_report
 
@@ -52,6 +54,41 @@ def run(tapes, children="1"):
     GridWorld(TINY, children, None).run(tapes)
 
 
+def act_in_mid_episode():
+    env = load()
+    env.reset()
+    caregiver_mj.CaregiverPolicy(env)(env.step(np.zeros(11)))
+
+
+class Deciding(Caregiver):
+    """Answers with what it was made for."""
+
+    def __init__(self, *answered):
+        super().__init__(TINY)
+        self._answered = Intervention(*answered)
+
+    def choose(self, percept):
+        return np.full(len(percept.child_cell), NOTHING)
+
+    def decide(self, percept):
+        return Interventions.of([self._answered] * len(percept.child_cell))
+
+
+def act_with(made):
+    env = load()
+    OwnPolicy("mine", lambda env: made, env)(env.reset())
+
+
+def step_vector(actions, seed=0):
+    envs = GridTargetsVector(3, house=TINY)
+    envs.reset(seed=seed)
+    envs.step(actions)
+
+
+def houses_vector(houses, *numbers):
+    return GridHousesVector(houses, *numbers)
+
+
 ONE = [Tape.draw_family(np.random.RandomState(0), 1, timesteps=2)]
 
 ODD = {
@@ -77,6 +114,7 @@ ODD = {
         (lambda: caregiver_mj.FloorPlan.parse(TEXT, None), "name of a floor plan must be a str"),
         (lambda: caregiver_mj.FloorPlan.parse(TEXT, damage=3), "damage must be a DamageWeights"),
         *((lambda d=d: DamageWeights(d), "damage of a stairwell must be a number") for d in ("a", None, -1, np.inf)),
+        (lambda: DamageWeights(1e308), r"damage of a stairwell must be at most 1e\+06"),
         *((lambda s=s: generate(s), "the seed must be an integer") for s in ("a", 1.5, None)),
         *((lambda s=s: generate(0, s), "the size is columns and rows") for s in (5, "14x12", (10,))),
         (lambda: generate(0, (10.5, 10)), "5 to 100 rows and columns, not 10.5"),
@@ -96,6 +134,23 @@ ODD = {
         (lambda: make_caregiver(None, TINY), "name of a caregiver must be a str"),
         (lambda: make_caregiver("paper", "paper"), "house of a caregiver must be a FloorPlan"),
         (lambda: make_caregiver("random", TINY, "x"), "seed of a caregiver must be an integer"),
+        (act_in_mid_episode, "first time step that a caregiver's policy sees must be that of env.reset"),
+        *(
+            (lambda a=a: run_episodes(TINY, 0.5, Deciding(*a), [0]), words)
+            for a, words in (
+                (
+                    ("relocate", 0, 1),
+                    r"Deciding.decide: 'relocate' is for a candle, of which there are \[1\], not .* 0",
+                ),
+                (("relocate", NOTHING, 1), "'relocate' is for a candle, .* not for hazard -1"),
+                (("block", 1, NOTHING), r"'block' is for a stairwell, of which there are \[0\], not for hazard 1"),
+                (("block", NOTHING, NOTHING), "'block' is for a stairwell, .* not for hazard -1"),
+            )
+        ),
+        *(
+            (lambda a=a: act_with(lambda timestep: a), "'mine' must answer with 11 finite numbers, not")
+            for a in (None, "a", 3.0, np.zeros(5), np.full(11, np.nan))
+        ),
     ],
     "grid": [
         (lambda: GridWorld("paper", 0.5, None), "house must be a FloorPlan, .* FloorPlan.load makes one"),
@@ -105,6 +160,10 @@ ODD = {
         (lambda: run_episodes(TINY, 0.5, None, [-1]), "seed of an episode must be an integer from 0"),
         (lambda: run_episodes(TINY, 0.5, None, ["a"]), "seed of an episode must be an integer from 0"),
         (lambda: Family.of(None), "children are said by an epsilon"),
+        (
+            lambda: GridWorld(TINY, 0.5, make_caregiver("paper", caregiver_mj.FloorPlan.load("paper"))),
+            "PaperCaregiver was made for house 'paper', and this is 'tiny'",
+        ),
     ],
     "run": [
         (lambda: settings(plans="paper"), "a house must be a FloorPlan"),
@@ -119,6 +178,7 @@ ODD = {
         (lambda: render_episode("a.mp4", width="a"), "width must be an even number of pixels"),
         (lambda: render_episode("a.mp4", fps="a"), "fps must lie in"),
         (lambda: render_episode("a.mp4", seconds="a"), "seconds must be a positive length"),
+        (lambda: render_episode("a.mp4", seconds=1e9), "86,400 seconds at most"),
         (lambda: render_episode("a.mp4", seed="a"), "seed must be an integer"),
     ],
     "environment": [
@@ -126,6 +186,21 @@ ODD = {
         (lambda: act_in_the_house("a"), "an action is an array of numbers"),
         *((lambda n=n: GridTargetsVector(n), "num_envs must be an integer of at least 1") for n in (0, -1, "a")),
         (lambda: GridHousesVector([]), "a house at least"),
+        (lambda: load().task.outcome(), "no episode has begun .* call env.reset"),
+        *((lambda a=a: act(a), "an action is one integer, not") for a in (np.array([1]), [1, 2])),
+        *(
+            (lambda a=a: step_vector(a), "actions must be 3 integers, one for each episode")
+            for a in (0, np.zeros(2, int), np.zeros((3, 1), int))
+        ),
+        *(
+            (lambda s=s: step_vector(np.zeros(3, int), s), "the seed must be an integer, or one for each of 3")
+            for s in (3.5, "a", {})
+        ),
+        (lambda: step_vector(np.zeros(3, int), [1.5, 2, 3]), "a seed must be an integer of at least 0"),
+        (lambda: step_vector(np.zeros(3, int), [1, 2]), "2 seeds for 3 episodes"),
+        *((lambda h=h: houses_vector(h, 2), "houses must be several") for h in ("paper", None, TINY)),
+        (lambda: houses_vector([TINY], 3, 2), "at_once, .* must be an integer from 1 to 1, not 2"),
+        (lambda: houses_vector([TINY, "paper"], 3), "3 episodes, cannot be shared out to 2 houses at once"),
     ],
 }
 
@@ -147,3 +222,20 @@ def test_one_name_is_not_its_letters():
 
 def test_children_in_an_array():
     assert Family.of(np.array([0.5, 1.0])) == Family.of([0.5, 1.0]) == Family.parse("0.5,1")
+
+
+@pytest.mark.parametrize("make", [lambda: GridTargetsVector(2, house=TINY), lambda: GridHousesVector([TINY], 2)])
+def test_a_vector_must_be_reset_first(make):
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        make().step(np.zeros(2, int))
+
+
+def test_seeds_in_an_array_are_seeds():
+    envs = GridTargetsVector(3, house=TINY)
+    (one, _), (other, _) = envs.reset(seed=np.array([1, 2, 3])), envs.reset(seed=[1, 2, 3])
+    for key, values in one.items():
+        np.testing.assert_array_equal(values, other[key])
+
+
+def test_fewer_houses_than_eight_are_all_there_at_once():
+    assert len(GridHousesVector([TINY, "paper"], 4).now) == 2

@@ -73,6 +73,7 @@ def find_caregiver(name: str) -> type[Caregiver] | PolicyMaker | None:
     """
     check_kind("the name of a caregiver", name, str)
     if name in CAREGIVERS:
+        POLICIES.tell_of_namesakes(name, f"there is a caregiver '{name}'")
         return CAREGIVERS[name]
     if name in POLICIES:
         return POLICIES[name]

@@ -30,7 +30,15 @@ class Parser(argparse.ArgumentParser):
 
 def add_house(command: argparse.ArgumentParser) -> None:
     """Adds the options that say which house it is, for `read_house`."""
+    _add_house(command)
+    _add_damage(command)
+
+
+def _add_house(command: argparse._ActionsContainer) -> None:
     command.add_argument("--house", default="paper", metavar="NAME|FILE", help=houses())
+
+
+def _add_damage(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--damage",
         default=str(DamageWeights()),
@@ -46,13 +54,15 @@ def read_house(arguments: argparse.Namespace) -> FloorPlan:
 
 def add_houses(command: argparse.ArgumentParser) -> None:
     """Adds the options that say which houses they are, for `read_houses`."""
-    add_house(command)
-    command.add_argument(
+    either = command.add_mutually_exclusive_group()
+    _add_house(either)
+    either.add_argument(
         "--houses",
         nargs="+",
         metavar="SET|NAME",
         help="several houses instead: test-N or train-N, the first N of two lists that share none, or names and files",
     )
+    _add_damage(command)
 
 
 def read_houses(arguments: argparse.Namespace) -> tuple[FloorPlan, ...]:

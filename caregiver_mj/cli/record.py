@@ -125,6 +125,7 @@ def _run(arguments: argparse.Namespace) -> None:
     }
     executor = LocalExecutor(arguments.jobs)
     store = Store(target.with_name(f".{target.name}.episodes"), asked, arguments.resume)
+    store.check_none_beyond(arguments.episodes)
     collect_all(arguments, recipe, store, executor)
     write(arguments, recipe, store, name, target)
     store.remove()

@@ -170,8 +170,10 @@ def _check_address(distributed: Any, address: str) -> None:
     """Raises ValueError unless it can be the address of a scheduler: Dask would make a cluster of its own, or wait."""
     if not address.strip():
         raise ValueError("an address is such as tcp://10.0.0.1:8786")
-    scheme, _ = distributed.comm.parse_address(address)
+    scheme, where = distributed.comm.parse_address(address)
     distributed.comm.registry.get_backend(scheme)
+    if scheme in ("tcp", "tls"):  # else a client would find out too late to be cleared away
+        distributed.comm.addressing.parse_host_port(where)
 
 
 def _hand_over(work: Callable[[Job], Result]) -> Callable[[Job], Result]:

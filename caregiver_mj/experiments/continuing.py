@@ -32,6 +32,8 @@ def continued(found: Record, wanted: Record) -> Record:
         if keys:
             raise CaregiverError("; ".join(_told(keys, found, wanted)))
         return found
+    if "caregivers" not in found:
+        raise CaregiverError("its run.json is no record of a run: take another folder")
     there, here = found.get("caregivers"), wanted["caregivers"]
     if not isinstance(there, list) or not all(name in here for name in there):
         keys.append("caregivers")
@@ -55,7 +57,27 @@ def continued(found: Record, wanted: Record) -> Record:
 
 
 def _told(keys: Sequence[str], found: Record, wanted: Record) -> list[str]:
-    return [f"{key} is {_short(found.get(key))} there and {_short(wanted.get(key))} here" for key in keys]
+    told = []
+    for key in keys:
+        there, here = found.get(key), wanted.get(key)
+        if isinstance(there, dict) and isinstance(here, dict):  # such as of versions
+            differ = [name for name in {**there, **here} if there.get(name) != here.get(name)]
+            there, here = ({name: values.get(name) for name in differ} for values in (there, here))
+        elif key == "plans":
+            there, here = (_names(plans) for plans in (there, here))
+            if there == here:
+                told.append(f"the floor plans of {here} are others there than here")
+                continue
+            key = "houses"
+        told.append(f"{key} is {_short(there)} there and {_short(here)} here")
+    return told
+
+
+def _names(plans: Any) -> Any:
+    """What floor plans in a record are called, if they are such."""
+    if not isinstance(plans, list) or not all(isinstance(plan, dict) for plan in plans):
+        return plans
+    return " ".join(str(plan.get("name")) for plan in plans)
 
 
 def _short(value: Any) -> str:
@@ -71,7 +93,8 @@ def _other_code(found: Record, wanted: Record) -> list[str]:
         return [f"code is {there} there and {here} here"]
     added = {f"caregiver {name}" for name in wanted["caregivers"] if name not in found["caregivers"]}
     return [
-        f"the code of {what} has changed, from {there.get(what)} to {here.get(what)}"
+        f"the code of {what} has changed, from {there.get(what)} to {here.get(what)}; "
+        "put it back, or take another folder"
         for what in {**there, **here}
         if there.get(what) != here.get(what) and what not in added
     ]

@@ -88,6 +88,8 @@ def _check_files(path: pathlib.Path) -> None:
             raise CaregiverError(f"'{path}' holds no run: `caregiver-mj evaluate --out DIR` makes one")
         if not (path / "summary.json").is_file():
             raise CaregiverError(f"the run in '{path}' is not finished: go on with `caregiver-mj evaluate --resume`")
+        if not (path / "episodes.parquet").is_file():
+            raise CaregiverError(f"the run in '{path}' has no episodes.parquet: `evaluate --resume` writes it anew")
         if not (path / "maps.parquet").is_file():
             raise CaregiverError(f"the run in '{path}' has no maps.parquet, as runs of an older version: run it again")
     except OSError as error:

@@ -8,7 +8,7 @@ import itertools
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver
+from caregiver_mj.caregivers.registry import CAREGIVERS, find_caregiver, is_caregiver
 from caregiver_mj.children.family import Family, Who
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.experiments.origin import origins
@@ -128,6 +128,7 @@ class Settings:
             check_kind("a house", plan, FloorPlan, advice=": FloorPlan.load makes one")
         for name in self.caregivers:
             if name == FLOOR:
+                CAREGIVERS.tell_of_namesakes(FLOOR, f"'{FLOOR}' is what no caregiver could prevent")
                 continue
             found = find_caregiver(name)
             if self.world == "grid" and not (found is None or is_caregiver(found)):

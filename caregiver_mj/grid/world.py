@@ -115,7 +115,8 @@ class GridWorld:
                 the house.
 
         Raises:
-            CaregiverError: There are not so many actions, or the caregiver is told what comes of moves under way.
+            CaregiverError: There are not so many actions, or the caregiver is told what comes of moves under way, or
+                is for another house.
         """
         if not 0 <= meanwhile <= caregiver_actions:
             raise CaregiverError(f"meanwhile must be 0 to {caregiver_actions}, not {meanwhile}")
@@ -125,6 +126,10 @@ class GridWorld:
             )
         check_kind("the house", plan, FloorPlan, advice=": FloorPlan.load makes one")
         check_kind("the caregiver", caregiver, Caregiver, type(None), advice=": make_caregiver makes one")
+        if caregiver and caregiver.plan.rows != plan.rows:
+            raise CaregiverError(
+                f"{type(caregiver).__name__} was made for house '{caregiver.plan.name}', and this is '{plan.name}'"
+            )
         self.plan = plan
         self.meanwhile: float = meanwhile
         self.behaviours = list(Family.of(family).make(plan))

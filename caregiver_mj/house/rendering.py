@@ -216,6 +216,11 @@ def make_context(max_width: int, max_height: int) -> base.ContextBase:
             return context(max_width, max_height)
         except Exception as error:  # of the system's libraries, whatever they fail with
             failures.append(f"{name}: {error}")
+    if wish in known:
+        raise RenderingError(
+            f"cannot render with what the environment variable {_MUJOCO_GL} asks for ({'; '.join(failures)}); "
+            f"unset it to have what works, or {_ADVICE}"
+        )
     raise RenderingError(f"cannot render: no OpenGL backend works ({'; '.join(failures)}); {_ADVICE}")
 
 

@@ -96,6 +96,8 @@ class FloorPlan:
                 f"no floor plan '{name_or_path}': neither a file nor one of {', '.join(house_names())}, "
                 "nor generated as house-17 or test-100/17 are"
             ) from None
+        except UnicodeDecodeError as error:
+            raise FloorPlanError(f"floor plan '{name_or_path}' is not saved as UTF-8: {error}") from None
         except (OSError, ValueError) as error:
             raise FloorPlanError(f"floor plan '{name_or_path}' cannot be read: {error}") from None
         name = path.stem.encode(errors="replace").decode()  # of files whose names are no text, too

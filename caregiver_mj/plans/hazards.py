@@ -14,6 +14,7 @@ import numpy as np
 
 from caregiver_mj.errors import CaregiverError
 
+MOST_DAMAGE = 1e6  # of a collision: far from where sums of it are no numbers any more
 NOTHING = -1  # no hazard, no candle, no table, no action
 
 
@@ -36,6 +37,8 @@ class DamageWeights:
             value = getattr(self, field.name)
             if not (isinstance(value, numbers.Real) and math.isfinite(value) and float(value) >= 0):
                 raise CaregiverError(f"the damage of a {field.name} must be a number of at least 0, not {value!r}")
+            if value > MOST_DAMAGE:
+                raise CaregiverError(f"the damage of a {field.name} must be at most {MOST_DAMAGE:g}, not {value!r}")
 
     @classmethod
     def parse(cls, text: str) -> DamageWeights:

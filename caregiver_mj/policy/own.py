@@ -43,6 +43,7 @@ class OwnPolicy:
             raise CaregiverError(f"there is no robot in this environment for '{name}' to act with")
         check_call(f"'{name}'", make, env)
         self.name, self._task, self._policy = name, env.task, make(env)
+        self._size = env.task.embodiment.layout.size
         if not callable(self._policy):
             raise CaregiverError(
                 f"'{name}' must make a policy of an environment, which answers a time step with an action; "
@@ -50,10 +51,21 @@ class OwnPolicy:
             )
 
     def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
-        """Answers an observation with an action."""
+        """Answers an observation with an action.
+
+        Raises:
+            CaregiverError: The policy's answer is none.
+        """
         if timestep.first() and (reset := getattr(self._policy, "reset", None)):
             reset(self._task.caregiver_seed)
-        return self._policy(timestep)
+        action = self._policy(timestep)
+        try:
+            numbers = np.asarray(action, float)
+        except (TypeError, ValueError):
+            numbers = np.empty(0)
+        if numbers.shape != (self._size,) or not np.isfinite(numbers).all():
+            raise CaregiverError(f"'{self.name}' must answer with {self._size} finite numbers, not {action!r}")
+        return numbers
 
     @property
     def activity(self) -> str:

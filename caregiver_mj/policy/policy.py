@@ -89,7 +89,7 @@ class CaregiverPolicy:
         self._task = task
         task.caregiver = self.caregiver
         truth = task.truth if isinstance(self.caregiver, ToldCaregiver) else None
-        self._timestep = env.control_timestep()
+        self._timestep, self._has_begun = env.control_timestep(), False
         spec = env.observation_spec()
         self._shapes = {key: array.shape for key, array in spec.items()} if "base_position" in spec else {}
         embodiment = task.embodiment
@@ -122,7 +122,7 @@ class CaregiverPolicy:
 
         Raises:
             CaregiverError: The observation is flat; the caregiver needs its keys. Or it is of another house, or the
-                house has not been prepared as the caregiver wants it.
+                house has not been prepared as the caregiver wants it, or it has not seen how the episode began.
         """
         observation = timestep.observation
         if "base_position" not in observation:
@@ -130,6 +130,9 @@ class CaregiverPolicy:
         if timestep.first():
             self._check_house(observation)
             self._reset(observation)
+            self._has_begun = True
+        elif not self._has_begun:
+            raise CaregiverError("the first time step that a caregiver's policy sees must be that of env.reset()")
         view = self._perception.look(self._senses.now(observation), self.robot.now)
         new_move, all_known = self._perception.watch(view, float(observation["clock"]))
         self._seen = view, new_move, all_known

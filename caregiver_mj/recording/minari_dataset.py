@@ -34,7 +34,10 @@ def check_name(name: str) -> None:
         ) from None
     match = minari.dataset.minari_dataset.DATASET_ID_RE.fullmatch(name)
     if match is None or match["version"] is None:
-        raise CaregiverError(f"a Minari data set is called NAME-vNUMBER or GROUP/NAME-vNUMBER, not '{name}'")
+        raise CaregiverError(
+            "a Minari data set is called NAME-vNUMBER or GROUP/NAME-vNUMBER, of letters, digits, - and _ (of which a "
+            f"group has two or more), not '{name}'"
+        )
 
 
 def write_minari(

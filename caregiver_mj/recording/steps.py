@@ -128,6 +128,14 @@ class Store:
     def __contains__(self, number: int) -> bool:
         return (_folder(self.path, number) / _REST).exists()
 
+    def check_none_beyond(self, episodes: int) -> None:
+        """Raises CaregiverError if there are episodes beyond so many, for they would be thrown away."""
+        beyond = sum((folder / _REST).exists() and int(folder.name) >= episodes for folder in self.path.glob("[0-9]*"))
+        if beyond:
+            raise CaregiverError(
+                f"'{self.path}' holds {beyond} episodes more than are asked for now: ask for as many, or remove it"
+            )
+
     def load(self, number: int) -> Steps:
         """An episode that is there."""
         return Steps.load(_folder(self.path, number))

@@ -26,6 +26,7 @@ from caregiver_mj.viz.studio import Studio
 DEFAULT_SIZE = 1280, 720  # pixels
 DEFAULT_FPS = 30.0
 _SMALLEST, _LARGEST = (320, 240), (3840, 2160)  # pixels
+LONGEST = 86_400  # seconds of a film
 _TRAIL_SECONDS = 20.0
 
 
@@ -123,6 +124,8 @@ def _check_picture(width: int, height: int, fps: float, seconds: float) -> None:
         raise CaregiverError(f"fps must lie in 1 to 120, not {fps}")
     if not (isinstance(seconds, numbers.Real) and math.isfinite(seconds) and seconds > 0):
         raise CaregiverError(f"seconds must be a positive length, not {seconds}")
+    if seconds > LONGEST:
+        raise CaregiverError(f"a film has {LONGEST:,} seconds at most, a day, not {seconds:g}")
 
 
 @contextlib.contextmanager

@@ -90,9 +90,12 @@ def test_gymnasiums_wrappers_take_it():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"num_envs": 5, "at_once": 2}, "5 episodes cannot be shared out to 2 houses and families"),
-        ({"num_envs": 2, "families": (1, 0.5), "at_once": 2}, "2 episodes cannot be shared out to 4"),
-        ({"num_envs": 4, "at_once": 4}, "in 1 to 3 of the houses at once, not in 4"),
+        ({"num_envs": 5, "at_once": 2}, "5 episodes, cannot be shared out to 2 houses at once and 1 families"),
+        (
+            {"num_envs": 2, "families": (1, 0.5), "at_once": 2},
+            "2 episodes, cannot be shared out to 2 houses at once and 2 families",
+        ),
+        ({"num_envs": 4, "at_once": 4}, "at_once, .* must be an integer from 1 to 3, not 4"),
         ({"num_envs": 2, "at_once": 2, "slots": (1, 1)}, r"slots \(1, 1\) are too few for house 'other'"),
     ],
 )
