@@ -122,7 +122,8 @@ class Clearances:
         turning: From the middle of the base to a wall, so that a candle in the tucked hand can be swung round.
         child_turning: From the middle of the base to that of a child, likewise.
         hand: To both sides of the hand's middle when it is out: half its width, and what the arm may be off.
-        hand_width: From the middle of a candle that is put down to the nearest end of another one.
+        hand_width: From the middle of a candle that is put down, or taken, to the nearest end of another one; half of
+            it counts for a hand that passes a wall.
     """
 
     furniture: float
