@@ -17,8 +17,10 @@ from caregiver_mj.caregivers.baselines import GuardCaregiver, NearestCaregiver, 
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.parts import CandlesCaregiver, StairsCaregiver
+from caregiver_mj.caregivers.registry import find_caregiver
 from caregiver_mj.children.tape import Tape, pick
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.interventions.intervention import BLOCK, RELOCATE, STAND_ASIDE, Intervention, Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -497,7 +499,8 @@ def offered(monkeypatch):
     values = {}
 
     def entry_points(*, group):
-        assert group == "caregiver_mj.caregivers"
+        if group != "caregiver_mj.caregivers":
+            return importlib.metadata.EntryPoints()
         return importlib.metadata.EntryPoints(importlib.metadata.EntryPoint(n, v, group) for n, v in values.items())
 
     monkeypatch.setattr(importlib.metadata, "entry_points", entry_points)
@@ -530,6 +533,22 @@ def test_an_offer_that_has_the_name_of_one_of_ours_is_told_once(offered):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert registry["paper"] is PaperCaregiver
+
+
+def test_an_offer_of_what_is_no_caregiver_but_the_floor_is_told(offered):
+    offered["floor"] = "elsewhere:Nanny"
+    with pytest.warns(UserWarning, match="elsewhere:Nanny is not used: 'floor' is what no caregiver could prevent"):
+        Settings((CORRIDOR,), "grid", ("none", "floor"), episodes=1).check()
+
+
+def test_of_a_caregiver_and_a_policy_of_one_name_the_policy_is_told_to_count_for_nothing(monkeypatch):
+    points = importlib.metadata.EntryPoints(
+        importlib.metadata.EntryPoint("twin", f"{__name__}:{name}", f"caregiver_mj.{group}")
+        for name, group in (("Nanny", "caregivers"), ("Policy", "policies"))
+    )
+    monkeypatch.setattr(importlib.metadata, "entry_points", lambda *, group: points.select(group=group))
+    with pytest.warns(UserWarning, match="test_caregiver:Policy is not used: there is a caregiver 'twin'"):
+        assert find_caregiver("twin") is Nanny
 
 
 def test_an_offer_of_two_packages_is_refused(monkeypatch):

@@ -126,6 +126,7 @@ def test_command(cluster, capsys):
         (["--executor", "dask"], "--executor dask needs --scheduler ADDRESS"),
         (["--executor", "dask", "--scheduler", NOWHERE, "--jobs", "2"], "--jobs is of this machine"),
         (["--executor", "dask", "--scheduler", "no-scheme://x:1"], "no scheduler at 'no-scheme://x:1': "),
+        (["--executor", "dask", "--scheduler", "nonsense"], "no scheduler at 'nonsense': missing port number"),
         (["--executor", "dask", "--scheduler", ""], "no scheduler at '': an address is such as tcp://"),
         (["--executor", "dask", "--scheduler", "http://x:1"], "no scheduler at 'http://x:1': unknown address scheme"),
         (["--executor", "cloud"], "invalid choice: 'cloud'"),

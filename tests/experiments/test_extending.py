@@ -83,6 +83,31 @@ def test_a_record_that_was_tampered_with(tmp_path, extended):
         run(tmp_path)
 
 
+def test_a_record_of_nothing(tmp_path):
+    run(tmp_path)
+    (tmp_path / "run.json").write_text("{}")
+    with pytest.raises(CaregiverError, match=r"its run\.json is no record of a run"):
+        run(tmp_path)
+
+
+def test_other_houses_are_told_by_name_and_other_versions_by_what_differs(tmp_path):
+    run(tmp_path)
+    record = json.loads((tmp_path / "run.json").read_text())
+    versions = {**record["versions"], "caregiver_mj": "9.9"}
+    plans = [{**plan, "name": "elsewhere"} for plan in record["plans"]]
+    for changed, words in (
+        (
+            {"versions": versions},
+            r"versions is \{'caregiver_mj': '9.9'\} there and \{'caregiver_mj': '[0-9.]+'\} here$",
+        ),
+        ({"plans": plans}, "houses is elsewhere there and "),
+        ({"plans": [{**record["plans"][0], "cell_size": 2.0}]}, "the floor plans of .* are others there than here"),
+    ):
+        (tmp_path / "run.json").write_text(json.dumps({**record, **changed}))
+        with pytest.raises(CaregiverError, match=words):
+            run(tmp_path)
+
+
 # -- Other people's code -----------------------------------------------------------------------------
 
 CODE = """\

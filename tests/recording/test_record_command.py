@@ -81,20 +81,23 @@ def test_a_recording_that_breaks_off_is_gone_on_with(tmp_path, monkeypatch, caps
     assert "was broken off: go on with --resume, or remove it" in capsys.readouterr().err
     assert cli.main([*command, "--resume", "--seed", "1"]) == 2
     assert "seed is 0 there and 1 here" in capsys.readouterr().err
-    few = [*GRID, "--episodes", "3", "--out", str(tmp_path)]  # how many is asked anew
-    assert cli.main([*few, "--resume"]) == 0
+    assert cli.main([*GRID, "--episodes", "1", "--out", str(tmp_path), "--resume"]) == 2
+    assert f"holds {len(kept) - 1} episodes more than are asked for now" in capsys.readouterr().err
+    few = str(max(3, len(kept)))  # how many is asked anew
+    assert cli.main([*GRID, "--episodes", few, "--out", str(tmp_path), "--resume"]) == 0
     assert not store.exists()
     whole = tmp_path / "whole"
-    assert cli.main([*GRID, "--episodes", "3", "--out", str(whole)]) == 0
+    assert cli.main([*GRID, "--episodes", few, "--out", str(whole)]) == 0
     found = load(tmp_path, NAME, monkeypatch)
-    assert len(found) == 3
+    assert len(found) == int(few)
     same(found, load(whole, NAME, monkeypatch))
 
 
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--format", "minari", "--name", "short"], "is called NAME-vNUMBER or GROUP/NAME-vNUMBER, not 'short'"),
+        (["--format", "minari", "--name", "short"], "is called NAME-vNUMBER or GROUP/NAME-vNUMBER, of letters"),
+        (["--format", "minari", "--name", "x/y-v0"], "(of which a group has two or more), not 'x/y-v0'"),
         (["--format", "lerobot", "--name", "a-v0"], "--name is of a Minari data set"),
         (["--format", "lerobot", "--camera", "hall"], "no camera 'hall'"),
         (["--format", "lerobot", "--size", "big"], "--size is WIDTHxHEIGHT"),
