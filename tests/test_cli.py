@@ -52,7 +52,7 @@ def fails(capsys, argv):
         ([*GRID, "--epsilon", ",".join(["1"] * 101)], ["100 children at most, not 101"]),
         ([*GRID, "--children", "two"], ["--children", "two"]),
         ([*GRID, "--child", "angel"], ["angel", "novice", "expert", "adversary"]),
-        ([*GRID, "--house", "paper", "--houses", "test-2"], ["--houses: not allowed with argument --house"]),
+        ([*GRID, "--house", "apartment", "--houses", "test-2"], ["--houses: not allowed with argument --house"]),
         ([*GRID, "--damage", "1e308:1:1"], ["damage of a stairwell must be at most 1e+06"]),
         ([*GRID, "--damage", "5:4"], ["STAIRWELL:CANDLE:TABLE", "5:4"]),
         ([*GRID, "--damage", "5:-4:1"], ["candle", "-4"]),
