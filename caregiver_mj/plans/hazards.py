@@ -37,7 +37,7 @@ class DamageWeights:
             value = getattr(self, field.name)
             if not (isinstance(value, numbers.Real) and math.isfinite(value) and float(value) >= 0):
                 raise CaregiverError(f"the damage of a {field.name} must be a number of at least 0, not {value!r}")
-            if value > MOST_DAMAGE:
+            if float(value) > MOST_DAMAGE:
                 raise CaregiverError(f"the damage of a {field.name} must be at most {MOST_DAMAGE:g}, not {value!r}")
 
     @classmethod

@@ -157,7 +157,7 @@ class RetrievalPlanner:
     def _stands(self, view: View, candle: int, point: np.ndarray) -> Work[list[tuple[Pose, float]]]:
         """Poses of the base from which to reach for a point, the nearest one first, and how far to reach."""
         navigator, clearance = self._navigator, self._navigator.clearance
-        here = navigator.nearest_cell(view.base[:2])
+        here, there = navigator.nearest_cell(view.base[:2]), (float(point[0]), float(point[1]))
         stands = []
         for yaw, reach in itertools.product(_directions(), self._robot.postures.lying_reaches):
             place = se2.to_world((point[0], point[1], yaw), (-reach, 0.0))
@@ -165,7 +165,7 @@ class RetrievalPlanner:
             if route is not None:
                 cost = math.dist(place, view.base[:2]) + navigator.plan.cell_size * len(route)
                 cost += 0.0 if clearance.can_turn(place) else _NO_TURNING
-                cost += _PAST_CHILD if distance_from_line(view, place, point[:2], _SOON) < _CHILD_AT_ARM else 0.0
+                cost += _PAST_CHILD if distance_from_line(view, place, there, _SOON) < _CHILD_AT_ARM else 0.0
                 stands.append((cost, (*place, yaw), reach))
             yield _ROUTE
         clear: list[tuple[Pose, float]] = []
