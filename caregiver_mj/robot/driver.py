@@ -121,8 +121,8 @@ class Driver:
     def _may_turn(self, view: View, robot: RobotMotion, yaw: float) -> bool:
         """Whether the base may turn where it is.
 
-        A turn to this heading, once begun, goes on wherever the base has got to, but it stops while a child is close. A candle slips in
-        the hand at every turn, so with one the base does not turn for a way that is closed.
+        A turn to this heading, once begun, goes on wherever the base has got to, but it stops while a child is close. A
+        candle slips in the hand at every turn, so with one the base does not turn for a way that is closed.
         """
         if view.child_distance(view.base[:2]) <= self._embodiment.clearances.child_turning:
             if robot.turns_to(yaw) and robot.turn_left(yaw) > 0.0:
