@@ -38,7 +38,8 @@ class Registry(Mapping[str, Kind], Generic[Kind]):
             self.tell_of_namesakes(name, f"{self.what} '{name}' is one of the package's own")
             return self._own[name]
         if name not in self:
-            raise CaregiverError(f"no {self.what} '{name}': there are {', '.join(self)}")
+            yours = f"; yours is an entry point of {self.group}" if ":" in name else ""
+            raise CaregiverError(f"no {self.what} '{name}': there are {', '.join(self)}{yours}")
         entry, *others = self._offered(name)
         if any(other.value != entry.value for other in others):
             values = ", ".join(offered.value for offered in (entry, *others))
