@@ -30,6 +30,8 @@ _CHILD_SOON = 0.5  # seconds in which a child that walks on may be in the hand's
 _ON_PATH = 0.008  # metres off its path up to which a base is where it is planned to be when the hand has come down
 _LATE = 0.03  # seconds old up to which what is seen is good enough for the last of the way before the base rests
 _AS_USUAL = 0.01  # metres that a table may be higher than usual without a difference
+_LAST_YAW_SLOWED = 0.012  # radians to go at which it has turned
+_CHILD_COMES = 0.4  # metres that a child comes nearer while the base turns for the last time
 _LAST_DISTANCE_SLOWED = 0.01  # metres to go at which a base that is slowed down, or has stopped short, has arrived
 
 
@@ -139,7 +141,9 @@ class AtTable(Skill):
         is_on_its_path = math.dist(view.base[:2], robot.base_reference()[0]) < _ON_PATH
         at_last = self._rests(view) if is_late else robot.time_left < approach.last_time and is_on_its_path
         last_distance = approach.last_distance if robot.moving and robot.is_unhindered else _LAST_DISTANCE_SLOWED
-        if at_last and off < last_distance and turn < approach.last_yaw:
+        # A child that comes stops the turn, and the hand would come down beside the candle.
+        is_alone = view.child_distance(view.base[:2]) > self.embodiment.clearances.child_turning + _CHILD_COMES
+        if at_last and off < last_distance and turn < (approach.last_yaw if is_alone else _LAST_YAW_SLOWED):
             robot.reach(1.0)
             return True
         if self._child_in_between(view, yaw, along):

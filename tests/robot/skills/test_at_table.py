@@ -80,3 +80,21 @@ def test_a_candle_behind_another_one_on_all_sides_is_not_picked_over_it():
     for before, has_way in ((0.05, False), (0.25, False), (0.35, True), (-0.1, True)):
         candles = [(x, y, 0.6, 1.0, 0.0, 0.0, 0.0), (x, y - before, 0.6, 1.0, 0.0, 0.0, 0.0)]
         assert pick.has_way(view(candles=candles)) == has_way
+
+
+@pytest.mark.parametrize(("away", "comes_down"), [(None, True), (1.2, True), (0.8, False)])
+def test_the_hand_comes_down_before_the_turn_is_done_only_where_no_child_may_stop_it(away, comes_down):
+    """It once came down 3 cm beside a candle, and knocked it over."""
+    pick, robot = Pick(Navigator(CORRIDOR, ROBOT), 0, 0), RobotMotion(ROBOT, TIMESTEP)
+    robot.reset((*centre(CORRIDOR, (2, 3)), math.pi))
+    candle = (*centre(CORRIDOR, (1, 1)), 0.6, 1.0, 0.0, 0.0, 0.0)
+    out = []
+    while robot.now < 8.0:
+        (x, y), yaw = robot.base_reference()[0], robot.yaw
+        base = (x, y, yaw + 0.05)  # radians to go
+        who = () if away is None else (child(x, y - away),)
+        pick.step(view(*who, base=base, now=robot.now, candles=[candle]), robot)
+        robot.action(base)
+        robot.now += TIMESTEP
+        out.append(robot.hand_out)
+    assert (max(out) == pytest.approx(1.0)) == comes_down
