@@ -85,10 +85,6 @@ def step_vector(actions, seed=0):
     envs.step(actions)
 
 
-def houses_vector(houses, *numbers):
-    return GridHousesVector(houses, *numbers)
-
-
 ONE = [Tape.draw_family(np.random.RandomState(0), 1, timesteps=2)]
 
 ODD = {
@@ -198,9 +194,9 @@ ODD = {
         ),
         (lambda: step_vector(np.zeros(3, int), [1.5, 2, 3]), "a seed must be an integer of at least 0"),
         (lambda: step_vector(np.zeros(3, int), [1, 2]), "2 seeds for 3 episodes"),
-        *((lambda h=h: houses_vector(h, 2), "houses must be several") for h in ("paper", None, TINY)),
-        (lambda: houses_vector([TINY], 3, 2), "at_once, .* must be an integer from 1 to 1, not 2"),
-        (lambda: houses_vector([TINY, "paper"], 3), "3 episodes, cannot be shared out to 2 houses at once"),
+        *((lambda h=h: GridHousesVector(h, 2), "houses must be several") for h in ("paper", None, TINY)),
+        (lambda: GridHousesVector([TINY], 3, 2), "at_once, .* must be an integer from 1 to 1, not 2"),
+        (lambda: GridHousesVector([TINY, "paper"], 3), "3 episodes, cannot be shared out to 2 houses at once"),
     ],
 }
 
