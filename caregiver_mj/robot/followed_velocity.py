@@ -32,8 +32,16 @@ class FollowedVelocity:
         self.told: Vector = (0.0, 0.0)
         self.acceleration: Vector = (0.0, 0.0)
 
-    def follow(self, wanted: Vector, at_once: bool = False) -> Vector:
-        """The velocity for the coming control timestep, m/s; the wanted one whatever that takes, if that is asked."""
+    def follow(self, wanted: Vector, at_once: bool = False, goes_on: bool = True) -> Vector:
+        """The velocity for the coming control timestep, m/s.
+
+        Args:
+            wanted: It shall come to this.
+            at_once: Whatever that takes.
+            goes_on: Whether the wanted one goes on as it has changed; one that is kept within a bound stays there.
+        """
+        if not goes_on:
+            self._wanted = wanted
         before, self.told = self.told, (wanted if at_once else self._towards(wanted))
         self.acceleration = (self.told[0] - before[0]) / self._timestep, (self.told[1] - before[1]) / self._timestep
         self._wanted = wanted

@@ -278,7 +278,8 @@ class RobotMotion(BaseMotion):
         if (speed := math.hypot(vx, vy)) > top:  # held up by something, it must not catch up at any speed
             vx, vy = vx * top / speed, vy * top / speed
         wanted = vx, vy
-        vx, vy = self._velocity.follow(*(restrain(wanted, self._velocity.told) if restrain else (wanted, False)))
+        left, at_once = restrain(wanted, self._velocity.told) if restrain else (wanted, False)
+        vx, vy = self._velocity.follow(left, at_once, goes_on=math.dist(left, wanted) < _OTHER)
         self._is_free = math.dist((vx, vy), wanted) < _OTHER
         # Pushed at its arm, the base has been turned as well.
         released = min(_CATCH_UP_TURN, self._turn_feedback + _RELEASE_TURN * self._timestep)

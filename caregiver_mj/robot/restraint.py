@@ -14,6 +14,7 @@ from caregiver_mj.robot.view import ChildView, View
 _TOUCHED = 0.002  # metres to a child that touches the base, or does so at the next control timestep
 _NO_NEARER = 0.05  # metres to a child below which nothing leads towards it, be it on a path that slides past it
 _BRAKES, _BRAKES_TOUCHED = 3.0, 1.5  # m/s^2 with which it brakes: what is told keeps its own limits until it is touched
+_LANDS = 0.5  # share of the base's jerk with which that ends: what is told must not overshoot, beside a child
 _BACK = tuple(0.05 * i for i in range(1, 9))  # metres straight away from a child where there may be room
 _COMES_TO_REST, _BUILDS_UP = 1.0, 0.15  # m/s^2 with which it brakes there, and seconds until it does
 # What is straight off a child changes as it walks on at the heels of a base that leaves it. From this speed on, m/s, it
@@ -84,20 +85,35 @@ def _restrained(
         dy += later * (child.velocity[1] - before[1])
     away = math.hypot(dx, dy)
     x, y = dx / away, dy / away
-    brakes = seconds * (_BRAKES_TOUCHED if room < _TOUCHED else _BRAKES)
+    jerk = _LANDS * robot.limits.as_told.jerk if room >= _TOUCHED else math.inf  # touched, it is told at once
     towards = vx * x + vy * y
     if room < _NO_NEARER:
-        towards = min(towards, max(0.0, before[0] * x + before[1] * y - brakes))
+        towards = min(towards, _brought_to(0.0, before[0] * x + before[1] * y, seconds, jerk))
     slower = robot.limits.slowing(max(0.0, room) / FOLLOWING_SPEED - view.age)
     slides = max(0.0, slide_speed(room) + _STRAYS * min(0.0, towards)) + slower
-    most = max(slides, abs(before[1] * x - before[0] * y) - brakes)
     across = vy * x - vx * y
-    if abs(across) > most:
+    way = math.copysign(1.0, across)
+    most = _brought_to(slides, way * (before[1] * x - before[0] * y), seconds, jerk)
+    if abs(across) > max(most, slides):
         # What is left leads straighter away from the child than its way does: no faster than there is room for.
-        on_its_way = towards * most / abs(across)
+        on_its_way = towards * max(0.0, most) / abs(across)
         towards = max(towards, min(on_its_way, -_speed_back(view, robot, clearance, is_loaded, (x, y))))
-        across = math.copysign(most, across)
+    across = way * min(abs(across), most)
     return towards * x - across * y, towards * y + across * x
+
+
+def _brought_to(end: float, speed: float, seconds: float, jerk: float) -> float:
+    """The next speed of a base that comes from one speed to another, and not beyond it, m/s.
+
+    Args:
+        end: So fast it shall be, m/s.
+        speed: So fast it is.
+        seconds: A control timestep.
+        jerk: With which its acceleration goes at the end, m/s^3; infinite if it may go at once.
+    """
+    off = end - speed
+    most = min(_BRAKES if jerk < math.inf else _BRAKES_TOUCHED, math.sqrt(2 * jerk * abs(off)) if off else 0.0)
+    return speed + math.copysign(min(abs(off), seconds * most), off)
 
 
 def _speed_back(view: View, robot: Embodiment, clearance: Clearance, is_loaded: bool, child: Vector) -> float:

@@ -11,6 +11,7 @@ from views import child, view
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.followed_velocity import FollowedVelocity
 from caregiver_mj.robot.restraint import restrain
 
 ROBOT = find_embodiment()
@@ -40,8 +41,27 @@ def test_it_brakes_from_what_it_was_told_before():
     # By 0.03 m/s a control timestep, 1.5 m/s^2; by 0.06 before it is touched, where what is told keeps its limits.
     assert left(TOUCHED, (0.1, 0.25), before=(0.1, 0.25)) == pytest.approx((0.07, 0.22))
     near, aside = view(child(TOUCHING + 0.05, 0.0)), view(child(TOUCHING + 0.12, 0.0))
-    assert left(near, (-0.1, 0.25), before=(-0.1, 0.25)) == pytest.approx((-0.1, 0.19))
-    assert left(aside, (-0.1, 0.25), before=(-0.1, 0.25)) == (-0.1, 0.25)
+    assert left(near, (-0.1, 0.4), before=(-0.1, 0.4)) == pytest.approx((-0.1, 0.34))
+    assert left(aside, (-0.1, 0.4), before=(-0.1, 0.4)) == (-0.1, 0.4)
+
+
+SPEED = st.floats(-0.4, 0.4)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.floats(-0.4, 0.0), SPEED, st.lists(st.tuples(SPEED, SPEED), min_size=4, max_size=4))
+def test_what_is_told_does_not_overshoot_beside_a_child(leaves, across, wanted):
+    """What it may not lead beyond it comes to gently: it cannot cease to brake, or to speed up, from one moment on."""
+    near, followed = view(child(TOUCHING + 0.03, 0.0)), FollowedVelocity(ROBOT.limits.as_told, TIMESTEP)
+    followed.follow((leaves, across), at_once=True)
+    followed.follow((leaves, across))
+    slow = False
+    for i in range(60):
+        less = left(near, wanted[i // 15], before=followed.told)
+        vx, vy = followed.follow(less, goes_on=less == wanted[i // 15])
+        assert vx < 0.01
+        assert abs(vy) < 0.035 or not slow
+        slow = slow or abs(vy) < 0.02
 
 
 def test_a_base_at_whose_heels_a_child_walks_leaves_straight_as_it_will_be_when_it_does_what_it_is_told():
