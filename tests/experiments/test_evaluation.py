@@ -10,6 +10,7 @@ import pytest
 from comparing import rows, same
 
 from caregiver_mj.caregivers.registry import CAREGIVERS
+from caregiver_mj.children.family import Family
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import Settings
@@ -30,7 +31,7 @@ CONTACTS += ["flame_distance", "flame_seconds", "wax_distance", "wax_seconds"]
 TIMES = ["sim_seconds", "wall_seconds"]
 MEASURES = [*DAMAGE, *COUNTS, *CONTACTS, *TIMES]
 # World: episodes, and families as they may be said; two of them have the same mean epsilon.
-WORLDS = {"grid": (6, (1.0, 0.625, "1,.25")), "house": (2, (1.0, "1,.25"))}
+WORLDS = {"grid": (6, (1.0, 0.625, "1,.25")), "house": (2, ("1,.25",))}
 PAPER = FloorPlan.load("paper")
 
 
@@ -156,9 +157,9 @@ def test_seed_changes_the_rows():
 
 def test_an_only_child_is_the_first_one_of_any_family(settings, result):
     """Without a caregiver it walks as it would alone, until another child is in its way."""
-    alone = result.episodes[(result.episodes.caregiver == "none") & (result.episodes.children == 1)]
-    family = result.episodes[(result.episodes.caregiver == "none") & (result.episodes.children == 2)]
-    one = alone[alone.epsilon == 1.0].damage.to_numpy()
+    alone = dataclasses.replace(settings, caregivers=("none",), families=(Family.parse("1"),))
+    family = result.episodes[(result.episodes.caregiver == "none") & (result.episodes.family == "1,0.25")]
+    one = evaluate(alone).episodes.damage.to_numpy()
     first = family.damage_by_child.map(lambda damage: damage[0]).to_numpy()
     assert np.abs(one - first).mean() < 0.5 * one.mean()
     assert (one != first).any()

@@ -149,19 +149,21 @@ def caregiver_of(name):
     return make_caregiver(name, FloorPlan.load("paper" if name == "clairvoyant" else "apartment"))
 
 
-@pytest.mark.parametrize("name", CAREGIVERS)
-@pytest.mark.parametrize("child", CHILDREN)
+# Every caregiver with the novice, and every child with the caregivers that take most notice of it.
+@pytest.mark.parametrize(
+    ("child", "name"),
+    [("novice", name) for name in CAREGIVERS]
+    + [(child, name) for child in CHILDREN if child != "novice" for name in ("none", "paper", "clairvoyant")],
+)
 def test_an_episode_with_any_child_is_the_same_alone_and_among_others(child, name):
     """With a novice beside it, for what a child remembers must be its own.
 
-    What one child remembers is tried with two caregivers, and what each caregiver does with the novice, for longer than
-    what all the others make of each other.
+    What each child remembers is tried with three caregivers, and what each caregiver does with the novice.
     """
     caregiver = caregiver_of(name)
     plan = caregiver.plan if caregiver else FloorPlan.load("apartment")
     world = GridWorld(plan, f"{child}:0.6,0.3", caregiver)
-    timesteps, seeds = (50, (7, 3, 11)) if child == "novice" or name in ("none", "paper") else (30, (7, 3))
-    families = [Tape.draw_family(np.random.RandomState(seed), 2, timesteps=timesteps) for seed in seeds]
+    families = [Tape.draw_family(np.random.RandomState(seed), 2, timesteps=50) for seed in (7, 3, 11)]
     together = world.run(families)
     for i, family in enumerate(families):
         alone = world.run([family])

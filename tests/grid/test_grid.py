@@ -313,7 +313,7 @@ def compare_with_the_plain_world(text, epsilon, assisted, seeds, timesteps):
         assert {name: totals[name][i] for name in figures} == figures
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(plan_texts(largest=12), st.sampled_from(EPSILONS), st.lists(st.integers(0, 10**6), min_size=1, max_size=4))
 def test_with_a_caregiver_it_is_the_plain_world_step_by_step(text, epsilon, seeds):
     compare_with_the_plain_world(text, epsilon, True, seeds, timesteps=60)
@@ -327,7 +327,7 @@ def test_without_a_caregiver_it_is_the_plain_world_step_by_step(text, epsilon, s
 
 @pytest.mark.parametrize("epsilon", EPSILONS)
 def test_in_the_paper_house_it_is_the_plain_world_for_whole_episodes(paper, epsilon):
-    compare_with_the_plain_world("\n".join(paper.rows), epsilon, True, range(4), EPISODE_TIMESTEPS)
+    compare_with_the_plain_world("\n".join(paper.rows), epsilon, True, range(2), EPISODE_TIMESTEPS)
 
 
 # -- One among many ------------------------------------------------------------------------------
@@ -336,7 +336,7 @@ def test_in_the_paper_house_it_is_the_plain_world_for_whole_episodes(paper, epsi
 @pytest.mark.parametrize("family", ["0.5", "1,0.25", "adversary:0,0.5"])
 @pytest.mark.parametrize("name", ["none", "random", "nearest", "guard", "paper"])
 def test_an_episode_is_the_same_alone_and_among_others(paper, name, family):
-    seeds = [7, 3, 3, 11, 0]
+    seeds = [7, 3, 3]
     together = run_episodes(paper, family, make_caregiver(name, paper), seeds)
     for i, seed in enumerate(seeds):
         alone = run_episodes(paper, family, make_caregiver(name, paper), [seed])
@@ -372,7 +372,7 @@ def test_progress_is_reported_once_a_timestep(paper):
 # -- Invariants ----------------------------------------------------------------------------------
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(
     plan_texts(),
     st.sampled_from(sorted(CHILDREN)),

@@ -211,8 +211,7 @@ def test_no_damage_at_all(tmp_path):
     assert "nan" not in text
 
 
-@pytest.mark.parametrize("damage", ["5:4:1", "0:0:0"])
-@pytest.mark.parametrize("episodes", ["1", "4"])
+@pytest.mark.parametrize(("damage", "episodes"), [("5:4:1", "1"), ("5:4:1", "4"), ("0:0:0", "4")])
 def test_captions_promise_only_the_intervals_that_there_are(tmp_path, damage, episodes):
     argv = ["evaluate", "--world", "grid", "--epsilon", "1", "0", "--caregiver", "none", "paper", "nearest"]
     assert cli.main([*argv, "--damage", damage, "--episodes", episodes, "--out", str(tmp_path)]) == 0
