@@ -17,7 +17,7 @@ class FollowedVelocity:
 
     Attributes:
         told: The last velocity that the base was told, m/s.
-        acceleration: What it did to the one before, m/s^2.
+        acceleration: What it did to the one before, m/s^2; nothing if it was told at once.
     """
 
     def __init__(self, limits: Limits, control_timestep: float):
@@ -43,7 +43,8 @@ class FollowedVelocity:
         if not goes_on:
             self._wanted = wanted
         before, self.told = self.told, (wanted if at_once else self._towards(wanted))
-        self.acceleration = (self.told[0] - before[0]) / self._timestep, (self.told[1] - before[1]) / self._timestep
+        changed = (self.told[0] - before[0]) / self._timestep, (self.told[1] - before[1]) / self._timestep
+        self.acceleration = (0.0, 0.0) if at_once else changed  # it does not go on with that
         self._wanted = wanted
         return self.told
 

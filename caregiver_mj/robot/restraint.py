@@ -57,10 +57,13 @@ def restrain(
     for _ in range(rounds):
         wanted = left
         for child in view.children:
-            left = _restrained(view, robot, clearance, seconds, is_loaded, child, left, before)
+            left = _restrained(view, robot, clearance, seconds, is_loaded, is_touched, child, left, before)
         if rounds == 1 or math.dist(left, wanted) < _SETTLED:
             return left, is_touched
-    return (0.0, 0.0), is_touched  # what one child leaves leads towards another one
+    # What one child leaves leads towards another one: it brakes.
+    slower = seconds * (_BRAKES_TOUCHED if is_touched else _BRAKES)
+    kept = max(0.0, 1.0 - slower / speed) if (speed := math.hypot(*before)) else 0.0
+    return (kept * before[0], kept * before[1]), is_touched
 
 
 def _restrained(
@@ -69,6 +72,7 @@ def _restrained(
     clearance: Clearance,
     seconds: float,
     is_loaded: bool,
+    is_touched: bool,
     child: ChildView,
     velocity: Vector,
     before: Vector,
@@ -85,7 +89,7 @@ def _restrained(
         dy += later * (child.velocity[1] - before[1])
     away = math.hypot(dx, dy)
     x, y = dx / away, dy / away
-    jerk = _LANDS * robot.limits.as_told.jerk if room >= _TOUCHED else math.inf  # touched, it is told at once
+    jerk = math.inf if is_touched else _LANDS * robot.limits.as_told.jerk  # touched by any, it is told at once
     towards = vx * x + vy * y
     if room < _NO_NEARER:
         towards = min(towards, _brought_to(0.0, before[0] * x + before[1] * y, seconds, jerk))

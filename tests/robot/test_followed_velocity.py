@@ -48,7 +48,7 @@ def test_what_comes_back_while_the_base_speeds_up_comes_in_what_that_leaves():
 def test_where_it_must_be_at_once_it_is():
     follower = FollowedVelocity(LIMITS, STEP)
     assert follower.follow((0.5, 0.0), at_once=True) == (0.5, 0.0)
-    assert follower.acceleration == (25.0, 0.0)
+    assert follower.acceleration == (0.0, 0.0)
 
 
 @settings(max_examples=100, deadline=None)
@@ -66,3 +66,13 @@ def test_it_keeps_its_bounds_whatever_is_wanted_and_gets_there(wishes):
     assert follower.told == wanted
     assert all(math.hypot(*acceleration) <= 2.0 + 1e-9 for acceleration in accelerations)
     assert all(math.dist(*pair) <= 0.6 + 1e-9 for pair in itertools.pairwise(accelerations))
+
+
+def test_what_is_told_at_once_is_not_gone_on_with():
+    follower = FollowedVelocity(LIMITS, STEP)
+    follower.follow((0.4, 0.0), at_once=True)
+    assert [follower.follow(velocity, at_once=True) for velocity in ((0.3, 0.0), (0.0, 0.0))] == [
+        (0.3, 0.0),
+        (0.0, 0.0),
+    ]
+    assert follower.follow((0.0, 0.0)) == (0.0, 0.0)

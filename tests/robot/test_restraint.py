@@ -116,3 +116,19 @@ def test_nothing_leads_towards_any_of_several_children(places, heading):
     for _ in range(3):
         told = left(view(*family), (0.5 * math.cos(heading), 0.5 * math.sin(heading)), before=told)
     assert max(towards(told, who) for who in family) < 0.01
+
+
+def test_between_children_for_whom_no_velocity_does_the_base_brakes_and_does_not_swing_back():
+    """One touches it and is left; for the sake of the other one it shall not. No jump, and nothing towards either."""
+    followed, wanted = FollowedVelocity(ROBOT.limits.as_told, TIMESTEP), (0.36, -0.08)
+    followed.follow(wanted, at_once=True)
+    aside = child((TOUCHING + 0.027) * math.cos(math.radians(-93)), (TOUCHING + 0.027) * math.sin(math.radians(-93)))
+    for step in range(20):
+        behind = child(-TOUCHING - (0.001 if step == 0 else 0.004), 0.0, 0.3)
+        before = followed.told
+        less, at_once = restrain(view(behind, aside), ROBOT, CLEARANCE, TIMESTEP, False, wanted, before)
+        followed.follow(less, at_once, goes_on=False)
+        assert at_once == (step == 0)
+        assert math.dist(followed.told, before) < 0.06  # 3 m/s^2
+        assert towards(followed.told, behind) < 0.01
+    assert towards(followed.told, aside) < 0.01
