@@ -13,8 +13,8 @@ from caregiver_mj.house.sensing import KINDS, Blur, Sensing
 
 Observation = Mapping[str, np.ndarray]
 
-_LIFTED = 0.02  # metres above a table's top from which on a candle counts as lifted, and ...
-_OFF_FLOOR = 0.2  # ... above the floor, where there is no table: one that lies there has its foot lower
+_LIFTED = 0.03  # metres above a table's top from which on a candle counts as lifted (one that lies there: 0.022), ...
+_OFF_FLOOR = 0.2  # ... and above the floor, where there is no table: one that lies there has its foot lower
 _CLOSED = 0.024  # metres of each finger off the middle below which the hand has closed
 
 

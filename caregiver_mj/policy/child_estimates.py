@@ -20,21 +20,22 @@ class ChildEstimates:
         self._timestep, self._age = timestep, age
         self._position: np.ndarray | None = None
         self._velocity: np.ndarray | None = None
-        self._seen: np.ndarray | None = None
+        self._seen: np.ndarray | None = None  # poses and velocities
 
     def update(self, poses: np.ndarray, velocities: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Takes in what has been seen: poses x, y, yaw (..., 3) and velocities (..., 3); returns those of now."""
+        seen = np.concatenate([poses, velocities], axis=-1)
         if self._position is None:
             self._position, self._velocity = poses.copy(), velocities.copy()
         else:
-            new = (poses != self._seen).any(axis=-1, keepdims=True)  # or it has not been seen anew
+            new = (seen != self._seen).any(axis=-1, keepdims=True)  # or it has not been seen anew
             self._velocity = self._velocity + new * self._velocity_gain * (velocities - self._velocity)
             expected = self._position + self._timestep * self._velocity
             off = poses - expected
             lost = np.linalg.norm(off[..., :2], axis=-1, keepdims=True) > _LOST
             self._position = expected + new * np.where(lost, 1.0, self._gain) * off
             self._position[..., 2] = poses[..., 2]
-        self._seen = poses
+        self._seen = seen
         now = self._position.copy()
         now[..., :2] += self._age * self._velocity[..., :2]
         return now, self._velocity

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import collections
+import math
 
 import numpy as np
 
@@ -25,7 +26,7 @@ class SelfEstimate:
     """The robot follows its references closely: what is measured is how far it is off them."""
 
     def __init__(self, blur: Blur, robot: RobotMotion, delay_steps: int):
-        self._robot = robot
+        self._robot, self._blur = robot, blur
         place, turn = _STEADY
         self._gains = np.array([gain(blur.noise, place)] * 2 + [gain(blur.turn_noise, turn)])
         self._path = np.zeros(3)  # of the base's reference, without the jumps
@@ -48,7 +49,7 @@ class SelfEstimate:
         (path_then, arm_then), (path_now, arm_now) = self._history[0], self._history[-1]
         if self._off is None:
             self._off = base - path_then
-        elif self._seen is None or not np.array_equal(base, self._seen):  # or it has not been seen anew
+        elif not (self._blur.dropout and np.array_equal(base, self._seen)):  # or it has not been seen anew
             self._off = self._off + self._gains * (base - path_then - self._off)
         self._seen = base
         return (path_then + self._off, arm), (path_now + self._off, arm + (arm_now - arm_then))
@@ -57,7 +58,7 @@ class SelfEstimate:
         """What the robot has been told up to now."""
         robot = self._robot
         here = np.array([*robot.base_reference()[0], robot.yaw])
-        if self._before is not None and np.abs(here - self._before)[:2].max() < _JUMP:
+        if self._before is not None and math.dist(here[:2], self._before[:2]) < _JUMP:
             self._path = self._path + (here - self._before)
         self._before = here
         return self._path, robot.reach_path.joints(robot.reached)

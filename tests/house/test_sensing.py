@@ -92,6 +92,11 @@ def test_in_the_hand_the_error_turns_with_the_robot():
     assert left[1] == pytest.approx(ahead[1])
 
 
+def test_on_a_table_it_does_not_even_if_the_candle_lies_there():
+    (ahead,), (left,) = (candle_errors([candles(0.622, yaw=yaw)], bias=0.01) for yaw in (0.0, math.pi / 2))
+    assert left[0] == pytest.approx(ahead[0])
+
+
 def test_those_of_base_and_child_last_for_the_episode():
     seen = sensed([EXACT] * 3, base={"bias": 0.01, "turn_bias": 0.01}, child={"bias": 0.01})
     for key in ("base_position", "toddler_position"):

@@ -1,5 +1,7 @@
 """What is there now, by what is observed with errors and too late."""
 
+import math
+
 import numpy as np
 import pytest
 from views import ROBOT
@@ -53,6 +55,31 @@ def test_a_robot_knows_where_it_is_by_now(delay_steps):
 def test_noise_of_where_it_is_averages_out_under_way():
     true, found = drive(Blur(noise=0.01), 3)
     assert (found - true)[30:, :2].std() < 0.005
+
+
+@pytest.mark.parametrize("off", [(0.055, 0.0), (0.042, 0.042)])
+def test_a_reference_that_is_set_anew_does_not_move_the_robot(off):
+    """As where it is let go by a base that has been led off it."""
+    robot = RobotMotion(ROBOT, STEP)
+    robot.reset((0.0, 0.0, 0.0))
+    estimate, found = SelfEstimate(Blur(noise=0.01), robot, 3), []
+    for step in range(40):
+        if step == 30:
+            robot.let_go(off, (0.0, 0.0), (0.0, 0.0))
+        _, (base, _) = estimate.update(np.array([*off, 0.0]), TUCKED)
+        found.append(base[:2])
+        robot.now += STEP
+    assert np.array(found)[30:] == pytest.approx(np.tile(off, (10, 1)), abs=0.001)
+
+
+def test_a_base_that_is_held_is_known_not_to_move():
+    robot = motion()
+    estimate = SelfEstimate(Blur(), robot, 0)
+    for _ in range(60):
+        robot.set_rate(1.0)
+        _, (base, _) = estimate.update(np.zeros(3), TUCKED)  # it is told to, and is seen where it was
+        robot.now += STEP
+    assert base[0] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_what_has_not_been_measured_is_driven_on():
@@ -146,6 +173,17 @@ def test_noise_and_gaps_of_a_child_are_smoothed():
             seen = true + random.normal(size=(2, 3)) * [0.02, 0.02, 0.0]
         errors.append(estimates.update(seen, velocity)[0] - true)
     assert np.array(errors)[20:, :, :2].std() < 0.01
+
+
+def test_a_child_that_stands_still_does_so_however_its_velocity_is_seen():
+    random, here = np.random.default_rng(0), np.array([1.0, 2.0, 0.0])
+    estimates = ChildEstimates(Blur(velocity_noise=0.1), STEP, 0.0)
+    for step in range(300):
+        walks = np.array([0.4, 0.0, 0.0]) * (step < 20)
+        here = here + STEP * walks
+        position, velocity = estimates.update(here, walks + random.normal(size=3) * 0.1)
+        assert math.dist(position[:2], here[:2]) < 0.01
+    assert np.hypot(*velocity[:2]) < 0.2
 
 
 # -- All of it -----------------------------------------------------------------------------------
