@@ -32,20 +32,21 @@ class PlanningScene:
             robot: The robot in it.
         """
         spec.option.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)  # a body asleep has no contacts
+        for geom in spec.geoms:  # before it is compiled: boxes about bodies, which rule contacts out, are made then
+            if geom.name.startswith("robot/"):
+                geom.margin = _MARGIN
+            elif geom.name.startswith("table_") and geom.name.endswith("/top"):
+                geom.size[:2] += _TABLE_MARGIN
         self._model = model = spec.compile()
         self._data = mujoco.MjData(model)
         names = [model.geom(i).name for i in range(model.ngeom)]
         self._robot = np.array([name.startswith("robot/") for name in names])
-        model.geom_margin[self._robot] = _MARGIN
         self._pads = np.array([name.endswith("_pad") for name in names])
         self._wax = [names.index(f"candle_{i}/wax") for i in range(len(plan.candle_tables))]
         joints = (robot.names.base, robot.names.arm, robot.names.fingers)
         self._base, self._arm, fingers = ([model.joint(f"robot/{name}").qposadr[0] for name in part] for part in joints)
         candles = [model.joint(f"candle_{i}/joint").qposadr[0] for i in range(len(plan.candle_tables))]
         self._candles = np.array(candles, int)[:, None] + np.arange(7)
-        tables = [i for i, name in enumerate(names) if name.startswith("table_") and name.endswith("/top")]
-        model.geom_size[tables, :2] += _TABLE_MARGIN
-        model.geom_rbound[tables] += 2 * _TABLE_MARGIN
         self._hand = self._data.body("robot/hand")
         self._data.qpos[model.joint("toddler/x").qposadr[0]] = _ELSEWHERE
         self._data.qpos[fingers] = robot.grasp.open

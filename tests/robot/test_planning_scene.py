@@ -5,6 +5,7 @@ import pytest
 from reaching import first_way
 
 from caregiver_mj.house.scene import build_house
+from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.grips import upright_grip
@@ -31,3 +32,14 @@ def test_planning_scene_knows_what_the_robot_and_the_candle_in_its_hand_would_to
     scene = PlanningScene(build_house(plan), plan, find_embodiment())
     assert scene.is_free((x - 0.6, y, 0.0), way, candle, 0) == free
     assert scene.is_free((x - 0.6, y, 0.0), way, candle, 0, held=True) == free_with_candle
+
+
+@pytest.mark.parametrize(("gap", "free"), [(0.033, False), (0.037, True)])
+def test_tables_may_be_off_their_places_and_the_robot_keeps_a_margin(gap, free):
+    plan = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.......#\n#########", "room")
+    robot = find_embodiment()
+    scene = PlanningScene(build_house(plan), plan, robot)
+    x, y = plan.position(plan.tables[1])
+    base = (x - layout.TABLE_HALF_SIZE - gap - robot.footprint, y, 0.0)
+    elsewhere = np.array([[50.0, 50.0, 0.0, 1.0, 0.0, 0.0, 0.0]])
+    assert scene.is_free(base, [arm_of(robot).tucked], elsewhere, 0) == free
