@@ -52,7 +52,8 @@ class RobotMotion(BaseMotion):
     Attributes:
         robot: The robot.
         now: The present time.
-        catch_up: How fast the base, pushed off its reference, returns to it at most, m/s: a child may be in between.
+        catch_up: How fast the base, pushed off its reference, returns to it at most, m/s, and its edge as it turns back
+            to it: a child may be in between.
         reach_path: On which the hand reaches out.
         giving_way: Whether, and how far, the arm lets itself be pushed away: a child may be at it.
     """
@@ -283,6 +284,7 @@ class RobotMotion(BaseMotion):
         self._is_free = math.dist((vx, vy), wanted) < _OTHER
         # Pushed at its arm, the base has been turned as well.
         released = min(_CATCH_UP_TURN, self._turn_feedback + _RELEASE_TURN * self._timestep)
+        released = min(released, self.catch_up / self.robot.footprint)
         self._turn_feedback = most = _GENTLE_TURN if self.giving_way.yields else released
         back_yaw = min(most, max(-most, self._yaw_gain * (yaw - base[2])))
         return vx, vy, yaw_rate + servos.yaw_lag * yaw_acceleration + back_yaw

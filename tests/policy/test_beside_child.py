@@ -38,6 +38,22 @@ def test_a_base_off_its_reference_returns_no_faster_than_the_child_leaves_room_f
     assert policy.robot.catch_up == pytest.approx(catch_up_speed(gap))
 
 
+@pytest.mark.parametrize("gap", [0.02, 0.2])
+def test_nor_does_it_turn_back_any_faster(gap):
+    env = caregiver_mj.load("relocate_candle", ROOM, 0.0, random=0)
+    policy, timestep = caregiver_mj.CaregiverPolicy(env), env.reset()
+    x, y, yaw = env.physics.base_position()
+    told = []
+    for step in range(30):
+        off = 0.2 if step else 0.0  # radians by which it has been pushed
+        place = np.array([x + TOUCHING + gap, y, 0.0])
+        here = {"base_position": np.array([x, y, yaw + off]), "toddler_position": place}
+        told.append(policy(timestep._replace(observation={**timestep.observation, **here}))[2])
+        timestep = timestep._replace(step_type=dm_env.StepType.MID)
+    surface = policy.robot.robot.footprint * np.abs(told)
+    assert 0.5 * catch_up_speed(gap) < surface.max() < catch_up_speed(gap) + 0.01
+
+
 def test_the_restraint_knows_when_there_is_a_candle_in_the_hand(told):
     env = caregiver_mj.load("relocate_candle", ROOM, 0.0, random=0)
     policy, timestep = caregiver_mj.CaregiverPolicy(env), env.reset()
