@@ -50,6 +50,9 @@ class Relocating(Routine):
             self._carry(see(), refused=self.skill.table)
             return Status.RUNNING
         self.holding = NOTHING
+        if status is Status.OVERTAKEN and self.means.takes_orders:  # it has fallen, maybe there where it shall stand
+            self.skill, self.activity = _fetching(self.means, self.candle, view, see())
+            return Status.RUNNING
         return status
 
     def hear(self, percept: Percept, wanted: Intervention) -> None:

@@ -24,8 +24,9 @@ MOVE = 84  # control steps of a novice timestep
 class Scene:
     """A relocation in a room, with a child that stays where it is put."""
 
-    def __init__(self, seed: int = 0, plan: FloorPlan = ROOM):
-        self.env = caregiver_mj.load("relocate_candle", plan, Scripted(plan, STAY), random=seed)
+    def __init__(self, seed: int = 0, plan: FloorPlan = ROOM, **task_kwargs):
+        child = Scripted(plan, STAY)
+        self.env = caregiver_mj.load("relocate_candle", plan, child, random=seed, task_kwargs=task_kwargs)
         self.policy = caregiver_mj.CaregiverPolicy(self.env)
         self.timestep = self.env.reset()
         self.physics, self.task = self.env.physics, self.env.task
@@ -135,6 +136,42 @@ def test_grasp_that_fails_again_and_again_is_given_up(scene, monkeypatch):
     assert scene.policy.interventions_done == 0
 
 
+@pytest.mark.parametrize("moved", [0.0075, 0.0095])
+def test_a_candle_that_is_moved_a_little_as_the_hand_comes_down_is_picked(scene, moved):
+    """By so little that the hand may stay down, and by so much that the base must drive on: it cannot meanwhile."""
+    assert scene.run(2000, until=lambda: scene.policy.robot.reached > 0.9)
+    yaw, (x, y, z) = scene.physics.base_position()[2], scene.candle()
+    scene.put_candle(x + moved * np.cos(yaw), y + moved * np.sin(yaw), z, 0.0, 0.0)
+    assert scene.until_done(30.0)
+    assert_relocated(scene)
+
+
+@pytest.mark.parametrize("delay", [0.06, 0.3])
+def test_a_candle_that_is_seen_late_is_not_taken_to_have_stayed_behind(delay):
+    scene = Scene(sensing={"delay": delay})
+    opened = []
+    assert scene.run(2000, until=scene.physics.is_gripping)
+    scene.run(3000, until=lambda: opened.append(not scene.physics.is_gripping()) or scene.policy.interventions_done)
+    assert np.diff(opened).sum() == 1  # once, on the other table
+    assert_relocated(scene)
+
+
+# -- Tables ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_on_a_neighbouring_table_of_another_height_the_hand_is_aimed_anew(seed):
+    """The robot has hardly to drive there: it would be under way with the hand's path of the first one."""
+    plan = FloorPlan.parse("##########\n#B.......#\n#........#\n#..CT....#\n##########", "neighbours")
+    scene = Scene(seed, plan, table_height=(0.45, 0.75))
+    tilts = []
+    done = lambda: tilts.append(scene.physics.candle_upright()[0]) or scene.policy.interventions_done  # noqa: E731
+    assert scene.run(2000, until=done)
+    assert np.ptp(scene.task.table_heights) > 0.04
+    assert min(tilts) > np.cos(np.radians(5))
+    assert scene.task.is_placed(scene.physics)
+
+
 # -- Fallen candles ----------------------------------------------------------------------------------
 
 
@@ -191,6 +228,22 @@ def test_candle_that_is_torn_from_the_hand_is_picked_up(scene):
     scene.physics.data.ptr.xfrc_applied[body, :3] = [0.0, 0.0, -150.0]
     assert scene.run(100, until=lambda: scene.candle()[2] < TABLE_TOP)
     scene.physics.data.ptr.xfrc_applied[body] = 0.0
+    assert scene.until_done()
+    assert_relocated(scene)
+
+
+def test_candle_that_falls_over_on_the_table_on_which_it_shall_stand_is_set_up_again(scene):
+    withdraws = lambda: (  # noqa: E731
+        scene.policy.activity.startswith("carry")
+        and scene.candle()[2] < TABLE_TOP + 0.01
+        and scene.policy.robot.reached < 0.8
+    )
+    scene.run(2000, until=lambda: scene.physics.is_gripping() and scene.candle()[2] > TABLE_TOP + 0.1)
+    assert scene.run(2000, until=withdraws)
+    x, y, _ = scene.candle()
+    scene.put_candle(x, y, TABLE_TOP + 0.03, np.pi / 2, 0.0)
+    scene.run(25)
+    assert not scene.task.is_standing(scene.physics, 0)
     assert scene.until_done()
     assert_relocated(scene)
 

@@ -10,6 +10,7 @@ from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.yielding import yielding
 from caregiver_mj.robot import se2
+from caregiver_mj.robot.driver import ARRIVED
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
@@ -33,6 +34,7 @@ _AS_USUAL = 0.01  # metres that a table may be higher than usual without a diffe
 _LAST_YAW_SLOWED = 0.012  # radians to go at which it has turned
 _CHILD_COMES = 0.4  # metres that a child comes nearer while the base turns for the last time
 _LAST_DISTANCE_SLOWED = 0.01  # metres to go at which a base that is slowed down, or has stopped short, has arrived
+_NOT_QUITE = 0.5  # seconds for which the hand, come down, waits for the base that has not quite arrived
 
 
 class AtTable(Skill):
@@ -50,6 +52,9 @@ class AtTable(Skill):
         self.stand: Cell | None = None
         self._stage: Callable[[View, RobotMotion], Status] = self._approach
         self._moved_at = 0.0
+        self._is_aimed = False  # whether the hand has got its path from this skill
+        self._came_down_at = math.inf
+        self._is_short = False  # whether it came down where the base had not quite arrived, and stays so
 
     @property
     def is_approaching(self) -> bool:
@@ -130,17 +135,22 @@ class AtTable(Skill):
     def _prepare_hand(self, view: View, robot: RobotMotion, goal: Vector, yaw: float) -> bool:
         """Brings the hand out while the base still drives up; returns whether it is on the last of its way."""
         approach = self.embodiment.approach
-        if not robot.turns_to(yaw):  # it cannot before the hand is in
+        if not self._is_aimed or not robot.turns_to(yaw):  # neither can it before the hand is in
             robot.reach(0.0)
             return False
         along, across = se2.to_local((*view.base[:2], yaw), goal)
         off, turn = math.dist(goal, view.base[:2]), abs(math.remainder(yaw - view.base[2], math.tau))
         if robot.moving:
-            self._moved_at = view.now
+            self._moved_at, self._is_short = view.now, False
         is_late = view.age > _LATE
         is_on_its_path = math.dist(view.base[:2], robot.base_reference()[0]) < _ON_PATH
         at_last = self._rests(view) if is_late else robot.time_left < approach.last_time and is_on_its_path
         last_distance = approach.last_distance if robot.moving and robot.is_unhindered else _LAST_DISTANCE_SLOWED
+        if robot.reached < 1.0:
+            self._came_down_at = view.now
+        self._is_short |= off >= ARRIVED and view.now - self._came_down_at > _NOT_QUITE
+        if self._is_short:
+            last_distance = ARRIVED  # the base drives again when the hand is up
         # A child that comes stops the turn, and the hand would come down beside the candle.
         is_alone = view.child_distance(view.base[:2]) > self.embodiment.clearances.child_turning + _CHILD_COMES
         if at_last and off < last_distance and turn < (approach.last_yaw if is_alone else _LAST_YAW_SLOWED):

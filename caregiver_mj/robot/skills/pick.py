@@ -15,6 +15,7 @@ from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
 
 _LIFTED = 0.01  # metres that a candle must have come up with the hand
+_RISES = 0.12  # seconds in which it does
 _IN_FRONT = 0.3  # metres before a candle in which the hand comes down to it, and goes up with it
 _AJAR = 0.002  # metres by which each finger may fall short of being open
 
@@ -53,6 +54,7 @@ class Pick(AtTable):
             return arrival
         if robot.reached < 1e-6:
             robot.plan_reach(z + self.embodiment.grasp.height)
+            self._is_aimed = True
         robot.grip(self.embodiment.grasp.open)
         on_last = self._prepare_hand(view, robot, goal, yaw)
         if on_last and arrival is Status.DONE and robot.reached == 1.0:
@@ -71,12 +73,13 @@ class Pick(AtTable):
     def _grasp(self, view: View, robot: RobotMotion) -> Status:
         if view.now >= self._until:
             robot.reach(0.0)
+            self._until = view.now + _RISES
             self._stage = self._lift
         return Status.COMMITTED
 
     def _lift(self, view: View, robot: RobotMotion) -> Status:
         approach = self.embodiment.approach
-        up = robot.reached <= approach.drive_loaded
+        up = robot.reached <= approach.drive_loaded and view.now - view.age >= self._until
         if hand_is_empty(view) or (up and view.candles[self.candle, 2] < view.table_height(self.table) + _LIFTED):
             self._misses += 1
             robot.grip(self.embodiment.grasp.open)

@@ -54,6 +54,7 @@ class Place(AtTable):
             if self._hand[0] > _SLIPPED:
                 robot.turn_gently()
             robot.plan_reach(view.table_height(self.table) + _PLACE_GAP + height)
+            self._is_aimed = True
         goal, cell, yaw = self._stand_at_table(view, self._spot, self._hand)
         arrival = self._drive(view, robot, goal, cell, yaw)
         if arrival is Status.FAILED:
