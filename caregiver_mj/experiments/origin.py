@@ -43,9 +43,9 @@ def origins(caregivers: Iterable[str], families: Iterable[Family], embodiment: s
 def origin(found: Any) -> str:
     """Where somebody's class or function comes from, and a hash of all that it depends on.
 
-    That is every source file of the package that it is in; or of a module by itself, the module, and what it imports
-    from beside it. What else its answers depend on, such as weights, it may name in an attribute `files`, paths
-    from the folder of its module on.
+    That is its module's own file, every source file of the package that it is in, and what these import from beside
+    it, in folders without an `__init__.py` as well. What else its answers depend on, such as weights, it may name in an
+    attribute `files`, paths from the folder of its module on.
 
     Args:
         found: Something with a `__module__`.
@@ -65,8 +65,8 @@ def origin(found: Any) -> str:
         return root
     path = pathlib.Path(file).resolve()
     folder = path.parents[name.count(".") + (path.name == "__init__.py")] if root != "__main__" else path.parent
-    top = path.stem if root == "__main__" else root
-    paths = sorted({*_sources(folder, top), *(path.parent / named for named in getattr(found, "files", ()))})
+    module = path.stem if root == "__main__" else name
+    paths = sorted({*_sources(folder, module, path), *(path.parent / named for named in getattr(found, "files", ()))})
     digest = hashlib.sha256()
     try:
         for source in paths:
@@ -79,31 +79,45 @@ def origin(found: Any) -> str:
     return f"{_distribution(root) or path.name}, sha256 {digest.hexdigest()[:_DIGITS]}"
 
 
-def _sources(folder: pathlib.Path, name: str) -> set[pathlib.Path]:
-    """The source files of a package in a folder; or of a module in it and of what that imports from there."""
+def _sources(folder: pathlib.Path, name: str, path: pathlib.Path) -> set[pathlib.Path]:
+    """The source files of a module that was imported from a folder and lies at a path, and of what it imports there."""
     found: set[pathlib.Path] = set()
-    waiting = [name]
-    while waiting:
-        name = waiting.pop()
-        if (folder / name / "__init__.py").is_file():
-            found |= set((folder / name).rglob("*.py"))
-        elif (module := folder / f"{name}.py").is_file() and module not in found:
-            found.add(module)
-            waiting += () if folder.name in _INSTALLED else set(_imported(module)) - {_OWN}
+    new = {path} | _files(folder, name)
+    while new:
+        found |= new
+        if folder.name in _INSTALLED:
+            break
+        names = {name for source in new for name in _imported(folder, source) if name.partition(".")[0] != _OWN}
+        new = {source for name in names for source in _files(folder, name)} - found
     return found
 
 
-def _imported(module: pathlib.Path) -> Iterator[str]:
-    """First parts of the names of the modules that a module imports, wherever in it."""
+def _files(folder: pathlib.Path, name: str) -> set[pathlib.Path]:
+    """The source files in a folder that a full name leads to: those of the first package on its way, or a module."""
+    for part in name.split("."):
+        module, folder = folder / f"{part}.py", folder / part
+        if (folder / "__init__.py").is_file():
+            return set(folder.rglob("*.py"))
+        if module.is_file():
+            return {module}
+    return set()
+
+
+def _imported(folder: pathlib.Path, source: pathlib.Path) -> Iterator[str]:
+    """Full names of what a source file imports, wherever in it, seen from a folder."""
+    if source.suffix != ".py":
+        return
     try:
-        tree = ast.parse(module.read_bytes())
+        tree = ast.parse(source.read_bytes())
     except SyntaxError:  # it was imported, so it has been edited since
         return
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            yield from (alias.name.partition(".")[0] for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            yield node.module.partition(".")[0]
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            above = source.relative_to(folder).parts[: -node.level] if node.level else ()
+            within = [*above, *filter(None, [node.module])]
+            yield from (".".join([*within, alias.name]) for alias in node.names)
 
 
 def _distribution(root: str) -> str:

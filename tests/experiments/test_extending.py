@@ -164,6 +164,42 @@ def test_an_edited_plugin_is_not_mixed_in(tmp_path, plugin, capsys, file):
         assert "the code of caregiver a_plugin:Mine has changed, from a_plugin.py, sha256 " in err
 
 
+#: Modules in folders without an `__init__.py`, and how they get at a helper.
+FOLDERS = {
+    "a_plugin": ("from a_lib.deep.helper import WHICH", "a_lib/deep/helper.py"),
+    "b_plugin": ("import a_lib.deep.helper\nWHICH = a_lib.deep.helper.WHICH", "a_lib/deep/helper.py"),
+    "a_policies.mine": ("from . import helper\nWHICH = helper.WHICH", "a_policies/helper.py"),
+    "a_policies.deep.mine": ("from ..helper import WHICH", "a_policies/helper.py"),
+    "a_package.mine": ("from a_lib.deep.helper import WHICH", "a_lib/deep/helper.py"),
+}
+
+
+@pytest.mark.parametrize("name", FOLDERS)
+@pytest.mark.parametrize("edited", ["itself", "its helper", "another"])
+def test_code_in_folders_that_are_no_packages(tmp_path, monkeypatch, name, edited):
+    line, helper = FOLDERS[name]
+    files = {"itself": tmp_path / f"{name.replace('.', '/')}.py", "its helper": tmp_path / helper}
+    files["another"] = files["its helper"].with_name("another.py")
+    for file, text in zip(files.values(), (CODE.partition("\n")[2], "WHICH = 1\n", "\n"), strict=True):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(f"{line}\n{text}" if file == files["itself"] else text)
+    (files["itself"].parent / "weights.txt").write_text("0.5\n")
+    if name == "a_package.mine":
+        (tmp_path / "a_package" / "__init__.py").write_text("")
+    monkeypatch.syspath_prepend(tmp_path)
+    before = dict(sys.modules)
+    try:
+        settings = dataclasses.replace(RUN, caregivers=(f"{name}:Mine",))
+        code = settings.record()["code"]
+        files[edited].write_text(f"{files[edited].read_text()}# edited\n")
+        assert (settings.record()["code"] == code) == (edited == "another")
+        assert code[f"caregiver {name}:Mine"].startswith(f"{files['itself'].name}, sha256 ")
+    finally:
+        for new in sys.modules.keys() - before.keys():
+            if new.startswith(("a_", "b_")):
+                del sys.modules[new]
+
+
 def test_a_caregiver_with_code_may_be_added(tmp_path, plugin):
     more = dataclasses.replace(RUN, caregivers=(*RUN.caregivers, "a_plugin:Mine"))
     run(tmp_path / "run")
