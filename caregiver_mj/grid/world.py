@@ -153,7 +153,7 @@ class GridWorld:
             )
         start = np.array([[tape.start for tape in family] for family in tapes])  # (B, K, 3)
         steps = np.array([[tape.steps for tape in family] for family in tapes])  # (B, K, timesteps, 3)
-        self._draws = np.ascontiguousarray(np.moveaxis(steps, 2, 0))  # (timesteps, B, K, 3)
+        self._draws = _shown(np.ascontiguousarray(np.moveaxis(steps, 2, 0)))  # (timesteps, B, K, 3)
         self.timestep = 0
         plan = self.plan
         self.child_cell, self.caregiver_cell = start_cells(len(plan.free_cells), len(plan.stairwells), start)
@@ -200,21 +200,21 @@ class GridWorld:
     def percept(self) -> Percept:
         """What the caregiver sees now."""
         return Percept(
-            self.child_cell,
-            self.previous_cell,
-            self.previous_action,
-            self.caregiver_cell,
-            self.candle_table,
-            self.holding,
-            time_left=self.time_left,
+            _shown(self.child_cell),
+            _shown(self.previous_cell),
+            _shown(self.previous_action),
+            _shown(self.caregiver_cell),
+            _shown(self.candle_table),
+            _shown(self.holding),
+            time_left=_shown(self.time_left),
             clock=np.full(len(self.holding), float(self.timestep)),
-            under_way=self.orders.hazard,
+            under_way=_shown(self.orders.hazard),
         )
 
     def truth(self) -> Truth:
         """What no caregiver can see."""
         epsilons = [behaviour.epsilons(len(self.goal)) for behaviour in self.behaviours]
-        return Truth(self.goal, np.stack(epsilons, axis=1), self.future)
+        return Truth(_shown(self.goal), np.stack(epsilons, axis=1), self.future)
 
     def future(self) -> Future:
         """What will come to the end of the episode if the caregiver is nowhere."""
@@ -268,8 +268,9 @@ class GridWorld:
     def _set_out(self, child: int, draws: np.ndarray) -> _Way:
         """Has a child choose a move, and puts it where that takes it as far as can be seen now."""
         cell, behaviour, caregiver_cell = self.child_cell[:, child], self.behaviours[child], self._seen_caregiver()
-        self.goal[:, child] = behaviour.reconsider(self.goal[:, child], draws[:, 2])
-        action = behaviour.act(Sight(cell, self.goal[:, child], caregiver_cell, self.bumped[:, child]), draws)
+        goal = _shown(self.goal[:, child])
+        self.goal[:, child] = behaviour.reconsider(goal, draws[:, 2])
+        action = behaviour.act(Sight(*map(_shown, (cell, goal, caregiver_cell, self.bumped[:, child]))), draws)
         target, index = self._target[cell, action], self._target_index[cell, action]
         stays = action == NOTHING
         next_cell = np.where(stays, cell, self._next_cell[cell, action])
@@ -351,6 +352,13 @@ class GridWorld:
         for verb, which in parties:
             if which.size:
                 verb.carry_out(self, which, came[which], stood[which])
+
+
+def _shown(array: np.ndarray) -> np.ndarray:
+    """An array as it is shown to others, who might write into it: that raises, and does not rewrite the world."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
 
 
 def run_episodes(
