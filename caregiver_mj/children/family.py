@@ -18,7 +18,7 @@ from caregiver_mj.children.seeker import Seeker
 from caregiver_mj.children.switcher import Switcher
 from caregiver_mj.children.toddler import Toddler
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.floor_plan import FloorPlan, check_house
 from caregiver_mj.registry import Registry
 
 CHILDREN: Registry[type[Behaviour]] = Registry(
@@ -147,9 +147,12 @@ class Family:
         """Makes what decides the moves of each child.
 
         Raises:
-            CaregiverError: There can be no such family.
+            CaregiverError: There can be no such family, or not in this house.
         """
         self.check()
+        for child in self.children:
+            if isinstance(child, Behaviour):
+                check_house(child, plan)
         return tuple(child.make(plan) if isinstance(child, ChildSpec) else child for child in self.children)
 
     def times(self, count: int) -> Family:

@@ -33,7 +33,7 @@ from caregiver_mj.interventions.intervention import Interventions
 from caregiver_mj.interventions.registry import VERBS, verb_of
 from caregiver_mj.interventions.verb import STAY
 from caregiver_mj.plans.cell_graph import Target
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.floor_plan import FloorPlan, check_house
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.recording.ledger import BLOCKED, KINDS, MET, Ledger
 
@@ -116,7 +116,7 @@ class GridWorld:
 
         Raises:
             CaregiverError: There are not so many actions, or the caregiver is told what comes of moves under way, or
-                is for another house.
+                it or a child is for another house.
         """
         if not 0 <= meanwhile <= caregiver_actions:
             raise CaregiverError(f"meanwhile must be 0 to {caregiver_actions}, not {meanwhile}")
@@ -126,10 +126,8 @@ class GridWorld:
             )
         check_kind("the house", plan, FloorPlan, advice=": FloorPlan.load makes one")
         check_kind("the caregiver", caregiver, Caregiver, type(None), advice=": make_caregiver makes one")
-        if caregiver and caregiver.plan.rows != plan.rows:
-            raise CaregiverError(
-                f"{type(caregiver).__name__} was made for house '{caregiver.plan.name}', and this is '{plan.name}'"
-            )
+        if caregiver:
+            check_house(caregiver, plan)
         self.plan = plan
         self.meanwhile: float = meanwhile
         self.behaviours = list(Family.of(family).make(plan))

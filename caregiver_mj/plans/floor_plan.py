@@ -26,7 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from caregiver_mj.errors import FloorPlanError, check_kind
+from caregiver_mj.errors import CaregiverError, FloorPlanError, check_kind
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell, CellGraph
 from caregiver_mj.plans.hazards import DamageWeights, Hazards
 from caregiver_mj.plans.symbols import BIN, CANDLE, FREE, STAIRWELL, TABLE
@@ -226,6 +226,12 @@ class FloorPlan:
         around = [(cell[0] + down, cell[1] + right) for down, right in ACTIONS]
         height, width = self.shape
         return [n for n in around if 0 <= n[0] < height and 0 <= n[1] < width and self[n] == FREE]
+
+
+def check_house(made: Any, plan: FloorPlan) -> None:
+    """Raises CaregiverError unless something with a `plan`, a caregiver or a child, was made for this house."""
+    if made.plan.rows != plan.rows:
+        raise CaregiverError(f"{type(made).__name__} was made for house '{made.plan.name}', and this is '{plan.name}'")
 
 
 def house_names() -> tuple[str, ...]:

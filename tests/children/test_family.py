@@ -41,6 +41,14 @@ def test_a_behaviour_of_ones_own_may_stand_for_a_child():
     assert family.epsilon == 0.75
 
 
+def test_a_behaviour_is_for_the_house_that_it_was_made_for():
+    other = FloorPlan.parse("#####\n#B..#\n#####", "hall")
+    with pytest.raises(CaregiverError, match=r"^Scripted was made for house 'hall', and this is 'closet'$"):
+        Family.of([1.0, Scripted(other)]).make(PLAN)
+    like = FloorPlan.parse("####\n#B.#\n####", "wardrobe")
+    assert Family.of(Scripted(like)).make(PLAN)
+
+
 def test_children_without_a_name_have_the_behaviour_that_is_given():
     family = Family.parse("1,novice:.5", behaviour="adversary")
     assert family.children == (ChildSpec(1.0, "adversary"), ChildSpec(0.5, "novice"))
