@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -79,7 +79,7 @@ class Family:
     """The children that are in a house together.
 
     Attributes:
-        children: At least one. A ready-made behaviour may stand for a child, in one house only.
+        children: At least one. A ready-made behaviour may stand for a child, for one only and in one house only.
     """
 
     children: tuple[ChildSpec | Behaviour, ...] = (ChildSpec(),)
@@ -150,6 +150,7 @@ class Family:
             CaregiverError: There can be no such family, or not in this house.
         """
         self.check()
+        check_different([self])
         for child in self.children:
             if isinstance(child, Behaviour):
                 check_house(child, plan)
@@ -173,3 +174,15 @@ class Family:
 
     def __str__(self) -> str:
         return ",".join(map(str, self.children))
+
+
+def check_different(families: Iterable[Family]) -> None:
+    """Raises CaregiverError if one object is to be two children: they would share what it remembers."""
+    seen: set[int] = set()
+    for child in (child for family in families for child in family.children):
+        if isinstance(child, Behaviour):
+            if id(child) in seen:
+                raise CaregiverError(
+                    f"the same {type(child).__name__} cannot be two children: make an object for each, or give its name"
+                )
+            seen.add(id(child))

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from caregiver_mj.children.behaviour import Behaviour, Sight
-from caregiver_mj.children.family import Family
+from caregiver_mj.children.family import Family, check_different
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
 
@@ -53,7 +53,16 @@ class SideBySide(Behaviour):
 
 
 def side_by_side(plan: FloorPlan, families: Sequence[Family], episodes: int) -> Family:
-    """One family that stands for several with as many children each: so many episodes of the first, and so on."""
+    """One family that stands for several with as many children each: so many episodes of the first, and so on.
+
+    Raises:
+        CaregiverError: One has more children than another, or the same object for one; or as of `Family.make`.
+    """
+    if len({len(family) for family in families}) > 1:
+        raise CaregiverError(
+            f"there must be as many children in each family, not {', '.join(str(len(family)) for family in families)}"
+        )
+    check_different(families)
     sizes = [episodes] * len(families)
     made = [family.make(plan) for family in families]
     return Family(tuple(SideBySide(plan, parts, sizes) for parts in zip(*made, strict=True)))

@@ -49,6 +49,14 @@ def test_a_behaviour_is_for_the_house_that_it_was_made_for():
     assert Family.of(Scripted(like)).make(PLAN)
 
 
+def test_an_object_is_one_child():
+    child = Scripted(PLAN)
+    for family in (Family.of([child, child]), Family.of(child).times(2)):
+        with pytest.raises(CaregiverError, match="the same Scripted cannot be two children: make an object for each"):
+            family.make(PLAN)
+    assert Family.of([child, Scripted(PLAN), 0.5, 0.5]).make(PLAN)
+
+
 def test_children_without_a_name_have_the_behaviour_that_is_given():
     family = Family.parse("1,novice:.5", behaviour="adversary")
     assert family.children == (ChildSpec(1.0, "adversary"), ChildSpec(0.5, "novice"))

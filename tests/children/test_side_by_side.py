@@ -5,6 +5,7 @@ import pytest
 
 from caregiver_mj.children.behaviour import Sight
 from caregiver_mj.children.family import Family
+from caregiver_mj.children.novice import Novice
 from caregiver_mj.children.side_by_side import side_by_side
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -35,3 +36,11 @@ def test_another_number_of_episodes_is_refused():
     (behaviour,) = side_by_side(PLAN, [Family.of(0.5)], 3).children
     with pytest.raises(CaregiverError, match="for 3 episodes, not 4"):
         behaviour.reset(4)
+
+
+def test_families_are_alike_in_number_and_share_no_object():
+    with pytest.raises(CaregiverError, match="as many children in each family, not 1, 2"):
+        side_by_side(PLAN, [Family.of("1"), Family.of("1,.5")], 3)
+    child = Novice(PLAN, 0.5)
+    with pytest.raises(CaregiverError, match="the same Novice cannot be two children"):
+        side_by_side(PLAN, [Family.of(child), Family.of(child)], 3)
