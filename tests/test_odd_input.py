@@ -195,6 +195,11 @@ ODD = {
         (lambda: step_vector(np.zeros(3, int), [1.5, 2, 3]), "a seed must be an integer of at least 0"),
         (lambda: step_vector(np.zeros(3, int), [1, 2]), "2 seeds for 3 episodes"),
         *((lambda h=h: GridHousesVector(h, 2), "houses must be several") for h in ("paper", None, TINY)),
+        *(
+            (lambda f=f: GridHousesVector([TINY], 2, families=f), "families must be several, such as")
+            for f in (0.5, "0.5", Family.of(0.5), None)
+        ),
+        (lambda: GridHousesVector([TINY], 2, families=("1", "1,.5")), "as many children in each family, not 1, 2"),
         (lambda: GridHousesVector([TINY], 3, 2), "at_once, .* must be an integer from 1 to 1, not 2"),
         (lambda: GridHousesVector([TINY, "paper"], 3), "3 episodes, cannot be shared out to 2 houses at once"),
     ],

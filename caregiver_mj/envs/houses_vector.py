@@ -12,7 +12,8 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
 from caregiver_mj.caregivers.lookout import Observations
-from caregiver_mj.children.family import Family, Who
+from caregiver_mj.children.behaviour import Behaviour
+from caregiver_mj.children.family import ChildSpec, Family, Who
 from caregiver_mj.children.side_by_side import side_by_side
 from caregiver_mj.envs.target_grid import GridTargetsVector
 from caregiver_mj.errors import CaregiverError, check_integer
@@ -53,17 +54,20 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
             num_envs: Episodes at once, as many in each house with each family.
             at_once: How many houses they are in, each a different one, drawn anew with every episode; 8, or all of
                 fewer, if None.
-            families: The children, as `Family.of` takes them; each of as many.
+            families: The children, several of what `Family.of` takes, with as many children in each.
             flat: Whether an observation is one array.
             slots: How many places for stairwells and for candles; what the houses need if None.
 
         Raises:
-            CaregiverError: The episodes cannot be shared out, there are too few houses; or as of `make_targets`.
+            CaregiverError: The episodes cannot be shared out, there are too few houses, or not as many children in each
+                family; or as of `make_targets`.
         """
         check_integer("num_envs", num_envs, 1)
         if isinstance(houses, (str, os.PathLike, FloorPlan)) or not isinstance(houses, Iterable):
             raise CaregiverError(f"houses must be several, such as house_set('train-100') has, not {houses!r}")
         self.plans = tuple(one if isinstance(one, FloorPlan) else FloorPlan.load(one) for one in houses)
+        if isinstance(families, (str, Family, ChildSpec, Behaviour)) or not isinstance(families, Iterable):
+            raise CaregiverError(f"families must be several, such as (0.5,) or ('1', '0.5'), not {families!r}")
         self._families, self._flat = tuple(map(Family.of, families)), flat
         if not self.plans:
             raise CaregiverError("there must be a house at least")
