@@ -4,13 +4,21 @@ from __future__ import annotations
 
 import abc
 import dataclasses
+import functools
+import inspect
 import numbers
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from caregiver_mj.children.tape import pick
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
+
+_OWN = __name__.partition(".")[0]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -39,6 +47,13 @@ class Behaviour(abc.ABC):
 
     All its chance comes from the draws that it is given, so that an episode is the same whatever runs beside it.
     """
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        """Has the moves looked at that a class of another package chooses, whatever world asks for them."""
+        super().__init_subclass__(**options)
+        act = cls.__dict__.get("act")
+        if inspect.isfunction(act) and cls.__module__.partition(".")[0] != _OWN:
+            cls.act = _checked(act)  # type: ignore[method-assign]
 
     def __init__(self, plan: FloorPlan, epsilon: float):
         """Prepares a behaviour.
@@ -84,6 +99,24 @@ class Behaviour(abc.ABC):
     def next_bin(self, draw: np.ndarray) -> np.ndarray:
         """Bins to go to next (B,), uniform over all bins, from uniform draws (B,)."""
         return pick(draw, len(self.plan.bins))
+
+
+def _checked(act: Callable[..., Any]) -> Callable[..., np.ndarray]:
+    """An `act` that raises CaregiverError unless it answers with moves that there are, (B,)."""
+
+    @functools.wraps(act)
+    def checked(self: Behaviour, sight: Sight, draws: np.ndarray) -> np.ndarray:
+        moves, batch, most = np.asarray(act(self, sight, draws)), len(sight.cell), len(ACTIONS) - 1
+        wrong = moves
+        if moves.shape == (batch,) and np.issubdtype(moves.dtype, np.integer):
+            wrong = moves[(moves < NOTHING) | (moves > most)][:1]
+            if not wrong.size:
+                return moves
+        raise CaregiverError(
+            f"{type(self).__name__}.act must answer with {batch} integers, {NOTHING} to {most}, not {wrong.tolist()!r}"
+        )
+
+    return checked
 
 
 def check_epsilon(epsilon: float) -> float:
