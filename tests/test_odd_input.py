@@ -180,7 +180,15 @@ ODD = {
     "environment": [
         *((lambda a=a: act(a), "an action is an integer from 0 to 2") for a in (99, -1, "a", None, 1.5)),
         (lambda: act_in_the_house("a"), "an action is an array of numbers"),
-        *((lambda n=n: GridTargetsVector(n), "num_envs must be an integer of at least 1") for n in (0, -1, "a")),
+        *(
+            (lambda n=n, make=make: make(n), "num_envs must be an integer from 1 to 100000, not")
+            for make in (GridTargetsVector, lambda n: GridHousesVector([TINY], n))
+            for n in (0, -1, "a", 100_001)
+        ),
+        *(
+            (lambda s=s: GridTargetsVector(1, house=TINY, slots=s), "slots are 1,000 of a kind at most, not")
+            for s in ((1001, 2), (2, 1001))
+        ),
         (lambda: GridHousesVector([]), "a house at least"),
         (lambda: load().task.outcome(), "no episode has begun .* call env.reset"),
         *((lambda a=a: act(a), "an action is one integer, not") for a in (np.array([1]), [1, 2])),

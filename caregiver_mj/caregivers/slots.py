@@ -12,6 +12,8 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
+_MOST = 1_000  # of a kind: each takes memory in every observation
+
 
 class Slots:
     """So many places for stairwells, then so many for candles; those that a house has no hazard for stay empty.
@@ -29,12 +31,14 @@ class Slots:
             slots: How many places for stairwells and for candles; as many as the house has if None.
 
         Raises:
-            CaregiverError: They are no two numbers, or the house has more.
+            CaregiverError: They are no two numbers, or more than 1,000 of a kind, or the house has more.
         """
         stairwells, candles = plan.hazards.stairwells, plan.hazards.candles
         places = (stairwells, candles) if slots is None else slots
         if not (isinstance(places, Sequence) and len(places) == 2 and all(isinstance(n, Integral) for n in places)):
             raise CaregiverError(f"slots must be numbers of stairwells and candles, such as (4, 6), not {slots!r}")
+        if slots is not None and max(slots) > _MOST:
+            raise CaregiverError(f"slots are {_MOST:,} of a kind at most, not {slots}")
         if places[0] < stairwells or places[1] < candles:
             raise CaregiverError(
                 f"slots {slots} are too few for house '{plan.name}', which needs {(stairwells, candles)}"

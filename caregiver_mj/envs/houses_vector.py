@@ -15,7 +15,7 @@ from caregiver_mj.caregivers.lookout import Observations
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.family import ChildSpec, Family, Who
 from caregiver_mj.children.side_by_side import side_by_side
-from caregiver_mj.envs.target_grid import GridTargetsVector
+from caregiver_mj.envs.target_grid import MOST_EPISODES, GridTargetsVector
 from caregiver_mj.errors import CaregiverError, check_integer
 from caregiver_mj.plans.floor_plan import FloorPlan
 
@@ -51,7 +51,7 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
 
         Args:
             houses: Floor plans, or their names, as `FloorPlan.load` takes them.
-            num_envs: Episodes at once, as many in each house with each family.
+            num_envs: Episodes at once, 100,000 at most, as many in each house with each family.
             at_once: How many houses they are in, each a different one, drawn anew with every episode; 8, or all of
                 fewer, if None.
             families: The children, several of what `Family.of` takes, with as many children in each.
@@ -62,7 +62,7 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
             CaregiverError: The episodes cannot be shared out, there are too few houses, or not as many children in each
                 family; or as of `make_targets`.
         """
-        check_integer("num_envs", num_envs, 1)
+        check_integer("num_envs", num_envs, 1, MOST_EPISODES)
         if isinstance(houses, (str, os.PathLike, FloorPlan)) or not isinstance(houses, Iterable):
             raise CaregiverError(f"houses must be several, such as house_set('train-100') has, not {houses!r}")
         self.plans = tuple(one if isinstance(one, FloorPlan) else FloorPlan.load(one) for one in houses)

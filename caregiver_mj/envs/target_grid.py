@@ -25,6 +25,8 @@ from caregiver_mj.errors import CaregiverError, check_integer
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 
+MOST_EPISODES = 100_000  # at once: they take memory from the start
+
 
 class TargetGrid:
     """A batch of B episodes in the grid, up to one decision and from there to the next.
@@ -126,7 +128,7 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
         """Makes an environment; see `make_targets` for the arguments.
 
         Raises:
-            CaregiverError: The world is not the grid; or as of `make_targets`.
+            CaregiverError: The world is not the grid, or there are too many episodes; or as of `make_targets`.
         """
         if world != "grid":
             raise CaregiverError(
@@ -134,7 +136,7 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
             )
         if render_mode is not None:
             raise CaregiverError(f"no render mode '{render_mode}': the grid has no pictures")
-        check_integer("num_envs", num_envs, 1)
+        check_integer("num_envs", num_envs, 1, MOST_EPISODES)
         self.num_envs, self.grid = num_envs, TargetGrid(house, epsilon, flat, slots)
         lookout = self.grid.lookout
         self.single_observation_space, self.single_action_space = observation_space(lookout), action_space(lookout)

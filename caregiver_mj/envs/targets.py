@@ -119,7 +119,7 @@ def make_targets(
         camera: Its camera.
 
     Raises:
-        CaregiverError: There is no such world or render mode, the slots are too few; or as of `load`.
+        CaregiverError: There is no such world or render mode, the slots are too few or too many; or as of `load`.
     """
     if world not in WORLDS:
         raise CaregiverError(f"no world '{world}': there are {', '.join(WORLDS)}")
