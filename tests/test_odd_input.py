@@ -130,6 +130,13 @@ ODD = {
         (lambda: make_caregiver(None, TINY), "name of a caregiver must be a str"),
         (lambda: make_caregiver("paper", "paper"), "house of a caregiver must be a FloorPlan"),
         (lambda: make_caregiver("random", TINY, "x"), "seed of a caregiver must be an integer"),
+        *(
+            (lambda show=show: policy()(show(load().reset())), f"answers the time step of env.step or .*, not {kind}$")
+            for show, kind in (
+                (lambda timestep: timestep.observation, "OrderedDict"),
+                (lambda timestep: None, "NoneType"),
+            )
+        ),
         (act_in_mid_episode, "first time step that a caregiver's policy sees must be that of env.reset"),
         *(
             (lambda a=a: run_episodes(TINY, 0.5, Deciding(*a), [0]), words)

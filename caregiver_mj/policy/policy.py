@@ -121,9 +121,14 @@ class CaregiverPolicy:
             Whether it has just become clear where all children are heading: once a novice timestep.
 
         Raises:
-            CaregiverError: The observation is flat; the caregiver needs its keys. Or it is of another house, or the
-                house has not been prepared as the caregiver wants it, or it has not seen how the episode began.
+            CaregiverError: It is no time step, or the observation is flat; the caregiver needs its keys. Or it is of
+                another house, or the house has not been prepared as the caregiver wants it, or it has not seen how the
+                episode began.
         """
+        if not hasattr(timestep, "observation"):
+            raise CaregiverError(
+                f"a policy answers the time step of env.step or env.reset, not {type(timestep).__name__}"
+            )
         observation = timestep.observation
         if "base_position" not in observation:
             raise CaregiverError("the caregiver needs the observation as a dictionary, not flattened")
