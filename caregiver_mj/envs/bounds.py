@@ -20,7 +20,7 @@ _SPEED, _TURN_RATE = 2.0, 26.0  # m/s, rad/s; a child that turns round is the fa
 _ARM_SLACK, _FINGER_SLACK = 0.1, 0.03  # rad and m by which a stop gives way
 _ARM_SPEED = 50.0  # rad/s, as random actions make it, which ask for the other end of the range fifty times a second
 _LOWEST, _HIGHEST = -1.0, 2.0  # metres, of a candle
-_UNKNOWN = 1e6  # of what somebody's own task observes
+_UNKNOWN = 1e6  # of what somebody's own task observes, and of the clock of an endless one
 _YAWS = ("toddler_position", "base_position")  # whose last number is an angle, which has no bounds of its own
 
 Bounds = tuple[np.ndarray | float, np.ndarray | float]
@@ -81,7 +81,7 @@ def _bounds(env: control.Environment) -> dict[str, Bounds]:
     place = np.array([-x, -y, _LOWEST]), np.array([x, y, _HIGHEST])
     way = np.array([2 * x, 2 * y, _HIGHEST - _LOWEST])
     bounds: dict[str, Bounds] = {
-        "clock": (0.0, task.time_limit / task.novice_timestep + 1),
+        "clock": (0.0, min(task.time_limit / task.novice_timestep + 1, _UNKNOWN)),
         "toddler_position": (-pose, pose),
         "toddler_velocity": (-rates, rates),
         "candle_position": place,

@@ -61,10 +61,12 @@ def test_nor_with_pictures(recwarn):
     assert complaints(recwarn) == []
 
 
-@pytest.mark.parametrize("children", ["0.5", "1,0.25"])
 @pytest.mark.parametrize("name", TASKS)
-def test_bounds_are_finite_and_kept(name, children):
-    env = make(name, epsilon=children)
+@pytest.mark.parametrize(
+    "options", [{"epsilon": "0.5"}, {"epsilon": "1,0.25"}, {"task_kwargs": {"time_limit": float("inf")}}]
+)
+def test_bounds_are_finite_and_kept(name, options):
+    env = make(name, **options)
     for box in (env.action_space, *env.observation_space.values()):
         assert np.isfinite([box.low, box.high]).all()
         assert (box.low < box.high).all()
