@@ -9,12 +9,14 @@ from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.sparse import csgraph, csr_array
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.symbols import BIN, CANDLE, FREE, STAIRWELL, TABLE, WALL
 
+# SciPy is imported where it is used: it takes as long as all else that `import caregiver_mj` needs.
 if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
     from caregiver_mj.plans.floor_plan import FloorPlan
 
 Cell = tuple[int, int]  # (row, column)
@@ -175,11 +177,11 @@ class CellGraph:
 
     def parts(self, closed: int | Collection[int] = ()) -> np.ndarray:
         """Numbers the parts into which closed cells divide the caregiver's cells: (caregiver cells,)."""
-        return csgraph.connected_components(_as_graph(self._open_edges(closed), self._cells))[1]
+        return _components(_as_graph(self._open_edges(closed), self._cells))
 
     def is_connected(self) -> np.ndarray:
         """Whether a child can walk from the first free cell to each, bool (free cells,)."""
-        part = csgraph.connected_components(_as_graph(self._child_edges, self._free))[1]
+        part = _components(_as_graph(self._child_edges, self._free))
         return part == part[0]
 
     def downhill(self, height: np.ndarray) -> np.ndarray:
@@ -215,6 +217,8 @@ class CellGraph:
         cells: int,
         closed: int | Collection[int],
     ) -> np.ndarray:
+        from scipy.sparse import csgraph
+
         # Every goal becomes one more node, from which one-way edges lead to its cells.
         shut = np.atleast_1d(np.array(list(closed) if isinstance(closed, Collection) else closed, int))
         entries = [(cells + i, cell) for i, goal in enumerate(goals) for cell in np.atleast_1d(goal)]
@@ -262,5 +266,14 @@ class CellGraph:
 
 def _as_graph(edges: np.ndarray, size: int) -> csr_array:
     """A graph of nodes and the edges between them, (edges, 2), in the order of the nodes that they begin at."""
+    from scipy.sparse import csr_array
+
     begins, ends = edges.T.copy()
     return csr_array((np.ones(len(edges)), ends, np.searchsorted(begins, np.arange(size + 1))), shape=(size, size))
+
+
+def _components(graph: csr_array) -> np.ndarray:
+    """Number of the part of a graph that each of its nodes is in, (nodes,)."""
+    from scipy.sparse import csgraph
+
+    return csgraph.connected_components(graph)[1]
