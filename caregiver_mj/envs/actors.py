@@ -7,6 +7,7 @@ from typing import Any, Protocol
 import gymnasium
 import numpy as np
 
+from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver, make_caregiver
 from caregiver_mj.caregivers.told import ToldCaregiver
 from caregiver_mj.children.tape import Tape
@@ -70,13 +71,18 @@ class HouseCaregiver:
 
 
 class TargetCaregiver:
-    """A caregiver that says what to protect the children from, once a novice timestep, and leaves the rest."""
+    """A caregiver that says what to protect the children from, once a novice timestep, and leaves the rest.
+
+    In an evaluation it is asked before each of its actions. If its answer changes within a timestep, as when it draws
+    lots among what is worth it, the episodes are not the same.
+    """
 
     def __init__(self, env: TargetsEnv, caregiver: str, seed: int):
         """Prepares it.
 
         Raises:
-            CaregiverError: It does nothing, has no targets, or must be told more than an environment tells.
+            CaregiverError: It does nothing, has no targets or does more than choose them, or must be told more than an
+                environment tells.
         """
         self._world = env.world
         found = find_caregiver(caregiver)
@@ -87,6 +93,11 @@ class TargetCaregiver:
             raise CaregiverError(f"caregiver '{caregiver}' does not act, and so there is nothing to record")
         if isinstance(made, ToldCaregiver):
             raise CaregiverError(f"caregiver '{caregiver}' must be told what nobody can see, so it chooses no targets")
+        if more := _beside_targets(made):
+            raise CaregiverError(
+                f"caregiver '{caregiver}' does more than choose targets (it has its own {', '.join(more)}), so its "
+                "episodes cannot be recorded as targets"
+            )
         made.pace = env.world.caregiver.pace
         self._caregiver, self._target = made, NOTHING
 
@@ -105,3 +116,10 @@ class TargetCaregiver:
     @property
     def intervention(self) -> int:
         return self._target
+
+
+def _beside_targets(caregiver: Caregiver) -> list[str]:
+    """What a caregiver has its own way of, where its targets do not say so and an environment goes the usual way."""
+    methods = ("prepare", "decide", "protect", "destination")
+    own = [name for name in methods if getattr(type(caregiver), name) is not getattr(Caregiver, name)]
+    return own if caregiver.yields else [*own, "yields"]

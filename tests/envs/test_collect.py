@@ -5,6 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
+from caregiver_mj.caregivers import make_caregiver
+from caregiver_mj.caregivers.baselines import NearestCaregiver
 from caregiver_mj.children.family import Family
 from caregiver_mj.envs.collect import collect
 from caregiver_mj.envs.recipe import RANDOM, Recipe
@@ -12,6 +14,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.seeds import episode_seed
 from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.grid.world import run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.recording.steps import Store
@@ -64,6 +67,40 @@ def test_caregivers_choose_targets_in_the_grid(tmp_path):
     useful = cared.observations["action_mask"][np.arange(200), cared.actions]
     assert useful.mean() > 0.9  # with a candle in the hand it may want something else
     assert cared.outcome["damage"] < 0.75 * found[RANDOM].outcome["damage"]
+
+
+@pytest.mark.parametrize("name", ["nearest", "guard"])
+def test_an_episode_of_targets_is_that_of_an_evaluation(name, tmp_path):
+    found = run(dataclasses.replace(GRID, caregiver=name), tmp_path)
+    expected = run_episodes(PAPER, GRID.family, make_caregiver(name, PAPER), [3]).outcome()
+    assert {key: found.outcome[key] for key in expected} == expected
+    assert found.outcome["damage"] > 0
+
+
+class Tidy(NearestCaregiver):
+    def prepare(self, candle_table):
+        return candle_table
+
+
+class Elsewhere(NearestCaregiver):
+    def destination(self, percept, candle):
+        return super().destination(percept, candle)
+
+
+@pytest.mark.parametrize(
+    ("name", "own"),
+    [
+        ("childproof", "prepare"),
+        ("foresight", "decide, destination"),
+        ("paper-still", "yields"),
+        (f"{__name__}:Tidy", "prepare"),
+        (f"{__name__}:Elsewhere", "destination"),
+    ],
+)
+def test_who_does_more_than_choose_targets(name, own):
+    words = rf"caregiver '{name}' does more than choose targets \(it has its own {own}\), so its episodes cannot be"
+    with pytest.raises(CaregiverError, match=words):
+        dataclasses.replace(GRID, caregiver=name).spaces()
 
 
 def test_cameras_see_an_episode_that_goes_as_without_them(tmp_path):
