@@ -39,7 +39,7 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
         help="write episodes as a data set to learn from",
         description="Runs episodes and writes them step by step: observations, actions, reward, cost, interventions, "
         "and what cameras see, as a Minari or a LeRobot data set. Episode i is that of `evaluate` with the same seed, "
-        "house, children and caregiver; with targets only if the caregiver's stay the same for a novice timestep.",
+        "house, children and caregiver; of targets only as long as those do not change within a novice timestep.",
         formatter_class=argparse.ArgumentDefaultsHelpFormatter,
     )
     command.add_argument("--format", choices=FORMATS, required=True, help="whose data set it shall be")

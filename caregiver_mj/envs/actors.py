@@ -73,8 +73,8 @@ class HouseCaregiver:
 class TargetCaregiver:
     """A caregiver that says what to protect the children from, once a novice timestep, and leaves the rest.
 
-    In an evaluation it is asked before each of its actions. If its answer changes within a timestep, as when it draws
-    lots among what is worth it, the episodes are not the same.
+    In an evaluation it is asked before each of its actions. Where its answer changes within a timestep, as it may once
+    a candle has been put down, the episodes part.
     """
 
     def __init__(self, env: TargetsEnv, caregiver: str, seed: int):

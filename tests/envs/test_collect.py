@@ -71,6 +71,7 @@ def test_caregivers_choose_targets_in_the_grid(tmp_path):
 
 @pytest.mark.parametrize("name", ["nearest", "guard"])
 def test_an_episode_of_targets_is_that_of_an_evaluation(name, tmp_path):
+    """As it is where no other target comes up within a timestep."""
     found = run(dataclasses.replace(GRID, caregiver=name), tmp_path)
     expected = run_episodes(PAPER, GRID.family, make_caregiver(name, PAPER), [3]).outcome()
     assert {key: found.outcome[key] for key in expected} == expected
