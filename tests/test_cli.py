@@ -317,7 +317,12 @@ def test_a_house_is_made_as_asked_for(capsys):
 
 
 def test_a_house_that_cannot_be_written(capsys, tmp_path):
-    assert "cannot be written" in fails(capsys, ["house", "make", "--out", tmp_path])
+    mine = tmp_path / "mine.py"
+    mine.write_text("text")
+    assert f"'{mine}' is there already" in fails(capsys, ["house", "make", "--out", mine])
+    assert mine.read_text() == "text"
+    assert "is there already" in fails(capsys, ["house", "make", "--out", tmp_path])
+    assert "cannot be written" in fails(capsys, ["house", "make", "--out", mine / "plan.txt"])
 
 
 def test_help_lists_the_commands(capsys):

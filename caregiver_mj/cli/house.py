@@ -48,7 +48,7 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
         ("--bins", "how many toy bins"),
     ):
         command.add_argument(option, type=int, metavar=option[2].upper(), help=what)
-    command.add_argument("--out", metavar="FILE", help="write it to a file instead")
+    command.add_argument("--out", metavar="FILE", help="write it to a new file instead")
     command.set_defaults(run=_make)
 
 
@@ -100,8 +100,10 @@ def _make(arguments: argparse.Namespace) -> None:
         print(plan.text)
         return
     try:
-        with open(arguments.out, "w", encoding="utf-8") as file:
+        with open(arguments.out, "x", encoding="utf-8") as file:
             file.write(f"{plan.text}\n")
+    except FileExistsError:
+        raise CaregiverError(f"house make: '{arguments.out}' is there already: nothing is written over") from None
     except OSError as error:
         raise CaregiverError(f"house make: '{arguments.out}' cannot be written: {error.strerror}") from None
     print(arguments.out)
