@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Sequence
 from typing import Any
 
 import rich.box
 import rich.console
 import rich.table
 
-from caregiver_mj.cli.table import output, print_table
+from caregiver_mj.cli.table import output, print_table, print_widest
 from caregiver_mj.errors import CaregiverError
+
+_COLUMNS = ("pairs", "first", "second", "difference", "p", "verdict")
+_LESS_NEEDED = ("pairs", "first", "second", "p")  # where there is little room, this first
 
 
 def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -47,7 +51,7 @@ def _compare(arguments: argparse.Namespace) -> None:
     first, second = map(read_finished, arguments.folders)
     found = compare_runs(first, second, arguments.caregiver)
     console = output(arguments.json)
-    console.print(_comparison(found, arguments.folders))
+    print_comparison(found, arguments.folders, console)
     for key, (ours, theirs) in found["settings"].items():
         console.print(f"not the same: {key}, {_told(ours)} and {_told(theirs)}", markup=False, highlight=False)
     if arguments.json:
@@ -58,30 +62,44 @@ def _told(value: Any) -> str:
     return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
 
 
-def _comparison(found: dict[str, Any], folders: list[str]) -> rich.table.Table:
+def print_comparison(found: dict[str, Any], folders: list[str], console: rich.console.Console) -> None:
+    """Prints what `compare_runs` has found in two folders: as many columns as there is room for, and none cut short."""
+    shapes = [(_COLUMNS, False), *((_without(_LESS_NEEDED[:i]), True) for i in range(len(_LESS_NEEDED) + 1))]
+    print_widest((_comparison(found, folders, columns, narrow) for columns, narrow in shapes), console)
+
+
+def _without(gone: Sequence[str]) -> tuple[str, ...]:
+    return tuple(title for title in _COLUMNS if title not in gone)
+
+
+def _comparison(found: dict[str, Any], folders: list[str], columns: Sequence[str], narrow: bool) -> rich.table.Table:
     first = found["rows"][0]
     where = first["house"] if "houses" in first else f"'{first['house']}'"
+    caption = "mean damage of paired episodes; in brackets the 95 % interval of the mean difference"
+    if gone := _without(columns):
+        caption += f"; no room for: {', '.join(gone)}"
     table = rich.table.Table(
         title=f"{first['world']} {where}: second ({folders[1]}) less first ({folders[0]})",
-        caption="mean damage of paired episodes; in brackets the 95 % interval of the mean difference",
+        caption=caption,
         box=rich.box.SIMPLE_HEAD,
+        padding=0 if narrow else (0, 1),
+        pad_edge=not narrow,
     )
-    for title in ("epsilon", "caregiver", "pairs", "first", "second", "difference", "p", "verdict"):
+    for title in ("epsilon", "caregiver", *columns):
         table.add_column(title, justify="left" if title in ("caregiver", "verdict") else "right", no_wrap=True)
     for row in found["rows"]:
         names = dict.fromkeys((row["baseline"], row["caregiver"]))
         low, high = (row[f"damage_difference_ci_{end}"] for end in ("low", "high"))
         ends = f"({'-inf' if low is None else f'{low:+.2f}'} to {'inf' if high is None else f'{high:+.2f}'})"
-        table.add_row(
-            row["family"],
-            ", ".join(names),
-            str(row["episodes"]),
-            f"{row['first']:.2f}",
-            f"{row['second']:.2f}",
-            f"{row['damage_difference_mean']:+.2f} {ends}",
-            "" if (p := row["damage_p"]) is None else f"{p:.3f}" if p >= 0.001 else "<.001",
-            row["damage_verdict"],
-        )
+        cells = {
+            "pairs": str(row["episodes"]),
+            "first": f"{row['first']:.2f}",
+            "second": f"{row['second']:.2f}",
+            "difference": f"{row['damage_difference_mean']:+.2f} {ends}",
+            "p": "" if (p := row["damage_p"]) is None else f"{p:.3f}" if p >= 0.001 else "<.001",
+            "verdict": row["damage_verdict"],
+        }
+        table.add_row(row["family"], ", ".join(names), *(cells[title] for title in columns))
     return table
 
 

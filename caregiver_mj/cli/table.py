@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import rich.box
@@ -34,9 +34,13 @@ def output(aside: bool) -> rich.console.Console:
 def print_table(summary: dict[str, Any], console: rich.console.Console) -> None:
     """Prints a row for each caregiver and family: as many columns as there is room for, and none cut short."""
     shapes = [(list(_TITLES), False), *((list(_TITLES)[:count], True) for count in range(len(_TITLES), 0, -1))]
+    print_widest((_table(summary, columns, narrow, console) for columns, narrow in shapes), console)
+
+
+def print_widest(tables: Iterable[rich.table.Table], console: rich.console.Console) -> None:
+    """Prints the first of some tables, the widest before, that there is room for; or the last of them."""
     room = console.options.update(width=_WIDEST)
-    for columns, narrow in shapes:
-        table = _table(summary, columns, narrow, console)
+    for table in tables:
         width = console.measure(table, options=room).maximum
         if width <= console.width:
             break

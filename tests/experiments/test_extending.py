@@ -1,14 +1,17 @@
 """Runs that get more episodes or caregivers, that are compared, and that are put together."""
 
 import dataclasses
+import io
 import json
 import sys
 
 import pandas as pd
 import pytest
+import rich.console
 from comparing import same
 
 from caregiver_mj import cli
+from caregiver_mj.cli.runs import print_comparison
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.compare import compare_runs
 from caregiver_mj.experiments.evaluation import evaluate
@@ -332,3 +335,23 @@ def test_a_comparison_as_json(runs, capsys):
     out, err = capsys.readouterr()
     assert len(json.loads(out)["rows"]) == 4
     assert "not the same: episodes, 8 and 10" in err
+
+
+@pytest.mark.parametrize(
+    ("width", "gone"), [(120, []), (80, ["pairs"]), (60, ["pairs", "first", "second", "p"]), (40, ["p"])]
+)
+def test_a_comparison_is_cut_nowhere(runs, width, gone):
+    found = compare_runs(*finished(runs, "seed0", "more"), ["none", "guard"])
+    for row in found["rows"]:
+        row |= {"first": 140.12, "second": 240.33, "damage_difference_mean": 100.2, "damage_verdict": "no verdict"}
+        row |= {"damage_difference_ci_low": -10.0, "damage_difference_ci_high": 110.0}
+    text = io.StringIO()
+    print_comparison(found, ["one", "two"], rich.console.Console(width=width, file=text))
+    shown = text.getvalue()
+    assert "…" not in shown
+    assert shown.count("none, guard") == shown.count("+100.20 (-10.00 to +110.00)") == shown.count("no verdict") == 2
+    if width > 40:  # what is left is wider then, and the terminal breaks its lines
+        assert max(map(len, shown.splitlines())) <= width
+    heads = next(line.split() for line in shown.splitlines() if "epsilon" in line)
+    assert not set(gone) & set(heads)
+    assert ("no room for" in shown) == bool(gone)
