@@ -12,9 +12,13 @@ import time
 import pytest
 
 import caregiver_mj
-from caregiver_mj import cli
+from caregiver_mj import FloorPlan, cli
+from caregiver_mj.caregivers.registry import CAREGIVERS, find_caregiver
 from caregiver_mj.cli import completion
+from caregiver_mj.envs.recipe import ENVIRONMENTS, RANDOM
+from caregiver_mj.experiments.settings import FLOOR, Settings
 from caregiver_mj.robot.embodiments import EMBODIMENTS
+from caregiver_mj.viz.cameras import camera_names
 
 _LOADED = """
 COMP_WORDS=("$@")
@@ -65,6 +69,30 @@ def bash(tmp_path_factory):
 )
 def test_words_are_completed(bash, words, offered):
     assert bash(*words) == offered
+
+
+@pytest.mark.parametrize("command", ["evaluate", "render", "view", "record"])
+def test_the_caregivers_that_a_command_takes_are_offered(bash, command):
+    offered = bash(command, "--caregiver", "")
+    assert offered >= set(CAREGIVERS) - {"none"}
+    for name in offered:  # as the command reads them
+        if command == "evaluate":
+            Settings(FloorPlan.load("paper"), "grid", (name,)).check()
+        elif command != "record":
+            find_caregiver(name)
+        elif name != RANDOM:
+            assert find_caregiver(name) is not None
+    assert (FLOOR in offered, "none" in offered, RANDOM in offered) == {
+        "evaluate": (True, True, False),
+        "record": (False, False, True),
+    }.get(command, (False, True, False))
+
+
+def test_the_tasks_and_cameras_that_can_be_recorded_are_offered(bash):
+    assert bash("record", "--task", "") == set(ENVIRONMENTS)
+    assert bash("render", "--task", "") == set(caregiver_mj.ALL_TASKS)
+    physics = caregiver_mj.load("supervise").physics
+    assert bash("record", "--camera", "") == set(camera_names(physics))
 
 
 def test_a_house_is_a_name_or_a_file(bash, tmp_path):

@@ -7,12 +7,16 @@ from collections.abc import Iterable, Iterator
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES
 from caregiver_mj.children.family import CHILDREN
-from caregiver_mj.experiments.settings import WORLDS
+from caregiver_mj.experiments.settings import FLOOR, WORLDS
 from caregiver_mj.plans.floor_plan import house_names
 
 SHELLS = ("bash", "zsh")
 TASKS = ("supervise", "relocate_candle", "block_stairs")  # `ALL_TASKS`, which take a second to import, and MuJoCo
 ROBOTS = ("mobile_fr3", "mobile_ur5e")  # likewise
+CAMERAS = ("overview", "follow", "wrist")  # likewise
+# Of `record`: in the place of a task and of a caregiver.
+TARGETS = "targets"  # likewise
+RANDOM = "random-actions"  # likewise
 SETS = ("test-100", "train-100")
 _FILES = ("folders", "out", "still", "video")  # arguments that name files or folders
 
@@ -51,19 +55,27 @@ def script(parser: argparse.ArgumentParser, shell: str) -> str:
     """
     import shtab
 
+    caregivers = list(dict.fromkeys([*CAREGIVERS, *POLICIES]))
     words: dict[str, Iterable[str]] = {
-        "caregiver": dict.fromkeys([*CAREGIVERS, *POLICIES]),
+        "camera": CAMERAS,
+        "caregiver": caregivers,
         "child": CHILDREN,
         "embodiment": ROBOTS,
         "houses": [*SETS, *house_names()],
         "task": TASKS,
         "world": WORLDS,
+        # Where a command takes others than the rest do.
+        "evaluate caregiver": [FLOOR, *caregivers],
+        "compare caregiver": [FLOOR, *caregivers],
+        "record caregiver": [RANDOM, *(name for name in caregivers if name != "none")],
+        "record task": [*TASKS, TARGETS],
     }
     names = " ".join(house_names())
     functions = {name: function.format(names=names) for name, function in _HOUSE_FUNCTIONS.items()}
-    for action in _actions(parser):
-        if action.dest in words and not action.choices:
-            action.choices = list(words[action.dest])
+    for command, action in _actions(parser):
+        offered = words.get(f"{command} {action.dest}") or words.get(action.dest)
+        if offered and not action.choices:
+            action.choices = list(offered)
         elif action.dest in _FILES:
             action.complete = shtab.FILE  # type: ignore[attr-defined]  # where shtab looks for it
         elif action.dest == "house":
@@ -71,11 +83,11 @@ def script(parser: argparse.ArgumentParser, shell: str) -> str:
     return shtab.complete(parser, shell)
 
 
-def _actions(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
-    """The arguments of a command, and of all those within it."""
+def _actions(parser: argparse.ArgumentParser, command: str = "") -> Iterator[tuple[str, argparse.Action]]:
+    """The arguments of a command, and of all those within it, each with the name of the one that it is of."""
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
-            for command in action.choices.values():
-                yield from _actions(command)
+            for name, inner in action.choices.items():
+                yield from _actions(inner, name)
         else:
-            yield action
+            yield command, action
