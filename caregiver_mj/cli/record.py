@@ -115,7 +115,7 @@ def _run(arguments: argparse.Namespace) -> None:
         "damage": str(plan.damage),
         "family": str(family),
         "caregiver": recipe.caregiver,
-        "embodiment": recipe.embodiment,
+        "embodiment": robot,
         "seed": recipe.seed,
         "seconds": recipe.seconds,
         "cameras": list(recipe.cameras),

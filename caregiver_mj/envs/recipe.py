@@ -30,6 +30,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.recording.about import About
 from caregiver_mj.robot.embodiment import DEFAULT
+from caregiver_mj.robot.embodiments import find_embodiment
 
 TARGETS = "targets"  # in the place of a task: `Supervise-Targets`
 RANDOM = "random-actions"  # in the place of a caregiver: actions drawn from all that there are
@@ -74,6 +75,7 @@ class Recipe:
         """Raises CaregiverError unless this can be recorded."""
         if self.task not in ENVIRONMENTS:
             raise CaregiverError(f"no task '{self.task}' to record: there are {', '.join(ENVIRONMENTS)}")
+        find_embodiment(self.embodiment)
         if self.world == "grid" and self.task != TARGETS:
             raise CaregiverError(f"the grid has no task '{self.task}', only --task {TARGETS}")
         if self.world == "grid" and (self.cameras or self.seconds is not None):

@@ -93,6 +93,8 @@ def _differences(first: dict[str, Any], second: dict[str, Any]) -> dict[str, lis
 
     def flat(record: dict[str, Any]) -> dict[str, Any]:
         found = {key: value for key, value in record.items() if key not in _NOT_SETTINGS}
+        if record["world"] == "grid":
+            del found["embodiment"]
         for group in ("versions", "code"):
             found |= found.pop(group, None) or {}
         return found | {"plans": [plan["name"] for plan in record["plans"]]}

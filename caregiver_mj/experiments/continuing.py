@@ -27,10 +27,10 @@ def continued(found: Record, wanted: Record) -> Record:
     Raises:
         CaregiverError: What is there belongs to other settings, or there is more of it than is wanted.
     """
-    keys = [key for key in {**found, **wanted} if key not in _OF_ITS_OWN and found.get(key) != wanted.get(key)]
+    keys = unlike(found, wanted, _OF_ITS_OWN)
     if "caregivers" not in wanted:  # a study's, which cannot be added to
         if keys:
-            raise CaregiverError("; ".join(_told(keys, found, wanted)))
+            raise CaregiverError("; ".join(told(keys, found, wanted)))
         return found
     if "caregivers" not in found:
         raise CaregiverError("its run.json is no record of a run: take another folder")
@@ -40,12 +40,10 @@ def continued(found: Record, wanted: Record) -> Record:
     episodes, extended = found.get("episodes"), found.get("extended_at", [])
     if not isinstance(episodes, int) or not isinstance(extended, list) or episodes > wanted["episodes"]:
         keys.append("episodes")
-    told = _told(keys, found, wanted)
-    if not told:
-        told = _other_code(found, wanted)
-    if told:
+    wrong = told(keys, found, wanted) or _other_code(found, wanted)
+    if wrong:
         less = "; a run can be added to, but not cut" if keys and {*keys} <= {"caregivers", "episodes"} else ""
-        raise CaregiverError("; ".join(told) + less)
+        raise CaregiverError("; ".join(wrong) + less)
     if episodes < wanted["episodes"]:
         extended = [*extended, episodes]
     steps = [0, *extended, wanted["episodes"]]
@@ -56,8 +54,16 @@ def continued(found: Record, wanted: Record) -> Record:
     return {**wanted, **({"extended_at": extended} if extended else {})}
 
 
-def _told(keys: Sequence[str], found: Record, wanted: Record) -> list[str]:
-    told = []
+def unlike(one: Record, other: Record, but: Sequence[str]) -> list[str]:
+    """Keys of what is not the same in two records, save some; where both are in the grid nothing depends on a robot."""
+    if one.get("world") == other.get("world") == "grid":
+        but = (*but, "embodiment")
+    return [key for key in {**one, **other} if key not in but and one.get(key) != other.get(key)]
+
+
+def told(keys: Sequence[str], found: Record, wanted: Record, where: tuple[str, str] = ("there", "here")) -> list[str]:
+    """What is to be said of what is not the same in two records, and what to call them."""
+    lines = []
     for key in keys:
         there, here = found.get(key), wanted.get(key)
         if isinstance(there, dict) and isinstance(here, dict):  # such as of versions
@@ -66,11 +72,11 @@ def _told(keys: Sequence[str], found: Record, wanted: Record) -> list[str]:
         elif key == "plans":
             there, here = (_names(plans) for plans in (there, here))
             if there == here:
-                told.append(f"the floor plans of {here} are others there than here")
+                lines.append(f"the floor plans of {here} are others {where[0]} than {where[1]}")
                 continue
             key = "houses"
-        told.append(f"{key} is {_short(there)} there and {_short(here)} here")
-    return told
+        lines.append(f"{key} is {_short(there)} {where[0]} and {_short(here)} {where[1]}")
+    return lines
 
 
 def _names(plans: Any) -> Any:

@@ -10,13 +10,15 @@ import pandas as pd
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.by_house import by_house
+from caregiver_mj.experiments.continuing import told, unlike
 from caregiver_mj.experiments.finished import Finished
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.summary import summarise
 from caregiver_mj.experiments.tables import Tables, put_together
 
-_EACH = ("seed", "episodes", "extended_at", "pooled", "file")  # may be what it likes in each run
+# May be what it likes in each run, or follows from others.
+_EACH = ("seed", "episodes", "extended_at", "pooled", "file", "epsilons")
 
 
 def pool_runs(runs: Sequence[Finished], out: str | os.PathLike[str]) -> dict[str, Any]:
@@ -36,11 +38,11 @@ def pool_runs(runs: Sequence[Finished], out: str | os.PathLike[str]) -> dict[str
         raise CaregiverError(f"'{out}' already holds a run: take another folder for those that are pooled")
     first, *others = runs
     for other in others:
-        keys = {**first.record, **other.record}
-        unlike = [key for key in keys if key not in _EACH and first.record.get(key) != other.record.get(key)]
-        if unlike:
+        both = _in_any_order(first.record), _in_any_order(other.record)
+        if keys := unlike(*both, _EACH):
             raise CaregiverError(
-                f"'{first.path}' and '{other.path}' are not the same but for the seed: {', '.join(unlike)}"
+                f"'{first.path}' and '{other.path}' are not the same but for the seed: "
+                + "; ".join(told(keys, *both, ("in the first", "in the second")))
             )
     seeds = [pair for run in runs for pair in run.seeds]
     if len({seed for seed, _ in seeds}) < len(seeds):
@@ -58,3 +60,8 @@ def pool_runs(runs: Sequence[Finished], out: str | os.PathLike[str]) -> dict[str
     houses: pd.DataFrame | None = by_house(episodes) if len(settings.plans) > 1 else None
     RunFolder(out, record).finish(episodes, summary, maps, houses)
     return summary
+
+
+def _in_any_order(record: dict[str, Any]) -> dict[str, Any]:
+    """A record that does not tell in which order a run has had its caregivers and its families."""
+    return record | {key: sorted(record[key], key=str) for key in ("caregivers", "families")}

@@ -118,7 +118,7 @@ class Settings:
         """Raises CaregiverError unless this can be run."""
         if self.world not in WORLDS:
             raise CaregiverError(f"no world '{self.world}': there are {', '.join(WORLDS)}")
-        if self.world == "house":
+        if self.world == "house" or self.embodiment != DEFAULT:
             # Here, for the grid does without MuJoCo; rendering first, for MuJoCo stumbles over a wrong `MUJOCO_GL`.
             import caregiver_mj.house.rendering  # noqa: F401
             from caregiver_mj.robot.embodiments import find_embodiment

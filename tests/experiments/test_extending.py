@@ -8,7 +8,7 @@ import sys
 import pandas as pd
 import pytest
 import rich.console
-from comparing import same
+from comparing import same, without_times
 
 from caregiver_mj import cli
 from caregiver_mj.cli.runs import print_comparison
@@ -22,6 +22,7 @@ from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 TINY = FloorPlan.parse("######\n#B.S.#\n#....#\n#C..T#\n######", "tiny")
+UR5E = "mobile_ur5e"
 RUN = Settings(TINY, "grid", ("none", "nearest"), (1.0, 0.5), 5)
 
 
@@ -302,12 +303,25 @@ def test_seeds_are_pooled(runs, tmp_path, capsys):
         run(out, dataclasses.replace(pooled.settings, episodes=20))
 
 
+def test_grid_runs_are_pooled_whatever_their_robot_and_the_order_of_what_is_in_them(runs, tmp_path):
+    run(tmp_path / "other", episodes=8, seed=1, caregivers=RUN.caregivers[::-1], families=(0.5, 1), embodiment=UR5E)
+    first, second = finished(runs, "seed0", "seed1")
+    other = read_finished(tmp_path / "other")
+    assert compare_runs(second, other)["settings"].keys() == {"caregivers", "families"}
+    pool_runs([first, second], tmp_path / "one")
+    pool_runs([first, other], tmp_path / "two")
+    one, two = (read_finished(tmp_path / name) for name in ("one", "two"))
+    same(one, two)
+    assert without_times(one.summary) == without_times(two.summary)
+    run(tmp_path / "other", other.settings, episodes=9, embodiment=RUN.embodiment)  # it is gone on with as well
+
+
 @pytest.mark.parametrize(
     ("names", "words"),
     [
         (("seed0", "seed0"), "different seeds, not 0, 0"),
-        (("seed0", "more"), "are not the same but for the seed: caregivers"),
-        (("seed0", "other"), "are not the same but for the seed: families, epsilons"),
+        (("seed0", "more"), r"but for the seed: caregivers is \['nearest', 'none'\] in the first and \['guard', "),
+        (("seed0", "other"), r"the seed: families is \['0.5', '1'\] in the first and \['0.25'\] in the second$"),
     ],
 )
 def test_runs_that_cannot_be_pooled(runs, tmp_path, names, words):

@@ -42,6 +42,7 @@ def test_families_may_be_said_by_their_epsilon():
         ({"plans": (PAPER, PAPER)}, "houses must be one or more, each of them once"),
         ({"plans": (PAPER, FloorPlan.load("house-3", damage=DamageWeights(1, 1, 1)))}, "cost the same in all houses"),
         ({"embodiment": "butler"}, "no robot 'butler': there are mobile_fr3, mobile_ur5e"),
+        ({"world": "grid", "embodiment": "butler"}, "no robot 'butler': there are mobile_fr3, mobile_ur5e"),
     ],
 )
 def test_bad_settings_are_refused(wrong, words):

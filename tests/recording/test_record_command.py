@@ -110,6 +110,8 @@ def test_a_recording_that_breaks_off_is_gone_on_with(tmp_path, monkeypatch, caps
         (["--format", "lerobot", "--caregiver", "nanny"], "no caregiver 'nanny'"),
         (["--format", "lerobot", "--caregiver", "none"], "caregiver 'none' does not act"),
         (["--format", "lerobot", "--jobs", "0"], "jobs must be an integer of at least 1"),
+        (["--format", "lerobot", "--embodiment", "butler"], "no robot 'butler'"),
+        (["--format", "minari", "--world", "grid", "--task", "targets", "--embodiment", "butler"], "no robot 'butler'"),
         (["--format", "csv"], "invalid choice: 'csv'"),
         (["--format", "lerobot", "--caregiver", "json:x"], "'json:x' cannot be loaded"),
     ],
