@@ -18,6 +18,8 @@ from caregiver_mj.experiments.executors import LocalExecutor
 from caregiver_mj.experiments.run_folder import StorageError
 from caregiver_mj.experiments.seeds import episode_seed
 from caregiver_mj.experiments.workers import WorkerError
+from caregiver_mj.plans import sets
+from caregiver_mj.plans.floor_plan import house_names
 from caregiver_mj.recording.steps import Store
 
 if TYPE_CHECKING:  # they need an extra, and MuJoCo
@@ -82,7 +84,7 @@ def write(arguments: argparse.Namespace, recipe: Recipe, store: Store, name: str
         if arguments.format == "minari":
             from caregiver_mj.recording.minari_dataset import write_minari
 
-            spec = recipe.spec(arguments.house)
+            spec = recipe.spec(_findable(arguments.house))
             write_minari(pathlib.Path(arguments.out), name, episodes, recipe.about(), recipe.spaces(), spec)
         else:
             from caregiver_mj.recording.lerobot.dataset import write_lerobot
@@ -90,3 +92,9 @@ def write(arguments: argparse.Namespace, recipe: Recipe, store: Store, name: str
             write_lerobot(target, episodes, recipe.about())
     except OSError as error:
         raise StorageError(f"'{target}' cannot be written: {error}; the episodes are kept: --resume") from None
+
+
+def _findable(house: str) -> str:
+    """A house by its name, or by the whole path of its file, for a data set is read in any folder."""
+    named = house in house_names() or sets.house(house) is not None
+    return house if named else str(pathlib.Path(house).resolve())

@@ -54,6 +54,19 @@ def test_minari_in_two_processes_is_minari_in_one(tmp_path, monkeypatch):
     same(one, load(tmp_path / "two", "mine-v1", monkeypatch))
 
 
+@pytest.mark.parametrize("house", ["tiny.txt", "tiny", "house-3"])
+def test_a_data_set_of_ones_own_house_is_recovered_in_another_folder(house, tmp_path, monkeypatch):
+    for folder in ("here", "there"):
+        (tmp_path / folder).mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    if house != "house-3":
+        pathlib.Path(house).write_text("######\n#B.S.#\n#....#\n#C..T#\n######\n")
+    assert cli.main([*GRID, "--house", house, "--episodes", "1", "--name", "mine-v0", "--out", str(tmp_path)]) == 0
+    monkeypatch.chdir(tmp_path / "there")
+    found = load(tmp_path, "mine-v0", monkeypatch)
+    assert found.recover_environment().observation_space == found.observation_space
+
+
 def test_a_recording_that_breaks_off_is_gone_on_with(tmp_path, monkeypatch, capsys):
     command = [*GRID, "--episodes", "40", "--out", str(tmp_path)]
     # Tests that run in the background of a script have been told to ignore Ctrl-C, and so would their children.
