@@ -135,6 +135,15 @@ def test_house_check_says_all_that_is_wrong(capsys, tmp_path):
     assert lines[0] in fails(capsys, ["house", "show", tmp_path / "bad.txt"])  # the first of them, elsewhere
 
 
+def test_house_check_of_what_is_no_floor_plan_tells_the_first_of_what_is_wrong(capsys, tmp_path):
+    (tmp_path / "prose.txt").write_text("#####\n" + "Words.\n" * 200)
+    assert cli.main(["house", "check", str(tmp_path / "prose.txt")]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 21
+    assert "line 2, column 1: 'W'" in lines[0]
+    assert lines[-1] == "caregiver-mj: and 1,180 more"
+
+
 def test_floor_plan_with_a_byte_order_mark(capsys, tmp_path):
     (tmp_path / "marked.txt").write_bytes(b"\xef\xbb\xbf" + PLAN.replace("\n", "\r\n").encode())
     assert cli.main(["house", "check", str(tmp_path / "marked.txt")]) == 0

@@ -24,6 +24,8 @@ _CELLS = {
     symbols.BIN: ("bold white on green4", "toy bin", "toy bins"),
 }
 
+_MOST_PROBLEMS = 20  # that `house check` tells of one file
+
 
 def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Adds the commands."""
@@ -74,9 +76,12 @@ def _check(arguments: argparse.Namespace) -> None:
     try:
         plan = FloorPlan.load(arguments.house)
     except FloorPlanError as error:
-        for problem in error.problems[:-1]:  # a line each, and the last one as of any other error
+        lines = list(error.problems[:_MOST_PROBLEMS])
+        if more := len(error.problems) - len(lines):
+            lines.append(f"and {more:,} more")
+        for problem in lines[:-1]:  # a line each, and the last one as of any other error
             print(f"{PROGRAM}: {problem}", file=sys.stderr)
-        raise FloorPlanError(error.problems[-1]) from None
+        raise FloorPlanError(lines[-1]) from None
     height, width = plan.shape
     counts = []
     for kind, (_, one, several) in _CELLS.items():

@@ -34,6 +34,8 @@ def continued(found: Record, wanted: Record) -> Record:
         return found
     if "caregivers" not in found:
         raise CaregiverError("its run.json is no record of a run: take another folder")
+    if "pooled" in found:
+        raise CaregiverError("it is of several runs that were pooled: go on with each of them, and pool them anew")
     there, here = found.get("caregivers"), wanted["caregivers"]
     if not isinstance(there, list) or not all(name in here for name in there):
         keys.append("caregivers")

@@ -70,7 +70,8 @@ def houses_named(names: str | Iterable[str], damage: DamageWeights = DamageWeigh
         plans += [FloorPlan.load(one, damage=damage) for one in wanted]
     counts = collections.Counter(plan.name for plan in plans)
     if twice := [name for name, count in counts.items() if count > 1]:
-        raise FloorPlanError(f"{len(twice)} houses are named twice, such as '{twice[0]}'")
+        several = f"{len(twice)} houses are named twice, such as '{twice[0]}'"
+        raise FloorPlanError(several if len(twice) > 1 else f"house '{twice[0]}' is named twice")
     return tuple(plans)
 
 

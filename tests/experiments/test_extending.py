@@ -299,7 +299,7 @@ def test_seeds_are_pooled(runs, tmp_path, capsys):
     page = (out / "report.html").read_text()
     assert "--seed 0\n" in page
     assert "--episodes 8 --seed 1" in page
-    with pytest.raises(CaregiverError, match="pooled is"):
+    with pytest.raises(CaregiverError, match="several runs that were pooled: go on with each of them"):
         run(out, dataclasses.replace(pooled.settings, episodes=20))
 
 

@@ -64,5 +64,7 @@ def test_houses_by_several_names():
 
 
 def test_a_house_twice_is_refused():
-    with pytest.raises(FloorPlanError, match="1 houses are named twice, such as 'house-200001'"):
+    with pytest.raises(FloorPlanError, match=r"^house 'house-200001' is named twice$"):
         houses_named(["test-2", "test-100/1"])
+    with pytest.raises(FloorPlanError, match="2 houses are named twice, such as 'house-200000'"):
+        houses_named(["test-2", "test-2"])

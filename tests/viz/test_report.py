@@ -317,7 +317,9 @@ def test_refused(tmp_path, capsys):
     assert "is not finished" in fails(capsys, ["report", begun])
     whole = write_run(tmp_path / "whole")
     assert "same world and house" in fails(capsys, ["report", whole, whole])
-    assert "compares `none`" in fails(capsys, ["report", write_run(tmp_path / "alone", caregivers=("none",))])
+    for name in ("none", "paper"):
+        words = f"compares `none` with a caregiver that acts, and the run in '{tmp_path / name}' has only {name}:"
+        assert words in fails(capsys, ["report", write_run(tmp_path / name, caregivers=(name,))])
     assert "no such file" in fails(capsys, ["report", whole, "--video", tmp_path / "no.mp4"]).lower()
     assert "not a film" in fails(capsys, ["report", whole, "--video", whole / "summary.json"])
     (whole / "maps.parquet").write_bytes(b"PAR1")

@@ -24,7 +24,8 @@ def read_run(folder: str | os.PathLike[str]) -> Run:
     acting = [caregiver for caregiver in caregivers if caregiver not in ("none", FLOOR)]
     if not acting or "none" not in caregivers:
         raise CaregiverError(
-            f"the run in '{folder}' has {' and '.join(caregivers)}: a report compares `none` with a caregiver"
+            f"a report compares `none` with a caregiver that acts, and the run in '{folder}' has only "
+            f"{' and '.join(caregivers)}: add what it lacks with `caregiver-mj evaluate --resume`"
         )
     return Run(
         settings=found.settings,
