@@ -384,11 +384,29 @@ def test_a_terminal_that_knows_ascii_only():
     assert b" +- " in run.stdout
 
 
-def test_an_interruption_while_source_text_runs_ends_with_our_status(tmp_path):
+@pytest.mark.parametrize("how", [["-m", "caregiver_mj"], ["-c", "import caregiver_mj.cli as c; exit(c.main())"]])
+def test_an_interruption_while_source_text_runs_ends_with_our_status(tmp_path, how):
     (tmp_path / "texts.py").write_text("exec('raise KeyboardInterrupt')")
-    command = [sys.executable, "-m", "caregiver_mj", *GRID, "--caregiver", "texts:caregiver"]
+    command = [sys.executable, *how, *GRID, "--caregiver", "texts:caregiver"]
     run = subprocess.run(command, capture_output=True, cwd=tmp_path, text=True, check=False)
     assert (run.returncode, run.stderr.splitlines()[-1]) == (1, "caregiver-mj: interrupted")
+
+
+@pytest.mark.parametrize(("number", "word"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated")])
+def test_an_interruption_while_the_commands_are_imported(number, word):
+    code = f"""if True:
+        import os, signal, sys
+        class Interrupting:
+            def find_spec(self, name, *rest):
+                if name == "caregiver_mj.cli.parsing":
+                    os.kill(os.getpid(), {int(number)})
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # as it may not be in the background of a script
+        sys.meta_path.insert(0, Interrupting())
+        from caregiver_mj.cli import main  # as the script of the command has it
+        sys.exit(main(["house", "check", "paper"]))
+    """
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (run.returncode, run.stdout, run.stderr) == (1, "", f"caregiver-mj: {word}\n")
 
 
 def test_the_process_is_left_as_it_was(capsys, tmp_path, monkeypatch):

@@ -14,15 +14,15 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator, Sequence
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
-from caregiver_mj.cli import completion, evaluate, house, record, render, report, runs, view
-from caregiver_mj.cli.parsing import PROGRAM, Parser
 from caregiver_mj.errors import CaregiverError, RenderingError
-from caregiver_mj.experiments.run_folder import StorageError
-from caregiver_mj.experiments.workers import WorkerError
 from caregiver_mj.registry import modules_of_the_folder
 
+if TYPE_CHECKING:  # it, and the commands, are imported when `main` has seen to interruptions, for that takes a second
+    from caregiver_mj.cli.parsing import Parser
+
+PROGRAM = "caregiver-mj"
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # when there is no writing to standard output
 
 
@@ -46,10 +46,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             arguments.run(arguments)
             if sys.stdout is not None:  # as it is if it was closed
                 sys.stdout.flush()
-    except (RenderingError, StorageError, WorkerError) as error:
-        return _fail(error, 1)
     except CaregiverError as error:
-        return _fail(error, 2)
+        return _fail(error, _status(error))
     except BrokenPipeError:  # the reader of our output has gone, as `head` does
         _silence()
         return 1
@@ -72,6 +70,9 @@ def _terminated_in_order() -> Iterator[None]:
     try:
         yield
     finally:
+        # If Ctrl-C came while Python ran source text, as for a named tuple, it would end as interrupted whatever our
+        # status (CPython's `_Py_UnhandledKeyboardInterrupt`); running another text makes it forget that.
+        eval("0")
         if ours:
             signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
@@ -87,6 +88,9 @@ def _silence() -> None:
 
 def make_parser() -> Parser:
     """The parser of the whole command line."""
+    from caregiver_mj.cli import completion, evaluate, house, record, render, report, runs, view
+    from caregiver_mj.cli.parsing import Parser
+
     parser = Parser(prog=PROGRAM, description="A robot caregiver, toddlers, and a house with stairs and candles.")
     version = importlib.metadata.version("caregiver_mj")
     parser.add_argument("--version", action="version", version=f"{PROGRAM} {version}", help="say which version it is")
@@ -94,6 +98,14 @@ def make_parser() -> Parser:
     for command in (evaluate, render, view, report, runs, record, house, completion):
         command.add_to(commands)
     return parser
+
+
+def _status(error: CaregiverError) -> int:
+    """The exit status: 2 where the input is bad, 1 where something else went wrong."""
+    from caregiver_mj.experiments.run_folder import StorageError
+    from caregiver_mj.experiments.workers import WorkerError
+
+    return 1 if isinstance(error, RenderingError | StorageError | WorkerError) else 2
 
 
 def _fail(error: object, status: int) -> int:

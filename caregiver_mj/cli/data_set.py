@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import rich.console
 import rich.progress
 
-from caregiver_mj.cli.parsing import PROGRAM
+from caregiver_mj.cli import PROGRAM
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.executors import LocalExecutor
 from caregiver_mj.experiments.run_folder import StorageError

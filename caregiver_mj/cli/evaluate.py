@@ -9,8 +9,8 @@ import shlex
 import rich.console
 import rich.progress
 
+from caregiver_mj.cli import PROGRAM
 from caregiver_mj.cli.parsing import (
-    PROGRAM,
     add_children,
     add_embodiment,
     add_executor,

@@ -8,7 +8,8 @@ import sys
 import rich.console
 import rich.text
 
-from caregiver_mj.cli.parsing import PROGRAM, add_seed, houses
+from caregiver_mj.cli import PROGRAM
+from caregiver_mj.cli.parsing import add_seed, houses
 from caregiver_mj.errors import CaregiverError, FloorPlanError
 from caregiver_mj.plans import symbols
 from caregiver_mj.plans.floor_plan import FloorPlan

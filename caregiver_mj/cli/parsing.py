@@ -8,6 +8,7 @@ from typing import NoReturn
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES
 from caregiver_mj.children.family import CHILDREN, NOVICE, Family
+from caregiver_mj.cli import PROGRAM
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.executors import Executor, LocalExecutor
 from caregiver_mj.plans import floor_plan
@@ -16,7 +17,6 @@ from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.robot.embodiment import DEFAULT
 
-PROGRAM = "caregiver-mj"
 EXECUTORS = ("local", "dask")
 
 
