@@ -18,7 +18,10 @@ Kind = TypeVar("Kind")
 
 
 class Registry(Mapping[str, Kind], Generic[Kind]):
-    """Classes by name. Entry points are looked up at each use and not at import, and loaded when they are asked for."""
+    """Classes by name, or by where they are, as `module:object`.
+
+    Entry points are looked up at each use and not at import, and loaded when they are asked for.
+    """
 
     def __init__(self, what: str, group: str, base: str, own: Mapping[str, Kind]):
         """Prepares a registry.
@@ -37,9 +40,12 @@ class Registry(Mapping[str, Kind], Generic[Kind]):
         if name in self._own:
             self.tell_of_namesakes(name, f"{self.what} '{name}' is one of the package's own")
             return self._own[name]
+        if name not in self and ":" in name:
+            found = named_object(name)
+            self.check(name, "yours", found)
+            return found
         if name not in self:
-            yours = f"; yours is an entry point of {self.group}" if ":" in name else ""
-            raise CaregiverError(f"no {self.what} '{name}': there are {', '.join(self)}{yours}")
+            raise CaregiverError(f"no {self.what} '{name}': there are {', '.join(self)}, and yours as module:object")
         entry, *others = self._offered(name)
         if any(other.value != entry.value for other in others):
             values = ", ".join(offered.value for offered in (entry, *others))
@@ -62,9 +68,16 @@ class Registry(Mapping[str, Kind], Generic[Kind]):
                 warnings.warn(f"entry point {entry.value} is not used: {why}", stacklevel=3)
 
     def check(self, name: str, value: str, found: Any) -> None:
-        """Raises CaregiverError unless what an entry point (a name and its value) has led to can be used."""
+        """Raises CaregiverError unless what was found can be used.
+
+        Args:
+            name: What was asked for.
+            value: Where it was found: the value of an entry point.
+            found: What is there.
+        """
         if not (isinstance(found, type) and any(_name(base) == self._base for base in found.__mro__)):
             raise CaregiverError(f"{self.what} '{name}' ({value}) is not a subclass of {self._base}")
+        _check_whole(f"{self.what} '{name}'", found)
 
     def __contains__(self, name: object) -> bool:
         return name in self._own or name in list(self)  # without loading it
@@ -112,8 +125,7 @@ def check_call(what: str, found: Any, *given: Any) -> None:
         found: The class or function.
         given: What it is to be given.
     """
-    if inspect.isabstract(found):
-        raise CaregiverError(f"{what} lacks {', '.join(sorted(found.__abstractmethods__))}")
+    _check_whole(what, found)
     try:
         inspect.signature(found).bind(*given)
     except TypeError as error:
@@ -121,6 +133,12 @@ def check_call(what: str, found: Any, *given: Any) -> None:
         raise CaregiverError(f"{what} cannot be called with ({kinds}): {error}") from None
     except ValueError:  # one that tells no signature
         pass
+
+
+def _check_whole(what: str, found: Any) -> None:
+    """Raises CaregiverError if it is a class that lacks methods."""
+    if inspect.isabstract(found):
+        raise CaregiverError(f"{what} lacks {', '.join(sorted(found.__abstractmethods__))}")
 
 
 def _name(found: type) -> str:

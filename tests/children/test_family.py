@@ -72,8 +72,10 @@ def test_children_without_a_name_have_the_behaviour_that_is_given():
         ("adversary", "not 'adversary'"),
         ("1.5", r"epsilon must lie in \[0, 1\], not 1.5"),
         ("0.5,nan", r"epsilon must lie in \[0, 1\], not nan"),
-        ("mine:Child:0.5", "no child 'mine:Child': .*; yours is an entry point of caregiver_mj.children"),
-        ("angel:0.5", "no child 'angel': there are novice, expert, adversary"),
+        ("mine:Child:0.5", "'mine:Child' cannot be loaded: ModuleNotFoundError"),
+        ("json:loads:0.5", r"child 'json:loads' \(yours\) is not a subclass of caregiver_mj.children.behaviour"),
+        ("caregiver_mj.children.behaviour:Behaviour:0.5", "child '.*:Behaviour' lacks act"),
+        ("angel:0.5", "no child 'angel': there are novice, expert, adversary, .* and yours as module:object"),
     ],
 )
 def test_what_cannot_be_read_is_refused_in_one_line(text, words):
@@ -133,3 +135,11 @@ def test_children_of_other_packages(monkeypatch):
     (made,) = Family.of("sleepy:0.5").make(PLAN)
     assert isinstance(made, Sleepy)
     assert str(Family.of("sleepy:0.5")) == "sleepy:0.5"
+
+
+def test_a_child_by_where_it_is():
+    name = f"{__name__}:Sleepy"
+    family = Family.of(f"1,{name}:0.5")
+    assert isinstance(family.make(PLAN)[1], Sleepy)
+    assert str(family) == f"1,{name}:0.5"
+    assert Family.parse(str(family)) == family == Family.parse("novice:1,.5", name)

@@ -204,6 +204,23 @@ def test_code_in_folders_that_are_no_packages(tmp_path, monkeypatch, name, edite
                 del sys.modules[new]
 
 
+def test_a_child_of_ones_own_whose_code_has_changed_is_not_mixed_in(tmp_path, plugin, capsys):
+    child = "from caregiver_mj.children.novice import Novice\n\nclass Child(Novice):\n    pass\n"
+    (plugin / "a_plugin.py").write_text(child)
+    argv = ["evaluate", "--world", "grid", "--child", "a_plugin:Child", "--epsilon", ".5", "1,expert:1"]
+    argv += ["--episodes", "2", "--out", str(tmp_path / "run")]
+    assert cli.main(argv) == 0
+    record = json.loads((tmp_path / "run" / "run.json").read_text())
+    assert record["families"] == ["a_plugin:Child:0.5", "a_plugin:Child:1,expert:1"]
+    assert list(record["code"]) == ["child a_plugin:Child"]
+    assert read_finished(tmp_path / "run").settings.code() == record["code"]
+    assert cli.main([*argv, "--resume"]) == 0
+    (plugin / "a_plugin.py").write_text(f"{child}\n# edited\n")
+    capsys.readouterr()
+    assert cli.main([*argv, "--resume"]) == 2
+    assert "the code of child a_plugin:Child has changed, from a_plugin.py, sha256 " in capsys.readouterr().err
+
+
 def test_a_caregiver_with_code_may_be_added(tmp_path, plugin):
     more = dataclasses.replace(RUN, caregivers=(*RUN.caregivers, "a_plugin:Mine"))
     run(tmp_path / "run")
