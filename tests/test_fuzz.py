@@ -133,6 +133,9 @@ VALUES = {
     "--stairwells": ["0", "1"],
     "--candles": ["0", "1"],
     "--tables": ["1"],
+    "--format": ["lerobot", "csv"],
+    "--camera": ["wrist", "hall"],
+    "--port": ["0", "65536"],
 }
 _SAFE = {
     "--jobs": VALUES["--jobs"],
@@ -145,12 +148,17 @@ _SAFE = {
 def lines(draw):
     """A command with options that belong to it or do not."""
     folders = st.sampled_from(["RUN", "NOWHERE", "EMPTY", "FILE", "", "\0"])
-    command = draw(st.sampled_from(["evaluate", "evaluate", "render", "house", "report", "compare", "pool", "fly", ""]))
+    commands = ["evaluate", "render", "view", "record", "house", "report", "compare", "pool", "completion", "fly", ""]
+    command = draw(st.sampled_from(["evaluate", *commands]))
     argv = [command]
     if command == "evaluate":  # so that a run is short unless it is refused
         argv += ["--world", "grid", "--house", "TINY", "--epsilon", "1", "--caregiver", "none", "--episodes", "1"]
     if command == "render":
         argv += ["--out", draw(st.sampled_from(["film.gif", "EMPTY", "FILE/film.mp4"])), "--seconds", "1"]
+    if command == "record":
+        argv += ["--format", "minari", "--task", "targets", "--world", "grid", "--house", "TINY", "--episodes", "1"]
+    if command == "completion":
+        argv += draw(st.lists(st.sampled_from(["bash", "zsh", *ODD]), max_size=2))
     if command == "house":
         argv += [draw(st.sampled_from(["make", "show", "check", "sell"]))]
         argv += draw(st.lists(st.sampled_from([*ODD, "paper", "house-5", "FILE"]), max_size=2))
@@ -164,6 +172,10 @@ def lines(draw):
         argv += [option, *(value for value in chosen if value is not None)]
     if draw(st.booleans()) and command in ("evaluate", "pool"):
         argv += ["--out", draw(folders.filter(lambda folder: folder != "RUN"))]
+    if command == "record":
+        argv += ["--out", "FILE"]  # refused after all else that is said, and so is
+    if command == "view":
+        argv += ["--rate", "0"]
     return argv
 
 
