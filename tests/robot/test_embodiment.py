@@ -84,6 +84,10 @@ def make_nothing() -> str:
     return "nothing"
 
 
+def needs_more(size: float) -> Embodiment:
+    return dataclasses.replace(make_another(), footprint=size)
+
+
 not_a_maker = "neither"
 
 
@@ -101,6 +105,8 @@ def test_robots_of_other_packages(monkeypatch):
         find_embodiment("make_nothing")
     with pytest.raises(CaregiverError, match=r"'not_a_maker' .* is not a function that makes an Embodiment"):
         find_embodiment("not_a_maker")
+    with pytest.raises(CaregiverError, match=r"robot '.*:needs_more' cannot be called with \(\): missing"):
+        find_embodiment(f"{__name__}:needs_more")
 
 
 def test_model_without_a_joint_is_refused():

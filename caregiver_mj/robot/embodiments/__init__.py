@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.registry import Registry
+from caregiver_mj.registry import Registry, check_call
 from caregiver_mj.robot.embodiment import DEFAULT, Embodiment
 from caregiver_mj.robot.embodiments.mobile_fr3 import mobile_fr3
 from caregiver_mj.robot.embodiments.mobile_ur5e import mobile_ur5e
@@ -19,6 +19,7 @@ class _Makers(Registry[Callable[[], Embodiment]]):
     def check(self, name: str, value: str, found: Any) -> None:
         if not callable(found):
             raise CaregiverError(f"{self.what} '{name}' ({value}) is not a function that makes an Embodiment")
+        check_call(f"{self.what} '{name}'", found)
 
 
 EMBODIMENTS = _Makers(
