@@ -49,7 +49,7 @@ class SelfEstimate:
         (path_then, arm_then), (path_now, arm_now) = self._history[0], self._history[-1]
         if self._off is None:
             self._off = base - path_then
-        elif not (self._blur.dropout and np.array_equal(base, self._seen)):  # or it has not been seen anew
+        elif self._seen is None or not (self._blur.dropout and np.array_equal(base, self._seen)):  # or not seen anew
             self._off = self._off + self._gains * (base - path_then - self._off)
         self._seen = base
         return (path_then + self._off, arm), (path_now + self._off, arm + (arm_now - arm_then))

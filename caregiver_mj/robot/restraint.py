@@ -13,8 +13,8 @@ from caregiver_mj.robot.view import ChildView, View
 
 _TOUCHED = 0.002  # metres to a child that touches the base, or does so at the next control timestep
 _NO_NEARER = 0.05  # metres to a child below which nothing leads towards it, be it on a path that slides past it
-_BRAKES, _BRAKES_TOUCHED = 3.0, 1.5  # m/s^2 with which it brakes: what is told keeps its own limits until it is touched
-_LANDS = 0.5  # share of the base's jerk with which that ends: what is told must not overshoot, beside a child
+_BRAKES = 1.5  # m/s^2 with which it brakes where it is touched; until then what is told keeps its own limits
+_LANDS = 0.5  # share of its jerk with which it comes, until then, to what it may have: it must not overshoot
 _BACK = tuple(0.05 * i for i in range(1, 9))  # metres straight away from a child where there may be room
 _COMES_TO_REST, _BUILDS_UP = 1.0, 0.15  # m/s^2 with which it brakes there, and seconds until it does
 # What is straight off a child changes as it walks on at the heels of a base that leaves it. From this speed on, m/s, it
@@ -61,8 +61,8 @@ def restrain(
         if rounds == 1 or math.dist(left, wanted) < _SETTLED:
             return left, is_touched
     # What one child leaves leads towards another one: it brakes.
-    slower = seconds * (_BRAKES_TOUCHED if is_touched else _BRAKES)
-    kept = max(0.0, 1.0 - slower / speed) if (speed := math.hypot(*before)) else 0.0
+    speed = math.hypot(*before)
+    kept = 1.0 - seconds * _BRAKES / speed if is_touched and speed > seconds * _BRAKES else 0.0
     return (kept * before[0], kept * before[1]), is_touched
 
 
@@ -89,15 +89,16 @@ def _restrained(
         dy += later * (child.velocity[1] - before[1])
     away = math.hypot(dx, dy)
     x, y = dx / away, dy / away
-    jerk = math.inf if is_touched else _LANDS * robot.limits.as_told.jerk  # touched by any, it is told at once
+    # Touched by any, it is told at once.
+    bounds = (seconds * _BRAKES, math.inf) if is_touched else (math.inf, _LANDS * robot.limits.as_told.jerk)
     towards = vx * x + vy * y
     if room < _NO_NEARER:
-        towards = min(towards, _brought_to(0.0, before[0] * x + before[1] * y, seconds, jerk))
+        towards = min(towards, _bounded(before[0] * x + before[1] * y, 0.0, seconds, *bounds))
     slower = robot.limits.slowing(max(0.0, room) / FOLLOWING_SPEED - view.age)
     slides = max(0.0, slide_speed(room) + _STRAYS * min(0.0, towards)) + slower
     across = vy * x - vx * y
     way = math.copysign(1.0, across)
-    most = _brought_to(slides, way * (before[1] * x - before[0] * y), seconds, jerk)
+    most = _bounded(way * (before[1] * x - before[0] * y), slides, seconds, *bounds)
     if abs(across) > max(most, slides):
         # What is left leads straighter away from the child than its way does: no faster than there is room for.
         on_its_way = towards * max(0.0, most) / abs(across)
@@ -106,18 +107,23 @@ def _restrained(
     return towards * x - across * y, towards * y + across * x
 
 
-def _brought_to(end: float, speed: float, seconds: float, jerk: float) -> float:
-    """The next speed of a base that comes from one speed to another, and not beyond it, m/s.
+def _bounded(speed: float, most: float, seconds: float, change: float, jerk: float) -> float:
+    """What is asked of a base that may have so much speed at most, m/s.
+
+    A faster one brakes as hard as it may. One that speeds up, or that leaves a child and ceases to, comes to it so
+    gently that it does not go beyond it.
 
     Args:
-        end: So fast it shall be, m/s.
         speed: So fast it is.
+        most: So fast it may be.
         seconds: A control timestep.
+        change: By how much that may change within one, m/s.
         jerk: With which its acceleration goes at the end, m/s^3; infinite if it may go at once.
     """
-    off = end - speed
-    most = min(_BRAKES if jerk < math.inf else _BRAKES_TOUCHED, math.sqrt(2 * jerk * abs(off)) if off else 0.0)
-    return speed + math.copysign(min(abs(off), seconds * most), off)
+    off = most - speed
+    if off <= 0.0:
+        return max(most, speed - change)
+    return speed + min(off, change, seconds * math.sqrt(2 * jerk * off))
 
 
 def _speed_back(view: View, robot: Embodiment, clearance: Clearance, is_loaded: bool, child: Vector) -> float:

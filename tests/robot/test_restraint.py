@@ -38,10 +38,10 @@ def test_nothing_is_left_that_leads_towards_a_child_that_touches_and_little_alon
 
 
 def test_it_brakes_from_what_it_was_told_before():
-    # By 0.03 m/s a control timestep, 1.5 m/s^2; by 0.06 before it is touched, where what is told keeps its limits.
+    # By 0.03 m/s a control timestep, 1.5 m/s^2; as hard as it can before it is touched, for what is told keeps limits.
     assert left(TOUCHED, (0.1, 0.25), before=(0.1, 0.25)) == pytest.approx((0.07, 0.22))
     near, aside = view(child(TOUCHING + 0.05, 0.0)), view(child(TOUCHING + 0.12, 0.0))
-    assert left(near, (-0.1, 0.4), before=(-0.1, 0.4)) == pytest.approx((-0.1, 0.34))
+    assert left(near, (-0.1, 0.4), before=(-0.1, 0.4)) == pytest.approx((-0.1, 0.02 - 0.08 * 0.1))
     assert left(aside, (-0.1, 0.4), before=(-0.1, 0.4)) == (-0.1, 0.4)
 
 
@@ -62,6 +62,23 @@ def test_what_is_told_does_not_overshoot_beside_a_child(leaves, across, wanted):
         assert vx < 0.01
         assert abs(vy) < 0.035 or not slow
         slow = slow or abs(vy) < 0.02
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_before_it_is_touched_it_brakes_as_hard_as_it_may(axis):
+    """Towards a child and along it, whether or not its way brakes by itself, and more gently."""
+    near = view(child(TOUCHING + 0.03, 0.0))
+    for slower in (0.0, 0.02, 0.034):
+        followed, wanted = FollowedVelocity(ROBOT.limits.as_told, TIMESTEP), 0.3
+        start = (wanted, 0.0) if axis == 0 else (0.0, wanted)
+        followed.follow(start, at_once=True)
+        followed.follow(start)
+        for _ in range(10):  # 0.15 s at 2 m/s^2, and what its jerk takes
+            wanted = max(0.0, wanted - slower)
+            asked = (wanted, 0.0) if axis == 0 else (0.0, wanted)
+            less = left(near, asked, before=followed.told)
+            followed.follow(less, goes_on=less == asked)
+        assert abs(followed.told[axis]) < 0.03
 
 
 def test_a_base_at_whose_heels_a_child_walks_leaves_straight_as_it_will_be_when_it_does_what_it_is_told():
