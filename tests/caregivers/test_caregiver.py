@@ -504,6 +504,7 @@ def offered(monkeypatch):
         return importlib.metadata.EntryPoints(importlib.metadata.EntryPoint(n, v, group) for n, v in values.items())
 
     monkeypatch.setattr(importlib.metadata, "entry_points", entry_points)
+    monkeypatch.setattr(CAREGIVERS, "_told", set())  # which is told once a process
     return values
 
 
