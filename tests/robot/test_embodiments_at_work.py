@@ -100,5 +100,7 @@ def test_robot_can_be_left_out_whichever_it_is():
 
 
 def test_unknown_robot_is_refused_in_one_line():
-    with pytest.raises(CaregiverError, match=r"^no robot 'butler': there are mobile_fr3, mobile_ur5e, and yours as module:object$"):
+    with pytest.raises(
+        CaregiverError, match=r"^no robot 'butler': there are mobile_fr3, mobile_ur5e, and yours as module:object$"
+    ):
         caregiver_mj.load("supervise", SMALL, 0.5, random=0, task_kwargs={"embodiment": "butler"})
