@@ -34,7 +34,7 @@ from caregiver_mj.robot.view import View
 
 # How near the base must be to where it shall stand.
 ARRIVED = 0.006  # metres
-_ARRIVED_YAW = 0.012  # radians
+ARRIVED_YAW = 0.012  # radians
 
 # A base that creeps along a child, slower than this share, looks for a way off it.
 _CREEPING_RATE = 0.3
@@ -111,7 +111,7 @@ class Driver:
         robot.set_rate(0.0 if waits else self._allowed_rate(view, robot))
         off = math.dist(goal, view.base[:2])
         turn = abs(math.remainder(yaw - view.base[2], math.tau))
-        if off < ARRIVED and turn < _ARRIVED_YAW and not robot.moving:
+        if off < ARRIVED and turn < ARRIVED_YAW and not robot.moving:
             self.patience.renew(view.now)
             return Status.DONE
         if self.patience.is_over(view.now) and not (robot.moving and self._leads_to(goal)):

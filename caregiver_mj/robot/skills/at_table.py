@@ -10,7 +10,7 @@ from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.yielding import yielding
 from caregiver_mj.robot import se2
-from caregiver_mj.robot.driver import ARRIVED
+from caregiver_mj.robot.driver import ARRIVED, ARRIVED_YAW
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
@@ -31,7 +31,6 @@ _CHILD_SOON = 0.5  # seconds in which a child that walks on may be in the hand's
 _ON_PATH = 0.008  # metres off its path up to which a base is where it is planned to be when the hand has come down
 _LATE = 0.03  # seconds old up to which what is seen is good enough for the last of the way before the base rests
 _AS_USUAL = 0.01  # metres that a table may be higher than usual without a difference
-_LAST_YAW_SLOWED = 0.012  # radians to go at which it has turned
 _CHILD_COMES = 0.4  # metres that a child comes nearer while the base turns for the last time
 _LAST_DISTANCE_SLOWED = 0.01  # metres to go at which a base that is slowed down, or has stopped short, has arrived
 _NOT_QUITE = 0.5  # seconds for which the hand, come down, waits for the base that has not quite arrived
@@ -153,7 +152,7 @@ class AtTable(Skill):
             last_distance = ARRIVED  # the base drives again when the hand is up
         # A child that comes stops the turn, and the hand would come down beside the candle.
         is_alone = view.child_distance(view.base[:2]) > self.embodiment.clearances.child_turning + _CHILD_COMES
-        if at_last and off < last_distance and turn < (approach.last_yaw if is_alone else _LAST_YAW_SLOWED):
+        if at_last and off < last_distance and turn < (approach.last_yaw if is_alone else ARRIVED_YAW):
             robot.reach(1.0)
             return True
         if self._child_in_between(view, yaw, along):
