@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 _PUSHED = 0.002  # radians off its reference beyond which a joint has been pushed
-_COMING_BACK = 0.15  # rad/s
+_SETTLED = 0.1  # seconds of rest after which it is off for that reason only
+# How it comes back: no faster than this, rad/s; getting as fast, rad/s^2; and slower and slower within so many seconds,
+# until so little is left, radians.
+_COMING_BACK, _EASING, _SETTLING, _GONE = 0.15, 1.5, 0.1, 1e-4
 
 
 class GivingWay:
@@ -22,6 +25,8 @@ class GivingWay:
     def __init__(self, joints: int):
         self.yields = False
         self.offset = np.zeros(joints)
+        self._rate = 0.0  # at which it comes back at most, rad/s
+        self._rested = 0.0  # seconds
 
     def follow(self, arm: np.ndarray, wanted: np.ndarray, at_rest: bool, seconds: float) -> None:
         """Takes in where the arm has been pushed, or brings it back.
@@ -32,8 +37,13 @@ class GivingWay:
             at_rest: Whether these do not change.
             seconds: Since the last time.
         """
+        self._rested = self._rested + seconds if at_rest else 0.0
         if not self.yields:
-            self.offset -= np.clip(self.offset, -_COMING_BACK * seconds, _COMING_BACK * seconds)
-        elif at_rest:
+            self._rate = min(_COMING_BACK, self._rate + _EASING * seconds)
+            self.offset -= seconds * np.clip(self.offset / _SETTLING, -self._rate, self._rate)
+            self.offset[np.abs(self.offset) < _GONE] = 0.0
+            return
+        self._rate = 0.0
+        if self._rested > _SETTLED:
             off = arm - wanted
             self.offset[:] = np.where(np.abs(off) < _PUSHED, 0.0, off)

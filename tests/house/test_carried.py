@@ -7,31 +7,34 @@ from caregiver_mj.house.carried import FLAME_RADIUS, WAX_RADIUS, watch_candle
 from caregiver_mj.house.parts import read_model
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.recording.contacts import Contacts
+from caregiver_mj.recording.contacts import FLAME_CLEAR, WAX_CLEAR, Contacts
+from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.view import CHILD_RADIUS
 
 HALL = FloorPlan.parse("#########\n#.......#\n#B.....C#\n#T......#\n#########", "hall")
 GRIP = 0.08  # metres above the candle's foot
 
 
-def held(child, fingers=0.01, off=0.0):
-    """What is counted of a candle held upright, with a child at an offset (x, y) from it.
+def held(child, fingers=0.01, off=0.0, grip=GRIP, robot="mobile_fr3"):
+    """What is counted of a candle held upright in the tucked hand, with a child at an offset (x, y) from it.
 
     Args:
         child: The offset, metres.
         fingers: How far each stands off the middle, metres.
         off: How far the candle is from between the fingertips, metres.
+        grip: How far these are above its foot, metres.
+        robot: The robot's name.
 
     Returns:
         The tally, and how high the candle's foot is.
     """
-    physics = Physics.from_plan(HALL, visuals=False)
+    physics = Physics.from_plan(HALL, robot, visuals=False)
     with physics.reset_context():
         physics.set_robot(np.array([0.0, 0.0, 0.0]))
         physics.data.qpos[[physics.model.joint(f"robot/{j}").qposadr[0] for j in physics.embodiment.names.fingers]] = (
             fingers
         )
-    foot = physics.pinch_position() - [0.0, 0.0, GRIP]
+    foot = physics.pinch_position() - [0.0, 0.0, grip]
     physics.set_candle(0, np.add(foot, [0.0, off, 0.0]), 0.0)
     for axis, there in zip("xy", foot[:2] + child, strict=True):
         physics.data.qpos[physics.model.joint(f"toddler/{axis}").qposadr] = there
@@ -62,6 +65,13 @@ def test_carried_over_the_child_the_lower_ends_are_nearest(across):
     assert (tally.wax_distance, tally.flame_distance) == pytest.approx((wax, flame), abs=1e-6)
     assert tally.wax_seconds == 0.02 * (wax < 0.1)
     assert tally.flame_seconds == 0.02 * (flame < 0.3)
+
+
+@pytest.mark.parametrize("robot", ["mobile_fr3", "mobile_ur5e"])
+def test_a_child_right_below_the_tucked_hand_is_clear_of_candle_and_flame(robot):
+    tally, _ = held((0.0, 0.0), grip=find_embodiment(robot).grasp.height, robot=robot)
+    assert tally.wax_distance > WAX_CLEAR + 0.03  # a candle may slip in the hand
+    assert tally.flame_distance > FLAME_CLEAR
 
 
 def test_an_open_hand_or_a_candle_elsewhere_is_none_in_the_hand():

@@ -19,7 +19,7 @@ def test_a_candle_that_seems_lost_for_a_moment_is_put_down_all_the_same(seconds)
     env = caregiver_mj.load("relocate_candle", ROOM, 0.0, random=0)
     policy, timestep = caregiver_mj.CaregiverPolicy(env), env.reset()
     env.task.children[0].put(ROOM.free_cells[-1])
-    while not (env.physics.is_gripping() and env.physics.candle_poses()[0, 2] > TABLE_TOP + 0.2):
+    while not (env.physics.is_gripping() and env.physics.candle_poses()[0, 2] > TABLE_TOP + 0.31):
         timestep = env.step(policy(timestep))
     assert policy.activity == "carry candle 1 to table 2"
     for _ in range(round(seconds / env.control_timestep())):

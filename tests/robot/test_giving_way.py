@@ -10,6 +10,7 @@ from caregiver_mj.robot.motion import RobotMotion
 ROBOT = find_embodiment()
 ARM = ROBOT.layout.arm
 HERE = (0.0, 0.0, 0.0)
+SETTLING = 5  # control timesteps until it has come to rest
 
 
 @pytest.fixture
@@ -29,21 +30,26 @@ def test_a_pushed_arm_is_told_to_stay_where_it_is(robot):
     pushed = wanted + np.array([0.05, 0.0, 0.0, -0.03, 0.0, 0.001, 0.0])
     np.testing.assert_array_equal(robot.action(HERE, pushed)[ARM], wanted)  # nobody is near: it is stiff
     robot.giving_way.yields = True
+    for _ in range(SETTLING):  # what it is off its reference at first is its lag
+        np.testing.assert_array_equal(robot.action(HERE, pushed)[ARM], wanted)
     told = robot.action(HERE, pushed)[ARM]
     np.testing.assert_allclose(told[:4], pushed[:4])
     assert told[5] == wanted[5]  # so little is how its servos sag
     assert robot.has_given_way
 
 
-def test_it_comes_back_slowly(robot):
+def test_it_comes_back_slowly_and_without_a_jolt(robot):
     wanted = robot.action(HERE)[ARM]
     robot.giving_way.yields = True
     pushed = wanted + 0.1
-    told = [robot.action(HERE, pushed)[ARM]]
+    told = [robot.action(HERE, pushed)[ARM] for _ in range(SETTLING + 2)][-2:]
+    np.testing.assert_allclose(told, [pushed, pushed])
     robot.giving_way.yields = False
-    for _ in range(40):
+    for _ in range(100):
         told.append(robot.action(HERE, told[-1])[ARM])
-    assert np.abs(np.diff(told, axis=0)).max() == pytest.approx(0.15 * 0.02)
+    rates = np.diff(told, axis=0) / 0.02
+    assert np.abs(rates).max() == pytest.approx(0.15)
+    assert np.abs(np.diff(rates, axis=0)).max() / 0.02 < 2.0  # rad/s^2, beside the 7 that its paths take of 10
     np.testing.assert_allclose(told[-1], wanted)
     assert not robot.has_given_way
 

@@ -10,7 +10,7 @@ from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.hand import hand_is_empty, hand_position, has_in_hand
 
 ROBOT = find_embodiment()
-AHEAD, HEIGHT = 0.42, 0.93  # metres, of the pinch point when the arm is tucked
+AHEAD, HEIGHT = 0.42, 1.04  # metres, of the pinch point when the arm is tucked
 CLOSED, ROUND_A_CANDLE = 0.024, 0.044  # metres, both fingers together
 
 

@@ -17,7 +17,7 @@ CANDLE_RADIUS = 0.022  # metres
 
 @pytest.mark.parametrize(
     ("gap", "lift", "free", "free_with_candle"),
-    [(0.30, 0.0, True, True), (0.16, 0.0, True, False), (0.16, 0.25, True, True), (0.09, 0.0, False, False)],
+    [(0.30, 0.0, True, True), (0.19, 0.0, True, False), (0.19, 0.25, True, True), (0.09, 0.0, False, False)],
 )
 def test_planning_scene_knows_what_the_robot_and_the_candle_in_its_hand_would_touch(gap, lift, free, free_with_candle):
     """The robot looks east, at a candle before a wall, its foot towards that. In turning it up the foot swings out."""

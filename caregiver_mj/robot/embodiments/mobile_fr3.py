@@ -60,7 +60,7 @@ BENDS = Bends(
 )
 
 POSTURES = Postures(
-    carry=(0.42, 0.93),
+    carry=(0.42, 1.04),
     reach=0.70,
     hand_pitch=math.radians(35.0),  # a level hand hits the table with the wrist
     lying_reaches=(0.50, 0.55, 0.60, 0.65, 0.70, 0.75),
@@ -69,17 +69,17 @@ POSTURES = Postures(
 )
 
 APPROACH = Approach(
-    turn=0.30,
+    turn=0.25,
     drive=0.62,
-    drive_loaded=0.82,
-    above=0.62,
+    drive_loaded=0.85,
+    above=0.70,
     above_distance=0.60,
     above_yaw=0.35,
-    hover=0.72,
+    hover=0.77,
     hover_across=0.04,
     hover_distance=0.30,
     hover_yaw=0.12,
-    last_time=0.28,
+    last_time=0.225,
     last_distance=0.14,
     last_yaw=0.08,
 )

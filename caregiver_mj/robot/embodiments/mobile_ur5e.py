@@ -49,7 +49,7 @@ LIMITS = RobotLimits(
 BENDS = Bends(tucked=np.radians([0.0, -115.0, 99.5, 30.0, 90.0, 0.0]), bend=3, bends=(1.57, 1.0, 0.5, 0.0), turn=5)
 
 POSTURES = Postures(
-    carry=(0.38, 0.93),
+    carry=(0.38, 1.04),
     reach=0.66,
     hand_pitch=math.radians(15.0),  # its wrist is slender, and above the hand
     lying_reaches=(0.40, 0.45, 0.50, 0.55, 0.60, 0.65, 0.70, 0.75),
@@ -58,17 +58,17 @@ POSTURES = Postures(
 )
 
 APPROACH = Approach(
-    turn=0.30,
+    turn=0.24,
     drive=0.62,
-    drive_loaded=0.82,
-    above=0.62,
+    drive_loaded=0.85,
+    above=0.69,
     above_distance=0.60,
     above_yaw=0.35,
-    hover=0.72,
+    hover=0.76,
     hover_across=0.04,
     hover_distance=0.30,
     hover_yaw=0.12,
-    last_time=0.28,
+    last_time=0.29,
     last_distance=0.14,
     last_yaw=0.08,
 )

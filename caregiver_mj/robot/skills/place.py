@@ -18,7 +18,7 @@ from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, View
 
 _SLIPPED = 0.008  # metres outwards in the hand from which on a candle has slipped, as it does when the base turns
-_PLACE_GAP = 0.001  # metres above the table at which a candle is let go
+_PLACE_GAP = 0.002  # metres above the table at which a candle is let go: a hand that still settles must not set it down
 _RELEASE_GAP = CANDLE_RADIUS + 0.002  # metres of each finger off the middle, when the hand may withdraw
 # Where a candle is put down if the middle of the table is taken: metres to the side of it, in the order of preference.
 _SPOTS = (0.0, 0.06, -0.06, 0.12, -0.12, 0.18, -0.18)
