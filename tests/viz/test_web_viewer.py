@@ -24,6 +24,7 @@ viser = pytest.importorskip("viser")
 web = pytest.importorskip("caregiver_mj.viz.viewers.web")
 
 HOUSE = "########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########"
+A_CELL = 50  # pixels, as the page shows one, or more
 PATIENCE = 90  # seconds: without a graphics card a page is drawn once a second, or less on a busy machine
 
 
@@ -56,31 +57,39 @@ def test_the_page_in_a_browser(process, tmp_path):
         browser.set_page_load_timeout(PATIENCE)
         browser.set_script_timeout(PATIENCE)
         browser.get(url)
-        wait_for.text("doing")
+        wait_for.press("Pause")  # while it plays, the page takes seconds to answer
+        wait_for(lambda: wait_for.texts("told") == ["Paused."])
         assert len(wait_for.texts("danger")) == 2  # the stairwell and the candle
         assert wait_for.texts("safe")
         assert wait_for.texts("believed")
         wait_for(lambda: colours(browser) > 500)  # what is empty has a handful
+        foreseen = house_in(browser)
+        wait_for.tick("Danger foreseen")
+        wait_for.press("0.02 s")  # which shows it
+        wait_for(lambda: (house_in(browser) != foreseen).any(axis=2).sum() > A_CELL)
 
-        began = wait_for.number("timestep")
-        wait_for(lambda: wait_for.number("timestep") > began)
-        wait_for.press("Pause")
-        wait_for(lambda: wait_for.texts("told") == ["Paused."])
         halted = wait_for.number("timestep")
         wait_for.press("1 move")
         wait_for(lambda: wait_for.number("timestep") == halted + 1)
         assert wait_for.texts("told") == ["Paused."]
-        wait_for.press("Play")
-        wait_for(lambda: wait_for.number("timestep") > halted + 1)
 
         assert wait_for.texts("epsilon") == ["0.5"]
         wait_for.enter("Epsilon", "2")
         wait_for.press("Start")
         wait_for(lambda: "epsilon must lie in [0, 1]" in "".join(wait_for.texts("told")))
+        wait_for.enter("House", "house-3-8x8-rooms1")
         wait_for.enter("Epsilon", "1")
+        wait_for.enter("Children", "2")
+        wait_for.choose("Caregiver", "paper")
         wait_for.press("Start")
-        wait_for(lambda: wait_for.texts("epsilon") == ["1"])
-        wait_for(lambda: "--epsilon 1 " in wait_for.text("same"))
+        wait_for(lambda: wait_for.texts("epsilon") == ["1, 1"])
+        wait_for(lambda: "--house house-3-8x8-rooms1 --epsilon 1,1 --caregiver paper " in wait_for.text("same"))
+        assert len(wait_for.texts("safe")) == 2
+        assert not wait_for.texts("believed")  # it does not look ahead
+
+        wait_for.choose("Speed", "20")
+        wait_for.press("Play")
+        wait_for(lambda: wait_for.number("timestep") > 2)
     process.send_signal(signal.SIGTERM)
     out, err = process.communicate(timeout=PATIENCE)
     assert (process.returncode, out, err) == (0, "", "closed\n")
@@ -114,15 +123,30 @@ class Patience:
         self(lambda: self._browser.execute_script(script + "if (b) b.click(); return !!b", label))
 
     def enter(self, label, value):
-        field = self(lambda: self._browser.find_element("xpath", f"//label[.='{label}']/following::input[1]"))
-        field.send_keys("\ue009a\ue000", value)  # Ctrl-A first
+        self._field(label).send_keys("\ue009a\ue000", value)  # Ctrl-A first
+
+    def choose(self, label, value):
+        """Takes one of what a field offers."""
+        self._field(label).click()
+        script = "const o = [...document.querySelectorAll('[role=option]')].find(o => o.innerText.trim() == arguments[0]);"
+        self(lambda: self._browser.execute_script(script + "if (o) o.click(); return !!o", value))
+
+    def tick(self, label):
+        self._browser.execute_script("arguments[0].click()", self._field(label))
+
+    def _field(self, label):
+        return self(lambda: self._browser.find_element("xpath", f"//label[.='{label}']/following::input[1]"))
+
+
+def house_in(browser):
+    """The left half of the page, where the house is, without what stands above it: a picture (height, width, 3)."""
+    picture = np.asarray(Image.open(io.BytesIO(browser.get_screenshot_as_png())).convert("RGB"))
+    return picture[picture.shape[0] // 2 :, : picture.shape[1] // 2]
 
 
 def colours(browser):
-    """How many colours there are in the left half of the page, where the house is."""
-    picture = np.asarray(Image.open(io.BytesIO(browser.get_screenshot_as_png())).convert("RGB"))
-    left = picture[picture.shape[0] // 2 :, : picture.shape[1] // 2]
-    return len(np.unique(left.reshape(-1, 3), axis=0))
+    """How many colours there are in it."""
+    return len(np.unique(house_in(browser).reshape(-1, 3), axis=0))
 
 
 @pytest.fixture
