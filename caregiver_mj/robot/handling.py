@@ -34,8 +34,8 @@ class Postures:
     """Where the hand is, in the base's frame: x ahead of its middle, z above the floor.
 
     Attributes:
-        carry: The pinch point when the arm is tucked, (x, z). A candle held there passes over a child's head, clear of it
-            by `WAX_CLEAR` and `FLAME_CLEAR` (`caregiver_mj.recording.contacts`).
+        carry: The pinch point when the arm is tucked, (x, z). A candle held there passes over a child's head, clear
+            of it by `WAX_CLEAR` and `FLAME_CLEAR` (`caregiver_mj.recording.contacts`).
         reach: How far ahead a candle on a table is gripped, and put down.
         hand_pitch: Of the hand below the horizontal, so that the wrist clears a table's top.
         lying_reaches: How far ahead a candle that lies may be gripped.

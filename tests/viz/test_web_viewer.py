@@ -119,8 +119,7 @@ class Patience:
         return int(self.text(kind))
 
     def press(self, label):
-        script = "const b = [...document.querySelectorAll('button')].find(b => b.innerText.trim() == arguments[0]);"
-        self(lambda: self._browser.execute_script(script + "if (b) b.click(); return !!b", label))
+        self._click("button", label)
 
     def enter(self, label, value):
         self._field(label).send_keys("\ue009a\ue000", value)  # Ctrl-A first
@@ -128,11 +127,15 @@ class Patience:
     def choose(self, label, value):
         """Takes one of what a field offers."""
         self._field(label).click()
-        script = "const o = [...document.querySelectorAll('[role=option]')].find(o => o.innerText.trim() == arguments[0]);"
-        self(lambda: self._browser.execute_script(script + "if (o) o.click(); return !!o", value))
+        self._click("[role=option]", value)
 
     def tick(self, label):
         self._browser.execute_script("arguments[0].click()", self._field(label))
+
+    def _click(self, kind, words):
+        found = "[...document.querySelectorAll(arguments[0])].find(e => e.innerText.trim() == arguments[1])"
+        script = f"const e = {found}; if (e) e.click(); return !!e"
+        self(lambda: self._browser.execute_script(script, kind, words))
 
     def _field(self, label):
         return self(lambda: self._browser.find_element("xpath", f"//label[.='{label}']/following::input[1]"))
