@@ -6,6 +6,7 @@ import ast
 import functools
 import hashlib
 import importlib.metadata
+import os
 import pathlib
 import sys
 from collections.abc import Iterable, Iterator
@@ -45,7 +46,7 @@ def origin(found: Any) -> str:
 
     That is its module's own file, every source file of the package that it is in, and what these import from beside
     it, in folders without an `__init__.py` as well. What else its answers depend on, such as weights, it may name in an
-    attribute `files`, paths from the folder of its module on.
+    attribute `files`, a path or several, from the folder of its module on.
 
     Args:
         found: Something with a `__module__`.
@@ -66,7 +67,9 @@ def origin(found: Any) -> str:
     path = pathlib.Path(file).resolve()
     folder = path.parents[name.count(".") + (path.name == "__init__.py")] if root != "__main__" else path.parent
     module = path.stem if root == "__main__" else name
-    paths = sorted({*_sources(folder, module, path), *(path.parent / named for named in getattr(found, "files", ()))})
+    files = getattr(found, "files", ())
+    files = [files] if isinstance(files, str | os.PathLike) else files
+    paths = sorted({*_sources(folder, module, path), *(path.parent / named for named in files)})
     digest = hashlib.sha256()
     try:
         for source in paths:
