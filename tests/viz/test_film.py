@@ -137,3 +137,9 @@ def test_nothing_is_said_of_a_film_that_never_began(tmp_path, caplog):
     with film_writer(tmp_path / "film.mp4", 64, 48, 10) as write:
         write(np.zeros((48, 64, 3), np.uint8))
     assert [path.name for path in tmp_path.iterdir()] == ["film.mp4"]
+
+
+@pytest.mark.parametrize("seed", [2**32, 2**64 + 1])
+def test_a_seed_may_be_larger_than_numpy_takes(tmp_path, seed):
+    film(tmp_path / "film.mp4", seed=seed, seconds=0.1)
+    assert (tmp_path / "film.mp4").stat().st_size > 0
