@@ -3,6 +3,7 @@
 import dataclasses
 import io
 import json
+import shutil
 import sys
 
 import pandas as pd
@@ -26,38 +27,51 @@ UR5E = "mobile_ur5e"
 RUN = Settings(TINY, "grid", ("none", "nearest"), (1.0, 0.5), 5)
 
 
-def run(folder, settings=RUN, **changes):
+def run(folder, settings=RUN, grid_block=6, **changes):
     settings = dataclasses.replace(settings, **changes)
-    return evaluate(settings, RunFolder(folder, settings.record(), resume=True), grid_block=6)
+    return evaluate(settings, RunFolder(folder, settings.record(), resume=True), grid_block=grid_block)
+
+
+@pytest.fixture(scope="module")
+def first(tmp_path_factory):
+    """The folder of the run `RUN`, finished."""
+    folder = tmp_path_factory.mktemp("first")
+    run(folder)
+    return folder
+
+
+@pytest.fixture
+def begun(first, tmp_path):
+    """A copy of it, to be added to or tampered with."""
+    return shutil.copytree(first, tmp_path / "begun")
 
 
 def files(folder):
     return {path: path.stat().st_mtime_ns for path in folder.glob("episodes/*.json")}
 
 
-def test_more_episodes_and_caregivers_are_added_and_nothing_is_run_again(tmp_path):
-    run(tmp_path)
+def test_more_episodes_and_caregivers_are_added_and_nothing_is_run_again(begun):
     wanted = RUN
     for changes in ({"episodes": 7}, {"caregivers": ("none", "guard", "nearest")}, {"episodes": 8}):
-        before = files(tmp_path)
+        before = files(begun)
         wanted = dataclasses.replace(wanted, **changes)
-        same(run(tmp_path, wanted), evaluate(wanted))
-        assert before.items() < files(tmp_path).items()
-    record = json.loads((tmp_path / "run.json").read_text())
+        at_once = evaluate(wanted)
+        same(run(begun, wanted), at_once)
+        assert before.items() < files(begun).items()
+    record = json.loads((begun / "run.json").read_text())
     assert (record["episodes"], record["extended_at"]) == (8, [5, 7])
     assert record["caregivers"] == ["none", "guard", "nearest"]
-    before = files(tmp_path)
-    same(run(tmp_path, wanted), evaluate(wanted))  # the same again is nothing new
-    assert before == files(tmp_path)
-    assert read_finished(tmp_path).settings == wanted
+    before = files(begun)
+    same(run(begun, wanted), at_once)  # the same again is nothing new
+    assert before == files(begun)
+    assert read_finished(begun).settings == wanted
 
 
-def test_a_run_that_is_added_to_is_not_finished(tmp_path):
-    run(tmp_path)
+def test_a_run_that_is_added_to_is_not_finished(begun):
     more = dataclasses.replace(RUN, episodes=6)
-    RunFolder(tmp_path, more.record(), resume=True)
+    RunFolder(begun, more.record(), resume=True)
     with pytest.raises(CaregiverError, match="is not finished"):
-        read_finished(tmp_path)
+        read_finished(begun)
 
 
 @pytest.mark.parametrize(
@@ -69,34 +83,30 @@ def test_a_run_that_is_added_to_is_not_finished(tmp_path):
         ({"families": (1.0,)}, r"families is \['1', '0.5'\] there and \['1'\] here"),
     ],
 )
-def test_nothing_else_is_added(tmp_path, changes, words):
-    run(tmp_path)
-    before = (tmp_path / "run.json").read_bytes()
+def test_nothing_else_is_added(begun, changes, words):
+    before = (begun / "run.json").read_bytes()
     with pytest.raises(CaregiverError, match=words):
-        run(tmp_path, **changes)
-    assert (tmp_path / "run.json").read_bytes() == before
-    assert (tmp_path / "summary.json").exists()
+        run(begun, **changes)
+    assert (begun / "run.json").read_bytes() == before
+    assert (begun / "summary.json").exists()
 
 
 @pytest.mark.parametrize("extended", [3, [3, 2], [9], ["a"], [True, None]])
-def test_a_record_that_was_tampered_with(tmp_path, extended):
-    run(tmp_path)
-    record = json.loads((tmp_path / "run.json").read_text())
-    (tmp_path / "run.json").write_text(json.dumps({**record, "extended_at": extended}))
+def test_a_record_that_was_tampered_with(begun, extended):
+    record = json.loads((begun / "run.json").read_text())
+    (begun / "run.json").write_text(json.dumps({**record, "extended_at": extended}))
     with pytest.raises(CaregiverError, match="holds a run of other settings"):
-        run(tmp_path)
+        run(begun)
 
 
-def test_a_record_of_nothing(tmp_path):
-    run(tmp_path)
-    (tmp_path / "run.json").write_text("{}")
+def test_a_record_of_nothing(begun):
+    (begun / "run.json").write_text("{}")
     with pytest.raises(CaregiverError, match=r"its run\.json is no record of a run"):
-        run(tmp_path)
+        run(begun)
 
 
-def test_other_houses_are_told_by_name_and_other_versions_by_what_differs(tmp_path):
-    run(tmp_path)
-    record = json.loads((tmp_path / "run.json").read_text())
+def test_other_houses_are_told_by_name_and_other_versions_by_what_differs(begun):
+    record = json.loads((begun / "run.json").read_text())
     versions = {**record["versions"], "caregiver_mj": "9.9"}
     plans = [{**plan, "name": "elsewhere"} for plan in record["plans"]]
     for changed, words in (
@@ -107,9 +117,9 @@ def test_other_houses_are_told_by_name_and_other_versions_by_what_differs(tmp_pa
         ({"plans": plans}, "houses is elsewhere there and "),
         ({"plans": [{**record["plans"][0], "cell_size": 2.0}]}, "the floor plans of .* are others there than here"),
     ):
-        (tmp_path / "run.json").write_text(json.dumps({**record, **changed}))
+        (begun / "run.json").write_text(json.dumps({**record, **changed}))
         with pytest.raises(CaregiverError, match=words):
-            run(tmp_path)
+            run(begun)
 
 
 # -- Other people's code -----------------------------------------------------------------------------
@@ -153,19 +163,21 @@ def test_a_run_is_not_continued_with_code_that_has_changed(tmp_path, plugin):
     assert cli.main([*argv, "--resume"]) == 0
 
 
-@pytest.mark.parametrize("file", ["a_plugin.py", "beside_it.py", "weights.txt"])
-def test_an_edited_plugin_is_not_mixed_in(tmp_path, plugin, capsys, file):
+def test_an_edited_plugin_is_not_mixed_in(tmp_path, plugin, capsys):
     argv = ["evaluate", "--world", "grid", "--caregiver", "none", "a_plugin:Mine", "--epsilon", "1", "--episodes", "2"]
     argv += ["--out", str(tmp_path / "run")]
     assert cli.main(argv) == 0
-    (plugin / file).write_text(f"{(plugin / file).read_text()}\n# edited\n")
     capsys.readouterr()
-    for more in ([], ["--episodes", "3"]):
-        assert cli.main([*argv, "--resume", *more]) == 2
-        out, err = capsys.readouterr()
-        assert out == ""
-        assert err.count("\n") == 1
-        assert "the code of caregiver a_plugin:Mine has changed, from a_plugin.py, sha256 " in err
+    for file in (plugin / "a_plugin.py", plugin / "beside_it.py", plugin / "weights.txt"):
+        text = file.read_text()
+        file.write_text(f"{text}\n# edited\n")
+        for more in ([], ["--episodes", "3"]):
+            assert cli.main([*argv, "--resume", *more]) == 2
+            out, err = capsys.readouterr()
+            assert out == ""
+            assert err.count("\n") == 1
+            assert "the code of caregiver a_plugin:Mine has changed, from a_plugin.py, sha256 " in err
+        file.write_text(text)
 
 
 #: Modules in folders without an `__init__.py`, and how they get at a helper.
@@ -221,10 +233,10 @@ def test_a_child_of_ones_own_whose_code_has_changed_is_not_mixed_in(tmp_path, pl
     assert "the code of child a_plugin:Child has changed, from a_plugin.py, sha256 " in capsys.readouterr().err
 
 
-def test_a_caregiver_with_code_may_be_added(tmp_path, plugin):
+@pytest.mark.usefixtures("plugin")
+def test_a_caregiver_with_code_may_be_added(begun):
     more = dataclasses.replace(RUN, caregivers=(*RUN.caregivers, "a_plugin:Mine"))
-    run(tmp_path / "run")
-    same(run(tmp_path / "run", more), evaluate(more))
+    same(run(begun, more), evaluate(more))
 
 
 def test_files_that_are_missing_are_named(tmp_path, plugin):
@@ -246,7 +258,7 @@ def runs(tmp_path_factory):
         ("more", {"episodes": 10, "caregivers": ("guard", "nearest", "none")}),
         ("other", {"families": (0.25,)}),
     ):
-        run(folder / name, **changes)
+        run(folder / name, grid_block=10, **changes)
     return folder
 
 
