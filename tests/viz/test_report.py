@@ -2,19 +2,20 @@
 
 import json
 import re
+import shutil
 
 import imageio_ffmpeg
 import numpy as np
 import pandas as pd
 import pytest
-from made_runs import PAPER, TINY, as_older_version, write_run
+from made_runs import PAPER, TINY, as_older_version, drawn_once, undrawn, write_run
 from test_cli import fails
 
 from caregiver_mj import cli
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.record import COLUMNS
-from caregiver_mj.viz import report
+from caregiver_mj.viz import figures, report
 from caregiver_mj.viz.figures import Series, bars
 from caregiver_mj.viz.report.baselines import verdicts
 from caregiver_mj.viz.report.beside import side_by_side
@@ -45,6 +46,12 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def page(folder):
     return (folder / "report.html").read_text("utf-8")
+
+
+@pytest.fixture
+def words_alone(monkeypatch):
+    """Figures are made and not drawn."""
+    monkeypatch.setattr(figures, "as_bytes", undrawn)
 
 
 def words(page):
@@ -95,6 +102,7 @@ def test_tables_stand_beside_the_published_ones(folder, page):
         assert row in words(page)
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_the_paper_is_cited_for_its_own_house_alone(tmp_path, page):
     other = write_run(tmp_path / "tiny", plan=TINY)
     alone = report.write_report([other]).read_text("utf-8")
@@ -193,6 +201,7 @@ def test_maps_are_means_of_an_episode(folder):
         np.testing.assert_allclose(mean_map(run, caregiver, "damage"), damage / cells)
 
 
+@pytest.mark.usefixtures("words_alone")
 def test_command_gives_the_same_rows(tmp_path, capsys):
     command = ["evaluate", "--world", "grid", "--house", "paper", "--caregiver", "none", "guard"]
     command += ["--epsilon", "0.5", "--episodes", "3", "--seed", "5"]
@@ -211,6 +220,7 @@ def test_no_damage_at_all(tmp_path):
     assert "nan" not in text
 
 
+@pytest.mark.usefixtures("words_alone")
 @pytest.mark.parametrize(("damage", "episodes"), [("5:4:1", "1"), ("5:4:1", "4"), ("0:0:0", "4")])
 def test_captions_promise_only_the_intervals_that_there_are(tmp_path, damage, episodes):
     argv = ["evaluate", "--world", "grid", "--epsilon", "1", "0", "--caregiver", "none", "paper", "nearest"]
@@ -304,8 +314,11 @@ def test_page_is_self_contained(page):
     assert "<script" not in page
 
 
-def test_the_same_report_again(folder, page):
-    again = report.write_report([folder, folder.parent / "house"])
+def test_the_same_report_again_of_copies(folder, page, tmp_path, monkeypatch):
+    monkeypatch.setattr(figures, "as_bytes", drawn_once)
+    copies = [shutil.copytree(folder.parent / name, tmp_path / name) for name in ("grid", "house")]
+    (tmp_path / "grid" / "report.html").unlink()
+    again = report.write_report(copies)
     assert again.read_text("utf-8") == page
 
 

@@ -4,9 +4,9 @@ import imageio_ffmpeg
 import numpy as np
 import pytest
 from browsers import chromium
-from made_runs import FAMILIES, write_run
+from made_runs import FAMILIES, drawn_once, write_run
 
-from caregiver_mj.viz import report
+from caregiver_mj.viz import figures, report
 
 
 @pytest.fixture(scope="module", params=[None, FAMILIES], ids=["single", "several"])
@@ -20,7 +20,9 @@ def folder(request, tmp_path_factory):
     for shade in range(20):
         film.send(np.full((48, 64, 3), 10 * shade, np.uint8))
     film.close()
-    report.write_report([folder / "grid", folder / "house"])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(figures, "as_bytes", drawn_once)
+        report.write_report([folder / "grid", folder / "house"])
     return folder / "grid"
 
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from made_runs import DAMAGE, FAMILIES, PAPER, TINY, write_run
+from made_runs import DAMAGE, FAMILIES, PAPER, TINY, undrawn, write_run
 from test_report import words
 
-from caregiver_mj.viz import report
+from caregiver_mj.viz import figures, report
 from caregiver_mj.viz.report.beside import side_by_side
 from caregiver_mj.viz.report.film import make_film
 from caregiver_mj.viz.report.tables import children_table
@@ -18,7 +18,9 @@ def run(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def page(run):
-    return words(report.write_report([run]).read_text("utf-8"))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(figures, "as_bytes", undrawn)  # test_report_browser has them drawn
+        return words(report.write_report([run]).read_text("utf-8"))
 
 
 def test_families_are_called_by_their_children(page):
