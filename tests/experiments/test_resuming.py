@@ -4,6 +4,7 @@ import functools
 import json
 import pathlib
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -23,7 +24,8 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 
 PAPER = FloorPlan.load("paper")
 TINY = FloorPlan.parse("######\n#B.S.#\n#....#\n#C..T#\n######", "tiny")
-LONG = Settings(TINY, "grid", ("none", "guard"), (1.0,), 2000)  # long enough to be killed in the middle of it
+# Long enough to be killed in the middle of it: of both caregivers, a block of 1,000 episodes and one of two.
+LONG = Settings(TINY, "grid", ("none", "guard"), (1.0,), 1002)
 BLOCKS = 4
 SHORT = Settings(PAPER, "grid", ("none",), (1.0,), 3)
 
@@ -145,16 +147,28 @@ def test_full_disk_is_an_error(tmp_path, undisturbed):
     check_finished(tmp_path, undisturbed)
 
 
-def test_damaged_block_is_run_again(tmp_path):
-    first = evaluate(SHORT, RunFolder(tmp_path, SHORT.record()))
+@pytest.fixture(scope="module")
+def short(tmp_path_factory):
+    """The run `SHORT`, finished: its folder, and what came out."""
+    folder = tmp_path_factory.mktemp("short")
+    return folder, evaluate(SHORT, RunFolder(folder, SHORT.record()))
+
+
+@pytest.fixture
+def first(short, tmp_path):
+    """What came out of that run, a copy of whose folder is there to be changed."""
+    shutil.copytree(short[0], tmp_path, dirs_exist_ok=True)
+    return short[1]
+
+
+def test_damaged_block_is_run_again(tmp_path, first):
     (block,) = blocks_on_disk(tmp_path)
     block.write_text(block.read_text()[:-20])
     same(evaluate(SHORT, RunFolder(tmp_path, SHORT.record(), resume=True)), first)
 
 
 @pytest.mark.parametrize("value", [False, [], None, "2", -1, 0.5, 1e30], ids=str)
-def test_block_with_a_value_of_another_type_is_run_again(tmp_path, value):
-    first = evaluate(SHORT, RunFolder(tmp_path, SHORT.record()))
+def test_block_with_a_value_of_another_type_is_run_again(tmp_path, first, value):
     (block,) = blocks_on_disk(tmp_path)
     content = json.loads(block.read_text())
     content["rows"][1]["candles_dropped"] = value
@@ -162,8 +176,7 @@ def test_block_with_a_value_of_another_type_is_run_again(tmp_path, value):
     same(evaluate(SHORT, RunFolder(tmp_path, SHORT.record(), resume=True)), first)
 
 
-def test_finished_run_is_not_run_again(tmp_path, monkeypatch):
-    first = evaluate(SHORT, RunFolder(tmp_path, SHORT.record()))
+def test_finished_run_is_not_run_again(tmp_path, first, monkeypatch):
     monkeypatch.setattr(evaluation, "run_block", lambda *_: pytest.fail("run again"))
     same(evaluate(SHORT, RunFolder(tmp_path, SHORT.record(), resume=True)), first)
 
@@ -182,15 +195,14 @@ FOREIGN = {
 
 
 @pytest.mark.parametrize("change", FOREIGN.values(), ids=FOREIGN)
-def test_block_that_is_not_of_the_run_is_run_again(tmp_path, change):
-    first = evaluate(SHORT, RunFolder(tmp_path, SHORT.record()))
+def test_block_that_is_not_of_the_run_is_run_again(tmp_path, first, change):
     (block,) = blocks_on_disk(tmp_path)
     block.write_text(json.dumps(change(json.loads(block.read_text()))))
     same(evaluate(SHORT, RunFolder(tmp_path, SHORT.record(), resume=True)), first)
 
 
+@pytest.mark.usefixtures("first")
 def test_episodes_of_nobody_knows_what_are_not_adopted(tmp_path):
-    evaluate(SHORT, RunFolder(tmp_path, SHORT.record()))
     (tmp_path / "run.json").unlink()
     for resume in (True, False):
         with pytest.raises(CaregiverError, match=r"holds episodes, but no run\.json"):
