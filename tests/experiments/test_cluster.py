@@ -19,7 +19,6 @@ from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.workers import WorkerError
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.registry import modules_of_the_folder
 
 NOWHERE = "tcp://127.0.0.1:9"  # where nothing listens
@@ -62,7 +61,8 @@ def _square(job):
 
 
 def test_a_killed_worker_changes_nothing(cluster):
-    settings = Settings(houses_named(["train-2"]), "grid", ("none", "paper"), ("1", ".25"), 20)
+    settings = Settings(FloorPlan.load("paper"), "grid", ("none", "paper"), ("1", ".25"), 20)
+    assert len(settings.blocks(5)) == 8
     killed = []
 
     def kill_one(episodes):
@@ -72,7 +72,7 @@ def test_a_killed_worker_changes_nothing(cluster):
             os.kill(busy[0].pid, signal.SIGKILL)
 
     with DaskExecutor(cluster.scheduler_address) as executor:
-        found = evaluate(settings, executor=executor, progress=kill_one, grid_block=10)
+        found = evaluate(settings, executor=executor, progress=kill_one, grid_block=5)
     assert len(killed) == 1
     assert killed[0] not in [nanny.pid for nanny in cluster.workers.values()]
     same(found, evaluate(settings))
