@@ -1,10 +1,9 @@
 """The ablations: other destinations of candles, and tables as they are printed."""
 
 import numpy as np
-import pytest
 
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.studies.ablations import tables
 from caregiver_mj.studies.ablations.destinations import LeastExposedTable, NearestTable
@@ -42,19 +41,20 @@ def test_the_first_variant_is_the_default():
     assert len(names) == 18
 
 
-@pytest.fixture
-def study():
-    return Study(FloorPlan.load("paper"), [Tape.draw_family(np.random.RandomState(seed), 1) for seed in range(4)])
+def study(timesteps=EPISODE_TIMESTEPS):
+    tapes = [Tape.draw_family(np.random.RandomState(seed), 1, timesteps) for seed in range(4)]
+    return Study(FloorPlan.load("paper"), tapes)
 
 
-def test_tables_have_a_row_a_variant(study, monkeypatch, capsys):
+def test_tables_have_a_row_a_variant(monkeypatch, capsys):
     few = {"default": {}, "hyperprior 3": {"hyperprior": 3.0}}
     slow = Variant(paper(), actions=1)
     made = {name: Variant(paper(**options)) for name, options in few.items()} | {"one action": slow}
     monkeypatch.setattr(tables, "PRIORS", few)
     monkeypatch.setattr(tables, "variants", lambda: made)
-    alone = study.alone()
-    tables.print_variants(study, alone)
+    short = study(timesteps=100)
+    alone = short.alone()
+    tables.print_variants(short, alone)
     rows = [line.strip("| ").split(" | ") for line in capsys.readouterr().out.splitlines()]
     assert [row[0] for row in rows] == ["variant", "---", *made]
     assert {len(row) for row in rows} == {9}
@@ -62,12 +62,12 @@ def test_tables_have_a_row_a_variant(study, monkeypatch, capsys):
     assert rows[2][1:] == rows[3][1:]
     assert rows[4][1:] != rows[2][1:]
 
-    tables.print_thresholds(study, alone)
+    tables.print_thresholds(short, alone)
     rows = [line.strip("| ").split(" | ") for line in capsys.readouterr().out.splitlines()]
     assert [row[0] for row in rows[2:]] == [f"threshold {t}" for t in ("0", "0.1", "0.5", "1", "0.5, hyperprior 3")]
     assert {len(row) for row in rows} == {7}
 
-    tables.print_safety(study)
+    tables.print_safety(study())  # after up to 200 timesteps
     rows = [line.strip("| ").split(" | ") for line in capsys.readouterr().out.splitlines()]
     assert [row[0] for row in rows[2:]] == list(few)
     probabilities = np.array([row[1:] for row in rows[2:]], float)

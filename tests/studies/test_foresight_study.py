@@ -88,7 +88,8 @@ class TestVariants:
 def test_the_page(tmp_path, capsys):
     run = tmp_path / "runs" / "some"
     caregivers = ["none", "paper", "nearest", "foresight", "knows-goal", "floor"]
-    evaluate = ["evaluate", "--world", "grid", "--houses", "train-2", "--epsilon", "1", "0.75", "--episodes", "6"]
+    evaluate = ["evaluate", "--world", "grid", "--epsilon", "1", "0.75", "--episodes", "6"]
+    evaluate += ["--houses", "house-1-9x9", "house-2-9x9"]
     assert caregiver_mj([*evaluate, "--caregiver", *caregivers, "--out", str(run)]) == 0
     main(["--run", str(run), "--episodes", "0", "--docs", str(tmp_path)])
     text = (tmp_path / "foresight.md").read_text("utf-8")

@@ -81,7 +81,7 @@ def test_worlds_are_handicapped_each_for_itself():
     def damage(some):
         return HandicappedGrid(plan, 0.75, make_caregiver("paper", plan), handicap).run(some).damage.tolist()
 
-    assert damage(tapes) == [damage([tape])[0] for tape in tapes]
+    assert damage(tapes) == damage(tapes[:1]) + damage(tapes[1:])
 
 
 # -- Phases --------------------------------------------------------------------------------------
