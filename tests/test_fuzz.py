@@ -11,6 +11,7 @@ import pathlib
 import shutil
 import tempfile
 
+import numpy as np
 import pandas as pd
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -18,8 +19,9 @@ from hypothesis import strategies as st
 
 from caregiver_mj import cli
 from caregiver_mj.children.family import Family
+from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.grid.world import run_episodes
+from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz.report import read_run
 
@@ -79,7 +81,8 @@ def test_plans(content):
             assert status(["house", "show", file]) == 0
             plan = FloorPlan.load(file)
             assert FloorPlan.parse(plan.text).rows == plan.rows
-            run_episodes(plan, 1.0, None, [0])
+            tape = Tape.draw_family(np.random.RandomState(0), 1, timesteps=30)
+            assert GridWorld(plan, 1.0, None).run([tape]).timestep == 30
         else:
             with pytest.raises(CaregiverError):
                 FloorPlan.load(file)

@@ -26,7 +26,7 @@ from caregiver_mj.caregivers.registry import CAREGIVERS
 from caregiver_mj.caregivers.told import ToldCaregiver, Truth
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.side_by_side import side_by_side
-from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.interventions.intervention import BLOCK, RELOCATE
@@ -87,8 +87,8 @@ ONLY_TOYS = """
 """
 
 
-def tapes(count, first=0):
-    return [Tape.draw_family(np.random.RandomState(seed), 1) for seed in range(first, first + count)]
+def tapes(count, children=1, timesteps=EPISODE_TIMESTEPS):
+    return [Tape.draw_family(np.random.RandomState(seed), children, timesteps) for seed in range(count)]
 
 
 def percept(plan, child, caregiver, candle_table=None, previous=None, action=-1):
@@ -295,8 +295,9 @@ class TestForesight:
 
     @pytest.mark.parametrize("text", [CORRIDOR, TWO_ENDS, TABLES, NO_CANDLE, ONLY_TOYS])
     def test_lives_in_every_house(self, text):
-        ledger = run_episodes(FloorPlan.parse(text), "0.5", ForesightCaregiver(FloorPlan.parse(text)), range(3))
-        assert ledger.timestep == 200
+        plan = FloorPlan.parse(text)
+        ledger = GridWorld(plan, "0.5", ForesightCaregiver(plan)).run(tapes(3, timesteps=60))
+        assert ledger.timestep == 60
 
     def test_an_episode_does_not_depend_on_its_batch(self):
         plan = FloorPlan.load("paper")
@@ -342,8 +343,8 @@ class TestLargeHouses:
     @pytest.mark.parametrize("text", [CORRIDOR, TWO_ENDS, TABLES, NO_CANDLE, ONLY_TOYS])
     def test_lives_in_every_house(self, text):
         plan = FloorPlan.parse(text)
-        ledger = run_episodes(plan, "0.5,0.75", ForesightCaregiver(plan, options=composed(plan)), range(3))
-        assert ledger.timestep == 200
+        world = GridWorld(plan, "0.5,0.75", ForesightCaregiver(plan, options=composed(plan)))
+        assert world.run(tapes(3, children=2, timesteps=60)).timestep == 60
 
     def test_who_stands_in_the_only_stairwell_has_nothing_to_fear(self):
         plan = FloorPlan.parse(CORRIDOR)
