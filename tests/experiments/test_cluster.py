@@ -62,7 +62,7 @@ def _square(job):
 
 def test_a_killed_worker_changes_nothing(cluster):
     settings = Settings(FloorPlan.load("paper"), "grid", ("none", "paper"), ("1", ".25"), 20)
-    assert len(settings.blocks(5)) == 8
+    assert len(settings.blocks(10)) == 8
     killed = []
 
     def kill_one(episodes):
@@ -72,7 +72,7 @@ def test_a_killed_worker_changes_nothing(cluster):
             os.kill(busy[0].pid, signal.SIGKILL)
 
     with DaskExecutor(cluster.scheduler_address) as executor:
-        found = evaluate(settings, executor=executor, progress=kill_one, grid_block=5)
+        found = evaluate(settings, executor=executor, progress=kill_one, grid_block=10)
     assert len(killed) == 1
     assert killed[0] not in [nanny.pid for nanny in cluster.workers.values()]
     same(found, evaluate(settings))
