@@ -14,7 +14,6 @@ import tempfile
 
 import numpy as np
 
-ROOT = pathlib.Path(__file__).parents[1]
 LEROBOT = "lerobot==0.4.4"
 CAMERA = "wrist"
 SAID = ["--house", "paper", "--seed", "7", "--episodes", "2", "--seconds", "2", "--camera", CAMERA, "--size", "64x48"]
