@@ -26,24 +26,22 @@ class GivingWay:
         self.yields = False
         self.offset = np.zeros(joints)
         self._rate = 0.0  # at which it comes back at most, rad/s
-        self._rested = 0.0  # seconds
 
-    def follow(self, arm: np.ndarray, wanted: np.ndarray, at_rest: bool, seconds: float) -> None:
+    def follow(self, arm: np.ndarray, wanted: np.ndarray, rested: float, seconds: float) -> None:
         """Takes in where the arm has been pushed, or brings it back.
 
         Args:
             arm: Measured joint positions (joints,), radians.
             wanted: Those that it reaches to.
-            at_rest: Whether these do not change.
+            rested: Seconds for which these have not changed; not above 0 while they do.
             seconds: Since the last time.
         """
-        self._rested = self._rested + seconds if at_rest else 0.0
         if not self.yields:
             self._rate = min(_COMING_BACK, self._rate + _EASING * seconds)
             self.offset -= seconds * np.clip(self.offset / _SETTLING, -self._rate, self._rate)
             self.offset[np.abs(self.offset) < _GONE] = 0.0
             return
         self._rate = 0.0
-        if self._rested > _SETTLED:
+        if rested > _SETTLED:
             off = arm - wanted
             self.offset[:] = np.where(np.abs(off) < _PUSHED, 0.0, off)

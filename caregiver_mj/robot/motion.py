@@ -28,7 +28,6 @@ _RELEASE = 0.4  # m/s^2, how quickly that comes back when a child has gone that 
 # The same of its heading, where a child has pushed it away at its arm: rad/s, and rad/s^2.
 _CATCH_UP_TURN, _RELEASE_TURN = 0.5, 1.0
 _MOST_LATE = 0.5  # of gain times delay, above which feedback by what is seen late begins to swing (at pi / 2 for good)
-_AT_REST = 1e-6  # 1/s, of how far the hand reaches out
 _HELD_UP = 0.15  # metres off its reference beyond which a base is held up by something
 _HELD_UP_SHARE = 0.5  # of the speed that it is told to have: slower than that, something is in its way
 _LED_OFF = 0.05  # metres likewise of one that is not told what its path wants: so near to that it has room
@@ -237,8 +236,7 @@ class RobotMotion(BaseMotion):
             action[layout.arm] = self.reach_path.joints(posture[1])
         if arm is not None and (self.giving_way.yields or self.has_given_way):
             wanted = self.reach_path.joints(posture[1])
-            at_rest = abs(self._reach.at(self.now)[1]) < _AT_REST
-            self.giving_way.follow(arm, wanted, at_rest, self._timestep)
+            self.giving_way.follow(arm, wanted, self.now - self._reach.arrival, self._timestep)
             action[layout.arm] = wanted + self.giving_way.offset
         action[layout.gripper] = self._gripper.at(end)[0]
         return action.copy()

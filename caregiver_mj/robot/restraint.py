@@ -14,6 +14,9 @@ from caregiver_mj.robot.view import ChildView, View
 _TOUCHED = 0.002  # metres to a child that touches the base, or does so at the next control timestep
 _NO_NEARER = 0.05  # metres to a child below which nothing leads towards it, be it on a path that slides past it
 _BRAKES = 1.5  # m/s^2 with which it brakes where it is touched; until then what is told keeps its own limits
+# m/s by which it is asked to brake, until then, where it has little room to leave: asked for more, it would follow that
+# with nearly all of its acceleration, and a child that turns round it with none.
+_EASES = 0.1
 _LANDS = 0.5  # share of its jerk with which it comes, until then, to what it may have: it must not overshoot
 _BACK = tuple(0.05 * i for i in range(1, 9))  # metres straight away from a child where there may be room
 _COMES_TO_REST, _BUILDS_UP = 1.0, 0.15  # m/s^2 with which it brakes there, and seconds until it does
@@ -91,9 +94,9 @@ def _restrained(
     x, y = dx / away, dy / away
     # Touched by any, it is told at once.
     bounds = (seconds * _BRAKES, math.inf) if is_touched else (math.inf, _LANDS * robot.limits.as_told.jerk)
-    towards = vx * x + vy * y
+    towards, told = vx * x + vy * y, before[0] * x + before[1] * y
     if room < _NO_NEARER:
-        towards = min(towards, _bounded(before[0] * x + before[1] * y, 0.0, seconds, *bounds))
+        towards = min(towards, _bounded(told, 0.0, seconds, *bounds))
     slower = robot.limits.slowing(max(0.0, room) / FOLLOWING_SPEED - view.age)
     slides = max(0.0, slide_speed(room) + _STRAYS * min(0.0, towards)) + slower
     across = vy * x - vx * y
@@ -102,7 +105,8 @@ def _restrained(
     if abs(across) > max(most, slides):
         # What is left leads straighter away from the child than its way does: no faster than there is room for.
         on_its_way = towards * max(0.0, most) / abs(across)
-        towards = max(towards, min(on_its_way, -_speed_back(view, robot, clearance, is_loaded, (x, y))))
+        slowed = min(on_its_way, -_speed_back(view, robot, clearance, is_loaded, (x, y)))
+        towards = max(towards, slowed if is_touched else min(slowed, told + _EASES))
     across = way * min(abs(across), most)
     return towards * x - across * y, towards * y + across * x
 

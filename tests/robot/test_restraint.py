@@ -107,6 +107,22 @@ def test_straight_away_from_a_child_the_base_goes_no_faster_than_there_is_room()
         assert least - 1e-9 <= away <= most + 1e-9
 
 
+def test_a_base_that_has_little_room_follows_a_child_that_turns_round_its_heels():
+    """Were it asked to brake all at once, it would do nothing else, and then slide along the child."""
+    x, y = OPEN.position((1, 5)).tolist()
+    base, followed, sideways = (x + 0.3, y, 0.0), FollowedVelocity(ROBOT.limits.as_told, TIMESTEP), []
+    followed.follow((0.6, 0.0), at_once=True)
+    followed.follow((0.6, 0.0))
+    for i in range(10):
+        turned = 0.012 * i
+        behind = child(base[0] - 0.4 * math.cos(turned), y - 0.4 * math.sin(turned), 0.6, 0.25)
+        less = left(view(behind, base=base), (0.6, -0.1), before=followed.told)
+        told = np.array(followed.follow(less, goes_on=False))
+        sideways.append(told @ (-math.sin(turned), math.cos(turned)))
+    assert told[0] < 0.45  # it does brake
+    assert np.abs(sideways).max() < 0.02
+
+
 def test_nor_than_there_is_room_for_the_candle_in_its_hand():
     x, y = OPEN.position((1, 5)).tolist()
     base = (x, y, 0.0)  # the hand, ahead of it, is nearer to the wall in the east
