@@ -25,8 +25,9 @@ _LEAST_TURN = 0.03  # rad/s, of the bound of its turns
 _GENTLE_TURN = 0.02  # rad/s, the most of the heading's feedback where a child may be at the arm
 _CATCH_UP_SPEED = 0.3  # m/s, the most of the base's feedback: what holds it up may let go of it
 _RELEASE = 0.4  # m/s^2, how quickly that comes back when a child has gone that bounded it
-# The same of its heading, where a child has pushed it away at its arm: rad/s, and rad/s^2.
-_CATCH_UP_TURN, _RELEASE_TURN = 0.5, 1.0
+# The same of its heading, where a child has pushed it away at its arm: rad/s, and rad/s^2. Beside a child its surface
+# turns so at this share of that speed, for it may creep along the child as well: both together are to be no strike.
+_CATCH_UP_TURN, _RELEASE_TURN, _TURN_SHARE = 0.5, 1.0, 1 / 3
 _MOST_LATE = 0.5  # of gain times delay, above which feedback by what is seen late begins to swing (at pi / 2 for good)
 _HELD_UP = 0.15  # metres off its reference beyond which a base is held up by something
 _HELD_UP_SHARE = 0.5  # of the speed that it is told to have: slower than that, something is in its way
@@ -282,7 +283,7 @@ class RobotMotion(BaseMotion):
         self._is_free = math.dist((vx, vy), wanted) < _OTHER
         # Pushed at its arm, the base has been turned as well.
         released = min(_CATCH_UP_TURN, self._turn_feedback + _RELEASE_TURN * self._timestep)
-        released = min(released, self.catch_up / self.robot.footprint)
+        released = min(released, _TURN_SHARE * self.catch_up / self.robot.footprint)
         self._turn_feedback = most = _GENTLE_TURN if self.giving_way.yields else released
         back_yaw = min(most, max(-most, self._yaw_gain * (yaw - base[2])))
         return vx, vy, yaw_rate + servos.yaw_lag * yaw_acceleration + back_yaw
