@@ -338,7 +338,7 @@ def test_a_heading_that_has_been_pushed_away_comes_back_by_and_by():
     robot.giving_way.yields = True
     pushed = (0.0, 0.0, 0.3)  # radians
     assert robot.action(pushed)[2] == pytest.approx(-0.02)
-    robot.giving_way.yields = False
+    robot.giving_way.yields, robot.catch_up = False, 1.0  # nobody is near
     rates = [-robot.action(pushed)[2] for _ in range(60)]
     assert rates[:3] == pytest.approx([0.04, 0.06, 0.08])  # 1 rad/s^2
     assert rates[-1] == pytest.approx(0.5)
