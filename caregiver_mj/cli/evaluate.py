@@ -11,6 +11,7 @@ import rich.progress
 
 from caregiver_mj.cli import PROGRAM
 from caregiver_mj.cli.parsing import (
+    HelpFormatter,
     add_children,
     add_embodiment,
     add_executor,
@@ -37,7 +38,7 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
         help="run caregivers with children and print the table",
         description="Runs every caregiver with every child, or family of children, in every house. Episode i has "
         "the same children under all caregivers.",
-        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+        formatter_class=HelpFormatter,
     )
     command.add_argument("--world", default="house", help="house (physical) or grid (the paper's)")
     add_houses(command)

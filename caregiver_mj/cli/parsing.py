@@ -20,6 +20,17 @@ from caregiver_mj.robot.embodiment import DEFAULT
 EXECUTORS = ("local", "dask")
 
 
+class HelpFormatter(argparse.HelpFormatter):
+    """Says each option's default as one would type it, where there is one to say."""
+
+    def _get_help_string(self, action: argparse.Action) -> str | None:
+        default = action.default
+        typed = " ".join(map(str, default)) if isinstance(default, list | tuple) else str(default)
+        if not action.option_strings or default is None or default is False or typed in ("", argparse.SUPPRESS):
+            return action.help
+        return f"{action.help} (default: {typed})"
+
+
 class Parser(argparse.ArgumentParser):
     """A parser whose errors are one line, like all others."""
 

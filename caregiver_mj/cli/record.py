@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from caregiver_mj.caregivers.registry import find_caregiver
 from caregiver_mj.cli.data_set import check, collect_all, write
 from caregiver_mj.cli.parsing import (
+    HelpFormatter,
     add_children,
     add_embodiment,
     add_house,
@@ -40,7 +41,7 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
         description="Runs episodes and writes them step by step: observations, actions, reward, cost, interventions, "
         "and what cameras see, as a Minari or a LeRobot data set. Episode i is that of `evaluate` with the same seed, "
         "house, children and caregiver; of targets only as long as those do not change within a novice timestep.",
-        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+        formatter_class=HelpFormatter,
     )
     command.add_argument("--format", choices=FORMATS, required=True, help="whose data set it shall be")
     command.add_argument(

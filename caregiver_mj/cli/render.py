@@ -7,6 +7,7 @@ import math
 
 from caregiver_mj.caregivers.registry import find_caregiver
 from caregiver_mj.cli.parsing import (
+    HelpFormatter,
     add_children,
     add_embodiment,
     add_house,
@@ -25,7 +26,7 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
         "render",
         help="film an episode in the physical house",
         description="Films an episode of the run that `evaluate` does with the same seed, children and caregiver.",
-        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+        formatter_class=HelpFormatter,
     )
     command.add_argument("--task", default="supervise", help="name of the task")
     add_house(command)

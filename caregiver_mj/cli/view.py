@@ -12,7 +12,15 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 from caregiver_mj.caregivers.registry import find_caregiver
-from caregiver_mj.cli.parsing import add_children, add_embodiment, add_house, add_seed, caregivers, read_family
+from caregiver_mj.cli.parsing import (
+    HelpFormatter,
+    add_children,
+    add_embodiment,
+    add_house,
+    add_seed,
+    caregivers,
+    read_family,
+)
 from caregiver_mj.errors import CaregiverError, RenderingError
 from caregiver_mj.plans.hazards import DamageWeights
 
@@ -29,7 +37,7 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
         help="watch an episode in the physical house while it runs",
         description="Shows an episode of the run that `evaluate` does with the same seed, children and caregiver: in "
         "a window of MuJoCo's, or in a browser. Ctrl-C ends it.",
-        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+        formatter_class=HelpFormatter,
     )
     add_house(command)
     command.add_argument(

@@ -1,4 +1,4 @@
-"""Every code block of the documentation works: Python is run, and commands are taken by their parsers."""
+"""Every code block of the documentation works: Python and commands are run, these with less to do than they ask for."""
 
 import pathlib
 import re
@@ -86,6 +86,37 @@ def test_command_is_taken(page, words, capsys):
         assert cli.main(words) == 0
     else:
         assert callable(cli.make_parser().parse_args(words).run)
+
+
+# Those that ask for a display, somebody who looks on, or a cluster have tests of their own; what a run prints of itself
+# in its tables was run when they were made.
+RUN = {page: [words for found, words in OURS if found == page and words[0] != "view"] for page, _ in OURS}
+RUN = {
+    page: found
+    for page, found in RUN.items()
+    if found and page.startswith(("README", "docs/guide/")) and page != "docs/guide/clusters.md"
+}
+
+
+def shortened(words):
+    """The same command with little to do: an episode, a house instead of a hundred, a fifth of a second."""
+    words = [re.sub(r"^(test|train)-\d+$", r"\1-1", word) for word in words if word != "--render"]
+    less = []
+    if words[0] in ("evaluate", "record"):
+        less += ["--episodes", "1"]
+    if words[0] in ("render", "record") and "grid" not in words:
+        less += ["--seconds", ".2"]
+    if words[0] == "evaluate":
+        less += ["--jobs", "1"]
+        if "grid" not in words:
+            less += ["--house", "my-house.txt", "--epsilon", ".5"]
+    return words + less
+
+
+@pytest.mark.parametrize("page", RUN)
+def test_commands_run(page, capsys):
+    for words in RUN[page]:  # one after the other, as somebody reads them: a report is on the run before it
+        assert cli.main(shortened(words)) == 0, (words, capsys.readouterr().err)
 
 
 @pytest.mark.parametrize("words", SCRIPTS, ids=" ".join)
