@@ -338,9 +338,12 @@ def test_help_says_defaults_as_one_types_them(capsys):
     with pytest.raises(SystemExit):
         cli.main(["evaluate", "--help"])
     said = " ".join(capsys.readouterr().out.split())
-    assert "(default: none paper)" in said and "(default: 1.0 0.75 0.5 0.25 0.05)" in said  # not as Python's lists
+    assert "(default: none paper)" in said
+    assert "(default: 1.0 0.75 0.5 0.25 0.05)" in said
     assert "comes from it (default: 0)" in said  # which is no None
-    assert "(default: None)" not in said and "(default: False)" not in said and "(default: ) " not in said
+    assert "(default: None)" not in said
+    assert "(default: False)" not in said
+    assert "(default: ) " not in said
 
 
 def test_help_lists_the_commands(capsys):
