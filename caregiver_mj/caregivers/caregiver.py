@@ -34,11 +34,14 @@ class Caregiver(abc.ABC):
         yields: Whether it steps aside, or follows, where a child bars its way, and keeps out of the children's way when
             there is nothing to do. One that does not stays where it is.
         pace: How long it takes for what it does. Its world enters it before the first `reset` there.
+        serves: What stands for the episodes that it serves now. Its world enters it after `reset`, to see whether
+            another world has begun some with it meanwhile.
     """
 
     takes_orders = False
     yields = True
     pace: Pace = PAPER
+    serves: object = None
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
         self.plan = plan

@@ -23,7 +23,7 @@ from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.house.sensing import Sensing
 from caregiver_mj.interventions.intervention import BLOCK, RELOCATE, Intervention
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.floor_plan import FloorPlan, check_house
 from caregiver_mj.plans.symbols import FREE
 from caregiver_mj.policy.executive import Executive
 from caregiver_mj.policy.pace import robot_pace
@@ -73,7 +73,8 @@ class CaregiverPolicy:
                 for what the task says.
 
         Raises:
-            CaregiverError: There is no robot in the environment, or no caregiver of that name.
+            CaregiverError: There is no robot in the environment, or no caregiver of that name, or it was made for
+                another house.
         """
         task: Any = getattr(env, "task", None)
         if not hasattr(task, "has_robot"):
@@ -123,7 +124,7 @@ class CaregiverPolicy:
         Raises:
             CaregiverError: It is no time step, or the observation is flat; the caregiver needs its keys. Or it is of
                 another house, or the house has not been prepared as the caregiver wants it, or it has not seen how the
-                episode began.
+                episode began, or another policy has begun one with the same caregiver since.
         """
         if not hasattr(timestep, "observation"):
             raise CaregiverError(
@@ -138,6 +139,11 @@ class CaregiverPolicy:
             self._has_begun = True
         elif not self._has_begun:
             raise CaregiverError("the first time step that a caregiver's policy sees must be that of env.reset()")
+        elif self.caregiver.serves is not self._serves:
+            raise CaregiverError(
+                f"another policy has begun an episode with this {type(self.caregiver).__name__} meanwhile: "
+                "each policy needs a caregiver of its own"
+            )
         view = self._perception.look(self._senses.now(observation), self.robot.now)
         new_move, all_known = self._perception.watch(view, float(observation["clock"]))
         self._seen = view, new_move, all_known
@@ -176,6 +182,7 @@ class CaregiverPolicy:
         self._perception.reset(observation)
         children = len(np.atleast_2d(observation["toddler_position"]))
         self.caregiver.reset(1, [self._task.caregiver_seed], children)
+        self._serves = self.caregiver.serves = object()
         _check_start(self.caregiver, self._task)
         if isinstance(self.caregiver, InstructedCaregiver):
             self.caregiver.orders = _orders(self.plan, observation)
@@ -244,6 +251,7 @@ def _caregiver(caregiver: str | Caregiver, task: CareTask, seed: int) -> Caregiv
     made: Caregiver | None
     if not isinstance(caregiver, str):
         check_kind("a caregiver", caregiver, str, Caregiver)
+        check_house(caregiver, task.plan)
         made = caregiver
     else:
         made = InstructedCaregiver(task.plan) if task.goal_given else make_caregiver(caregiver, task.plan, seed)

@@ -3,6 +3,8 @@
 import pytest
 
 import caregiver_mj
+from caregiver_mj.caregivers.registry import make_caregiver
+from caregiver_mj.plans.floor_plan import FloorPlan
 
 
 @pytest.mark.parametrize(("house", "children"), [("apartment", "0.5"), ("house-3", "0.5"), ("paper", "1,0.5")])
@@ -12,3 +14,23 @@ def test_another_environment_is_refused(house, children):
     message = "another environment, that of 0.5 in house 'paper': each environment needs a policy of its own"
     with pytest.raises(caregiver_mj.CaregiverError, match=message):
         policy(other.reset())
+
+
+def test_a_caregiver_of_another_house_is_refused():
+    env = caregiver_mj.load("supervise", "paper", random=0)
+    alien = make_caregiver("paper", FloorPlan.load("house-3"))
+    with pytest.raises(caregiver_mj.CaregiverError, match="was made for house 'house-3', and this is 'paper'"):
+        caregiver_mj.CaregiverPolicy(env, alien)
+
+
+def test_a_caregiver_serves_one_policy_at_a_time():
+    """What it has seen of the one episode would count in the other."""
+    one, two = (caregiver_mj.load("supervise", "paper", visuals=False, random=0) for _ in range(2))
+    caregiver = make_caregiver("foresight", one.task.plan)
+    first, second = caregiver_mj.CaregiverPolicy(one, caregiver), caregiver_mj.CaregiverPolicy(two, caregiver)
+    timestep = one.reset()
+    timestep = one.step(first(timestep))
+    second(two.reset())
+    with pytest.raises(caregiver_mj.CaregiverError, match="each policy needs a caregiver of its own"):
+        first(timestep)
+    first(one.reset())  # one after the other they may have it
