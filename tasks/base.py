@@ -17,7 +17,7 @@ from caregiver_mj.caregivers.told import Truth
 from caregiver_mj.children.family import Family, Who
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape, start_cells
 from caregiver_mj.children.walk import WALKING_SPEED, novice_timestep
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.house.candles import Candles
 from caregiver_mj.house.carried import watch_candle
 from caregiver_mj.house.children import Children
@@ -98,9 +98,11 @@ class CareTask(base.Task):
             sensing: How well observations show what there is, as `Sensing.of` takes it; None for exactly.
 
         Raises:
-            CaregiverError: There is no robot of that name, the house is not fit for the task and its robot, or a
-                timestep, an offset, a height or a number of the sensing is out of range.
+            CaregiverError: There is no robot of that name, the house is not fit for the task and its robot, a timestep,
+                an offset, a height or a number of the sensing is out of range, or a bool is none.
         """
+        check_kind("robot", robot, bool)
+        check_kind("compliant_children", compliant_children, bool)
         _check_timestep(control_timestep, plan)
         room = max(0.0, plan.cell_size / 2 - layout.TABLE_HALF_SIZE)  # of a table in its cell
         _check_offset("candle_offset", candle_offset, layout.TABLE_HALF_SIZE)

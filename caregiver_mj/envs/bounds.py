@@ -13,6 +13,7 @@ from dm_control.rl import control
 from dm_env import specs
 from gymnasium import spaces
 
+from caregiver_mj.errors import check_kind
 from caregiver_mj.robot.embodiment import Layout
 
 # What a child or a robot does that moves as it should lies well within these; what wild actions do is cut off.
@@ -42,7 +43,11 @@ class BoundedObservations:
         Args:
             env: The environment.
             flat: Whether observations are given out as one array: their values in the order of `keys`.
+
+        Raises:
+            CaregiverError: That is not said by a bool.
         """
+        check_kind("flat", flat, bool)
         bounds = _bounds(env)
         self._boxes: dict[str, spaces.Space[Any]] = {
             key: _box(*bounds.get(key, (-_UNKNOWN, _UNKNOWN)), spec.shape)

@@ -216,7 +216,12 @@ def test_vectors_side_by_side_and_in_processes_are_equal():
 
 @pytest.mark.parametrize(
     ("options", "message"),
-    [({"house": "nowhere"}, "nowhere"), ({"task_kwargs": {"embodiment": "tank"}}, "tank"), ({"epsilon": 2}, "2")],
+    [
+        ({"house": "nowhere"}, "nowhere"),
+        ({"task_kwargs": {"embodiment": "tank"}}, "tank"),
+        ({"epsilon": 2}, "2"),
+        ({"flat": "yes"}, "flat must be a bool, not 'yes'"),
+    ],
 )
 def test_bad_input_is_named(options, message):
     with pytest.raises(CaregiverError, match=message):

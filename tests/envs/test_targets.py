@@ -217,6 +217,8 @@ def test_masks_as_a_learner_asks_for_them():
         ({"world": "moon"}, "no world 'moon': there are grid, house"),
         ({"render_mode": "rgb_array"}, "the grid has neither pictures nor a task"),
         ({"world": "house", "render_mode": "human"}, "no render mode 'human'"),
+        ({"world": "house", "flat": "yes"}, "flat must be a bool, not 'yes'"),
+        ({"world": "grid", "flat": "yes"}, "flat must be a bool, not 'yes'"),
     ],
 )
 def test_bad_input_is_named(options, message):
