@@ -25,7 +25,7 @@ def pool_runs(runs: Sequence[Finished], out: str | os.PathLike[str]) -> dict[str
     """Writes a folder with the episodes of all runs, one run's after the other's; each keeps its seed.
 
     Args:
-        runs: Finished runs of the same settings and versions, but each of a seed of its own.
+        runs: Finished runs of the same settings and versions, but each of a seed of its own, in any order.
         out: The folder, in which there must not be a run.
 
     Returns:
@@ -44,11 +44,12 @@ def pool_runs(runs: Sequence[Finished], out: str | os.PathLike[str]) -> dict[str
                 f"'{first.path}' and '{other.path}' are not the same but for the seed: "
                 + "; ".join(told(keys, *both, ("in the first", "in the second")))
             )
+    runs = sorted(runs, key=lambda run: run.seeds)  # for intervals depend on the order of what they are resampled from
     seeds = [pair for run in runs for pair in run.seeds]
     if len({seed for seed, _ in seeds}) < len(seeds):
         raise CaregiverError(f"runs to be pooled must have different seeds, not {', '.join(str(s) for s, _ in seeds)}")
     total = sum(episodes for _, episodes in seeds)
-    record = {**{key: value for key, value in first.record.items() if key != "extended_at"}, "episodes": total}
+    record = {**{key: value for key, value in runs[0].record.items() if key != "extended_at"}, "episodes": total}
     record["pooled"] = [list(pair) for pair in seeds]
     parts, before = [], 0
     for run in runs:

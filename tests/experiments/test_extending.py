@@ -345,6 +345,16 @@ def test_grid_runs_are_pooled_whatever_their_robot_and_the_order_of_what_is_in_t
     run(tmp_path / "other", other.settings, episodes=9, embodiment=RUN.embodiment)  # it is gone on with as well
 
 
+def test_runs_are_pooled_in_the_order_of_their_seeds_whatever_that_of_their_folders(runs, tmp_path):
+    first, second = finished(runs, "seed0", "seed1")
+    pool_runs([first, second], tmp_path / "one")
+    pool_runs([second, first], tmp_path / "two")
+    one, two = (read_finished(tmp_path / name) for name in ("one", "two"))
+    same(one, two)
+    assert one.record == two.record
+    assert one.summary == two.summary
+
+
 @pytest.mark.parametrize(
     ("names", "words"),
     [
