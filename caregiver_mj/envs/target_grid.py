@@ -181,8 +181,17 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
         observations, mask = self.grid.look()
         info = self._of_all({**cost, "diverged": none.copy(), "action_mask": mask})
         if self.grid.ended:
-            info |= self._of_all({"outcome": self._of_all(self.grid.world.ledger.totals())})
+            info |= self._of_all({"outcome": self._of_all(self._outcome())})
         return observations, 0.0 - cost["damage"], none, np.full(self.num_envs, self.grid.ended), info
+
+    def _outcome(self) -> dict[str, np.ndarray]:
+        """What is measured of every episode, (B,) each; of each child as lists, which is how Gymnasium has them."""
+        ledger = self.grid.world.ledger
+        found: dict[str, np.ndarray] = dict(ledger.totals())
+        for name, of_children in ledger.by_child().items():
+            found[name] = np.empty(self.num_envs, object)
+            found[name][:] = of_children.tolist()
+        return found
 
     def _of_all(self, info: dict[str, Any]) -> dict[str, Any]:
         """As Gymnasium has it: beside each key a mask of whose it is, which is everybody's."""

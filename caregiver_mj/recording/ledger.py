@@ -120,9 +120,11 @@ class Ledger:
             **{name: np.zeros(len(self.strikes), kind) for name, kind in _CONTACTS.items()},  # the house counts those
         }
 
+    def by_child(self) -> dict[str, np.ndarray]:
+        """What is measured of each child of every episode so far, (B, children) each; named as in `EpisodeRecord`."""
+        return {"damage_by_child": self.harm.sum(axis=2), "toys_by_child": self.toys.astype(float)}
+
     def outcome(self, episode: int = 0) -> dict[str, Any]:
         """What is measured of one episode so far, also of each child; named as in `EpisodeRecord`."""
-        return {name: values[episode].item() for name, values in self.totals().items()} | {
-            "damage_by_child": self.harm[episode].sum(axis=1).tolist(),
-            "toys_by_child": self.toys[episode].astype(float).tolist(),
-        }
+        totals = {name: values[episode].item() for name, values in self.totals().items()}
+        return totals | {name: values[episode].tolist() for name, values in self.by_child().items()}
