@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from caregiver_mj.caregivers.percept import Percept
+from caregiver_mj.errors import CaregiverError
 from caregiver_mj.interventions.verb import ASIDE, STAY
 from caregiver_mj.plans.cell_graph import UNREACHABLE
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -15,6 +17,9 @@ from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.yielding import yielding
 
 Places = tuple[tuple[int, ...], ...]  # groups of caregiver cells
+
+LARGEST = 6e9  # bytes of tables when one child has been in every cell; houses generated of 60x60 cells take about 4e9
+_TABLES = 3  # of a distance or a cell for each cell of a child, place and cell of the caregiver
 
 
 @functools.lru_cache(maxsize=4)
@@ -35,6 +40,12 @@ class Paths:
     """
 
     def __init__(self, plan: FloorPlan, places: Sequence[Sequence[int]]):
+        """Prepares the tables.
+
+        Raises:
+            CaregiverError: The house is too large.
+        """
+        check_size(plan, places)
         self._plan, self._yielding = plan, yielding(plan)
         cells = len(plan.caregiver_cells)
         self._stand = [list(place) for place in places]
@@ -46,8 +57,8 @@ class Paths:
         self._intended_cell = plan.graph.moves[0]
         self._row_of: dict[tuple[int, ...], int] = {}  # by the children's cells: where in the tables below
         # Zero pages until written to, so a large plan costs only what occurs. The last place of a row is ASIDE.
-        shape = (len(plan.free_cells), len(self._stand) + 1, cells)
-        self._distance, self._next_cell, self._next_aside = (np.zeros(shape, np.int16) for _ in range(3))
+        shape = _shape(plan, places)
+        self._distance, self._next_cell, self._next_aside = (np.zeros(shape, np.int16) for _ in range(_TABLES))
 
     def towards(self, place: np.ndarray, percept: Percept, yields: bool = True) -> tuple[np.ndarray, np.ndarray]:
         """How to get to places.
@@ -126,3 +137,19 @@ class Paths:
                 self._next_aside[row, :ASIDE] = graph.downhill(clear)
             self._next_cell[row, :ASIDE] = graph.downhill(height)
         return row
+
+
+def check_size(plan: FloorPlan, places: Sequence[Sequence[int]]) -> None:
+    """Raises CaregiverError if the tables of a house could grow too large for a machine's memory."""
+    needed = _TABLES * math.prod(_shape(plan, places)) * np.dtype(np.int16).itemsize
+    if needed > LARGEST:
+        raise CaregiverError(
+            f"floor plan '{plan.name}' is too large for a caregiver in the grid: with {len(plan.free_cells)} free "
+            f"cells, {len(plan.tables)} tables and {len(plan.stairwells)} stairwells the paths round a child would "
+            f"take {needed / 1e9:.1f} GB, more than {LARGEST / 1e9:.1f}"
+        )
+
+
+def _shape(plan: FloorPlan, places: Sequence[Sequence[int]]) -> tuple[int, int, int]:
+    """Of each table: a row for each cell of one child, in it every place and ASIDE, and the caregiver's cells."""
+    return len(plan.free_cells), len(places) + 1, len(plan.caregiver_cells)

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+from caregiver_mj.caregivers.foresight import hindsight
 from caregiver_mj.caregivers.foresight.clairvoyant import ClairvoyantCaregiver
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.foresight.hindsight import EFFORT, PRICE, Hindsight, round_the_child
+from caregiver_mj.caregivers.foresight.layouts import count_stands
 from caregiver_mj.caregivers.foresight.travel import travel
 from caregiver_mj.caregivers.told import ToldCaregiver, Truth
 from caregiver_mj.children.tape import Tape
@@ -86,6 +88,17 @@ class TestFuture:
     def test_a_house_with_too_many_layouts(self):
         with pytest.raises(CaregiverError, match="too many layouts"):
             ClairvoyantCaregiver(FloorPlan.load("apartment"))
+
+    def test_layouts_that_would_not_fit_into_memory_are_refused_before_they_are_made(self, monkeypatch):
+        monkeypatch.setattr(hindsight, "AllLayouts", None)
+        plan = FloorPlan.load("house-1-40x40")
+        with pytest.raises(CaregiverError, match=r"too many layouts .* with 34 tables, 9 candles and 3 stairwells"):
+            ClairvoyantCaregiver(plan)
+
+    @pytest.mark.parametrize("house", ["paper", "house-17"])
+    def test_stands_are_counted_as_they_are_made(self, house):
+        plan = FloorPlan.load(house)
+        assert count_stands(plan) == Hindsight(plan).stands
 
 
 class TestHindsight:

@@ -12,8 +12,11 @@ from random_plans import plan_texts
 from caregiver_mj.caregivers import CAREGIVERS, Caregiver, make_caregiver
 from caregiver_mj.children.family import CHILDREN
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.grid.paths import Paths
 from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.generator import generate
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.yielding import yielding
 
@@ -623,3 +626,24 @@ def test_the_caregiver_keeps_to_paths_that_no_child_closes(children):
     cell = plan.caregiver_cells[world.caregiver_cell[0]]
     assert (cell == (3, 7)) == (children == 1)
     assert world.ledger.totals()["interventions_done"].tolist() == [children == 1]
+
+
+# -- Large houses --------------------------------------------------------------------------------
+
+
+def test_a_house_whose_paths_would_not_fit_into_memory_is_refused_before_they_are_made(monkeypatch):
+    monkeypatch.setattr("caregiver_mj.grid.paths.yielding", None)  # the first thing that is made
+    plan = generate(1, (100, 100))
+    with pytest.raises(CaregiverError, match=r"too large .* 7851 free cells, 199 tables .* 78\.9 GB, more than 6\.0"):
+        GridWorld(plan, 0.5, make_caregiver("nearest", plan))
+
+
+def test_the_size_of_the_paths_is_reckoned_as_they_are_made(monkeypatch, paper):
+    places = [[0], [1, 2]]
+    made = Paths(paper, places)
+    taken = sum(table.nbytes for table in vars(made).values() if isinstance(table, np.ndarray) and table.ndim == 3)
+    monkeypatch.setattr("caregiver_mj.grid.paths.LARGEST", taken)
+    Paths(paper, places)
+    monkeypatch.setattr("caregiver_mj.grid.paths.LARGEST", taken - 1)
+    with pytest.raises(CaregiverError, match="too large"):
+        Paths(paper, places)

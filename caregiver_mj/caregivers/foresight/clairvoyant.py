@@ -9,6 +9,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.foresight.hindsight import ACTIONS, EFFORT, MOVES, Hindsight, round_the_child
+from caregiver_mj.caregivers.foresight.layouts import count_stands
 from caregiver_mj.caregivers.foresight.travel import travel
 from caregiver_mj.caregivers.percept import Percept, bare_tables
 from caregiver_mj.caregivers.told import Future, ToldCaregiver, Truth
@@ -34,9 +35,13 @@ class ClairvoyantCaregiver(ToldCaregiver, Caregiver):
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
         super().__init__(plan, seed)
+        if count_stands(plan) > LARGEST:  # before any of them is made
+            raise CaregiverError(
+                f"floor plan '{plan.name}' has too many layouts of candles for 'clairvoyant': with {len(plan.tables)} "
+                f"tables, {len(plan.candle_tables)} candles and {len(plan.stairwells)} stairwells it would have to "
+                f"know more than {LARGEST:,} stands"
+            )
         self._ways, self._programme = travel(plan), _programme(plan)
-        if self._programme.stands > LARGEST:
-            raise CaregiverError(f"house {plan.name} has too many layouts of candles for 'clairvoyant'")
         self.reset(1)
 
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:

@@ -3,10 +3,18 @@
 from __future__ import annotations
 
 import itertools
+import math
 
 import numpy as np
 
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
+
+
+def count_stands(plan: FloorPlan) -> int:
+    """How many layouts there are with a post of the caregiver, or with a table that bears a candle in it."""
+    tables, candles = len(plan.tables), len(plan.candle_tables)
+    return math.comb(tables, candles) * (max(1, len(plan.stairwells)) + candles)
 
 
 class AllLayouts:

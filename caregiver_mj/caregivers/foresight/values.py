@@ -12,13 +12,12 @@ moves: what is left until the next one when a candle has been put down is lost.
 from __future__ import annotations
 
 import functools
-import math
 
 import numpy as np
 
 from caregiver_mj.caregivers.foresight.child_model import novice_chain
 from caregiver_mj.caregivers.foresight.departure import Departure
-from caregiver_mj.caregivers.foresight.layouts import AllLayouts
+from caregiver_mj.caregivers.foresight.layouts import AllLayouts, count_stands
 from caregiver_mj.caregivers.foresight.reckoning import SOUND, Reckoning
 from caregiver_mj.caregivers.foresight.transit import Transit, single
 from caregiver_mj.caregivers.foresight.travel import travel
@@ -209,6 +208,4 @@ class Values:
 
 def has_values(plan: FloorPlan) -> bool:
     """Whether a house is small enough for them."""
-    tables, candles = len(plan.tables), len(plan.candle_tables)
-    columns = math.comb(tables, candles) * (max(1, len(plan.stairwells)) + candles)
-    return novice_chain(plan).size * columns <= LARGEST
+    return novice_chain(plan).size * count_stands(plan) <= LARGEST
