@@ -84,7 +84,7 @@ def write(arguments: argparse.Namespace, recipe: Recipe, store: Store, name: str
         if arguments.format == "minari":
             from caregiver_mj.recording.minari_dataset import write_minari
 
-            spec = recipe.spec(_findable(arguments.house))
+            spec = recipe.spec(_known_name(arguments.house))
             write_minari(pathlib.Path(arguments.out), name, episodes, recipe.about(), recipe.spaces(), spec)
         else:
             from caregiver_mj.recording.lerobot.dataset import write_lerobot
@@ -94,7 +94,7 @@ def write(arguments: argparse.Namespace, recipe: Recipe, store: Store, name: str
         raise StorageError(f"'{target}' cannot be written: {error}; the episodes are kept: --resume") from None
 
 
-def _findable(house: str) -> str:
-    """A house by its name, or by the whole path of its file, for a data set is read in any folder."""
+def _known_name(house: str) -> str | None:
+    """The name of a house; None of one that was read from a file, for a data set is read on any machine."""
     named = house in house_names() or sets.house(house) is not None
-    return house if named else str(pathlib.Path(house).resolve())
+    return house if named else None

@@ -112,15 +112,20 @@ class Recipe:
             kwargs["render_mode"] = "rgb_array"
         return make_targets(**kwargs) if self.task == TARGETS else HouseEnv(self.task, **kwargs)
 
-    def spec(self, house: str) -> EnvSpec | None:
-        """Gymnasium's specification of the environment, with a house by its name or file.
+    def spec(self, house: str | None = None) -> EnvSpec:
+        """Gymnasium's specification of the environment, of which it can be made on any machine.
 
-        None where that does not say all: a name says nothing of what a collision costs.
+        Args:
+            house: A name of the house that is known wherever the package is; None if it has none. Then, and where
+                collisions do not cost what they do by default, of which a name says nothing, it holds the whole plan.
         """
-        if self.plan.damage != DamageWeights():
-            return None
         spec = copy.deepcopy(gymnasium.spec(ENVIRONMENTS[self.task]))
         spec.kwargs = {**spec.kwargs, **self.kwargs, "house": house}
+        if house is None or self.plan.damage != DamageWeights():
+            plan = self.plan
+            whole = {"name": plan.name, "cell_size": plan.cell_size, "rows": list(plan.rows), "damage": str(plan.damage)}
+            spec.kwargs["house"] = whole
+            spec.entry_point, spec.vector_entry_point = f"{__name__}:{make_recorded.__name__}", None
         return spec
 
     def about(self) -> About:
@@ -146,6 +151,23 @@ class Recipe:
         env, _ = prepared(self)
         assert isinstance(env.observation_space, spaces.Dict)  # as it is where it is not asked to be flat
         return env.observation_space, env.action_space
+
+
+def make_recorded(house: Any, task: str = TARGETS, **options: Any) -> HouseEnv | TargetsEnv:
+    """Makes an environment of what `Recipe.spec` says, with the whole plan of its house.
+
+    Args:
+        house: What it says of the house; or another one, as `HouseEnv` takes it.
+        task: One of `ENVIRONMENTS`.
+        options: Further arguments, of `HouseEnv` or `make_targets`.
+
+    Raises:
+        CaregiverError: It cannot be made.
+    """
+    if isinstance(house, dict):
+        damage = DamageWeights.parse(house["damage"])
+        house = FloorPlan.parse("\n".join(house["rows"]), house["name"], house["cell_size"], damage)
+    return make_targets(house=house, **options) if task == TARGETS else HouseEnv(task, house, **options)
 
 
 @functools.lru_cache(maxsize=1)  # episodes of one recipe follow each other, and a house takes a second to build

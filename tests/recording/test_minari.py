@@ -4,6 +4,7 @@ import gymnasium
 import minari
 import numpy as np
 import pytest
+from gymnasium.envs.registration import EnvSpec
 
 from caregiver_mj.children.family import Family
 from caregiver_mj.envs.collect import collect
@@ -91,15 +92,29 @@ def test_its_environment_gives_the_same_episode_again(dataset):
     env.close()
 
 
-def test_collisions_that_cost_otherwise_make_no_environment_that_could_be_recovered(tmp_path, monkeypatch):
+def test_its_environment_has_the_collisions_that_cost_otherwise(tmp_path, monkeypatch):
     plan = FloorPlan.load("paper", damage=DamageWeights(9.0, 4.0, 1.0))
     recipe = Recipe("targets", plan, Family.of(0.5), "random-actions", world="grid")
     store = Store(tmp_path / "store", {})
     collect(recipe, store.path, (0, 5))
-    assert recipe.spec("paper") is None
-    write_minari(tmp_path, "dear-v0", [store.load(0)], recipe.about(), recipe.spaces(), None)
+    write_minari(tmp_path, "dear-v0", [store.load(0)], recipe.about(), recipe.spaces(), recipe.spec("paper"))
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
-    assert minari.load_dataset("dear-v0").spec.env_spec is None
+    dataset = minari.load_dataset("dear-v0")
+    env = dataset.recover_environment()
+    assert env.unwrapped.world.world.plan == plan
+    env.reset(seed=5)
+    rewards = [env.step(action)[1] for action in dataset[0].actions]
+    np.testing.assert_array_equal(rewards, dataset[0].rewards)
+
+
+@pytest.mark.parametrize("task", ["supervise", "targets"])
+def test_a_specification_without_a_name_has_the_whole_plan(task):
+    plan = FloorPlan.parse("######\n#B.S.#\n#....#\n#C..T#\n######", "mine", 0.8, DamageWeights(9.0, 4.0, 1.0))
+    spec = EnvSpec.from_json(Recipe(task, plan, Family.of(0.5)).spec().to_json())
+    env = gymnasium.make(spec).unwrapped
+    found = env.dm_env.task.plan if task == "supervise" else env.world.dm_env.task.plan
+    assert found == plan
+    assert gymnasium.make(spec, house="paper").unwrapped.observation_space != env.observation_space
 
 
 @pytest.mark.parametrize("name", ["short", "short-v", "a b-v0", ""])

@@ -62,9 +62,13 @@ def test_a_data_set_of_ones_own_house_is_recovered_in_another_folder(house, tmp_
     if house != "house-3":
         pathlib.Path(house).write_text("######\n#B.S.#\n#....#\n#C..T#\n######\n")
     assert cli.main([*GRID, "--house", house, "--episodes", "1", "--name", "mine-v0", "--out", str(tmp_path)]) == 0
+    pathlib.Path(house).unlink(missing_ok=True)  # as on another machine
     monkeypatch.chdir(tmp_path / "there")
     found = load(tmp_path, "mine-v0", monkeypatch)
-    assert found.recover_environment().observation_space == found.observation_space
+    env = found.recover_environment()
+    assert env.observation_space == found.observation_space
+    assert env.unwrapped.world.world.plan.name == house.removesuffix(".txt")
+    assert str(tmp_path) not in found.spec.env_spec.to_json()
 
 
 def test_a_recording_that_breaks_off_is_gone_on_with(tmp_path, monkeypatch, capsys):
