@@ -123,7 +123,12 @@ class Recipe:
         spec.kwargs = {**spec.kwargs, **self.kwargs, "house": house}
         if house is None or self.plan.damage != DamageWeights():
             plan = self.plan
-            whole = {"name": plan.name, "cell_size": plan.cell_size, "rows": list(plan.rows), "damage": str(plan.damage)}
+            whole = {
+                "name": plan.name,
+                "cell_size": plan.cell_size,
+                "rows": list(plan.rows),
+                "damage": str(plan.damage),
+            }
             spec.kwargs["house"] = whole
             spec.entry_point, spec.vector_entry_point = f"{__name__}:{make_recorded.__name__}", None
         return spec
