@@ -232,11 +232,16 @@ class OffscreenRendering:
     def _make_rendering_contexts(self) -> None:
         from dm_control.mujoco import engine, wrapper
 
+        class Renderer(wrapper.MjrContext):
+            _ptr = staticmethod(lambda: None)  # its destructor wants it, even if its constructor has failed
+
         size = self.model.vis.global_
         context = make_context(size.offwidth, size.offheight)
         try:
-            renderer = wrapper.MjrContext(self.model, context)
+            renderer = Renderer(self.model, context)
         except mujoco.FatalError as error:
+            if "maximum number" in str(error).lower():  # of materials or textures, which has nothing to do with OpenGL
+                raise RenderingError(f"cannot render: the house is too large to be drawn ({error})") from None
             raise RenderingError(f"cannot render: {error}; {_ADVICE}") from None
         self._contexts = engine.Contexts(gl=context, mujoco=renderer)
 

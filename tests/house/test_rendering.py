@@ -103,6 +103,14 @@ def test_a_window_system_without_a_display_is_told_in_a_line(wish):
     assert "\n" not in printed
 
 
+def test_a_model_that_is_too_large_is_told_in_a_line():
+    materials = "".join(f"<material name='{i}'/>" for i in range(1001))
+    large = RENDER.replace("<mujoco>", f"<mujoco><asset>{materials}</asset>")
+    printed = run(f"from caregiver_mj.house import rendering{large}", DISPLAY=None, WAYLAND_DISPLAY=None)
+    assert printed.startswith("RenderingError cannot render: the house is too large to be drawn (Maximum number of mat")
+    assert printed.endswith("got 1001)")
+
+
 def test_falls_back_to_osmesa():
     # A machine without EGL: the constructor fails, and the next candidate is asked.
     code = """
