@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import needs_learn  # noqa: F401 (says so if it is missing)
+
+# isort: split
 import torch
 from gymnasium import spaces
 from sb3_contrib.common.maskable.policies import MaskableActorCriticPolicy

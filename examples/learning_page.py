@@ -234,6 +234,15 @@ def main() -> None:
     parser.add_argument("--stairs", type=pathlib.Path, default=pathlib.Path("runs/block_stairs"), metavar="DIR")
     parser.add_argument("--docs", type=pathlib.Path, metavar="DIR", help="write the page and its figure there")
     options = parser.parse_args()
+    for folder, pattern, first in (
+        (options.targets, "seed-*-curve.csv", "supervise_targets.py"),
+        (options.targets, "scripted/*.parquet", "judge_targets.py"),
+        (options.targets, "learnt/*.parquet", "judge_targets.py"),
+        (options.stairs, "seed-*-curve.csv", "block_stairs.py"),
+        (options.stairs, "*-judged.csv", "block_stairs.py"),
+    ):
+        if not any(folder.glob(pattern)):
+            raise SystemExit(f"there is no {folder / pattern}: run {pathlib.Path(__file__).with_name(first)} first")
     judged = pd.concat(map(pd.read_csv, sorted(options.stairs.glob("*-judged.csv"))), ignore_index=True)
     judged = judged.sort_values("who", kind="stable", ignore_index=True)
     targets, stairs = read_curves(options.targets), read_curves(options.stairs)

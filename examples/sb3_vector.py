@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+import needs_learn  # noqa: F401 (says so if it is missing)
+
+# isort: split
 import gymnasium
 import numpy as np
 from stable_baselines3.common.vec_env import VecEnv

@@ -9,7 +9,7 @@ import pytest
 EXAMPLES = pathlib.Path(__file__).parents[2] / "examples"
 
 
-@pytest.mark.parametrize("name", ["block_stairs", "supervise_targets"])
+@pytest.mark.parametrize("name", ["block_stairs", "hazard_policy", "sb3_vector", "supervise_targets"])
 def test_a_line_says_what_is_missing(name):
     code = f"import sys; sys.modules['sb3_contrib'] = None; sys.path.insert(0, {str(EXAMPLES)!r}); import {name}"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=120)
