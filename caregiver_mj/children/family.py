@@ -19,7 +19,7 @@ from caregiver_mj.children.switcher import Switcher
 from caregiver_mj.children.toddler import Toddler
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house
-from caregiver_mj.registry import Registry
+from caregiver_mj.registry import Registry, check_call
 
 CHILDREN: Registry[type[Behaviour]] = Registry(
     "child",
@@ -59,9 +59,15 @@ class ChildSpec:
         CHILDREN[self.behaviour]  # there may be none, and one that comes from another package may fail to load
 
     def make(self, plan: FloorPlan) -> Behaviour:
-        """Makes what decides its moves."""
+        """Makes what decides its moves.
+
+        Raises:
+            CaregiverError: There can be no such child, or it cannot be made of a house and an epsilon.
+        """
         self.check()
-        return CHILDREN[self.behaviour](plan, self.epsilon)
+        maker = CHILDREN[self.behaviour]
+        check_call(f"child '{self.behaviour}'", maker, plan, self.epsilon)
+        return maker(plan, self.epsilon)
 
     def __str__(self) -> str:
         """Its name in tables and files, of which `Family.parse` makes the same child again."""
@@ -151,10 +157,10 @@ class Family:
         """
         self.check()
         check_different([self])
-        for child in self.children:
-            if isinstance(child, Behaviour):
-                check_house(child, plan)
-        return tuple(child.make(plan) if isinstance(child, ChildSpec) else child for child in self.children)
+        made = tuple(child.make(plan) if isinstance(child, ChildSpec) else child for child in self.children)
+        for child in made:
+            check_house(child, plan)
+        return made
 
     def times(self, count: int) -> Family:
         """A family with every child so many times; the draws, and so the moves, of each are its own."""

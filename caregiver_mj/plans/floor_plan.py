@@ -230,6 +230,10 @@ class FloorPlan:
 
 def check_house(made: Any, plan: FloorPlan) -> None:
     """Raises CaregiverError unless something with a `plan`, a caregiver or a child, was made for this house."""
+    if not hasattr(made, "plan"):
+        raise CaregiverError(
+            f"{type(made).__name__} has no plan: its __init__ must call super().__init__ with the house, which keeps it"
+        )
     if made.plan.rows != plan.rows:
         raise CaregiverError(f"{type(made).__name__} was made for house '{made.plan.name}', and this is '{plan.name}'")
 
