@@ -99,6 +99,13 @@ ODD = {
         (lambda: load(epsilon=np.array([0.5, 7.0])), "epsilon must lie in"),
         *((lambda r=r: load(random=r), "must be an integer from 0 to 4294967295") for r in ("a", 1.5, -1, 2**40)),
         (lambda: load(task_kwargs=[1]), "task_kwargs must be a dict or None"),
+        *(
+            (
+                lambda e=e: load(task_kwargs={"embodiment": e}),
+                r"a robot is said by its name \(mobile_fr3, mobile_ur5e\) or by an Embodiment, not by",
+            )
+            for e in (3, ["mobile_fr3"])
+        ),
         (lambda: load(environment_kwargs="a"), "environment_kwargs must be a dict or None"),
     ],
     "floor plan": [

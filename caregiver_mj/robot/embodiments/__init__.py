@@ -34,8 +34,11 @@ def find_embodiment(which: Embodiment | str | None = None) -> Embodiment:
     """A robot: the one of a name, made once; the default without one; or what is one already.
 
     Raises:
-        CaregiverError: There is no robot of that name, or it cannot be made.
+        CaregiverError: There is no such robot, or it cannot be made.
     """
+    if not isinstance(which, Embodiment | str | None):
+        names = ", ".join(EMBODIMENTS)
+        raise CaregiverError(f"a robot is said by its name ({names}) or by an Embodiment, not by {which!r}")
     return which if isinstance(which, Embodiment) else _made(DEFAULT if which is None else which)
 
 
