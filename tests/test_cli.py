@@ -373,11 +373,21 @@ def test_as_a_process(tmp_path, argv, message):
     assert run.stderr.count("\n") == 1
 
 
-@pytest.mark.parametrize("command", [["house", "check", "paper"], [*GRID, "--episodes", "1", "--epsilon", "1"]])
-def test_a_full_disk_below_standard_output(command):
+@pytest.mark.parametrize("how", [[], ["-u"]])  # -u: nothing is kept in a buffer
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["--help"],
+        ["house", "-h"],
+        ["--version"],
+        ["house", "check", "paper"],
+        [*GRID, "--episodes", "1", "--epsilon", "1"],
+    ],
+)
+def test_a_full_disk_below_standard_output(command, how):
     with open("/dev/full", "w") as full:
         run = subprocess.run(
-            [sys.executable, "-m", "caregiver_mj", *command],
+            [sys.executable, *how, "-m", "caregiver_mj", *command],
             stdout=full,
             stderr=subprocess.PIPE,
             text=True,

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 import logging
-from typing import NoReturn
+import sys
+from typing import TYPE_CHECKING, NoReturn
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES
 from caregiver_mj.children.family import CHILDREN, NOVICE, Family
@@ -16,6 +17,9 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.robot.embodiment import DEFAULT
+
+if TYPE_CHECKING:
+    from _typeshed import SupportsWrite
 
 EXECUTORS = ("local", "dask")
 
@@ -32,11 +36,22 @@ class HelpFormatter(argparse.HelpFormatter):
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose errors are one line, like all others."""
+    """A parser whose errors are one line, like all others, also those of writing its help."""
 
     def error(self, message: str) -> NoReturn:
         command = self.prog.removeprefix(PROGRAM).strip()
         raise CaregiverError(f"{command}: {message}" if command else message)
+
+    def exit(self, status: int = 0, message: str | None = None) -> NoReturn:
+        """Ends once the help, or the version, has been written."""
+        if sys.stdout is not None:  # as it is if it was closed
+            sys.stdout.flush()
+        super().exit(status, message)
+
+    def _print_message(self, message: str, file: SupportsWrite[str] | None = None) -> None:
+        """Writes it, as the one of argparse does, which has nothing to say where that fails."""
+        if (stream := file or sys.stderr) is not None:
+            stream.write(message)
 
 
 def add_house(command: argparse.ArgumentParser) -> None:
