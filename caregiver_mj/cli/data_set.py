@@ -70,9 +70,12 @@ def collect_all(arguments: argparse.Namespace, recipe: Recipe, store: Store, exe
                 found += 1
                 bar.advance(task)
     except (KeyboardInterrupt, OSError, WorkerError) as error:
+        what = str(error) or "interrupted"
+        if not store.numbers():
+            raise StorageError(f"{what}; there is no episode yet") from None
         again = arguments.argv if arguments.resume else [*arguments.argv, "--resume"]
         raise StorageError(
-            f"{str(error) or 'interrupted'}; {found} of {arguments.episodes} episodes are kept in '{store.path}', "
+            f"{what}; {found} of {arguments.episodes} episodes are kept in '{store.path}', "
             f"go on with: {PROGRAM} {shlex.join(again)}"
         ) from None
 

@@ -127,7 +127,8 @@ def _run(arguments: argparse.Namespace) -> None:
     executor = LocalExecutor(arguments.jobs)
     store = Store(target.with_name(f".{target.name}.episodes"), asked, arguments.resume)
     store.check_none_beyond(arguments.episodes)
-    collect_all(arguments, recipe, store, executor)
+    with store.gone_if_empty():
+        collect_all(arguments, recipe, store, executor)
     write(arguments, recipe, store, name, target)
     store.remove()
     print(target)

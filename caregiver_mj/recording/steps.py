@@ -98,7 +98,8 @@ class Store:
             resume: Whether to go on with what is there.
 
         Raises:
-            CaregiverError: What is there is not to be gone on with, or is of something else that was asked for.
+            CaregiverError: What is there is not to be gone on with, or is of something else that was asked for, unless
+                it has no episode yet.
         """
         self.path, record = path, path / "asked.json"
         asked = json.loads(json.dumps(asked))
@@ -116,7 +117,7 @@ class Store:
             if not isinstance(found, dict):
                 raise CaregiverError(f"'{record}' does not say what was recorded: remove '{path}', and begin anew")
             other = [key for key in {**found, **asked} if found.get(key) != asked.get(key)]
-            if other:
+            if other and self.numbers():
                 what = "; ".join(f"{key} is {found.get(key)} there and {asked.get(key)} here" for key in other)
                 raise CaregiverError(f"'{path}' holds a recording of other settings: {what}")
         try:
@@ -128,9 +129,24 @@ class Store:
     def __contains__(self, number: int) -> bool:
         return (_folder(self.path, number) / _REST).exists()
 
+    def numbers(self) -> list[int]:
+        """Those of the episodes that are there."""
+        folders = (file.parent.name for file in self.path.glob(f"*/{_REST}"))
+        return [int(name) for name in folders if name.isdigit()]  # which an unfinished one's is not
+
+    @contextlib.contextmanager
+    def gone_if_empty(self) -> Iterator[None]:
+        """Removes the store if what is done fails before there is an episode, for nothing could be gone on with."""
+        try:
+            yield
+        except BaseException:
+            if not self.numbers():
+                self.remove()
+            raise
+
     def check_none_beyond(self, episodes: int) -> None:
         """Raises CaregiverError if there are episodes beyond so many, for they would be thrown away."""
-        beyond = sum((folder / _REST).exists() and int(folder.name) >= episodes for folder in self.path.glob("[0-9]*"))
+        beyond = sum(number >= episodes for number in self.numbers())
         if beyond:
             raise CaregiverError(
                 f"'{self.path}' holds {beyond} episodes more than are asked for now: ask for as many, or remove it"

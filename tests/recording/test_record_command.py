@@ -1,5 +1,6 @@
 """The command `record`: both formats, recordings that break off, and what it refuses."""
 
+import contextlib
 import functools
 import json
 import pathlib
@@ -231,6 +232,31 @@ def test_a_recording_does_not_go_on_with_code_that_was_edited(own, tmp_path, cap
     asked.write_text(kept)
     (tmp_path / "go on").touch()
     assert cli.main([*command, "--resume"]) == 0
+
+
+def test_a_recording_that_fails_before_there_is_an_episode_leaves_nothing(own, tmp_path, capsys):
+    module = tmp_path / f"{own}.py"
+    command = [*HOUSE, "--format", "lerobot", "--out", "set"]
+    for seed, error in enumerate(("ValueError", "KeyboardInterrupt", "OSError"), start=20):  # a prepared policy is kept
+        module.write_text(OWN.replace("return self.drawn", f"raise {error}\n        return self.drawn"))
+        with contextlib.suppress(ValueError):
+            assert cli.main([*command, "--caregiver", f"{own}:slow", "--seed", str(seed)]) == 1
+            assert "; there is no episode yet\n" in capsys.readouterr().err
+        assert [path.name for path in tmp_path.iterdir() if "set" in path.name] == []
+        sys.modules.pop(own)
+    assert cli.main([*command, "--caregiver", "paper"]) == 0
+
+
+def test_a_recording_killed_before_there_is_an_episode_is_resumed_with_other_code(own, tmp_path, capsys):
+    command = [*HOUSE, "--format", "lerobot", "--caregiver", f"{own}:slow", "--out", "set", "--resume"]
+    left = tmp_path / ".set.episodes"
+    (left / "000000.tmp").mkdir(parents=True)
+    (left / "000000.tmp" / "episode.json").touch()
+    (left / "asked.json").write_text('{"code": "of before"}')
+    assert cli.main(command[:-1]) == 2
+    assert "was broken off: go on with --resume, or remove it" in capsys.readouterr().err
+    assert cli.main(command) == 0
+    assert not left.exists()
 
 
 def test_decisions_are_too_rare_for_lerobot(tmp_path, capsys):
