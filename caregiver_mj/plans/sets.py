@@ -62,17 +62,21 @@ def houses_named(names: str | Iterable[str], damage: DamageWeights = DamageWeigh
     Raises:
         FloorPlanError: There is no such house or set, or two houses have the same name.
     """
-    plans: list[FloorPlan] = []
+    plans: list[tuple[str, FloorPlan]] = []
     names = [names] if isinstance(names, str) else names
     for name in names:
         seeds = _seeds(name)
         wanted = [name] if seeds is None else [f"house-{seed}" for seed in seeds]
-        plans += [FloorPlan.load(one, damage=damage) for one in wanted]
-    counts = collections.Counter(plan.name for plan in plans)
+        plans += [(one, FloorPlan.load(one, damage=damage)) for one in wanted]
+    counts = collections.Counter(plan.name for _, plan in plans)
     if twice := [name for name, count in counts.items() if count > 1]:
+        for name in twice:
+            (first, plan), *others = ((one, plan) for one, plan in plans if plan.name == name)
+            if other := next((one for one, another in others if another != plan), None):
+                raise FloorPlanError(f"'{first}' and '{other}' are two houses of one name, '{name}': rename a file")
         several = f"{len(twice)} houses are named twice, such as '{twice[0]}'"
         raise FloorPlanError(several if len(twice) > 1 else f"house '{twice[0]}' is named twice")
-    return tuple(plans)
+    return tuple(plan for _, plan in plans)
 
 
 def _seeds(name: str) -> range | None:
