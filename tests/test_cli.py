@@ -77,6 +77,7 @@ def fails(capsys, argv):
         (["render", "--out", "film.mp4", "--epsilon", "2"], ["epsilon", "2"]),
         (["render", "--out", "film.mp4", "--epsilon", "1,.5", "--children", "3"], ["1,.5", "2 children", "3"]),
         (["render", "--out", "film.mp4", "--child", "angel"], ["angel"]),
+        (["render", "--out", "film.mp4", "--child", "adversary:0"], ["a name alone", "say --epsilon adversary:0"]),
         (["render", "--out", "film.mp4", "--damage", "1"], ["STAIRWELL:CANDLE:TABLE"]),
         (["render", "--out", "film.mp4", "--overlay", "rain"], ["--overlay", "rain", "danger"]),
         (["render", "--out", "film.mp4", "--seconds", "0"], ["seconds", "0"]),

@@ -177,6 +177,11 @@ def read_family(epsilon: str, arguments: argparse.Namespace) -> Family:
     count = arguments.children
     if count is not None and count < 1:
         raise CaregiverError(f"--children must be at least 1, not {count}")
+    name, _, share = arguments.child.rpartition(":")
+    if name in CHILDREN and not share.isidentifier():  # as an object in a module of that name would be
+        raise CaregiverError(
+            f"--child {arguments.child}: it is a name alone; with a share say --epsilon {name}:{share or 0.5}"
+        )
     CHILDREN[arguments.child]  # there may be none, which counts for nothing where all have names
     try:
         family = Family.parse(epsilon, arguments.child)
