@@ -114,7 +114,9 @@ def named_object(name: str) -> Any:
     try:
         return entry.load()
     except (Exception, SystemExit) as error:  # whatever somebody else's module raises
-        raise CaregiverError(f"'{name}' cannot be loaded: {type(error).__name__}: {error}") from error
+        file = getattr(sys.modules.get(entry.module), "__file__", None)  # not always the one that was meant
+        found = f" (the module is '{file}')" if file and isinstance(error, AttributeError) else ""
+        raise CaregiverError(f"'{name}' cannot be loaded: {type(error).__name__}: {error}{found}") from error
 
 
 def check_call(what: str, found: Any, *given: Any) -> None:

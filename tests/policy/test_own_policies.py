@@ -28,6 +28,7 @@ from caregiver_mj.viz.episode import Episode
 
 gymnasium.register_envs(caregiver_mj)
 TINY = FloorPlan.parse("######\n#B.S.#\n#....#\n#C..T#\n######", "tiny")
+BARE = FloorPlan.parse("#####\n#B.S#\n#...#\n#####", "bare")
 HERE = __name__
 seen = []  # what policies of this file were shown
 
@@ -57,6 +58,17 @@ class Still:
 
     def __call__(self, timestep):
         return self.action
+
+
+class Few(Last):
+    slots = (1, 0)
+
+
+class Forgets(Last):
+    """Does not call the constructor of its base."""
+
+    def __init__(self, plan, seed):
+        pass
 
 
 class Telling(Still):
@@ -157,6 +169,7 @@ def test_a_policy_of_actions_is_made_for_its_environment_and_told_the_seed():
         ("grid", f"{HERE}:TakesNothing", r"TakesNothing' cannot be called with \(FloorPlan, int\): too many"),
         ("grid", f"{HERE}:NUMBER", "neither a subclass of Caregiver nor something that makes a policy"),
         ("grid", f"{HERE}:Nobody", "cannot be loaded: AttributeError: .* no attribute 'Nobody'"),
+        ("grid", "json:Good", r"no attribute 'Good' \(the module is '.*json.__init__\.py'\)$"),
         ("grid", "nobody_at_home:x", "cannot be loaded: ModuleNotFoundError: No module named 'nobody_at_home'"),
         ("grid", "a b:c", "'a b:c' is not module:object"),
         ("grid", "nobody", "no caregiver 'nobody': there are none, .* and yours as module:object"),
@@ -165,6 +178,33 @@ def test_a_policy_of_actions_is_made_for_its_environment_and_told_the_seed():
 def test_what_is_none_is_named(world, name, words):
     with pytest.raises(CaregiverError, match=words):
         evaluate(Settings(TINY, world, (name,), (1.0,), 1))
+
+
+@pytest.mark.parametrize(
+    ("world", "name", "words"),
+    [
+        ("grid", "Unfinished", "lacks act"),
+        ("grid", "TakesNothing", r"cannot be called with \(FloorPlan, int\)"),
+        ("grid", "Few", "too few for house 'tiny'"),
+        ("grid", "Forgets", "Forgets has no plan"),
+        ("house", "Few", "too few for house 'tiny'"),
+        ("house", "no_maker", "must make a policy of an environment"),
+    ],
+)
+def test_what_cannot_be_made_is_told_before_the_first_episode(world, name, words):
+    episodes = []
+    # Some can be made in the first house.
+    settings = Settings((BARE, TINY), world, ("none", "nearest", f"{HERE}:{name}"), (1.0,), 1)
+    with pytest.raises(CaregiverError, match=words):
+        evaluate(settings, progress=episodes.append)
+    assert episodes == []
+
+
+def test_a_run_whose_caregivers_cannot_be_made_leaves_no_folder(tmp_path, capsys):
+    out = tmp_path / "run"
+    assert cli.main(["evaluate", "--world", "grid", "--caregiver", "none", f"{HERE}:Few", "--out", str(out)]) == 2
+    assert "too few for house 'paper'" in capsys.readouterr().err
+    assert not out.exists()
 
 
 @pytest.mark.parametrize(
@@ -187,9 +227,6 @@ def test_targets_that_are_none_are_named(answer, words):
 
 
 def test_a_policy_with_too_few_slots_for_a_house():
-    class Few(Last):
-        slots = (1, 0)
-
     with pytest.raises(CaregiverError, match=r"slots \(1, 0\) are too few for house 'tiny'"):
         Few(TINY)
 
