@@ -54,6 +54,12 @@ def run(tapes, children="1"):
     GridWorld(TINY, children, None).run(tapes)
 
 
+def move_after_the_end():
+    world = GridWorld(TINY, "1", None)
+    world.run(ONE)
+    world.move_children()
+
+
 def act_in_mid_episode():
     env = load()
     env.reset()
@@ -166,6 +172,9 @@ ODD = {
         (lambda: GridWorld("paper", 0.5, None), "house must be a FloorPlan, .* FloorPlan.load makes one"),
         (lambda: GridWorld(TINY, 0.5, "paper"), "must be a Caregiver or None, .* make_caregiver makes one"),
         (lambda: run([]), "at least one episode"),
+        (lambda: GridWorld(TINY, 0.5, None).move_children(), "no episode is under way: call reset first"),
+        (lambda: GridWorld(TINY, 0.5, None).step(), "no episode is under way: call reset first"),
+        (move_after_the_end, "no episode is under way: call reset first"),
         (lambda: run(ONE, "1,1"), "a tape for each of 2 children"),
         (lambda: run_episodes(TINY, 0.5, None, [-1]), "seed of an episode must be an integer from 0"),
         (lambda: run_episodes(TINY, 0.5, None, ["a"]), "seed of an episode must be an integer from 0"),

@@ -129,6 +129,7 @@ class GridWorld:
         if caregiver:
             check_house(caregiver, plan)
         self.plan = plan
+        self.timestep, self._draws = 0, np.zeros((0, 0, 0, 3))  # of no episode
         self.meanwhile: float = meanwhile
         self.behaviours = list(Family.of(family).make(plan))
         self.caregiver = caregiver
@@ -241,7 +242,12 @@ class GridWorld:
         """The first half of a novice timestep: every child makes a move or stays, and what comes of it is booked.
 
         With `meanwhile` they only set out, and get there while the caregiver acts.
+
+        Raises:
+            CaregiverError: No episode has begun, or it is over.
         """
+        if self.timestep >= len(self._draws):
+            raise CaregiverError("no episode is under way: call reset first")
         draws = self._draws[self.timestep]
         self.timestep += 1
         # New arrays, for a caregiver may have kept what it was shown.
