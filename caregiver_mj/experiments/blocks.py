@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from caregiver_mj.caregivers.registry import make_caregiver
+from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver, make_caregiver
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.side_by_side import side_by_side
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
@@ -22,13 +22,33 @@ from caregiver_mj.experiments.seeds import episode_random, episode_seed, episode
 from caregiver_mj.experiments.settings import FLOOR, Block, Settings
 from caregiver_mj.grid.floor import FloorWorld
 from caregiver_mj.grid.world import GridWorld
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.floor_plan import FloorPlan, check_house
 from caregiver_mj.recording.record import EpisodeRecord
 
 MAPS = ("visits", "damage")  # summed for every free cell over all episodes
 
 # What is measured of every episode, one family after the other, and each of the maps (`MAPS`), (episodes, free cells).
 _Measured = tuple[list[dict[str, Any]], tuple[np.ndarray, np.ndarray]]
+
+
+def try_all(settings: Settings) -> None:
+    """Makes every caregiver and all children in each house, and every policy of the robot's actions in the first one.
+
+    So that a mistake in somebody's own shows before the others have run for hours. It takes milliseconds for each of
+    the package's own, and a second for a policy of actions.
+
+    Raises:
+        CaregiverError: One cannot be made.
+    """
+    for plan in settings.plans:
+        for family in settings.families:
+            family.make(plan)
+        for name in settings.caregivers:
+            found = None if name == FLOOR else find_caregiver(name)
+            if found is not None and is_caregiver(found):
+                check_house(make_caregiver(name, plan, settings.seed), plan)
+            elif found is not None and plan is settings.plans[0]:
+                _make_house(plan, settings.families[0], name, settings.seed, settings.embodiment)
 
 
 def run_block(settings: Settings, block: Block) -> Result:
@@ -103,8 +123,7 @@ def _run_in_house(settings: Settings, plan: FloorPlan, block: Block, seeds: list
     return measured, (np.concatenate(visits), np.concatenate(damage))
 
 
-@functools.lru_cache(maxsize=1)  # blocks of one caregiver and family follow each other
-def _house(plan: FloorPlan, family: Family, caregiver: str, seed: int, embodiment: str) -> tuple[Any, Any]:
+def _make_house(plan: FloorPlan, family: Family, caregiver: str, seed: int, embodiment: str) -> tuple[Any, Any]:
     """A house, and the policy of the caregiver in it (None for "none"). Building them takes a second."""
     from caregiver_mj import tasks  # here, for the grid does without MuJoCo
 
@@ -116,3 +135,6 @@ def _house(plan: FloorPlan, family: Family, caregiver: str, seed: int, embodimen
     from caregiver_mj.policy.registry import make_policy
 
     return env, make_policy(env, caregiver, seed)
+
+
+_house = functools.lru_cache(maxsize=1)(_make_house)  # blocks of one caregiver and family follow each other
