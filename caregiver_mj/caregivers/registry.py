@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, TypeGuard
 
 from caregiver_mj.caregivers.baselines import GuardCaregiver, NearestCaregiver, RandomCaregiver
@@ -62,11 +62,12 @@ class _Policies(Registry[Any]):
 POLICIES: Registry[Any] = _Policies("policy", "caregiver_mj.policies", "", {})
 
 
-def find_caregiver(name: str) -> type[Caregiver] | PolicyMaker | None:
+def find_caregiver(name: str, others: Sequence[str] = ()) -> type[Caregiver] | PolicyMaker | None:
     """What goes by a name: a caregiver's class, what makes a policy of the robot's actions, or nothing for "none".
 
     Args:
         name: One of `CAREGIVERS` or `POLICIES`, or where such a thing is, as `module:object`.
+        others: What else may be said in the place of a name, for the message that there is none.
 
     Raises:
         CaregiverError: There is none of that name, or it cannot be loaded.
@@ -78,7 +79,7 @@ def find_caregiver(name: str) -> type[Caregiver] | PolicyMaker | None:
     if name in POLICIES:
         return POLICIES[name]
     if ":" not in name:
-        known = ", ".join(dict.fromkeys([*CAREGIVERS, *POLICIES]))
+        known = ", ".join(dict.fromkeys([*CAREGIVERS, *POLICIES, *others]))
         raise CaregiverError(f"no caregiver '{name}': there are {known}, and yours as module:object")
     found = named_object(name)
     _check(f"'{name}'", found)

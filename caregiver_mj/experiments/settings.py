@@ -130,7 +130,7 @@ class Settings:
             if name == FLOOR:
                 CAREGIVERS.tell_of_namesakes(FLOOR, f"'{FLOOR}' is what no caregiver could prevent")
                 continue
-            found = find_caregiver(name)
+            found = find_caregiver(name, others=(FLOOR,))
             if self.world == "grid" and not (found is None or is_caregiver(found)):
                 raise CaregiverError(f"'{name}' is a policy of the robot's actions: it needs --world house")
         for family in self.families:
