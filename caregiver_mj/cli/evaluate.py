@@ -25,6 +25,7 @@ from caregiver_mj.cli.parsing import (
 from caregiver_mj.cli.table import output, print_table
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import evaluation
+from caregiver_mj.experiments.blocks import try_all
 from caregiver_mj.experiments.executors import Executor
 from caregiver_mj.experiments.run_folder import RunFolder, StorageError
 from caregiver_mj.experiments.settings import EPSILONS, FLOOR, Settings
@@ -95,6 +96,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
     settings.check()
     if arguments.resume and arguments.out is None:
         raise CaregiverError("--resume needs the folder of the run: --out DIR")
+    try_all(settings)
     return settings
 
 

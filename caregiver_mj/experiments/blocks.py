@@ -31,6 +31,7 @@ MAPS = ("visits", "damage")  # summed for every free cell over all episodes
 _Measured = tuple[list[dict[str, Any]], tuple[np.ndarray, np.ndarray]]
 
 
+@functools.lru_cache(maxsize=1)  # asked before a folder is made, and again by whoever runs them
 def try_all(settings: Settings) -> None:
     """Makes every caregiver and all children in each house, and every policy of the robot's actions in the first one.
 

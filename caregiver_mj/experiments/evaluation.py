@@ -12,7 +12,7 @@ import functools
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from caregiver_mj.experiments.blocks import run_block
+from caregiver_mj.experiments.blocks import run_block, try_all
 from caregiver_mj.experiments.by_house import by_house
 from caregiver_mj.experiments.executors import Executor, LocalExecutor
 from caregiver_mj.experiments.run_folder import RunFolder
@@ -65,6 +65,7 @@ def evaluate(
         CaregiverError: The settings are wrong, a worker failed, or a result could not be written.
     """
     settings.check()
+    try_all(settings)
     executor = executor or LocalExecutor(jobs)
     blocks = settings.blocks(grid_block, folder.extended_at if folder else ())
     done: dict[Block, Tables] = {}

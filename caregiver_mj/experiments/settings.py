@@ -146,15 +146,6 @@ class Settings:
         if rows > MOST_ROWS:
             raise CaregiverError(f"episodes would be {rows:,} in all, and a run has {MOST_ROWS:,} at most")
         check_integer("the seed", self.seed, 0)
-        _ = self._tried
-
-    @functools.cached_property
-    def _tried(self) -> bool:
-        """Whether caregivers and children can be made, else it raises CaregiverError; once, for some load weights."""
-        from caregiver_mj.experiments.blocks import try_all  # here, for it needs this module
-
-        try_all(self)
-        return True
 
     def record(self) -> dict[str, Any]:
         """The settings and versions as JSON, to tell whether two runs can be one."""
