@@ -57,9 +57,9 @@ class Settings:
 
         def __init__(
             self,
-            plans: FloorPlan | tuple[FloorPlan, ...],
+            plans: FloorPlan | Sequence[FloorPlan],
             world: str = "house",
-            caregivers: tuple[str, ...] = ("none", "paper"),
+            caregivers: Sequence[str] = ("none", "paper"),
             families: Sequence[Who] = EPSILONS,
             episodes: int = 20,
             seed: int = 0,
@@ -69,8 +69,9 @@ class Settings:
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        if isinstance(self.plans, FloorPlan):
-            object.__setattr__(self, "plans", (self.plans,))
+        plans = (self.plans,) if isinstance(self.plans, FloorPlan) else tuple(self.plans)
+        object.__setattr__(self, "plans", plans)
+        object.__setattr__(self, "caregivers", tuple(self.caregivers))
         object.__setattr__(self, "families", tuple(map(Family.of, self.families)))
 
     @classmethod

@@ -15,6 +15,12 @@ from caregiver_mj.plans.hazards import DamageWeights
 PAPER = FloorPlan.load("paper")
 
 
+def test_several_may_be_said_in_lists():
+    settings = Settings([PAPER], "grid", ["none"], [1.0], 1)
+    assert settings == Settings((PAPER,), "grid", ("none",), (1.0,), 1)
+    assert len(evaluate(settings).episodes) == 1
+
+
 def test_families_may_be_said_by_their_epsilon():
     families = Settings(PAPER, families=(1.0, "0.5", "1,.25", ChildSpec(0.1, "expert"))).families
     assert families == (
