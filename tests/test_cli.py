@@ -386,9 +386,11 @@ def test_as_a_process(tmp_path, argv, message):
     ],
 )
 def test_a_full_disk_below_standard_output(command, how):
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}  # that is -u
     with open("/dev/full", "w") as full:
         run = subprocess.run(
             [sys.executable, *how, "-m", "caregiver_mj", *command],
+            env=environment,
             stdout=full,
             stderr=subprocess.PIPE,
             text=True,
