@@ -3,7 +3,8 @@
 In a timestep every child makes one move or stays, one after the other, then the caregiver does up to three of its seven
 actions (four moves, wait, get, place), because it walks three times as fast (paper, section V.C). It decides anew
 before each, unless it has a candle in the hand: that is put down first. Get and place act on a table in a neighbouring
-cell. A caregiver that yields keeps out of the children's way when it has nothing to do, or when one bars its own.
+cell. A caregiver that yields keeps out of the children's way when it has nothing to do, and its distance where one bars
+its own (`plans/routes.py`).
 
 Whether a move is blocked is decided when the child gets there: at once, as in the paper, so that a caregiver cannot
 come in between. With `meanwhile`, as in the house, it sees where the children are going, and does so many of its
@@ -28,13 +29,12 @@ from caregiver_mj.children.behaviour import Sight
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import Tape, start_cells
 from caregiver_mj.errors import LARGEST_SEED, CaregiverError, check_integer, check_kind
-from caregiver_mj.grid.paths import paths
 from caregiver_mj.interventions.intervention import Interventions
 from caregiver_mj.interventions.registry import VERBS, verb_of
-from caregiver_mj.interventions.verb import STAY
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house
 from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.routes import STAY, routes
 from caregiver_mj.recording.ledger import BLOCKED, KINDS, MET, Ledger
 
 CAREGIVER_ACTIONS = 3  # a novice timestep: 5.0 km/h over 1.6 km/h, rounded down
@@ -141,7 +141,7 @@ class GridWorld:
         self._offsets = dict(zip(places, offsets, strict=False))
         if caregiver:
             caregiver.pace = Pace(caregiver_actions)
-            self._paths = paths(plan, tuple(tuple(place) for group in places.values() for place in group))
+            self._routes = routes(plan, tuple(tuple(place) for group in places.values() for place in group))
 
     def reset(self, tapes: Sequence[Sequence[Tape]]) -> None:
         """Begins one episode for each family of tapes, which has one for each child."""
@@ -349,7 +349,9 @@ class GridWorld:
                 self.ledger.interventions[which] += begins[which] & verb.counts
                 there = verb.place(self, which)
                 place[which] = np.where(there < 0, there, there + self._offsets[verb.name])
-        distance, next_cell = self._paths.towards(place, percept, caregiver.yields)
+        distance, next_cell = self._routes.towards(
+            place, percept.child_cell, percept.caregiver_cell, caregiver.yields
+        )
         stood, moves = distance == 0, distance > 0
         self.caregiver_cell = np.where(moves, next_cell, self.caregiver_cell)
         came = stood | (moves & (distance == 1))

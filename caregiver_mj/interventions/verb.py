@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from caregiver_mj.interventions.routine import Means, Routine
     from caregiver_mj.robot.view import View
 
-ASIDE = -1  # a place in the grid: wherever the caregiver is least in the children's way
-STAY = -2  # a place in the grid: where the caregiver is
-
 Mark = tuple[Literal["cell", "candle"], Cell | int]  # what a display points at: a cell, or a candle by its index
 
 

@@ -121,8 +121,8 @@ def after_a_step(caregiver, action, child, caregiver_cell):
 @pytest.mark.parametrize(
     ("action", "child", "caregiver_cell", "yielding"),
     [
-        (EAST, (2, 3), (2, 2), (2, 3)),  # the child goes ahead through the doorway: it follows
-        (WEST, (2, 5), (2, 3), (1, 3)),  # the child comes through the doorway: it steps aside
+        (EAST, (2, 3), (2, 1), (2, 2)),  # the child goes ahead through the doorway: it follows at a distance
+        (WEST, (2, 5), (2, 3), (1, 3)),  # the child comes through the doorway: it goes back
     ],
 )
 def test_where_a_child_bars_the_way_it_makes_room_or_stays(action, child, caregiver_cell, yielding):

@@ -13,11 +13,11 @@ from caregiver_mj.caregivers import CAREGIVERS, Caregiver, make_caregiver
 from caregiver_mj.children.family import CHILDREN
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.grid.paths import Paths
 from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.generator import generate
 from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.routes import Routes
 from caregiver_mj.plans.yielding import yielding
 
 STEPS = ((-1, 0), (0, 1), (1, 0), (0, -1))
@@ -99,13 +99,13 @@ class PlainWorld:
     def around(cell):
         return [(cell[0] + down, cell[1] + right) for down, right in STEPS]
 
-    def _search(self, starts, closed=None):
-        """The caregiver's moves to the nearest of some cells, from all cells, round a closed one."""
-        moves = {cell: 0 for cell in starts if cell != closed}
+    def _search(self, starts, *closed):
+        """The caregiver's moves to the nearest of some cells, from all cells, round closed ones."""
+        moves = {cell: 0 for cell in starts if cell not in closed}
         queue = list(moves)
         for cell in queue:
             for there in self.around(cell):
-                if there in self.walkable and there != closed and there not in moves:
+                if there in self.walkable and there not in closed and there not in moves:
                     moves[there] = moves[cell] + 1
                     queue.append(there)
         return moves
@@ -160,7 +160,6 @@ class PlainWorld:
     def step(self):
         chance, which, toy = self.tape.steps[self.time]
         self.time += 1
-        self.before = self.novice
         if chance < self.epsilon:
             there = self.around(self.novice)[int(which * 4)]
         else:
@@ -168,7 +167,6 @@ class PlainWorld:
             good = [n for n in self.around(self.novice) if left.get(n, 999) < left[self.novice]]
             there = good[int(which * len(good))]
         kind = self.at[there]
-        self.meant = there if kind == "." else self.novice
         if not (self.assisted and there == self.caregiver):
             self.series = 0
         if self.assisted and there == self.caregiver:
@@ -239,13 +237,17 @@ class PlainWorld:
             self.done, self.counted = self.done + 1, True
 
     def make_room(self, stand):
-        """The novice stands in the only way: follow it, or step aside if it comes."""
-        open_way, routes = self.search(stand), self.routes(self.novice)
-        from_here = self.search(frozenset([self.caregiver]))
-        if from_here[self.meant] < from_here[self.before]:
-            self.walk(self.least(lambda cell: (routes[cell], open_way[cell])))
-        else:
-            self.walk(self.least(lambda cell: open_way[cell]))
+        """The novice stands in the only way: as near to it as can be with a free cell between them."""
+        beside = {self.novice, *self.around(self.novice)} & self.walkable
+        away = {}  # from each cell that is not beside it: moves to where to wait, past no cell that is
+        for cell in self.walkable - beside:
+            part = self.search(frozenset([cell]), *beside)
+            nearest = min(self.search(stand)[there] for there in part)
+            away[cell] = min(moves for there, moves in part.items() if self.search(stand)[there] == nearest)
+        waiting = frozenset(cell for cell, moves in away.items() if moves == 0)
+        out = self.search(waiting, self.novice)  # for one that is beside it
+        options = [self.caregiver, *(cell for cell in self.around(self.caregiver) if cell in self.walkable)]
+        self.caregiver = min(options, key=lambda cell: (cell in beside, away.get(cell, out.get(cell, 999))))
 
     def least(self, cost):
         """The cells of least cost among those that the caregiver can reach."""
@@ -466,24 +468,24 @@ def test_a_novice_cannot_enter_a_blocked_stairwell():
     assert world.ledger.totals()["moves_blocked"].tolist() == [1]
 
 
-def test_it_follows_a_novice_that_walks_away_through_a_doorway():
+def test_it_leaves_a_free_cell_behind_a_novice_that_walks_away_through_a_doorway():
     world = GridWorld(DOORWAY, 1.0, Fixed(DOORWAY))
     moving(world, EAST)
-    place(world, (2, 3), (2, 2))
+    place(world, (2, 3), (2, 1))
     world.step()
-    assert DOORWAY.caregiver_cells[world.caregiver_cell[0]] == (2, 3)
+    assert DOORWAY.caregiver_cells[world.caregiver_cell[0]] == (2, 2)
 
 
-def test_it_steps_aside_for_a_novice_that_comes_through_a_doorway():
+def test_it_goes_back_before_a_novice_that_comes_through_a_doorway():
     world = GridWorld(DOORWAY, 1.0, Fixed(DOORWAY))
     moving(world, WEST)
     place(world, (2, 5), (2, 3))
     world.step()
-    # From the doorway (2, 4) to the bin (3, 1) lead (2, 3), (2, 2), (3, 3)...: the nearest cell aside is (1, 3).
+    # Of (1, 3), (2, 2) and (3, 3), each as near to the stairwell as the other, north comes first.
     assert DOORWAY.caregiver_cells[world.caregiver_cell[0]] == (1, 3)
 
 
-def test_it_steps_aside_for_a_novice_that_bumps_into_it():
+def test_it_goes_back_before_a_novice_that_bumps_into_it():
     world = GridWorld(DOORWAY, 1.0, Fixed(DOORWAY))
     moving(world, WEST)
     place(world, (2, 4), (2, 3))
@@ -632,18 +634,18 @@ def test_the_caregiver_keeps_to_paths_that_no_child_closes(children):
 
 
 def test_a_house_whose_paths_would_not_fit_into_memory_is_refused_before_they_are_made(monkeypatch):
-    monkeypatch.setattr("caregiver_mj.grid.paths.yielding", None)  # the first thing that is made
+    monkeypatch.setattr("caregiver_mj.plans.routes.yielding", None)  # the first thing that is made
     plan = generate(1, (100, 100))
-    with pytest.raises(CaregiverError, match=r"too large .* 7851 free cells, 199 tables .* 78\.9 GB, more than 6\.0"):
+    with pytest.raises(CaregiverError, match=r"too large .* 7851 free cells, 199 tables .* 52\.6 GB, more than 6\.0"):
         GridWorld(plan, 0.5, make_caregiver("nearest", plan))
 
 
 def test_the_size_of_the_paths_is_reckoned_as_they_are_made(monkeypatch, paper):
     places = [[0], [1, 2]]
-    made = Paths(paper, places)
+    made = Routes(paper, places)
     taken = sum(table.nbytes for table in vars(made).values() if isinstance(table, np.ndarray) and table.ndim == 3)
-    monkeypatch.setattr("caregiver_mj.grid.paths.LARGEST", taken)
-    Paths(paper, places)
-    monkeypatch.setattr("caregiver_mj.grid.paths.LARGEST", taken - 1)
+    monkeypatch.setattr("caregiver_mj.plans.routes.LARGEST", taken)
+    Routes(paper, places)
+    monkeypatch.setattr("caregiver_mj.plans.routes.LARGEST", taken - 1)
     with pytest.raises(CaregiverError, match="too large"):
-        Paths(paper, places)
+        Routes(paper, places)

@@ -1,0 +1,158 @@
+"""Routes of a caregiver round the children, and what it does where they bar its only way.
+
+The rule: *where children bar its only way, the caregiver waits as near to it as it can without being beside a child,
+and goes back when one comes.* So there is always a free cell between them, in which the child can turn round; a
+caregiver that is waiting denies no child a move unless it has been cornered.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans.cell_graph import UNREACHABLE
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.yielding import yielding
+
+Places = tuple[tuple[int, ...], ...]  # groups of caregiver cells
+
+ASIDE = -1  # a place: wherever the caregiver is least in the children's way
+STAY = -2  # a place: where the caregiver is
+
+LARGEST = 6e9  # bytes of tables when one child has been in every cell; houses generated of 60x60 cells take about 3e9
+_TABLES = 2  # of a distance or a cell for each cell of a child, place and cell of the caregiver
+
+
+@functools.lru_cache(maxsize=4)
+def routes(plan: FloorPlan, places: Places) -> Routes:
+    """Return the routes to some places; made once, for what they have learnt serves every caregiver and every child."""
+    return Routes(plan, places)
+
+
+class Routes:
+    """Shortest routes to places round the children, computed once for every set of children's cells that occurs.
+
+    A place is a group of cells, any of which will do. Two more of them are `ASIDE`, to be out of the children's way (on
+    as few shortest paths from a child to a toy bin as can be), and `STAY`.
+    """
+
+    def __init__(self, plan: FloorPlan, places: Sequence[Sequence[int]]):
+        """Prepare the tables.
+
+        Raises:
+            CaregiverError: The house is too large.
+        """
+        check_size(plan, places)
+        self._plan, self._yielding = plan, yielding(plan)
+        self._stand = [list(place) for place in places]
+        # Better not where a child could shut it in.
+        traps = self._yielding.traps
+        self._safe_stand = [[cell for cell in stand if not traps[cell]] for stand in self._stand]
+        self.open_distance = plan.graph.distances_from(self._stand)  # (places, cells), as if there were no child
+        self._row_of: dict[tuple[int, ...], int] = {}  # by the children's cells: where in the tables below
+        # Zero pages until written to, so a large plan costs only what occurs. The last place of a row is ASIDE.
+        self._distance, self._next_cell = (np.zeros(_shape(plan, places), np.int16) for _ in range(_TABLES))
+
+    def towards(
+        self, place: np.ndarray, child_cell: np.ndarray, caregiver_cell: np.ndarray, yields: bool = True
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return how to get to places.
+
+        Args:
+            place: Numbers of places, `ASIDE` or `STAY`, (B,).
+            child_cell: The children's cells, (B, K).
+            caregiver_cell: The caregiver's cell, (B,).
+            yields: Whether it keeps clear of the children where its way is barred; else it stays where it is.
+
+        Returns:
+            Moves left to each place, `UNREACHABLE` where no path leads, and the cell to be in next, both (B,).
+        """
+        row = self._rows(child_cell)
+        stays = place == STAY
+        place = np.where(stays, ASIDE, place)
+        distance = self._distance[row, place, caregiver_cell]
+        waits = stays if yields else stays | (distance == UNREACHABLE)
+        next_cell = np.where(waits, caregiver_cell, self._next_cell[row, place, caregiver_cell])
+        return np.where(stays, 0, distance), next_cell
+
+    def around(self, child: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return `towards` from every cell to every place and `ASIDE` with one child, both (places + 1, cells)."""
+        row = self._rows(np.array([[child]]))[0]
+        return self._distance[row], self._next_cell[row]
+
+    def _rows(self, child_cell: np.ndarray) -> np.ndarray:
+        """Return rows of the tables for the children's cells (B, K), filled in where they are new: (B,)."""
+        if child_cell.shape[1] == 1:  # the same as below, and quicker
+            groups, inverse = np.unique(child_cell, return_inverse=True)
+            groups = groups[:, None]
+        else:
+            groups, inverse = np.unique(np.sort(child_cell, axis=1), axis=0, return_inverse=True)
+        rows = []
+        for group in map(tuple, groups.tolist()):
+            if group not in self._row_of:
+                self._row_of[group] = self._learn(sorted(set(group)))
+            rows.append(self._row_of[group])
+        return np.array(rows)[inverse.ravel()]
+
+    def _learn(self, closed: list[int]) -> int:
+        """Fill the tables in for one set of children's cells; return the row."""
+        row = len(self._row_of)
+        if row == len(self._distance):
+            for name in ("_distance", "_next_cell"):
+                table = getattr(self, name)
+                larger = np.zeros((2 * len(table), *table.shape[1:]), table.dtype)
+                larger[: len(table)] = table
+                setattr(self, name, larger)
+        graph = self._plan.graph
+        in_the_way = np.asarray(sum(self._yielding.routes_over(cell) for cell in closed))
+        clear = _lowest(in_the_way, graph.parts(closed))
+        way, *far = graph.distances_from([clear, *self._safe_stand, *self._stand], closed)
+        self._distance[row, ASIDE] = UNREACHABLE
+        self._next_cell[row, ASIDE] = graph.downhill(way)
+        if self._stand:
+            safe, any_stand = np.split(np.array(far), 2)
+            self._distance[row, :ASIDE] = distance = np.where(safe < UNREACHABLE, safe, any_stand)
+            height = distance.astype(int)
+            if np.delete(distance == UNREACHABLE, closed, axis=1).any():
+                height = np.where(distance == UNREACHABLE, self._waiting(closed), height)
+            self._next_cell[row, :ASIDE] = graph.downhill(height)
+        return row
+
+    def _waiting(self, closed: list[int]) -> np.ndarray:
+        """Return how far it is to where to wait for each place if no way leads there, (places, cells)."""
+        graph = self._plan.graph
+        beside = graph.distances_from([closed])[0] <= 1  # in a child's cell, or next to one
+        shut = np.flatnonzero(beside).tolist()
+        part = graph.parts(shut)
+        nearest = [_lowest(np.where(beside, UNREACHABLE, far), part) for far in self.open_distance.astype(int)]
+        nearest = [cells[~beside[cells]] for cells in nearest]
+        # Whoever is beside a child leaves it; nobody walks past one.
+        away, out = (graph.distances_from(nearest, closed).astype(int) for closed in (shut, closed))
+        return np.where(beside, UNREACHABLE + out, away)
+
+
+def check_size(plan: FloorPlan, places: Sequence[Sequence[int]]) -> None:
+    """Raise CaregiverError if the tables of a house could grow too large for a machine's memory."""
+    needed = _TABLES * math.prod(_shape(plan, places)) * np.dtype(np.int16).itemsize
+    if needed > LARGEST:
+        raise CaregiverError(
+            f"floor plan '{plan.name}' is too large for a caregiver in the grid: with {len(plan.free_cells)} free "
+            f"cells, {len(plan.tables)} tables and {len(plan.stairwells)} stairwells the paths round a child would "
+            f"take {needed / 1e9:.1f} GB, more than {LARGEST / 1e9:.1f}"
+        )
+
+
+def _shape(plan: FloorPlan, places: Sequence[Sequence[int]]) -> tuple[int, int, int]:
+    """Return that of each table: a row for each cell of one child, every place and ASIDE, the caregiver's cells."""
+    return len(plan.free_cells), len(places) + 1, len(plan.caregiver_cells)
+
+
+def _lowest(height: np.ndarray, part: np.ndarray) -> np.ndarray:
+    """Return the lowest cells of every part of a divided house, by the height and the part of each cell, (cells,)."""
+    least = np.full(part.max() + 1, np.iinfo(int).max)
+    np.minimum.at(least, part, height)
+    return np.flatnonzero(height == least[part])
