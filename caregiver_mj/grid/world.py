@@ -349,9 +349,7 @@ class GridWorld:
                 self.ledger.interventions[which] += begins[which] & verb.counts
                 there = verb.place(self, which)
                 place[which] = np.where(there < 0, there, there + self._offsets[verb.name])
-        distance, next_cell = self._routes.towards(
-            place, percept.child_cell, percept.caregiver_cell, caregiver.yields
-        )
+        distance, next_cell = self._routes.towards(place, percept.child_cell, percept.caregiver_cell, caregiver.yields)
         stood, moves = distance == 0, distance > 0
         self.caregiver_cell = np.where(moves, next_cell, self.caregiver_cell)
         came = stood | (moves & (distance == 1))

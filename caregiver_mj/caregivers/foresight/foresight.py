@@ -3,40 +3,58 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
-from collections.abc import Callable, Sequence
+import itertools
+from collections.abc import Sequence
 
 import numpy as np
 
-from caregiver_mj.caregivers.caregiver import Caregiver
+from caregiver_mj.caregivers.caregiver import Caregiver, first_of_greatest
 from caregiver_mj.caregivers.foresight.child_model import novice_chain
-from caregiver_mj.caregivers.foresight.itineraries import Itineraries
-from caregiver_mj.caregivers.foresight.options import Options
-from caregiver_mj.caregivers.foresight.prospects import check_size, prospects
-from caregiver_mj.caregivers.foresight.reckoning import SOUND, Reckoning
 from caregiver_mj.caregivers.foresight.standing import each_on_a_table
-from caregiver_mj.caregivers.foresight.values import has_values, values
+from caregiver_mj.caregivers.foresight.value_table import (
+    OBJECTIVE,
+    Objective,
+    ValueTable,
+    candles_at_a_time,
+    value_table,
+)
 from caregiver_mj.caregivers.outlook import Outlook
-from caregiver_mj.caregivers.pace import PAPER, Pace
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Assessment, Percept, bare_tables
 from caregiver_mj.danger.belief import Belief
-from caregiver_mj.interventions.intervention import BLOCK, RELOCATE, Interventions
+from caregiver_mj.interventions.intervention import BLOCK, DO_NOTHING, RELOCATE, STAND_ASIDE, Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
 CHANGE = 0.005  # probability, in a timestep, that a child's epsilon is another one from then on
-# By how much something else must be better than what it is about, as a share of all damage that would come if it did
-# nothing: so that it does not turn round for a trifle.
+# By how much something else must be better than what it is about, as a share of all damage that is to come: so that it
+# does not turn round for a trifle.
 HYSTERESIS = 0.004
+
+
+@dataclasses.dataclass(frozen=True)
+class Options:
+    """Everything that can be done in W worlds, and what is then to be expected.
+
+    In this order: to block each stairwell, to stand aside, to stay, to relocate each candle.
+
+    Attributes:
+        damage: Expected damage to come, (W, options).
+        table: The best table for each candle, (W, candles), or NOTHING if none is bare.
+    """
+
+    damage: np.ndarray
+    table: np.ndarray
 
 
 class ForesightCaregiver(Caregiver):
     """Does that from which the least damage is to be expected, later interventions included.
 
     It believes in every toy bin that a child may be going to, and every epsilon that it may have, as far as the child's
-    moves speak for them. What follows for each of them if the caregiver blocks a stairwell, or carries a candle to a
-    table, is known beforehand; those expectations are weighed by the belief, and added up over the children.
+    moves speak for them. What follows for each of them is in a `ValueTable`; those expectations are weighed by the
+    belief (QMDP: Littman, Cassandra and Kaelbling 1995), and added up over the children.
+
+    In a house that is too large for a table it follows the rule, equation (2), with the P(reach) of its belief.
     """
 
     def __init__(
@@ -46,58 +64,44 @@ class ForesightCaregiver(Caregiver):
         *,
         hysteresis: float = HYSTERESIS,
         change: float = CHANGE,
-        reckoning: Reckoning = SOUND,
-        chooses_table: bool = True,
-        options: Callable[..., Options] | None = None,
+        objective: Objective = OBJECTIVE,
     ):
-        """Looks ahead.
+        """Look ahead.
 
         Args:
             plan: The house.
             seed: Of the paper's model of safety beside it; what it does draws no lots.
-            hysteresis: By what share of all the damage to come another intervention must be better than this one.
+            hysteresis: By what share of the damage to come another intervention must be better than this one.
             change: Probability, in a timestep, that a child's epsilon changes.
-            reckoning: What it reckons with when it looks ahead.
-            chooses_table: Whether it chooses the table with the candle; else that is the farthest one, as for the rule.
-            options: What can be done, if it is not to be `options_of` the house.
-
-        Raises:
-            CaregiverError: The house is too large.
+            objective: What is to be least.
         """
         super().__init__(plan, seed)
-        check_size(plan)
-        self._given = options
-        self._options: Callable[..., Options] | None = None
-        self._prepared_for: Pace | None = None
-        self._hysteresis, self._change, self._reckoning = hysteresis, change, reckoning
-        self._chooses_table = chooses_table
+        self._plans = candles_at_a_time(plan) >= min(1, len(plan.candle_tables))
+        self._hysteresis, self._change, self._objective = hysteresis, change, objective
         self._rule = PaperCaregiver(plan, seed)  # for whoever looks on; it decides nothing
         self._begin(1, 1)
 
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
-        self._prepare()  # now, so that no decision has to wait for it
+        if self._plans:
+            self._values()  # now, so that no decision has to wait for it
         self._rule.reset(batch, seeds, children)
         self._begin(batch, children)
 
     def _begin(self, batch: int, children: int) -> None:
         self.belief = Belief(novice_chain(self.plan), batch, children, self._change)
-        self._begun, self._table = np.full((2, batch), NOTHING)  # the hazard that it is about, and its destination
+        self._begun, self._table = np.full((2, batch), NOTHING)  # number of the option, and destination
 
-    def _prepare(self) -> Callable[..., Options]:
-        """Finds out what there is to do, if its pace is another one than before."""
-        if self._options is None or self._prepared_for != self.pace:
-            self._options = self._given or options_of(self.plan, self.pace, self._reckoning)
-            self._prepared_for = self.pace
-        return self._options
+    def _values(self) -> ValueTable:
+        return value_table(self.plan, self.pace, self._objective)
 
     def watch(self, percept: Percept) -> None:
         self.belief.watch(percept.previous_cell, percept.previous_action)
         self._rule.watch(percept)
 
     def assess(self, percept: Percept) -> Assessment:
-        """What it believes, beside the paper's P(safe|tau); P(reach) in equation (2) is what follows from that belief.
+        """Return what it believes, beside the paper's P(safe|tau); P(reach) in equation (2) follows from that belief.
 
-        It decides by more than these numbers: by `expected_damage`, which counts what it could still do.
+        It decides by more than these numbers: by `options`, which count what it could still do.
         """
         outlook = Outlook(novice_chain(self.plan), percept.child_cell, self.belief.probability)
         return dataclasses.replace(self._rule.weigh(outlook.reach(self.plan, percept)), outlook=outlook)
@@ -105,82 +109,126 @@ class ForesightCaregiver(Caregiver):
     def choose(self, percept: Percept) -> np.ndarray:
         return self.decide(percept).hazard
 
-    def expected_damage(self, percept: Percept, worlds: np.ndarray) -> np.ndarray:
-        """Expected discounted damage to come by stairwells, and by candles instead of bare tables.
-
-        Args:
-            percept: What is seen after the caregiver's last action in a timestep.
-            worlds: Indices of worlds in which all candles are on tables, (W,).
-
-        Returns:
-            Array (W,).
-        """
-        found = self.options_in(percept, worlds, 0.0)
-        return found.candles + found.damage.min(axis=1)
-
-    def options_in(self, percept: Percept, worlds: np.ndarray, left: np.ndarray | float = 1.0) -> Options:
-        """What it can do in some worlds, (W,), and what that is worth.
-
-        Args:
-            percept: What is seen.
-            worlds: Indices of worlds in which all candles are on tables.
-            left: Share of a timestep until the children's next moves, (W,) or for all.
-        """
-        return self._prepare()(percept, worlds, self.belief.probability[worlds], left)
-
     def decide(self, percept: Percept) -> Interventions:
         answer = Interventions.idle(len(percept.caregiver_cell))
-        answer.verb[:] = self.idle_verb
         lying = self._within_reach_on_the_floor(percept)
         # Whoever has a candle in the hand puts it down first, and one on the floor is picked up before anything else.
         empty = percept.holding == NOTHING
+        stairwells = len(self.plan.stairwells)
         for world in np.flatnonzero(empty & lying.any(axis=1)):
             candle = lying[world].argmax()
             destination = self.destination(percept, np.full(len(lying), candle))[world]
-            self._order(answer, np.array([world]), self.plan.hazards.of_candle(int(candle)), destination)
+            self._order(answer, np.array([world]), np.array([stairwells + 2 + candle]), np.array([destination]))
         free = np.flatnonzero(empty & ~lying.any(axis=1))
+        if not self._plans:
+            return answer.where(~empty | lying.any(axis=1), self._by_rule(percept))
         if free.size and len(self.plan.hazards):
-            left = 1.0 if percept.time_left is None else percept.time_left[free]
-            found = self.options_in(each_on_a_table(self.plan, percept), free, left)
-            tables = self._only_tables(percept, free)
-            self._order(answer, free, *found.best(self._begun[free], self._hysteresis, tables))
+            options = self.options(each_on_a_table(self.plan, percept), free)
+            chosen = self._best(options, percept, free)
+            candle = np.clip(chosen - stairwells - 2, 0, None)
+            each = np.arange(len(free))
+            table = options.table[each, candle] if options.table.size else np.full(len(free), NOTHING)
+            self._order(answer, free, chosen, np.where(chosen >= stairwells + 2, table, NOTHING))
         return answer
+
+    def _by_rule(self, percept: Percept) -> Interventions:
+        """Return what protects from the hazard of greatest expected danger."""
+        assessment = self.assess(percept)
+        worth = self.worth_protecting(percept)
+        target, most = first_of_greatest(np.where(worth, assessment.urgency, 0.0))
+        return self.protect(percept, np.where(most > 0, target, NOTHING))
+
+    def options(self, percept: Percept, worlds: np.ndarray) -> Options:
+        """Return what can be done in some worlds, (W,), in which all candles are on tables."""
+        values = self._values()
+        motion, count, candles = values.motion, len(worlds), percept.candle_table.shape[1]
+        cell, tables = percept.caregiver_cell[worlds], percept.candle_table[worlds]
+        left = np.ones(count) if percept.time_left is None else percept.time_left[worlds]
+        left = left * motion.pace.cells
+        steps = np.clip(np.rint(left), 0, len(motion.after) - 1).astype(int)
+        # Every choice of as many candles as are planned for at a time; the others are thought to stay for ever.
+        groups = list(itertools.combinations(range(candles), values.layouts.candles))
+        chosen = np.array(groups, int).reshape(len(groups), values.layouts.candles)
+        layout = values.layouts.now(tables[:, chosen])  # (W, groups)
+        stays = np.array([[candle not in group for candle in range(candles)] for group in groups])
+        bare = np.nonzero(bare_tables(tables, len(motion.stands)))[1].reshape(count, -1)  # (W, bare tables)
+
+        places = [*range(len(motion.posts)), motion.aside, motion.aside + 1]
+        # What is to come on the way, and from when a candle is in the hand if it is by the child's next move.
+        going = np.zeros((count, len(places) + candles, len(groups)), np.float32)
+        carried = np.zeros((count, candles, bare.shape[1], len(groups)), np.float32)
+        got = np.ones((count, candles), bool)
+        for child, probability in enumerate(np.moveaxis(self.belief.probability[worlds], 1, 0)):
+            belief = probability.reshape(count, -1).astype(np.float32)
+            here = percept.child_cell[worlds, child]
+            staying = np.einsum("wcs,ws->wc", values.staying[here[:, None], tables], belief) @ stays.T  # (W, groups)
+            going += staying[:, None]
+            for option, place in enumerate(places):
+                there = motion.after[steps, place, here, cell]
+                going[:, option] += np.einsum("wgs,ws->wg", values.at(layout, here[:, None], there[:, None]), belief)
+            for candle, source in enumerate(tables.T):
+                in_hand, there, rest = motion.fetch(source, here, cell, left)
+                got[:, candle] &= in_hand
+                found = np.einsum("wgs,ws->wg", values.at(layout, here[:, None], there[:, None]), belief)
+                going[:, len(places) + candle] += found
+                stand = np.where(in_hand, there, motion.stands[source, motion.nearest[source, cell]])
+                shape = count, bare.shape[1], len(groups)
+                every = (np.broadcast_to(one[:, None, None], shape).ravel() for one in (source, here, stand, rest))
+                source_, *others = every
+                target = np.broadcast_to(bare[:, :, None], shape).ravel()
+                which = np.broadcast_to(layout[:, None], shape).ravel()
+                found = values.carried(which, source_, target, *others).reshape(*shape, -1)
+                carried[:, candle] += np.einsum("wbgs,ws->wbg", found, belief) + staying[:, None]
+        damage = going.min(axis=2)
+        if not carried.size:
+            return Options(damage[:, : len(places)], np.full((count, candles), NOTHING))
+        by_table = carried.min(axis=3)  # (W, candles, bare tables)
+        damage[:, len(places) :] = np.where(got, by_table.min(axis=2), damage[:, len(places) :])
+        return Options(damage, np.take_along_axis(bare, by_table.argmin(axis=2), axis=1))
+
+    def expected_damage(self, percept: Percept, worlds: np.ndarray) -> np.ndarray:
+        """Return the expected discounted damage to come after the caregiver's last action in a timestep, (W,).
+
+        Args:
+            percept: What is seen.
+            worlds: Indices of worlds in which all candles are on tables, (W,).
+        """
+        nothing_left = dataclasses.replace(percept, time_left=np.zeros(len(percept.caregiver_cell)))
+        return self.options(nothing_left, worlds).damage.min(axis=1)
+
+    def _best(self, options: Options, percept: Percept, worlds: np.ndarray) -> np.ndarray:
+        """Return the number of the option to take in some worlds, (W,)."""
+        damage = options.damage.copy()
+        if percept.out_of_reach is not None:
+            stairwells, candles = self.plan.hazards.split(percept.out_of_reach[worlds])
+            ways = np.zeros((len(worlds), 2), bool)
+            barred = np.concatenate([stairwells, ways, candles], axis=1)[:, : damage.shape[1]]
+            damage = np.where(barred, np.inf, damage)
+        goes_on = np.arange(damage.shape[1]) == self._begun[worlds, None]
+        return (damage - goes_on * self._hysteresis * damage.min(axis=1, keepdims=True)).argmin(axis=1)
 
     def destination(self, percept: Percept, candle: np.ndarray) -> np.ndarray:
         """The table that was chosen with the candle, as long as it is bare; else the farthest one."""
-        chosen = np.where(self._begun == self.plan.hazards.of_candle(candle), self._table, NOTHING)
+        chosen = np.where(self._begun == len(self.plan.stairwells) + 2 + candle, self._table, NOTHING)
         bare = bare_tables(percept.candle_table, len(self.plan.tables))[np.arange(len(chosen)), chosen]
         return np.where(bare & (chosen != NOTHING), chosen, super().destination(percept, candle))
 
-    def _only_tables(self, percept: Percept, worlds: np.ndarray) -> np.ndarray | None:
-        candles = percept.candle_table.shape[1]
-        if self._chooses_table or not candles:
-            return None
-        count = len(percept.candle_table)
-        tables = [super(ForesightCaregiver, self).destination(percept, np.full(count, c)) for c in range(candles)]
-        return np.stack(tables, axis=1)[worlds]
-
-    def _order(
-        self, answer: Interventions, worlds: np.ndarray, hazard: np.ndarray | int, destination: np.ndarray | int
-    ) -> None:
-        """Enters what to do in some worlds, and remembers it."""
-        is_stairwell, is_candle = self.plan.hazards.is_stairwell(hazard), self.plan.hazards.is_candle(hazard)
-        answer.verb[worlds] = np.where(is_stairwell, BLOCK, np.where(is_candle, RELOCATE, self.idle_verb))
-        answer.hazard[worlds] = self._begun[worlds] = hazard
-        answer.destination[worlds] = self._table[worlds] = destination
+    def _order(self, answer: Interventions, worlds: np.ndarray, option: np.ndarray, table: np.ndarray) -> None:
+        """Enter what to do in some worlds, and remember it."""
+        stairwells = len(self.plan.stairwells)
+        candle = option - stairwells - 2
+        rest = np.where(option == stairwells, STAND_ASIDE, DO_NOTHING)
+        answer.verb[worlds] = np.where(option < stairwells, BLOCK, np.where(candle >= 0, RELOCATE, rest))
+        hazard = np.where(candle >= 0, self.plan.hazards.of_candle(np.maximum(candle, 0)), NOTHING)
+        answer.hazard[worlds] = np.where(option < stairwells, option, hazard)
+        answer.destination[worlds] = self._table[worlds] = table
+        self._begun[worlds] = option
 
     def _within_reach_on_the_floor(self, percept: Percept) -> np.ndarray:
-        """Which candles are to be picked up, bool (B, candles)."""
+        """Return which candles are to be picked up, bool (B, candles)."""
         if percept.candle_cell is None:
             return np.zeros(percept.candle_table.shape, bool)
         lying = percept.candle_cell != NOTHING
         if percept.out_of_reach is None:
             return lying
         return lying & ~self.plan.hazards.split(percept.out_of_reach)[1]
-
-
-def options_of(plan: FloorPlan, pace: Pace = PAPER, reckoning: Reckoning = SOUND) -> Callable[..., Options]:
-    """What can be done in a house: `Options` without its first argument. A large house has `Itineraries`."""
-    if has_values(plan):
-        return functools.partial(Options, values(plan, pace, reckoning))
-    return functools.partial(Itineraries, prospects(plan, pace, reckoning))

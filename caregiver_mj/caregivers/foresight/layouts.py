@@ -21,12 +21,14 @@ class AllLayouts:
     """Every choice of as many tables as there are candles. Candles are all alike.
 
     Attributes:
+        candles: How many candles there are.
         bears: Which tables bear a candle, bool (layouts, tables).
         after: The layout after a candle has been moved from one table to another, (layouts, tables, tables), or
             NOTHING where there is no candle on the first one, or one on the other.
     """
 
     def __init__(self, tables: int, candles: int):
+        self.candles = candles
         chosen = list(itertools.combinations(range(tables), candles))
         self.bears = np.zeros((len(chosen), tables), bool)
         self.bears[np.arange(len(chosen))[:, None], np.array(chosen, int).reshape(len(chosen), candles)] = True
@@ -45,14 +47,5 @@ class AllLayouts:
         return len(self.bears)
 
     def now(self, tables: np.ndarray) -> np.ndarray:
-        """The layout in which the house is now, (W,), by the table of each candle, (W, candles)."""
-        return self._find((np.int64(1) << tables).sum(axis=1))
-
-    def later(self, tables: np.ndarray, bare: np.ndarray) -> np.ndarray:
-        """The layout after each candle has been moved to each bare table, (W, candles, bare tables).
-
-        Args:
-            tables: The table of each candle, (W, candles).
-            bare: The tables without one, (W, bare tables).
-        """
-        return self.after[self.now(tables)[:, None, None], tables[:, :, None], bare[:, None, :]]
+        """The layout in which the house is now, (...), by the table of each candle, (..., candles)."""
+        return self._find((np.int64(1) << tables).sum(axis=-1))

@@ -7,13 +7,13 @@ from collections.abc import Callable
 from typing import Any
 
 from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
-from caregiver_mj.caregivers.foresight.reckoning import SOUND, Reckoning
+from caregiver_mj.caregivers.foresight.foresight import HYSTERESIS, ForesightCaregiver
+from caregiver_mj.caregivers.foresight.value_table import OBJECTIVE, Objective
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.plans.floor_plan import FloorPlan
 
-PRICES = (0.0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0)
+PRICES = (0.0, 0.3, 0.75, 1.5, 3.0, 6.0)
 BESIDE = ("paper", "nearest", "guard", "childproof", "knows-goal", "clairvoyant")  # on the frontier
 FLOOR = "floor"
 
@@ -29,8 +29,8 @@ def _foresight(**options: Any) -> Callable[[FloorPlan], Caregiver]:
     return functools.partial(ForesightCaregiver, **options)
 
 
-def _reckoning(**options: Any) -> Callable[[FloorPlan], Caregiver]:
-    return _foresight(reckoning=Reckoning(**options))
+def _objective(**options: Any) -> Callable[[FloorPlan], Caregiver]:
+    return _foresight(objective=Objective(**options))
 
 
 # By what is changed, then by how; the first of each is the caregiver as it is.
@@ -43,22 +43,28 @@ ABLATIONS: dict[str, dict[str, Callable[[FloorPlan], Caregiver] | str]] = {
         "epsilon changes often (.02)": _foresight(change=0.02),
     },
     "horizon (discount a timestep)": {
-        f"{SOUND.discount:g}": _foresight(),
-        **{f"{discount:g}": _reckoning(discount=discount) for discount in (0.9, 0.95, 0.97, 0.993)},
+        f"{OBJECTIVE.discount:g}": _foresight(),
+        **{f"{discount:g}": _objective(discount=discount) for discount in (0.9, 0.95, 0.97, 0.993)},
     },
-    "later relocations": {
-        "8 rounds": _foresight(),
-        **{f"{rounds} round{'s' * (rounds != 1)}": _reckoning(rounds=rounds) for rounds in (0, 1, 2, 4)},
+    "sweeps of value iteration": {
+        f"{OBJECTIVE.sweeps}": _foresight(),
+        **{f"{sweeps}": _objective(sweeps=sweeps) for sweeps in (10, 25, 50)},
     },
-    "hysteresis (share of the damage of doing nothing)": {
-        ".004": _foresight(),
-        **{f"{share:g}".lstrip("0") or "0": _foresight(hysteresis=share) for share in (0.0, 0.001, 0.016, 0.1)},
+    "hysteresis (share of the damage to come)": {
+        f"{HYSTERESIS:g}": _foresight(),
+        **{f"{share:g}": _foresight(hysteresis=share) for share in (0.0, 0.001, 0.02, 0.1) if share != HYSTERESIS},
     },
-    "the child in the way": {"an obstacle": _foresight(), "not there": _reckoning(obstacle=False)},
-    "table": {"chosen": _foresight(), "the farthest one": _foresight(chooses_table=False)},
-    "price of a denied move (damage)": {
-        f"{SOUND.price:g}": _foresight(),
-        **{f"{value:g}": _reckoning(price=value) for value in PRICES if value != SOUND.price},
+    "price of a denied move towards a toy (damage)": {
+        f"{OBJECTIVE.price:g}": _foresight(),
+        **{f"{value:g}": _objective(price=value) for value in PRICES if value != OBJECTIVE.price},
+    },
+    "price of a denied random move (damage)": {
+        f"{OBJECTIVE.random_price:g}": _foresight(),
+        **{
+            f"{value:g}": _objective(random_price=value)
+            for value in (0.0, 0.1, 0.2, 0.6, 1.5)
+            if value != OBJECTIVE.random_price
+        },
     },
 }
 

@@ -1,0 +1,117 @@
+"""How the caregiver moves: where it is after some steps on its way to each place, round a child that stands still."""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+
+from caregiver_mj.caregivers.pace import PAPER, Pace
+from caregiver_mj.plans.cell_graph import UNREACHABLE
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.routes import Routes
+
+_ROUNDING = 1e-6  # of a step
+_PATIENCE = 4  # timesteps after which a child is expected to have left the only way
+
+
+@functools.lru_cache(maxsize=4)
+def motion(plan: FloorPlan, pace: Pace = PAPER) -> Motion:
+    """Return the motion through a house at a pace; made once."""
+    return Motion(plan, pace)
+
+
+class Motion:
+    """The caregiver's motion by the rules of `plans.routes`, the same that its world moves it by.
+
+    The *places* are the landings of the stairwells, then the tables (any cell beside one will do), then `aside`, out of
+    the child's way, and `stay`. A *step* is the time in which the caregiver walks one cell.
+
+    Attributes:
+        pace: How long it takes.
+        posts: Cells of the landings.
+        stands: The cells beside each table, (tables, cells beside one), filled up with the first of them.
+        aside: Number of that place; that of `stay` is the next one.
+        distance: Steps to every place, `UNREACHABLE` where the child bars the way, (aside + 1, C, R): by the child's
+            cell and the caregiver's.
+        after: Cell after a number of steps on the way to every place, (steps + 1, aside + 2, C, R).
+        open_distance: Steps to every post and table if there is no child, (aside, R).
+        nearest: Which of the cells beside each table is the nearest, a number among `stands`, (tables, R).
+    """
+
+    def __init__(self, plan: FloorPlan, pace: Pace = PAPER):
+        graph, cells = plan.graph, len(plan.caregiver_cells)
+        self.pace = pace
+        self.posts = [plan.cell_index[cell] for cell in plan.stairwells]
+        stands = graph.beside(plan.tables)
+        goals = [[post] for post in self.posts] + stands
+        self.aside = len(goals)
+        routes = Routes(plan, goals)
+        self.open_distance = routes.open_distance.astype(int)
+        distance, towards = zip(*(routes.around(child) for child in range(len(plan.free_cells))), strict=True)
+        self.distance = np.stack(distance, axis=1)
+        here = np.broadcast_to(np.arange(cells, dtype=np.int16), (1, len(plan.free_cells), cells))
+        one = np.concatenate([np.stack(towards, axis=1), here])
+        steps = [np.broadcast_to(here, one.shape)]
+        for _ in range(math.ceil(pace.cells)):
+            steps.append(np.take_along_axis(one, steps[-1].astype(int), axis=2))
+        self.after = np.stack(steps)
+        most = max(map(len, stands), default=1)
+        self.stands = np.array([(stand + most * stand[:1])[:most] for stand in stands], int).reshape(-1, most)
+        self.nearest = graph.distances_from(range(cells))[self.stands].argmin(axis=1)
+
+    @property
+    def turns(self) -> list[tuple[int, float]]:
+        """Steps that it makes in a timestep, and the share of the timesteps in which it makes so many."""
+        whole = math.floor(self.pace.cells)
+        rest = self.pace.cells - whole
+        return [(whole, 1.0 - rest), *([(whole + 1, rest)] if rest else [])]
+
+    def fetch(
+        self, table: np.ndarray | int, child: np.ndarray, cell: np.ndarray, left: np.ndarray | int
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return what comes of going for the candle on a table until the child's next move, n times.
+
+        Args:
+            table: Numbers of tables, (n,).
+            child: The child's cells, (n,).
+            cell: The caregiver's cells, (n,).
+            left: Steps until the child's next move, (n,) or for all.
+
+        Returns:
+            Whether it has got the candle by then; the cell in which it then is or, if it has got it, in which it has
+            been when it did; and the steps that are left after that: (n,) each.
+        """
+        place = len(self.posts) + np.asarray(table)
+        distance = self.distance[place, child, cell].astype(int)
+        rest = left - distance - self.pace.get
+        got = rest > -_ROUNDING
+        most = len(self.after) - 1
+        walked = np.where(got, distance, np.rint(left - np.maximum(0.0, self.pace.get - 1.0)))
+        at = self.after[np.clip(walked, 0, most).astype(int), place, child, cell].astype(int)
+        return got, at, np.where(got, np.maximum(rest, 0.0), 0.0)
+
+    def carry(self, stand: np.ndarray, table: np.ndarray, child: np.ndarray, left: np.ndarray) -> np.ndarray:
+        """Return how many moves a child makes until a candle has been carried to a table, (n,), or of any shape.
+
+        Args:
+            stand: Where the caregiver has taken it, (n,).
+            table: Numbers of the tables, (n,).
+            child: The child's cells then, (n,).
+            left: Steps until its next move, (n,).
+        """
+        place = len(self.posts) + table
+        distance = self.distance[place, child, stand].astype(float)
+        wait = self.open_distance[place, stand] + _PATIENCE * self.pace.cells
+        return self.timesteps(np.where(distance == UNREACHABLE, wait, distance) + self.pace.place, left)
+
+    def timesteps(self, steps: np.ndarray | float, left: np.ndarray | float) -> np.ndarray:
+        """Return how many moves a child makes in some steps of the caregiver, with so many left before the first."""
+        return np.maximum(0, np.ceil((steps - left) / self.pace.cells - _ROUNDING)).astype(int)
+
+    @functools.cached_property
+    def longest(self) -> int:
+        """The most moves of a child that carrying a candle can take."""
+        far = self.open_distance[len(self.posts) :].max(initial=0)
+        return int(self.timesteps(far + _PATIENCE * self.pace.cells + self.pace.place, 0.0))
