@@ -6,7 +6,7 @@ import pytest
 from caregiver_mj.caregivers.foresight import hindsight
 from caregiver_mj.caregivers.foresight.clairvoyant import ClairvoyantCaregiver
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
-from caregiver_mj.caregivers.foresight.hindsight import EFFORT, PRICE, Hindsight, round_the_child
+from caregiver_mj.caregivers.foresight.hindsight import EFFORT, Hindsight, round_the_child
 from caregiver_mj.caregivers.foresight.layouts import count_stands
 from caregiver_mj.caregivers.foresight.travel import travel
 from caregiver_mj.caregivers.told import ToldCaregiver, Truth
