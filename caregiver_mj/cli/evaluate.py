@@ -22,7 +22,7 @@ from caregiver_mj.cli.parsing import (
     read_family,
     read_houses,
 )
-from caregiver_mj.cli.table import output, print_table
+from caregiver_mj.cli.table import output, print_harm, print_table
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import evaluation
 from caregiver_mj.experiments.blocks import try_all
@@ -73,7 +73,9 @@ def _run(arguments: argparse.Namespace) -> None:
         if arguments.out is not None:
             folder = RunFolder(arguments.out, settings.record(), resume=arguments.resume)
         result = _evaluate(settings, folder, executor, arguments)
-    print_table(result.summary, output(arguments.json))
+    console = output(arguments.json)
+    print_table(result.summary, console)
+    print_harm(result.summary, console)
     if arguments.json:
         print(json.dumps(result.summary, indent=1, allow_nan=False))
 

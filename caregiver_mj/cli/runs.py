@@ -11,7 +11,7 @@ import rich.box
 import rich.console
 import rich.table
 
-from caregiver_mj.cli.table import output, print_table, print_widest
+from caregiver_mj.cli.table import output, print_harm, print_table, print_widest, with_ends
 from caregiver_mj.errors import CaregiverError
 
 _COLUMNS = ("pairs", "first", "second", "difference", "p", "verdict")
@@ -90,12 +90,11 @@ def _comparison(found: dict[str, Any], folders: list[str], columns: Sequence[str
     for row in found["rows"]:
         names = dict.fromkeys((row["baseline"], row["caregiver"]))
         low, high = (row[f"damage_difference_ci_{end}"] for end in ("low", "high"))
-        ends = f"({'-inf' if low is None else f'{low:+.2f}'} to {'inf' if high is None else f'{high:+.2f}'})"
         cells = {
             "pairs": str(row["episodes"]),
             "first": f"{row['first']:.2f}",
             "second": f"{row['second']:.2f}",
-            "difference": f"{row['damage_difference_mean']:+.2f} {ends}",
+            "difference": with_ends(row["damage_difference_mean"], low, high),
             "p": "" if (p := row["damage_p"]) is None else f"{p:.3f}" if p >= 0.001 else "<.001",
             "verdict": row["damage_verdict"],
         }
@@ -110,6 +109,8 @@ def _pool(arguments: argparse.Namespace) -> None:
     if len(arguments.folders) < 2:
         raise CaregiverError("pool needs two runs at least")
     summary = pool_runs([read_finished(folder) for folder in arguments.folders], arguments.out)
-    print_table(summary, output(arguments.json))
+    console = output(arguments.json)
+    print_table(summary, console)
+    print_harm(summary, console)
     if arguments.json:
         print(json.dumps(summary, indent=1, allow_nan=False))

@@ -20,6 +20,7 @@ _TITLES = {  # of a column, and what it is where there is little room
     "done": "done",
 }
 _WIDEST = 10_000  # letters of a line, more than there are in any
+_HARM = ("cells with harm", "worse episodes", "worst: house", "epsilon", "alone", "with", "difference")
 _COLUMNS = ("timesteps_to_threshold", "cells_visited", "toys_reached", "moves_blocked", "interventions_done")
 
 
@@ -35,6 +36,57 @@ def print_table(summary: dict[str, Any], console: rich.console.Console) -> None:
     """Prints a row for each caregiver and family: as many columns as there is room for, and none cut short."""
     shapes = [(list(_TITLES), False), *((list(_TITLES)[:count], True) for count in range(len(_TITLES), 0, -1))]
     print_widest((_table(summary, columns, narrow, console) for columns, narrow in shapes), console)
+
+
+def print_harm(summary: dict[str, Any], console: rich.console.Console) -> None:
+    """Prints for each caregiver where it does harm; or, in a line, why nobody knows."""
+    rows = summary["harm"]
+    if rows:
+        shapes = [(_HARM, False), *((_HARM[:count], True) for count in range(len(_HARM), 0, -1))]
+        print_widest((_harm(rows, columns, narrow) for columns, narrow in shapes), console)
+    elif all(row["caregiver"] != "none" for row in summary["rows"]):
+        console.print("harm cannot be judged without the caregiver 'none'", highlight=False)
+
+
+def _harm(rows: list[dict[str, Any]], columns: Sequence[str], narrow: bool) -> rich.table.Table:
+    caption = (
+        "a cell is a house and a child; harm: more damage than alone, by a one-sided test of paired episodes, "
+        "corrected by Holm over a caregiver's cells, at 5 %"
+    )
+    if (decidable := min(row["cells_decidable"] for row in rows)) < rows[0]["cells"]:
+        caption += f"; so few pairs differ that it could be shown in as few as {decidable} of {rows[0]['cells']} cells"
+    if gone := [title for title in _HARM if title not in columns]:
+        caption += f"; no room for: {', '.join(gone)}"
+    made = rich.table.Table(
+        title="harm: damage with the caregiver less alone, in the same episodes",
+        caption=caption,
+        box=rich.box.SIMPLE_HEAD,
+        padding=0 if narrow else (0, 1),
+        pad_edge=not narrow,
+    )
+    made.add_column("caregiver", no_wrap=True)
+    for title in columns:
+        made.add_column(title, justify="left" if title.startswith("worst") else "right", no_wrap=True)
+    for row in rows:
+        worst = row["worst"]
+        low, high = (worst[f"damage_difference_ci_{end}"] for end in ("low", "high"))
+        cells = (
+            f"{row['cells_harmed']} of {row['cells']}",
+            f"{100 * row['episodes_worse']:.1f} %",
+            worst["house"],
+            worst["family"],
+            f"{worst['damage_alone']:.2f}",
+            f"{worst['damage_with']:.2f}",
+            with_ends(worst["damage_difference"], low, high),
+        )
+        made.add_row(row["caregiver"], *cells[: len(columns)])
+    return made
+
+
+def with_ends(value: float, low: float | None, high: float | None) -> str:
+    """A difference with the ends of its interval, which are infinite where there is none."""
+    ends = ("-inf" if low is None else f"{low:+.2f}", "inf" if high is None else f"{high:+.2f}")
+    return f"{value:+.2f} ({ends[0]} to {ends[1]})"
 
 
 def print_widest(tables: Iterable[rich.table.Table], console: rich.console.Console) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments import harm
 from caregiver_mj.experiments.intervals import of_ratio
 from caregiver_mj.recording.record import MEASURES
 
@@ -24,8 +25,9 @@ def by_house(episodes: pd.DataFrame) -> pd.DataFrame:
     Returns:
         A row for each world, house, caregiver and family: `episodes`, how many, the mean of each of `MEASURES` that
         there is, and `damage_left`, the ratio of mean damage to that of `none`, with `damage_left_ci_low` and
-        `_ci_high`. These are NaN where there is no ratio, also for `none` itself; an upper end is infinite where the
-        episodes give none.
+        `_ci_high`; then what tells whether the caregiver does harm (see `harm`): `harm.COLUMNS`, `harm_p_holm` and
+        `harm_verdict`. These are NaN ("") for `none` itself, and a ratio is where there is none; an end is infinite
+        where the episodes give none.
 
     Raises:
         CaregiverError: An episode has no counterpart without a caregiver.
@@ -34,10 +36,12 @@ def by_house(episodes: pd.DataFrame) -> pd.DataFrame:
     table = groups[[column for column in MEASURES if column in episodes]].mean()
     table.insert(0, "episodes", groups.size())
     order = pd.MultiIndex.from_frame(episodes[_KEYS].drop_duplicates())
-    left = pd.DataFrame(np.nan, table.index, ["damage_left", "damage_left_ci_low", "damage_left_ci_high"])
+    columns = ["damage_left", "damage_left_ci_low", "damage_left_ci_high", *harm.COLUMNS]
+    against = pd.DataFrame(np.nan, table.index, columns)
     for keys, (ours, theirs) in _alike(groups):
-        left.loc[keys] = np.stack(of_ratio(ours, theirs), axis=1)
-    return table.join(left).loc[order].reset_index()
+        against.loc[keys] = np.column_stack([*of_ratio(ours, theirs), harm.of_cells(ours, theirs)])
+    found = table.join(against).loc[order].reset_index()
+    return found.join(harm.judge_cells(found))
 
 
 def _alike(groups: pd.api.typing.DataFrameGroupBy) -> Iterator[tuple[list[tuple[Any, ...]], tuple[np.ndarray, ...]]]:

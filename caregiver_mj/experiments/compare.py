@@ -54,7 +54,7 @@ def compare_runs(first: Finished, second: Finished, caregivers: Sequence[str] = 
         for row in statistics.comparison_rows(pd.concat(together, ignore_index=True), _SIDES[1], _SIDES[0]):
             means = {name: _mean(side, row["family"]) for side, name in zip(together, _SIDES, strict=True)}
             rows.append({**row, "baseline": pair[0], "caregiver": pair[1], **means})
-    return {"rows": rows, "settings": _differences(first.record, second.record)}
+    return {"rows": statistics.judged_together(rows), "settings": _differences(first.record, second.record)}
 
 
 def _nothing_in_common(pair: tuple[str, str], ours: Settings, theirs: Settings) -> str:

@@ -33,13 +33,13 @@ class Evaluation:
         summary: The table made of them.
         maps: A row for each caregiver, family and free cell: over all their episodes, the timesteps that children
             ended in the cell (`visits`), and the damage that they took there.
-        houses: Of several houses, a row for each house, caregiver and family (see `by_house`); else None.
+        houses: A row for each house, caregiver and family (see `by_house`).
     """
 
     episodes: pd.DataFrame
     summary: dict[str, Any]
     maps: pd.DataFrame
-    houses: pd.DataFrame | None
+    houses: pd.DataFrame
 
 
 def evaluate(
@@ -84,8 +84,8 @@ def evaluate(
             done[block] = tables_of(settings, block, result)
             progress(len(block))
     episodes, maps = put_together(settings, [done[block] for block in blocks])
-    houses = by_house(episodes) if len(settings.plans) > 1 else None
-    evaluation = Evaluation(episodes, summarise(settings, episodes), maps, houses)
+    houses = by_house(episodes)
+    evaluation = Evaluation(episodes, summarise(settings, episodes, houses), maps, houses)
     if folder:
         folder.finish(episodes, evaluation.summary, maps, houses)
     return evaluation

@@ -12,8 +12,9 @@ import pandas as pd
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import statistics
+from caregiver_mj.experiments.by_house import by_house
 from caregiver_mj.experiments.run_folder import read_json
-from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.experiments.settings import FLOOR, Settings
 from caregiver_mj.experiments.summary import summarise
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.recording.record import MEASURES
@@ -113,8 +114,10 @@ def _read(path: pathlib.Path) -> Finished:
     settings, episodes = Settings.of_record(record), pd.read_parquet(path / "episodes.parquet")
     if "family" not in episodes:
         episodes["family"] = [str(Family.of(epsilon)) for epsilon in episodes["epsilon"]]
-    if any("damage_verdict" not in row for row in summary["comparisons"]):  # it has other statistics
-        summary |= {key: summarise(settings, episodes)[key] for key in ("rows", "comparisons")}
+    judged = {"damage_p_holm", "damage_verdict"}
+    if "harm" not in summary or not all(judged <= row.keys() for row in summary["comparisons"]):
+        ours = summarise(settings, episodes, by_house(episodes))  # it has other statistics
+        summary |= {key: ours[key] for key in ("harm", "rows", "comparisons")}
     return Finished(path, record, settings, episodes, pd.read_parquet(path / "maps.parquet"), summary)
 
 
@@ -165,15 +168,32 @@ def _foreign_summary(found: Finished) -> bool:
         ["damage_left", "toys_reached_left", *(f"{column}_difference_mean" for column in compared)],
         [f"{column}_p" for column in compared],
     )
-    wanted = _who(found)
-    acting = {(caregiver, family) for caregiver, family in wanted if caregiver != "none"}
-    return rows != wanted or against != (acting if "none" in found.settings.caregivers else set())
+    wanted, ran = _who(found), found.settings.caregivers
+    compared = {(caregiver, family) for caregiver, family in wanted if caregiver != "none" and "none" in ran}
+    judged = [caregiver for caregiver in ran if caregiver not in ("none", FLOOR) and "none" in ran]
+    return rows != wanted or against != compared or _harm(found.summary["harm"]) != judged
 
 
 def _numbers(rows: list[dict[str, Any]], estimates: list[str], others: list[str]) -> set[tuple[Any, Any]] | None:
     """Caregivers and families of rows that have all these numbers, or null for them; None if one has not."""
     stems = [name.removesuffix("_mean") for name in estimates]
     names = [*estimates, *others, *(f"{stem}_ci_{end}" for stem in stems for end in ("low", "high"))]
-    if not all(isinstance(row.get(name, ""), float | int | None) for row in rows for name in names):
+    if not all(_has_numbers(row, names) for row in rows):
         return None
     return {(row.get("caregiver"), row.get("family")) for row in rows}
+
+
+def _harm(rows: list[dict[str, Any]]) -> list[Any] | None:
+    """Caregivers of rows that say all that there is to say of harm; None if one does not."""
+    counts = ["cells", "cells_harmed", "cells_decidable", "episodes", "episodes_worse"]
+    difference = [f"damage_difference{part}" for part in ("", "_ci_low", "_ci_high")]
+    numbers = ["episodes", "damage_alone", "damage_with", *difference, "p", "p_holm"]
+    texts = ("house", "family", "verdict")
+    if not all(_has_numbers(row, counts) and _has_numbers(row["worst"], numbers) for row in rows):
+        return None
+    return [row["caregiver"] for row in rows if all(isinstance(row["worst"][text], str) for text in texts)]
+
+
+def _has_numbers(row: dict[str, Any], names: list[str]) -> bool:
+    """Whether a row has all these numbers, or null for them."""
+    return all(isinstance(row.get(name, ""), float | int | None) for name in names)

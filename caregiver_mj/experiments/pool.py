@@ -6,8 +6,6 @@ import os
 from collections.abc import Sequence
 from typing import Any
 
-import pandas as pd
-
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.by_house import by_house
 from caregiver_mj.experiments.continuing import told, unlike
@@ -57,8 +55,8 @@ def pool_runs(runs: Sequence[Finished], out: str | os.PathLike[str]) -> dict[str
         before += run.settings.episodes
     settings = Settings.of_record(record)
     episodes, maps = put_together(settings, parts)
-    summary = {**summarise(settings, episodes), "seeds": [seed for seed, _ in seeds]}
-    houses: pd.DataFrame | None = by_house(episodes) if len(settings.plans) > 1 else None
+    houses = by_house(episodes)
+    summary = {**summarise(settings, episodes, houses), "seeds": [seed for seed, _ in seeds]}
     RunFolder(out, record).finish(episodes, summary, maps, houses)
     return summary
 

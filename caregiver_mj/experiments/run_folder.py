@@ -8,7 +8,7 @@ It holds::
     episodes.parquet    all of them, a row an episode, once the run is finished
     summary.json        the table
     maps.parquet        where children went and were hurt, a row a free cell
-    houses.parquet      of a run in several houses: the means in each of them
+    houses.parquet      the means in each house, and whether a caregiver does harm there
 
 Whatever kills a run, what is in its folder is whole and can be continued.
 """
@@ -123,12 +123,9 @@ class RunFolder:
             block = f"{name[:_LONGEST].decode(errors='ignore')}_{hashlib.sha256(name).hexdigest()[:16]}"
         return self._episodes / f"{block}.json"
 
-    def finish(
-        self, episodes: pd.DataFrame, summary: dict[str, Any], maps: pd.DataFrame, houses: pd.DataFrame | None = None
-    ) -> None:
+    def finish(self, episodes: pd.DataFrame, summary: dict[str, Any], maps: pd.DataFrame, houses: pd.DataFrame) -> None:
         """Writes the results of the whole run; the summary comes last, for it says that the run is finished."""
-        if houses is not None:
-            _write(self.path / "houses.parquet", houses.to_parquet(index=False))
+        _write(self.path / "houses.parquet", houses.to_parquet(index=False))
         _write(self.path / "episodes.parquet", episodes.to_parquet(index=False, schema=_schema(episodes)))
         _write(self.path / "maps.parquet", maps.to_parquet(index=False))
         _write(self.path / "summary.json", _as_json(summary))

@@ -15,7 +15,7 @@ import pandas as pd
 from caregiver_mj.experiments import two_level
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.samples import CELL, Sample, pairs, samples
-from caregiver_mj.experiments.verdicts import MARGINS, equivalent, judge_columns, not_inferior
+from caregiver_mj.experiments.verdicts import MARGINS, equivalent, holm, judge_columns, not_inferior, verdict
 
 COMPARED = (
     "damage",
@@ -70,7 +70,7 @@ def comparison_rows(episodes: pd.DataFrame, caregiver: str, baseline: str) -> li
         - `damage_left_by_house`, of several houses: the mean over those with damage (`houses_defined`) of their ratios,
           without an interval, for where little happens in a house both are biased (see docs/coverage.md);
         - `<column>_difference_mean` for those of `COMPARED` that there are, caregiver less baseline, and of the same
-          difference `<column>_p`, by sign flips, and `<column>_verdict`: "less", "more" or "no verdict";
+          difference `<column>_p`, by sign flips, and what `judged_together` adds for these rows;
         - `toys_reached_not_inferior`, and against a caregiver that acts `damage_equivalence`: verdicts at `MARGINS`.
 
         Other ratios and differences have `_ci_low` and `_ci_high`. None where there is no such number.
@@ -85,10 +85,28 @@ def comparison_rows(episodes: pd.DataFrame, caregiver: str, baseline: str) -> li
         row |= _shares(ours, theirs, acts=baseline != "none")
         found = ours.estimators.of_difference(ours.values(columns), theirs.values(columns))
         judged = judge_columns(found, ours.units(columns) - theirs.units(columns))
-        for column, (estimate, p, verdict) in zip(columns, judged, strict=True):
-            row |= _columns(f"{column}_difference_mean", estimate)
-            row |= {f"{column}_p": _number(p), f"{column}_verdict": verdict.value}
+        for column, (estimate, p, _) in zip(columns, judged, strict=True):
+            row |= _columns(f"{column}_difference_mean", estimate) | {f"{column}_p": _number(p)}
         rows.append(row)
+    return judged_together(rows)
+
+
+def judged_together(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Comparisons that are told together, judged with Holm's correction for their number.
+
+    Args:
+        rows: Rows of `comparison_rows`, of one pair of caregivers or of several.
+
+    Returns:
+        The same rows with `<column>_p_holm`, corrected over all of them, None where there is no p; and
+        `<column>_verdict` by that and the interval: "less", "more" or "no verdict".
+    """
+    for column in (column for column in COMPARED if rows and f"{column}_p" in rows[0]):
+        corrected = holm(np.array([row[f"{column}_p"] for row in rows], float))
+        for row, p in zip(rows, corrected, strict=True):
+            low, high = (row[f"{column}_difference_ci_{end}"] for end in ("low", "high"))
+            ends = -np.inf if low is None else low, np.inf if high is None else high
+            row |= {f"{column}_p_holm": _number(p), f"{column}_verdict": verdict(p, *ends).value}
     return rows
 
 

@@ -1,7 +1,7 @@
 """What a paired comparison says: one estimand, its interval, a p of the same estimand, and a verdict of both.
 
 A verdict is only given where the number of pairs permits one: with five pairs that differ no two-sided p is below
-2 / 2⁵ = .0625.
+2 / 2⁵ = .0625. Where many comparisons are told together, it is one of the p after Holm's correction.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ _MOST, _LEAST = 50_000, 2_000  # drawn signs of each pair: fewer of many pairs, 
 _SIGNS = 10_000_000  # of all pairs together, between these
 _BLOCK = 2_000_000  # signs at once
 _TIE = 1e-9  # relative, for sums that differ by rounding alone
+LEVEL = round(1 - CONFIDENCE, 12)  # of tests
 
 
 class Verdict(enum.StrEnum):
@@ -69,19 +70,34 @@ def judge_columns(estimates: Estimate[np.ndarray], differences: np.ndarray) -> l
     """The same for several kinds of differences of the same pairs, (n, columns); a comparison for each."""
     found = []
     for i, (difference, p) in enumerate(zip(differences.T, _p_of_columns(np.asarray(differences, float)), strict=True)):
-        estimate = estimates.column(i)
-        if not enough(difference):
-            found.append(Comparison(estimate, np.nan, Verdict.NONE))
-            continue
-        below, above = estimate.high < 0, estimate.low > 0
-        clear = p <= 1 - CONFIDENCE and (below or above)
-        found.append(Comparison(estimate, p, (Verdict.LESS if below else Verdict.MORE) if clear else Verdict.NONE))
+        estimate, p = estimates.column(i), p if enough(difference) else np.nan
+        found.append(Comparison(estimate, p, verdict(p, estimate.low, estimate.high)))
     return found
+
+
+def verdict(p: float, low: float, high: float) -> Verdict:
+    """The verdict on a mean difference with a p, NaN for none, and an interval: it needs both."""
+    below, above = high < 0, low > 0
+    return (Verdict.LESS if below else Verdict.MORE) if p <= LEVEL and (below or above) else Verdict.NONE
 
 
 def enough(difference: np.ndarray) -> bool:
     """Whether there are pairs enough, of those that differ, for a p of 5 %."""
-    return bool(2.0 ** (1 - np.count_nonzero(difference)) <= 1 - CONFIDENCE)
+    return bool(2.0 ** (1 - np.count_nonzero(difference)) <= LEVEL)
+
+
+def holm(p: np.ndarray) -> np.ndarray:
+    """The p of tests (n,) told together, after Holm's correction for their number (Scand. J. Statist. 6, 1979).
+
+    The least is multiplied by n, the next by n - 1 and so on; none is less than one before it, or more than 1. With
+    them, the chance to find anything where there is nothing is 5 % for all tests together. NaN, a test that could not
+    show anything, stays NaN and does not count.
+    """
+    p = np.asarray(p, float)
+    order = np.argsort(p)[: np.count_nonzero(~np.isnan(p))]  # NaN comes last
+    corrected = np.full_like(p, np.nan)
+    corrected[order] = np.minimum(1.0, np.maximum.accumulate(p[order] * np.arange(len(order), 0, -1)))
+    return corrected
 
 
 def not_inferior(
@@ -140,6 +156,31 @@ def sign_flip_p(difference: np.ndarray) -> np.ndarray | float:
     return float(_p_of_columns(columns[:, None])[0]) if columns.ndim == 1 else _p_of_columns(columns)
 
 
+def sign_flip_p_more(difference: np.ndarray) -> np.ndarray:
+    """One-sided p of a mean that is not above zero, by the same flips; of several kinds (n, columns), (columns,).
+
+    Sums under flipped signs are as often above zero as below, so it is half of the two-sided p. It is 1 where the mean
+    is not above zero.
+    """
+    columns = np.asarray(difference, float)
+    more = columns.sum(axis=0) > _TIE * np.abs(columns).sum(axis=0)
+    p = np.ones(columns.shape[1])
+    p[more] = _p_of_columns(columns[:, more]) / 2
+    return p
+
+
+def least_p_more(difference: np.ndarray) -> np.ndarray:
+    """The least that `sign_flip_p_more` can be with so many pairs that differ, (columns,)."""
+    differing = np.count_nonzero(difference, axis=0)
+    drawn = 1 / (2 * _flips(len(difference)))
+    return np.where(differing > _EXACT_PAIRS, drawn, 0.5 ** np.minimum(differing, _EXACT_PAIRS))
+
+
+def _flips(pairs: int) -> int:
+    """How many signs of so many pairs are compared, where not all are."""
+    return int(np.clip(_SIGNS // pairs, _LEAST, _MOST))
+
+
 def _p_of_columns(columns: np.ndarray) -> np.ndarray:
     """The same of several kinds of differences, (n, columns)."""
     p = np.ones(columns.shape[1])
@@ -162,7 +203,7 @@ def _p_of_all_signs(difference: np.ndarray) -> float:
 
 def _p_of_drawn_signs(columns: np.ndarray) -> np.ndarray:
     pairs, sizes, least = len(columns), np.abs(columns), _least_sum(columns)
-    flips = int(np.clip(_SIGNS // pairs, _LEAST, _MOST)) - 1
+    flips = _flips(pairs) - 1
     random = np.random.default_rng(0)
     rows = max(1, _BLOCK // pairs)
     hits = np.zeros(columns.shape[1])

@@ -54,7 +54,7 @@ def result(settings):
 
 
 def test_contract(settings, result, tmp_path):
-    RunFolder(tmp_path, settings.record()).finish(result.episodes, result.summary, result.maps)
+    RunFolder(tmp_path, settings.record()).finish(result.episodes, result.summary, result.maps, result.houses)
     episodes = pd.read_parquet(tmp_path / "episodes.parquet")
     assert [column for column in episodes.columns if not column.endswith("_by_child")] == COLUMNS + MEASURES
     combinations = [(str(family), caregiver) for family in settings.families for caregiver in settings.caregivers]

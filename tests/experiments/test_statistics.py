@@ -179,13 +179,15 @@ def test_one_house_and_several_have_the_same_keys(episodes):
 
 def test_who_is_compared_with_whom():
     settings = Settings(FloorPlan.load("paper"), "grid", ("none", "guard", "paper"), (1.0,), 2, seed=5)
-    found = summarise(settings, frame(none=[2, 3], guard=[1, 2], paper=[1, 1]))
+    episodes = frame(none=[2, 3], guard=[1, 2], paper=[1, 1])
+    found = summarise(settings, episodes, by_house(episodes))
     compared = [(row["caregiver"], row["baseline"]) for row in found["comparisons"]]
     assert compared == [("guard", "none"), ("paper", "none"), ("paper", "guard")]
     assert [row["caregiver"] for row in found["rows"]] == ["none", "guard", "paper"]
     assert found["seed"] == 5
     alone = dataclasses.replace(settings, caregivers=("guard",))
-    assert summarise(alone, frame(guard=[1, 2]))["comparisons"] == []
+    found = summarise(alone, frame(guard=[1, 2]), by_house(frame(guard=[1, 2])))
+    assert (found["comparisons"], found["harm"]) == ([], [])
 
 
 # -- House by house ----------------------------------------------------------------------------------
@@ -197,6 +199,8 @@ def test_every_house(houses, episodes):
         *("world", "house", "caregiver", "family", "epsilon", "episodes"),
         *("damage", "timesteps_to_threshold", "cells_visited", "toys_reached"),
         *("damage_left", "damage_left_ci_low", "damage_left_ci_high"),
+        *("damage_difference", "damage_difference_ci_low", "damage_difference_ci_high", "worse"),
+        *("harm_p", "harm_p_least", "harm_p_holm", "harm_verdict"),
     ]
     assert list(table.house) == [f"h{j:02}" for _ in range(2) for j in range(12) for _ in range(2)]
     paper = table[(table.caregiver == "paper") & (table.family == "1")]

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pandas as pd
 
+from caregiver_mj.experiments.by_house import by_house
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.summary import summarise
@@ -51,7 +52,10 @@ def write_run(folder, world="grid", plan=PAPER, caregivers=CAREGIVERS, mark=0, f
         rows += [_row(key, episode, damage, len(children), mark) for episode, damage in enumerate(damages)]
     episodes = pd.DataFrame(rows)
     settings = Settings(plan, world, caregivers, tuple(names.values()), EPISODES, seed=7)
-    RunFolder(folder, settings.record()).finish(episodes, summarise(settings, episodes), pd.concat(maps))
+    houses = by_house(episodes)
+    RunFolder(folder, settings.record()).finish(
+        episodes, summarise(settings, episodes, houses), pd.concat(maps), houses
+    )
     return folder
 
 
