@@ -55,9 +55,16 @@ def run(arguments: Sequence[str]) -> None:
         raise CaregiverError(f"caregiver-mj {shlex.join(arguments)} failed")
 
 
-def publish(report: pathlib.Path, docs: pathlib.Path, name: str) -> None:
-    """Copies the tables of a report, the figures in them, and what each house comes to, to the documentation."""
-    folder = docs / name
+def publish(runs: Sequence[pathlib.Path], docs: pathlib.Path, name: str) -> None:
+    """Copies the tables of a report, the figures in them, and what each house comes to, to the documentation.
+
+    Args:
+        runs: Folders of the runs that the report is of; it is in the first of them.
+        docs: The documentation's folder.
+        name: Of the folder in it. What each house comes to is in its `houses.csv` for the first run, and in
+            `houses_<run>.csv` for each other.
+    """
+    report, folder = runs[0], docs / name
     shutil.rmtree(folder, ignore_errors=True)
     (folder / "figures").mkdir(parents=True)
     text = (report / "tables.md").read_text("utf-8")
@@ -65,8 +72,9 @@ def publish(report: pathlib.Path, docs: pathlib.Path, name: str) -> None:
     for figure in sorted((report / "figures").glob("*.png")):
         if f"(figures/{figure.name})" in text:
             shutil.copy(figure, folder / "figures")
-    if (report / "houses.parquet").is_file():
-        pd.read_parquet(report / "houses.parquet").round(4).to_csv(folder / "houses.csv", index=False)
+    for run_folder in runs:
+        table = folder / ("houses.csv" if run_folder == report else f"houses_{run_folder.name}.csv")
+        pd.read_parquet(run_folder / "houses.parquet").round(4).to_csv(table, index=False)
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -87,4 +95,4 @@ def main(arguments: list[str] | None = None) -> None:
     for group, name in ((RUNS, "results"), (CHILDREN, "children")):
         folders = [options.runs / run for run in group]
         run(["report", *map(str, folders)])
-        publish(folders[0], options.docs, name)
+        publish(folders, options.docs, name)

@@ -66,9 +66,18 @@ class TestBars:
         assert 0.03 < found.p < 0.2  # one of six houses has another sign
 
     def test_all_together(self, bars):
-        houses, episodes = bars.pooled("paper")
-        assert houses.estimate.value == pytest.approx(episodes.estimate.value) == pytest.approx(-(5 * 1.0 - 0.5) / 6)
+        # Two children in each of six houses: with the rule 8, with foresight 9 in the first house, 6 in five; floor 4
+        houses, episodes = bars.reduction("paper")
+        assert houses.estimate.value == pytest.approx(episodes.estimate.value) == pytest.approx((1 - 5 * 2) / 6)
         assert episodes.p < houses.p
+        assert bars.gone("paper").value == pytest.approx(9 / 48)
+        assert bars.gone("paper", "floor").value == pytest.approx(9 / 24)
+
+    def test_the_absolute_reduction_is_told_first(self, bars):
+        text = " ".join(page([bars], pd.DataFrame(), pd.DataFrame(), "").split())
+        first = "Damage of an episode, summed over 0.5, 0.25: alone 20.00, with the rule 8.00, with `foresight` 6.50."
+        assert f"{first} That is less the rule's -1.50 (" in text
+        assert text.index(first) < text.index("19 % (") < text.index("Each child's damage as a share")  # 9 / 48
 
 
 class TestVariants:

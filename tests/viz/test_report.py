@@ -190,7 +190,8 @@ def test_a_run_with_other_statistics_gets_these(tmp_path):
 
 def test_worlds_side_by_side(page):
     text = words(page).split("Damage left in 2 runs")[1]
-    assert re.search(r"random motion 0\.30 \[\S+ \S+\] 0\.30 \[\S+ \S+\] 0\.31 0 %", text)
+    left = r"0\.30 \[\S+ \S+\] 15\.0 of 50\.0"  # the share, and of how much damage how much that is
+    assert re.search(f"random motion {left} {left} 0\\.31 0 %", text)
 
 
 def test_maps_are_means_of_an_episode(folder):
@@ -286,6 +287,41 @@ def test_a_run_of_an_older_version_gives_the_same_tables(tmp_path):
         assert first == second
     assert measures_tables(runs[0]) == measures_tables(runs[1])
     assert runs[0].command() == runs[1].command()
+
+
+# -- Harm --------------------------------------------------------------------------------------------
+
+
+def test_harm_comes_first(folder, page):
+    # In one of 16 episodes is there as much damage as alone, and in none more; of eight or five pairs that differ, eight
+    # suffice: 1 / 2**8 * 2 cells, but 1 / 2**5 * 2 = .0625.
+    told = (
+        "Harm: with paper more damage than alone is shown in none of 2 cells (a house and a child each); so few pairs "
+    )
+    told += "differ that it could be shown in 1 of them at the most. Worst: paper, 25 % random, damage 12.50 alone and "
+    told += "5.00 with it (−7.50 ["
+    text = words(page)
+    assert text.index(told) < text.index("of the damage avoided")
+    assert text.index("Harm — Grid") < text.index("Damage left by each caregiver")
+    tables = (folder / "tables.md").read_text("utf-8")
+    assert tables.startswith("# Tables\n\n## Harm\n\nGrid (paper). Harm: with paper")
+    assert tables.index("### Harm — Physical house (paper)") < tables.index("Damage avoided with caregiver")
+
+
+@pytest.mark.usefixtures("words_alone")
+def test_a_caregiver_that_does_harm_is_named(tmp_path):
+    # Guard adds 3 to each of the eight episodes with the second novice: 1 / 2**8, times 2 cells.
+    write_run(tmp_path)
+    episodes = pd.read_parquet(tmp_path / "episodes.parquet")
+    alone = episodes[(episodes.caregiver == "none") & (episodes.family == "0.25")].damage.to_numpy()
+    episodes.loc[(episodes.caregiver == "guard") & (episodes.family == "0.25"), "damage"] = alone + 3
+    episodes.to_parquet(tmp_path / "episodes.parquet")
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    del summary["harm"]  # as of an older version
+    (tmp_path / "summary.json").write_text(json.dumps(summary))
+    report.write_report(tmp_path)
+    cells = "| guard | 1 of 2 | 2 | 50.0 % | paper, 25 % random | 12.50 | 15.50 | +3.00 [+3.00, +3.00] |"
+    assert cells in (tmp_path / "tables.md").read_text("utf-8")
 
 
 # -- Files -------------------------------------------------------------------------------------------

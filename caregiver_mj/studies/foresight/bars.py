@@ -10,7 +10,17 @@ import pandas as pd
 
 from caregiver_mj.experiments import two_level
 from caregiver_mj.experiments.intervals import Estimate
-from caregiver_mj.experiments.verdicts import MARGINS, Comparison, Verdict, compare_means, judge, not_inferior
+from caregiver_mj.experiments.verdicts import (
+    LEVEL,
+    MARGINS,
+    Comparison,
+    Verdict,
+    compare_means,
+    holm,
+    judge,
+    not_inferior,
+    sign_flip_p,
+)
 
 OURS, RULE, TOLD, FLOOR = "foresight", "paper", "knows-goal", "floor"
 
@@ -52,6 +62,10 @@ class Bars:
         rows = self._values[caregiver, family]
         return [part.to_numpy(float) for _, part in rows.groupby("house")[column]]
 
+    def mean(self, caregiver: str, family: str) -> float:
+        """Damage of an episode, the mean over houses."""
+        return float(two_level.house_means(self.of(caregiver, family)).mean())
+
     def left(self, caregiver: str, family: str) -> Estimate[float]:
         """Share of the unassisted damage that is left, of means over houses."""
         return two_level.of_ratio(self.of(caregiver, family), self.of("none", family))
@@ -70,15 +84,25 @@ class Bars:
         difference = two_level.house_means(ours) - two_level.house_means(theirs)
         return judge(two_level.of_difference(ours, theirs), difference)
 
-    def pooled(self, other: str, caregiver: str = OURS) -> tuple[Comparison, Comparison]:
-        """Damage of an episode less that with another caregiver, over all children; by houses, and by episodes."""
-        ours, theirs = ([np.concatenate(h) for h in zip(*self._all(name), strict=True)] for name in (caregiver, other))
+    def summed(self, caregiver: str) -> list[np.ndarray]:
+        """Damage of an episode in each house, that of all children added up: episode i of each has the same chance."""
+        return [np.sum(house, axis=0) for house in zip(*(self.of(caregiver, f) for f in self.families), strict=True)]
+
+    def reduction(self, other: str, caregiver: str = OURS) -> tuple[Comparison, Comparison]:
+        """The summed damage less that with another caregiver; by houses, and by episodes."""
+        ours, theirs = self.summed(caregiver), self.summed(other)
         difference = two_level.house_means(ours) - two_level.house_means(theirs)
         by_houses = judge(two_level.of_difference(ours, theirs), difference)
         return by_houses, compare_means(np.concatenate(ours), np.concatenate(theirs))
 
-    def _all(self, caregiver: str) -> list[list[np.ndarray]]:
-        return [self.of(caregiver, family) for family in self.families]
+    def gone(self, other: str, below: str | None = None, caregiver: str = OURS) -> Estimate[float]:
+        """The share of the summed damage with another caregiver that is gone, or of that above a third's."""
+        ours, theirs = self.summed(caregiver), self.summed(other)
+        if below is not None:
+            least = self.summed(below)
+            ours, theirs = _less(ours, least), _less(theirs, least)
+        value, low, high = two_level.of_ratio(ours, theirs)
+        return Estimate(1 - value, 1 - high, 1 - low)
 
     def closed(self, families: tuple[str, ...], caregiver: str = OURS) -> Estimate[float]:
         """Share of the damage between the rule and who is told bin and epsilon that is gone."""
@@ -97,10 +121,10 @@ class Bars:
         return int((ours < theirs).sum()), int((ours == theirs).sum()), int((ours > theirs).sum())
 
     def clear(self, other: str, family: str, caregiver: str = OURS) -> tuple[int, int]:
-        """In how many houses a 95 % interval over episodes has less damage, and more."""
-        gaps = [a - b for a, b in zip(self.of(caregiver, family), self.of(other, family), strict=True)]
-        t = [gap.mean() / max(gap.std(ddof=1) / len(gap) ** 0.5, 1e-9) for gap in gaps]
-        return int((np.array(t) < -1.96).sum()), int((np.array(t) > 1.96).sum())
+        """In how many houses episodes show less damage, and more: by sign flips, at 5 % after Holm's correction."""
+        gaps = np.stack(_less(self.of(caregiver, family), self.of(other, family)), axis=1)  # (episodes, houses)
+        shown, means = holm(np.asarray(sign_flip_p(gaps))) <= LEVEL, gaps.mean(axis=0)
+        return int((shown & (means < 0)).sum()), int((shown & (means > 0)).sum())
 
     def toys(self, family: str, caregiver: str = OURS) -> tuple[Estimate[float], Verdict]:
         """Toys reached over those without a caregiver, and whether that is no worse by the margin."""

@@ -11,9 +11,10 @@ import numpy as np
 from caregiver_mj.viz import figures
 from caregiver_mj.viz.report import published
 from caregiver_mj.viz.report.charts import Picture, left_series
+from caregiver_mj.viz.report.left import left_cell
 from caregiver_mj.viz.report.run import Run
 from caregiver_mj.viz.report.table import Table
-from caregiver_mj.viz.report.words import NONE, family_name, if_bracketed, in_lines, members, percent, with_interval
+from caregiver_mj.viz.report.words import NONE, family_name, if_bracketed, in_lines, members, percent
 
 _MOSTLY_RANDOM = 0.5  # share of random moves from which on worlds are compared on average
 
@@ -32,15 +33,14 @@ def side_by_side(runs: Sequence[Run]) -> dict[str, Any] | None:
     columns += [] if apart is None else ["house against grid"]
     rows = []
     for i, family in enumerate(families):
-        cells = [
-            with_interval(run.comparison(run.caregiver, "none", family), "damage_left", 2, between="\n") for run in runs
-        ]
+        cells = [left_cell(run, run.caregiver, family) for run in runs]
         if cited is not None:
             cells.append(NONE if np.isnan(cited[i]) else f"{cited[i]:.2f}")
         if apart is not None:
             cells.append(percent(apart[i]))
         rows.append((family_name(family), *cells))
-    note = "Share of the damage that is left with the caregiver" + if_bracketed(rows, ", and its 95 % interval") + "."
+    note = "Share of the damage that is left with the caregiver" + if_bracketed(rows, ", and its 95 % interval")
+    note += "; damage of an episode, of that alone."
     note += "" if apart is None else _on_average(families, apart)
     title = f"Damage left in {len(runs)} runs"
     who = next((run for run in runs if run.several), runs[0]).nouns.who

@@ -11,7 +11,7 @@ from caregiver_mj.viz.report.baselines import verdicts
 from caregiver_mj.viz.report.charts import Picture, left_series
 from caregiver_mj.viz.report.run import Run
 from caregiver_mj.viz.report.table import Table
-from caregiver_mj.viz.report.words import family_name, if_bracketed, in_lines, with_interval
+from caregiver_mj.viz.report.words import family_name, if_bracketed, in_lines, number, with_interval
 
 _FEW = 4  # caregivers that are told apart side by side; more of them have a row each
 FLOOR_IS = (
@@ -34,16 +34,24 @@ def left(run: Run) -> dict[str, Any]:
 def left_table(run: Run) -> Table:
     """Caregivers by families, in the run's order."""
     caregivers = [caregiver for caregiver in run.settings.caregivers if caregiver != "none"]
-    rows = [
-        (c, *(with_interval(run.comparison(c, "none", f), "damage_left", 2, between="\n") for f in run.families))
-        for c in caregivers
-    ]
-    note = f"Share of the damage without a caregiver that is left{if_bracketed(rows, ', and its 95 % interval')}."
+    rows = [(c, *(left_cell(run, c, family) for family in run.families)) for c in caregivers]
+    note = f"Share of the damage without a caregiver that is left{if_bracketed(rows, ', and its 95 % interval')}"
+    note += "; damage of an episode, of that alone."
     if run.houses > 1:
         note += f" Means over {run.houses} houses, each of which counts the same"
         note += if_bracketed(rows, "; intervals are over houses") + "."
     columns = ("caregiver", *map(family_name, run.families))
     return Table(f"Damage left by each caregiver — {run.title}", columns, rows, note)
+
+
+def left_cell(run: Run, caregiver: str, family: str) -> str:
+    """The share of the damage that is left, with its interval, and of how much damage how much that is."""
+    row = run.comparison(caregiver, "none", family)
+    share = with_interval(row, "damage_left", 2, between="\n")
+    if row is None:
+        return share
+    ours, alone = (number(run.row(name, family)["damage_mean"]) for name in (caregiver, "none"))
+    return f"{share}\n{ours} of {alone}"
 
 
 def wins_table(run: Run) -> Table | None:

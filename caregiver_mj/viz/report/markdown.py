@@ -10,11 +10,14 @@ from caregiver_mj.viz.report import published
 from caregiver_mj.viz.report.charts import Picture
 from caregiver_mj.viz.report.child import why_all_timesteps
 from caregiver_mj.viz.report.disclosure import disclosures
+from caregiver_mj.viz.report.words import number
 
 
 def markdown(sections: Sequence[dict[str, Any]], beside: dict[str, Any] | None) -> str:
     """The content of tables.md: all tables, with the figures that belong to them."""
-    parts = ["# Tables\n"]
+    parts = ["# Tables\n", "## Harm\n"]
+    for section in sections:
+        parts += [f"{section['run'].title}. {section['harm']['sentence']}\n", section["harm"]["table"].markdown()]
     for section in sections:
         parts += _section(section)
     parts += [beside["table"].markdown(), *_figures(beside["pictures"])] if beside else []
@@ -29,6 +32,7 @@ def _section(section: dict[str, Any]) -> list[str]:
     run, told, left, child = (section[name] for name in ("run", "headline", "left", "child"))
     avoided = told["avoided"] or "there is none"
     avoided += f", 95 % interval {told['interval']}" if told["interval"] else ""
+    avoided += f"; of {number(told['damage']['alone'])} an episode alone, {number(told['damage']['guarded'])} is left"
     parts = [f"## {run.title}\n", f"Damage avoided with caregiver `{run.caregiver}`: {avoided}.\n"]
     parts += [textwrap.indent(run.command(), "    ") + "\n", left["table"].markdown()]
     parts += [f"{left['floor']}\n"] if left["floor"] else []

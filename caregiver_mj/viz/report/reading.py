@@ -31,7 +31,7 @@ def read_run(folder: str | os.PathLike[str]) -> Run:
         settings=found.settings,
         families=tuple(map(str, found.settings.families)),
         episodes=found.episodes,
-        summary={key: found.summary.get(key, {}) for key in ("rows", "comparisons", "versions")},
+        summary={key: found.summary.get(key, {}) for key in ("harm", "rows", "comparisons", "versions")},
         maps=found.maps,
         caregiver="paper" if "paper" in acting else acting[0],
         by_house=_houses(found) if len(found.settings.plans) > 1 else None,

@@ -8,6 +8,7 @@ from caregiver_mj.viz.report import published, tables
 from caregiver_mj.viz.report.charts import bounded, charts
 from caregiver_mj.viz.report.child import child
 from caregiver_mj.viz.report.contacts import contacts
+from caregiver_mj.viz.report.harm import harm
 from caregiver_mj.viz.report.headline import headline
 from caregiver_mj.viz.report.kinds import kinds
 from caregiver_mj.viz.report.left import left
@@ -32,6 +33,7 @@ def section(run: Run) -> dict[str, Any]:
         "nouns": run.nouns,
         "cited": published.compares_with(run),
         "bounded": bounded(run),
+        "harm": harm(run),
         "headline": headline(run),
         "contacts": contacts(run),
         "published": [tables.damage_table(run), tables.timesteps_table(run)],

@@ -10,6 +10,7 @@ from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.experiments import statistics
 from caregiver_mj.recording.record import COLUMNS, DAMAGE_THRESHOLD
 from caregiver_mj.viz.report import published
+from caregiver_mj.viz.report.left import left_cell
 from caregiver_mj.viz.report.run import Run
 from caregiver_mj.viz.report.table import Table
 from caregiver_mj.viz.report.words import (
@@ -37,14 +38,15 @@ def damage_table(run: Run) -> Table:
             NONE if cited is None else f"{cited[0]:.3f}",
             with_interval(guarded, "damage_normalised_mean", 3, between="\n"),
             NONE if cited is None else f"{cited[1]:.3f}",
-            with_interval(run.comparison(run.caregiver, "none", family), "damage_left", 2, between="\n"),
+            left_cell(run, run.caregiver, family),
             NONE if cited is None else f"{cited[1] / cited[0]:.2f}",
         )
         rows.append((family_name(family), *cells))
     interval = if_bracketed(rows, " and its 95 % interval")
     note = (
         f"Mean normalised damage in {EPISODE_TIMESTEPS} timesteps{interval}. 1.0 is the greatest of any "
-        f"episode of the run ({run.episodes.damage.max():g}), the greater, the more episodes: compare the shares left."
+        f"episode of the run ({run.episodes.damage.max():g}), the greater, the more episodes: compare the shares left. "
+        "Below these is the damage itself, of that without."
     )
     return _beside_published(run, f"Table I. Damage — {run.title}", ("without", "with", "left"), rows, note)
 
@@ -90,8 +92,8 @@ def comparison_table(run: Run) -> Table:
     note = (
         f"With the caregiver less without, paired: episode i has the same {run.nouns.who} both times. The mean "
         f"difference{if_bracketed(rows, interval)}, and "
-        "the p of the same mean being zero (sign flips, two-sided, not corrected for the "
-        f"{len(rows) * len(compared)} tests); no p where fewer than six pairs differ, for none could be small enough."
+        "the p of the same mean being zero (sign flips, two-sided, this one alone; summary.json has it corrected by "
+        "Holm, too); no p where fewer than six pairs differ, for none could be small enough."
     )
     columns = (run.nouns.who, *(TITLES[column] for column in compared))
     return Table(f"Differences that the caregiver makes — {run.title}", columns, rows, note)
