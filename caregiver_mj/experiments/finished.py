@@ -13,6 +13,7 @@ from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import statistics
 from caregiver_mj.experiments.by_house import by_house
+from caregiver_mj.experiments.harm import harm
 from caregiver_mj.experiments.run_folder import read_json
 from caregiver_mj.experiments.settings import FLOOR, Settings
 from caregiver_mj.experiments.summary import summarise
@@ -114,10 +115,11 @@ def _read(path: pathlib.Path) -> Finished:
     settings, episodes = Settings.of_record(record), pd.read_parquet(path / "episodes.parquet")
     if "family" not in episodes:
         episodes["family"] = [str(Family.of(epsilon)) for epsilon in episodes["epsilon"]]
-    judged = {"damage_p_holm", "damage_verdict"}
-    if "harm" not in summary or not all(judged <= row.keys() for row in summary["comparisons"]):
+    if "harm" not in summary:
+        summary["harm"] = harm(by_house(episodes))
+    if any("damage_verdict" not in row or "damage_p_holm" not in row for row in summary["comparisons"]):
         ours = summarise(settings, episodes, by_house(episodes))  # it has other statistics
-        summary |= {key: ours[key] for key in ("harm", "rows", "comparisons")}
+        summary |= {key: ours[key] for key in ("rows", "comparisons")}
     return Finished(path, record, settings, episodes, pd.read_parquet(path / "maps.parquet"), summary)
 
 

@@ -293,8 +293,7 @@ def test_a_run_of_an_older_version_gives_the_same_tables(tmp_path):
 
 
 def test_harm_comes_first(folder, page):
-    # In one of 16 episodes is there as much damage as alone, and in none more; of eight or five pairs that differ, eight
-    # suffice: 1 / 2**8 * 2 cells, but 1 / 2**5 * 2 = .0625.
+    # No episode has more damage than alone. Eight pairs that differ suffice, 2 cells / 2**8; five do not, 2 / 2**5.
     told = (
         "Harm: with paper more damage than alone is shown in none of 2 cells (a house and a child each); so few pairs "
     )
