@@ -94,7 +94,7 @@ class PaperCaregiver(Caregiver):
         return Assessment(safe, reach, danger, urgency)
 
     def reach(self, percept: Percept) -> np.ndarray:
-        """P(reach_o|tau) of every hazard by every child, (B, K, hazards)."""
+        """P(reach_o|tau) of every hazard by every child, (B, K, hazards), normalised over hazards, not bare tables."""
         distance = self.hazard_distances(percept)
         if self._reach == "inverse":
             return safety.reach_inverse(distance)

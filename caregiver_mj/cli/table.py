@@ -85,8 +85,12 @@ def _harm(rows: list[dict[str, Any]], columns: Sequence[str], narrow: bool) -> r
 
 def with_ends(value: float, low: float | None, high: float | None) -> str:
     """A difference with the ends of its interval, which are infinite where there is none."""
-    ends = ("-inf" if low is None else f"{low:+.2f}", "inf" if high is None else f"{high:+.2f}")
-    return f"{value:+.2f} ({ends[0]} to {ends[1]})"
+
+    def signed(number: float) -> str:
+        return f"{round(number, 2) + 0.0:+.2f}"  # no minus before a zero
+
+    ends = "-inf" if low is None else signed(low), "inf" if high is None else signed(high)
+    return f"{signed(value)} ({ends[0]} to {ends[1]})"
 
 
 def print_widest(tables: Iterable[rich.table.Table], console: rich.console.Console) -> None:

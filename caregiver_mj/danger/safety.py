@@ -104,7 +104,9 @@ def _log_odds(log_ratio: np.ndarray, prior: float) -> np.ndarray:
 
 
 def reach_inverse(distance: np.ndarray) -> np.ndarray:
-    """P(reach_o|tau) as inverse distance, normalised over the objects (section IV, first reading).
+    """P(reach_o|tau) as inverse distance, normalised over the objects that are given (section IV, first reading).
+
+    The sum is common to all objects of one novice, so which others are among them changes no order between two.
 
     Args:
         distance: Moves until the novice collides with each object, (..., objects), at least 1. Infinite for an

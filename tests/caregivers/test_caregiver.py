@@ -19,6 +19,7 @@ from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.parts import CandlesCaregiver, StairsCaregiver
 from caregiver_mj.caregivers.registry import find_caregiver
 from caregiver_mj.children.tape import Tape, pick
+from caregiver_mj.danger import safety
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.grid.world import GridWorld
@@ -378,6 +379,43 @@ def test_dangers_to_several_children_add_up_by_hand():
     greatest.reset(1, children=3)
     np.testing.assert_allclose(greatest.assess(percept).urgency, [[3.75, 3.0]])
     assert greatest.choose(percept).tolist() == [STAIRWELL]
+
+
+class AmongBareTables(PaperCaregiver):
+    """P(reach) normalised over the bare tables 0 and 2 as well, which the paper counts among its objects."""
+
+    def reach(self, percept):
+        bare = self.table_distances[percept.child_cell][..., [0, 2]]
+        return safety.reach_inverse(np.concatenate([self.hazard_distances(percept), bare], axis=-1))[..., :2]
+
+
+def test_bare_tables_in_the_sum_change_nothing_for_one_child_but_at_a_threshold():
+    # They divide both dangers to a child by the same: from cell 2 by 1 + 1/3 + 1/3 + 1/3 instead of 1 + 1/3.
+    without, among = (kind(CORRIDOR) for kind in (PaperCaregiver, AmongBareTables))
+    for caregiver in (without, among):
+        caregiver.reset(5)
+    first, second = (caregiver.assess(see(range(5))).urgency for caregiver in (without, among))
+    np.testing.assert_allclose(first[:, 0] / first[:, 1], second[:, 0] / second[:, 1])
+    assert (first > second).all()
+    assert without.choose(see(range(5))).tolist() == among.choose(see(range(5))).tolist()
+    # So the candle's danger there is 1/2 * 1/2 * 4 = 1 instead of 3/2.
+    for kind, decision in ((PaperCaregiver, CANDLE), (AmongBareTables, NOTHING)):
+        caregiver = kind(CORRIDOR, threshold=1.25)
+        caregiver.reset(1)
+        assert caregiver.choose(see(2)).tolist() == [decision]
+
+
+def test_bare_tables_in_the_sum_may_change_what_several_children_are_protected_from():
+    # From cell 1 stairwell, candle and bare tables are 2, 2, 2 and 4 moves away, from cell 4 5, 3, 5 and 1: the dangers
+    # are divided by 1 and 8/15 without bare tables, by 7/4 and 26/15 with them, so the child at cell 4 counts for less.
+    for kind, urgency in (
+        (PaperCaregiver, [5 / 2 + 1 / (8 / 15), 2 + 4 / 3 / (8 / 15)]),
+        (AmongBareTables, [5 / 2 / (7 / 4) + 1 / (26 / 15), 2 / (7 / 4) + 4 / 3 / (26 / 15)]),
+    ):
+        caregiver = kind(CORRIDOR)
+        caregiver.reset(1, children=2)
+        np.testing.assert_allclose(caregiver.assess(several(1, 4)).urgency, [urgency])
+        assert (urgency[STAIRWELL] > urgency[CANDLE]) == (kind is AmongBareTables)
 
 
 def test_the_child_that_is_not_safe_is_attended_to():
