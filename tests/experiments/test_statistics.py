@@ -103,6 +103,20 @@ def test_margins():
     assert row["toys_reached_not_inferior"] == "inferior"  # by more than 3 %
 
 
+def test_comparisons_that_are_told_together_are_corrected_for_their_number():
+    theirs = [10, 20, 30, 40, 50, 60]
+    ours = {"guard": theirs, "paper": [9, 18, 29, 38, 49, 58], "nearest": [5, 14, 25, 34, 45, 54]}
+    episodes = frame(none=theirs, **ours)
+    rows = [statistics.comparison_rows(episodes, name, "none")[0] for name in ours]
+    # All six of one sign: 2 of 64; a test of no difference at all could show nothing, and does not count.
+    assert [row["damage_p"] for row in rows] == [None, 2 / 64, 2 / 64]
+    assert [row["damage_verdict"] for row in rows] == ["no verdict", "less", "less"]
+    together = statistics.judged_together(rows)
+    assert [row["damage_p"] for row in together] == [None, 2 / 64, 2 / 64]
+    assert [row["damage_p_holm"] for row in together] == [None, 4 / 64, 4 / 64]
+    assert [row["damage_verdict"] for row in together] == ["no verdict"] * 3
+
+
 def test_what_does_not_pair_is_refused():
     with pytest.raises(CaregiverError, match="1 episodes of 'paper' or 'none' have no counterpart"):
         statistics.comparison_rows(frame(none=[1, 2], paper=[1]), "paper", "none")
