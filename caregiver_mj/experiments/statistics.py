@@ -15,7 +15,17 @@ import pandas as pd
 from caregiver_mj.experiments import two_level
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.samples import CELL, Sample, pairs, samples
-from caregiver_mj.experiments.verdicts import MARGINS, equivalent, holm, judge_columns, not_inferior, verdict
+from caregiver_mj.experiments.verdicts import (
+    LEVEL,
+    MARGINS,
+    Verdict,
+    equivalent,
+    holm,
+    judge_columns,
+    margin_p,
+    not_inferior,
+    verdict,
+)
 
 COMPARED = (
     "damage",
@@ -25,6 +35,7 @@ COMPARED = (
     "toys_reached",
     "moves_blocked_free",
 )
+_BY_MARGIN = ("toys_reached_not_inferior", "damage_equivalence")  # verdicts
 _LEFT = ("damage", "toys_reached")  # told as shares of the baseline's
 
 
@@ -71,7 +82,8 @@ def comparison_rows(episodes: pd.DataFrame, caregiver: str, baseline: str) -> li
           without an interval, for where little happens in a house both are biased (see docs/coverage.md);
         - `<column>_difference_mean` for those of `COMPARED` that there are, caregiver less baseline, and of the same
           difference `<column>_p`, by sign flips, and what `judged_together` adds for these rows;
-        - `toys_reached_not_inferior`, and against a caregiver that acts `damage_equivalence`: verdicts at `MARGINS`.
+        - `toys_reached_not_inferior`, and against a caregiver that acts `damage_equivalence`: verdicts at `MARGINS`,
+          with the `_p` of being at the margin.
 
         Other ratios and differences have `_ci_low` and `_ci_high`. None where there is no such number.
 
@@ -99,8 +111,13 @@ def judged_together(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
     Returns:
         The same rows with `<column>_p_holm`, corrected over all of them, None where there is no p; and
-        `<column>_verdict` by that and the interval: "less", "more" or "no verdict".
+        `<column>_verdict` by that and the interval: "less", "more" or "no verdict". A verdict at a margin becomes "no
+        verdict" where its `_p_holm` is not small enough.
     """
+    for name in (name for name in _BY_MARGIN if rows and name in rows[0]):
+        corrected = holm(np.array([row[f"{name}_p"] for row in rows], float))
+        for row, p in zip(rows, corrected, strict=True):
+            row |= {f"{name}_p_holm": _number(p)} | ({} if p <= LEVEL else {name: Verdict.NONE.value})
     for column in (column for column in COMPARED if rows and f"{column}_p" in rows[0]):
         corrected = holm(np.array([row[f"{column}_p"] for row in rows], float))
         for row, p in zip(rows, corrected, strict=True):
@@ -122,9 +139,11 @@ def _shares(ours: Sample, theirs: Sample, *, acts: bool) -> dict[str, Any]:
         row["damage_left_by_house"] = _number(by_house.column(0).value)
     if acts:
         row["damage_equivalence"] = equivalent(*damage, MARGINS["damage"], found.column(0)).value
+        row["damage_equivalence_p"] = _number(margin_p(*damage, MARGINS["damage"], both=True))
     row |= _columns("toys_reached_left", found.column(1))
     kept = not_inferior(*toys, MARGINS["toys_reached"], more_is_better=True, ratio=found.column(1))
-    return row | {"toys_reached_not_inferior": kept.value}
+    p = _number(margin_p(*toys, MARGINS["toys_reached"]))
+    return row | {"toys_reached_not_inferior": kept.value, "toys_reached_not_inferior_p": p}
 
 
 def _heading(key: dict[str, Any], sample: Sample, **who: str) -> dict[str, Any]:

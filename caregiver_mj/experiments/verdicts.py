@@ -138,6 +138,20 @@ def equivalent(ours: np.ndarray, theirs: np.ndarray, margin: float, ratio: Estim
     return Verdict.DIFFERENT if high < least or low * least > 1 else Verdict.NONE
 
 
+def margin_p(ours: np.ndarray, theirs: np.ndarray, margin: float, *, both: bool = False) -> float:
+    """The p of ours being at the margin: two-sided, by sign flips; NaN where no p could be small enough.
+
+    Args:
+        ours: A sample (n,) that is not negative.
+        theirs: One paired with it.
+        margin: Share of the larger of the two means that does not matter.
+        both: Whether theirs are to be told from that share of ours, too, as for `equivalent`; the p is the larger one.
+    """
+    least = 1 - margin
+    sides = [np.asarray(ours, float) - least * theirs, np.asarray(theirs, float) - least * ours][: 1 + both]
+    return max(float(sign_flip_p(side)) for side in sides) if all(map(enough, sides)) else np.nan
+
+
 def _decides(ours: np.ndarray, theirs: np.ndarray, least: float) -> bool:
     """Whether there are pairs enough to tell ours from that share of theirs."""
     return enough(np.asarray(ours, float) - least * np.asarray(theirs, float))

@@ -117,6 +117,17 @@ def test_comparisons_that_are_told_together_are_corrected_for_their_number():
     assert [row["damage_verdict"] for row in together] == ["no verdict"] * 3
 
 
+def test_margins_that_are_told_together_are_corrected_for_their_number():
+    damage = [10, 20, 30, 40, 50, 60]
+    episodes = frame(toys=20, none=damage, guard=damage, paper=damage)
+    rows = [statistics.comparison_rows(episodes, name, "none")[0] for name in ("guard", "paper")]
+    assert [row["toys_reached_not_inferior"] for row in rows] == ["not inferior"] * 2
+    statistics.judged_together(rows)  # 20 less .97 x 20 in all six: 2 of 64
+    assert [row["toys_reached_not_inferior_p"] for row in rows] == [2 / 64] * 2
+    assert [row["toys_reached_not_inferior_p_holm"] for row in rows] == [4 / 64] * 2
+    assert [row["toys_reached_not_inferior"] for row in rows] == ["no verdict"] * 2
+
+
 def test_what_does_not_pair_is_refused():
     with pytest.raises(CaregiverError, match="1 episodes of 'paper' or 'none' have no counterpart"):
         statistics.comparison_rows(frame(none=[1, 2], paper=[1]), "paper", "none")

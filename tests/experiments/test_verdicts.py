@@ -13,6 +13,7 @@ from caregiver_mj.experiments.verdicts import (
     equivalent,
     judge,
     judge_columns,
+    margin_p,
     not_inferior,
     sign_flip_p,
 )
@@ -143,3 +144,12 @@ def test_equivalence_that_is_not_shown():
 def test_an_interval_known_already():
     assert equivalent(TOYS, TOYS, 0.10, ratio=Estimate(1.0, 0.8, 1.2)) is Verdict.NONE
     assert not_inferior(TOYS, TOYS, 0.03, more_is_better=True, ratio=Estimate(0.9, 0.8, 0.95)) is Verdict.INFERIOR
+
+
+def test_p_of_being_at_the_margin_by_hand():
+    # 20 less 0.9 x 20 is 2 in each of ten pairs: 2 of 1024 signs are as far from zero.
+    theirs = np.full(10, 20.0)
+    assert margin_p(theirs, theirs, 0.1) == margin_p(theirs, theirs, 0.1, both=True) == 2 / 2**10
+    assert margin_p(0.5 * theirs, theirs, 0.1, both=True) == 2 / 2**10  # 10 less 18, and 20 less 9
+    assert np.isnan(margin_p(0.9 * theirs, theirs, 0.1, both=True))
+    assert np.isnan(margin_p(theirs[:5], theirs[:5], 0.1))

@@ -22,9 +22,7 @@ def _sentence(row: dict[str, Any]) -> str:
         f"Harm: with {row['caregiver']} more damage than alone is shown in {row['cells_harmed'] or 'none'} of {where}"
     )
     if row["cells_decidable"] < row["cells"]:
-        text += (
-            f"; so few pairs differ that it could be shown in {row['cells_decidable'] or 'none'} of them at the most"
-        )
+        text += f"; so few pairs differ that it could be shown in {row['cells_decidable'] or 'none'} of them"
     return (
         f"{text}. Worst: {_cell(worst)}, damage {number(worst['damage_alone'], 2)} alone and "
         f"{number(worst['damage_with'], 2)} with it ({_difference(worst)}). Of all episodes "
