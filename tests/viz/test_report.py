@@ -297,7 +297,7 @@ def test_harm_comes_first(folder, page):
     told = (
         "Harm: with paper more damage than alone is shown in none of 2 cells (a house and a child each); so few pairs "
     )
-    told += "differ that it could be shown in 1 of them at the most. Worst: paper, 25 % random, damage 12.50 alone and "
+    told += "differ that it could be shown in 1 of them. Worst: paper, 25 % random, damage 12.50 alone and "
     told += "5.00 with it (−7.50 ["
     text = words(page)
     assert text.index(told) < text.index("of the damage avoided")
