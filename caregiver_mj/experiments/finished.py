@@ -171,9 +171,9 @@ def _foreign_summary(found: Finished) -> bool:
         [f"{column}_p" for column in compared],
     )
     wanted, ran = _who(found), found.settings.caregivers
-    compared = {(caregiver, family) for caregiver, family in wanted if caregiver != "none" and "none" in ran}
-    judged = [caregiver for caregiver in ran if caregiver not in ("none", FLOOR) and "none" in ran]
-    return rows != wanted or against != compared or _harm(found.summary["harm"]) != judged
+    acting = {(caregiver, family) for caregiver, family in wanted if caregiver != "none" and "none" in ran}
+    judged = {caregiver for caregiver, _ in acting if caregiver != FLOOR}
+    return rows != wanted or against != acting or _harm(found.summary["harm"]) != judged
 
 
 def _numbers(rows: list[dict[str, Any]], estimates: list[str], others: list[str]) -> set[tuple[Any, Any]] | None:
@@ -185,7 +185,7 @@ def _numbers(rows: list[dict[str, Any]], estimates: list[str], others: list[str]
     return {(row.get("caregiver"), row.get("family")) for row in rows}
 
 
-def _harm(rows: list[dict[str, Any]]) -> list[Any] | None:
+def _harm(rows: list[dict[str, Any]]) -> set[Any] | None:
     """Caregivers of rows that say all that there is to say of harm; None if one does not."""
     counts = ["cells", "cells_harmed", "cells_decidable", "episodes", "episodes_worse"]
     difference = [f"damage_difference{part}" for part in ("", "_ci_low", "_ci_high")]
@@ -193,7 +193,7 @@ def _harm(rows: list[dict[str, Any]]) -> list[Any] | None:
     texts = ("house", "family", "verdict")
     if not all(_has_numbers(row, counts) and _has_numbers(row["worst"], numbers) for row in rows):
         return None
-    return [row["caregiver"] for row in rows if all(isinstance(row["worst"][text], str) for text in texts)]
+    return {row["caregiver"] for row in rows if all(isinstance(row["worst"][text], str) for text in texts)}
 
 
 def _has_numbers(row: dict[str, Any], names: list[str]) -> bool:

@@ -1,10 +1,13 @@
 """Harm: a run of two houses and two children whose paired differences are worked by hand; one without `none`."""
 
+import json
+
 import numpy as np
 import pandas as pd
 import pytest
 from test_statistics import frame
 
+from caregiver_mj import cli
 from caregiver_mj.cli.table import output, print_harm
 from caregiver_mj.experiments.by_house import by_house
 from caregiver_mj.experiments.harm import harm
@@ -121,3 +124,12 @@ def test_nobody_can_judge_harm_without_the_child_alone(episodes, capsys):
 def test_the_floor_is_no_caregiver(episodes):
     cells = by_house(episodes.replace({"caregiver": {"paper": "floor"}}))
     assert [row["caregiver"] for row in harm(cells)] == ["bully"]
+
+
+def test_evaluate_tells_people_and_programs(capsys):
+    command = ["evaluate", "--world", "grid", "--caregiver", "none", "paper", "--epsilon", "1", "--episodes", "6"]
+    assert cli.main([*command, "--json"]) == 0
+    out, err = capsys.readouterr()
+    (row,) = json.loads(out)["harm"]
+    assert (row["caregiver"], row["cells"], row["worst"]["house"], row["worst"]["episodes"]) == ("paper", 1, "paper", 6)
+    assert "harm: damage with the caregiver less alone" in err
