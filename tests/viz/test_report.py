@@ -295,10 +295,9 @@ def test_a_run_of_an_older_version_gives_the_same_tables(tmp_path):
 def test_harm_comes_first(folder, page):
     # No episode has more damage than alone. Eight pairs that differ suffice, 2 cells / 2**8; five do not, 2 / 2**5.
     told = (
-        "Harm: with paper more damage than alone is shown in none of 2 cells (a house and a child each); so few pairs "
+        "Harm: with paper in none of 2 cells of a house and a child (with so few pairs that differ it could be shown "
     )
-    told += "differ that it could be shown in 1 of them. Worst: paper, 25 % random, damage 12.50 alone and "
-    told += "5.00 with it (−7.50 ["
+    told += "in 1). Worst: paper, 25 % random, damage 12.50 alone, 5.00 with it (−7.50 ["
     text = words(page)
     assert text.index(told) < text.index("of the damage avoided")
     assert text.index("Harm — Grid") < text.index("Damage left by each caregiver")

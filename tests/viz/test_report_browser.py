@@ -38,7 +38,7 @@ def test_page_in_a_browser(folder, browser, width):
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
     browser.get((folder / "report.html").as_uri())
     if width < 500:  # what is secondary is folded
-        assert browser.execute_script("return document.documentElement.scrollHeight") < 8000
+        assert browser.execute_script("return document.documentElement.scrollHeight") < 9000
     browser.set_script_timeout(20)
     browser.execute_async_script(
         """const done = arguments[0], film = document.querySelector("video");

@@ -8,6 +8,14 @@ from caregiver_mj.viz.report.run import Run
 from caregiver_mj.viz.report.table import Table
 from caregiver_mj.viz.report.words import family_name, number, with_interval
 
+HARM_IS = (
+    "Damage with each caregiver less that alone, in the same episodes. A cell is a house and a child; harm, more "
+    "damage than alone, is shown where a one-sided test (sign flips of the pairs) is at 5 % after Holm's correction "
+    "over all cells of the caregiver, and the 95 % interval of the mean difference, in brackets, is above zero. It "
+    "could be shown where pairs enough differ. The worst cell is that of the greatest difference, of those with harm "
+    "if there are any."
+)
+
 
 def harm(run: Run) -> dict[str, Any]:
     """A sentence on the caregiver that the report is about, and a table of all."""
@@ -17,16 +25,15 @@ def harm(run: Run) -> dict[str, Any]:
 
 
 def _sentence(row: dict[str, Any]) -> str:
-    worst, where = row["worst"], f"{row['cells']} cells (a house and a child each)"
-    text = (
-        f"Harm: with {row['caregiver']} more damage than alone is shown in {row['cells_harmed'] or 'none'} of {where}"
-    )
+    worst = row["worst"]
+    harmed = row["cells_harmed"] or "none"
+    text = f"Harm: with {row['caregiver']} in {harmed} of {row['cells']} cells of a house and a child"
     if row["cells_decidable"] < row["cells"]:
-        text += f"; so few pairs differ that it could be shown in {row['cells_decidable'] or 'none'} of them"
+        text += f" (with so few pairs that differ it could be shown in {row['cells_decidable'] or 'none'})"
     return (
-        f"{text}. Worst: {_cell(worst)}, damage {number(worst['damage_alone'], 2)} alone and "
-        f"{number(worst['damage_with'], 2)} with it ({_difference(worst)}). Of all episodes "
-        f"{number(100 * row['episodes_worse'])} % are worse than alone."
+        f"{text}. Worst: {_cell(worst)}, damage {number(worst['damage_alone'], 2)} alone, "
+        f"{number(worst['damage_with'], 2)} with it ({_difference(worst)}). "
+        f"{number(100 * row['episodes_worse'])} % of the episodes are worse than alone."
     )
 
 
@@ -45,15 +52,8 @@ def harm_table(run: Run) -> Table:
         )
         for row in run.summary["harm"]
     ]
-    note = (
-        "Damage with each caregiver less that alone, in the same episodes. A cell is a house and a child; harm is "
-        "shown where a one-sided test (sign flips of the pairs) is at 5 % after Holm's correction over all cells of "
-        "the caregiver, and the 95 % interval of the mean difference, in brackets, is above zero. It could be shown "
-        "where pairs enough differ. The worst cell is that of the greatest difference, of those with harm if there "
-        "are any."
-    )
     columns = ("caregiver", "cells with harm", "could be shown in", "episodes worse than alone", "worst cell")
-    return Table(f"Harm — {run.title}", (*columns, "alone", "with", "difference"), rows, note)
+    return Table(f"Harm — {run.title}", (*columns, "alone", "with", "difference"), rows)
 
 
 def _cell(worst: dict[str, Any]) -> str:

@@ -10,6 +10,7 @@ from caregiver_mj.viz.report import published
 from caregiver_mj.viz.report.charts import Picture
 from caregiver_mj.viz.report.child import why_all_timesteps
 from caregiver_mj.viz.report.disclosure import disclosures
+from caregiver_mj.viz.report.harm import HARM_IS
 from caregiver_mj.viz.report.words import number
 
 
@@ -18,6 +19,7 @@ def markdown(sections: Sequence[dict[str, Any]], beside: dict[str, Any] | None) 
     parts = ["# Tables\n", "## Harm\n"]
     for section in sections:
         parts += [f"{section['run'].title}. {section['harm']['sentence']}\n", section["harm"]["table"].markdown()]
+    parts.append(f"{HARM_IS}\n")
     for section in sections:
         parts += _section(section)
     parts += [beside["table"].markdown(), *_figures(beside["pictures"])] if beside else []

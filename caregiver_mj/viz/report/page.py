@@ -19,6 +19,7 @@ from caregiver_mj.viz.report.charts import Picture
 from caregiver_mj.viz.report.child import why_all_timesteps
 from caregiver_mj.viz.report.disclosure import disclosures
 from caregiver_mj.viz.report.film import Film, found_film, make_film
+from caregiver_mj.viz.report.harm import HARM_IS
 from caregiver_mj.viz.report.markdown import markdown
 from caregiver_mj.viz.report.reading import read_run
 from caregiver_mj.viz.report.section import section
@@ -80,6 +81,7 @@ def _page(sections: list[dict[str, Any]], beside: dict[str, Any] | None, film: d
     several = any(one["run"].several for one in sections)
     return environment.get_template("report.html").render(
         sections=sections,
+        harm_is=HARM_IS,
         beside=beside,
         film=film,
         paper=published.PAPER,
