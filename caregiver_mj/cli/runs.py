@@ -75,7 +75,10 @@ def _without(gone: Sequence[str]) -> tuple[str, ...]:
 def _comparison(found: dict[str, Any], folders: list[str], columns: Sequence[str], narrow: bool) -> rich.table.Table:
     first = found["rows"][0]
     where = first["house"] if "houses" in first else f"'{first['house']}'"
-    caption = "mean damage of paired episodes; in brackets the 95 % interval of the mean difference"
+    caption = (
+        "mean damage of paired episodes; in brackets the 95 % interval of the mean difference; p of a row alone, "
+        "verdict with Holm's correction for all rows"
+    )
     if gone := _without(columns):
         caption += f"; no room for: {', '.join(gone)}"
     table = rich.table.Table(
