@@ -9,7 +9,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.settings import EPSILONS
 from caregiver_mj.experiments.verdicts import Verdict
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.studies.foresight import price, variants
+from caregiver_mj.studies.foresight import variants
 from caregiver_mj.studies.foresight.bars import Bars
 from caregiver_mj.studies.foresight.command import main, read
 from caregiver_mj.studies.foresight.figure import draw
@@ -74,7 +74,7 @@ class TestBars:
         assert bars.gone("paper", "floor").value == pytest.approx(9 / 24)
 
     def test_the_absolute_reduction_is_told_first(self, bars):
-        text = " ".join(page([bars], pd.DataFrame(), pd.DataFrame(), "").split())
+        text = " ".join(page([bars], pd.DataFrame(), "").split())
         first = "Damage of an episode, summed over 0.5, 0.25: alone 20.00, with the rule 8.00, with `foresight` 6.50."
         assert f"{first} That is less the rule's -1.50 (" in text
         assert text.index(first) < text.index("19 % (") < text.index("Each child's damage as a share")  # 9 / 48
@@ -117,7 +117,7 @@ def test_the_page_of_what_is_taken_apart():
         for episode in range(4)
     ]
     table = pd.DataFrame(rows, columns=["house", "caregiver", "family", "episode", *COLUMNS])
-    text = page([], table, pd.DataFrame(), "python scripts/foresight.py")
+    text = page([], table, "python scripts/foresight.py")
     for what in variants.ABLATIONS:
         assert f"| {what} |" in text
     assert "0.818" in text  # 4.5 / 5.5
@@ -125,35 +125,8 @@ def test_the_page_of_what_is_taken_apart():
     assert len(draw(table).axes) == 2 * (len(EPSILONS) - 1)
 
 
-class TestPrice:
-    @pytest.fixture
-    def rows(self):
-        """The dearer a denied move, the fewer there are; the rule denies 2 at .5, and 1 at .05."""
-        denied = dict(zip(price.SEARCHED, ((2.5, 1.5), (1.9, 1.2), (1.8, 1.0), (1.7, 0.9)), strict=True))
-        denied = {price.key_of(price.PRICE, key): value for key, value in denied.items()}
-        rows = [
-            (f"h{house}", name, family, episode, 2.0, 9.0, count + 0.1 * (-1) ** episode, 3.0)
-            for house in range(3)
-            for name, counts in (denied | {"none": (0.0, 0.0), "paper": (2.0, 1.0)}).items()
-            for family, count in zip(("0.5", "0.05"), counts, strict=True)
-            for episode in range(4)
-        ]
-        return pd.DataFrame(rows, columns=["house", "caregiver", "family", "episode", *COLUMNS])
-
-    def test_the_lowest_that_is_enough_at_every_epsilon(self, rows):
-        assert price.cheapest(rows) == "0.05"
-        assert "is enough: 0.05." in price.section(rows)
-
-    def test_none_is_enough(self, rows):
-        rows.loc[rows.caregiver == "paper", "moves_blocked_free"] = 0.0
-        assert price.cheapest(rows) is None
-
-    def test_all_are_variants(self):
-        assert set(price.names()) <= set(variants.variants())
-
-
 def test_rows_of_a_variant():
-    rows = run(Job("house-100002", "hysteresis (share of the damage of doing nothing): .1", 2))
+    rows = run(Job("house-100002", "hysteresis (share of the damage to come): 0.1", 2))
     assert list(rows.columns) == ["house", "caregiver", "family", "episode", *COLUMNS]
     assert len(rows) == 2 * len(EPSILONS)
     assert rows.damage.gt(0).any()

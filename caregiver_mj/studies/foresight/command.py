@@ -11,15 +11,12 @@ import pandas as pd
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.studies import foresight
 from caregiver_mj.studies.documents import write_page
-from caregiver_mj.studies.foresight import price
 from caregiver_mj.studies.foresight.bars import Bars
 from caregiver_mj.studies.foresight.figure import draw
 from caregiver_mj.studies.foresight.measure import measure
 from caregiver_mj.studies.foresight.page import page
 from caregiver_mj.studies.foresight.variants import variants
 from caregiver_mj.studies.trials import add_jobs
-
-_OF_PRICE = 20  # episodes in each house, with each novice, in which the price is found
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -36,18 +33,15 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument(
         "--episodes", type=int, default=50, help="in each house, with each novice; 0 for none (default: %(default)s)"
     )
-    parser.add_argument("--price", metavar="SET", help="also find the price of a denied move, in these houses")
     parser.add_argument("--out", type=pathlib.Path, metavar="DIR", help="keep the variants' episodes, or take them")
     add_jobs(parser)
     parser.add_argument("--docs", type=pathlib.Path, metavar="DIR", help="write the page and its figure there")
     options = parser.parse_args(arguments)
     runs = [read(folder) for folder in options.run]
-    rows = prices = pd.DataFrame()
+    rows = pd.DataFrame()
     if options.episodes:
         rows = _measured("apart", options.houses, options.episodes, variants(), options)
-    if options.price:
-        prices = _measured("price", options.price, _OF_PRICE, price.names(), options)
-    text = page(runs, rows, prices, _command(options, parser))
+    text = page(runs, rows, _command(options, parser))
     print(text, end="")
     if not options.docs:
         return
@@ -88,7 +82,7 @@ def _command(options: argparse.Namespace, parser: argparse.ArgumentParser) -> st
     words: Sequence[str] = ["python scripts/foresight.py"]
     if options.run:
         words = [*words, "--run", *(f"runs/{folder.name}" for folder in options.run)]
-    for name in ("houses", "episodes", "price"):
+    for name in ("houses", "episodes"):
         if (value := getattr(options, name)) != parser.get_default(name):
             words = [*words, f"--{name}", str(value)]
     return " ".join([*words, "--docs docs"])

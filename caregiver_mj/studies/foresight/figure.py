@@ -9,8 +9,7 @@ from matplotlib.figure import Figure
 
 from caregiver_mj.experiments.settings import EPSILONS
 from caregiver_mj.studies.foresight.measure import means
-from caregiver_mj.studies.foresight.price import PRICE
-from caregiver_mj.studies.foresight.variants import ABLATIONS, BESIDE, FLOOR, key_of
+from caregiver_mj.studies.foresight.variants import ABLATIONS, BESIDE, FLOOR, PRICE, key_of
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.figures.style import INK, STYLE
 

@@ -10,7 +10,6 @@ from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.settings import EPSILONS
 from caregiver_mj.experiments.verdicts import MARGINS, holm
 from caregiver_mj.studies.documents import fill, table
-from caregiver_mj.studies.foresight import price
 from caregiver_mj.studies.foresight.bars import FLOOR, OURS, RULE, TOLD, Bars
 from caregiver_mj.studies.foresight.measure import means
 from caregiver_mj.studies.foresight.variants import ABLATIONS, key_of
@@ -18,13 +17,12 @@ from caregiver_mj.studies.foresight.variants import ABLATIONS, key_of
 _SHOWN = ("paper", "nearest", "paper-predictive", "foresight", "knows-goal", "clairvoyant", "floor")
 
 
-def page(runs: list[Bars], rows: pd.DataFrame, prices: pd.DataFrame, command: str) -> str:
+def page(runs: list[Bars], rows: pd.DataFrame, command: str) -> str:
     """The whole page.
 
     Args:
         runs: Runs to judge foresight by.
         rows: What `measure` has found with all variants; or none.
-        prices: The same with those of `price`; or none.
         command: What has made it.
     """
     parts = [
@@ -39,8 +37,6 @@ def page(runs: list[Bars], rows: pd.DataFrame, prices: pd.DataFrame, command: st
     ]
     if len(rows):
         parts += ["## Taken apart", _ablations(rows)]
-    if len(prices):
-        parts.append(price.section(prices))
     return "\n\n".join(parts) + "\n"
 
 

@@ -13,6 +13,7 @@ from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.plans.floor_plan import FloorPlan
 
+PRICE = "price of a denied move towards a toy (damage)"
 PRICES = (0.0, 0.3, 0.75, 1.5, 3.0, 6.0)
 BESIDE = ("paper", "nearest", "guard", "childproof", "knows-goal", "clairvoyant")  # on the frontier
 FLOOR = "floor"
@@ -54,7 +55,7 @@ ABLATIONS: dict[str, dict[str, Callable[[FloorPlan], Caregiver] | str]] = {
         f"{HYSTERESIS:g}": _foresight(),
         **{f"{share:g}": _foresight(hysteresis=share) for share in (0.0, 0.001, 0.02, 0.1) if share != HYSTERESIS},
     },
-    "price of a denied move towards a toy (damage)": {
+    PRICE: {
         f"{OBJECTIVE.price:g}": _foresight(),
         **{f"{value:g}": _objective(price=value) for value in PRICES if value != OBJECTIVE.price},
     },
