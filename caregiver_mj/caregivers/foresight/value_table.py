@@ -28,7 +28,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 
 LARGEST, LAYOUTS = 16_000_000, 128  # states, layouts: where there are more, fewer candles are planned for at a time
 _BEGIN = 0.2  # share of the damage to a child alone to begin the iteration with: about what is left of it
-_CARRY_EVERY = 3  # sweeps after which what comes of carrying a candle is brought up to date
+_CARRY_EVERY = 4  # sweeps after which what comes of carrying a candle is brought up to date
 
 # By steps in a timestep: for each table what `ValueTable._fetched` finds.
 _Fetched = dict[int, list[tuple[np.ndarray, np.ndarray]]]
@@ -132,11 +132,8 @@ class ValueTable:
         after = self.layouts.after[layout, source, table]
         moves = np.minimum(self.motion.carry(stand, table, child, left), self.motion.longest)
         found = self._ahead[table, moves, self._column[table, after], self.motion.nearest[table, stand], child]
-        found = found + self._meanwhile[moves, child, 0]
-        rest = self.layouts.bears[layout]
-        for other in range(rest.shape[1]):
-            stays = (rest[:, other] & (source != other))[:, None]
-            found += stays * self._meanwhile[moves, child, 1 + other]
+        found += self._meanwhile[layout, moves, child]
+        found -= self._candle_meanwhile[moves, child, source]  # the one in the hand
         found[after < 0] = np.inf
         return found
 
@@ -156,7 +153,9 @@ class ValueTable:
             steps: (first + self.motion.after[steps]).reshape(self.motion.aside + 2, -1)
             for steps, _ in self.motion.turns
         }
-        self._meanwhile = self._damage_meanwhile()
+        meanwhile = self._damage_meanwhile()
+        self._candle_meanwhile = meanwhile[:, :, 1:]
+        self._meanwhile = np.stack([meanwhile[:, :, np.concatenate([[True], bear])].sum(axis=2) for bear in bears])
         self._column = np.cumsum(bears, axis=0).T - 1  # of a layout among those with a candle on a table
         fetched: _Fetched = {}
         for sweep in range(self._objective.sweeps):
