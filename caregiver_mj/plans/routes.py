@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 import math
+import threading
 from collections.abc import Sequence
 
 import numpy as np
@@ -53,6 +54,7 @@ class Routes:
         traps = self._yielding.traps
         self._safe_stand = [[cell for cell in stand if not traps[cell]] for stand in self._stand]
         self.open_distance = plan.graph.distances_from(self._stand)  # (places, cells), as if there were no child
+        self._learning = threading.Lock()
         self._row_of: dict[tuple[int, ...], int] = {}  # by the children's cells: where in the tables below
         # Zero pages until written to, so a large plan costs only what occurs. The last place of a row is ASIDE.
         self._distance, self._next_cell = (np.zeros(_shape(plan, places), np.int16) for _ in range(_TABLES))
@@ -94,7 +96,9 @@ class Routes:
         rows = []
         for group in map(tuple, groups.tolist()):
             if group not in self._row_of:
-                self._row_of[group] = self._learn(sorted(set(group)))
+                with self._learning:
+                    if group not in self._row_of:  # nor has another thread learnt it meanwhile
+                        self._row_of[group] = self._learn(sorted(set(group)))
             rows.append(self._row_of[group])
         return np.array(rows)[inverse.ravel()]
 
