@@ -9,6 +9,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
+import threading
 from typing import Any
 
 import mink
@@ -31,6 +32,8 @@ _HOLD_COST = 0.5  # of a joint that is held, beside 1 for the hand
 class Arm:
     """Kinematics of a robot's arm, on a model of its own: it knows nothing of the simulation's state.
 
+    One thread after the other is answered: they would else overwrite each other's poses of that model.
+
     Attributes:
         embodiment: The robot.
         ranges: Lowest and highest joint positions, (joints,) each, in radians.
@@ -38,6 +41,7 @@ class Arm:
 
     def __init__(self, embodiment: Embodiment):
         self.embodiment = embodiment
+        self._lock = threading.Lock()
         self._model = read_spec(embodiment.model).compile()
         self._configuration = mink.Configuration(self._model)
         self._data = mujoco.MjData(self._model)
@@ -89,6 +93,10 @@ class Arm:
         Raises:
             CaregiverError: The arm cannot reach that pose, or not from that guess.
         """
+        with self._lock:
+            return self._solve_pose(position, rotation, guess)
+
+    def _solve_pose(self, position: np.ndarray, rotation: np.ndarray, guess: np.ndarray) -> np.ndarray:
         q = np.zeros(self._model.nq)
         q[self._arm] = guess
         self._configuration.update(q)
@@ -109,9 +117,10 @@ class Arm:
 
     def pinch(self, q: np.ndarray) -> np.ndarray:
         """Forward kinematics: the pinch point (3,) in metres for joint positions (joints,) in radians."""
-        self._data.qpos[self._arm] = q
-        mujoco.mj_kinematics(self._model, self._data)
-        return self._pinch.xpos.copy()
+        with self._lock:
+            self._data.qpos[self._arm] = q
+            mujoco.mj_kinematics(self._model, self._data)
+            return self._pinch.xpos.copy()
 
     @functools.cached_property
     def tucked(self) -> np.ndarray:
@@ -123,11 +132,12 @@ class Arm:
     def clears_itself(self, joints: np.ndarray) -> bool:
         """Whether no part of the robot comes near another one, neighbours apart, with joints (joints,) in radians."""
         model, data, apart = self._own_shapes
-        data.qpos[self._arm] = joints
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_collision(model, data)
-        near = data.contact.dist < _CLEAR  # margins of two geoms add up
-        return not apart[tuple(data.contact.geom[near].T)].any()
+        with self._lock:
+            data.qpos[self._arm] = joints
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_collision(model, data)
+            near = data.contact.dist < _CLEAR  # margins of two geoms add up
+            return not apart[tuple(data.contact.geom[near].T)].any()
 
     @functools.cached_property
     def _own_shapes(self) -> tuple[mujoco.MjModel, mujoco.MjData, np.ndarray]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterable, Sequence
 
 import mujoco
@@ -19,8 +20,8 @@ _MARGIN = 0.005  # metres that the robot shall stay away from everything
 class PlanningScene:
     """Collision checks against walls, furniture, floor and candles, with MuJoCo's own geometry of them.
 
-    Nothing moves in it: poses are set and contacts looked at. It is costly to make (as costly as the house itself), so
-    make it when it is first needed.
+    Nothing moves in it: poses are set and contacts looked at, for one thread after the other. It is costly to make (as
+    costly as the house itself), so make it when it is first needed.
     """
 
     def __init__(self, spec: mujoco.MjSpec, plan: FloorPlan, robot: Embodiment):
@@ -37,6 +38,7 @@ class PlanningScene:
                 geom.margin = _MARGIN
             elif geom.name.startswith("table_") and geom.name.endswith("/top"):
                 geom.size[:2] += _TABLE_MARGIN
+        self._lock = threading.Lock()
         self._model = model = spec.compile()
         self._data = mujoco.MjData(model)
         names = [model.geom(i).name for i in range(model.ngeom)]
@@ -64,6 +66,12 @@ class PlanningScene:
             held: Whether the hand has got that candle, at the first of the arm's poses, and takes it along. It must
                 then touch nothing either, once it has been lifted.
         """
+        with self._lock:
+            return self._is_free(base, arm, candles, between, held)
+
+    def _is_free(
+        self, base: Sequence[float], arm: Iterable[np.ndarray], candles: np.ndarray, between: int, held: bool
+    ) -> bool:
         qpos = self._data.qpos
         qpos[self._base], qpos[self._candles] = base, candles
         carried: tuple[np.ndarray, np.ndarray] | None = None  # the candle in the hand's frame
