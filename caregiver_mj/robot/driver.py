@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 import math
+import sys
 
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
@@ -43,6 +44,7 @@ _SWITCHING_RATE = 0.6  # a base that a child has slowed down below this stops be
 # Seconds until it looks at its way again: while it has one, while children leave it none, and while it stops.
 _REPLAN_INTERVAL, _BARRED_INTERVAL, _STOPPING_INTERVAL = 1.0, 0.3, 0.04
 _LOOK_AHEAD = 1.5  # seconds of the path that are looked at for children in the way
+_LAST_OF_WAY = 5.0  # seconds that a base which has lost patience, but is on its way to the goal, may go on
 _PATIENCE = 1.7  # seconds for which the robot gets out of the way of a child that comes: one novice timestep
 
 
@@ -94,7 +96,8 @@ class Driver:
             yaw: Its heading there, radians.
 
         Returns:
-            DONE while the base is there. FAILED if it has lost patience.
+            DONE while the base is there. FAILED if it has lost patience, be it that something keeps it from its work
+            there.
         """
         moved = self.goal is None or math.dist(goal, self.goal) > 1e-3
         if robot.led_off != self._led_off:
@@ -112,11 +115,10 @@ class Driver:
         off = math.dist(goal, view.base[:2])
         turn = abs(math.remainder(yaw - view.base[2], math.tau))
         if off < ARRIVED and turn < ARRIVED_YAW and not robot.moving:
-            self.patience.renew(view.now)
-            return Status.DONE
-        if self.patience.is_over(view.now) and not (robot.moving and self._leads_to(goal)):
-            return Status.FAILED
-        return Status.RUNNING
+            self.patience.note(0, view.now)  # once: a child may push it off again and again
+            return Status.FAILED if self.patience.is_over(view.now) else Status.DONE
+        on_its_way = robot.moving and self._leads_to(goal)
+        return Status.FAILED if self.patience.is_over(view.now, _LAST_OF_WAY * on_its_way) else Status.RUNNING
 
     def _may_turn(self, view: View, robot: RobotMotion, yaw: float) -> bool:
         """Whether the base may turn where it is.
@@ -200,8 +202,7 @@ class Driver:
     def _note_progress(self, view: View, cell: Cell) -> None:
         """Takes in how near the base is to its cell, by a way that knows no children."""
         route = self._navigator.route(self._navigator.nearest_cell(view.base[:2]), cell)
-        if route is not None:
-            self.patience.note(len(route), view.now)
+        self.patience.note(sys.maxsize if route is None else len(route), view.now)
 
     def _way_past_children(self, view: View, here: Vector, goal: Vector, cell: Cell) -> list[Vector] | None:
         """A way round the children that are near, and if possible round what lies on the floor; None if they bar it."""

@@ -10,7 +10,7 @@ TIME_OUT = 10.0
 
 
 class Patience:
-    """Lasts as long as the base comes nearer to where it shall stand."""
+    """Lasts as long as the base comes nearer to where it shall stand than it has ever been: so it comes to an end."""
 
     def __init__(self) -> None:
         self.begin_anew()
@@ -22,17 +22,12 @@ class Patience:
     def note(self, left: int, now: float) -> None:
         """Takes in how long the rest of the way is, in cells, at a time in seconds."""
         if left < self._nearest:
-            self._nearest = left
-            self.renew(now)
-
-    def renew(self, now: float) -> None:
-        """Begins to wait anew."""
-        self._deadline = now + TIME_OUT
+            self._nearest, self._deadline = left, now + TIME_OUT
 
     def last_for_ever(self) -> None:
         """Has it never end, unless the base comes still nearer."""
         self._deadline = math.inf
 
-    def is_over(self, now: float) -> bool:
-        """Whether it has waited long enough."""
-        return now > self._deadline
+    def is_over(self, now: float, seconds: float = 0.0) -> bool:
+        """Whether it has waited long enough, and so many seconds more."""
+        return now > self._deadline + seconds

@@ -31,8 +31,18 @@ def test_a_new_aim_begins_anew():
 def test_who_is_there_may_stay():
     patience = Patience()
     patience.note(1, now=0.0)
-    patience.renew(5.0)
+    patience.note(0, now=5.0)
     assert not patience.is_over(14.0)
     patience.last_for_ever()
     patience.note(1, now=20.0)
     assert not patience.is_over(1e6)
+
+
+def test_who_is_driven_off_again_and_again_does_not_stay_for_ever():
+    patience = Patience()
+    for now in range(0, 12, 2):
+        patience.note(1, now)
+        patience.note(0, now + 1.0)
+    assert patience.is_over(11.02)
+    assert not patience.is_over(11.02, 5.0)
+    assert patience.is_over(16.02, 5.0)

@@ -16,7 +16,7 @@ from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.reach import as_high
 from caregiver_mj.robot.se2 import Vector
-from caregiver_mj.robot.separation import child_cells, distance_from_line, gap, near_children
+from caregiver_mj.robot.separation import GENTLE_GAP, child_cells, distance_from_line, gap, near_children
 from caregiver_mj.robot.skills.skill import Skill
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import CHILD_RADIUS, View
@@ -33,6 +33,9 @@ _LATE = 0.03  # seconds old up to which what is seen is good enough for the last
 _AS_USUAL = 0.01  # metres that a table may be higher than usual without a difference
 _CHILD_COMES = 0.4  # metres that a child comes nearer while the base turns for the last time
 _LAST_DISTANCE_SLOWED = 0.01  # metres to go at which a base that is slowed down, or has stopped short, has arrived
+# What is not on the map holds the base up if it has stood short of its goal for so many seconds in all, slower than so
+# many m/s, with no child at it.
+_HELD_UP, _STANDS = 1.5, 0.01
 _NOT_QUITE = 0.5  # seconds for which the hand, come down, waits for the base that has not quite arrived
 
 
@@ -51,6 +54,8 @@ class AtTable(Skill):
         self.stand: Cell | None = None
         self._stage: Callable[[View, RobotMotion], Status] = self._approach
         self._moved_at = 0.0
+        self._held_up_for, self._held_up_at = 0.0, set[Cell]()  # in the present stand, and stands given up for that
+        self._was = 0.0, (0.0, 0.0)  # when it was looked at last, and where the base was then
         self._is_aimed = False  # whether the hand has got its path from this skill
         self._came_down_at = math.inf
         self._is_short = False  # whether it came down where the base had not quite arrived, and stays so
@@ -66,12 +71,36 @@ class AtTable(Skill):
         """Drives on for one control timestep; it gets no farther out of a child's way than that comes after it.
 
         The way past a toddler is often open for the time of one of its steps only.
+
+        Returns:
+            As of `Driver.drive`, or OUT_OF_REACH if something holds the base up on every side of the table.
         """
         status = self.driver.drive(view, robot, goal, cell, yaw)
+        if self._is_held_up(view, robot, goal):
+            self._held_up_at.add(cell)
+            self.stand, self._held_up_for = None, 0.0
+            self.driver.patience.begin_anew()
+            if not self._stands(view):
+                return Status.OUT_OF_REACH
         if self.driver.stands_aside(view.now):
             haste = (_ASIDE_GAP - gap(view, self.embodiment)) / (_ASIDE_GAP - _AT_ONCE_GAP)
             robot.set_rate(min(robot.rate_ahead, max(0.0, haste)))
         return status
+
+    def _is_held_up(self, view: View, robot: RobotMotion, goal: Vector) -> bool:
+        """Whether something that is no child has kept the base, for a while in all, from the last of its way."""
+        (before, place), here = self._was, view.base[:2]
+        self._was, seconds = (view.now, here), view.now - before
+        is_there = math.dist(goal, robot.base_reference()[0]) < 1e-3 and not robot.moving
+        is_short = math.dist(goal, here) > ARRIVED and math.dist(place, here) < _STANDS * seconds
+        if is_there and is_short and gap(view, self.embodiment) > GENTLE_GAP:
+            self._held_up_for += seconds
+        return self._held_up_for > _HELD_UP
+
+    def _stands(self, view: View) -> list[Cell]:
+        """The cells beside the table in which the base may yet stand before it."""
+        plan = self._navigator.plan
+        return [cell for cell in plan.free_neighbours(plan.tables[self.table]) if cell not in self._held_up_at]
 
     @abc.abstractmethod
     def _approach(self, view: View, robot: RobotMotion) -> Status:
@@ -88,7 +117,8 @@ class AtTable(Skill):
         Returns:
             Position and cell to stand in, and the heading.
         """
-        if self.stand is None or (self.driver.looks_again(view.now) and self._is_barred(view, self.stand)):
+        is_barred = self.stand and self.driver.looks_again(view.now) and self._is_barred(view, self.stand)
+        if self.stand is None or is_barred or self.stand not in self._stands(view):
             self.stand = self._choose_stand(view)
         x, y = self._ahead(self.stand)
         reach = self.embodiment.postures.reach + hand[0]
@@ -112,7 +142,7 @@ class AtTable(Skill):
     def _choose_stand(self, view: View) -> Cell:
         """The free cell beside the table that is quickest to reach, if possible without meeting a child."""
         navigator, plan = self._navigator, self._navigator.plan
-        cells = plan.free_neighbours(plan.tables[self.table])
+        cells = self._stands(view)
         # Better not where a child could shut the robot in.
         cells = [cell for cell in cells if not yielding(plan).traps[plan.cell_index[cell]]] or cells
         start = navigator.nearest_cell(view.base[:2])

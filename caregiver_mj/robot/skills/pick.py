@@ -17,6 +17,7 @@ from caregiver_mj.robot.view import View
 _LIFTED = 0.01  # metres that a candle must have come up with the hand
 _RISES = 0.12  # seconds in which it does
 _IN_FRONT = 0.3  # metres before a candle in which the hand comes down to it, and goes up with it
+_OFF_MAP = 0.03  # metres by which the map may be wrong about the table, as in `planning_scene`
 _AJAR = 0.002  # metres by which each finger may fall short of being open
 
 
@@ -31,9 +32,17 @@ class Pick(AtTable):
 
     def has_way(self, view: View) -> bool:
         """Whether the hand gets at the candle from any side of the table without knocking another one over."""
-        plan = self._navigator.plan
-        stands = plan.free_neighbours(plan.tables[self.table])
-        return not all(self._is_barred_by_candle(view, stand) for stand in stands)
+        return not all(self._is_barred_by_candle(view, stand) for stand in self._stands(view))
+
+    def _stands(self, view: View) -> list[Cell]:
+        return [stand for stand in super()._stands(view) if self._has_room(view, stand)]
+
+    def _has_room(self, view: View, stand: Cell) -> bool:
+        """Whether the candle is near enough to this side of the table: the base must not meet that."""
+        (ahead_x, ahead_y), (x, y, _) = self._ahead(stand), view.candles[self.candle].tolist()
+        behind_middle = (x - self._middle[0]) * ahead_x + (y - self._middle[1]) * ahead_y
+        to_candle = self.embodiment.postures.reach - self.embodiment.grasp.depth - self.embodiment.footprint
+        return to_candle - behind_middle - layout.TABLE_HALF_SIZE > _OFF_MAP
 
     def _is_barred_by_candle(self, view: View, stand: Cell) -> bool:
         ahead, candle = self._ahead(stand), view.candles[self.candle].tolist()
@@ -48,9 +57,11 @@ class Pick(AtTable):
         x, y, z = view.candles[self.candle].tolist()
         if not view.stands_on_table(self.candle, self.table) or math.dist((x, y), self._middle) > BESIDE_TABLE:
             return Status.OVERTAKEN  # it has fallen, or somebody else has taken it away
+        if not self._stands(view):
+            return Status.OVERTAKEN  # it has been moved
         goal, cell, yaw = self._stand_at_table(view, (x, y), hand=(-self.embodiment.grasp.depth, 0.0))
         arrival = self._drive(view, robot, goal, cell, yaw)
-        if arrival is Status.FAILED:
+        if arrival.failed:
             return arrival
         if robot.reached < 1e-6:
             robot.plan_reach(z + self.embodiment.grasp.height)

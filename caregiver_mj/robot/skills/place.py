@@ -57,9 +57,9 @@ class Place(AtTable):
             self._is_aimed = True
         goal, cell, yaw = self._stand_at_table(view, self._spot, self._hand)
         arrival = self._drive(view, robot, goal, cell, yaw)
-        if arrival is Status.FAILED:
+        if arrival.failed:
             robot.reach(0.0)
-            return arrival
+            return Status.FAILED
         on_last = self._prepare_hand(view, robot, goal, yaw)
         if on_last and arrival is Status.DONE and view.now >= robot.reach_arrival - self.embodiment.grasp.release_time:
             robot.grip(self.embodiment.grasp.open)

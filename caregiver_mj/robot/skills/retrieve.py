@@ -118,13 +118,12 @@ class Retrieve(Skill):
 
     def _end(self, holds: bool) -> Status:
         """Decides what to do when the arm is back."""
-        if self._withdraws:
-            self._withdraws = False
-            return _unless_in_hand(holds)
         assert self._stance is not None  # the one at which it began to reach
-        self._pitch_down, self._stance = self._stance.pitch_down, None
-        if holds and self._pitch_down is None:
-            return Status.DONE
+        if not self._withdraws:
+            self._pitch_down, self._stance = self._stance.pitch_down, None
+            if holds and self._pitch_down is None:
+                return Status.DONE
+        self._withdraws = False
         self._failures += not holds  # or it has been laid down once more
         return Status.FAILED if self._failures == ATTEMPTS else _unless_in_hand(holds)
 
