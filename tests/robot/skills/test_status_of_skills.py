@@ -35,12 +35,14 @@ class Stage:
         physics: The room's.
         navigator: The robot's.
         others: Children that the robot sees, too, though there are none.
+        tables: Where the tables' centres are, (tables, 2), metres.
         fingers: How far apart the robot sees its fingers, metres; None if as far as they are.
     """
 
-    def __init__(self):
-        env = caregiver_mj.load("supervise", ROOM, Scripted(ROOM, STAY), random=1)
+    def __init__(self, seed: int = 1, **options: float):
+        env = caregiver_mj.load("supervise", ROOM, Scripted(ROOM, STAY), random=seed, task_kwargs=options)
         env.reset()
+        self.tables = env.task.table_positions
         self._env, self.physics, self.navigator = env, env.physics, Navigator(ROOM, ROBOT)
         env.task.children[0].put((4, 7))
         self.physics.set_robot(np.array([*ROOM.position((3, 2)), 0.0]), self.physics.arm_position())
@@ -201,6 +203,46 @@ def test_a_table_that_children_surround_is_given_up(stage):
     assert GIVES_UP < stage.now < 2 * GIVES_UP
     stage.others = stage.others[:1]
     assert stage.to_the_end(Pick(stage.navigator, CANDLE, ITS_TABLE))[-1] is Status.DONE
+
+
+def test_a_base_that_is_pushed_off_again_and_again_gives_up(stage):
+    """Every time it is back where it shall stand, for a moment, before the hand has come down."""
+    pick, there = Pick(stage.navigator, CANDLE, ITS_TABLE), []
+
+    def push() -> bool:
+        x, y, yaw = stage.physics.base_position()
+        if np.hypot(x - pick.driver.goal[0], y - pick.driver.goal[1]) < 0.005:
+            there.append(stage.now)
+            if len(there) % 5 == 0:
+                back = np.array([x - 0.014 * np.cos(yaw), y - 0.014 * np.sin(yaw), yaw])
+                stage.physics.set_robot(back, stage.physics.arm_position())
+        return False
+
+    assert stage.run(pick, push, 60.0) == [Status.RUNNING, Status.FAILED]
+    assert len(there) > 100
+    assert GIVES_UP < stage.now - there[0] < 2 * GIVES_UP
+
+
+def test_a_candle_at_the_far_edge_of_a_table_is_picked_up_from_another_side(stage):
+    """From the nearest side, the southern one, the base would have to push the table away."""
+    x, y = ROOM.position(ROOM.tables[ITS_TABLE])
+    stage.physics.set_candle(CANDLE, np.array([x, y + 0.2, TABLE_TOP]), 0.0)
+    stage.others = [child(*centre(ROOM, (2, 2))), child(*centre(ROOM, (2, 4)))]
+    pick = Pick(stage.navigator, CANDLE, ITS_TABLE)
+    assert stage.to_the_end(pick) == [Status.RUNNING, Status.COMMITTED, Status.DONE]
+    assert pick.stand == (1, 3)
+
+
+def test_a_table_that_is_nearer_than_on_the_map_is_come_to_from_another_side():
+    stage = Stage(2, table_offset=0.085)
+    x, y = ROOM.position(ROOM.tables[ITS_TABLE])
+    assert stage.tables[ITS_TABLE, 1] < y - 0.08  # the base would meet it from the southern side, where it is
+    stage.physics.set_candle(CANDLE, np.array([x, y + 0.1, TABLE_TOP]), 0.0)
+    stage.others = [child(*centre(ROOM, (2, 2))), child(*centre(ROOM, (2, 4)))]
+    pick, stands = Pick(stage.navigator, CANDLE, ITS_TABLE), []
+    statuses = stage.run(pick, lambda: stands.append(pick.stand))
+    assert statuses == [Status.RUNNING, Status.COMMITTED, Status.DONE]
+    assert list(dict.fromkeys(stands)) in ([(3, 3), (1, 3)], [(3, 3), None, (1, 3)])
 
 
 def test_who_stands_aside_is_never_done_and_in_nobodys_way(stage):
