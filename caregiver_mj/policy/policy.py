@@ -105,6 +105,10 @@ class CaregiverPolicy:
         self._retrievals = retrievals = RetrievalPlanner(navigator, make_scene)
         self.caregiver.pace = robot_pace(navigator, task.novice_timestep, self._timestep)
         self.executive = Executive(self.plan, self.caregiver, navigator, retrievals, task.novice_timestep, truth)
+        self._heights_prepared: tuple[float, ...] | None = None
+        if "table_height" in spec:  # as it will be seen: what takes so long must not wait for the first observation
+            self._perception.table_heights = task.table_heights.copy()
+        self._prepare_retrievals()
 
     def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
         """Answers an observation with an action.
@@ -187,8 +191,14 @@ class CaregiverPolicy:
         if isinstance(self.caregiver, InstructedCaregiver):
             self.caregiver.orders = _orders(self.plan, observation)
         self.executive.reset()
+        self._prepare_retrievals()
+
+    def _prepare_retrievals(self) -> None:
+        """Has the planning scene made for tables as high as they seem, unless it is: before the robot moves."""
         if self.plan.candle_tables:
-            self._retrievals.prepare()  # before the robot moves
+            heights, before = _as_tuple(self._perception.table_heights), self._heights_prepared
+            self._heights_prepared = heights
+            self._retrievals.prepare(anew=heights != before)
 
     def _check_house(self, observation: dict[str, np.ndarray]) -> None:
         """Raises CaregiverError if an episode begins as none can in this house: it is that of another one."""
@@ -237,8 +247,11 @@ class CaregiverPolicy:
 
 
 def _planning_scene(plan: FloorPlan, embodiment: Embodiment, perception: Perception) -> PlanningScene:
-    heights = perception.table_heights
-    return _make_scene(plan, embodiment, None if heights is None else tuple(heights.tolist()))
+    return _make_scene(plan, embodiment, _as_tuple(perception.table_heights))
+
+
+def _as_tuple(heights: np.ndarray | None) -> tuple[float, ...] | None:
+    return None if heights is None else tuple(heights.tolist())
 
 
 @functools.lru_cache(maxsize=4)  # it is costly, and remembers nothing between questions

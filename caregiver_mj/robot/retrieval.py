@@ -74,9 +74,10 @@ class RetrievalPlanner:
     def _scene(self) -> PlanningScene:
         return self._make_scene()
 
-    def prepare(self) -> None:
-        """Makes the planning scene of an episode now, where there is time for it."""
-        vars(self).pop("_scene", None)  # the tables may seem to be of other heights than in the one before
+    def prepare(self, anew: bool) -> None:
+        """Makes the planning scene now, where there is time for it, if there is none or another one is asked for."""
+        if anew:
+            vars(self).pop("_scene", None)
         self._scene  # noqa: B018 (kept once asked for)
 
     def to_pick_up(self, view: View, candle: int) -> Work[Stance | None]:

@@ -75,6 +75,6 @@ def test_the_arm_reaches_last_where_a_child_is():
 
 def test_the_scene_is_that_of_the_episode():
     search, made = planner(find_embodiment())
-    for _ in range(2):
-        search.prepare()
+    for anew in (False, False, True):
+        search.prepare(anew)
     assert len(made) == 2
