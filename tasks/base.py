@@ -88,7 +88,8 @@ class CareTask(base.Task):
             random: Source of all randomness, or a seed for one.
             robot: Whether there is a robot in the house.
             embodiment: Which one, or its name; the default one if None.
-            control_timestep: Seconds between actions.
+            control_timestep: Seconds between actions. A `CaregiverPolicy` wants no more than 0.06 s; actions of your
+                own may be farther apart, up to a child's move.
             candle_offset: How far off a table's centre a candle starts, at most, in x and in y, metres.
             table_offset: How far off its place in the plan a table stands, at most, likewise; drawn once.
             compliant_children: Whether the children give way to a push, so that forces on them mean something; else
@@ -283,7 +284,7 @@ def _check_timestep(seconds: float, plan: FloorPlan) -> None:
     move = plan.cell_size / WALKING_SPEED
     if not (isinstance(seconds, numbers.Real) and 0 < seconds <= move):
         raise CaregiverError(
-            f"control_timestep must be positive and no longer than a child's move, {move:.3g} s, not {seconds!r}"
+            f"control_timestep must be positive and no longer than a child's move, {move:.3g} s, got {seconds!r}"
         )
 
 

@@ -34,3 +34,20 @@ def test_a_caregiver_serves_one_policy_at_a_time():
     with pytest.raises(caregiver_mj.CaregiverError, match="each policy needs a caregiver of its own"):
         first(timestep)
     first(one.reset())  # one after the other they may have it
+
+
+@pytest.mark.parametrize("seconds", [0.08, 0.15, 1.0])
+def test_actions_that_are_too_far_apart_to_control_the_robot_are_refused(seconds):
+    """At 0.15 s it drops candles. Actions of somebody else may be so far apart."""
+    env = caregiver_mj.load("supervise", "paper", random=0, task_kwargs={"control_timestep": seconds})
+    env.reset()
+    env.step(env.action_spec().generate_value())
+    message = f"control_timestep must be at most 0.06 s .*, got {seconds:.3g}"
+    with pytest.raises(caregiver_mj.CaregiverError, match=message):
+        caregiver_mj.CaregiverPolicy(env)
+
+
+def test_three_times_the_usual_time_between_actions_will_do():
+    env = caregiver_mj.load("supervise", "paper", random=0, task_kwargs={"control_timestep": 0.06})
+    policy = caregiver_mj.CaregiverPolicy(env)
+    env.step(policy(env.reset()))

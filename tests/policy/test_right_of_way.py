@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from scripted_child import EAST, NORTH, STAY, Scripted
+from scripted_child import EAST, NORTH, STAY, WEST, Scripted
 
 import caregiver_mj
 from caregiver_mj.caregivers import Caregiver
@@ -13,6 +13,7 @@ from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.robot.patience import TIME_OUT
+from caregiver_mj.robot.status import Status
 
 TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
 GIVES_UP = 10.0  # seconds
@@ -27,6 +28,9 @@ ONE_WAY = FloorPlan.parse("###########\n####B######\n#S.......S#\n###########", 
 TWO_WAYS = FloorPlan.parse("##########\n#........#\n#S.##B#..#\n#........#\n##########", "two_ways")
 # The candle's table stands at the end of a corridor, bare ones at the other end and between.
 TABLES = FloorPlan.parse("##########\n#T......C#\n#####T#B##\n##########", "tables")
+
+# A corridor between two stairwells, with everything in niches beside it.
+HALL = FloorPlan.parse("##############\n##B##T###C####\n#S..........S#\n#####C####B###\n##############", "hall")
 
 
 class Determined(Caregiver):
@@ -230,6 +234,36 @@ def test_a_robot_that_is_told_what_to_fetch_goes_on_waiting():
     assert doing == {"fetch candle 1"}
     assert policy.interventions == 1
     assert 0.0 < math.dist(env.physics.base_position()[:2], TABLES.position((1, 6))) - TOUCHING < 0.6
+    assert env.task.outcome()["strikes"] == 0
+
+
+class ToAndFro(Scripted):
+    """Goes three cells one way and three cells back, whoever is there."""
+
+    def act(self, sight, draws):
+        self.move = (EAST, WEST)[len(self.seen) // 3 % 2]
+        return super().act(sight, draws)
+
+
+@pytest.mark.parametrize("lies", [False, True], ids=["stands", "lies"])
+@pytest.mark.parametrize("child", ["adversary:0", "seeker:0.3", Scripted(HALL, STAY), ToAndFro(HALL)])
+def test_every_skill_ends_whatever_a_child_does(child, lies):
+    """What is done goes on for as long as it is wanted: a robot that stands in a stairwell, or aside."""
+    env = caregiver_mj.load("supervise", HALL, child, random=1, visuals=False)
+    policy = caregiver_mj.CaregiverPolicy(env)
+    step = env.reset()
+    if lies:
+        joint, (x, y) = env.physics.model.ptr.joint("candle_0/joint").qposadr[0], HALL.position((2, 7))
+        env.physics.data.qpos[joint : joint + 7] = [x + 0.1, y, 0.022, np.sqrt(0.5), 0.0, np.sqrt(0.5), 0.0]
+    skill, since, longest = None, 0.0, 0.0
+    while env.physics.time() < 90.0:
+        step = env.step(policy(step))
+        routine = policy.executive.routine
+        present = routine.skill if routine and policy.target != NOTHING else None
+        if present is not skill or (present and present.status is Status.DONE):
+            skill, since = present, env.physics.time()
+        longest = max(longest, env.physics.time() - since if skill else 0.0)
+    assert longest < 4 * TIME_OUT
     assert env.task.outcome()["strikes"] == 0
 
 
