@@ -180,11 +180,14 @@ class Driver:
         else:
             if comes(view, self._embodiment):
                 self.aside_until = view.now + _PATIENCE
-            if self.stands_aside(view.now):
+            wait = None if self.stands_aside(view.now) else self._waiting_cell(view, here, cell)
+            if wait is None:
                 aside, points = self._step_aside(view, robot, here)
                 goal = aside or goal
-            elif not under_way:  # follow the children, as closely as they let the robot
-                points = self._navigator.path(here, goal, cell, hand=self._hand)
+            else:
+                goal = goal if wait == cell else self._navigator.centres[wait]
+                if not self._leads_to(goal):
+                    points = self._navigator.path(here, goal, wait, hand=self._hand)
         if points:
             self._take(points, goal, view, robot)
 
@@ -227,6 +230,18 @@ class Driver:
             self._path_goal, self._replan_at = None, view.now + _STOPPING_INTERVAL
         else:
             self._path_goal, self._way = goal, points[1:]
+
+    def _waiting_cell(self, view: View, here: Vector, cell: Cell) -> Cell | None:
+        """How far to go on a way to a cell that children bar: so far that there is a free cell before them.
+
+        At their heels it would keep them from turning round. None if it is too near already.
+        """
+        children = child_cells(view.children, self._navigator.plan)
+        route = self._navigator.route(self._navigator.nearest_cell(here), cell) or []
+        barred = next((i for i, place in enumerate(route) if place in children), None)
+        if barred is None:
+            return cell  # they stand beside it
+        return route[barred - 2] if barred >= 2 else None
 
     def _step_aside(self, view: View, robot: RobotMotion, here: Vector) -> tuple[Vector | None, list[Vector] | None]:
         """Where the robot is not in the children's way, and the path there; None to stay where it is.
