@@ -234,13 +234,14 @@ class Driver:
     def _waiting_cell(self, view: View, here: Vector, cell: Cell) -> Cell | None:
         """How far to go on a way to a cell that children bar: so far that there is a free cell before them.
 
-        At their heels it would keep them from turning round. None if it is too near already.
+        At their heels it would keep them from turning round. None if it is too near already. Where it is in that cell,
+        or they are about to fall down stairs there, it goes on.
         """
-        children = child_cells(view.children, self._navigator.plan)
+        children = child_cells(view.children, self._navigator.plan) - {*self._navigator.plan.stairwells}
         route = self._navigator.route(self._navigator.nearest_cell(here), cell) or []
         barred = next((i for i, place in enumerate(route) if place in children), None)
-        if barred is None:
-            return cell  # they stand beside it
+        if barred is None or len(route) == 1:
+            return cell
         return route[barred - 2] if barred >= 2 else None
 
     def _step_aside(self, view: View, robot: RobotMotion, here: Vector) -> tuple[Vector | None, list[Vector] | None]:

@@ -71,8 +71,6 @@ class Routes:
     def refuge(self, start: Cell, children: Iterable[Cell], closed: Collection[Cell]) -> Cell | None:
         """The nearest of the cells in which the robot is least in the children's way, without entering closed cells.
 
-        Of those that are equally little so it is one with a cell between it and what is closed, if there is such a one.
-
         Args:
             start: Where the robot is.
             children: Where each child is.
@@ -88,8 +86,7 @@ class Routes:
         # The nearest cells come first, and `min` takes the first of equals.
         landings = [cell for cell in self.plan.stairwells if cell not in self.centres]
         within_reach = self.plan.graph.breadth_first(self.plan.cell_index[start], self._indices({*closed, *landings}))
-        beside = {cell for one in self._indices(closed) for cell in self.plan.graph.neighbours[one]}
-        return self.plan.caregiver_cells[min(within_reach, key=lambda cell: (in_the_way[cell], cell in beside))]
+        return self.plan.caregiver_cells[min(within_reach, key=in_the_way.__getitem__)]
 
     def _indices(self, cells: Iterable[Cell]) -> frozenset[int]:
         """Indices of cells, save those on which nobody can stand."""

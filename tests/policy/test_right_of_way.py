@@ -180,15 +180,6 @@ def test_robot_waits_where_the_child_keeps_the_only_way_closed_then_protects_som
     assert scene.env.task.outcome()["strikes"] == 0
 
 
-def test_robot_that_is_too_near_a_child_in_the_only_way_goes_back():
-    """The child looks at the bin beside it, and would have to squeeze past to turn round."""
-    scene = Scene(ONE_WAY, Determined(ONE_WAY, 0), (2, 4), (2, 5))
-    scene.child.move = STAY
-    scene.run(6.0)
-    assert math.dist(scene.base[-1][:2], scene.env.physics.toddler_position()[:2]) - TOUCHING > 1.0
-    assert scene.env.task.outcome()["strikes"] == 0
-
-
 def test_robot_goes_on_at_once_when_the_child_opens_the_way():
     scene = Scene(ONE_WAY, Determined(ONE_WAY, 0), (2, 4), (2, 7))
     scene.child.move = STAY
