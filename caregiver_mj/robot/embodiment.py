@@ -14,6 +14,7 @@ A model file holds the robot alone. It faces +x with its origin on the floor, an
 from __future__ import annotations
 
 import dataclasses
+import math
 from importlib.resources.abc import Traversable
 
 import numpy as np
@@ -118,6 +119,7 @@ class Embodiment:
         approach: How far out it is while the base drives.
         grasp: How it takes a candle.
         clearances: Room that it needs.
+        sides: Half the length and half the width of a box-shaped base, about its middle, metres; (0, 0) of a round one.
     """
 
     name: str
@@ -135,3 +137,9 @@ class Embodiment:
     approach: Approach
     grasp: Grasp
     clearances: Clearances
+    sides: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def rounding(self) -> float:
+        """Metres by which the base goes beyond its `sides` all round."""
+        return self.footprint - math.hypot(*self.sides)

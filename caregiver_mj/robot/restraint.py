@@ -8,7 +8,7 @@ from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.hand import hand_offset
 from caregiver_mj.robot.se2 import Vector
-from caregiver_mj.robot.separation import FOLLOWING_SPEED, GENTLE_GAP, gap_to, slide_speed
+from caregiver_mj.robot.separation import FOLLOWING_SPEED, GENTLE_GAP, gap_to, outwards, slide_speed
 from caregiver_mj.robot.view import ChildView, View
 
 _TOUCHED = 0.002  # metres to a child that touches the base, or does so at the next control timestep
@@ -85,11 +85,13 @@ def _restrained(
     if room >= GENTLE_GAP:
         return velocity
     vx, vy = velocity
-    dx, dy = child.position[0] - view.base[0], child.position[1] - view.base[1]
+    offset = child.position[0] - view.base[0], child.position[1] - view.base[1]
+    dx, dy = outwards(robot, view.base[2], offset)
     leaves = -(before[0] * dx + before[1] * dy) / math.hypot(dx, dy)
     if later := _LATER * min(1.0, max(0.0, leaves / _FAST - 1.0)):
-        dx += later * (child.velocity[0] - before[0])
-        dy += later * (child.velocity[1] - before[1])
+        x = offset[0] + later * (child.velocity[0] - before[0])
+        y = offset[1] + later * (child.velocity[1] - before[1])
+        dx, dy = outwards(robot, view.base[2], (x, y))
     away = math.hypot(dx, dy)
     x, y = dx / away, dy / away
     # Touched by any, it is told at once.

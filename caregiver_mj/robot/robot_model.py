@@ -61,6 +61,14 @@ class RobotModel:
             return float(math.hypot(x, y) + hull.size[0])
         return float(math.hypot(x + hull.size[0], y + hull.size[1]))
 
+    def sides(self) -> tuple[float, float]:
+        """Half the length and half the width of a box-shaped base, about its middle, metres; (0, 0) of a round one."""
+        hull = self._model.geom("base_hull")
+        if mujoco.mjtGeom(int(hull.type[0])) != mujoco.mjtGeom.mjGEOM_BOX:
+            return 0.0, 0.0
+        x, y = (np.abs(hull.pos[:2]) + hull.size[:2]).tolist()
+        return x, y
+
     def wheels(self) -> Wheels:
         """The wheels' size and place, and along which way they go; all four are alike."""
         joint = self._model.joint(self._names.wheels[0])

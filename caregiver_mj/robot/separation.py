@@ -46,6 +46,7 @@ _GENTLE_SPEED, _RELEASED = 0.03, 0.6
 _AT_HAND = 0.5  # metres from the arm to the middle of a child below which the arm yields to a push
 _TUCKED, _FAR_FROM_HAND = 0.05, 1.2  # share of the reach below which it is tucked, and metres beyond which none is near
 _IN_THE_WAY_GAP = 0.05  # metres between base and child on a path below which the child stands in its way
+_WITHIN = 1e-6  # metres, of a vector of which only the direction is known
 _SOON = 0.8  # seconds within which a child goes on as it walks now
 
 
@@ -159,12 +160,12 @@ def _allowed_rate(
 ) -> float:
     """The same for one child, for a velocity that is not zero."""
     base = view.base
-    gap = gap_to(base, robot, child)
-    room = gap - _SEPARATION
+    room = _gap_however_turned(base, robot, child) - _SEPARATION
     if room > _FAR:
         return 1.0
+    gap = gap_to(base, robot, child)
     (vx, vy), speed = velocity, math.hypot(*velocity)
-    dx, dy = child.position[0] - base[0], child.position[1] - base[1]
+    dx, dy = outwards(robot, base[2], (child.position[0] - base[0], child.position[1] - base[1]))
     away = math.hypot(dx, dy) or 1.0
     towards, across = (vx * dx + vy * dy) / away, (vx * dy - vy * dx) / away
     # While a change of rate builds up, the path speeds up, or turns.
@@ -240,7 +241,7 @@ def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tu
     delay, most = speeds_up / limits.jerk, abs(rate) + speeds_up**2 / (2 * limits.jerk)
     allowed = math.inf
     for child in view.children:
-        gap = gap_to(view.base, robot, child)
+        gap = _gap_however_turned(view.base, robot, child)
         if gap < _FAR:
             dx, dy = child.position[0] - view.base[0], child.position[1] - view.base[1]
             closing = FOLLOWING_SPEED + max(0.0, (velocity[0] * dx + velocity[1] * dy) / math.hypot(dx, dy))
@@ -259,6 +260,31 @@ def _comes(base: Pose, robot: Embodiment, child: ChildView) -> bool:
     return room < _TOUCHING_GAP or (room < _COMING_GAP and towards > _COMING_SPEED)
 
 
+def _gap_however_turned(base: Pose, robot: Embodiment, child: ChildView) -> float:
+    """Metres between child and base, whose corners may turn towards it."""
+    return math.dist(child.position, base[:2]) - robot.footprint - CHILD_RADIUS
+
+
 def gap_to(base: Pose, robot: Embodiment, child: ChildView) -> float:
     """Metres between base and child."""
-    return math.dist(child.position, base[:2]) - robot.footprint - CHILD_RADIUS
+    offset = child.position[0] - base[0], child.position[1] - base[1]
+    return math.hypot(*outwards(robot, base[2], offset)) - robot.rounding - CHILD_RADIUS
+
+
+def outwards(robot: Embodiment, yaw: float, offset: Vector) -> Vector:
+    """The vector to a place from the nearest point within the base's sides: square to the surface that touches there.
+
+    Of a round base it is that from its middle; that of a box-shaped one is square to a side, except at its corners.
+
+    Args:
+        robot: The robot.
+        yaw: Heading of its base, radians.
+        offset: Of the place from the base's middle, in the house, metres.
+    """
+    if robot.sides == (0.0, 0.0):
+        return offset
+    x, y = se2.rotate(-yaw, offset)
+    beyond_x, beyond_y = abs(x) - robot.sides[0], abs(y) - robot.sides[1]
+    if max(beyond_x, beyond_y) <= 0.0:  # it is seen within the base, where no child can be
+        beyond_x, beyond_y = (_WITHIN, 0.0) if beyond_x > beyond_y else (0.0, _WITHIN)
+    return se2.rotate(yaw, (math.copysign(max(0.0, beyond_x), x), math.copysign(max(0.0, beyond_y), y)))

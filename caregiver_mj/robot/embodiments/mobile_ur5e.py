@@ -103,4 +103,5 @@ def mobile_ur5e() -> Embodiment:
         approach=APPROACH,
         grasp=GRASP,
         clearances=CLEARANCES,
+        sides=model.sides(),
     )
