@@ -26,6 +26,9 @@ _FAST, _LATER = 0.2, 0.035
 # Of several children each is asked in turn, over and over, until none of them changes it by more than so much, m/s.
 _ROUNDS, _SETTLED = 8, 1e-3
 _STRAYS = 0.08  # radians by which a child that goes along moves on until the base does what it is told
+# The same of a base with corners: the metres that it moves on, of which the surface there makes an angle; and how fast
+# such a base may then go along it as it leaves, m/s: slower than a strike, with a turn of the base.
+_MOVES_ON, _ASTRAY = 0.031, 0.038
 
 
 def restrain(
@@ -91,7 +94,8 @@ def _restrained(
     if later := _LATER * min(1.0, max(0.0, leaves / _FAST - 1.0)):
         x = offset[0] + later * (child.velocity[0] - before[0])
         y = offset[1] + later * (child.velocity[1] - before[1])
-        dx, dy = outwards(robot, view.base[2], (x, y))
+        offset = x, y
+        dx, dy = outwards(robot, view.base[2], offset)
     away = math.hypot(dx, dy)
     x, y = dx / away, dy / away
     # Touched by any, it is told at once.
@@ -99,8 +103,12 @@ def _restrained(
     towards, told = vx * x + vy * y, before[0] * x + before[1] * y
     if room < _NO_NEARER:
         towards = min(towards, _bounded(told, 0.0, seconds, *bounds))
+    corner = _corner(robot, view.base[2], offset)
+    strays = _STRAYS if corner is None else corner
     slower = robot.limits.slowing(max(0.0, room) / FOLLOWING_SPEED - view.age)
-    slides = max(0.0, slide_speed(room) + _STRAYS * min(0.0, towards)) + slower
+    slides = max(0.0, slide_speed(room) + strays * min(0.0, towards)) + slower
+    if corner:
+        towards = max(towards, -_bounded(-told, (_ASTRAY + slower) / corner, seconds, *bounds))
     across = vy * x - vx * y
     way = math.copysign(1.0, across)
     most = _bounded(way * (before[1] * x - before[0] * y), slides, seconds, *bounds)
@@ -111,6 +119,16 @@ def _restrained(
         towards = max(towards, slowed if is_touched else min(slowed, told + _EASES))
     across = way * min(abs(across), most)
     return towards * x - across * y, towards * y + across * x
+
+
+def _corner(robot: Embodiment, yaw: float, offset: Vector) -> float | None:
+    """Radians by which the way off a base turns as a child at an offset moves on along it; None of a round one."""
+    if robot.sides == (0.0, 0.0):
+        return None
+    x, y = outwards(robot, yaw, offset)
+    aside_x, aside_y = (_MOVES_ON * way / math.hypot(x, y) for way in (-y, x))
+    moved = (outwards(robot, yaw, (offset[0] + way * aside_x, offset[1] + way * aside_y)) for way in (1.0, -1.0))
+    return max(abs(math.atan2(x * other[1] - y * other[0], x * other[0] + y * other[1])) for other in moved)
 
 
 def _bounded(speed: float, most: float, seconds: float, change: float, jerk: float) -> float:

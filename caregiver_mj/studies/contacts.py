@@ -67,15 +67,16 @@ def add_run(parser: argparse.ArgumentParser) -> None:
         "--episodes", type=int, default=2, help="episodes for each in each house (default: %(default)s)"
     )
     parser.add_argument("--out", type=pathlib.Path, metavar="FILE", help="also write their rows there, as JSON")
+    parser.add_argument("--embodiment", metavar="NAME", help="the robot, without --run (default: the task's own)")
     parser.add_argument("--compliant", action="store_true", help="children that give way to a push, without --run")
     add_jobs(parser)
 
 
-def run(caregiver: str, compliant: bool, job: tuple[str, str, int]) -> dict[str, Any]:
+def run(caregiver: str, compliant: bool, embodiment: str | None, job: tuple[str, str, int]) -> dict[str, Any]:
     """Runs one episode, that of `evaluate`, by its house, family and number; returns its row."""
     house, family, episode = job
     (plan,) = houses_named([house])
-    kwargs = {"compliant_children": compliant}
+    kwargs = {"compliant_children": compliant, "embodiment": embodiment}
     env = load("supervise", plan, Family.parse(family), episode_random(0), task_kwargs=kwargs, visuals=False)
     policy, seed = CaregiverPolicy(env, caregiver), episode_seed(0, episode)
     env.task.reseed(episode_random(seed))
@@ -93,7 +94,7 @@ def episodes_of(options: argparse.Namespace) -> pd.DataFrame:
     houses = [plan.name for plan in houses_named(options.houses)]
     families = [str(Family.parse(family)) for family in options.epsilon]
     jobs = [(house, family, i) for house in houses for family in families for i in range(options.episodes)]
-    work = functools.partial(run, options.caregiver, options.compliant)
+    work = functools.partial(run, options.caregiver, options.compliant, options.embodiment)
     table = pd.DataFrame(run_all(work, jobs, options.jobs, "in the house"))
     if options.out:
         table.to_json(options.out, orient="records", indent=1)

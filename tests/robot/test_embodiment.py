@@ -148,6 +148,13 @@ def test_layout_of_the_default_robot():
     assert (layout.base, layout.arm, layout.gripper, layout.size) == (slice(0, 3), slice(3, 10), slice(10, 11), 11)
 
 
+def test_sides_are_read_from_the_hull():
+    assert find_embodiment("mobile_fr3").sides == (0.0, 0.0)
+    assert find_embodiment("mobile_ur5e").sides == (0.205, 0.205)
+    assert find_embodiment("mobile_fr3").rounding == pytest.approx(0.27)
+    assert find_embodiment("mobile_ur5e").rounding == pytest.approx(0.0)
+
+
 @pytest.mark.parametrize(("name", "radius"), [("mobile_fr3", 0.27), ("mobile_ur5e", 0.205 * np.sqrt(2))])
 def test_footprint_is_read_from_the_hull(name, radius):
     assert find_embodiment(name).footprint == pytest.approx(radius, abs=1e-12)

@@ -4,11 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from views import child, view
 
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot import separation
 from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.followed_velocity import FollowedVelocity
@@ -165,3 +166,31 @@ def test_between_children_for_whom_no_velocity_does_the_base_brakes_and_does_not
         assert math.dist(followed.told, before) < 0.06  # 3 m/s^2
         assert towards(followed.told, behind) < 0.01
     assert towards(followed.told, aside) < 0.01
+
+
+SQUARE = find_embodiment("mobile_ur5e")
+STRIKE_SPEED = 0.05  # m/s
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.floats(-math.pi, math.pi), st.floats(-math.pi, math.pi), st.floats(0.0, 0.6), st.floats(-0.03, 0.03))
+@example(math.pi / 4, -3 * math.pi / 4, 0.6, 0.03)  # off a corner
+def test_a_base_with_corners_never_slides_fast_along_a_child_that_touches_it(angle, heading, speed, moves):
+    """Not even if the child has moved on a little along it: round a corner its surface then leads elsewhere."""
+    x, y = math.cos(angle), math.sin(angle)
+    far, near = 0.5, 0.3
+    for _ in range(50):  # where the base is touched in this direction, by bisection
+        middle = (far + near) / 2
+        far, near = (middle, near) if separation.gap_to((0, 0, 0), SQUARE, child(middle * x, middle * y)) > 0 else (
+            far, middle
+        )  # fmt: skip
+    told = (0.0, 0.0)
+    for _ in range(100):
+        wanted = (speed * math.cos(heading), speed * math.sin(heading))
+        told = restrain(view(child(far * x, far * y)), SQUARE, CLEARANCE, TIMESTEP, False, wanted, told)[0]
+    way_x, way_y = separation.outwards(SQUARE, 0.0, (far * x, far * y))
+    length = math.hypot(way_x, way_y)
+    after = far * x - moves * way_y / length, far * y + moves * way_x / length
+    out = np.array(separation.outwards(SQUARE, 0.0, after))
+    along = np.array([-out[1], out[0]]) / np.linalg.norm(out)
+    assert abs(told @ along) < STRIKE_SPEED

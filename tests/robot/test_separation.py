@@ -2,6 +2,7 @@
 
 import math
 
+import mujoco
 import numpy as np
 import pytest
 from hypothesis import assume, example, given, settings
@@ -213,3 +214,42 @@ def test_a_child_that_runs_counts_as_fast_as_it_does_and_no_faster_than_any(spee
     assert fastest < usual
     assert rate == usual if speed <= 0.62 else fastest <= rate < usual
     assert rate == fastest or speed < 1.0
+
+
+# -- A base with corners -------------------------------------------------------------------------------
+
+SQUARE = find_embodiment("mobile_ur5e")
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.floats(0.38, 0.8), st.floats(-math.pi, math.pi), st.floats(-4.0, 4.0))
+def test_the_gap_is_that_between_the_shapes_and_outwards_is_square_to_the_surface(distance, angle, yaw):
+    base, place = (0.3, -0.2, yaw), (distance * math.cos(angle) + 0.3, distance * math.sin(angle) - 0.2)
+    spec = mujoco.MjSpec()
+    for name, at, kind, size in (
+        ("base", (*base[:2], 0.0), mujoco.mjtGeom.mjGEOM_BOX, [0.205, 0.205, 0.1]),
+        ("child", (*place, 0.0), mujoco.mjtGeom.mjGEOM_CYLINDER, [0.12, 0.1, 0.0]),
+    ):
+        turn = [0.0, 0.0, math.degrees(yaw) if name == "base" else 0.0]
+        spec.worldbody.add_body(name=name, pos=at, euler=turn).add_geom(name=name, type=kind, size=size)
+    model = spec.compile()
+    data, ends = mujoco.MjData(model), np.empty(6)
+    mujoco.mj_kinematics(model, data)
+    gap = mujoco.mj_geomDistance(model, data, 0, 1, 2.0, ends)
+    assume(gap > 1e-3)
+    assert separation.gap_to(base, SQUARE, child(*place)) == pytest.approx(gap, abs=1e-5)
+    out = separation.outwards(SQUARE, yaw, (place[0] - base[0], place[1] - base[1]))
+    assert np.array(out) / math.hypot(*out) == pytest.approx((ends[3:5] - ends[:2]) / gap, abs=2e-2)
+
+
+def test_a_child_that_is_seen_within_a_base_is_off_its_nearest_side():
+    assert separation.outwards(SQUARE, math.pi / 2, (0.05, 0.2)) == pytest.approx((0.0, 0.0), abs=1e-5)
+    x, y = separation.outwards(SQUARE, math.pi / 2, (0.05, 0.2))
+    assert abs(x) < 1e-12 < y
+
+
+def test_a_base_with_sides_leaves_freely_square_to_the_one_that_is_touched_and_slides_slowly_along_it():
+    touched = view(child(0.18, 0.205 + 0.12))
+    assert allowed_rate(touched, SQUARE, (0.0, -0.4)) == 1.0
+    assert 0.4 * allowed_rate(touched, SQUARE, (0.4, 0.0)) < STRIKE_SPEED
+    assert 0.4 * allowed_rate(touched, SQUARE, (-0.4, 0.0)) < STRIKE_SPEED
