@@ -7,6 +7,7 @@ import math
 from caregiver_mj.robot.limits import Limits
 from caregiver_mj.robot.se2 import Vector
 
+_ROUNDING = 1e-9  # m/s^2
 _GENTLY = 0.5  # share of the jerk with which it comes to what is wanted: it must not get there too fast
 
 
@@ -37,14 +38,21 @@ class FollowedVelocity:
 
         Args:
             wanted: It shall come to this.
-            at_once: Whatever that takes.
+            at_once: Whatever that takes to slow down; it does not become faster than within the bounds.
             goes_on: Whether the wanted one goes on as it has changed; one that is kept within a bound stays there.
         """
         if not goes_on:
             self._wanted = wanted
-        before, self.told = self.told, (wanted if at_once else self._towards(wanted))
+        before, bounded = self.told, self._towards(wanted)
+        speed, most = math.hypot(*wanted), math.hypot(*bounded)
+        if not at_once:
+            self.told = bounded
+        else:
+            self.told = (wanted[0] * most / speed, wanted[1] * most / speed) if speed > most else wanted
         changed = (self.told[0] - before[0]) / self._timestep, (self.told[1] - before[1]) / self._timestep
-        self.acceleration = (0.0, 0.0) if at_once else changed  # it does not go on with that
+        # It does not go on with what it had to do at once.
+        is_bounded = self.told != wanted and math.hypot(*changed) < self._limits.acceleration + _ROUNDING
+        self.acceleration = changed if is_bounded or not at_once else (0.0, 0.0)
         self._wanted = wanted
         return self.told
 

@@ -13,6 +13,14 @@ from caregiver_mj.robot.limits import Limits
 LIMITS = Limits(1.4, 2.0, 30.0)
 STEP = 0.02  # seconds: at most 0.04 m/s, and 0.6 m/s^2 more or less than before
 
+
+def moving_at(velocity):
+    follower = FollowedVelocity(LIMITS, STEP)
+    while follower.follow(velocity) != velocity or follower.acceleration != (0.0, 0.0):
+        pass
+    return follower
+
+
 vectors = st.tuples(st.floats(-0.95, 0.95), st.floats(-0.95, 0.95))
 
 
@@ -46,9 +54,22 @@ def test_what_comes_back_while_the_base_speeds_up_comes_in_what_that_leaves():
 
 
 def test_where_it_must_be_at_once_it_is():
-    follower = FollowedVelocity(LIMITS, STEP)
-    assert follower.follow((0.5, 0.0), at_once=True) == (0.5, 0.0)
+    follower = moving_at((0.5, 0.3))
+    assert follower.follow((0.2, 0.0), at_once=True) == (0.2, 0.0)
     assert follower.acceleration == (0.0, 0.0)
+
+
+def test_faster_it_becomes_within_the_bounds_even_where_something_is_taken_away_at_once():
+    follower = moving_at((-0.2, 0.1))
+    changes = [follower.acceleration]
+    for i in range(20):
+        speed, before = math.hypot(*follower.told), follower.told
+        told = follower.follow((-0.3 - 0.03 * i, 0.0), at_once=i < 10)
+        assert told[1] == 0.0
+        assert math.hypot(*told) <= speed + 0.04 + 1e-9
+        changes.append(((told[0] - before[0]) / STEP, 0.0))
+    assert all(math.dist(*pair) <= 0.6 + 1e-9 for pair in itertools.pairwise(changes[2:]))
+    assert -0.9 < told[0] < -0.7
 
 
 @settings(max_examples=100, deadline=None)
@@ -69,8 +90,7 @@ def test_it_keeps_its_bounds_whatever_is_wanted_and_gets_there(wishes):
 
 
 def test_what_is_told_at_once_is_not_gone_on_with():
-    follower = FollowedVelocity(LIMITS, STEP)
-    follower.follow((0.4, 0.0), at_once=True)
+    follower = moving_at((0.4, 0.0))
     assert [follower.follow(velocity, at_once=True) for velocity in ((0.3, 0.0), (0.0, 0.0))] == [
         (0.3, 0.0),
         (0.0, 0.0),

@@ -46,6 +46,15 @@ def test_it_brakes_from_what_it_was_told_before():
     assert left(aside, (-0.1, 0.4), before=(-0.1, 0.4)) == (-0.1, 0.4)
 
 
+def moving_at(velocity):
+    followed = FollowedVelocity(ROBOT.limits.as_told, TIMESTEP)
+    for _ in range(60):
+        followed.follow(velocity)
+    assert followed.told == velocity
+    assert followed.acceleration == (0.0, 0.0)
+    return followed
+
+
 SPEED = st.floats(-0.4, 0.4)
 
 
@@ -53,9 +62,7 @@ SPEED = st.floats(-0.4, 0.4)
 @given(st.floats(-0.4, 0.0), SPEED, st.lists(st.tuples(SPEED, SPEED), min_size=4, max_size=4))
 def test_what_is_told_does_not_overshoot_beside_a_child(leaves, across, wanted):
     """What it may not lead beyond it comes to gently: it cannot cease to brake, or to speed up, from one moment on."""
-    near, followed = view(child(TOUCHING + 0.03, 0.0)), FollowedVelocity(ROBOT.limits.as_told, TIMESTEP)
-    followed.follow((leaves, across), at_once=True)
-    followed.follow((leaves, across))
+    near, followed = view(child(TOUCHING + 0.03, 0.0)), moving_at((leaves, across))
     slow = False
     for i in range(60):
         less = left(near, wanted[i // 15], before=followed.told)
@@ -70,10 +77,8 @@ def test_before_it_is_touched_it_brakes_as_hard_as_it_may(axis):
     """Towards a child and along it, whether or not its way brakes by itself, and more gently."""
     near = view(child(TOUCHING + 0.03, 0.0))
     for slower in (0.0, 0.02, 0.034):
-        followed, wanted = FollowedVelocity(ROBOT.limits.as_told, TIMESTEP), 0.3
-        start = (wanted, 0.0) if axis == 0 else (0.0, wanted)
-        followed.follow(start, at_once=True)
-        followed.follow(start)
+        wanted = 0.3
+        followed = moving_at((wanted, 0.0) if axis == 0 else (0.0, wanted))
         for _ in range(10):  # 0.15 s at 2 m/s^2, and what its jerk takes
             wanted = max(0.0, wanted - slower)
             asked = (wanted, 0.0) if axis == 0 else (0.0, wanted)
@@ -111,9 +116,7 @@ def test_straight_away_from_a_child_the_base_goes_no_faster_than_there_is_room()
 def test_a_base_that_has_little_room_follows_a_child_that_turns_round_its_heels():
     """Were it asked to brake all at once, it would do nothing else, and then slide along the child."""
     x, y = OPEN.position((1, 5)).tolist()
-    base, followed, sideways = (x + 0.3, y, 0.0), FollowedVelocity(ROBOT.limits.as_told, TIMESTEP), []
-    followed.follow((0.6, 0.0), at_once=True)
-    followed.follow((0.6, 0.0))
+    base, followed, sideways = (x + 0.3, y, 0.0), moving_at((0.6, 0.0)), []
     for i in range(10):
         turned = 0.012 * i
         behind = child(base[0] - 0.4 * math.cos(turned), y - 0.4 * math.sin(turned), 0.6, 0.25)
@@ -154,8 +157,8 @@ def test_nothing_leads_towards_any_of_several_children(places, heading):
 
 def test_between_children_for_whom_no_velocity_does_the_base_brakes_and_does_not_swing_back():
     """One touches it and is left; for the sake of the other one it shall not. No jump, and nothing towards either."""
-    followed, wanted = FollowedVelocity(ROBOT.limits.as_told, TIMESTEP), (0.36, -0.08)
-    followed.follow(wanted, at_once=True)
+    wanted = (0.36, -0.08)
+    followed = moving_at(wanted)
     aside = child((TOUCHING + 0.027) * math.cos(math.radians(-93)), (TOUCHING + 0.027) * math.sin(math.radians(-93)))
     for step in range(20):
         behind = child(-TOUCHING - (0.001 if step == 0 else 0.004), 0.0, 0.3)
