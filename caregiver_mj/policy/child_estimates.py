@@ -5,11 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from caregiver_mj.house.sensing import Blur
-from caregiver_mj.policy.self_estimate import gain
+from caregiver_mj.policy.self_estimate import gain, remaining
 
 _UNSTEADY = 0.005  # metres by which a child is elsewhere than foreseen, one control timestep later
 _STARTS = 0.05  # m/s by which its velocity changes meanwhile
 _LOST = 0.3  # metres off what is expected beyond which an estimate begins anew
+
+
+def child_error(blur: Blur) -> float:
+    """White error of where a child is taken to be, one sigma, metres."""
+    return remaining(blur.noise, gain(blur.noise, _UNSTEADY))
 
 
 class ChildEstimates:

@@ -52,7 +52,9 @@ class Perception:
         table_heights: How high the tables' tops are, (tables,), metres; None if as usual.
     """
 
-    def __init__(self, plan: FloorPlan, is_exact: bool = True, age: float = 0.0, candle_noise: float = 0.0):
+    def __init__(
+        self, plan: FloorPlan, is_exact: bool = True, age: float = 0.0, candle_noise: float = 0.0, unsure: float = 0.0
+    ):
         """Prepares it.
 
         Args:
@@ -60,8 +62,9 @@ class Perception:
             is_exact: Whether everything is seen where it is.
             age: Seconds since what is looked at was observed; it has been foretold from that.
             candle_noise: White error of where candles are seen, one sigma, metres.
+            unsure: Metres by which children may be nearer to the robot than they seem.
         """
-        self._plan, self._age = plan, age
+        self._plan, self._age, self._unsure = plan, age, unsure
         self._smallest_move = (_SMALLEST_MOVE if is_exact else _SMALLEST_SEEN) + age * _STRAYS
         self._clear_distance = _CLEAR_DISTANCE + age * _STRAYS
         self._as_usual = max(_AS_USUAL, _SIGMAS * candle_noise)
@@ -101,6 +104,7 @@ class Perception:
             candle_orientations=observation.get("candle_orientation", _NO_ORIENTATIONS),
             table_heights=self.table_heights,
             age=self._age,
+            unsure=self._unsure,
         )
 
     def watch(self, view: View, clock: float) -> tuple[bool, bool]:

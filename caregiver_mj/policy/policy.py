@@ -110,7 +110,9 @@ class CaregiverPolicy:
         navigator = Navigator(self.plan, embodiment, self.caregiver.yields)
         self._clearance = navigator.clearance
         self._senses = Senses(self._sensing, self.robot, self._timestep)
-        self._perception = Perception(self.plan, self._sensing.is_exact, self._senses.age, self._sensing.candle.noise)
+        self._perception = Perception(
+            self.plan, self._sensing.is_exact, self._senses.age, self._sensing.candle.noise, self._senses.unsure
+        )
         make_scene = functools.partial(_planning_scene, self.plan, embodiment, self._perception)
         self._retrievals = retrievals = RetrievalPlanner(navigator, make_scene)
         self.caregiver.pace = robot_pace(navigator, task.novice_timestep, self._timestep)
@@ -176,7 +178,7 @@ class CaregiverPolicy:
         if not self.robot.is_watched:  # by a skill that does not drive, but the one before it may have had it turn
             reference = self.robot.base_reference()[1]
             self.robot.bound_turning(separation.allowed_turning(view, self.robot.robot, reference, self.robot.turning))
-        near = 0.0 if at_hand else separation.gap(view, self.robot.robot)
+        near = 0.0 if at_hand else separation.gap(view, self.robot.robot) - view.unsure
         self.robot.catch_up = separation.catch_up_speed(near)
         restraint = functools.partial(
             restrain, view, self.robot.robot, self._clearance, self._timestep, self.robot.closes

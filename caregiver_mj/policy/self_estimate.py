@@ -22,6 +22,16 @@ def gain(noise: float, change: float, least: float = _SLOWEST) -> float:
     return max(least, change / (change + noise))
 
 
+def remaining(noise: float, share: float) -> float:
+    """What is left of a white error, one sigma, in an estimate in which a measurement counts by a share."""
+    return noise * math.sqrt(share / (2.0 - share))
+
+
+def base_error(blur: Blur) -> float:
+    """White error of where the base is taken to be, one sigma, metres."""
+    return remaining(blur.noise, gain(blur.noise, _STEADY[0]))
+
+
 class SelfEstimate:
     """The robot follows its references closely: what is measured is how far it is off them."""
 

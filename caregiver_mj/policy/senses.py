@@ -6,13 +6,18 @@ a candle that nobody touches is known not to move, one in the hand to move with 
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from caregiver_mj.house.sensing import Sensing
 from caregiver_mj.policy.candle_estimates import CandleEstimates
-from caregiver_mj.policy.child_estimates import ChildEstimates
-from caregiver_mj.policy.self_estimate import SelfEstimate
+from caregiver_mj.policy.child_estimates import ChildEstimates, child_error
+from caregiver_mj.policy.self_estimate import SelfEstimate, base_error
 from caregiver_mj.robot.motion import RobotMotion
+
+_SIGMAS = 2.0  # of errors that count
+_STRAYS = 0.62  # m/s by which a child may be elsewhere than was foretold: it has stopped, or turned
 
 Observation = dict[str, np.ndarray]
 
@@ -35,6 +40,14 @@ class Senses:
     def age(self) -> float:
         """Seconds by which observations are late."""
         return self._steps * self._timestep
+
+    @property
+    def unsure(self) -> float:
+        """Metres by which a child may be nearer to the robot than it seems; 0 if observations are exact."""
+        child, base = self._sensing.child, self._sensing.base
+        late = self.age + sum(self._timestep * blur.dropout / (1.0 - blur.dropout) for blur in (child, base))
+        lasting = math.hypot(child.bias, base.bias)
+        return late * _STRAYS + _SIGMAS * math.hypot(lasting, child_error(child), base_error(base))
 
     def reset(self) -> None:
         """Begins an episode, when the robot's references have begun it."""

@@ -9,7 +9,7 @@ import numpy as np
 
 _ACCELERATION_SHARE, _JERK_SHARE = 0.9, 0.72  # of the base's highest, see `RobotLimits.together`
 _TOP_SHARE = 0.998  # of the base's highest speed, for reference and feedback together
-_TOLD_SHARE, _TOLD_JERK_SHARE = 0.95, 0.88  # of the same, see `RobotLimits.as_told`
+_TOLD_SHARE, _TOLD_JERK_SHARE = 0.92, 0.88  # of the same, see `RobotLimits.as_told`
 _LEAST_BRAKING = 0.2  # of that acceleration: a corner gets tighter nowhere, and gentler as soon as the base slows down
 _CORNER_DELAYS = 0.2  # seconds, by a corner that leaves nothing to brake with
 _DELAYED = 0.05  # seconds by which a corner, or the path's own braking, may delay it, by trial
@@ -132,7 +132,7 @@ class RobotLimits:
     def as_told(self) -> Limits:
         """What the base is told never exceeds, metres: its highest but for what drives and arm add.
 
-        An arm that comes to rest while the base brakes adds up to 0.07 m/s^2 to it.
+        An arm that speeds up or slows down at the same time adds up to 0.15 m/s^2.
         """
         acceleration, jerk = _TOLD_SHARE * self.base_acceleration, _TOLD_JERK_SHARE * self.base_jerk
         return Limits(_TOP_SHARE * self.base_speed, acceleration, jerk)

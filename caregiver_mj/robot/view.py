@@ -44,6 +44,7 @@ class View:
         candle_orientations: Its orientation, a quaternion (w, x, y, z), (candles, 4).
         table_heights: How high the tables' tops are, (tables,); None if as usual.
         age: Seconds since all this was observed; what it is now is foretold from that.
+        unsure: Metres by which children may be nearer than they seem; 0 if all is seen exactly.
     """
 
     now: float
@@ -55,6 +56,7 @@ class View:
     candle_orientations: np.ndarray
     table_heights: np.ndarray | None = None
     age: float = 0.0
+    unsure: float = 0.0
 
     def child_distance(self, place: Vector | np.ndarray) -> float:
         """Metres from a place to the middle of the nearest child."""
