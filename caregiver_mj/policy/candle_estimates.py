@@ -6,7 +6,7 @@ import numpy as np
 
 from caregiver_mj.house.sensing import Blur
 from caregiver_mj.plans.hazards import NOTHING
-from caregiver_mj.policy.self_estimate import Posture, gain
+from caregiver_mj.policy.self_estimate import Posture, gain, remaining
 from caregiver_mj.robot import se2
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.hand import is_round_candle
@@ -21,6 +21,11 @@ _TILTED, _TILTED_SIGMAS = 0.1, 3.0  # radians, and sigmas, likewise
 _SLIPS = 0.001  # metres that a candle slips in the hand within a control timestep
 _KEPT = 0.3, 0.002  # sigmas, and metres, that an estimate must be off the last one that was told to be told
 _NEAR = 0.25  # metres about the hand in which it may have touched something
+
+
+def candle_error(blur: Blur) -> float:
+    """White error of where a candle is taken to be, one sigma, metres."""
+    return remaining(blur.noise, gain(blur.noise, _SLIPS))
 
 
 class CandleEstimates:

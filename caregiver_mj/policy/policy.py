@@ -28,7 +28,8 @@ from caregiver_mj.plans.symbols import FREE
 from caregiver_mj.policy.executive import Executive
 from caregiver_mj.policy.pace import robot_pace
 from caregiver_mj.policy.perception import Perception
-from caregiver_mj.policy.senses import Senses
+from caregiver_mj.policy.self_estimate import base_jumps
+from caregiver_mj.policy.senses import Senses, hand_error
 from caregiver_mj.robot import separation
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.motion import RobotMotion
@@ -79,7 +80,8 @@ class CaregiverPolicy:
 
         Raises:
             CaregiverError: There is no robot in the environment, or no caregiver of that name, or it was made for
-                another house, or actions are too far apart for the robot to be controlled.
+                another house, or actions are too far apart for the robot to be controlled, or the sensing is too bad
+                to take candles.
         """
         task: Any = getattr(env, "task", None)
         if not hasattr(task, "has_robot"):
@@ -106,7 +108,8 @@ class CaregiverPolicy:
         embodiment = task.embodiment
         self._sensing = task.sensing if sensing is None else Sensing.of(sensing)
         delay = self._sensing.delay_steps(self._timestep) * self._timestep
-        self.robot = RobotMotion(embodiment, self._timestep, delay)
+        error = hand_error(self._sensing, embodiment) if self.plan.candle_tables else 0.0
+        self.robot = RobotMotion(embodiment, self._timestep, delay, error, base_jumps(self._sensing.base))
         navigator = Navigator(self.plan, embodiment, self.caregiver.yields)
         self._clearance = navigator.clearance
         self._senses = Senses(self._sensing, self.robot, self._timestep)

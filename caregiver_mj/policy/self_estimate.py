@@ -32,6 +32,16 @@ def base_error(blur: Blur) -> float:
     return remaining(blur.noise, gain(blur.noise, _STEADY[0]))
 
 
+def base_jumps(blur: Blur) -> float:
+    """By how much that changes from one control timestep to the next, one sigma, metres."""
+    return blur.noise * gain(blur.noise, _STEADY[0])
+
+
+def turn_error(blur: Blur) -> float:
+    """White error of how the base is taken to be turned, one sigma, radians."""
+    return remaining(blur.turn_noise, gain(blur.turn_noise, _STEADY[1]))
+
+
 class SelfEstimate:
     """The robot follows its references closely: what is measured is how far it is off them."""
 

@@ -10,16 +10,38 @@ import math
 
 import numpy as np
 
+from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.sensing import Sensing
-from caregiver_mj.policy.candle_estimates import CandleEstimates
+from caregiver_mj.policy.candle_estimates import CandleEstimates, candle_error
 from caregiver_mj.policy.child_estimates import ChildEstimates, child_error
-from caregiver_mj.policy.self_estimate import SelfEstimate, base_error
+from caregiver_mj.policy.self_estimate import SelfEstimate, base_error, turn_error
+from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.motion import RobotMotion
+from caregiver_mj.robot.view import CANDLE_RADIUS
 
 _SIGMAS = 2.0  # of errors that count
+_SIGMAS_BESIDE = 2.5  # of errors for which there is room beside a candle in the open hand
 _STRAYS = 0.62  # m/s by which a child may be elsewhere than was foretold: it has stopped, or turned
 
 Observation = dict[str, np.ndarray]
+
+
+def hand_error(sensing: Sensing, robot: Embodiment) -> float:
+    """By how much the hand may be off a candle, one sigma along each axis, metres; 0 if observations are exact.
+
+    Raises:
+        CaregiverError: It is too much to take a candle in the hand.
+    """
+    candle, base = sensing.candle, sensing.base
+    turn = robot.postures.reach * math.hypot(base.turn_bias, turn_error(base))
+    error = math.hypot(candle.bias, candle_error(candle), base.bias, base_error(base), turn)
+    most = (robot.grasp.open - CANDLE_RADIUS) / _SIGMAS_BESIDE
+    if error > most:
+        raise CaregiverError(
+            f"sensing must show {robot.name} within {1e3 * most:.1f} mm (one sigma) where a candle is beside its hand, "
+            f"got {1e3 * error:.1f} mm"
+        )
+    return error
 
 
 class Senses:

@@ -29,6 +29,7 @@ _RELEASE = 0.4  # m/s^2, how quickly that comes back when a child has gone that 
 # turns so at this share of that speed, for it may creep along the child as well: both together are to be no strike.
 _CATCH_UP_TURN, _RELEASE_TURN, _TURN_SHARE = 0.5, 1.0, 1 / 3
 _MOST_LATE = 0.5  # of gain times delay, above which feedback by what is seen late begins to swing (at pi / 2 for good)
+_JOLTS = 4.0  # m/s^3 by which feedback may jolt a base that seems to jump, one sigma
 _HELD_UP = 0.15  # metres off its reference beyond which a base is held up by something
 _HELD_UP_SHARE = 0.5  # of the speed that it is told to have: slower than that, something is in its way
 _LED_OFF = 0.05  # metres likewise of one that is not told what its path wants: so near to that it has room
@@ -37,6 +38,10 @@ _OTHER = 1e-3  # m/s by which that differs, at least
 # The actuators get to their targets in the course of a control timestep, and later by this share of it: what they are
 # told is made smooth over its four physics steps (`caregiver_mj.house.target_ramp`), which costs one and a half.
 _SMOOTHING = 3 / 8
+
+# The hand comes down onto a candle, or with one onto a table, as far from the end of its way as the two may be off: the
+# slower, the less it jolts. By this over the root of two sigmas, m^0.5, it keeps its limits.
+_LANDS = 0.023
 
 _ANY_HEIGHT = 7000  # tenths of mm: all reaches begin with the tucked arm, and `plan_reach` aims it
 
@@ -58,19 +63,31 @@ class RobotMotion(BaseMotion):
         giving_way: Whether, and how far, the arm lets itself be pushed away: a child may be at it.
     """
 
-    def __init__(self, robot: Embodiment, control_timestep: float, delay: float = 0.0):
+    def __init__(
+        self,
+        robot: Embodiment,
+        control_timestep: float,
+        delay: float = 0.0,
+        hand_error: float = 0.0,
+        base_jumps: float = 0.0,
+    ):
         """Prepares it.
 
         Args:
             robot: The robot.
             control_timestep: Seconds between two actions.
             delay: Seconds by which it is seen late where the base is.
+            hand_error: Metres by which the hand may be off a candle or a table, one sigma.
+            base_jumps: Metres by which the base seems to be elsewhere from one control timestep to the next, likewise.
         """
         limits, servos = robot.limits, robot.servos
         super().__init__(limits.base, limits.together, limits.as_told)
         self.robot = robot
         most = _MOST_LATE / delay if delay else math.inf
         self._position_gain, self._yaw_gain = min(servos.position_gain, most), min(servos.yaw_gain, most)
+        if base_jumps:
+            self._position_gain = min(self._position_gain, _JOLTS * control_timestep**2 / base_jumps)
+        self._landing = min(1.0, _LANDS / math.sqrt(2 * hand_error)) if hand_error else 1.0  # share of its speed
         self._timestep, self._lead = control_timestep, (1.0 + _SMOOTHING) * control_timestep
 
     def reset(self, base: Sequence[float]) -> None:
@@ -92,6 +109,7 @@ class RobotMotion(BaseMotion):
         self._yaw = ScalarMotion(limits.yaw, float(base[2]), brakes=True)
         self.reach_path = reach_path(arm_of(self.robot), _ANY_HEIGHT)
         self._reach = ScalarMotion(self.reach_path.limits, 0.0)
+        self._lands_at: float | None = None  # to go there slowly, once the hand has stopped
         self._gripper = ScalarMotion(limits.gripper, self.robot.grasp.open)
         self._action = np.empty(self.robot.layout.size)
         self._posture: tuple[ReachPath, float] | None = None  # path and reach of the arm in the last action
@@ -140,10 +158,22 @@ class RobotMotion(BaseMotion):
 
     def reach(self, s: float) -> None:
         """Sets how far the hand reaches out: 0 tucked, 1 at the goal, or more where the path has more poses."""
+        self._lands_at = None
+        if self._landing < 1.0:
+            limits, share = self.reach_path.limits, self._landing if s >= self.reach_path.goal else 1.0
+            moves = self._reach.arrival > self.now
+            if share < 1.0 and moves and self._reach.target != s:  # it could not slow down to that on the way
+                self.stop_reaching()
+                self._lands_at = s
+                return
+            self._reach.set_limits(
+                Limits(share * limits.velocity, share**2 * limits.acceleration, share**3 * limits.jerk)
+            )
         self._reach.move_to(s, self.now)
 
     def stop_reaching(self) -> None:
         """Stops the hand where it is, until the next `reach`."""
+        self._lands_at = None
         if not self._reach.stops:
             self._reach.run_at(0.0, self.now)
 
@@ -184,7 +214,7 @@ class RobotMotion(BaseMotion):
     @property
     def reach_arrival(self) -> float:
         """When the hand's motion ends."""
-        return self._reach.arrival
+        return self._reach.arrival if self._lands_at is None else math.inf
 
     @property
     def yaw(self) -> float:
@@ -228,6 +258,8 @@ class RobotMotion(BaseMotion):
         if not self.is_watched:
             self.set_rate(0.0)
         self._watched = False
+        if self._lands_at is not None:
+            self.reach(self._lands_at)
         action, layout = self._action, self.robot.layout
         action[layout.base] = self._base_action(base, restrain)
         end = self.now + self._lead
