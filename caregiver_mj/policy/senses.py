@@ -38,8 +38,8 @@ def hand_error(sensing: Sensing, robot: Embodiment) -> float:
     most = (robot.grasp.open - CANDLE_RADIUS) / _SIGMAS_BESIDE
     if error > most:
         raise CaregiverError(
-            f"sensing must show {robot.name} within {1e3 * most:.1f} mm (one sigma) where a candle is beside its hand, "
-            f"got {1e3 * error:.1f} mm"
+            f"sensing must show {robot.name} a candle within {1e3 * most:.1f} mm (one sigma) of where it is "
+            f"beside the hand, got {1e3 * error:.1f} mm"
         )
     return error
 

@@ -1,5 +1,6 @@
 """What a base beside a child is told instead of what it would be."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -197,3 +198,12 @@ def test_a_base_with_corners_never_slides_fast_along_a_child_that_touches_it(ang
     out = np.array(separation.outwards(SQUARE, 0.0, after))
     along = np.array([-out[1], out[0]]) / np.linalg.norm(out)
     assert abs(told @ along) < STRIKE_SPEED
+
+
+def test_a_child_that_may_be_nearer_counts_as_near_as_that_and_the_base_keeps_its_limits():
+    seen = dataclasses.replace(view(child(TOUCHING + 0.08, 0.0)), unsure=0.04)
+    assert left(seen, (0.03, 0.0)) == (0.0, 0.0)
+    assert left(seen, (0.0, 0.3)) == left(view(child(TOUCHING + 0.04, 0.0)), (0.0, 0.3))
+    for unsure, at_once in ((0.0, True), (0.04, False)):
+        touched = dataclasses.replace(TOUCHED, unsure=unsure)
+        assert restrain(touched, ROBOT, CLEARANCE, TIMESTEP, False, (0.0, 0.0), (0.0, 0.0))[1] == at_once
