@@ -246,12 +246,12 @@ class ValueTable:
             layouts = np.flatnonzero(self.layouts.bears[:, table])
             best = np.full((len(layouts) * each.shape[1], self._states), np.inf, np.float32)
             layout = np.repeat(layouts, each.shape[1])
+            source = np.full(len(layout), table)
             where, stands, rest = (np.tile(part, len(layouts)) for part in each)
             for target in range(len(self.motion.stands)):
                 if target != table:
-                    same = (np.full(len(layout), which) for which in (table, target))
-                    carried = self.carried(layout, *same, where, stands, rest / 1e6)
-                    np.minimum(best, carried, out=best)
+                    there = np.full(len(layout), target)
+                    np.minimum(best, self.carried(layout, source, there, where, stands, rest / 1e6), out=best)
             found.append((rows, best.reshape(len(layouts), -1, self._states)[:, inverse.ravel()]))
         return found
 
