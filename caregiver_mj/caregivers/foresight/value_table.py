@@ -26,7 +26,7 @@ from caregiver_mj.danger.chain import ChildChain
 from caregiver_mj.danger.passage import expected_hits
 from caregiver_mj.plans.floor_plan import FloorPlan
 
-LARGEST, LAYOUTS = 16_000_000, 128  # states, layouts: where there are more, fewer candles are planned for at a time
+LARGEST, LAYOUTS = 40_000_000, 128  # states, layouts: where there are more, fewer candles are planned for at a time
 _BEGIN = 0.2  # share of the damage to a child alone to begin the iteration with: about what is left of it
 _CARRY_EVERY = 4  # sweeps after which what comes of carrying a candle is brought up to date
 
