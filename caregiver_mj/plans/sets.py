@@ -16,9 +16,10 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.generator import generate
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.plans.request import Request
+from caregiver_mj.plans.shapes import SHAPES, generate_shape
 
 LARGEST_SET = 1000  # houses
-FIRST_SEEDS = {"train": 100_000, "test": 200_000}
+FIRST_SEEDS = {"train": 100_000, "test": 200_000, "shapes-train": 300_000, "shapes-test": 400_000}
 
 
 def house(name: str) -> FloorPlan | None:
@@ -29,12 +30,24 @@ def house(name: str) -> FloorPlan | None:
     """
     if (request := Request.from_name(name)) is not None:
         return generate(**vars(request))
+    shape, _, seed = name.rpartition("-")
+    if shape in SHAPES and re.fullmatch(r"\d+", seed, re.ASCII):
+        return generate_shape(shape, int(seed))
     found, _, index = name.rpartition("/")
-    if not re.fullmatch(r"\d+", index, re.ASCII) or (seeds := _seeds(found)) is None:
+    if not re.fullmatch(r"\d+", index, re.ASCII) or (names := _names(found)) is None:
         return None
-    if int(index) >= len(seeds):
-        raise FloorPlanError(f"no floor plan '{name}': the houses of {found} are {found}/0 to {found}/{len(seeds) - 1}")
-    return generate(seeds[int(index)])
+    if int(index) >= len(names):
+        raise FloorPlanError(f"no floor plan '{name}': the houses of {found} are {found}/0 to {found}/{len(names) - 1}")
+    return house(names[int(index)])
+
+
+def shape_of(name: str) -> str:
+    """Return the shape of a generated house by its name, such as `hall` of `hall-17`; `home` for all others."""
+    found, _, index = name.rpartition("/")
+    if re.fullmatch(r"\d+", index, re.ASCII) and (names := _names(found)) is not None and int(index) < len(names):
+        name = names[int(index)]
+    shape = name.rpartition("-")[0]
+    return shape if shape in SHAPES else "home"
 
 
 def house_set(name: str) -> tuple[FloorPlan, ...]:
@@ -46,10 +59,10 @@ def house_set(name: str) -> tuple[FloorPlan, ...]:
     Raises:
         FloorPlanError: There is no such set.
     """
-    seeds = _seeds(name)
-    if seeds is None:
+    names = _names(name)
+    if names is None:
         raise FloorPlanError(f"no set of floor plans '{name}': there are train-N and test-N, such as test-100")
-    return tuple(generate(seed) for seed in seeds)
+    return tuple(FloorPlan.load(one) for one in names)
 
 
 def houses_named(names: str | Iterable[str], damage: DamageWeights = DamageWeights()) -> tuple[FloorPlan, ...]:
@@ -65,8 +78,8 @@ def houses_named(names: str | Iterable[str], damage: DamageWeights = DamageWeigh
     plans: list[tuple[str, FloorPlan]] = []
     names = [names] if isinstance(names, str) else names
     for name in names:
-        seeds = _seeds(name)
-        wanted = [name] if seeds is None else [f"house-{seed}" for seed in seeds]
+        names = _names(name)
+        wanted = [name] if names is None else names
         plans += [(one, FloorPlan.load(one, damage=damage)) for one in wanted]
     counts = collections.Counter(plan.name for _, plan in plans)
     if twice := [name for name, count in counts.items() if count > 1]:
@@ -79,12 +92,13 @@ def houses_named(names: str | Iterable[str], damage: DamageWeights = DamageWeigh
     return tuple(plan for _, plan in plans)
 
 
-def _seeds(name: str) -> range | None:
-    """Seeds of the houses of a set; None if it is no name of one."""
-    found = isinstance(name, str) and re.fullmatch(r"(train|test)-(\d+)", name, re.ASCII)
+def _names(name: str) -> list[str] | None:
+    """Names of the houses of a set; None if it is no name of one."""
+    found = isinstance(name, str) and re.fullmatch(r"((?:shapes-)?(?:train|test))-(\d+)", name, re.ASCII)
     if not found:
         return None
     first, size = FIRST_SEEDS[found[1]], int(found[2])
     if not 1 <= size <= LARGEST_SET:
         raise FloorPlanError(f"no set of floor plans '{name}': a set has 1 to {LARGEST_SET} houses")
-    return range(first, first + size)
+    shapes = ("house", *SHAPES) if found[1].startswith("shapes-") else ("house",)
+    return [f"{shapes[i % len(shapes)]}-{first + i}" for i in range(size)]

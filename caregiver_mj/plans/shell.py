@@ -25,11 +25,13 @@ class Shell:
         shape: Rows and columns, outer walls included.
         rooms: The rooms; corridors are some of them.
         doorways: For each doorway its cells, one or two.
+        things: What stands at fixed places already: cells and their characters.
     """
 
     shape: tuple[int, int]
     rooms: tuple[Room, ...]
     doorways: tuple[tuple[Cell, ...], ...]
+    things: tuple[tuple[Cell, str], ...] = ()
 
     def symbols(self) -> np.ndarray:
         """Its floor plan, characters (rows, columns)."""
@@ -38,6 +40,8 @@ class Shell:
             grid[room.inside] = FREE
         for cell in self.doorway_cells:
             grid[cell] = FREE
+        for cell, kind in self.things:
+            grid[cell] = kind
         return grid
 
     @property
