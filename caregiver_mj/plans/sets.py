@@ -78,8 +78,8 @@ def houses_named(names: str | Iterable[str], damage: DamageWeights = DamageWeigh
     plans: list[tuple[str, FloorPlan]] = []
     names = [names] if isinstance(names, str) else names
     for name in names:
-        names = _names(name)
-        wanted = [name] if names is None else names
+        members = _names(name)
+        wanted = [name] if members is None else members
         plans += [(one, FloorPlan.load(one, damage=damage)) for one in wanted]
     counts = collections.Counter(plan.name for _, plan in plans)
     if twice := [name for name, count in counts.items() if count > 1]:
