@@ -47,10 +47,15 @@ def _alcoves(random: np.random.RandomState) -> _Made:
 
 
 def _open_plan(random: np.random.RandomState) -> _Made:
-    """One big room."""
-    rows, columns = 7 + draw(random, 3), 8 + draw(random, 4)
-    room = Room(1, 1, rows, columns)
-    return Shell((rows + 2, columns + 2), (room,), ()), (1 + draw(random, 2), 2, 3, 2)
+    """One big room with islands of furniture, blocks of two or three tables."""
+    rows, columns = 8 + draw(random, 2), 9 + draw(random, 3)
+    things = []
+    for i, (row, column) in enumerate([(3, 3), (3, columns - 3), (rows - 2, 3 + draw(random, columns - 6))]):
+        for j in range(2 + draw(random, 2) if i == 2 else 2):
+            cell = (row, column - 1 + j) if i == 2 else (row + j, column)
+            things.append((cell, CANDLE if i < 2 and j == 0 else TABLE))
+    shell = Shell((rows + 2, columns + 2), (Room(1, 1, rows, columns),), (), tuple(things))
+    return shell, (1 + draw(random, 2), 0, 0, 2)
 
 
 def _chain(random: np.random.RandomState) -> _Made:
@@ -65,15 +70,63 @@ def _chain(random: np.random.RandomState) -> _Made:
     return Shell((rows + 2, left), tuple(rooms), tuple(doors)), (2, 2, 2, 2)
 
 
+def _room(random: np.random.RandomState) -> Shell:
+    """One big room, empty."""
+    rows, columns = 7 + draw(random, 3), 8 + draw(random, 4)
+    return Shell((rows + 2, columns + 2), (Room(1, 1, rows, columns),), ())
+
+
 def _stairs_only(random: np.random.RandomState) -> _Made:
     """About six stairwells and no candle."""
-    shell, _ = _open_plan(random) if draw(random, 2) else _chain(random)
+    shell = _room(random) if draw(random, 2) else _chain(random)[0]
     return shell, (5 + draw(random, 3), 0, 1, 2)
 
 
 def _many_tables(random: np.random.RandomState) -> _Made:
     """Many tables with candles, and one bare one."""
-    return _open_plan(random)[0], (1, 5 + draw(random, 3), 1, 2)
+    return _room(random), (1, 5 + draw(random, 3), 1, 2)
+
+
+def _dead_ends(random: np.random.RandomState) -> _Made:
+    """Corridors that leave a wider one and end blind, and a thing at the end of each."""
+    columns, length = 9 + 2 * draw(random, 3), 3 + draw(random, 2)
+    top = length + 2
+    rooms, things = [Room(top, 1, top + 1, columns, True)], []
+    kinds = random.permutation([CANDLE, TABLE, BIN, STAIRWELL, CANDLE, STAIRWELL]).tolist()
+    places = [(column, up) for column in range(2, columns, 2) for up in (0, 1)]
+    for i, kind in zip(random.permutation(len(places)).tolist(), kinds, strict=False):
+        column, up = places[i]
+        depth = 2 + draw(random, length - 1)
+        first, last, end = (
+            (top - depth, top - 1, top - depth - 1) if up else (top + 2, top + depth + 1, top + depth + 2)
+        )
+        rooms.append(Room(first, column, last, column, True))
+        things.append(((end, column), kind))
+    return Shell((2 * length + 6, columns + 2), tuple(rooms), (), tuple(things)), (0, 0, 0, 0)
+
+
+def _loops(random: np.random.RandomState) -> _Made:
+    """Two rings of corridor with a side in common, and things in niches around them."""
+    rows, left, right = 7 + draw(random, 3), 4 + draw(random, 3), 4 + draw(random, 3)
+    top, bottom, middle, last = 2, rows, 2 + left, 2 + left + right
+    rooms = [Room(row, 2, row, last, True) for row in (top, bottom)]
+    rooms += [Room(top, column, bottom, column, True) for column in (2, middle, last)]
+    niches = [(row, column) for row in (1, bottom + 1) for column in range(3, last, 2)]
+    niches += [(row, column) for column in (1, last + 1) for row in range(3, bottom, 2)]
+    kinds = [CANDLE, TABLE, BIN, STAIRWELL, *random.permutation([CANDLE, TABLE, BIN, STAIRWELL]).tolist()]
+    things = [(niches[i], kind) for i, kind in zip(random.permutation(len(niches)).tolist(), kinds, strict=False)]
+    return Shell((bottom + 3, last + 3), tuple(rooms), (), tuple(things)), (0, 0, 0, 0)
+
+
+def _far_bins(random: np.random.RandomState) -> _Made:
+    """A long house with a bin at either end."""
+    rows, columns = 3 + draw(random, 2), 16 + draw(random, 7)
+    ends = ((1 + draw(random, rows), 1), (1 + draw(random, rows), columns))
+    wall = columns // 2 + draw(random, 3)
+    rooms = (Room(1, 1, rows, wall - 1), Room(1, wall + 1, rows, columns))
+    doorway = ((1 + draw(random, rows), wall),)
+    shell = Shell((rows + 2, columns + 2), rooms, (doorway,), tuple((end, BIN) for end in ends))
+    return shell, (1 + draw(random, 2), 2, 2, 0)
 
 
 _MAKERS: dict[str, Callable[[np.random.RandomState], _Made]] = {
@@ -83,6 +136,9 @@ _MAKERS: dict[str, Callable[[np.random.RandomState], _Made]] = {
     "chain": _chain,
     "stairs-only": _stairs_only,
     "many-tables": _many_tables,
+    "dead-ends": _dead_ends,
+    "loops": _loops,
+    "far-bins": _far_bins,
 }
 SHAPES = tuple(_MAKERS)
 
