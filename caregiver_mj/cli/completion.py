@@ -17,7 +17,7 @@ CAMERAS = ("overview", "follow", "wrist")  # likewise
 # Of `record`: in the place of a task and of a caregiver.
 TARGETS = "targets"  # likewise
 RANDOM = "random-actions"  # likewise
-SETS = ("test-100", "train-100")
+SETS = ("test-100", "train-100", "shapes-test-100", "shapes-train-100")
 _FILES = ("folders", "out", "still", "video")  # arguments that name files or folders
 
 # For a house, which may be a file as well: names, and files.

@@ -15,6 +15,7 @@ from caregiver_mj.plans import symbols
 from caregiver_mj.plans.drivable import is_drivable
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.generator import generate
+from caregiver_mj.plans.shapes import SHAPES, generate_shape
 
 # How `house show` paints each kind of cell: rich style, and what to call it (one, several).
 _CELLS = {
@@ -26,6 +27,7 @@ _CELLS = {
     symbols.BIN: ("bold white on green4", "toy bin", "toy bins"),
 }
 
+_COUNTS = ("rooms", "stairwells", "candles", "tables", "bins")  # options of `house make`
 _MOST_PROBLEMS = 20  # that `house check` tells of one file
 
 
@@ -43,6 +45,7 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
     text = "make a house and print its floor plan; what is not given is drawn from the seed"
     command = plans.add_parser("make", help=text, description=text)
     add_seed(command)
+    command.add_argument("--shape", metavar="NAME", help=f"a house of another shape: {', '.join(SHAPES)}")
     command.add_argument("--size", metavar="WxH", help="columns and rows, outer walls included")
     for option, what in (
         ("--rooms", "how many rooms, a corridor included"),
@@ -96,6 +99,10 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _make(arguments: argparse.Namespace) -> None:
+    if arguments.shape is not None:
+        for name in ("size", *_COUNTS):
+            if getattr(arguments, name) is not None:
+                raise CaregiverError(f"house make: --shape must be without --{name}: a shape has its own")
     size = None
     if arguments.size is not None:
         try:
@@ -103,8 +110,11 @@ def _make(arguments: argparse.Namespace) -> None:
         except ValueError:
             raise CaregiverError(f"house make: --size is WxH, such as 14x12, not '{arguments.size}'") from None
         size = width, height
-    counts = {name: getattr(arguments, name) for name in ("rooms", "stairwells", "candles", "tables", "bins")}
-    plan = generate(arguments.seed, size, **counts)
+    counts = {name: getattr(arguments, name) for name in _COUNTS}
+    if arguments.shape is None:
+        plan = generate(arguments.seed, size, **counts)
+    else:
+        plan = generate_shape(arguments.shape, arguments.seed)
     if arguments.out is None:
         print(plan.text)
         return

@@ -86,7 +86,8 @@ def add_houses(command: argparse.ArgumentParser) -> None:
         "--houses",
         nargs="+",
         metavar="SET|NAME",
-        help="several houses instead: test-N or train-N, the first N of two lists that share none, or names and files",
+        help="several houses instead: test-N or train-N, the first N of two lists that share none, shapes-test-N or "
+        "shapes-train-N, of other shapes too, or names and files",
     )
     _add_damage(command)
 
@@ -105,7 +106,7 @@ def add_embodiment(command: argparse.ArgumentParser) -> None:
 
 def houses() -> str:
     """What may be said for a house."""
-    return f"{', '.join(floor_plan.house_names())}, house-SEED, train-N/I, test-N/I, or a text file"
+    return f"{', '.join(floor_plan.house_names())}, house-SEED, SHAPE-SEED, SET/I (such as test-100/17), or a text file"
 
 
 def caregivers() -> str:

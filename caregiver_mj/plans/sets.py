@@ -3,6 +3,8 @@
 A set is `train-N` or `test-N`, the first N houses of one of two fixed lists; those of one list are in no set of the
 other. `test-100/17` is house 17 of `test-100`, counted from 0, and also house 17 of every other `test-N` that has one.
 Its own name, which is the same in all of them, is that of its seed: `house-200017`.
+
+`shapes-train-N` and `shapes-test-N` are two more such lists, of homes and houses of all `SHAPES` in turn.
 """
 
 from __future__ import annotations
@@ -54,14 +56,17 @@ def house_set(name: str) -> tuple[FloorPlan, ...]:
     """Makes all houses of a set.
 
     Args:
-        name: `train-N` or `test-N`, with N from 1 to 1000.
+        name: `train-N`, `test-N`, `shapes-train-N` or `shapes-test-N`, with N from 1 to 1000.
 
     Raises:
         FloorPlanError: There is no such set.
     """
     names = _names(name)
     if names is None:
-        raise FloorPlanError(f"no set of floor plans '{name}': there are train-N and test-N, such as test-100")
+        raise FloorPlanError(
+            f"no set of floor plans '{name}': there are train-N and test-N, such as test-100; "
+            "shapes-train-N and shapes-test-N, of other shapes too"
+        )
     return tuple(FloorPlan.load(one) for one in names)
 
 

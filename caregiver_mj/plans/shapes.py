@@ -11,6 +11,7 @@ from caregiver_mj.plans.chance import draw
 from caregiver_mj.plans.drivable import is_drivable
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.furnishing import furnish
+from caregiver_mj.plans.request import SEEDS
 from caregiver_mj.plans.rooms import Room
 from caregiver_mj.plans.shell import Shell
 from caregiver_mj.plans.symbols import BIN, CANDLE, STAIRWELL, TABLE
@@ -147,10 +148,16 @@ def generate_shape(shape: str, seed: int) -> FloorPlan:
     """Return the house of a shape and a seed, valid and drivable.
 
     Raises:
-        FloorPlanError: No such house was found.
+        FloorPlanError: The shape or the seed does not exist, or no such house was found.
     """
+    if shape not in SHAPES:
+        raise FloorPlanError(f"the shape must be one of {', '.join(SHAPES)}, got '{shape}'")
+    if not 0 <= seed < SEEDS:
+        raise FloorPlanError(
+            f"floor plan '{shape}-{seed}' cannot be made: the seed must lie between 0 and {SEEDS - 1}, not at {seed}"
+        )
     for attempt in range(_TRIES):
-        random = np.random.RandomState([SHAPES.index(shape), seed % 2**32, attempt])
+        random = np.random.RandomState([SHAPES.index(shape), seed, attempt])
         shell, counts = _MAKERS[shape](random)
         symbols = furnish(random, shell, dict(zip((STAIRWELL, CANDLE, TABLE, BIN), counts, strict=True)))
         if symbols is None:
