@@ -1,0 +1,81 @@
+"""Houses of every shape: each is what its name says, valid, and one that the robot can work in."""
+
+import numpy as np
+import pytest
+
+from caregiver_mj.plans.drivable import is_drivable
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.sets import house_set, shape_of
+
+SHAPES = (
+    "hall", "alcoves", "dead-ends", "open-plan", "loops", "chain", "stairs-only", "many-tables", "far-bins",
+)  # fmt: skip
+
+
+def houses(shape, count=4):
+    return [FloorPlan.load(f"{shape}-{seed}") for seed in range(700, 700 + count)]
+
+
+def ways(plan):
+    """How many free cells are next to each free cell."""
+    cells = set(plan.free_cells)
+    steps = ((-1, 0), (0, 1), (1, 0), (0, -1))
+    return {(r, c): sum((r + down, c + right) in cells for down, right in steps) for r, c in cells}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_each_can_be_lived_and_worked_in(shape):
+    for plan in houses(shape):
+        assert 10 <= len(plan.free_cells) <= 100
+        assert is_drivable(plan)
+        assert (plan.graph.table_distances < 1000).all()
+        assert (plan.graph.stairwell_distances < 1000).all()
+        assert plan.bins
+        assert FloorPlan.load(plan.name).rows == plan.rows
+    assert len({plan.rows for plan in houses(shape)}) == 4
+
+
+def test_a_hall_is_one_cell_wide():
+    for plan in houses("hall"):
+        assert max(ways(plan).values()) <= 2
+        assert len(plan.stairwells) >= 2
+
+
+@pytest.mark.parametrize("shape", ["alcoves", "dead-ends"])
+def test_dead_ends_have_something_at_their_end(shape):
+    for plan in houses(shape):
+        ends = [cell for cell, count in ways(plan).items() if count == 1]
+        things = {*plan.tables, *plan.bins, *plan.stairwells}
+        beside = [{(r - 1, c), (r + 1, c), (r, c - 1), (r, c + 1)} & things for r, c in ends]
+        assert len(ends) >= 3
+        assert sum(map(bool, beside)) >= 3
+
+
+def test_what_there_is_in_the_others():
+    for plan in houses("stairs-only"):
+        assert len(plan.stairwells) >= 5
+        assert not plan.candle_tables
+    for plan in houses("many-tables"):
+        assert len(plan.tables) - len(plan.candle_tables) == 1
+        assert len(plan.tables) >= 5
+    for plan in houses("far-bins"):
+        columns = [cell[1] for cell in plan.bins]
+        assert max(columns) - min(columns) >= plan.shape[1] / 2
+
+
+def test_loops_can_be_walked_round():
+    """Without any one cell of a corridor with two ways on, all that is left hangs together."""
+    for plan in houses("loops", 2):
+        found = ways(plan)
+        ring = [plan.cell_index[cell] for cell, count in found.items() if count >= 2]
+        free = np.arange(len(plan.free_cells))
+        cut = [cell for cell in ring if len(set(plan.graph.parts(cell)[np.delete(free, cell)])) > 1]
+        assert len(cut) <= len(ring) / 4
+
+
+def test_sets_are_balanced_over_the_shapes():
+    names = [plan.name for plan in house_set("shapes-test-20")]
+    shapes = [shape_of(name) for name in names]
+    assert sorted(shapes) == sorted(2 * ["home", *SHAPES])
+    assert not set(names) & {plan.name for plan in house_set("shapes-train-20")}
+    assert FloorPlan.load("shapes-test-20/3").rows == FloorPlan.load(names[3]).rows
