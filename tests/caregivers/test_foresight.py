@@ -347,10 +347,11 @@ class TestManyCandles:
         assert candles_at_a_time(plan) == 2
         assert caregiver.options(percept(plan, 1, 9), np.array([0])).table.shape == (1, 2)
 
-    def test_it_prevents_much_of_the_damage(self):
+    @pytest.mark.parametrize("caregiver", [ForesightCaregiver, KnowsGoalCaregiver])
+    def test_it_prevents_much_of_the_damage(self, caregiver):
         plan, seeds = FloorPlan.load("train-100/6"), range(60)
         assert candles_at_a_time(plan) < len(plan.candle_tables)
-        alone, ours = (run_episodes(plan, "0.5", c, seeds).totals() for c in (None, ForesightCaregiver(plan)))
+        alone, ours = (run_episodes(plan, "0.5", c, seeds).totals() for c in (None, caregiver(plan)))
         assert ours["damage"].mean() < 0.6 * alone["damage"].mean()
         assert ours["toys_reached"].mean() > 0.95 * alone["toys_reached"].mean()
 

@@ -28,6 +28,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 
 LARGEST, LAYOUTS = 40_000_000, 128  # states, layouts: where there are more, fewer candles are planned for at a time
 _BEGIN = 0.2  # share of the damage to a child alone to begin the iteration with: about what is left of it
+_NEVER = 1e9  # damage of what cannot be done; finite, for beliefs of zero are multiplied with it
 _CARRY_EVERY = 4  # sweeps after which what comes of carrying a candle is brought up to date
 
 # By steps in a timestep: for each table what `ValueTable._fetched` finds.
@@ -127,14 +128,14 @@ class ValueTable:
             left: Steps until the child's next move, (n,).
 
         Returns:
-            Array (n, G E), infinite where there is no such candle, or another one on that table.
+            Array (n, G E), beyond all else where there is no such candle, or another one on that table.
         """
         after = self.layouts.after[layout, source, table]
         moves = np.minimum(self.motion.carry(stand, table, child, left), self.motion.longest)
         found = self._ahead[table, moves, self._column[table, after], self.motion.nearest[table, stand], child]
         found += self._meanwhile[layout, moves, child]
         found -= self._candle_meanwhile[moves, child, source]  # the one in the hand
-        found[after < 0] = np.inf
+        found[after < 0] = _NEVER
         return found
 
     # -- The programme ---------------------------------------------------------------------------
