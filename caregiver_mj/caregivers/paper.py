@@ -101,7 +101,10 @@ class PaperCaregiver(Caregiver):
         return safety.reach_linear(distance, self._largest_distance)
 
     def choose(self, percept: Percept) -> np.ndarray:
-        assessment = self.assess(percept)
+        return self.target(percept, self.assess(percept))
+
+    def target(self, percept: Percept, assessment: Assessment) -> np.ndarray:
+        """Return the hazard of greatest expected danger, (B,), or NOTHING, by an assessment of one's own."""
         target, most = first_of_greatest(np.where(self.worth_protecting(percept), assessment.urgency, 0.0))
         danger = np.where(most > 0, (1.0 - assessment.safe).max(axis=1) * most, -np.inf)
         return np.where(danger >= self._threshold, target, NOTHING)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from caregiver_mj import cli
 from caregiver_mj.plans.drivable import is_drivable
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import house_set, shape_of
@@ -79,3 +80,14 @@ def test_sets_are_balanced_over_the_shapes():
     assert sorted(shapes) == sorted(2 * ["home", *SHAPES])
     assert not set(names) & {plan.name for plan in house_set("shapes-train-20")}
     assert FloorPlan.load("shapes-test-20/3").rows == FloorPlan.load(names[3]).rows
+
+
+def test_a_valid_house_that_the_robot_cannot_work_in_is_warned_of(tmp_path, capsys):
+    file = tmp_path / "narrow.txt"
+    file.write_text("########\n#..#####\n#......#\n#B.#T#B#\n########\n")
+    assert cli.main(["house", "check", str(file)]) == 0
+    out, err = capsys.readouterr()
+    assert out.startswith("OK: narrow")
+    assert "warning: the robot has no room" in err
+    assert cli.main(["house", "check", "hall-3"]) == 0
+    assert capsys.readouterr().err == ""

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from caregiver_mj.caregivers.caregiver import Caregiver, first_of_greatest
+from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.foresight.child_model import novice_chain
 from caregiver_mj.caregivers.foresight.standing import each_on_a_table
 from caregiver_mj.caregivers.foresight.value_table import (
@@ -121,7 +121,8 @@ class ForesightCaregiver(Caregiver):
             self._order(answer, np.array([world]), np.array([stairwells + 2 + candle]), np.array([destination]))
         free = np.flatnonzero(empty & ~lying.any(axis=1))
         if not self._plans:
-            return answer.where(~empty | lying.any(axis=1), self._by_rule(percept))
+            by_rule = self.protect(percept, self._rule.target(percept, self.assess(percept)))
+            return answer.where(~empty | lying.any(axis=1), by_rule)
         if free.size and len(self.plan.hazards):
             options = self.options(each_on_a_table(self.plan, percept), free)
             chosen = self._best(options, percept, free)
@@ -130,13 +131,6 @@ class ForesightCaregiver(Caregiver):
             table = options.table[each, candle] if options.table.size else np.full(len(free), NOTHING)
             self._order(answer, free, chosen, np.where(chosen >= stairwells + 2, table, NOTHING))
         return answer
-
-    def _by_rule(self, percept: Percept) -> Interventions:
-        """Return what protects from the hazard of greatest expected danger."""
-        assessment = self.assess(percept)
-        worth = self.worth_protecting(percept)
-        target, most = first_of_greatest(np.where(worth, assessment.urgency, 0.0))
-        return self.protect(percept, np.where(most > 0, target, NOTHING))
 
     def options(self, percept: Percept, worlds: np.ndarray) -> Options:
         """Return what can be done in some worlds, (W,), in which all candles are on tables."""
