@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver, first_of_greatest
+from caregiver_mj.caregivers.followers import Followers
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, pick
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -42,6 +43,12 @@ class RandomCaregiver(Caregiver):
 
 class NearestCaregiver(Caregiver):
     """Protects from what is nearest to a child, whatever the damage."""
+
+    def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
+        self.followers = Followers(self.plan, batch, children)
+
+    def watch(self, percept: Percept) -> None:
+        self.followers.watch(percept)
 
     def choose(self, percept: Percept) -> np.ndarray:
         distance = self.hazard_distances(percept).min(axis=1)

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from caregiver_mj.caregivers.followers import Followers
 from caregiver_mj.caregivers.pace import PAPER, Pace
 from caregiver_mj.caregivers.percept import Assessment, Percept, bare_tables
 from caregiver_mj.errors import CaregiverError
@@ -34,6 +35,8 @@ class Caregiver(abc.ABC):
         yields: Whether it steps aside, or follows, where a child bars its way, and keeps out of the children's way when
             there is nothing to do. One that does not stays where it is.
         pace: How long it takes for what it does. Its world enters it before the first `reset` there.
+        followers: Whoever comes after it wherever it goes. It then protects nobody from anything, but stays away from
+            hazards. Left out by a caregiver that does not care.
         serves: What stands for the episodes that it serves now. Its world enters it after `reset`, to see whether
             another world has begun some with it meanwhile.
     """
@@ -41,6 +44,7 @@ class Caregiver(abc.ABC):
     takes_orders = False
     yields = True
     pace: Pace = PAPER
+    followers: Followers | None = None
     serves: object = None
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
@@ -97,6 +101,8 @@ class Caregiver(abc.ABC):
         """The interventions that protect the children from hazards (B,); to make room, or stay, where it is NOTHING."""
         hazards = self.plan.hazards
         hazard = self._checked(hazard, len(percept.child_cell))
+        if self.followers is not None:
+            hazard = np.where(self.followers.there, NOTHING, hazard)
         stairwell, candle = hazards.is_stairwell(hazard), hazards.is_candle(hazard)
         verb = np.full(len(hazard), self.idle_verb, object)
         verb[stairwell], verb[candle] = BLOCK, RELOCATE

@@ -36,6 +36,11 @@ class Outlook:
         return self.probability.sum(axis=3)
 
     @property
+    def toy_bin(self) -> np.ndarray:
+        """Probability that each is on its way to each toy bin, (B, K, bins)."""
+        return self.goal @ (self.chain.bin_of[:, None] == np.arange(self.chain.bin_of.max() + 1))
+
+    @property
     def epsilon(self) -> np.ndarray:
         """Probability of every epsilon in `chain.epsilons`, (B, K, E)."""
         return self.probability.sum(axis=2)

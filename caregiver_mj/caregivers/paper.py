@@ -8,6 +8,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver, first_of_greatest
 from caregiver_mj.caregivers.experts import Experts, InPlace
+from caregiver_mj.caregivers.followers import Followers
 from caregiver_mj.caregivers.percept import Assessment, Percept
 from caregiver_mj.children.expert import EXPERT_TIMESTEPS
 from caregiver_mj.danger import safety
@@ -72,8 +73,11 @@ class PaperCaregiver(Caregiver):
 
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
         self._log_ratio = np.zeros((batch, children))
+        self.followers = Followers(self.plan, batch, children)
 
     def watch(self, percept: Percept) -> None:
+        if self.followers:
+            self.followers.watch(percept)
         moved = percept.previous_action != NOTHING
         ratio = safety.log_likelihood_ratio(self.action_prior, percept.previous_cell, percept.previous_action)
         self._log_ratio += np.where(moved, ratio, 0.0)

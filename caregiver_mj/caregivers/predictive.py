@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from caregiver_mj.caregivers.foresight.child_model import novice_chain
+from caregiver_mj.caregivers.foresight.child_model import child_chain
 from caregiver_mj.caregivers.foresight.foresight import CHANGE
 from caregiver_mj.caregivers.outlook import HORIZON, Outlook
 from caregiver_mj.caregivers.paper import PaperCaregiver
@@ -36,11 +36,11 @@ class PaperPredictiveCaregiver(PaperCaregiver):
 
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
         super().reset(batch, seeds, children)
-        self.belief = Belief(novice_chain(self.plan), batch, children, CHANGE)
+        self.belief = Belief(child_chain(self.plan), batch, children, CHANGE)
 
     def watch(self, percept: Percept) -> None:
         super().watch(percept)
-        self.belief.watch(percept.previous_cell, percept.previous_action)
+        self.belief.watch(percept.previous_cell, percept.previous_action, percept.caregiver_cell)
 
     def assess(self, percept: Percept) -> Assessment:
         return dataclasses.replace(super().assess(percept), outlook=self._outlook(percept))
@@ -49,4 +49,4 @@ class PaperPredictiveCaregiver(PaperCaregiver):
         return self._outlook(percept).reach(self.plan, percept, self._horizon)
 
     def _outlook(self, percept: Percept) -> Outlook:
-        return Outlook(novice_chain(self.plan), percept.child_cell, self.belief.probability)
+        return Outlook(child_chain(self.plan), percept.child_cell, self.belief.probability)

@@ -17,18 +17,19 @@ class Adversary(Behaviour):
 
     def __init__(self, plan: FloorPlan, epsilon: float):
         super().__init__(plan, epsilon)
-        self._towards: dict[int, np.ndarray] = {}  # by goal: the action in every free cell, (free cells,)
+        self._known: dict[int, np.ndarray] = {}  # by goal, what `towards` says
 
     def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
         goals = np.unique(sight.caregiver_cell)
         for goal in goals[goals >= 0]:
-            if int(goal) not in self._towards:
-                self._towards[int(goal)] = self._actions(int(goal))
+            if int(goal) not in self._known:
+                self._known[int(goal)] = self.towards(int(goal))
         none = np.zeros(len(self.plan.free_cells), int)
         pairs = zip(sight.cell.tolist(), sight.caregiver_cell.tolist(), strict=True)
-        return np.array([self._towards.get(goal, none)[cell] for cell, goal in pairs])
+        return np.array([self._known.get(goal, none)[cell] for cell, goal in pairs])
 
-    def _actions(self, goal: int) -> np.ndarray:
+    def towards(self, goal: int) -> np.ndarray:
+        """Return the move that it makes in every free cell if the caregiver is in a cell, (free cells,)."""
         plan = self.plan
         distance = plan.graph.distances_from([goal])[0].astype(float)
         distance[len(plan.free_cells) :] = np.inf  # it knows stairs, ...

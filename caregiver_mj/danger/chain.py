@@ -1,7 +1,7 @@
 """A child that goes from place to place, as a Markov chain: what it does next, given where it is and what it wants.
 
-Its state is its cell, the goal that it is on its way to, and its epsilon: the share of its moves that are random. That
-of cell c, goal g and epsilon e has the number (c G + g) E + e, so that what belongs to a cell lies together.
+Its state is its cell, its goal, and its epsilon: the share of its moves that are random. That of cell c, goal g and
+epsilon e has the number (c G + g) E + e, so that what belongs to a cell lies together.
 """
 
 from __future__ import annotations
@@ -21,18 +21,38 @@ class ChildChain:
         greedy: Probability of every move of a child that makes none at random, (cells, G, moves).
         epsilons: The shares of random moves that there are, (E,).
         next_cell: The cell after each move, (cells, moves).
-        goal_at: The goal that each move reaches for, -1 for none, likewise. A child that reaches its own draws the next
-            one uniformly out of all.
+        ends: Whether each move reaches each goal, bool (cells, moves, G).
         object_at: The object that each move bumps into, -1 for none, likewise.
         objects: How many objects there are.
+        next_goal: Probability of each goal (column) after each (row) has been reached, (G, G). Left out, uniform.
+        prior: Probability of each goal and epsilon of a child of whom nothing is known, (G, E). Left out, uniform.
+        bin_of: The toy bin that each goal is, -1 for something else, (G,). Left out, goal g is bin g.
+        follows: Probability of every move of a child that makes none at random and whose goal is the last one: to be
+            where the caregiver is, (caregiver's cells, cells, moves). Left out, there is no such goal.
     """
 
     greedy: np.ndarray
     epsilons: np.ndarray
     next_cell: np.ndarray
-    goal_at: np.ndarray
+    ends: np.ndarray
     object_at: np.ndarray
     objects: int
+    next_goal: np.ndarray = None  # type: ignore[assignment]  # filled in below
+    prior: np.ndarray = None  # type: ignore[assignment]
+    bin_of: np.ndarray = None  # type: ignore[assignment]
+    follows: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        """Fill in what is left out."""
+        _, goals, epsilons = self.shape
+        defaults = {
+            "next_goal": np.full((goals, goals), 1.0 / goals),
+            "bin_of": np.arange(goals),
+            "prior": np.full((goals, epsilons), 1.0 / (goals * epsilons)),
+        }
+        for name, value in defaults.items():
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, value)
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -47,34 +67,27 @@ class ChildChain:
     @functools.cached_property
     def moves(self) -> np.ndarray:
         """How probable each move is in each state: (cells, G, E, moves), whose last dimension sums to 1."""
+        return self.at_random(self.greedy[:, :, None])
+
+    def at_random(self, greedy: np.ndarray) -> np.ndarray:
+        """Return the probability of every move, (..., E, moves), by that of a child that makes none at random."""
         share = self.epsilons[:, None]
-        return share / self.greedy.shape[-1] + (1.0 - share) * self.greedy[:, :, None]
+        return share / self.greedy.shape[-1] + (1.0 - share) * greedy
 
     @functools.cached_property
     def transition(self) -> csr_array:
-        """Probabilities from each state (row) to each (column), (states, states)."""
+        """Probabilities from each state (row) to each (column), (states, states), with no caregiver about."""
         _, goals, epsilons = self.shape
-        reaches = self.goal_at[:, None] == np.arange(goals)[:, None]  # (cells, G, moves)
-        next_goal = np.where(reaches[..., None], 1.0 / goals, np.eye(goals)[:, None, :])  # (cells, G, moves, next)
-        cell, goal, move, after = np.nonzero(next_goal)
+        after = np.where(self.ends[..., None], self.next_goal, np.eye(goals))  # (cells, moves, G, next)
+        cell, move, goal, following = np.nonzero(after)
         each = np.arange(epsilons)
-        chance = self.moves[cell, goal, :, move] * next_goal[cell, goal, move, after][:, None]
+        chance = self.moves[cell, goal, :, move] * after[cell, move, goal, following][:, None]
         row = ((cell * goals + goal) * epsilons)[:, None] + each
-        column = ((self.next_cell[cell, move] * goals + after) * epsilons)[:, None] + each
+        column = ((self.next_cell[cell, move] * goals + following) * epsilons)[:, None] + each
         entries = chance.ravel(), (row.ravel(), column.ravel())
         transition = coo_array(entries, shape=(self.size, self.size)).tocsr()
         transition.eliminate_zeros()
         return transition
-
-    @functools.cached_property
-    def enters(self) -> csr_array:
-        """Probability that the next move from each state leads into each other cell, (states, cells)."""
-        cells, goals, epsilons = self.shape
-        cell, move = np.nonzero(self.next_cell != np.arange(cells)[:, None])
-        row = cell[:, None] * (goals * epsilons) + np.arange(goals * epsilons)
-        column = np.broadcast_to(self.next_cell[cell, move][:, None], row.shape)
-        chance = self.moves[cell, :, :, move]
-        return coo_array((chance.ravel(), (row.ravel(), column.ravel())), shape=(self.size, cells)).tocsr()
 
     @functools.cached_property
     def hits(self) -> np.ndarray:

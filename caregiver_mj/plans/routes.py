@@ -38,7 +38,7 @@ class Routes:
     """Shortest routes to places round the children, computed once for every set of children's cells that occurs.
 
     A place is a group of cells, any of which will do. Two more of them are `ASIDE`, to be out of the children's way (on
-    as few shortest paths from a child to a toy bin as can be), and `STAY`.
+    as few shortest paths from a child to a toy bin as can be, and away from hazards), and `STAY`.
     """
 
     def __init__(self, plan: FloorPlan, places: Sequence[Sequence[int]]):
@@ -112,8 +112,7 @@ class Routes:
                 larger[: len(table)] = table
                 setattr(self, name, larger)
         graph = self._plan.graph
-        in_the_way = np.asarray(sum(self._yielding.routes_over(cell) for cell in closed))
-        clear = _lowest(in_the_way, graph.parts(closed))
+        clear = _lowest(self._yielding.in_the_way(closed), graph.parts(closed))
         way, *far = graph.distances_from([clear, *self._safe_stand, *self._stand], closed)
         self._distance[row, ASIDE] = UNREACHABLE
         self._next_cell[row, ASIDE] = graph.downhill(way)

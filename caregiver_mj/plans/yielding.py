@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -37,6 +38,24 @@ class Yielding:
         distance = self._plan.graph.child_distances_from([child_cell])[0]
         routes[: len(distance)] = self._on_shortest_path(child_cell, distance).sum(axis=1)
         return routes
+
+    def in_the_way(self, child_cells: Iterable[int]) -> np.ndarray:
+        """How bad each cell is for whoever wants to be out of the way of some children: integers (caregiver cells,).
+
+        What counts first is `routes_over`; among equals, that a child which comes after the caregiver is not `exposed`.
+        """
+        return 2 * np.asarray(sum(self.routes_over(cell) for cell in child_cells)) + self.exposed
+
+    @functools.cached_property
+    def exposed(self) -> np.ndarray:
+        """Whether a child that comes to the caregiver can stand beside stairs or a table: bool (caregiver cells,)."""
+        graph, free = self._plan.graph, len(self._plan.free_cells)
+        beside = (graph.bumps >= 0).sum(axis=1)  # how many of them are beside each free cell
+        exposed = np.zeros(len(graph.neighbours), bool)
+        for cell, around in enumerate(graph.neighbours):
+            own = 1 if cell >= free else 0  # the stairs in whose mouth the caregiver stands
+            exposed[cell] = any(beside[near] > own for near in around if near < free)
+        return exposed
 
     @functools.cached_property
     def traps(self) -> np.ndarray:

@@ -7,7 +7,6 @@ import math
 from collections.abc import Callable, Collection, Iterable
 from typing import Any
 
-import numpy as np
 
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -82,7 +81,7 @@ class Routes:
         known = [self.plan.cell_index[child] for child in children if child in self.plan.free_cells]
         if not known:
             return None
-        in_the_way = np.asarray(sum(yielding(self.plan).routes_over(child) for child in known))
+        in_the_way = yielding(self.plan).in_the_way(known)
         # The nearest cells come first, and `min` takes the first of equals.
         landings = [cell for cell in self.plan.stairwells if cell not in self.centres]
         within_reach = self.plan.graph.breadth_first(self.plan.cell_index[start], self._indices({*closed, *landings}))

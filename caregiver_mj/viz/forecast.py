@@ -42,7 +42,7 @@ class Forecast:
             return None
         harm = 1.0 - np.prod(1.0 - assessment.reach[0], axis=0)
         epsilon = outlook.epsilon[0] @ outlook.chain.epsilons
-        return cls(outlook.presence(SOON)[0], harm, outlook.goal[0], epsilon)
+        return cls(outlook.presence(SOON)[0], harm, outlook.toy_bin[0], epsilon)
 
     def tiles(self, plan: FloorPlan, candles: np.ndarray) -> list[Tile]:
         """Tiles where the children may be, and pillars where hazards may hurt them, the denser the more probable.

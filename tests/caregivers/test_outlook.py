@@ -1,5 +1,7 @@
 """What caregivers with a belief say beside their decisions."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -34,20 +36,25 @@ def caregiver(request):
 
 
 def test_the_belief_is_there_to_be_seen(caregiver):
-    """Away from its only toy nobody goes but by chance: with a fourth of epsilon."""
-    moved = see(CORRIDOR, 1, previous=0, action=EAST)
+    """Away from its only toy a novice or an explorer goes by chance only: with a fourth of epsilon."""
+    moved = dataclasses.replace(see(CORRIDOR, 1, previous=0, action=EAST), caregiver_cell=np.array([3]))
     caregiver.watch(moved)
     outlook = caregiver.assess(moved).outlook
-    wanted = np.array(EPSILONS) / np.sum(EPSILONS)
-    assert outlook.epsilon[0, 0] == pytest.approx(wanted, abs=0.01)  # it may have changed
-    assert outlook.goal[0, 0] == pytest.approx([1.0])
+    to_toy, elsewhere = 0.85 / 5 * np.array(EPSILONS) / 4, np.zeros(5)
+    to_toy[[0, 2]] += 0.05 / 2 * np.array([0.05, 0.5]) / 4
+    elsewhere[[0, 2]] = 2 * 0.05 / 2 * (1 - 0.75 * np.array([0.05, 0.5]))  # to the stairs, or to the caregiver there
+    all_in_all = (to_toy + elsewhere).sum()
+    assert outlook.epsilon[0, 0] == pytest.approx((to_toy + elsewhere) / all_in_all, abs=0.01)  # it may have changed
+    assert outlook.toy_bin[0, 0] == pytest.approx([to_toy.sum() / all_in_all], abs=0.01)
 
 
 def test_presence_within_a_timestep(caregiver):
-    """Of a child in the middle: to its toy unless it moves at random to the other side, or into a wall."""
-    random = np.mean(EPSILONS)
+    """Of a child in the middle: to its toy, or one in twenty to the stairs, unless it moves at random."""
+    novice, other = np.mean(EPSILONS), np.mean([0.05, 0.5])
     here = caregiver.assess(see(CORRIDOR, 1)).outlook.presence(1)[0, 0]
-    assert here == pytest.approx([1 - 0.75 * random, random / 2, random / 4])
+    random = 0.85 * novice + 0.15 * other
+    to_toy = 0.85 * (1 - novice) + 0.1 * (1 - other)
+    assert here == pytest.approx([to_toy + random / 4, random / 2, 0.05 * (1 - other) + random / 4])
 
 
 def test_safety_is_that_of_the_paper_and_danger_is_equation_2(caregiver):
@@ -64,7 +71,9 @@ def test_safety_is_that_of_the_paper_and_danger_is_equation_2(caregiver):
 def test_reach_in_a_timestep():
     caregiver = ForesightCaregiver(CORRIDOR)
     here = see(CORRIDOR, 2)
-    assert caregiver.assess(here).outlook.reach(CORRIDOR, here, 1) == pytest.approx(np.mean(EPSILONS) / 4)
+    random = 0.85 * np.mean(EPSILONS) + 0.15 * np.mean([0.05, 0.5])
+    wants = 0.05 * (1 - np.mean([0.05, 0.5]))
+    assert caregiver.assess(here).outlook.reach(CORRIDOR, here, 1) == pytest.approx(random / 4 + wants)
 
 
 def test_a_candle_that_is_carried_or_lies_on_the_floor():

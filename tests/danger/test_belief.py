@@ -1,9 +1,11 @@
 """The filter over goal and epsilon, against values worked by hand in a corridor."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
-from caregiver_mj.danger.belief import Belief
+from caregiver_mj.danger.belief import STOP, Belief
 from caregiver_mj.danger.chain import ChildChain
 
 
@@ -16,8 +18,8 @@ def corridor():
     greedy = np.zeros((3, 2, 2))
     greedy[:, 0, 0] = greedy[:, 1, 1] = 1.0  # west to goal 0, east to goal 1
     next_cell = np.array([[0, 1], [0, 2], [1, 2]])
-    goal_at = np.array([[0, -1], [-1, -1], [-1, 1]])
-    return ChildChain(greedy, np.array([0.0, 1.0]), next_cell, goal_at, np.full((3, 2), -1), 0)
+    ends = np.array([[0, -1], [-1, -1], [-1, 1]])[..., None] == np.arange(2)
+    return ChildChain(greedy, np.array([0.0, 1.0]), next_cell, ends, np.full((3, 2), -1), 0)
 
 
 def watched(belief, *moves):
@@ -45,13 +47,53 @@ def test_no_move_tells_nothing(corridor):
     assert belief.probability == pytest.approx(0.25)
 
 
-def test_epsilon_may_change(corridor):
+def test_it_may_be_another_child_from_now_on(corridor):
     belief = Belief(corridor, change=0.5)
-    found = watched(belief, (0, 1))
-    # Half of what is known of epsilon is lost, and none of what is known of the goal: 1/4 and 3/4.
-    assert found == pytest.approx(np.array([[0.0625, 0.1875], [0.4375, 0.3125]]))
-    assert belief.goal[0, 0] == pytest.approx([0.25, 0.75])
-    assert belief.epsilon[0, 0] == pytest.approx([0.5, 0.5])
+    # Half of what is known is lost: the mean of the prior, 1/4 each, and of 0, 1/4, 1/2, 1/4.
+    assert watched(belief, (0, 1)) == pytest.approx(np.array([[0.125, 0.25], [0.375, 0.25]]))
+    assert belief.goal[0, 0] == pytest.approx([0.375, 0.625])
+
+
+def test_a_stop_ends_what_is_known_of_epsilon(corridor):
+    certain = Belief(corridor, change=1e-12)
+    certain.probability = np.array([[[[1.0, 0.0], [0.0, 0.0]]]])
+    # Its goal it keeps; of its epsilon half of `STOP` goes to the other one.
+    assert watched(certain, (0, -1)) == pytest.approx(np.array([[1 - STOP / 2, STOP / 2], [0.0, 0.0]]))
+
+
+def test_a_goal_may_lead_to_some_goals_only(corridor):
+    belief = Belief(dataclasses.replace(corridor, next_goal=np.array([[0.0, 1.0], [0.0, 1.0]])))
+    # West from the west end: 1/2, 1/4, 0, 1/4; whoever had goal 0 has goal 1 from then on.
+    assert watched(belief, (0, 0)) == pytest.approx(np.array([[0.0, 0.0], [0.5, 0.5]]))
+
+
+def test_who_goes_where_the_caregiver_is_follows_it(corridor):
+    towards = np.eye(2)[np.array([[0, 0, 0], [1, 0, 0], [1, 1, 1]])]  # by the caregiver's cell, and the child's
+    belief = Belief(dataclasses.replace(corridor, follows=towards))
+    belief.watch(np.array([[1]]), np.array([[1]]), np.array([2]))
+    # East, where the caregiver is: 0 and 1/2 for goal 0, 1 and 1/2 for following.
+    assert belief.probability[0, 0] == pytest.approx(np.array([[0.0, 0.25], [0.5, 0.25]]))
+    belief.watch(np.array([[2]]), np.array([[0]]), np.array([2]))
+    # West, away from it: 0, 1/8, 0, 1/8.
+    assert belief.probability[0, 0] == pytest.approx(np.array([[0.0, 0.5], [0.0, 0.5]]))
+
+
+def test_who_does_the_same_again_and_again_is_not_understood(corridor):
+    """In the middle it goes west and in the west it goes east: nobody's way to a goal, and no chance."""
+    belief = Belief(corridor)
+    watched(belief, *[(1, 0), (0, 1)] * 3)
+    assert belief.understood.all()
+    watched(belief, *[(1, 0), (0, 1)] * 20)
+    assert not belief.understood.any()
+
+
+def test_who_moves_at_random_or_to_a_goal_is_understood(corridor):
+    moves = np.random.default_rng(0).integers(0, 2, 1000)
+    cell, belief = 1, Belief(corridor, change=0.005)
+    for move in moves.tolist():
+        belief.watch(np.array([[cell]]), np.array([[move]]))
+        assert belief.understood.all()
+        cell = int(corridor.next_cell[cell, move])
 
 
 def test_what_nobody_does_tells_nothing(corridor):

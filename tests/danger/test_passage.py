@@ -13,8 +13,8 @@ def corridor():
     greedy = np.zeros((2, 1, 2))
     greedy[..., 0] = 1.0
     next_cell = np.array([[0, 1], [0, 1]])
-    goal_at, object_at = np.array([[0, -1], [-1, -1]]), np.array([[-1, -1], [-1, 0]])
-    return ChildChain(greedy, np.array([0.0, 1.0]), next_cell, goal_at, object_at, 1)
+    ends, object_at = np.array([[[True], [False]], [[False], [False]]]), np.array([[-1, -1], [-1, 0]])
+    return ChildChain(greedy, np.array([0.0, 1.0]), next_cell, ends, object_at, 1)
 
 
 def test_first_passage(corridor):
@@ -35,5 +35,5 @@ def test_expected_hits(corridor):
 def test_goals_are_drawn_anew():
     # One cell between two goals, and never a random move: it reaches its goal every time, and has each as often.
     greedy = np.eye(2)[None]
-    chain = ChildChain(greedy, np.zeros(1), np.zeros((1, 2), int), np.array([[0, 1]]), np.full((1, 2), -1), 0)
+    chain = ChildChain(greedy, np.zeros(1), np.zeros((1, 2), int), np.eye(2, dtype=bool)[None], np.full((1, 2), -1), 0)
     assert chain.transition.toarray() == pytest.approx(0.5)

@@ -13,7 +13,7 @@ def corridor():
     next_cell = np.array([[0, 1], [0, 2], [1, 2]])
     object_at = np.array([[0, -1], [-1, -1], [-1, 1]])
     greedy = np.full((3, 1, 2), 0.5)
-    return ChildChain(greedy, np.ones(1), next_cell, np.full((3, 2), -1), object_at, 2)
+    return ChildChain(greedy, np.ones(1), next_cell, np.zeros((3, 2, greedy.shape[1]), bool), object_at, 2)
 
 
 def test_any_of_several_objects(corridor):

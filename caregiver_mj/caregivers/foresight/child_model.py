@@ -1,4 +1,4 @@
-"""How the caregiver thinks that children move: as novices whose toy bin and epsilon it does not know."""
+"""How the caregiver thinks that children move: as one of a few kinds, whose goal and epsilon it does not know."""
 
 from __future__ import annotations
 
@@ -6,20 +6,77 @@ import functools
 
 import numpy as np
 
+from caregiver_mj.children.adversary import Adversary
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.danger.chain import ChildChain
-from caregiver_mj.plans.cell_graph import Target
+from caregiver_mj.plans.cell_graph import ACTIONS, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
 EPSILONS = (0.05, 0.25, 0.5, 0.75, 1.0)  # that a child is thought to have
+OTHERS = (0, 2)  # those that a child of another kind than the novice may have: above, all are alike
+CHANGE = 0.005  # probability, in a timestep, that a child is from then on another one
+PRIOR = {"novice": 0.85, "explorer": 0.05, "hazard": 0.05, "caregiver": 0.05}  # probability of each kind
 
 
 @functools.lru_cache(maxsize=4)
-def novice_chain(plan: FloorPlan) -> ChildChain:
-    """Novices in a house. Its goals are the toy bins; its objects are first the stairwells, then the tables."""
+def child_chain(plan: FloorPlan) -> ChildChain:
+    """Return the children that may be in a house. Its objects are first the stairwells, then the tables.
+
+    Its goals are the toy bins for a novice; the toy bins for an explorer, which knows where they are and nothing else of
+    the house; the nearest hazard; and to be where the caregiver is.
+    """
     next_cell, target, index = plan.graph.moves
-    goal_at = np.where(target == Target.BIN, index, NOTHING)
-    greedy = Novice(plan, 0.0).action_probabilities()
-    objects = len(plan.stairwells) + len(plan.tables)
-    return ChildChain(greedy, np.array(EPSILONS), next_cell, goal_at, plan.graph.bumps, objects)
+    bins = len(plan.bins)
+    novice = Novice(plan, 0.0).action_probabilities()
+    explorer = 0.3 * novice + 0.7 * _as_the_crow_flies(plan)  # for it learns what it runs into
+    hazard = _to_nearest_hazard(plan)[:, None]
+    alone = novice.mean(axis=1, keepdims=True)  # whoever wants to the caregiver, while there is none
+    own = [bins, bins, 1, 1]  # goals of each kind
+    of_goal = np.repeat(np.array(list(PRIOR.values())) / own, own)
+    epsilons = np.zeros((len(of_goal), len(EPSILONS)), bool)
+    epsilons[:bins], epsilons[bins:, OTHERS] = True, True
+    kind = np.repeat(np.arange(len(own)), own)
+    next_goal = (kind[:, None] == kind) / np.array(own)[kind]
+    next_goal[-2] = 0.5 * next_goal[0] + 0.5 * next_goal[-2]  # it has been there, and may want to go on
+    reaches = np.where(target == Target.BIN, index, NOTHING)[..., None] == np.arange(bins)
+    bumps = plan.graph.bumps[..., None] >= 0
+    return ChildChain(
+        greedy=np.concatenate([novice, explorer, hazard, alone], axis=1),
+        epsilons=np.array(EPSILONS),
+        next_cell=next_cell,
+        ends=np.concatenate([reaches, reaches, bumps, np.zeros_like(bumps)], axis=2),
+        object_at=plan.graph.bumps,
+        objects=len(plan.stairwells) + len(plan.tables),
+        bin_of=np.array([*range(bins), *range(bins), NOTHING, NOTHING]),
+        next_goal=next_goal,
+        prior=of_goal[:, None] * epsilons / epsilons.sum(axis=1, keepdims=True),
+        follows=_to_the_caregiver(plan),
+    )
+
+
+def _as_the_crow_flies(plan: FloorPlan) -> np.ndarray:
+    """Return the probability of every move of a child that takes each cell for free, (cells, bins, moves)."""
+    here, bins, step = np.array(plan.free_cells), np.array(plan.bins), np.array(ACTIONS)
+    far = np.abs(bins - here[:, None]).sum(axis=2)  # (cells, bins)
+    then = np.abs(bins[None, :, None] - (here[:, None, None] + step)).sum(axis=3)
+    closer = then < far[..., None]
+    return closer / closer.sum(axis=2, keepdims=True)
+
+
+def _to_nearest_hazard(plan: FloorPlan) -> np.ndarray:
+    """Return the probability of every move of a child that wants to the nearest stairwell or table, (cells, moves)."""
+    next_cell, _, _ = plan.graph.moves
+    far = np.concatenate([plan.graph.stairwell_distances, plan.graph.table_distances], axis=1).astype(float)
+    if not far.size:
+        return np.full(next_cell.shape, 1.0 / next_cell.shape[1])
+    nearest = far.min(axis=1)
+    there = np.where(plan.graph.bumps >= 0, 0.0, nearest[next_cell])
+    closer = there < nearest[:, None]
+    return closer / closer.sum(axis=1, keepdims=True)
+
+
+def _to_the_caregiver(plan: FloorPlan) -> np.ndarray:
+    """Return the probability of every move of a child that goes to it, (caregiver's cells, cells, moves)."""
+    towards = [Adversary(plan, 0.0).towards(cell) for cell in range(len(plan.caregiver_cells))]
+    return np.eye(len(ACTIONS))[np.array(towards)]

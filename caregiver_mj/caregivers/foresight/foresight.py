@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.caregivers.foresight.child_model import novice_chain
+from caregiver_mj.caregivers.foresight.child_model import CHANGE, child_chain
 from caregiver_mj.caregivers.foresight.standing import each_on_a_table
 from caregiver_mj.caregivers.foresight.value_table import (
     OBJECTIVE,
@@ -26,7 +26,6 @@ from caregiver_mj.interventions.intervention import BLOCK, DO_NOTHING, RELOCATE,
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
-CHANGE = 0.005  # probability, in a timestep, that a child's epsilon is another one from then on
 # By how much something else must be better than what it is about, as a share of all damage that is to come: so that it
 # does not turn round for a trifle.
 HYSTERESIS = 0.004
@@ -54,7 +53,8 @@ class ForesightCaregiver(Caregiver):
     moves speak for them. What follows for each of them is in a `ValueTable`; those expectations are weighed by the
     belief (QMDP: Littman, Cassandra and Kaelbling 1995), and added up over the children.
 
-    In a house that is too large for a table it follows the rule, equation (2), with the P(reach) of its belief.
+    Where a child does what none of those does that it believes in (`Belief.understood`) it follows the rule, equation
+    (2). So it does in a house that is too large for a table, there with the P(reach) of its belief.
     """
 
     def __init__(
@@ -85,17 +85,18 @@ class ForesightCaregiver(Caregiver):
         if self._plans:
             self._values()  # now, so that no decision has to wait for it
         self._rule.reset(batch, seeds, children)
+        self._rule.followers = None  # its own belief knows them
         self._begin(batch, children)
 
     def _begin(self, batch: int, children: int) -> None:
-        self.belief = Belief(novice_chain(self.plan), batch, children, self._change)
+        self.belief = Belief(child_chain(self.plan), batch, children, self._change)
         self._begun, self._table = np.full((2, batch), NOTHING)  # number of the option, and destination
 
     def _values(self) -> ValueTable:
         return value_table(self.plan, self.pace, self._objective)
 
     def watch(self, percept: Percept) -> None:
-        self.belief.watch(percept.previous_cell, percept.previous_action)
+        self.belief.watch(percept.previous_cell, percept.previous_action, percept.caregiver_cell)
         self._rule.watch(percept)
 
     def assess(self, percept: Percept) -> Assessment:
@@ -103,7 +104,7 @@ class ForesightCaregiver(Caregiver):
 
         It decides by more than these numbers: by `options`, which count what it could still do.
         """
-        outlook = Outlook(novice_chain(self.plan), percept.child_cell, self.belief.probability)
+        outlook = Outlook(child_chain(self.plan), percept.child_cell, self.belief.probability)
         return dataclasses.replace(self._rule.weigh(outlook.reach(self.plan, percept)), outlook=outlook)
 
     def choose(self, percept: Percept) -> np.ndarray:
@@ -119,17 +120,23 @@ class ForesightCaregiver(Caregiver):
             candle = lying[world].argmax()
             destination = self.destination(percept, np.full(len(lying), candle))[world]
             self._order(answer, np.array([world]), np.array([stairwells + 2 + candle]), np.array([destination]))
-        free = np.flatnonzero(empty & ~lying.any(axis=1))
-        if not self._plans:
-            by_rule = self.protect(percept, self._rule.target(percept, self.assess(percept)))
-            return answer.where(~empty | lying.any(axis=1), by_rule)
-        if free.size and len(self.plan.hazards):
-            options = self.options(each_on_a_table(self.plan, percept), free)
-            chosen = self._best(options, percept, free)
+        free = empty & ~lying.any(axis=1)
+        understood = self.belief.understood.all(axis=1)
+        by_rule = free & ~(understood & self._plans)
+        if by_rule.any():
+            foreseen = self._rule.target(percept, self.assess(percept))
+            answer = self.protect(percept, np.where(understood, foreseen, self._rule.choose(percept))).where(
+                by_rule, answer
+            )
+            self._begun[by_rule] = NOTHING
+        worlds = np.flatnonzero(free & ~by_rule)
+        if worlds.size and len(self.plan.hazards):
+            options = self.options(each_on_a_table(self.plan, percept), worlds)
+            chosen = self._best(options, percept, worlds)
             candle = np.clip(chosen - stairwells - 2, 0, None)
-            each = np.arange(len(free))
-            table = options.table[each, candle] if options.table.size else np.full(len(free), NOTHING)
-            self._order(answer, free, chosen, np.where(chosen >= stairwells + 2, table, NOTHING))
+            each = np.arange(len(worlds))
+            table = options.table[each, candle] if options.table.size else np.full(len(worlds), NOTHING)
+            self._order(answer, worlds, chosen, np.where(chosen >= stairwells + 2, table, NOTHING))
         return answer
 
     def options(self, percept: Percept, worlds: np.ndarray) -> Options:
@@ -153,7 +160,7 @@ class ForesightCaregiver(Caregiver):
         carried = np.zeros((count, candles, bare.shape[1], len(groups)), np.float32)
         got = np.ones((count, candles), bool)
         for child, probability in enumerate(np.moveaxis(self.belief.probability[worlds], 1, 0)):
-            belief = probability.reshape(count, -1).astype(np.float32)
+            belief = probability.reshape(count, -1)[:, values.possible].astype(np.float32)
             here = percept.child_cell[worlds, child]
             staying = np.einsum("wcs,ws->wc", values.staying[here[:, None], tables], belief) @ stays.T  # (W, groups)
             going += staying[:, None]

@@ -17,8 +17,9 @@ import math
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import connected_components
 
-from caregiver_mj.caregivers.foresight.child_model import novice_chain
+from caregiver_mj.caregivers.foresight.child_model import child_chain
 from caregiver_mj.caregivers.foresight.layouts import AllLayouts
 from caregiver_mj.caregivers.foresight.motion import motion
 from caregiver_mj.caregivers.pace import PAPER, Pace
@@ -29,7 +30,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 LARGEST, LAYOUTS = 40_000_000, 128  # states, layouts: where there are more, fewer candles are planned for at a time
 _BEGIN = 0.2  # share of the damage to a child alone to begin the iteration with: about what is left of it
 _NEVER = 1e9  # damage of what cannot be done; finite, for beliefs of zero are multiplied with it
-_CARRY_EVERY = 4  # sweeps after which what comes of carrying a candle is brought up to date
+_EVERY = 5  # sweeps after which bounds are looked at, and what comes of carrying a candle is brought up to date
 
 # By steps in a timestep: for each table what `ValueTable._fetched` finds.
 _Fetched = dict[int, list[tuple[np.ndarray, np.ndarray]]]
@@ -42,7 +43,7 @@ class Objective:
     Attributes:
         discount: Of damage, a timestep.
         price: Of a denied move of the child's towards its toy bin, in damage.
-        random_price: Of a denied move that it makes at random.
+        random_price: Of a denied move that it makes at random, or towards anything else.
         sweeps: Of value iteration, at most.
         tolerance: Change of all values by a sweep, in damage, below which it ends.
     """
@@ -59,10 +60,15 @@ OBJECTIVE = Objective()
 
 def candles_at_a_time(plan: FloorPlan) -> int:
     """Return for how many candles at a time a house can be planned; -1 if it is too large even for none."""
-    states = novice_chain(plan).size * len(plan.caregiver_cells)
+    states = len(plan.free_cells) * len(_possible(child_chain(plan))) * len(plan.caregiver_cells)
     tables, candles = len(plan.tables), len(plan.candle_tables)
     layouts = {count: math.comb(tables, count) for count in range(candles + 1)}
     return max((n for n, ways in layouts.items() if ways <= LAYOUTS and states * ways <= LARGEST), default=-1)
+
+
+def _possible(chain: ChildChain) -> np.ndarray:
+    """Return the numbers g E + e of the goals and epsilons that a child can have, (J,)."""
+    return np.flatnonzero(chain.prior)
 
 
 @functools.lru_cache(maxsize=2)
@@ -78,34 +84,35 @@ class ValueTable:
         plan: The house.
         motion: How the caregiver moves.
         layouts: The layouts of the candles that are planned for at a time.
-        value: The damage, (layouts, C R, G E): by layout, by the cells of child and caregiver, c R + r, and by toy bin
-            and epsilon.
-        staying: Damage of a candle that stays on each table for ever, beyond that of a bare table, (C, tables, G E).
+        possible: The goals and epsilons that a child can have, as numbers g E + e, (J,).
+        value: The damage, (layouts, C R, J): by layout, by the cells of child and caregiver, c R + r, and by what is
+            possible.
+        staying: Damage of a candle that stays on each table for ever, beyond that of a bare table, (C, tables, J).
     """
 
     def __init__(self, plan: FloorPlan, pace: Pace = PAPER, objective: Objective = OBJECTIVE):
         self.plan, self.motion, self._objective = plan, motion(plan, pace), objective
-        chain = novice_chain(plan)
-        self._cells, self._places = chain.shape[0], len(plan.caregiver_cells)
-        self._states = chain.shape[1] * chain.shape[2]
+        chain = child_chain(plan)
+        self.possible = _possible(chain)
+        self._cells, self._places, self._states = chain.shape[0], len(plan.caregiver_cells), len(self.possible)
         stairwells, damage = len(plan.stairwells), plan.damage
         harm = np.array([damage.stairwell] * stairwells + [damage.table] * len(plan.tables))
         more = damage.candle - damage.table
-        forever = expected_hits(chain, objective.discount)
+        among = (np.arange(self._cells)[:, None] * (chain.size // self._cells) + self.possible).ravel()
+        forever, hits = expected_hits(chain, objective.discount)[among], chain.hits[among]
         by_table = (self._cells, self._states, len(plan.tables))
         self.staying = (more * forever[:, stairwells:]).reshape(by_table).swapaxes(1, 2).astype(np.float32)
         self.layouts = AllLayouts(len(plan.tables), candles_at_a_time(plan))
-        self._candle = np.asarray(more * chain.hits[:, stairwells:], np.float32)  # of the next move, (states, tables)
-        self._open = (chain.hits @ harm).astype(np.float32)  # likewise of all else, if nobody is in the way
-        self._alone = _single(objective.discount * chain.transition)
+        self._candle = np.asarray(more * hits[:, stairwells:], np.float32)  # of the next move, (states, tables)
+        self._open = (hits @ harm).astype(np.float32)  # likewise of all else, if nobody is in the way
+        self._alone = _single(objective.discount * chain.transition[among][:, among])
         self._ahead = np.empty(0)  # see `_arrivals`
-        bare = (forever @ harm).astype(np.float32).reshape(self._cells, 1, self._states)
-        self.value = self._solve(chain, bare)
+        self.value = self._solve(chain, (forever @ harm).astype(np.float32).reshape(self._cells, 1, self._states))
 
     # -- What to expect --------------------------------------------------------------------------
 
     def at(self, layout: np.ndarray, child: np.ndarray, cell: np.ndarray) -> np.ndarray:
-        """Return the damage to come before the child's move, (..., G E), by layout, child's and caregiver's cell."""
+        """Return the damage to come before the child's move, (..., J), by layout, child's and caregiver's cell."""
         return self.value[layout, child * self._places + cell]
 
     def carried(
@@ -128,7 +135,7 @@ class ValueTable:
             left: Steps until the child's next move, (n,).
 
         Returns:
-            Array (n, G E), beyond all else where there is no such candle, or another one on that table.
+            Array (n, J), beyond all else where there is no such candle, or another one on that table.
         """
         after = self.layouts.after[layout, source, table]
         moves = np.minimum(self.motion.carry(stand, table, child, left), self.motion.longest)
@@ -141,14 +148,10 @@ class ValueTable:
     # -- The programme ---------------------------------------------------------------------------
 
     def _solve(self, chain: ChildChain, bare: np.ndarray) -> np.ndarray:
-        """Iterate from a share of the damage to a child alone."""
+        """Iterate from a share of the damage to a child alone; what `bare` tables and stairs do, (C, 1, J)."""
         cells, places, states = self._cells, self._places, self._states
-        bears = self.layouts.bears
+        bears, discount = self.layouts.bears, self._objective.discount
         transition, cost = self._dynamics(chain)
-        candles = [self._candle[:, bears_candle].sum(axis=1).reshape(cells, 1, states) for bears_candle in bears]
-        stay = [self.staying[:, bears_candle].sum(axis=1, keepdims=True) for bears_candle in bears]
-        begin = (np.broadcast_to(_BEGIN * (bare + more), (cells, places, states)) for more in stay)
-        value = np.stack([one.reshape(-1, states) for one in begin])
         first = np.arange(cells)[:, None] * places
         self._rows = {
             steps: (first + self.motion.after[steps]).reshape(self.motion.aside + 2, -1)
@@ -158,83 +161,140 @@ class ValueTable:
         self._candle_meanwhile = meanwhile[:, :, 1:]
         self._meanwhile = np.stack([meanwhile[:, :, np.concatenate([[True], bear])].sum(axis=2) for bear in bears])
         self._column = np.cumsum(bears, axis=0).T - 1  # of a layout among those with a candle on a table
+        stay = np.einsum("ctj,lt->lcj", self.staying, bears)[:, :, None]
+        value = np.broadcast_to(_BEGIN * (bare + stay), (len(bears), cells, places, states))
+        value = np.ascontiguousarray(value, np.float32).reshape(len(bears), cells * places, states)
+        apart = self._apart(chain)
+        to_come = np.zeros(states, np.float32)  # what all further sweeps would add
         fetched: _Fetched = {}
         for sweep in range(self._objective.sweeps):
-            if sweep % _CARRY_EVERY == 0 and bears.any():
-                self._ahead = self._arrivals(value)
-                fetched = {steps: self._fetched(steps) for steps, _ in self.motion.turns}
-            change = 0.0
-            for layout in range(len(bears)):
-                best = self._best(value[layout], layout, fetched)
-                new = (transition @ best.ravel()).reshape(cells, places, states) + cost + candles[layout]
-                change = max(change, float(np.abs(new.reshape(-1, states) - value[layout]).max()))
-                value[layout] = new.reshape(-1, states)
-            if change < self._objective.tolerance:
+            looks = sweep % _EVERY == 0
+            if looks:
+                value = value + discount ** (_EVERY - 1) * to_come
+                to_come[:] = 0.0
+                if bears.any():
+                    self._ahead = self._arrivals(value)
+                    fetched = {steps: self._fetched(steps) for steps, _ in self.motion.turns}
+            best = self._best(value, fetched)
+            new = np.stack([transition @ one.ravel() for one in best]).reshape(value.shape) + cost
+            change = new - value
+            if looks and sweep in self._settles:
+                for lasting, group in apart:
+                    to_come[group] = discount / (1.0 - discount) * change[..., lasting].mean()
+            value = new
+            if np.abs(change).max() < self._objective.tolerance:
                 break
         if bears.any():
             self._ahead = self._arrivals(value)
         return value
 
-    def _dynamics(self, chain: ChildChain) -> tuple[csr_array, np.ndarray]:
-        """Return discounted transitions of child and caregiver, and the damage and price of the next move, (C, R, G E).
+    @property
+    def _settles(self) -> tuple[int, int]:
+        """Sweeps after which the level of all values is set by what they still change on an average.
 
-        The caregiver stands still; candles are left out.
+        A child goes about everywhere in time, so that what a sweep adds on an average all further ones do: a step of
+        aggregation (Bertsekas and Castanon 1989). Taken at once it would be led astray by how the values begin.
         """
-        cells, places, (goals, epsilons) = self._cells, self._places, chain.shape[1:]
-        epsilon = chain.epsilons
-        state = np.arange(cells * places * self._states).reshape(cells, places, goals, epsilons)
+        half, most = self._objective.sweeps // 2, 3 * self._objective.sweeps // 4
+        return half - half % _EVERY, most - most % _EVERY
+
+    def _apart(self, chain: ChildChain) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Return groups of what is possible that no child leaves: what comes again and again in each, and all of it."""
+        goal, epsilon = np.divmod(self.possible, chain.shape[2])
+        lasts = np.linalg.matrix_power(chain.next_goal, 64).sum(axis=0)[goal] > 1e-9
+        kind = connected_components(chain.next_goal, directed=False)[1]
+        group = kind[goal] * chain.shape[2] + epsilon
+        return [(np.flatnonzero((group == one) & lasts), np.flatnonzero(group == one)) for one in np.unique(group)]
+
+    def _dynamics(self, chain: ChildChain) -> tuple[csr_array, np.ndarray]:
+        """Return discounted transitions of child and caregiver, and the damage and price of the next move.
+
+        The caregiver stands still.
+
+        Returns:
+            (C R J, C R J) and (layouts, C R, J).
+        """
+        cells, places, states = self._cells, self._places, self._states
+        damage, posts = self.plan.damage, len(self.motion.posts)
+        goal, which = np.divmod(self.possible, chain.shape[2])
+        epsilon, moves = chain.epsilons[which], chain.greedy.shape[-1]
+        number = np.full(chain.shape[1:], -1)
+        number[goal, which] = np.arange(states)
+        price = np.where(chain.bin_of[goal] >= 0, self._objective.price, self._objective.random_price)
+        state = np.arange(cells * places * states).reshape(cells, places, states)
         here = np.arange(places)
-        cost = np.zeros((cells, places, goals, epsilons), np.float32)
+        cost = np.zeros(state.shape, np.float32)
+        candle = np.zeros((*state.shape, len(self.motion.stands)), np.float32)
         rows, columns, chances = [], [], []
-        for move in range(chain.moves.shape[-1]):
-            chance = np.broadcast_to(chain.moves[:, None, :, :, move], state.shape).astype(np.float32)
+        for move in range(moves):
+            purpose = np.broadcast_to(chain.greedy[:, None, goal, move], state.shape).copy()
+            if chain.follows is not None:
+                purpose[..., goal == chain.shape[1] - 1] = chain.follows[:, :, move].T[..., None]
+            chance = epsilon / moves + (1.0 - epsilon) * purpose
             there, met = chain.next_cell[:, move], chain.object_at[:, move]
-            denied = (there[:, None] == here) & (there != np.arange(cells))[:, None]  # (C, R)
-            purposeful = (1.0 - epsilon) * chain.greedy[:, :, move, None]  # (C, G, E)
-            price = self._objective.price * purposeful
-            price += self._objective.random_price * epsilon / chain.moves.shape[-1]
-            cost += denied[..., None, None] * price[:, None].astype(np.float32)
-            falls = (met >= 0) & (met < len(self.motion.posts))
+            denied = ((there[:, None] == here) & (there != np.arange(cells))[:, None])[..., None]  # (C, R, 1)
+            # A child that wants to be where the caregiver is is denied nothing by it.
+            wants = price if chain.follows is None else np.where(goal == chain.shape[1] - 1, 0.0, price)
+            cost += denied * (wants * (1.0 - epsilon) * purpose + self._objective.random_price * epsilon / moves)
+            falls = (met >= 0) & (met < posts)
             landing = np.array([*self.motion.posts, -1])[np.where(falls, met, -1)]
-            cost += self.plan.damage.stairwell * (falls[:, None] & (landing[:, None] != here))[..., None, None] * chance
-            bumps = met >= len(self.motion.posts)
-            cost += self.plan.damage.table * bumps[:, None, None, None] * chance
-            after = state[np.where(denied, np.arange(cells)[:, None], there[:, None]), here]  # (C, R, G, E)
-            reaches = chain.goal_at[:, move, None] == np.arange(goals)  # (C, G)
-            reaches = np.broadcast_to(reaches[:, None, :, None], state.shape)
-            goes_on = ~reaches & (chance > 0)
+            cost += damage.stairwell * (falls[:, None] & (landing[:, None] != here))[..., None] * chance
+            bumps = np.flatnonzero(met >= posts)
+            cost[bumps] += damage.table * chance[bumps]
+            candle[bumps, :, :, met[bumps] - posts] += (damage.candle - damage.table) * chance[bumps]
+            after = np.where(denied, state, state[there])
+            ends = np.broadcast_to(chain.ends[:, move, goal][:, None], state.shape)
+            goes_on = ~ends & (chance > 0)
             rows.append(state[goes_on])
             columns.append(after[goes_on])
             chances.append(chance[goes_on])
-            for goal in range(goals):  # the next one
-                rows.append(state[reaches])
-                columns.append(np.broadcast_to(state[:, :, goal : goal + 1], state.shape)[reaches])
-                chances.append(chance[reaches] / goals)
+            cell, place, before = np.nonzero(ends & (chance > 0))
+            for then in range(chain.shape[1]):
+                share = chain.next_goal[goal[before], then]
+                some = share > 0
+                rows.append(state[cell, place, before][some])
+                columns.append(state[cell, place, number[then, which[before]]][some])
+                chances.append((chance[cell, place, before] * share)[some])
         entries = np.concatenate(chances), (np.concatenate(rows), np.concatenate(columns))
         transition = coo_array(entries, shape=(state.size, state.size)).tocsr()
-        return _single(self._objective.discount * transition), cost.reshape(cells, places, -1)
+        of_layout = self.layouts.bears.astype(np.float32) @ candle.reshape(state.size, -1).T
+        cost = (of_layout + cost.ravel()).reshape(-1, cells * places, states)
+        return _single(self._objective.discount * transition), cost
 
-    def _best(self, value: np.ndarray, layout: int, fetched: _Fetched) -> np.ndarray:
-        """Return the values after a child's move in a layout, (C R, G E), if the caregiver does what is best."""
+    def _best(self, value: np.ndarray, fetched: _Fetched) -> np.ndarray:
+        """Return the values after a child's move, (layouts, C R, J), if the caregiver does what is best."""
         best = value.copy()  # to stay
         for place in (*range(len(self.motion.posts)), self.motion.aside):
-            going = (share * value.take(self._rows[steps][place], axis=0) for steps, share in self.motion.turns)
-            np.minimum(best, functools.reduce(np.add, going), out=best)
-        for table in np.flatnonzero(self.layouts.bears[layout]):
-            found = np.zeros_like(best)
-            for steps, share in self.motion.turns:
-                reached = value.take(self._rows[steps][len(self.motion.posts) + table], axis=0)
-                where, in_hand = fetched[steps][table]
-                reached[where] = in_hand[self._column[table, layout]]
-                found += share * reached
-            np.minimum(best, found, out=best)
+            np.minimum(best, self._gone(value, place), out=best)
+        for table in range(len(self.motion.stands)):
+            layouts = np.flatnonzero(self.layouts.bears[:, table])
+            in_hand = {steps: found[table] for steps, found in fetched.items()}
+            best[layouts] = np.minimum(
+                best[layouts], self._gone(value[layouts], len(self.motion.posts) + table, in_hand)
+            )
         return best
+
+    def _gone(
+        self, value: np.ndarray, place: int, in_hand: dict[int, tuple[np.ndarray, np.ndarray]] | None = None
+    ) -> np.ndarray:
+        """Return the values, alike, once the caregiver has gone on to a place for a timestep."""
+        found = None
+        for steps, share in self.motion.turns:
+            reached = value.take(self._rows[steps][place], axis=1)
+            if in_hand:
+                where, damage = in_hand[steps]
+                reached[:, where] = damage
+            if share != 1.0:
+                reached *= np.float32(share)
+            found = reached if found is None else found + reached
+        assert found is not None  # a timestep has some steps
+        return found
 
     def _fetched(self, steps: int) -> list[tuple[np.ndarray, np.ndarray]]:
         """Return for each table where its candle is in the hand after so many steps, and what is then to come.
 
         Returns:
-            Numbers of rows of `value`, (n,), and the damage, (layouts with a candle there, n, G E).
+            Numbers of rows of `value`, (n,), and the damage, (layouts with a candle there, n, J).
         """
         child, cell = np.divmod(np.arange(self._cells * self._places), self._places)
         found = []
@@ -260,7 +320,7 @@ class ValueTable:
         """Return the values of having put a candle on each table some moves of the child later.
 
         Returns:
-            Array (tables, moves, layouts with a candle there, cells beside the table, C, G E).
+            Array (tables, moves, layouts with a candle there, cells beside the table, C, J).
         """
         by_cell = value.reshape(len(value), self._cells, self._places, self._states)
         bears, stands, moves = self.layouts.bears, self.motion.stands, self.motion.longest
@@ -275,7 +335,7 @@ class ValueTable:
         return found
 
     def _damage_meanwhile(self) -> np.ndarray:
-        """Return what is done in some moves of a child with nobody in its way, (moves, C, 1 + tables, G E).
+        """Return what is done in some moves of a child with nobody in its way, (moves, C, 1 + tables, J).
 
         First of all by open stairwells and bare tables, then, beyond that, by a candle on each table.
         """

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.caregivers.foresight.child_model import novice_chain
+from caregiver_mj.caregivers.foresight.child_model import child_chain
 from caregiver_mj.caregivers.foresight.foresight import CHANGE
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.children.family import Family
@@ -94,7 +94,7 @@ def watch_children(
     world = GridWorld(plan, side_by_side(plan, families, len(tapes)), caregiver)
     world.reset([*tapes] * len(families))
     timesteps, batch = len(tapes[0][0].steps), len(tapes) * len(families)
-    chain, questions = novice_chain(plan), Questions.of(plan)
+    chain, questions = child_chain(plan), Questions.of(plan)
     passages = [_by_cell(chain, first_passage(chain, horizon, questions.groups)) for horizon in horizons]
     belief, rule = Belief(chain, batch, 1, change), PaperCaregiver(plan)
     rule.reset(batch)
@@ -111,7 +111,7 @@ def watch_children(
         world.step()
         percept = world.percept()
         bumped[time] = _bumps(chain, percept.previous_cell[:, 0], percept.previous_action[:, 0]) @ questions.groups
-        belief.watch(percept.previous_cell, percept.previous_action)
+        belief.watch(percept.previous_cell, percept.previous_action, percept.caregiver_cell)
         rule.watch(percept)
     return Watched(predicted, possible, bumped, safe)
 
