@@ -7,7 +7,6 @@ import math
 from collections.abc import Callable, Collection, Iterable
 from typing import Any
 
-
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.yielding import yielding

@@ -23,8 +23,8 @@ PRIOR = {"novice": 0.85, "explorer": 0.05, "hazard": 0.05, "caregiver": 0.05}  #
 def child_chain(plan: FloorPlan) -> ChildChain:
     """Return the children that may be in a house. Its objects are first the stairwells, then the tables.
 
-    Its goals are the toy bins for a novice; the toy bins for an explorer, which knows where they are and nothing else of
-    the house; the nearest hazard; and to be where the caregiver is.
+    Its goals are the toy bins for a novice; the toy bins for an explorer, which knows where they are and nothing else
+    of the house; the nearest hazard; and to be where the caregiver is.
     """
     next_cell, target, index = plan.graph.moves
     bins = len(plan.bins)
