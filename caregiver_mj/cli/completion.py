@@ -9,6 +9,7 @@ from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES
 from caregiver_mj.children.family import CHILDREN
 from caregiver_mj.experiments.settings import FLOOR, WORLDS
 from caregiver_mj.plans.floor_plan import house_names
+from caregiver_mj.plans.shapes import SHAPES
 
 SHELLS = ("bash", "zsh")
 TASKS = ("supervise", "relocate_candle", "block_stairs")  # `ALL_TASKS`, which take a second to import, and MuJoCo
@@ -17,7 +18,7 @@ CAMERAS = ("overview", "follow", "wrist")  # likewise
 # Of `record`: in the place of a task and of a caregiver.
 TARGETS = "targets"  # likewise
 RANDOM = "random-actions"  # likewise
-SETS = ("test-100", "train-100", "shapes-test-100", "shapes-train-100")
+SETS = ("test-100", "train-100", "shapes-test-100", "shapes-train-100", "drawn-10")
 _FILES = ("folders", "out", "still", "video")  # arguments that name files or folders
 
 # For a house, which may be a file as well: names, and files.
@@ -55,13 +56,14 @@ def script(parser: argparse.ArgumentParser, shell: str) -> str:
     """
     import shtab
 
+    names = [*house_names(), *(f"{shape}-17" for shape in SHAPES)]
     caregivers = list(dict.fromkeys([*CAREGIVERS, *POLICIES]))
     words: dict[str, Iterable[str]] = {
         "camera": CAMERAS,
         "caregiver": caregivers,
         "child": CHILDREN,
         "embodiment": ROBOTS,
-        "houses": [*SETS, *house_names()],
+        "houses": [*SETS, *names],
         "task": TASKS,
         "world": WORLDS,
         # Where a command takes others than the rest do.
@@ -70,8 +72,7 @@ def script(parser: argparse.ArgumentParser, shell: str) -> str:
         "record caregiver": [RANDOM, *(name for name in caregivers if name != "none")],
         "record task": [*TASKS, TARGETS],
     }
-    names = " ".join(house_names())
-    functions = {name: function.format(names=names) for name, function in _HOUSE_FUNCTIONS.items()}
+    functions = {name: function.format(names=" ".join(names)) for name, function in _HOUSE_FUNCTIONS.items()}
     for command, action in _actions(parser):
         offered = words.get(f"{command} {action.dest}") or words.get(action.dest)
         if offered and not action.choices:

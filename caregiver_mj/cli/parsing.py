@@ -87,7 +87,7 @@ def add_houses(command: argparse.ArgumentParser) -> None:
         nargs="+",
         metavar="SET|NAME",
         help="several houses instead: test-N or train-N, the first N of two lists that share none, shapes-test-N or "
-        "shapes-train-N, of other shapes too, or names and files",
+        "shapes-train-N, of other shapes too, drawn-10, drawn by hand, or names and files",
     )
     _add_damage(command)
 

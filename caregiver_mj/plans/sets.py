@@ -4,7 +4,8 @@ A set is `train-N` or `test-N`, the first N houses of one of two fixed lists; th
 other. `test-100/17` is house 17 of `test-100`, counted from 0, and also house 17 of every other `test-N` that has one.
 Its own name, which is the same in all of them, is that of its seed: `house-200017`.
 
-`shapes-train-N` and `shapes-test-N` are two more such lists, of homes and houses of all `SHAPES` in turn.
+`shapes-train-N` and `shapes-test-N` are two more such lists, of homes and houses of all `SHAPES` in turn. `drawn-10`
+are ten houses drawn by hand, to be tested in.
 """
 
 from __future__ import annotations
@@ -22,6 +23,9 @@ from caregiver_mj.plans.shapes import SHAPES, generate_shape
 
 LARGEST_SET = 1000  # houses
 FIRST_SEEDS = {"train": 100_000, "test": 200_000, "shapes-train": 300_000, "shapes-test": 400_000}
+DRAWN = (
+    "bungalow", "courtyard", "farmhouse", "flat", "loft", "maisonette", "railroad", "tenement", "terrace", "villa",
+)  # fmt: skip
 
 
 def house(name: str) -> FloorPlan | None:
@@ -40,7 +44,7 @@ def house(name: str) -> FloorPlan | None:
         return None
     if int(index) >= len(names):
         raise FloorPlanError(f"no floor plan '{name}': the houses of {found} are {found}/0 to {found}/{len(names) - 1}")
-    return house(names[int(index)])
+    return FloorPlan.load(names[int(index)])
 
 
 def shape_of(name: str) -> str:
@@ -56,7 +60,8 @@ def house_set(name: str) -> tuple[FloorPlan, ...]:
     """Makes all houses of a set.
 
     Args:
-        name: `train-N`, `test-N`, `shapes-train-N` or `shapes-test-N`, with N from 1 to 1000.
+        name: `train-N`, `test-N`, `shapes-train-N` or `shapes-test-N`, with N from 1 to 1000, or `drawn-N`, with N
+            from 1 to 10.
 
     Raises:
         FloorPlanError: There is no such set.
@@ -65,7 +70,7 @@ def house_set(name: str) -> tuple[FloorPlan, ...]:
     if names is None:
         raise FloorPlanError(
             f"no set of floor plans '{name}': there are train-N and test-N, such as test-100; "
-            "shapes-train-N and shapes-test-N, of other shapes too"
+            "shapes-train-N and shapes-test-N, of other shapes too; drawn-10, drawn by hand"
         )
     return tuple(FloorPlan.load(one) for one in names)
 
@@ -99,11 +104,15 @@ def houses_named(names: str | Iterable[str], damage: DamageWeights = DamageWeigh
 
 def _names(name: str) -> list[str] | None:
     """Names of the houses of a set; None if it is no name of one."""
-    found = isinstance(name, str) and re.fullmatch(r"((?:shapes-)?(?:train|test))-(\d+)", name, re.ASCII)
+    found = isinstance(name, str) and re.fullmatch(r"((?:shapes-)?(?:train|test)|drawn)-(\d+)", name, re.ASCII)
     if not found:
         return None
-    first, size = FIRST_SEEDS[found[1]], int(found[2])
-    if not 1 <= size <= LARGEST_SET:
-        raise FloorPlanError(f"no set of floor plans '{name}': a set has 1 to {LARGEST_SET} houses")
-    shapes = ("house", *SHAPES) if found[1].startswith("shapes-") else ("house",)
+    kind, size = found[1], int(found[2])
+    largest = len(DRAWN) if kind == "drawn" else LARGEST_SET
+    if not 1 <= size <= largest:
+        raise FloorPlanError(f"no set of floor plans '{name}': a set has 1 to {largest} houses")
+    if kind == "drawn":
+        return list(DRAWN[:size])
+    first = FIRST_SEEDS[kind]
+    shapes = ("house", *SHAPES) if kind.startswith("shapes-") else ("house",)
     return [f"{shapes[i % len(shapes)]}-{first + i}" for i in range(size)]

@@ -5,7 +5,8 @@ import hashlib
 import pytest
 
 from caregiver_mj.errors import FloorPlanError
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.drivable import is_drivable
+from caregiver_mj.plans.floor_plan import FloorPlan, house_names
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.plans.sets import house, house_set, houses_named
 
@@ -39,6 +40,7 @@ def test_houses_of_a_set_are_loaded_by_name(name):
         ("test--3", "there are train-N and test-N"),
         ("test-0", "a set has 1 to 1000 houses"),
         ("train-1001", "a set has 1 to 1000 houses"),
+        ("drawn-11", "a set has 1 to 10 houses"),
     ],
 )
 def test_sets_that_there_are_not(name, problem):
@@ -92,4 +94,22 @@ def test_homes_and_their_sets_stay_the_same_to_the_character():
     plans = [FloorPlan.load(name) for name in names]
     text = "\n\n".join(f"{plan.name}\n{plan.text}" for plan in plans)
     digest = "91b5208b693a4dfeb44efac9e18ffe0b976400bc4bced5bcef8d188e4d9c5adf"
+    assert hashlib.sha256(text.encode()).hexdigest() == digest
+
+
+def test_ten_houses_drawn_by_hand():
+    """They are there to judge caregivers by: they were drawn before any was tried in them, and stay as they are."""
+    plans = house_set("drawn-10")
+    assert {plan.name for plan in plans} == {*house_names()} - {"paper", "apartment"}
+    assert len({plan.rows for plan in plans}) == 10
+    for plan in plans:
+        assert is_drivable(plan)
+        assert 60 <= len(plan.free_cells) <= 120
+        assert 1 <= len(plan.stairwells) <= 3
+        assert 2 <= len(plan.candle_tables) <= 4
+        assert 1 <= len(plan.tables) - len(plan.candle_tables) <= 3
+        assert 2 <= len(plan.bins) <= 4
+    assert FloorPlan.load("drawn-10/3") == plans[3]
+    text = "\n\n".join(f"{plan.name}\n{plan.text}" for plan in plans)
+    digest = "21472c123635c6c979ad3e2811c2ec8f30d45e4f23a35c2bf4234ad260253b19"
     assert hashlib.sha256(text.encode()).hexdigest() == digest
