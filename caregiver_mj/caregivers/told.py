@@ -1,4 +1,4 @@
-"""Caregivers that are told what nobody can see: bounds to compare with, which no real one can reach by merit.
+"""Caregivers that are told what nobody can see, to compare others with.
 
 What is told goes past the percept, to a `ToldCaregiver` and nobody else, so that whoever is not one has seen nothing.
 """

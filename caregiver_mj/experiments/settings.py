@@ -33,8 +33,8 @@ class Settings:
         plans: The houses, with what a collision costs; or a single one.
         world: "house", the physical one, or "grid".
         caregivers: Names of caregivers, or of policies, as `find_caregiver` takes them; and FLOOR, which stands for the
-            damage that blocking and relocating cannot prevent. It is a child's alone, and so reckoned in the grid for
-            both worlds.
+            damage that remains when nothing but bare tables is left. It is a child's alone, and so reckoned
+            in the grid for both worlds.
         families: The children; each may be given as `Family.of` takes it, such as by an epsilon.
         episodes: Episodes for each caregiver and family.
         seed: Seed of the episodes, and of what is random in the caregivers.
@@ -129,7 +129,7 @@ class Settings:
             check_kind("a house", plan, FloorPlan, advice=": FloorPlan.load makes one")
         for name in self.caregivers:
             if name == FLOOR:
-                CAREGIVERS.tell_of_namesakes(FLOOR, f"'{FLOOR}' is what no caregiver could prevent")
+                CAREGIVERS.tell_of_namesakes(FLOOR, f"'{FLOOR}' is what bare tables alone do")
                 continue
             found = find_caregiver(name, others=(FLOOR,))
             if self.world == "grid" and not (found is None or is_caregiver(found)):

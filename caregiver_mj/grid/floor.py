@@ -1,4 +1,4 @@
-"""The floor: the damage that blocking stairwells and relocating candles cannot prevent."""
+"""The floor: the damage that remains when nothing but bare tables is left."""
 
 from __future__ import annotations
 

@@ -576,7 +576,7 @@ def test_an_offer_that_has_the_name_of_one_of_ours_is_told_once(offered):
 
 def test_an_offer_of_what_is_no_caregiver_but_the_floor_is_told(offered):
     offered["floor"] = "elsewhere:Nanny"
-    with pytest.warns(UserWarning, match="elsewhere:Nanny is not used: 'floor' is what no caregiver could prevent"):
+    with pytest.warns(UserWarning, match="elsewhere:Nanny is not used: 'floor' is what bare tables alone do"):
         Settings((CORRIDOR,), "grid", ("none", "floor"), episodes=1).check()
 
 

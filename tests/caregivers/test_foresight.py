@@ -367,7 +367,7 @@ def test_in_a_house_too_large_for_a_table_it_follows_the_rule(monkeypatch):
 
 
 class TestToldCaregivers:
-    def test_only_bounds_are_told(self):
+    def test_only_two_are_told(self):
         told = {name for name, maker in CAREGIVERS.items() if maker and issubclass(maker, ToldCaregiver)}
         assert told == {"knows-goal", "clairvoyant"}
 

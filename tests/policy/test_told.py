@@ -1,4 +1,4 @@
-"""What only a bound is told in the house: the truth, once a novice timestep, past the observation."""
+"""What a caregiver that is told more hears in the house: the truth, once a novice timestep, past the observation."""
 
 import numpy as np
 import pytest

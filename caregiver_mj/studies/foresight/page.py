@@ -29,8 +29,8 @@ def page(runs: list[Bars], rows: pd.DataFrame, command: str) -> str:
         "# What foresight is worth",
         fill(
             "The caregiver `foresight` plans by a belief over the child's toy bin and epsilon; `knows-goal` is the "
-            "same planner that is told both; `clairvoyant` knows every move that will come; the floor is what blocking "
-            "and relocating cannot prevent. Intervals are 95 %, over houses."
+            "same planner that is told both; `clairvoyant` knows every move that will come; the floor is what "
+            "remains when nothing but bare tables is left. Intervals are 95 %, over houses."
         ),
         f"    {command}",
         *(_run(bars) for bars in runs),

@@ -27,7 +27,7 @@ def damage_left(novices: Sequence[str], series: Sequence[Series], floor: Series 
     Args:
         novices: Their names.
         series: A share each.
-        floor: The share that cannot be prevented, as a line for each of them.
+        floor: The share that remains with bare tables alone, as a line for each of them.
     """
     with mpl.rc_context(STYLE):
         figure, axes = single()

@@ -15,8 +15,8 @@ from caregiver_mj.viz.report.words import family_name, if_bracketed, in_lines, n
 
 _FEW = 4  # caregivers that are told apart side by side; more of them have a row each
 FLOOR_IS = (
-    "The floor is what blocking and relocating cannot prevent: bumps into tables when every candle is gone and every "
-    "stairwell shut. A caregiver comes below it only by being in the child's way."
+    "The floor is what remains when nothing but bare tables is left: every candle is gone and every stairwell shut. It "
+    "is no bound: a caregiver comes below it by being in the child's way."
 )
 
 

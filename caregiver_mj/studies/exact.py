@@ -1,0 +1,214 @@
+"""The least cost that any caregiver could leave: the decision process of the grid, solved exactly.
+
+It shares nothing with `caregiver_mj.caregivers.foresight` but the house's moves, the novice, and what is to be least.
+There are two caregivers that it can solve it for:
+
+- one that is free in every one of its three actions in a timestep: to walk to any cell next to it in which the child is
+  not, to wait, to get, to place;
+- one that has the interventions of ours: before each action it chooses to block a stairwell, to stand aside, to stay,
+  or to relocate a candle to a table, and is moved by the rule of `plans.routes`; while a candle is in its hand, it
+  carries it to its table.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+
+from caregiver_mj.caregivers.foresight.value_table import OBJECTIVE, Objective
+from caregiver_mj.children.novice import Novice
+from caregiver_mj.plans.cell_graph import ACTIONS, Target
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.routes import Routes
+
+ACTIONS_A_TIMESTEP = 3  # of the caregiver
+_SWEEPS = 60  # by which a policy is evaluated
+_TOLERANCE = 1e-5  # of all values, as a share of the greatest
+
+
+class Exact:
+    """Cost to come of the caregiver for whom it is least, who is told toy bin and epsilon.
+
+    The layouts are first the sets of tables that bear a candle, the hand being empty; then those with a candle less,
+    which is in the hand, for each table to which it is carried (for the free caregiver: for none in particular).
+
+    Attributes:
+        plan: The house.
+        epsilons: Those of the children, (E,).
+        objective: What is least.
+        cost: Of the child's next move, (C, R, layouts, G, E): by cell of the child and of the caregiver, toy bin and
+            epsilon.
+        value: To come just before the child's move, likewise.
+        after: To come just after the child's move, likewise.
+    """
+
+    def __init__(
+        self, plan: FloorPlan, epsilons: Sequence[float], objective: Objective = OBJECTIVE, free: bool = False
+    ):
+        """Solve it by value iteration.
+
+        Args:
+            plan: A small house.
+            epsilons: Those of the children.
+            objective: What is to be least; its sweeps and its tolerance are not heeded.
+            free: Whether it is for the caregiver that is free in its motion.
+        """
+        self.plan, self.epsilons, self.objective, self._free = plan, np.asarray(epsilons, float), objective, free
+        cells, places = len(plan.free_cells), len(plan.caregiver_cells)
+        self._child = np.arange(cells)[:, None]
+        self._list_layouts()
+        self._list_steps()
+        greedy = Novice(plan, 0.0).action_probabilities()[:, :, None]  # (C, G, 1, moves)
+        epsilon = self.epsilons[:, None]
+        self._chance = epsilon / len(ACTIONS) + (1 - epsilon) * greedy  # (C, G, E, moves)
+        next_cell = plan.graph.moves[0]
+        denied = (next_cell[:, None] == np.arange(places)[:, None]) & (next_cell[:, None] != self._child[..., None])
+        self._there = np.where(denied, self._child[..., None], next_cell[:, None])  # (C, R, moves)
+        price = objective.price * (1 - epsilon) * greedy + objective.random_price * epsilon / len(ACTIONS)
+        self.cost = self._damage() + np.einsum("crm,cgem->crge", denied.astype(float), price)[:, :, None]
+        self.value, self.after = self._solve()
+
+    # -- What to expect --------------------------------------------------------------------------
+
+    def layout(self, candle_table: np.ndarray, holding: np.ndarray, destination: np.ndarray) -> np.ndarray:
+        """Return the numbers of layouts, (B,).
+
+        Args:
+            candle_table: The table of each candle, or NOTHING, (B, candles).
+            holding: The candle in the hand, or NOTHING, (B,).
+            destination: To which table it is carried, (B,).
+        """
+        where = np.where(holding == NOTHING, NOTHING, 0 if self._free else destination)
+        return np.array(
+            [
+                self._number[tuple(sorted(set(tables) - {NOTHING})), to]
+                for tables, to in zip(candle_table.tolist(), where.tolist(), strict=True)
+            ]
+        )
+
+    # -- The decision process --------------------------------------------------------------------
+
+    def _list_layouts(self) -> None:
+        tables, candles = range(len(self.plan.tables)), len(self.plan.candle_tables)
+        full = [(layout, NOTHING) for layout in itertools.combinations(tables, candles)]
+        fewer = list(itertools.combinations(tables, candles - 1)) if candles else []
+        to = [0] if self._free else tables
+        held = [(layout, table) for table in to for layout in fewer if self._free or table not in layout]
+        self._number = {layout: number for number, layout in enumerate([*full, *held])}
+        self._empty = slice(0, len(full))
+        self._held = {
+            table: slice(numbers[0], numbers[-1] + 1)
+            for table in to
+            if (numbers := [self._number[layout] for layout in held if layout[1] == table])
+        }
+        self._bears = np.array([[table in layout for table in tables] for layout, _ in self._number], bool)
+        self._bears = self._bears.reshape(len(self._number), len(tables))
+        # What an action at a table makes of a layout.
+        self._handled = []
+        for (layout, to_table), number in self._number.items():
+            for table in tables:
+                if to_table == NOTHING and table in layout:
+                    rest = tuple(one for one in layout if one != table)
+                    others = [self._number.get((rest, there)) for there in to if self._free or there not in layout]
+                elif to_table != NOTHING and table not in layout and (self._free or table == to_table):
+                    others = [self._number[tuple(sorted((*layout, table))), NOTHING]]
+                else:
+                    others = []
+                self._handled += [(table, number, other) for other in others]
+
+    def _list_steps(self) -> None:
+        """List where each choice leads to in an action, (C, R) each, and where a table is at hand, bool (C, R)."""
+        graph, cells, places = self.plan.graph, len(self.plan.free_cells), len(self.plan.caregiver_cells)
+        stands, here = graph.beside(self.plan.tables), np.broadcast_to(np.arange(places), (cells, places))
+        if self._free:
+            around = np.array([[*n, *[i] * (5 - len(n))] for i, n in enumerate(graph.neighbours)])
+            steps = [np.where(there == self._child, here, there) for there in around.T]
+            at = [np.isin(here, stand) for stand in stands]
+            self._choices = [(slice(None), steps)]
+        else:
+            posts = [[self.plan.cell_index[cell]] for cell in self.plan.stairwells]
+            routes = Routes(self.plan, [*posts, *stands])
+            far, towards = (np.stack(one, axis=1) for one in zip(*map(routes.around, range(cells)), strict=True))
+            at = [far[len(posts) + table] == 0 for table in range(len(stands))]
+            carry = [(held, [towards[len(posts) + table]]) for table, held in self._held.items()]
+            self._choices = [(self._empty, [here, *towards]), *carry]
+        self._at = at
+
+    def _damage(self) -> np.ndarray:
+        """Return that of the child's next move."""
+        damage, (_, target, index) = self.plan.damage, self.plan.graph.moves
+        cells, places = len(target), len(self.plan.caregiver_cells)
+        harm = np.zeros((cells, places, len(self._number), len(ACTIONS)))
+        for cell, move in itertools.product(range(cells), range(len(ACTIONS))):
+            if target[cell, move] == Target.STAIRWELL:
+                is_open = np.arange(places) != cells + index[cell, move]
+                harm[cell, :, :, move] = damage.stairwell * is_open[:, None]
+            elif target[cell, move] == Target.TABLE:
+                harm[cell, :, :, move] = np.where(self._bears[:, index[cell, move]], damage.candle, damage.table)
+        return np.einsum("crlm,cgem->crlge", harm, self._chance)
+
+    def _solve(self) -> tuple[np.ndarray, np.ndarray]:
+        """Iterate policies until the bounds of MacQueen are close (Puterman 1994, sections 6.5 and 6.6)."""
+        discount, moves = self.objective.discount, self._moves()
+        cost = self.cost.ravel()
+        value = np.zeros_like(cost)
+        while True:
+            after, chosen = value, np.arange(value.size)
+            for _ in range(ACTIONS_A_TIMESTEP):
+                after, states = self._act(after.reshape(self.cost.shape))
+                chosen = chosen[states]
+            new = cost + moves @ after
+            low, high = (new - value).min(), (new - value).max()
+            value = new
+            if discount / (1 - discount) * (high - low) <= _TOLERANCE * max(1.0, value.max()):
+                more = (high + low) / 2 / (1 - discount)  # what further sweeps add everywhere
+                return (value + discount * more).reshape(self.cost.shape), (after + more).reshape(self.cost.shape)
+            policy = csr_array((moves.data, chosen[moves.indices], moves.indptr), shape=moves.shape)
+            for _ in range(_SWEEPS):
+                value = cost + policy @ value
+
+    def _moves(self) -> csr_array:
+        """Return the discounted probabilities of the states after a move of the child, (states, states)."""
+        _, target, index = self.plan.graph.moves
+        shape = self.cost.shape
+        state = np.arange(self.cost.size).reshape(shape)
+        entries = []
+        for move in range(len(ACTIONS)):
+            chance = np.broadcast_to(self._chance[:, None, None, ..., move], shape)
+            reaches = (target[:, move, None] == Target.BIN) & (index[:, move, None] == np.arange(shape[3]))
+            reaches = np.broadcast_to(reaches[:, None, None, :, None], shape) & (chance > 0)
+            there = state[self._there[:, :, move], np.arange(shape[1])]
+            goes_on = ~reaches & (chance > 0)
+            entries.append((chance[goes_on], state[goes_on], there[goes_on]))
+            for goal in range(shape[3]):
+                other = np.broadcast_to(state[:, :, :, goal : goal + 1], shape)
+                entries.append((chance[reaches] / shape[3], state[reaches], other[reaches]))
+        chances, rows, columns = map(np.concatenate, zip(*entries, strict=True))
+        size = (state.size, state.size)
+        return csr_array(coo_array((self.objective.discount * chances, (rows, columns)), shape=size))
+
+    def _act(self, after: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return what is to come if one more action is done first, and the state to which the best one leads."""
+        state = np.arange(after.size).reshape(after.shape)
+        best, chosen = np.full_like(after, np.inf), state.copy()
+
+        def consider(where: tuple[slice | np.ndarray | int, ...], found: np.ndarray, states: np.ndarray) -> None:
+            better = found < best[where]
+            best[where] = np.where(better, found, best[where])
+            chosen[where] = np.where(better, states, chosen[where])
+
+        for layouts, steps in self._choices:
+            for there in steps:
+                where = (self._child, there, layouts)
+                consider((slice(None), slice(None), layouts), after[where], state[where])
+        if not self._free:  # where its candle is to be put down, it is
+            for table, held in self._held.items():
+                best[:, :, held][self._at[table]] = np.inf
+        for table, number, other in self._handled:
+            child, cell = np.nonzero(self._at[table])
+            consider((child, cell, number), after[child, cell, other], state[child, cell, other])
+        return best.ravel(), chosen.ravel()
