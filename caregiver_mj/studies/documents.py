@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
+from caregiver_mj.errors import CaregiverError
 from caregiver_mj.viz.figures import as_bytes
 
 _WIDTH = 120  # characters of a line
@@ -31,6 +32,19 @@ def table_head(*titles: str) -> str:
 def table(titles: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A whole table."""
     return "\n".join([table_head(*titles), *(table_row(*row) for row in rows)])
+
+
+def fill_in(page: pathlib.Path, maker: str, text: str) -> None:
+    """Write tables into a page that is there, between `<!-- made by MAKER -->` and `<!-- end -->`.
+
+    Raises:
+        CaregiverError: The page has no such place.
+    """
+    before, begin, rest = page.read_text(encoding="utf-8").partition(f"<!-- made by {maker} -->\n")
+    _, end, after = rest.partition("<!-- end -->")
+    if not end:
+        raise CaregiverError(f"{page} has no place for what {maker} makes")
+    page.write_text(f"{before}{begin}\n{text}\n\n{end}{after}", encoding="utf-8")
 
 
 def write_page(folder: pathlib.Path, name: str, text: str, figure: Figure, kinds: Sequence[str]) -> None:

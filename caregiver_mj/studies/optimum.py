@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import pathlib
 from collections.abc import Sequence
 
 import numpy as np
@@ -23,7 +24,7 @@ from caregiver_mj.children.tape import Tape
 from caregiver_mj.experiments import two_level
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.studies.documents import table
+from caregiver_mj.studies.documents import fill_in, table
 from caregiver_mj.studies.exact import Exact
 from caregiver_mj.studies.trials import add_jobs, run_all
 
@@ -53,9 +54,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--houses", type=int, default=50, metavar="N", help="how many (default: %(default)s)")
     parser.add_argument("--episodes", type=int, default=40, help="with each child (default: %(default)s)")
     add_jobs(parser)
+    parser.add_argument("--docs", type=pathlib.Path, metavar="DIR", help="write it into the guide's page there")
     options = parser.parse_args(arguments)
     work = [Job(house, options.episodes) for house in houses(options.houses)]
-    print(report(pd.concat(run_all(run, work, options.jobs, "houses"), ignore_index=True)))
+    text = report(pd.concat(run_all(run, work, options.jobs, "houses"), ignore_index=True))
+    print(text)
+    if options.docs:
+        fill_in(options.docs / "guide" / "foresight.md", "scripts/optimum.py", text)
 
 
 def houses(count: int) -> list[str]:
