@@ -1,0 +1,96 @@
+"""Films the beginning of an episode in the grid, from above, as a GIF: the one that `evaluate` runs with that seed.
+
+It needs nothing of the package that has changed lately, so that it also films with an older one.
+"""
+
+from __future__ import annotations
+
+import argparse
+import pathlib
+from collections.abc import Sequence
+
+from PIL import Image, ImageDraw
+
+from caregiver_mj.caregivers.registry import make_caregiver
+from caregiver_mj.experiments.seeds import episode_seed, episode_tapes
+from caregiver_mj.grid.world import GridWorld
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.viz import colours
+from caregiver_mj.viz.hud.ground_plan import GroundPlan
+
+CELL, PAD, CAPTION = 26, 8, 26  # pixels
+MILLISECONDS = 160  # of a picture: the child's move, then each action of the caregiver
+
+
+class Film:
+    """Pictures of an episode."""
+
+    def __init__(self, plan: FloorPlan):
+        """Draw what stands still."""
+        rows, columns = plan.shape
+        self._size = columns * CELL + 2 * PAD, rows * CELL + 2 * PAD
+        self._ground = GroundPlan(plan, CELL, PAD)
+        self._still = self._ground.draw(Image.new("RGB", self._size, colours.GROUND))
+        self.pictures: list[Image.Image] = []
+
+    def add(self, world: GridWorld) -> None:
+        """Draw a moment of the only episode of a world."""
+        plan, drawn = world.plan, self._still.copy()
+        canvas, unit = ImageDraw.Draw(drawn), self._ground.unit
+        for table in world.candle_table[0]:
+            if table >= 0:
+                self._disc(canvas, plan.position(plan.tables[table]), 0.18 * unit, colours.CANDLE)
+        caregiver = plan.position(plan.caregiver_cells[world.caregiver_cell[0]])
+        self._disc(canvas, caregiver, 0.4 * unit, colours.ROBOT)
+        if world.holding[0] >= 0:
+            self._disc(canvas, caregiver, 0.18 * unit, colours.CANDLE)
+        self._disc(canvas, plan.position(plan.free_cells[world.child_cell[0, 0]]), 0.3 * unit, colours.TODDLER)
+        page = Image.new("RGB", (self._size[0], self._size[1] + CAPTION), colours.GROUND)
+        page.paste(drawn.resize(self._size, Image.Resampling.LANCZOS))
+        caption = f"timestep {world.timestep}      damage {world.ledger.damage[0]:g}"
+        ImageDraw.Draw(page).text((PAD, self._size[1]), caption, colours.TEXT, font_size=15)
+        self.pictures.append(page)
+
+    def _disc(self, canvas: ImageDraw.ImageDraw, position, radius: float, colour: tuple[int, int, int]) -> None:
+        x, y = self._ground.pixel(position)
+        canvas.ellipse((x - radius, y - radius, x + radius, y + radius), colour, colours.GROUND, round(radius / 6))
+
+
+class Filmed(GridWorld):
+    """A world that is filmed after every move."""
+
+    film: Film
+
+    def move_children(self) -> None:
+        super().move_children()
+        self.film.add(self)
+
+    def act_caregiver(self, *arguments, **options) -> None:
+        super().act_caregiver(*arguments, **options)
+        self.film.add(self)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Film, write the picture, and print what is done until then."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("house", help="a name or a file")
+    parser.add_argument("out", type=pathlib.Path, metavar="FILE.gif")
+    parser.add_argument("--caregiver", default="paper")
+    parser.add_argument("--epsilon", default="1")
+    parser.add_argument("--seed", type=int, default=0, help="of the run to which the episode belongs")
+    parser.add_argument("--end", type=int, default=25, help="timestep with which it ends")
+    options = parser.parse_args(arguments)
+    plan = FloorPlan.load(options.house)
+    world = Filmed(plan, options.epsilon, make_caregiver(options.caregiver, plan))
+    world.reset([episode_tapes(episode_seed(options.seed, 0), 1)])
+    world.film = Film(plan)
+    for _ in range(options.end):
+        world.step()
+    palette = world.film.pictures[0].quantize(255, dither=Image.Dither.NONE)
+    first, *others = (one.quantize(palette=palette, dither=Image.Dither.NONE) for one in world.film.pictures)
+    first.save(options.out, save_all=True, append_images=others, duration=MILLISECONDS, loop=0, optimize=True)
+    print(f"{options.out}: damage {world.ledger.damage[0]:g} in {options.end} timesteps")
+
+
+if __name__ == "__main__":
+    main()
