@@ -86,7 +86,8 @@ def run(job: Job) -> pd.DataFrame:
     for timestep in reversed(range(timesteps - 1)):
         to_come[timestep] += OBJECTIVE.discount * to_come[timestep + 1]
     realised = np.where(np.isnan(expected), np.nan, to_come[list(ASKED)])
-    rows = {"expected": np.nanmean(expected, axis=0), "realised": np.nanmean(realised, axis=0)}
+    means = (np.ma.masked_invalid(one).mean(axis=0).filled(np.nan) for one in (expected, realised))
+    rows = dict(zip(("expected", "realised"), means, strict=True))  # NaN where its hand was never empty
     first = {"house": job.house, "shape": shape_of(job.house), "caregiver": job.caregiver, "epsilon": epsilon}
     return pd.DataFrame(first | rows)
 

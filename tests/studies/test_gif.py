@@ -2,6 +2,7 @@
 
 import contextlib
 import importlib.util
+import itertools
 import pathlib
 
 from PIL import Image
@@ -40,5 +41,5 @@ def test_an_episode_in_the_grid_is_filmed(tmp_path, capsys):
             pictures.append(film.convert("RGB"))
     assert len(pictures) > 12  # pictures in which nothing moves are shown longer instead
     assert pictures[0].size == (18 * module.CELL + 2 * module.PAD, 5 * module.CELL + 2 * module.PAD + module.CAPTION)
-    assert all(a.tobytes() != b.tobytes() for a, b in zip(pictures, pictures[1:], strict=False))
+    assert all(a.tobytes() != b.tobytes() for a, b in itertools.pairwise(pictures))
     assert ": damage " in capsys.readouterr().out
