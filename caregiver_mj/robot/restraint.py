@@ -27,8 +27,10 @@ _FAST, _LATER = 0.2, 0.035
 _ROUNDS, _SETTLED = 8, 1e-3
 _STRAYS = 0.08  # radians by which a child that goes along moves on until the base does what it is told
 # The same of a base with corners: the metres that it moves on, of which the surface there makes an angle; and how fast
-# such a base may then go along it as it leaves, m/s: slower than a strike, with a turn of the base.
-_MOVES_ON, _ASTRAY = 0.031, 0.038
+# such a base may then go along it as it leaves, m/s: slower than a strike, with a turn of the base. A child may run
+# round a corner: by then the base, which may leave a side faster, is to be slow. So far along it looks, metres.
+_MOVES_ON, _ASTRAY = 0.031, 0.034
+_RUNS_ON = tuple(0.04 * i for i in range(8))
 
 
 def restrain(
@@ -104,12 +106,18 @@ def _restrained(
     towards, told = vx * x + vy * y, before[0] * x + before[1] * y
     if room < _NO_NEARER:
         towards = min(towards, _bounded(told, 0.0, seconds, *bounds))
-    corner = _corner(robot, view.base[2], offset)
-    strays = _STRAYS if corner is None else corner
+    corners = _corners(robot, view.base[2], offset)
+    strays = corners[0] if corners else _STRAYS
     slower = robot.limits.slowing(max(0.0, room) / FOLLOWING_SPEED - view.age)
     slides = max(0.0, slide_speed(room) + strays * min(0.0, towards)) + slower
-    if corner:
-        towards = max(towards, -_bounded(-told, (_ASTRAY + slower) / corner, seconds, *bounds))
+    if any(corners):
+        slowing, later = robot.limits.as_told.slowing, _LATER + view.age
+        leaving = min(
+            (_ASTRAY + slower) / corner + slowing(on / FOLLOWING_SPEED - later)
+            for on, corner in zip(_RUNS_ON, corners, strict=True)
+            if corner
+        )
+        towards = max(towards, -_bounded(-told, leaving, seconds, *bounds))
     across = vy * x - vx * y
     way = math.copysign(1.0, across)
     most = _bounded(way * (before[1] * x - before[0] * y), slides, seconds, *bounds)
@@ -122,14 +130,26 @@ def _restrained(
     return towards * x - across * y, towards * y + across * x
 
 
-def _corner(robot: Embodiment, yaw: float, offset: Vector) -> float | None:
-    """Radians by which the way off a base turns as a child at an offset moves on along it; None of a round one."""
+def _corners(robot: Embodiment, yaw: float, offset: Vector) -> tuple[float, ...]:
+    """Radians by which the way off a base turns as a child at an offset moves on a little along it.
+
+    Here, and where the child is when it has run on by each of `_RUNS_ON`, whichever way; empty of a round base.
+    """
     if robot.sides == (0.0, 0.0):
-        return None
+        return ()
     x, y = outwards(robot, yaw, offset)
-    aside_x, aside_y = (_MOVES_ON * way / math.hypot(x, y) for way in (-y, x))
-    moved = (outwards(robot, yaw, (offset[0] + way * aside_x, offset[1] + way * aside_y)) for way in (1.0, -1.0))
-    return max(abs(math.atan2(x * other[1] - y * other[0], x * other[0] + y * other[1])) for other in moved)
+    away = math.hypot(x, y)
+    along_x, along_y = -y / away, x / away
+
+    def way_off(on: float) -> float:
+        there_x, there_y = outwards(robot, yaw, (offset[0] + on * along_x, offset[1] + on * along_y))
+        return math.atan2(there_y, there_x)
+
+    def turns(on: float) -> float:
+        here = way_off(on)
+        return max(abs(math.remainder(way_off(on + way) - here, math.tau)) for way in (_MOVES_ON, -_MOVES_ON))
+
+    return tuple(max(turns(on), turns(-on)) for on in _RUNS_ON)
 
 
 def _bounded(speed: float, most: float, seconds: float, change: float, jerk: float) -> float:

@@ -10,11 +10,12 @@ from hypothesis import strategies as st
 from views import child, view
 
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.robot import separation
+from caregiver_mj.robot import se2, separation
 from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.followed_velocity import FollowedVelocity
 from caregiver_mj.robot.restraint import restrain
+from caregiver_mj.robot.view import CHILD_RADIUS
 
 ROBOT = find_embodiment()
 TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
@@ -198,6 +199,36 @@ def test_a_base_with_corners_never_slides_fast_along_a_child_that_touches_it(ang
     out = np.array(separation.outwards(SQUARE, 0.0, after))
     along = np.array([-out[1], out[0]]) / np.linalg.norm(out)
     assert abs(told @ along) < STRIKE_SPEED
+
+
+def place_beside(on):
+    """Where a child touches the base with corners that has gone so many metres round it from the middle of a side."""
+    side, far = SQUARE.sides[0], SQUARE.rounding + CHILD_RADIUS
+    quarters, on = divmod(on + side, 2 * side + far * math.pi / 2)
+    turned = max(0.0, on - 2 * side) / far
+    x, y = side - min(on, 2 * side), side
+    return se2.rotate(quarters * math.pi / 2, (x - far * math.sin(turned), y + far * math.cos(turned)))
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.floats(0.0, 0.5), st.floats(0.1, 0.6), st.floats(-0.5, 0.5), st.floats(0.4, 1.0))
+def test_a_base_with_corners_has_slowed_down_when_a_child_runs_round_one(start, speed, astray, runs):
+    """It leaves a child at its side, faster than it may one at a corner, and the child bumps into it time and again."""
+    wanted = se2.rotate(-math.pi / 2 + astray, (speed, 0.0))  # away from the side on which the child begins
+    followed = FollowedVelocity(SQUARE.limits.as_told, TIMESTEP)
+    stands = view(child(*place_beside(start)))
+    for _ in range(100):
+        less, at_once = restrain(stands, SQUARE, CLEARANCE, TIMESTEP, False, wanted, followed.told)
+        followed.follow(less, at_once, goes_on=False)
+    for i in range(30):
+        before, on = followed.told, start + runs * TIMESTEP * i
+        x, y = place_beside(on)
+        out = np.array(separation.outwards(SQUARE, 0.0, (x, y))) / (SQUARE.rounding + CHILD_RADIUS)
+        assert abs(before[0] * out[1] - before[1] * out[0]) < STRIKE_SPEED
+        apart = 0.015 * (i % 2)
+        seen = view(child(x + apart * out[0], y + apart * out[1], -runs * out[1], runs * out[0]))
+        less, at_once = restrain(seen, SQUARE, CLEARANCE, TIMESTEP, False, wanted, before)
+        followed.follow(less, at_once, goes_on=False)
 
 
 def test_a_child_that_may_be_nearer_counts_as_near_as_that_and_the_base_keeps_its_limits():
