@@ -34,6 +34,10 @@ class Relocating(Routine):
         super().__init__(means, intervention, *_fetching(means, self.candle, view, percept))
 
     def after(self, status: Status, view: View, see: Callable[[], Percept]) -> Status:
+        if isinstance(self.skill, skills.Retrieve) and status is Status.FAILED and self.skill.still_holds(view):
+            navigator, retrievals, pitch = self.means.navigator, self.means.retrievals, self.skill.pitch_down
+            self.skill = skills.Retrieve(navigator, retrievals, self.candle, pitch)
+            return Status.RUNNING
         if not isinstance(self.skill, skills.Place):
             # A way that is closed opens again, and there is nothing else to do meanwhile.
             is_barred = status is Status.FAILED and self.skill.driver.patience.is_over(view.now)

@@ -42,6 +42,7 @@ _SMOOTHING = 3 / 8
 # The hand comes down onto a candle, or with one onto a table, as far from the end of its way as the two may be off: the
 # slower, the less it jolts. By this over the root of two sigmas, m^0.5, it keeps its limits.
 _LANDS = 0.023
+_CREEPS = 0.03  # m/s of a hand that comes back although a child is at it
 
 _ANY_HEIGHT = 7000  # tenths of mm: all reaches begin with the tucked arm, and `plan_reach` aims it
 
@@ -156,11 +157,21 @@ class RobotMotion(BaseMotion):
         self.reach_path = path
         self._reach.set_limits(path.limits)
 
-    def reach(self, s: float) -> None:
-        """Sets how far the hand reaches out: 0 tucked, 1 at the goal, or more where the path has more poses."""
-        self._lands_at = None
-        if self._landing < 1.0:
-            limits, share = self.reach_path.limits, self._landing if s >= self.reach_path.goal else 1.0
+    def reach(self, s: float, creeps: bool = False) -> None:
+        """Sets how far the hand reaches out: 0 tucked, 1 at the goal, or more where the path has more poses.
+
+        Args:
+            s: So far.
+            creeps: Whether it goes there more slowly than what counts as a strike, from rest on.
+        """
+        self._lands_at, limits = None, self.reach_path.limits
+        if creeps:
+            slow = _CREEPS / self.reach_path.longest(arm_of(self.robot))
+            self._reach.set_limits(dataclasses.replace(limits, velocity=min(limits.velocity, slow)))
+        elif self._landing == 1.0:
+            self._reach.set_limits(limits)
+        else:
+            share = self._landing if s >= self.reach_path.goal else 1.0
             moves = self._reach.arrival > self.now
             if share < 1.0 and moves and self._reach.target != s:  # it could not slow down to that on the way
                 self.stop_reaching()

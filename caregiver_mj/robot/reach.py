@@ -55,6 +55,12 @@ class ReachPath:
         i = min(int(s), self.goal - 1)
         return self._poses[i] + (s - i) * self._ways[i]
 
+    def longest(self, arm: Arm) -> float:
+        """Metres that the hand goes for each unit of s, where these are most."""
+        shares = np.linspace(0.0, self.goal, _CHECKS * self.goal)
+        places = np.array([arm.pinch(self.joints(s)) for s in shares])
+        return float(np.linalg.norm(np.diff(places, axis=0), axis=1).max() / shares[1])
+
 
 @functools.cache
 def reach_path(arm: Arm, height_in_tenths_of_mm: int) -> ReachPath:

@@ -103,4 +103,6 @@ class Pick(AtTable):
         wide = 2 * (self.embodiment.grasp.open - _AJAR)
         if robot.reached == self._out(self.embodiment.approach.above, view) and view.fingers > wide:
             self._stage = self._approach
+        elif self.driver.patience.is_over(view.now):  # something keeps the fingers from opening
+            return Status.FAILED
         return Status.RUNNING

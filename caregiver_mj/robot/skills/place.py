@@ -70,6 +70,10 @@ class Place(AtTable):
         if view.fingers > 2 * _RELEASE_GAP:
             robot.reach(0.0)
             self._stage = self._retreat
+        elif self.driver.patience.is_over(view.now):  # something keeps the fingers from opening
+            robot.grip(self.embodiment.grasp.closed)
+            robot.reach(0.0)
+            return Status.FAILED
         return Status.COMMITTED
 
     def _retreat(self, view: View, robot: RobotMotion) -> Status:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+import sys
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from caregiver_mj.robot.driver import Driver
 from caregiver_mj.robot.hand import ATTEMPTS, hand_position, has_in_hand
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.patience import TIME_OUT
 from caregiver_mj.robot.retrieval import RetrievalPlanner, Stance
 from caregiver_mj.robot.search import Search
 from caregiver_mj.robot.separation import distance_from_line
@@ -33,21 +35,33 @@ class Retrieve(Skill):
 
     Where it lies such that the arm cannot do that at once, it is taken out to the open floor first, and picked up
     there. There is no hurry in it but the child's: the base stands still while the arm is out, the hand stops while
-    a child is near and comes back before one that walks there, and what fails is tried again.
+    a child is near and comes back before one that walks there, and what fails is tried again. If one stays beside it
+    for ever, the hand comes back at a creep in the end. One that has failed may still have got the candle in the hand.
 
     Attributes:
         candle: Index of the candle.
+        pitch_down: Of the hand when it lays down what it holds, radians; None if it holds nothing that must be.
     """
 
-    def __init__(self, navigator: Navigator, planner: RetrievalPlanner, candle: int):
-        super().__init__(navigator)
-        self.candle = candle
+    def __init__(self, navigator: Navigator, planner: RetrievalPlanner, candle: int, pitch_down: float | None = None):
+        """Prepares it.
+
+        Args:
+            navigator: Of the house and the robot.
+            planner: Plans how to pick up and lay down.
+            candle: Index of the candle.
+            pitch_down: That of one that has failed with the candle in the hand; None for an empty one.
+        """
+        super().__init__(navigator, loaded=pitch_down is not None)
+        self.candle, self.pitch_down = candle, pitch_down
+        if pitch_down is not None:
+            self.status = Status.COMMITTED
         self._planner = planner
         self._stance: Stance | None = None
         self._search: Search[Stance | None] | None = None  # for one, under way
-        self._pitch_down: float | None = None  # radians, of the hand when it lays down what it holds
         self._steps: list[tuple[float, float | None]] = []  # of the hand: pose on its path to go to, gripper there
         self._until = self._choose_at = 0.0
+        self._since = 0.0  # when the hand began to go out, to grip or to withdraw
         self._failures = 0
         self._seen, self._seen_since = np.full(3, np.inf), 0.0
         self._withdraws = False  # because a child comes
@@ -56,19 +70,23 @@ class Retrieve(Skill):
     def is_approaching(self) -> bool:
         return not self._steps
 
+    def still_holds(self, view: View) -> bool:
+        """Whether, having failed, it has got a candle in the hand that must be laid down."""
+        return self.pitch_down is not None and has_in_hand(view, self.embodiment, self.candle)
+
     def _act(self, view: View, robot: RobotMotion) -> Status:
         still = self._lies_still(view)
         holds = robot.closes and has_in_hand(view, self.embodiment, self.candle)
         if not self._steps:
             return self._approach(view, robot, still, holds)
         if not self._withdraws and not _gripped(self._steps) and self._child_within(view, _CHILD_COMES, _COMES_SOON):
-            self._withdraw(robot)
+            self._withdraw(view, robot)
         if view.now < self._until or not self._reach(view, robot, self._steps[0][0]):
             return Status.COMMITTED
         _, grip = self._steps.pop(0)
         if grip is not None:
             robot.grip(grip)
-            self._until = view.now + _FIRM_GRIP_TIME
+            self._since, self._until = view.now, view.now + _FIRM_GRIP_TIME
         elif not (still or robot.closes):
             del self._steps[: -round(robot.reached)]  # it has been moved: come back without it
         return Status.COMMITTED if self._steps else self._end(holds)
@@ -78,34 +96,41 @@ class Retrieve(Skill):
         robot.reach(0.0)
         if not holds:
             robot.grip(self.embodiment.grasp.open)
-        elif self._pitch_down is None:  # a bump made it seem lost, but it has been in the hand all along
+        elif self.pitch_down is None:  # a bump made it seem lost, but it has been in the hand all along
             return Status.DONE if robot.reached == 0.0 else Status.COMMITTED
         if self._stance is None or not (still or holds):
             return self._choose_stance(view, still, holds)
         x, y, yaw = self._stance.base
         arrival = self.driver.drive(view, robot, (x, y), self._navigator.nearest_cell((x, y)), yaw)
         if arrival is Status.FAILED:
-            if not holds:
-                return arrival
-            self._stance = None  # it must be laid down, if not there
-        elif arrival is Status.DONE and robot.reached == 0.0 and self._child_distance(view) > _CHILD_AWAY:
+            return arrival
+        if arrival is Status.DONE and robot.reached == 0.0 and self._child_distance(view) > _CHILD_AWAY:
             robot.reach_along(self._stance.path)
             grasp = self.embodiment.grasp
             self._steps = _there_and_back(self._stance.path.goal, grasp.open if holds else grasp.closed)
+            self._since = view.now
             return Status.COMMITTED
         return _unless_in_hand(holds)
 
     def _choose_stance(self, view: View, still: bool, holds: bool) -> Status:
         """Looks for a place to pick the candle up, or to lay it down; not all the time, for it takes long."""
         self._stance = None
-        if not (still or holds) or self.driver.is_loaded != holds:  # what was looked for was another thing
+        if self.driver.is_loaded != holds:
+            self.driver = Driver(self._navigator, loaded=holds)
+            self._search = None  # what was looked for was another thing
+        if not (still or holds):
             self._search = None
+        patience = self.driver.patience
+        patience.note(sys.maxsize, view.now)
+        if patience.is_over(view.now):
+            return Status.FAILED
         if self._search is None:
             if not (still or holds) or view.now < self._choose_at:
                 return _unless_in_hand(holds)
             self._choose_at = view.now + _CHOICE_INTERVAL
             self.driver = Driver(self._navigator, loaded=holds)  # the way there is another one
-            planner, pitch = self._planner, self._pitch_down
+            self.driver.patience = patience
+            planner, pitch = self._planner, self.pitch_down
             if holds:
                 assert pitch is not None  # it is in the hand because it has been picked up
                 self._search = Search(functools.partial(planner.to_lay_down, view, self.candle, pitch))
@@ -120,30 +145,34 @@ class Retrieve(Skill):
         """Decides what to do when the arm is back."""
         assert self._stance is not None  # the one at which it began to reach
         if not self._withdraws:
-            self._pitch_down, self._stance = self._stance.pitch_down, None
-            if holds and self._pitch_down is None:
+            self.pitch_down, self._stance = self._stance.pitch_down, None
+            if holds and self.pitch_down is None:
                 return Status.DONE
         self._withdraws = False
         self._failures += not holds  # or it has been laid down once more
+        self.driver.patience.begin_anew()
         return Status.FAILED if self._failures == ATTEMPTS else _unless_in_hand(holds)
 
-    def _withdraw(self, robot: RobotMotion) -> None:
+    def _withdraw(self, view: View, robot: RobotMotion) -> None:
         """Has the hand come back by the poses that it went out by, before a child walks into it."""
         last = max(0, math.ceil(robot.reached) - 1)
         self._steps = [(float(pose), None) for pose in range(last, -1, -1)]
-        self._withdraws = True
+        self._withdraws, self._since = True, view.now
 
     def _reach(self, view: View, robot: RobotMotion, pose: float) -> bool:
         """Moves the hand on, unless a child is near it; returns whether it is there."""
-        if pose < robot.reached:
+        comes_back, creeps = pose < robot.reached, view.now > self._since + TIME_OUT
+        if comes_back:
             waits = self._child_within(view, _CHILD_BESIDE, _BESIDE_SOON)
         else:
             waits = self._child_within(view, _CHILD_NEAR, _NEAR_SOON)
-        if waits:
-            robot.stop_reaching()
-        else:
+        if not waits:
             robot.reach(pose)
-        return robot.reached == pose and not robot.has_given_way
+        elif comes_back and creeps:
+            robot.reach(pose, creeps=True)
+        else:
+            robot.stop_reaching()
+        return robot.reached == pose and (creeps or not robot.has_given_way)
 
     def _child_within(self, view: View, distance: float, seconds: float) -> bool:
         """Whether a child is, or may be within seconds, nearer than that to the candle, the hand, or the arm."""

@@ -11,7 +11,9 @@ from views import child
 import caregiver_mj
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot import se2
 from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.hand import hand_position
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
@@ -55,9 +57,9 @@ class Stage:
     def now(self) -> float:
         return self._robot.now
 
-    def retrieve(self, planner: type[RetrievalPlanner] = RetrievalPlanner) -> Retrieve:
+    def retrieve(self, planner: type[RetrievalPlanner] = RetrievalPlanner, pitch_down: float | None = None) -> Retrieve:
         make_scene = lambda: PlanningScene(build_house(ROOM), ROOM, ROBOT)  # noqa: E731
-        return Retrieve(self.navigator, planner(self.navigator, make_scene), CANDLE)
+        return Retrieve(self.navigator, planner(self.navigator, make_scene), CANDLE, pitch_down)
 
     def put_candle(self, x: float, y: float, z: float, tilt: float) -> None:
         joint = self.physics.model.ptr.joint("candle_0/joint").qposadr[0]
@@ -254,3 +256,71 @@ def test_who_stands_aside_is_never_done_and_in_nobodys_way(stage):
     assert np.hypot(*(stage.physics.base_position()[:2] - ROOM.position(aside.cell))) < 0.03
     cells = [ROOM.cell_at(one.position) for one in stage.look().children]
     assert aside.cell == stage.navigator.refuge(aside.cell, cells, set(cells))
+
+
+# -- Every skill ends --------------------------------------------------------------------------------
+
+
+def beside_hand(stage: Stage, ahead: float, aside: float) -> None:
+    """Has a child seen at the hand, or at the arm, wherever that is."""
+    seen = stage.look()
+    x, y = se2.to_world((*hand_position(seen, ROBOT)[:2].tolist(), seen.base[2]), (ahead, aside))
+    stage.others = [child(x, y)]
+
+
+@pytest.mark.parametrize("moment", [0.5, 1.5, 2.5, 3.5])
+@pytest.mark.parametrize("place", [(0.2, 0.0), (0.0, 0.25), (-0.2, 0.1)])
+def test_a_hand_beside_which_a_child_stays_comes_back_at_a_creep(stage, moment, place):
+    """It has come out, or gripped the candle, or is on its way back when the child comes."""
+    stage.put_candle(*ROOM.position((2, 5)), CANDLE_RADIUS, np.pi / 2)
+    retrieve = stage.retrieve()
+    stage.run(retrieve, lambda: not retrieve.is_approaching)
+    began = stage.now
+    stage.run(retrieve, lambda: stage.now > began + moment)
+    hand = []
+
+    def haunt() -> bool:
+        beside_hand(stage, *place)
+        hand.append(hand_position(stage.look(), ROBOT))
+        return retrieve.is_approaching
+
+    stage.run(retrieve, haunt, 7 * GIVES_UP)
+    assert GIVES_UP < stage.now - began
+    speed = np.linalg.norm(np.diff(hand[25:], axis=0), axis=1) / TIMESTEP  # once it has come to rest
+    assert 0.01 < speed.max() < 0.05
+
+
+def test_a_candle_that_must_be_laid_down_stays_in_the_hand_beside_a_child_that_never_leaves(stage):
+    stage.put_candle(*stage.candle()[:2], TABLE_TOP + CANDLE_HEIGHT, np.pi)  # on its head
+    retrieve = stage.retrieve()
+    stage.run(retrieve, lambda: retrieve.pitch_down is not None)
+    began = stage.now
+    assert stage.run(retrieve, lambda: beside_hand(stage, 0.5, 0.0))[-1] is Status.FAILED
+    assert GIVES_UP < stage.now - began < 2 * GIVES_UP
+    assert retrieve.still_holds(stage.look())
+    again = stage.retrieve(pitch_down=retrieve.pitch_down)
+    assert not again.status.interruptible
+    stage.others = []
+    assert stage.to_the_end(again) == [Status.COMMITTED, Status.RUNNING, Status.COMMITTED, Status.DONE]
+    assert stage.candle()[2] > TABLE_TOP
+
+
+def test_fingers_that_do_not_open_are_given_up(stage):
+    pick = Pick(stage.navigator, CANDLE, ITS_TABLE)
+    stage.to_the_end(pick)
+    place = Place(stage.navigator, CANDLE, BARE_TABLE)
+    stage.run(place, lambda: not place.is_approaching)
+    began, stage.fingers = stage.now, 2 * CANDLE_RADIUS
+    assert stage.to_the_end(place)[-1] is Status.FAILED
+    assert stage.now - began < 2 * GIVES_UP
+    stage.fingers = None
+    place = Place(stage.navigator, CANDLE, BARE_TABLE)
+    assert stage.to_the_end(place)[-1] in (Status.DONE, Status.OVERTAKEN)
+
+
+def test_fingers_that_have_closed_on_nothing_and_do_not_open_are_given_up(stage):
+    pick = Pick(stage.navigator, CANDLE, ITS_TABLE)
+    stage.run(pick, lambda: not pick.is_approaching)
+    began, stage.fingers = stage.now, 0.0
+    assert stage.to_the_end(pick)[-1] is Status.FAILED
+    assert stage.now - began < 2 * GIVES_UP
