@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from caregiver_mj.interventions.intervention import BLOCK, Intervention
-from caregiver_mj.interventions.routine import PASSED_OVER, Means, Routine
+from caregiver_mj.interventions.routine import Means, Routine
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.robot import skills
 from caregiver_mj.robot.status import Status
@@ -50,7 +50,7 @@ class Relocating(Routine):
             self._carry(see())
             return Status.RUNNING
         if status is Status.FAILED:  # it has still got the candle
-            self.means.passed_over.note(self.intervention.hazard, view.now + PASSED_OVER)
+            self.means.passed_over.note(self.intervention.hazard, view.now)
             self._carry(see(), refused=self.skill.table)
             return Status.RUNNING
         self.holding = NOTHING

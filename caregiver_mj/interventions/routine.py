@@ -22,9 +22,10 @@ if TYPE_CHECKING:
     from caregiver_mj.caregivers.percept import Percept
 
 # Seconds for which a hazard is passed over after the robot has failed to protect the children from it: three steps of
-# a toddler, in which it can do something else and the way may open.
+# a toddler, in which it can do something else and the way may open. After each further failure twice as many, up to
+# those of a candle that lies where the arm does not get at it: what it does instead may take longer, beside a child.
 PASSED_OVER = 5.0
-LEFT_LYING = 60.0  # seconds, the same for a candle that lies where the arm does not get at it
+LEFT_LYING = 60.0
 
 
 class PassedOver:
@@ -32,14 +33,20 @@ class PassedOver:
 
     def __init__(self, hazards: int):
         self._until = np.zeros(hazards)
+        self._wait = np.full(hazards, PASSED_OVER)  # seconds, after the next failure
 
     def forget(self) -> None:
         """Begins an episode."""
-        self._until[:] = 0.0
+        self._until[:], self._wait[:] = 0.0, PASSED_OVER
 
-    def note(self, hazard: int, until: float) -> None:
-        """Has a hazard passed over until a time, seconds since the episode's start."""
-        self._until[hazard] = until
+    def note(self, hazard: int, now: float, least: float = PASSED_OVER) -> None:
+        """Has a hazard, at which the robot has failed, passed over for some seconds from now on."""
+        self._until[hazard] = now + max(least, self._wait[hazard])
+        self._wait[hazard] = min(LEFT_LYING, 2 * self._wait[hazard])
+
+    def succeed(self, hazard: int) -> None:
+        """Takes note that the robot has got something done about a hazard."""
+        self._wait[hazard] = PASSED_OVER
 
     def now(self, time: float) -> np.ndarray:
         """Whether each hazard is passed over at a time, (hazards,)."""

@@ -139,13 +139,14 @@ class Executive:
             return
         intervention = self.routine.intervention
         if status is Status.DONE:
+            self._means.passed_over.succeed(intervention.hazard)
             self.done += not self._was_done and verb_of(intervention.verb).counts
             self._was_done = True
             if self.routine.goes_on:
                 return
         elif status in (Status.FAILED, Status.OUT_OF_REACH) and intervention.hazard != NOTHING:
             wait = LEFT_LYING if status is Status.OUT_OF_REACH else PASSED_OVER
-            self._means.passed_over.note(intervention.hazard, view.now + wait)
+            self._means.passed_over.note(intervention.hazard, view.now, wait)
         self.routine = None
 
 

@@ -237,6 +237,17 @@ def test_a_robot_that_is_told_what_to_fetch_goes_on_waiting():
     assert env.task.outcome()["strikes"] == 0
 
 
+def test_what_takes_long_gets_done_beside_what_a_child_bars_for_ever():
+    """The way to the stairwell is closed, and to the candle and its other table farther than it is passed over for."""
+    rows = "##################", "###B##############", "#S..............C#", "###############T##", "##################"
+    plan = FloorPlan.parse("\n".join(rows), "far")
+    stairwell, candle, bare = 0, 1, 1
+    scene = Scene(plan, Determined(plan, stairwell, candle, table=bare), (2, 3), (2, 6))
+    scene.child.move = STAY
+    assert scene.run(90.0, lambda: scene.policy.interventions_done == 1)
+    assert scene.env.task.outcome()["strikes"] == 0
+
+
 class ToAndFro(Scripted):
     """Goes three cells one way and three cells back, whoever is there."""
 
