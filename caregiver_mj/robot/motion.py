@@ -42,6 +42,7 @@ _SMOOTHING = 3 / 8
 # The hand comes down onto a candle, or with one onto a table, as far from the end of its way as the two may be off: the
 # slower, the less it jolts. By this over the root of two sigmas, m^0.5, it keeps its limits.
 _LANDS = 0.023
+_GRIPS = 0.5  # share of their speed with which the fingers then close: one may meet the candle before the other
 _CREEPS = 0.03  # m/s of a hand that comes back although a child is at it
 
 _ANY_HEIGHT = 7000  # tenths of mm: all reaches begin with the tucked arm, and `plan_reach` aims it
@@ -168,7 +169,7 @@ class RobotMotion(BaseMotion):
         if creeps:
             slow = _CREEPS / self.reach_path.longest(arm_of(self.robot))
             self._reach.set_limits(dataclasses.replace(limits, velocity=min(limits.velocity, slow)))
-        elif self._landing == 1.0:
+        elif not self.may_be_off:
             self._reach.set_limits(limits)
         else:
             share = self._landing if s >= self.reach_path.goal else 1.0
@@ -190,6 +191,9 @@ class RobotMotion(BaseMotion):
 
     def grip(self, width: float) -> None:
         """Sets how far each finger stands off the middle."""
+        limits, closes = self.robot.limits.gripper, width == self.robot.grasp.closed
+        share = _GRIPS if closes and self.may_be_off else 1.0
+        self._gripper.set_limits(dataclasses.replace(limits, velocity=share * limits.velocity))
         self._gripper.move_to(width, self.now)
         if width == self.robot.grasp.open and self._turning is not self.robot.limits.yaw:
             self._turn_within(self.robot.limits.yaw)
@@ -200,6 +204,16 @@ class RobotMotion(BaseMotion):
     def is_watched(self) -> bool:
         """Whether it has been said how fast the base may drive, and turn, at this control timestep."""
         return self._watched
+
+    @property
+    def may_be_off(self) -> bool:
+        """Whether the hand may be off a candle or a table, so that it comes down, and closes, slowly."""
+        return self._landing < 1.0
+
+    @property
+    def grip_time(self) -> float:
+        """Seconds from closing to a grip that holds."""
+        return self.robot.grasp.grip_time / (_GRIPS if self.may_be_off else 1.0)
 
     @property
     def closes(self) -> bool:

@@ -11,6 +11,7 @@ from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.recording.audit import check_limits
+from caregiver_mj.recording.motion_audit import check_motion
 from caregiver_mj.recording.telemetry import Recorder
 from caregiver_mj.robot.embodiments import find_embodiment
 
@@ -153,6 +154,17 @@ def test_a_candle_that_is_seen_late_is_not_taken_to_have_stayed_behind(delay):
     assert scene.run(2000, until=scene.physics.is_gripping)
     scene.run(3000, until=lambda: opened.append(not scene.physics.is_gripping()) or scene.policy.interventions_done)
     assert np.diff(opened).sum() == 1  # once, on the other table
+    assert_relocated(scene)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4, 12, 14])
+def test_limits_are_kept_where_a_candle_is_not_quite_where_it_seems(seed):
+    """One finger meets it before the other one, and it stands on the table before it should."""
+    scene = Scene(seed, embodiment="mobile_ur5e", sensing={"candle": {"bias": 0.005}})
+    with Recorder(scene.env) as recorder:
+        assert scene.until_done()
+    log, robot = recorder.log(), find_embodiment("mobile_ur5e")
+    assert all(check.ratio <= 1.0 for check in (*check_limits(log, robot), *check_motion(log, robot)))
     assert_relocated(scene)
 
 

@@ -77,7 +77,7 @@ class Pick(AtTable):
         if view.now < self._until:
             return Status.RUNNING
         robot.grip(self.embodiment.grasp.closed)
-        self._until = view.now + self.embodiment.grasp.grip_time
+        self._until = view.now + robot.grip_time
         self._stage = self._grasp
         return Status.COMMITTED
 

@@ -10,6 +10,7 @@ from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.robot import se2
 from caregiver_mj.robot.hand import hand_is_empty, hand_position, has_in_hand
+from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.se2 import Vector
@@ -19,6 +20,9 @@ from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, View
 
 _SLIPPED = 0.008  # metres outwards in the hand from which on a candle has slipped, as it does when the base turns
 _PLACE_GAP = 0.002  # metres above the table at which a candle is let go: a hand that still settles must not set it down
+# A hand that comes down slowly, nearer to the end of its way than this, has set the candle down if it lags behind by
+# the second, metres; else it does so by half of that.
+_LANDS_WITHIN, _LANDED = 0.02, 0.0016
 _RELEASE_GAP = CANDLE_RADIUS + 0.002  # metres of each finger off the middle, when the hand may withdraw
 # Where a candle is put down if the middle of the table is taken: metres to the side of it, in the order of preference.
 _SPOTS = (0.0, 0.06, -0.06, 0.12, -0.12, 0.18, -0.18)
@@ -38,6 +42,7 @@ class Place(AtTable):
         self._spot: Vector | None = None
         self._spot_seen_from: Cell | None = None
         self._look_at, self._full_until = 0.0, math.inf
+        self._told = math.inf  # metres, height of the hand that was told a control timestep ago
 
     def _approach(self, view: View, robot: RobotMotion) -> Status:
         if hand_is_empty(view) or (robot.reached < 1e-6 and not has_in_hand(view, self.embodiment, self.candle)):
@@ -61,10 +66,21 @@ class Place(AtTable):
             robot.reach(0.0)
             return Status.FAILED
         on_last = self._prepare_hand(view, robot, goal, yaw)
-        if on_last and arrival is Status.DONE and view.now >= robot.reach_arrival - self.embodiment.grasp.release_time:
+        has_come = view.now >= robot.reach_arrival - self.embodiment.grasp.release_time
+        has_landed = on_last and robot.may_be_off and self._has_landed(view, robot)
+        if on_last and arrival is Status.DONE and (has_come or has_landed):
+            if not has_come:
+                robot.stop_reaching()
             robot.grip(self.embodiment.grasp.open)
             self._stage = self._release
         return Status.COMMITTED if on_last else Status.RUNNING
+
+    def _has_landed(self, view: View, robot: RobotMotion) -> bool:
+        """Whether the candle stands on the table before it should: the hand does not come down any more."""
+        arm, path = arm_of(self.embodiment), robot.reach_path
+        told, self._told = self._told, float(arm.pinch(path.joints(robot.reached))[2])
+        is_near = self._told - float(arm.pinch(path.joints(path.goal))[2]) < _LANDS_WITHIN
+        return is_near and float(arm.pinch(view.arm)[2]) - told > _LANDED
 
     def _release(self, view: View, robot: RobotMotion) -> Status:
         if view.fingers > 2 * _RELEASE_GAP:

@@ -86,7 +86,7 @@ class Retrieve(Skill):
         _, grip = self._steps.pop(0)
         if grip is not None:
             robot.grip(grip)
-            self._since, self._until = view.now, view.now + _FIRM_GRIP_TIME
+            self._since, self._until = view.now, view.now + max(_FIRM_GRIP_TIME, robot.grip_time)
         elif not (still or robot.closes):
             del self._steps[: -round(robot.reached)]  # it has been moved: come back without it
         return Status.COMMITTED if self._steps else self._end(holds)
