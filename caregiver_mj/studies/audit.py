@@ -10,7 +10,8 @@ import argparse
 import dataclasses
 import functools
 import pathlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from rich.console import Console
 
@@ -70,6 +71,17 @@ class Audit:
         )
         seconds, left_out = len(log.commands) * log.control_timestep, float(pushed(log).sum() * log.physics_timestep)
         return cls(seconds, commanded, measured, near_child(log), left_out)
+
+    @classmethod
+    def of_dict(cls, values: Mapping[str, Any]) -> Audit:
+        """The audit that `dataclasses.asdict` has made a dictionary of."""
+        checks = ([Check(**check) for check in values[which]] for which in ("commanded", "measured"))
+        return cls(values["seconds"], *checks, NearChild(**values["near"]), values["pushed"])
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether the robot kept all of its limits."""
+        return all(check.ratio <= 1 for check in (*self.commanded, *self.measured))
 
     @classmethod
     def worst_of(cls, audits: Sequence[Audit]) -> Audit:
@@ -148,4 +160,4 @@ def main(arguments: list[str] | None = None) -> int:
         processes = min(options.jobs, len(jobs))
         audit = Audit.worst_of(run_all(functools.partial(run, conditions), jobs, processes, "auditing"))
     report(make_console(), audit)
-    return int(any(check.ratio > 1 for check in (*audit.commanded, *audit.measured)))
+    return int(not audit.is_kept)

@@ -2,26 +2,40 @@
 
 Beside each other: strikes as ever, by the robot's speed towards the child, and by that of its surface, turning and
 sliding too; pressings; forces, with what adults bear; and how close flame and wax come. The episodes are those of a
-finished run in the house, or run here.
+finished run in the house, or run here; of the latter also which skill took longest, and whether the robot kept its
+limits, if that is asked for. The exit status is 1 if it did not.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
+import dataclasses
 import functools
+import json
 import pathlib
 import time
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import pandas as pd
+from rich.console import Console
+from rich.progress import track
 
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.seeds import episode_random, episode_seed
+from caregiver_mj.experiments.workers import run_jobs
+from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.recording.contacts import Contacts
-from caregiver_mj.studies.trials import add_jobs, run_all
+from caregiver_mj.recording.telemetry import Recorder
+from caregiver_mj.robot.skills import Skill
+from caregiver_mj.robot.status import Status
+from caregiver_mj.studies.audit import Audit, report
+from caregiver_mj.studies.display import make_console
+from caregiver_mj.studies.trials import add_jobs
 from caregiver_mj.tasks import load
 from caregiver_mj.viz.report.contacts import counts_table, limits_table
 from caregiver_mj.viz.report.words import family_name
@@ -66,44 +80,132 @@ def add_run(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--episodes", type=int, default=2, help="episodes for each in each house (default: %(default)s)"
     )
-    parser.add_argument("--out", type=pathlib.Path, metavar="FILE", help="also write their rows there, as JSON")
-    parser.add_argument("--embodiment", metavar="NAME", help="the robot, without --run (default: the task's own)")
+    parser.add_argument(
+        "--out",
+        type=pathlib.Path,
+        metavar="FILE",
+        help="write their rows there as they come, a JSON object a line; those that it holds are not run again",
+    )
+    parser.add_argument(
+        "--embodiment",
+        nargs="+",
+        default=[None],
+        metavar="NAME",
+        help="the robots, without --run (default: the task's)",
+    )
     parser.add_argument("--compliant", action="store_true", help="children that give way to a push, without --run")
+    parser.add_argument("--audit", type=int, default=0, metavar="K", help="audit every K-th episode (default: none)")
     add_jobs(parser)
 
 
-def run(caregiver: str, compliant: bool, embodiment: str | None, job: tuple[str, str, int]) -> dict[str, Any]:
-    """Runs one episode, that of `evaluate`, by its house, family and number; returns its row."""
-    house, family, episode = job
-    (plan,) = houses_named([house])
-    kwargs = {"compliant_children": compliant, "embodiment": embodiment}
-    env = load("supervise", plan, Family.parse(family), episode_random(0), task_kwargs=kwargs, visuals=False)
-    policy, seed = CaregiverPolicy(env, caregiver), episode_seed(0, episode)
+class Job(NamedTuple):
+    """An episode to run, that of `evaluate` with the same caregiver, house, family and number."""
+
+    embodiment: str | None
+    caregiver: str
+    compliant: bool
+    house: str
+    family: str
+    episode: int
+
+
+class Longest:
+    """The skill at which the robot was longest without a break, but for what is done and goes on.
+
+    Attributes:
+        skill: Its name.
+        seconds: How long that was.
+    """
+
+    def __init__(self) -> None:
+        self.skill, self.seconds = "", 0.0
+        self._now: Skill | None = None
+        self._since = 0.0
+
+    def look(self, policy: CaregiverPolicy, now: float) -> None:
+        """Takes in what is being done at a time, seconds since the episode's start."""
+        routine = policy.executive.routine
+        skill = routine.skill if routine and policy.target != NOTHING else None
+        if skill is not self._now or (skill and skill.status is Status.DONE):
+            self._now, self._since = skill, now
+        elif skill and now - self._since > self.seconds:
+            self.skill, self.seconds = type(skill).__name__, now - self._since
+
+
+def run(audited: frozenset[Job], job: Job) -> dict[str, Any]:
+    """Runs one episode, and audits it if it is one of these; returns its row."""
+    (plan,) = houses_named([job.house])
+    kwargs = {"compliant_children": job.compliant, "embodiment": job.embodiment}
+    env = load("supervise", plan, Family.parse(job.family), episode_random(0), task_kwargs=kwargs, visuals=False)
+    policy, seed, longest = CaregiverPolicy(env, job.caregiver), episode_seed(0, job.episode), Longest()
     env.task.reseed(episode_random(seed))
     start, timestep = time.process_time(), env.reset()
-    while not timestep.last():
-        timestep = env.step(policy(timestep))
-    took = {"cpu_seconds": time.process_time() - start, "sim_seconds": env.physics.time()}
-    return {"house": house, "family": family, "episode": episode, "seed": seed} | env.task.outcome() | took
+    with Recorder(env) if job in audited else contextlib.nullcontext() as recorder:
+        while not timestep.last():
+            timestep = env.step(policy(timestep))
+            longest.look(policy, env.physics.time())
+    row = job._asdict() | {"seed": seed} | env.task.outcome()
+    row |= {"skill": longest.skill, "skill_seconds": longest.seconds}
+    if recorder:
+        name = f"{job.house} {job.family} {job.episode}"
+        row["audit"] = dataclasses.asdict(Audit.of(recorder.log(), job.embodiment, name))
+    return row | {"cpu_seconds": time.process_time() - start, "sim_seconds": env.physics.time()}
 
 
-def episodes_of(options: argparse.Namespace) -> pd.DataFrame:
-    """The episodes that the options say, read or run."""
-    if options.run:
-        return read_episodes(options.run, options.caregiver)
+def run_episodes(options: argparse.Namespace) -> pd.DataFrame:
+    """Runs the episodes that the options say, but for those whose rows are there already."""
     houses = [plan.name for plan in houses_named(options.houses)]
     families = [str(Family.parse(family)) for family in options.epsilon]
-    jobs = [(house, family, i) for house in houses for family in families for i in range(options.episodes)]
-    work = functools.partial(run, options.caregiver, options.compliant, options.embodiment)
-    table = pd.DataFrame(run_all(work, jobs, options.jobs, "in the house"))
-    if options.out:
-        table.to_json(options.out, orient="records", indent=1)
-    return table
+    jobs = [
+        Job(robot, options.caregiver, options.compliant, house, family, episode)
+        for robot in options.embodiment
+        for house in houses
+        for family in families
+        for episode in range(options.episodes)
+    ]
+    rows: dict[Job, dict[str, Any]] = {}
+    if options.out and options.out.exists():
+        for line in options.out.read_text(encoding="utf-8").splitlines():
+            row = json.loads(line)
+            rows[Job(*(row[name] for name in Job._fields))] = row
+    left = [job for job in jobs if job not in rows]
+    work = functools.partial(run, frozenset(jobs[:: options.audit] if options.audit else ()))
+    running = track(run_jobs(work, left, options.jobs), "in the house", total=len(left), console=Console(stderr=True))
+    with open(options.out, "a", encoding="utf-8") if options.out else contextlib.nullcontext() as file:
+        for job, row in running:
+            rows[job] = row
+            if file:
+                print(json.dumps(row, default=float), file=file, flush=True)
+    return pd.DataFrame([rows[job] for job in jobs])
 
 
-def main(arguments: list[str] | None = None) -> None:
-    """Runs the study and prints its tables."""
+def longest_skill(episodes: pd.DataFrame) -> str:
+    """A sentence on the longest skill of some episodes."""
+    row = episodes.loc[episodes.skill_seconds.idxmax()]
+    return f"Longest skill: {row.skill_seconds:.1f} s, {row.skill} ({row.house}, {row.family}, episode {row.episode})."
+
+
+def audit_of(episodes: pd.DataFrame) -> Audit | None:
+    """The worst of the audits of some episodes; None if none of them was audited."""
+    found = episodes.audit.dropna() if "audit" in episodes else ()
+    return Audit.worst_of([Audit.of_dict(audit) for audit in found]) if len(found) else None
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs the study and prints its tables; returns the exit status."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     add_run(parser)
     options = parser.parse_args(arguments)
-    print(page(episodes_of(options), options.compliant))
+    if options.run:
+        print(page(read_episodes(options.run, options.caregiver), options.compliant))
+        return 0
+    kept = True
+    for robot, episodes in run_episodes(options).groupby("embodiment", sort=False, dropna=False):
+        if len(options.embodiment) > 1:
+            print(f"## {robot}\n")
+        print(page(episodes, options.compliant))
+        print(longest_skill(episodes))
+        if audit := audit_of(episodes):
+            report(make_console(), audit)
+            kept &= audit.is_kept
+    return int(not kept)
