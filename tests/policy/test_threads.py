@@ -1,0 +1,41 @@
+"""Environments in several threads at a time do not disturb each other."""
+
+import concurrent.futures
+import sys
+
+import pytest
+
+import caregiver_mj
+from caregiver_mj.plans.floor_plan import FloorPlan
+
+HOUSE = FloorPlan.parse("##########\n#B..C...S#\n#........#\n#..T...C.#\n#......B.#\n##########", "threads")
+ROBOTS = ("mobile_fr3", "mobile_ur5e")
+JOBS = [(robot, seed) for seed in range(8) for robot in ROBOTS]
+
+
+def run(job):
+    """Where everything is after some seconds in which candles are taken, some of them knocked over."""
+    robot, seed = job
+    env = caregiver_mj.load("supervise", HOUSE, 0.5, seed, task_kwargs={"embodiment": robot}, visuals=False)
+    policy = caregiver_mj.CaregiverPolicy(env)
+    step = env.reset()
+    if seed % 2:
+        env.physics.set_candle(0, [*HOUSE.position((2, 4)), 0.3], 1.0)
+    for _ in range(300):
+        step = env.step(policy(step))
+    return env.physics.data.qpos.tolist()
+
+
+@pytest.fixture
+def hasty():
+    """Has threads take turns as often as they can."""
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    yield
+    sys.setswitchinterval(interval)
+
+
+def test_episodes_in_threads_are_those_that_come_one_after_the_other(hasty):
+    with concurrent.futures.ThreadPoolExecutor(len(JOBS)) as threads:
+        together = list(threads.map(run, JOBS))
+    assert together == [run(job) for job in JOBS]
