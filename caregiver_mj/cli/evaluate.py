@@ -21,6 +21,7 @@ from caregiver_mj.cli.parsing import (
     make_executor,
     read_family,
     read_houses,
+    warn_of_no_room,
 )
 from caregiver_mj.cli.table import output, print_harm, print_table
 from caregiver_mj.errors import CaregiverError
@@ -67,6 +68,9 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
 
 def _run(arguments: argparse.Namespace) -> None:
     settings = _settings(arguments)
+    if settings.world == "house" and set(settings.caregivers) - {"none", FLOOR}:
+        for plan in settings.plans:
+            warn_of_no_room(plan)
     with make_executor(arguments) as executor:
         executor.check(settings.code)
         folder = None

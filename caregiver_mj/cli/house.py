@@ -9,10 +9,9 @@ import rich.console
 import rich.text
 
 from caregiver_mj.cli import PROGRAM
-from caregiver_mj.cli.parsing import add_seed, houses
+from caregiver_mj.cli.parsing import add_seed, houses, warn_of_no_room
 from caregiver_mj.errors import CaregiverError, FloorPlanError
 from caregiver_mj.plans import symbols
-from caregiver_mj.plans.drivable import is_drivable
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.generator import generate
 from caregiver_mj.plans.shapes import SHAPES, generate_shape
@@ -94,8 +93,7 @@ def _check(arguments: argparse.Namespace) -> None:
         if kind != symbols.WALL:
             counts.append(f"{count} {one if count == 1 else several}")
     print(f"OK: {plan.name}, {width} x {height} cells, {', '.join(counts)}")
-    if not is_drivable(plan):
-        print(f"{PROGRAM}: warning: the robot has no room to get to all that it needs in {plan.name}", file=sys.stderr)
+    warn_of_no_room(plan)
 
 
 def _make(arguments: argparse.Namespace) -> None:

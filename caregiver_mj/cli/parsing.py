@@ -13,6 +13,7 @@ from caregiver_mj.cli import PROGRAM
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.executors import Executor, LocalExecutor
 from caregiver_mj.plans import floor_plan
+from caregiver_mj.plans.drivable import is_drivable
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.plans.sets import houses_named
@@ -193,3 +194,9 @@ def read_family(epsilon: str, arguments: argparse.Namespace) -> Family:
     if len(family) > 1:
         raise CaregiverError(f"--epsilon {epsilon} is {len(family)} children, but there are to be {count} (--children)")
     return family.times(count)
+
+
+def warn_of_no_room(plan: FloorPlan) -> None:
+    """Writes a line to standard error if the robot cannot do all of its work in a house."""
+    if not is_drivable(plan):
+        print(f"{PROGRAM}: warning: the robot has no room to get to all that it needs in {plan.name}", file=sys.stderr)

@@ -82,12 +82,26 @@ def test_sets_are_balanced_over_the_shapes():
     assert FloorPlan.load("shapes-test-20/3").rows == FloorPlan.load(names[3]).rows
 
 
-def test_a_valid_house_that_the_robot_cannot_work_in_is_warned_of(tmp_path, capsys):
+@pytest.fixture
+def narrow(tmp_path):
     file = tmp_path / "narrow.txt"
     file.write_text("########\n#..#####\n#......#\n#B.#T#B#\n########\n")
-    assert cli.main(["house", "check", str(file)]) == 0
+    return str(file)
+
+
+def test_a_valid_house_that_the_robot_cannot_work_in_is_warned_of(narrow, capsys):
+    assert cli.main(["house", "check", narrow]) == 0
     out, err = capsys.readouterr()
     assert out.startswith("OK: narrow")
     assert "warning: the robot has no room" in err
     assert cli.main(["house", "check", "hall-3"]) == 0
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    ("world", "caregiver", "warnings"), [("house", "guard", 1), ("house", "none", 0), ("grid", "guard", 0)]
+)
+def test_so_is_a_run_of_the_robot_in_it_once(narrow, capsys, world, caregiver, warnings):
+    options = ["--house", narrow, "--world", world, "--caregiver", caregiver, "--epsilon", "1", "--episodes", "1"]
+    assert cli.main(["evaluate", *options, "--jobs", "1"]) == 0
+    assert capsys.readouterr().err.count("the robot has no room to get to all that it needs in narrow") == warnings
