@@ -122,9 +122,9 @@ class Retrieve(Skill):
             self._search = None
         patience = self.driver.patience
         patience.note(sys.maxsize, view.now)
-        if patience.is_over(view.now):
-            return Status.FAILED
-        if self._search is None:
+        if self._search is None:  # one that is under way ends by itself
+            if patience.is_over(view.now):
+                return Status.FAILED
             if not (still or holds) or view.now < self._choose_at:
                 return _unless_in_hand(holds)
             self._choose_at = view.now + _CHOICE_INTERVAL
