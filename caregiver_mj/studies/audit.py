@@ -75,8 +75,8 @@ class Audit:
     @classmethod
     def of_dict(cls, values: Mapping[str, Any]) -> Audit:
         """The audit that `dataclasses.asdict` has made a dictionary of."""
-        checks = ([Check(**check) for check in values[which]] for which in ("commanded", "measured"))
-        return cls(values["seconds"], *checks, NearChild(**values["near"]), values["pushed"])
+        commanded, measured = ([Check(**check) for check in values[which]] for which in ("commanded", "measured"))
+        return cls(values["seconds"], commanded, measured, NearChild(**values["near"]), values["pushed"])
 
     @property
     def is_kept(self) -> bool:

@@ -152,8 +152,10 @@ def run(audited: frozenset[Job], job: Job) -> dict[str, Any]:
     return row | {"cpu_seconds": time.process_time() - start, "sim_seconds": env.physics.time()}
 
 
-def run_episodes(options: argparse.Namespace) -> pd.DataFrame:
-    """Runs the episodes that the options say, but for those whose rows are there already."""
+def episodes_of(options: argparse.Namespace) -> pd.DataFrame:
+    """The episodes that the options say, read or run; those whose rows are there already are not run again."""
+    if options.run:
+        return read_episodes(options.run, options.caregiver)
     houses = [plan.name for plan in houses_named(options.houses)]
     families = [str(Family.parse(family)) for family in options.epsilon]
     jobs = [
@@ -196,11 +198,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     add_run(parser)
     options = parser.parse_args(arguments)
+    rows, kept = episodes_of(options), True
     if options.run:
-        print(page(read_episodes(options.run, options.caregiver), options.compliant))
+        print(page(rows, options.compliant))
         return 0
-    kept = True
-    for robot, episodes in run_episodes(options).groupby("embodiment", sort=False, dropna=False):
+    for robot, episodes in rows.groupby("embodiment", sort=False, dropna=False):
         if len(options.embodiment) > 1:
             print(f"## {robot}\n")
         print(page(episodes, options.compliant))
