@@ -26,7 +26,7 @@ class Forecast:
     Attributes:
         presence: Probability that each comes to be in each free cell within `SOON` timesteps, (K, free cells).
         harm: Probability that any of them runs into each hazard within `outlook.HORIZON` timesteps, (hazards,).
-        goal: Probability that each is on its way to each toy bin, (K, bins).
+        goal: Probability that each is on its way to each toy bin, (K, bins): what is left wants something else.
         epsilon: Share of random moves that is to be expected of each, (K,).
     """
 

@@ -80,15 +80,25 @@ def in_the_way(plan: FloorPlan, child, cell) -> int:
     return count
 
 
+def exposed(plan, cell):
+    """Whether a child that has come up to somebody in a cell can stand beside stairs or a table."""
+    dangers = set(plan.stairwells) | set(plan.tables)
+    beside = [free for free in neighbours(cell) if free in plan.free_cells]
+    return any(set(neighbours(free)) & dangers - {cell} for free in beside)
+
+
 @settings(max_examples=40, deadline=None)
 @given(journey=journeys(), data=st.data())
-def test_a_refuge_is_the_nearest_cell_least_in_all_childrens_way(journey, data):
+def test_a_refuge_is_the_nearest_cell_least_in_all_childrens_way_and_away_from_hazards(journey, data):
     plan, start, _ = journey
     children = data.draw(st.lists(st.sampled_from(plan.free_cells), min_size=1, max_size=3))
     closed = set(children)
     refuge = Routes(plan).refuge(start, children, closed)
     moves = distances(set(plan.caregiver_cells) - closed | {start}, start)
-    cost = {cell: (sum(in_the_way(plan, child, cell) for child in children), moves[cell]) for cell in moves}
+    cost = {
+        cell: (sum(in_the_way(plan, child, cell) for child in children), exposed(plan, cell), moves[cell])
+        for cell in moves
+    }
     assert cost[refuge] == min(cost.values())
 
 

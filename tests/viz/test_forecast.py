@@ -119,7 +119,8 @@ def test_a_film_shows_what_the_caregiver_believes(house):
     reach = episode.policy.assessment.reach[0, 0]
     np.testing.assert_allclose(found.harm, reach)
     assert found.presence.shape == (1, len(episode.env.task.plan.free_cells))
-    assert found.goal.sum() == pytest.approx(1.0)
+    assert found.goal.shape == (1, len(episode.env.task.plan.bins))
+    assert 0.5 < found.goal.sum() < 1.0  # what is left wants no toy
     assert 0.05 <= found.epsilon[0] <= 1.0
 
 
