@@ -48,7 +48,8 @@ class NearestCaregiver(Caregiver):
         self.followers = Followers(self.plan, batch, children)
 
     def watch(self, percept: Percept) -> None:
-        self.followers.watch(percept)
+        if self.followers:
+            self.followers.watch(percept)
 
     def choose(self, percept: Percept) -> np.ndarray:
         distance = self.hazard_distances(percept).min(axis=1)

@@ -25,4 +25,4 @@ class Followers:
     @property
     def there(self) -> np.ndarray:
         """Whether some child follows the caregiver and hardly ever strays, bool (B,)."""
-        return (self._belief.probability[..., -1, 0] > SURE).any(axis=1)
+        return np.any(self._belief.probability[..., -1, 0] > SURE, axis=1)

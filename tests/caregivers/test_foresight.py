@@ -18,6 +18,7 @@ from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.predictive import PaperPredictiveCaregiver
 from caregiver_mj.caregivers.registry import CAREGIVERS
 from caregiver_mj.caregivers.told import ToldCaregiver, Truth
+from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.side_by_side import side_by_side
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
@@ -325,6 +326,32 @@ class TestForesight:
         rule, ours = (run_episodes(plan, "0.5", c(plan), seeds).totals() for c in (PaperCaregiver, ForesightCaregiver))
         difference = ours["damage"] - rule["damage"]
         assert difference.mean() < -3 * difference.std() / len(seeds) ** 0.5
+
+    def test_a_child_of_no_kind_is_left_to_the_rule(self):
+        """It walks round and round: three moves north, three east, three south, three west."""
+
+        class Round(Behaviour):
+            def reset(self, batch):
+                self.made = 0
+
+            def act(self, sight, draws):
+                self.made += 1
+                return np.full(len(sight.cell), (self.made - 1) // 3 % 4)
+
+        plan = FloorPlan.load("train-100/6")
+        ours, rule = ForesightCaregiver(plan), PaperCaregiver(plan)
+        world = GridWorld(plan, Round(plan, 0.0), ours)
+        world.reset(tapes(4))
+        rule.reset(4)
+        as_the_rule = []
+        for _ in range(120):
+            world.step()
+            rule.watch(world.percept())
+            free = world.holding < 0
+            theirs, own = rule.decide(world.percept()), ours.decide(world.percept())
+            as_the_rule.append((theirs.hazard == own.hazard)[free].mean())
+        assert not ours.belief.understood.any()
+        assert np.mean(as_the_rule[:20]) < np.mean(as_the_rule[-20:]) == 1.0
 
     def test_several_children(self):
         plan = FloorPlan.load("paper")
