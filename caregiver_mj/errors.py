@@ -28,7 +28,7 @@ class FloorPlanError(CaregiverError):
 
 
 class RenderingError(CaregiverError):
-    """No OpenGL backend for offscreen rendering could be brought up."""
+    """Nothing can be rendered: no OpenGL backend works, or there is nothing to be seen."""
 
 
 class MissingExtraError(CaregiverError, ImportError):

@@ -55,8 +55,8 @@ def load(
         task_kwargs: Further arguments of the task: `embodiment`, the robot's name, or `robot=False`, and so on;
             `family` takes the place of epsilon, and `time_limit`, in seconds, that of the task's own.
         environment_kwargs: Further arguments of `dm_control.rl.control.Environment`.
-        visuals: Whether the house has what is only to be seen. Without it nothing can be rendered, episodes are the
-            same, and they run faster.
+        visuals: Whether the house has what is only to be seen. Without it rendering is a `RenderingError`,
+            episodes are the same, and they run faster.
 
     Returns:
         A `dm_env.Environment`.

@@ -18,7 +18,6 @@ from caregiver_mj.cli import completion
 from caregiver_mj.envs.recipe import ENVIRONMENTS, RANDOM
 from caregiver_mj.experiments.settings import FLOOR, Settings
 from caregiver_mj.robot.embodiments import EMBODIMENTS
-from caregiver_mj.viz.cameras import camera_names
 
 _LOADED = """
 COMP_WORDS=("$@")
@@ -94,7 +93,7 @@ def test_the_tasks_and_cameras_that_can_be_recorded_are_offered(bash):
     assert bash("record", "--task", "") == set(ENVIRONMENTS)
     assert bash("render", "--task", "") == set(caregiver_mj.ALL_TASKS)
     physics = caregiver_mj.load("supervise").physics
-    assert bash("record", "--camera", "") == set(camera_names(physics))
+    assert bash("record", "--camera", "") == set(physics.camera_names())
 
 
 def test_a_house_is_a_name_or_a_file(bash, tmp_path):

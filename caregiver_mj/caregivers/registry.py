@@ -91,6 +91,15 @@ def is_caregiver(found: type[Caregiver] | PolicyMaker) -> TypeGuard[type[Caregiv
     return isinstance(found, type) and issubclass(found, Caregiver)
 
 
+def needs_pictures(name: str) -> bool:
+    """Return whether a policy of that name renders cameras: what makes it says so by `needs_pictures = True`.
+
+    Raises:
+        CaregiverError: As of `find_caregiver`.
+    """
+    return bool(getattr(find_caregiver(name), "needs_pictures", False))
+
+
 def _check(what: str, found: Any) -> None:
     """Raises CaregiverError unless it can be a caregiver or make a policy."""
     if not callable(found):

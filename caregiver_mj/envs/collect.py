@@ -13,7 +13,6 @@ import numpy as np
 from dm_control.mujoco import engine
 
 from caregiver_mj.envs.house import HouseEnv
-from caregiver_mj.envs.pictures import camera_names
 from caregiver_mj.envs.recipe import Recipe, house_of, prepared
 from caregiver_mj.envs.targets import TargetsEnv
 from caregiver_mj.recording.steps import Steps, frames_file, new_episode
@@ -69,8 +68,8 @@ class _Cameras:
         self._files: dict[str, BinaryIO] = {}
         if recipe.cameras:
             physics = house_of(env).physics
-            for name, full in camera_names(physics, recipe.cameras).items():
-                camera = engine.Camera(physics, height=self._height, width=self._width, camera_id=full)
+            for name in recipe.cameras:
+                camera = engine.Camera(physics, height=self._height, width=self._width, camera_id=name)
                 camera.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0  # which take four fifths of the time
                 self._cameras[name] = camera
 

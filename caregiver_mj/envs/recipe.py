@@ -19,11 +19,11 @@ from gymnasium import spaces
 from gymnasium.envs.registration import EnvSpec
 
 from caregiver_mj import tasks
+from caregiver_mj.caregivers.registry import needs_pictures
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.envs.actors import Actor, HouseCaregiver, RandomActor, TargetCaregiver
 from caregiver_mj.envs.house import HouseEnv
-from caregiver_mj.envs.pictures import camera_names
 from caregiver_mj.envs.targets import TargetsEnv, make_targets
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -108,7 +108,7 @@ class Recipe:
         """
         self.check()
         kwargs = self.kwargs | {"house": self.plan, "epsilon": self.family}
-        if self.cameras:
+        if self.cameras or (self.caregiver != RANDOM and needs_pictures(self.caregiver)):
             kwargs["render_mode"] = "rgb_array"
         return make_targets(**kwargs) if self.task == TARGETS else HouseEnv(self.task, **kwargs)
 
@@ -180,7 +180,7 @@ def prepared(recipe: Recipe) -> tuple[HouseEnv | TargetsEnv, Actor]:
     """The environment of a recipe, and who acts in it."""
     env = recipe.make()
     if recipe.cameras:
-        camera_names(house_of(env).physics, recipe.cameras)
+        house_of(env).physics.check_cameras(recipe.cameras)
     if recipe.caregiver == RANDOM:
         return env, RandomActor(env)
     if isinstance(env, TargetsEnv):

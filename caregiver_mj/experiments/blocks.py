@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver, make_caregiver
+from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver, make_caregiver, needs_pictures
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.side_by_side import side_by_side
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
@@ -129,8 +129,8 @@ def _make_house(plan: FloorPlan, family: Family, caregiver: str, seed: int, embo
     from caregiver_mj import tasks  # here, for the grid does without MuJoCo
 
     robot = caregiver != "none"
-    kwargs = {"robot": robot, "embodiment": embodiment}
-    env = tasks.load("supervise", plan, family, np.random.RandomState(0), task_kwargs=kwargs, visuals=False)
+    kwargs, visuals = {"robot": robot, "embodiment": embodiment}, needs_pictures(caregiver)
+    env = tasks.load("supervise", plan, family, np.random.RandomState(0), task_kwargs=kwargs, visuals=visuals)
     if not robot:
         return env, None
     from caregiver_mj.policy.registry import make_policy

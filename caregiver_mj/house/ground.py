@@ -12,6 +12,8 @@ from scipy import ndimage
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 
+FLOOR = "planks"  # the geom that shows the floor
+
 _GROUND_MARGIN = 40.0  # metres of ground around the house
 _WOOD_LENGTH = 2.4  # metres that the picture of the wooden floor covers
 _GROUND_LENGTH = 6.0  # metres
@@ -19,9 +21,9 @@ _GROUND_LENGTH = 6.0  # metres
 
 def add_ground(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
     """Adds what the floor and the ground look like; what candles fall on is the plane of `scene.xml`."""
-    _add_texture(spec, "planks", _planks())
+    _add_texture(spec, FLOOR, _planks())
     _add_texture(spec, "grass", _grass())
-    _add_surface(spec, "planks", layout.floor_rectangles(plan), _WOOD_LENGTH)
+    _add_surface(spec, FLOOR, layout.floor_rectangles(plan), _WOOD_LENGTH)
     _add_surface(spec, "grass", layout.ground_rectangles(plan, _GROUND_MARGIN), _GROUND_LENGTH)
 
 

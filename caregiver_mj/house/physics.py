@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterable
 
 import mujoco
 import numpy as np
@@ -16,7 +17,8 @@ from dm_control.mujoco import wrapper
 from dm_env import specs
 
 from caregiver_mj.children.walk import ToddlerWalk, Vector
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.errors import CaregiverError, RenderingError
+from caregiver_mj.house.ground import FLOOR
 from caregiver_mj.house.robot_body import RobotBody, joint_views
 from caregiver_mj.house.scene import build_house, child_joints
 from caregiver_mj.house.target_ramp import RampState
@@ -116,6 +118,27 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
     def has_robot(self) -> bool:
         """Whether there is a robot in the house."""
         return self._robot is not None
+
+    # -- Pictures --------------------------------------------------------------------------------
+
+    def camera_names(self) -> tuple[str, ...]:
+        """Names of its cameras, as `render` takes them."""
+        return tuple(self._raw[0].camera(i).name for i in range(self._raw[0].ncam))
+
+    def check_cameras(self, names: Iterable[str]) -> None:
+        """Raises CaregiverError unless there are cameras of these names."""
+        there = self.camera_names()
+        for name in names:
+            if name not in there:
+                raise CaregiverError(f"no camera '{name}': there are {', '.join(sorted(there))}")
+
+    def _make_rendering_contexts(self) -> None:
+        if mujoco.mj_name2id(self._raw[0], mujoco.mjtObj.mjOBJ_GEOM, FLOOR) < 0:
+            raise RenderingError(
+                "cannot render: the house was made with visuals=False, and must be made with visuals=True; in "
+                "`evaluate` and `record` a policy must have needs_pictures = True"
+            )
+        super()._make_rendering_contexts()
 
     # -- Readouts --------------------------------------------------------------------------------
 

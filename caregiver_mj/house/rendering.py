@@ -228,6 +228,20 @@ class OffscreenRendering:
     """Mixin for a dm_control `Physics` that renders with `make_context`, whoever imported dm_control first."""
 
     model: Any  # as dm_control wraps it
+    _contexts: Any
+    _free_rendering_contexts: Callable[[], None]
+
+    def fit_pictures(self, width: int, height: int) -> None:
+        """Has pictures of this size fit, as those do that fit already, and the model's `vis` take effect.
+
+        Args:
+            width: Width of a picture, pixels.
+            height: Its height.
+        """
+        size = self.model.vis.global_
+        size.offwidth, size.offheight = max(size.offwidth, width), max(size.offheight, height)
+        if self._contexts:  # somebody has rendered before, such as a policy
+            self._free_rendering_contexts()
 
     def _make_rendering_contexts(self) -> None:
         from dm_control.mujoco import engine, wrapper

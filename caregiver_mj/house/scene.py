@@ -3,7 +3,7 @@
 Names: what stands several times in the house is numbered in the order of the floor plan and its elements are
 prefixed, as `table_0/top`, `candle_2/wax`, `bin_1/box`, `stairwell_0/trigger`; the rest are `robot/...`, for the
 children `toddler/...`, `toddler_1/...`, `toddler_2/...` and so on, and for the house itself `floor`, `wall_0` and so
-on. Cameras: `overview`, `follow`.
+on. Cameras have no prefix: `overview`, `follow`, and those of the robot, such as `wrist`.
 """
 
 from __future__ import annotations
@@ -78,6 +78,7 @@ def build_house(
         model = find_embodiment(None if robot is True else robot).model
         spec.attach(read_spec(model), prefix="robot/", frame=spec.worldbody.add_frame())
     add_cameras(spec, plan)
+    _shorten_camera_names(spec)
     if not visuals:
         remove_visuals(spec)
     return spec
@@ -100,6 +101,14 @@ def _child(number: int) -> mujoco.MjSpec:
         for material, rgba in _CLOTHES[(number - 1) % len(_CLOTHES)].items():
             model.material(material).rgba = rgba
     return model
+
+
+def _shorten_camera_names(spec: mujoco.MjSpec) -> None:
+    """Takes the prefix off cameras, save one whose name is taken without it."""
+    for camera in spec.cameras:
+        name = camera.name.rpartition("/")[2]
+        if spec.camera(name) is None:
+            camera.name = name
 
 
 def _add_stairwells(spec: mujoco.MjSpec, plan: FloorPlan) -> None:

@@ -18,15 +18,6 @@ _NEAREST = 0.01  # metres before a camera
 _MARGIN = 2  # pixels by which a box is wider than what it holds
 
 
-def camera_names(physics: engine.Physics) -> dict[str, str]:
-    """Full names of all cameras, by the last part of each; of several with the same last part, the first one's."""
-    names: dict[str, str] = {}
-    for i in range(physics.model.ncam):
-        name = physics.model.id2name(i, "camera")
-        names.setdefault(name.split("/")[-1], name)
-    return names
-
-
 class Camera:
     """A camera that leaves out of the scene what it does not see.
 

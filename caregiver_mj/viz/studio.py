@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.viz import hud
-from caregiver_mj.viz.cameras import Camera, camera_names
+from caregiver_mj.viz.cameras import Camera
 from caregiver_mj.viz.colours import GROUND
 from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.still_camera import StillCamera
@@ -35,29 +34,25 @@ class Studio:
         """
         self._episode, self._trail_length = episode, trail_length
         physics = episode.env.physics
-        names = camera_names(physics)
-        if camera not in names:
-            raise CaregiverError(f"no camera '{camera}': there are {', '.join(sorted(names))}")
-        # These take effect when OpenGL is brought up, which is at the first camera.
-        physics.model.vis.global_.offwidth = width
-        physics.model.vis.global_.offheight = height
+        physics.check_cameras([camera])
         physics.model.vis.quality.numquads = 1  # lit by the sun alone, boxes look the same and are drawn faster
+        physics.fit_pictures(width, height)
         self._page = np.empty((height, width, 3), np.uint8)
         self._page[:] = GROUND
         self._main = self._page[: hud.strip_top(width, height)]  # nothing hides behind the strip
         size = width, self._main.shape[0]
-        still = physics.model.ptr.camera(names[camera]).bodyid == 0  # the world's
+        still = physics.model.ptr.camera(camera).bodyid == 0  # the world's
         if still:
-            self._camera: Camera = StillCamera(physics, names[camera], *size)
+            self._camera: Camera = StillCamera(physics, camera, *size)
         else:
-            self._camera = Camera(physics, names[camera], *size, shadows=True)
-        self._tiles = TileLayer(physics, names[camera], *size, still) if episode.foresees else None
+            self._camera = Camera(physics, camera, *size, shadows=True)
+        self._tiles = TileLayer(physics, camera, *size, still) if episode.foresees else None
         self._insets = []
         captions = {"follow": "toddler" if len(episode.family) == 1 else "child 1", "wrist": "gripper"}
         if width > _WIDE * height:
             for name in _INSETS:
-                if name in names and name != camera:
-                    inset = Camera(physics, names[name], *hud.inset_size(width, height))
+                if name in physics.camera_names() and name != camera:
+                    inset = Camera(physics, name, *hud.inset_size(width, height))
                     self._insets.append((captions[name], inset))
 
     def frame(self) -> np.ndarray:

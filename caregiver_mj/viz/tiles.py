@@ -48,7 +48,7 @@ class TileLayer(StillCamera):
 
         Args:
             physics: The house.
-            name: Full name of the camera.
+            name: Name of the camera.
             width: Width of its pictures, pixels.
             height: Their height.
             still: Whether it does not move.

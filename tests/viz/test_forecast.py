@@ -7,7 +7,6 @@ from test_hud import DARK, PLAN, changed, frame, spread, state
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.tasks import load
 from caregiver_mj.viz import colours, hud
-from caregiver_mj.viz.cameras import camera_names
 from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.film import render_episode
 from caregiver_mj.viz.forecast import LEAST, Forecast, strength
@@ -87,7 +86,7 @@ def physics(house):
 
 def test_tiles_blend_and_are_hidden(physics):
     physics, plan = physics
-    layer = TileLayer(physics, camera_names(physics)["overview"], 320, 240)
+    layer = TileLayer(physics, "overview", 320, 240)
     half = plan.cell_size / 2
 
     def laid(cell, height=0.01):

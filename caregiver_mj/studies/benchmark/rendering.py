@@ -15,7 +15,7 @@ from caregiver_mj.studies.display import make_table
 from caregiver_mj.tasks import load
 
 _FRAME = (480, 640)  # height, width
-_CAMERAS = ("overview", "follow", "robot/wrist")
+_CAMERAS = ("overview", "follow", "wrist")
 
 
 def rendering(effort: Effort, console: Console) -> dict[str, float] | None:

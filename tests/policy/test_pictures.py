@@ -1,0 +1,117 @@
+"""Policies that see through the cameras: what they see is the house, wherever they act."""
+
+import numpy as np
+import pytest
+
+import caregiver_mj
+from caregiver_mj import cli
+from caregiver_mj.children.family import Family
+from caregiver_mj.envs.recipe import Recipe, prepared
+from caregiver_mj.errors import CaregiverError, RenderingError
+from caregiver_mj.experiments.evaluation import evaluate
+from caregiver_mj.experiments.seeds import episode_seed
+from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.viz.film import render_episode
+
+TINY = FloorPlan.parse("######\n#B.S.#\n#....#\n#C..T#\n######", "tiny")
+HERE = __name__
+CAMERAS = ("overview", "follow", "wrist")
+seen = []  # by the policies below, the pictures of each camera
+
+
+class Seeing:
+    """Looks through every camera at the start, and does nothing."""
+
+    needs_pictures = True
+
+    def __init__(self, env):
+        self.env, self.action = env, np.zeros(env.action_spec().shape)
+
+    def __call__(self, timestep):
+        if timestep.first():
+            seen.append([self.env.physics.render(48, 64, camera_id=name) for name in CAMERAS])
+        return self.action
+
+
+class Silent(Seeing):
+    """Does not say so."""
+
+    needs_pictures = False
+
+
+@pytest.fixture
+def pictures():
+    """What is to be seen at the start of episode 0 of seed 0, an array a camera."""
+    seen.clear()
+    evaluate(Settings(TINY, "house", (f"{HERE}:Seeing",), (1.0,), 1))
+    ((*there,),) = seen
+    seen.clear()
+    return there
+
+
+def test_a_policy_sees_the_same_in_evaluate_record_and_render(pictures, tmp_path):
+    for picture in pictures:
+        assert picture.std() > 10  # the sky alone has less
+    env, actor = prepared(Recipe("supervise", TINY, Family.of(1.0), f"{HERE}:Seeing"))
+    env.reset(seed=episode_seed(0, 0))
+    actor.begin(0)
+    actor.act()
+    render_episode(tmp_path / "film.mp4", house=TINY, epsilon=1.0, caregiver=f"{HERE}:Seeing", seconds=0.1, quiet=True)
+    recorded, filmed = seen
+    for mine, others, also in zip(pictures, recorded, filmed, strict=True):
+        np.testing.assert_array_equal(mine, others)
+        np.testing.assert_array_equal(mine, also)
+
+
+def test_a_film_may_be_smaller_than_what_its_policy_sees(tmp_path, monkeypatch):
+    def look(self, timestep):
+        seen.append(self.env.physics.render(480, 640, camera_id="wrist"))
+        return self.action
+
+    monkeypatch.setattr(Seeing, "__call__", look)
+    seen.clear()
+    said = {"house": TINY, "caregiver": f"{HERE}:Seeing", "seconds": 0.1, "width": 320, "height": 240}
+    render_episode(tmp_path / "film.mp4", **said, quiet=True)
+    assert len(seen) > 3
+
+
+def test_a_policy_that_does_not_say_so_gets_no_pictures():
+    settings = Settings(TINY, "house", (f"{HERE}:Silent",), (1.0,), 1)
+    with pytest.raises(CaregiverError, match=r"cannot render: .* needs_pictures = True"):
+        evaluate(settings)
+
+
+def test_a_house_without_visuals_cannot_be_rendered():
+    env = caregiver_mj.load("supervise", TINY, visuals=False)
+    env.reset()
+    with pytest.raises(RenderingError, match="visuals=True"):
+        env.physics.render(48, 64, camera_id="overview")
+    with pytest.raises(RenderingError, match="visuals=True"):
+        env.physics.copy().render(48, 64)
+
+
+def test_the_row_is_that_of_an_episode_without_pictures(monkeypatch):
+    def row(name):
+        episodes = evaluate(Settings(TINY, "house", (f"{HERE}:{name}",), (1.0,), 1)).episodes
+        return episodes.drop(columns=["caregiver", "wall_seconds"])
+
+    seeing = row("Seeing")
+    monkeypatch.setattr(Silent, "__call__", lambda self, timestep: self.action)
+    assert seeing.equals(row("Silent"))
+
+
+def test_workers_render_too(tmp_path, monkeypatch, capsys):
+    (tmp_path / "sees_here.py").write_text(
+        "import numpy as np\n"
+        "def look(env):\n"
+        "    def policy(timestep):\n"
+        "        assert not timestep.first() or env.physics.render(48, 64, camera_id='wrist').std() > 10\n"
+        "        return np.zeros(env.action_spec().shape)\n"
+        "    return policy\n"
+        "look.needs_pictures = True\n"
+    )
+    (tmp_path / "tiny.txt").write_text(TINY.text)
+    monkeypatch.chdir(tmp_path)
+    said = ["--house", "tiny.txt", "--epsilon", "1", "--caregiver", "sees_here:look"]
+    assert cli.main(["evaluate", *said, "--episodes", "2", "--jobs", "2"]) == 0
