@@ -27,6 +27,10 @@ class FloorPlanError(CaregiverError):
         return type(self), self.problems
 
 
+class UnknownOptionError(CaregiverError, TypeError):
+    """An option is given that nothing takes, or one is missing."""
+
+
 class RenderingError(CaregiverError):
     """Nothing can be rendered: no OpenGL backend works, or there is nothing to be seen."""
 

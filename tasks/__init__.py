@@ -17,7 +17,7 @@ from dm_control.rl import control
 
 from caregiver_mj.children.family import Who
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
-from caregiver_mj.errors import LARGEST_SEED, CaregiverError, check_integer, check_kind
+from caregiver_mj.errors import LARGEST_SEED, CaregiverError, UnknownOptionError, check_integer, check_kind
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.tasks.base import CareTask
@@ -107,8 +107,8 @@ def _time_limit(seconds: float | None) -> float | None:
 
 
 def _check_arguments(what: str, taker: Callable[..., Any], given: tuple[Any, ...], further: dict[str, Any]) -> None:
-    """Raises CaregiverError unless something takes these arguments."""
+    """Raises UnknownOptionError unless something takes these arguments."""
     try:
         inspect.signature(taker).bind(*given, **further)
     except TypeError as error:
-        raise CaregiverError(f"{what}: {error}") from None
+        raise UnknownOptionError(f"{what}: {error}") from None

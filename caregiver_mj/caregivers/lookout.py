@@ -45,7 +45,7 @@ class Lookout:
         self._to_table = plan.graph.distances_from(plan.graph.beside(plan.tables)).T.astype(float)  # (cells, tables)
         self.actions = count + 1
         self.shapes: dict[str, tuple[int, ...]] = {
-            "clock": (),
+            "clock": (1,),  # learners take no arrays without a dimension
             "child_position": (children, 2),
             "child_move": (children, len(ACTIONS)),
             "caregiver_position": (2,),
@@ -71,7 +71,7 @@ class Lookout:
         held = np.zeros((batch, len(plan.hazards)), bool)
         self._mark_held(held, percept)
         values = {
-            "clock": np.minimum(1.0, percept.clock / self._timesteps),
+            "clock": np.minimum(1.0, percept.clock / self._timesteps)[:, None],
             "child_position": self._places[percept.child_cell],
             "child_move": moves[percept.previous_action],
             "caregiver_position": self._places[percept.caregiver_cell],

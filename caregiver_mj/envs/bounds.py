@@ -30,7 +30,8 @@ Bounds = tuple[np.ndarray | float, np.ndarray | float]
 class BoundedObservations:
     """Brings the observations of one environment within finite bounds.
 
-    Positions are cut off one cell outside the house, angles of heading are taken to [-pi, pi).
+    Positions are cut off one cell outside the house, angles of heading are taken to [-pi, pi). A single number is an
+    array of one, for learners such as those of Stable-Baselines3 take none without a dimension.
 
     Attributes:
         keys: The space of observations as dictionaries.
@@ -50,7 +51,7 @@ class BoundedObservations:
         check_kind("flat", flat, bool)
         bounds = _bounds(env)
         self._boxes: dict[str, spaces.Space[Any]] = {
-            key: _box(*bounds.get(key, (-_UNKNOWN, _UNKNOWN)), spec.shape)
+            key: _box(*bounds.get(key, (-_UNKNOWN, _UNKNOWN)), spec.shape or (1,))
             for key, spec in env.observation_spec().items()
         }
         self.keys = spaces.Dict(self._boxes)
@@ -62,7 +63,7 @@ class BoundedObservations:
         for key in self.keys:
             box = self._boxes[key]
             assert isinstance(box, spaces.Box)
-            value = np.array(observation[key], float)
+            value = np.array(observation[key], float).reshape(box.shape)
             if key in _YAWS:
                 value[..., 2] = np.remainder(value[..., 2] + np.pi, 2 * np.pi) - np.pi
             within[key] = np.clip(value, box.low, box.high, out=value)

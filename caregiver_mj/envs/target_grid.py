@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import gymnasium
@@ -26,6 +26,7 @@ from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 MOST_EPISODES = 100_000  # at once: they take memory from the start
+LEAST_PIXELS, MOST_PIXELS = 32, (1920, 1080)  # of a picture's sides, as large as in the house
 
 
 class TargetGrid:
@@ -34,6 +35,7 @@ class TargetGrid:
     Attributes:
         world: The grid.
         caregiver: Who is told what to do.
+        family: The children.
         children: How many there are.
         lookout: What is observed of it.
         ended: Whether the episodes are over.
@@ -51,9 +53,9 @@ class TargetGrid:
         slots: tuple[int, int] | None,
     ):
         plan = house if isinstance(house, FloorPlan) else FloorPlan.load(house)
-        family, self.caregiver = Family.of(epsilon), CommandedCaregiver(plan)
-        self.children = len(family)
-        self.world = GridWorld(plan, family, self.caregiver)
+        self.family, self.caregiver = Family.of(epsilon), CommandedCaregiver(plan)
+        self.children = len(self.family)
+        self.world = GridWorld(plan, self.family, self.caregiver)
         self.lookout = Lookout(self.caregiver, self.children, Slots(plan, slots), flat)
         self._cost = CostMeter(self)
         self.ended = False
@@ -101,6 +103,22 @@ class TargetGrid:
         """What is measured of the first world."""
         return self.world.ledger.outcome()
 
+    def painter(self, width: int, height: int) -> Callable[..., np.ndarray]:
+        """What draws one of the worlds, by its number, uint8 (height, width, 3).
+
+        Raises:
+            CaregiverError: There is no picture of that size.
+        """
+        from caregiver_mj.viz import hud, moment  # here, for they are not needed without pictures
+
+        for what, size, most in (("width", width, MOST_PIXELS[0]), ("height", height, MOST_PIXELS[1])):
+            check_integer(f"the {what} of a picture, in pixels,", size, LEAST_PIXELS, most)
+
+        def paint(number: int = 0) -> np.ndarray:
+            return hud.draw_plan(moment.grid_state(self.world, self.family, number), int(width), int(height))
+
+        return paint
+
 
 class GridTargetsVector(gymnasium.vector.VectorEnv):
     """`Supervise-Targets` in the grid, many episodes at once; see `TargetsEnv` for actions, rewards and `info`.
@@ -112,7 +130,7 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
         grid: The episodes.
     """
 
-    metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012 (Gymnasium's own manner)
+    metadata = {"render_modes": ["rgb_array"], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012 (Gymnasium's own manner)
 
     def __init__(
         self,
@@ -124,6 +142,8 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
         flat: bool = False,
         slots: tuple[int, int] | None = None,
         render_mode: str | None = None,
+        width: int = 640,
+        height: int = 480,
     ):
         """Makes an environment; see `make_targets` for the arguments.
 
@@ -134,10 +154,11 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
             raise CaregiverError(
                 f"only the grid has its episodes in one batch, not '{world}': ask for vectorization_mode='sync'"
             )
-        if render_mode is not None:
-            raise CaregiverError(f"no render mode '{render_mode}': the grid has no pictures")
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise CaregiverError(f"no render mode '{render_mode}': there is rgb_array")
         check_integer("num_envs", num_envs, 1, MOST_EPISODES)
         self.num_envs, self.grid = num_envs, TargetGrid(house, epsilon, flat, slots)
+        self.render_mode, self._paint = render_mode, self.grid.painter(width, height) if render_mode else None
         lookout = self.grid.lookout
         self.single_observation_space, self.single_action_space = observation_space(lookout), action_space(lookout)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
@@ -183,6 +204,10 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
         if self.grid.ended:
             info |= self._of_all({"outcome": self._of_all(self._outcome())})
         return observations, 0.0 - cost["damage"], none, np.full(self.num_envs, self.grid.ended), info
+
+    def render(self) -> tuple[np.ndarray, ...] | None:
+        """A picture of each world."""
+        return tuple(map(self._paint, range(self.num_envs))) if self._paint else None
 
     def _outcome(self) -> dict[str, np.ndarray]:
         """What is measured of every episode, (B,) each; of each child as lists, which is how Gymnasium has them."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import gymnasium
@@ -18,6 +19,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 WORLDS = ("grid", "house")
+OVERVIEW = "overview"  # the camera, unless another one is asked for
 _FRAME_RATE = 5  # novice timesteps a second of film, some eight times real time
 
 
@@ -33,16 +35,17 @@ class TargetsEnv(gymnasium.Env):
     `cost`, `diverged`, `seed` and `outcome` as that of `HouseEnv` has.
     """
 
-    def __init__(self, world: Any, render_mode: str | None = None, picture: dict[str, Any] | None = None):
+    metadata = {"render_modes": ["rgb_array"], "render_fps": _FRAME_RATE}  # noqa: RUF012 (Gymnasium's own manner)
+
+    def __init__(self, world: Any, draw: Callable[[], np.ndarray] | None = None):
         """Makes an environment.
 
         Args:
             world: A `TargetGrid` or a `TargetHouse`.
-            render_mode: "rgb_array" or None.
-            picture: What `Physics.render` is to draw.
+            draw: Draws a picture of it, uint8 (height, width, 3), if `render` is to do so.
         """
-        self.world, self.render_mode, self._picture = world, render_mode, picture or {}
-        self.metadata = {"render_modes": ["rgb_array"] if world.dm_env else [], "render_fps": _FRAME_RATE}
+        self.world, self._draw = world, draw
+        self.render_mode = "rgb_array" if draw else None
         self.observation_space, self.action_space = observation_space(world.lookout), action_space(world.lookout)
         self._runs = False
 
@@ -72,7 +75,7 @@ class TargetsEnv(gymnasium.Env):
         return observation, 0.0 - cost["damage"], False, self.world.ended, info
 
     def render(self) -> np.ndarray | None:
-        return None if self.render_mode is None else self.world.dm_env.physics.render(**self._picture)
+        return self._draw() if self._draw else None
 
     def close(self) -> None:
         if self.world.dm_env:
@@ -100,7 +103,7 @@ def make_targets(
     render_mode: str | None = None,
     width: int = 640,
     height: int = 480,
-    camera: str = "overview",
+    camera: str = OVERVIEW,
 ) -> TargetsEnv:
     """Makes an environment whose actions are targets.
 
@@ -113,22 +116,23 @@ def make_targets(
         slots: How many places for stairwells and for candles actions and observations have, so that they are of one
             size in different houses; as many as the house has if None.
         task_kwargs: Further arguments of the task in the house, as `load` takes them.
-        render_mode: "rgb_array", in the house, or None.
+        render_mode: "rgb_array" or None. A picture of the grid is its floor plan, with whoever is where.
         width: Of a picture, in pixels.
         height: Likewise.
-        camera: Its camera.
+        camera: Its camera, in the house.
 
     Raises:
         CaregiverError: There is no such world or render mode, the slots are too few or too many; or as of `load`.
     """
     if world not in WORLDS:
         raise CaregiverError(f"no world '{world}': there are {', '.join(WORLDS)}")
-    if world == "grid":
-        if render_mode is not None or task_kwargs:
-            raise CaregiverError("the grid has neither pictures nor a task: leave out render_mode and task_kwargs")
-        return TargetsEnv(TargetGrid(house, epsilon, flat, slots))
-    if render_mode not in (None, "rgb_array"):
+    if render_mode not in (None, *TargetsEnv.metadata["render_modes"]):
         raise CaregiverError(f"no render mode '{render_mode}': there is rgb_array")
+    if world == "grid":
+        if task_kwargs or camera != OVERVIEW:
+            raise CaregiverError("the grid has neither a task nor cameras: leave out task_kwargs and camera")
+        grid = TargetGrid(house, epsilon, flat, slots)
+        return TargetsEnv(grid, grid.painter(width, height) if render_mode else None)
     from caregiver_mj.envs.target_house import TargetHouse  # here, for the grid does without MuJoCo
 
     made = TargetHouse(house, epsilon, flat, slots, task_kwargs, visuals=render_mode is not None)
@@ -136,4 +140,5 @@ def make_targets(
         return TargetsEnv(made)
     from caregiver_mj.envs.pictures import picture
 
-    return TargetsEnv(made, render_mode, picture(made.dm_env.physics, width, height, camera))
+    physics = made.dm_env.physics
+    return TargetsEnv(made, functools.partial(physics.render, **picture(physics, width, height, camera)))

@@ -23,9 +23,8 @@ from caregiver_mj.policy.registry import make_policy
 from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.tasks import load
 from caregiver_mj.viz import moment
-from caregiver_mj.viz.forecast import Forecast
+from caregiver_mj.viz.forecast import Forecast, Tile
 from caregiver_mj.viz.hud import HudState
-from caregiver_mj.viz.tiles import Tile
 
 _LIFTED = 0.05  # metres above its place at the start from which a candle is in the robot's hand
 

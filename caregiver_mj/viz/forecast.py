@@ -9,7 +9,6 @@ import numpy as np
 from caregiver_mj.caregivers.percept import Assessment
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz import colours
-from caregiver_mj.viz.tiles import Tile
 
 SOON = 5  # timesteps in which a child may be somewhere; what may hurt it is told for `outlook.HORIZON`
 LEAST = 0.02  # probability that is drawn
@@ -17,6 +16,25 @@ _THICKNESS = 0.012  # metres, of a tile: above rugs and thresholds
 _SIDE = 0.92  # of a tile, of a cell
 _PILLAR = 0.75  # metres: the height of what stands on hazards, above the tables
 _DENSEST = 0.75  # opacity of what is sure
+
+
+@dataclasses.dataclass(frozen=True)
+class Tile:
+    """A translucent block on the floor.
+
+    Attributes:
+        centre: x and y of its middle, metres.
+        half: Half of its side, metres.
+        height: Metres.
+        colour: Red, green, blue, of 255.
+        opacity: Share of 1.
+    """
+
+    centre: tuple[float, float]
+    half: float
+    height: float
+    colour: tuple[int, int, int]
+    opacity: float
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

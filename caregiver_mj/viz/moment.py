@@ -1,6 +1,6 @@
-"""What the display shows of a moment, read from task, policy and observation.
+"""What the display shows of a moment, read from task, policy and observation, or from the grid.
 
-All that a display has to know of those three is looked up here and nowhere else.
+All that a display has to know of those is looked up here and nowhere else.
 """
 
 from __future__ import annotations
@@ -20,9 +20,12 @@ from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.viz.hud.state import ChildState, HudState
 
 if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.house.rendering
+    from caregiver_mj.grid.world import GridWorld
     from caregiver_mj.policy.own import OwnPolicy
     from caregiver_mj.policy.policy import CaregiverPolicy
     from caregiver_mj.tasks.base import CareTask
+
+_ABOVE = 0.5  # cells by which a candle in the caregiver's hand is drawn above it
 
 Observation = Mapping[str, np.ndarray]
 
@@ -74,6 +77,33 @@ def hud_state(
         target=policy.target if policy else NOTHING,
         mark=_mark(task.plan, policy) if policy else None,
         intervention=policy.activity if policy else "",
+    )
+
+
+def grid_state(world: GridWorld, family: Family, number: int = 0) -> HudState:
+    """What the display shows of the grid.
+
+    Args:
+        world: The grid.
+        family: The children.
+        number: Which of its episodes.
+    """
+    plan, intervention = world.plan, world.orders[number]
+    caregiver = plan.position(plan.caregiver_cells[world.caregiver_cell[number]]) if world.caregiver else None
+    moves = zip(world.previous_cell[number], world.child_cell[number], strict=True)
+    from_to = [[plan.position(plan.free_cells[cell]) for cell in move] for move in moves]
+    hand = np.zeros(2) if caregiver is None else caregiver + np.array([0.0, _ABOVE * plan.cell_size])
+    candles = [hand if table == NOTHING else plan.position(plan.tables[table]) for table in world.candle_table[number]]
+    return HudState(
+        plan=plan,
+        timestep=world.timestep,
+        family=str(family),
+        children=tuple(ChildState(to, np.array([start])) for start, to in from_to),
+        candles=np.array(candles).reshape(-1, 2),
+        damage=float(world.ledger.damage[number]),
+        robot=caregiver,
+        target=intervention.hazard,
+        mark=verb_of(intervention.verb).mark(plan, intervention),
     )
 
 

@@ -5,35 +5,16 @@ from __future__ import annotations
 import caregiver_mj.house.rendering  # noqa: F401 (comes before dm_control)
 
 # isort: split
-import dataclasses
 from collections.abc import Sequence
 
 import mujoco
 import numpy as np
 from dm_control.mujoco import engine
 
+from caregiver_mj.viz.forecast import Tile
 from caregiver_mj.viz.still_camera import StillCamera
 
 _FIRST = 1 << 16  # the number of the first tile in a mask, beyond those of all else
-
-
-@dataclasses.dataclass(frozen=True)
-class Tile:
-    """A translucent block on the floor.
-
-    Attributes:
-        centre: x and y of its middle, metres.
-        half: Half of its side, metres.
-        height: Metres.
-        colour: Red, green, blue, of 255.
-        opacity: Share of 1.
-    """
-
-    centre: tuple[float, float]
-    half: float
-    height: float
-    colour: tuple[int, int, int]
-    opacity: float
 
 
 class TileLayer(StillCamera):

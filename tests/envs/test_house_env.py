@@ -1,5 +1,8 @@
 """The tasks as Gymnasium environments: Gymnasium's own checks, and what it does not check."""
 
+import sys
+import types
+
 import gymnasium
 import numpy as np
 import pytest
@@ -188,12 +191,49 @@ def test_pictures_that_there_cannot_be(name, options, words):
         make(name, render_mode="rgb_array", **world, **options)
 
 
-def test_a_film_is_recorded(tmp_path):
-    env = make(render_mode="rgb_array", width=64, height=48, task_kwargs={"time_limit": 0.1})
+@pytest.fixture
+def films(monkeypatch):
+    """What Gymnasium's wrapper has moviepy encode: frames and frames a second of each film."""
+    encoded = []
+
+    class ImageSequenceClip:
+        def __init__(self, frames, fps):
+            encoded.append((frames, fps))
+
+        def write_videofile(self, path, logger=None):
+            pass
+
+    modules = {name: types.ModuleType(name) for name in ("moviepy", "moviepy.video", "moviepy.video.io")}
+    clips = modules["moviepy.video.io.ImageSequenceClip"] = types.ModuleType("clips")
+    clips.ImageSequenceClip = modules["moviepy"].ImageSequenceClip = ImageSequenceClip
+    for name, module in modules.items():
+        monkeypatch.setitem(sys.modules, name, module)
+    return encoded
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "fps", "steps"),
+    [
+        ("Supervise", {"task_kwargs": {"time_limit": 0.1}}, 50, 5),
+        ("Supervise-Targets", {"world": "grid"}, 5, 200),
+    ],
+)
+def test_a_film_is_recorded(films, tmp_path, name, options, fps, steps):
+    env = make(name, render_mode="rgb_array", width=64, height=48, **options)
     env = gymnasium.wrappers.RecordVideo(env, str(tmp_path), disable_logger=True)
-    run(env, 99)
+    run(env, steps)
     env.close()
-    assert list(tmp_path.glob("*.mp4"))
+    ((frames, rate),) = films
+    assert (len(frames), rate) == (steps + 1, fps)
+    assert {(frame.shape, frame.dtype.name) for frame in frames} == {((48, 64, 3), "uint8")}
+    assert (frames[0] != frames[-1]).any()
+
+
+@pytest.mark.parametrize("name", ["Supervise", "RelocateCandle"])
+@pytest.mark.parametrize("options", [{"colour": "red"}, {"task_kwargs": {"colour": "red"}}])
+def test_an_unknown_option_is_a_type_error(name, options):
+    with pytest.raises(TypeError, match="colour"):
+        make(name, **options)
 
 
 def test_vectors_side_by_side_and_in_processes_are_equal():

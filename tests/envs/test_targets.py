@@ -1,5 +1,8 @@
 """Environments whose actions are targets, in the grid and in the house."""
 
+import subprocess
+import sys
+
 import gymnasium
 import numpy as np
 import pytest
@@ -12,6 +15,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.viz import colours
 
 PLAN = FloorPlan.parse("########\n#..C..B#\n#......#\n#.T..BS#\n########", "small")
 NAME = "caregiver_mj/Supervise-Targets-v0"
@@ -62,7 +66,8 @@ def run(env, seed, choose):
 @pytest.mark.parametrize("world", ["grid", "house"])
 def test_gymnasium_finds_no_fault(world, options, recwarn):
     options = options | ({"task_kwargs": SHORT} if world == "house" else {})
-    check_env(make(world, **options).unwrapped, skip_render_check=True)
+    mode = "rgb_array" if world == "grid" else None
+    check_env(make(world, render_mode=mode, **options).unwrapped, skip_render_check=mode is None)
     assert [str(warning.message) for warning in recwarn if "WARN" in str(warning.message)] == []
 
 
@@ -200,6 +205,64 @@ def test_a_picture_of_the_house():
     env.close()
 
 
+@pytest.mark.parametrize("options", [{}, {"epsilon": "1,.25"}, {"house": "house-3-40x40-candles6", "width": 48}])
+def test_a_picture_of_the_grid_shows_what_moves(options):
+    env = make(**{"house": PLAN, "render_mode": "rgb_array"} | options)
+    env.reset(seed=0)
+    before, again = env.render(), env.render()
+    assert (before.shape, before.dtype) == ((480, options.get("width", 640), 3), np.uint8)
+    np.testing.assert_array_equal(before, again)
+    env.step(STAIRWELL)
+    assert (env.render() != before).any()
+    assert make().unwrapped.render() is None
+
+
+def test_a_picture_of_the_grid_has_everything_where_it_is():
+    env = make(render_mode="rgb_array", epsilon=0.0, width=800, height=500)
+    _, info = env.reset(seed=2)
+    world, rows, columns = env.unwrapped.world.world, *PLAN.shape
+    for _ in range(8):
+        picture = env.render().astype(int)
+        wall = np.argwhere((picture == colours.WALL).all(axis=2))
+        (top, left), (bottom, right) = wall.min(axis=0), wall.max(axis=0) + 1
+        cell = (bottom - top) / rows
+        assert cell == (right - left) / columns
+
+        def at(place, colour, top=top, left=left, cell=cell, picture=picture):
+            row, column = place
+            y, x = (round(corner + cell * n) for corner, n in ((top, row), (left, column)))
+            return (picture[y : y + round(cell), x : x + round(cell)] == colour).all(axis=2).sum() > 20
+
+        here, there = PLAN.free_cells[world.child_cell[0, 0]], PLAN.caregiver_cells[world.caregiver_cell[0]]
+        assert [place for place in PLAN.caregiver_cells if at(place, colours.ROBOT)] == [there]
+        assert at(here, colours.of_child(0))
+        standing = [PLAN.tables[table] for table in world.candle_table[0] if table != NOTHING]
+        assert [place for place in PLAN.tables if at(place, colours.CANDLE)] == standing
+        *_, info = env.step(CANDLE if info["action_mask"][CANDLE] else 0)
+    assert world.ledger.interventions[0] > 0
+
+
+def test_pictures_of_a_vector():
+    vector = gymnasium.make_vec(NAME, 3, house=PLAN, render_mode="rgb_array", width=96, height=64)
+    vector.reset(seed=4)
+    single = make(render_mode="rgb_array", width=96, height=64)
+    single.reset(seed=5)
+    pictures = vector.render()
+    assert len(pictures) == 3
+    np.testing.assert_array_equal(pictures[1], single.render())
+    assert gymnasium.make_vec(NAME, 3, house=PLAN).render() is None
+
+
+def test_the_grid_draws_without_mujoco():
+    code = (
+        "import sys; sys.modules['mujoco'] = sys.modules['dm_control'] = None\n"
+        f"import caregiver_mj, gymnasium; env = gymnasium.make('{NAME}', render_mode='rgb_array')\n"
+        "env.reset(seed=0); print(env.render().shape)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.stdout.strip(), done.stderr) == ("(480, 640, 3)", "")
+
+
 def test_masks_as_a_learner_asks_for_them():
     env = make()
     _, info = env.reset(seed=0)
@@ -212,7 +275,13 @@ def test_masks_as_a_learner_asks_for_them():
     ("options", "message"),
     [
         ({"world": "moon"}, "no world 'moon': there are grid, house"),
-        ({"render_mode": "rgb_array"}, "the grid has neither pictures nor a task"),
+        ({"camera": "wrist"}, "the grid has neither a task nor cameras"),
+        ({"task_kwargs": SHORT}, "the grid has neither a task nor cameras"),
+        ({"render_mode": "human"}, "no render mode 'human'"),
+        (
+            {"render_mode": "rgb_array", "width": 8},
+            "the width of a picture, in pixels, must be an integer from 32 to 1920",
+        ),
         ({"world": "house", "render_mode": "human"}, "no render mode 'human'"),
         ({"world": "house", "flat": "yes"}, "flat must be a bool, not 'yes'"),
         ({"world": "grid", "flat": "yes"}, "flat must be a bool, not 'yes'"),
@@ -221,6 +290,14 @@ def test_masks_as_a_learner_asks_for_them():
 def test_bad_input_is_named(options, message):
     with pytest.raises(CaregiverError, match=message):
         make(**options)
+
+
+@pytest.mark.parametrize("world", ["grid", "house"])
+def test_an_unknown_option_is_a_type_error(world):
+    with pytest.raises(TypeError, match="colour"):
+        make(world, colour="red")
+    with pytest.raises(TypeError, match="colour"):
+        gymnasium.make_vec(NAME, 2, colour="red")
 
 
 def test_the_house_has_no_batch():

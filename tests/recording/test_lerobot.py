@@ -32,7 +32,7 @@ def made_up(number, length):
     return Steps(
         number=number,
         seed=1000 + number,
-        observations={"clock": np.arange(length + 1.0), "pose": random.normal(size=(length + 1, 2, 3))},
+        observations={"clock": np.arange(length + 1.0)[:, None], "pose": random.normal(size=(length + 1, 2, 3))},
         actions=random.normal(size=(length, 2)).astype(np.float32),
         rewards=random.random(length),
         costs=random.random(length),
@@ -104,7 +104,7 @@ def test_rows_are_those_of_the_episodes(folder, episodes):
         np.testing.assert_allclose(own.timestamp, np.arange(len(episode)) / 50, rtol=1e-6)
         np.testing.assert_array_equal(np.stack(own.action), episode.actions)
         state = np.stack(own["observation.state"])
-        np.testing.assert_allclose(state[:, 0], episode.observations["clock"][:-1], rtol=1e-6)
+        np.testing.assert_allclose(state[:, 0], episode.observations["clock"][:-1, 0], rtol=1e-6)
         np.testing.assert_allclose(state[:, 1:], episode.observations["pose"][:-1].reshape(-1, 6), rtol=1e-6)
         for name, values in (("reward", episode.rewards), ("cost", episode.costs), ("damage", episode.damage)):
             np.testing.assert_allclose(own[f"next.{name}"], values, rtol=1e-6)

@@ -35,7 +35,7 @@ def features(episode: Steps, about: About) -> dict[str, dict[str, Any]]:
     state = [
         name
         for key, values in episode.observations.items()
-        for name in ([key] if values.ndim == 1 else [f"{key}_{i}" for i in range(values[0].size)])
+        for name in ([key] if values[0].size == 1 else [f"{key}_{i}" for i in range(values[0].size)])
     ]
     described: dict[str, dict[str, Any]] = {
         "observation.state": {"dtype": "float32", "shape": [len(state)], "names": state},

@@ -28,18 +28,29 @@ class Chart:
         box: Where it lies in the frame.
     """
 
-    def __init__(self, plan: FloorPlan, width: int, height: int):
+    def __init__(self, plan: FloorPlan, width: int, height: int, alone: bool = False):
+        """Draws what stands still.
+
+        Args:
+            plan: The house.
+            width: Of the frame, pixels.
+            height: Likewise.
+            alone: Whether there is nothing else in the frame, so that it fills that and its caption says more.
+        """
         scale = Scale.of(height)
         rows, columns = plan.shape
         self._pad, margin = scale.px(8), scale.px(12)
         self._small = scale.font(13)
+        caption, self._alone = self._small + scale.px(10), alone
         room = cards.side(width, height) - 2 * self._pad, 0.36 * height
+        if alone:
+            room = width - 2 * self._pad, height - 2 * self._pad - caption
         cell = max(4, int(min(room[0] / columns, room[1] / rows)))
-        caption = self._small + scale.px(10)
         size = columns * cell + 2 * self._pad, rows * cell + 2 * self._pad + caption
-        self.box = (margin, margin, margin + size[0], margin + size[1])
+        left, top = ((width - size[0]) // 2, (height - size[1]) // 2) if alone else (margin, margin)
+        self.box = (left, top, left + size[0], top + size[1])
         self._caption = size[1] - scale.px(10)
-        card, self._opacity = cards.card(size, scale.px(10), _OPACITY)
+        card, self._opacity = cards.card(size, scale.px(10), 255 if alone else _OPACITY)
         self._ground = GroundPlan(plan, cell, self._pad)
         self._still = self._ground.draw(card)
 
@@ -109,10 +120,12 @@ class Chart:
         canvas.ellipse((x - 0.45 * r, y - 0.35 * r, x + 0.45 * r, y + 0.55 * r), colours.FLAME)
 
     def _draw_robot(self, canvas: ImageDraw.ImageDraw, pose: np.ndarray) -> None:
-        """A disc with an arrow head along the heading."""
+        """A disc, with an arrow head along the heading if it has one."""
         x, y = self._ground.pixel(pose)
         r = 0.42 * self._ground.cell * FINE
         canvas.ellipse((x - r, y - r, x + r, y + r), colours.ROBOT, outline=GROUND, width=FINE)
+        if len(pose) == 2:
+            return
         turns = float(pose[2]) + np.array([0.0, 2.5, np.pi, -2.5])
         reach = r * np.array([0.8, 0.75, 0.2, 0.75])
         canvas.polygon([(x + d * np.cos(a), y - d * np.sin(a)) for d, a in zip(reach, turns, strict=True)], GROUND)
@@ -137,11 +150,14 @@ class Chart:
         write(chart, (x, y + low * self._ground.cell), text, SMALLEST_FONT, ink, align=0.5, outline=outline)
 
     def _write_caption(self, chart: Image.Image, state: HudState) -> None:
-        write(chart, (self._pad, self._caption), state.plan.name, self._small, cards.LABEL)
-        right = chart.width - self._pad
+        right, name = chart.width - self._pad, state.plan.name
+        if self._alone:
+            now = f"timestep {state.timestep}   damage {state.damage:g}"
+            name = fit((f"{name}   {now}", now, name), self._small, 0.7 * (right - self._pad))
+        write(chart, (self._pad, self._caption), name, self._small, cards.LABEL)
         epsilons = f"{'children' if ':' in state.family else 'epsilon'} {state.family.replace(',', ', ')}"
         if len(state.children) > 1:
-            room = right - self._pad - width_of(f"{state.plan.name}  ", self._small)
+            room = right - self._pad - width_of(f"{name}  ", self._small)
             epsilons = fit((epsilons, state.family), self._small, room)
         write(chart, (right, self._caption), epsilons, self._small, cards.LABEL, align=1)
 

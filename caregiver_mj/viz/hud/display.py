@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -16,6 +17,8 @@ from caregiver_mj.viz.hud.legend import Legend
 from caregiver_mj.viz.hud.state import HudState
 from caregiver_mj.viz.hud.strip import Strip
 from caregiver_mj.viz.hud.text import Scale, write
+
+_CELL, _RIM = 8, 40  # pixels, of a cell and of what is around the house, in the smallest picture of the plan alone
 
 
 def draw(frame: np.ndarray, state: HudState, insets: Sequence[tuple[str, np.ndarray]] = ()) -> np.ndarray:
@@ -47,6 +50,26 @@ def draw(frame: np.ndarray, state: HudState, insets: Sequence[tuple[str, np.ndar
     return drawn
 
 
+def draw_plan(state: HudState, width: int, height: int) -> np.ndarray:
+    """Draws the floor plan alone, with what moves on it.
+
+    Args:
+        state: What to show.
+        width: Of the picture, pixels.
+        height: Likewise.
+
+    Returns:
+        uint8 array (height, width, 3).
+    """
+    rows, columns = state.plan.shape
+    # Drawn so much larger that a cell is wide enough to draw in.
+    times = max(1, *(math.ceil((_CELL * n + _RIM) / side) for n, side in ((columns, width), (rows, height))))
+    drawn = np.full((times * height, times * width, 3), GROUND, np.uint8)
+    chart = _chart(state.plan, times * width, times * height, alone=True)
+    cards.put(drawn, chart.box, lambda region: chart.draw(region, state))
+    return np.asarray(Image.fromarray(drawn).reduce(times))
+
+
 def strip_top(width: int, height: int) -> int:
     """The row of pixels below which the card along the lower edge covers a frame of this size."""
     return _strip(width, height).box[1]
@@ -71,8 +94,8 @@ def _strip(width: int, height: int) -> Strip:
 
 
 @functools.lru_cache(maxsize=8)
-def _chart(plan: FloorPlan, width: int, height: int) -> Chart:
-    return Chart(plan, width, height)
+def _chart(plan: FloorPlan, width: int, height: int, alone: bool = False) -> Chart:
+    return Chart(plan, width, height, alone)
 
 
 @functools.lru_cache(maxsize=8)

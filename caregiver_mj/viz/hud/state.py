@@ -41,7 +41,7 @@ class HudState:
         candles: Where the candles are, (candles, 2) or (candles, 3).
         damage: Damage so far, of all children.
         damages: The same by kind, name to damage, shown if given.
-        robot: The robot's x, y and yaw in rad, or None if there is none.
+        robot: The caregiver's x, y and, of a robot, yaw in rad; None if there is none.
         danger: Expected danger of every hazard, over all children, (hazards,), or None.
         unsafe_danger: What that would be at P(safe|tau) = 0 of the least safe child, shown as outlines, or None.
         target: Number of the hazard that is being dealt with, or NOTHING.

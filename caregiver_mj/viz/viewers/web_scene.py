@@ -12,7 +12,7 @@ import viser
 from mjviser import ViserMujocoScene
 
 from caregiver_mj.viz.episode import Episode
-from caregiver_mj.viz.tiles import Tile
+from caregiver_mj.viz.forecast import Tile
 
 _SEEN = 3  # the first group of geoms that is not to be seen
 _NOWHERE = 5  # a group of sites that is not drawn
