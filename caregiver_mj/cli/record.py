@@ -21,6 +21,7 @@ from caregiver_mj.cli.parsing import (
 )
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.executors import LocalExecutor
+from caregiver_mj.experiments.fingerprint import source_digest
 from caregiver_mj.experiments.origin import origins
 from caregiver_mj.experiments.versions import versions
 from caregiver_mj.recording.steps import Store
@@ -122,6 +123,7 @@ def _run(arguments: argparse.Namespace) -> None:
         "cameras": list(recipe.cameras),
         "size": list(recipe.size),
         "versions": versions(),
+        "source": source_digest(recipe.world, ("caregiver_mj.envs.collect",)),
         **({"code": code} if code else {}),
     }
     executor = LocalExecutor(arguments.jobs)

@@ -9,7 +9,7 @@ from caregiver_mj.errors import CaregiverError
 
 Record = dict[str, Any]  # of a run, as JSON
 
-_OF_ITS_OWN = ("file", "caregivers", "episodes", "code", "extended_at")  # all else must be the same
+_OF_ITS_OWN = ("file", "caregivers", "episodes", "code", "source", "extended_at")  # all else must be the same
 _LONGEST = 200  # letters of a value that a message has
 
 
@@ -29,8 +29,8 @@ def continued(found: Record, wanted: Record) -> Record:
     """
     keys = unlike(found, wanted, _OF_ITS_OWN)
     if "caregivers" not in wanted:  # a study's, which cannot be added to
-        if keys:
-            raise CaregiverError("; ".join(told(keys, found, wanted)))
+        if wrong := told(keys, found, wanted) or _other_source(found, wanted):
+            raise CaregiverError("; ".join(wrong))
         return found
     if "caregivers" not in found:
         raise CaregiverError("its run.json is no record of a run: take another folder")
@@ -42,7 +42,7 @@ def continued(found: Record, wanted: Record) -> Record:
     episodes, extended = found.get("episodes"), found.get("extended_at", [])
     if not isinstance(episodes, int) or not isinstance(extended, list) or episodes > wanted["episodes"]:
         keys.append("episodes")
-    wrong = told(keys, found, wanted) or _other_code(found, wanted)
+    wrong = told(keys, found, wanted) or [*_other_source(found, wanted), *_other_code(found, wanted)]
     if wrong:
         less = "; a run can be added to, but not cut" if keys and {*keys} <= {"caregivers", "episodes"} else ""
         raise CaregiverError("; ".join(wrong) + less)
@@ -92,6 +92,17 @@ def _short(value: Any) -> str:
     """What can be told of a value in a line."""
     text = str(value)
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]} ..."
+
+
+def _other_source(found: Record, wanted: Record) -> list[str]:
+    """What is to be said of the package's own source if that is not what it was."""
+    there, here = found.get("source"), wanted.get("source")
+    if there == here:
+        return []
+    return [
+        f"the source of caregiver_mj that decides rows has changed, from {there} to {here}; put it back, or take "
+        "another folder"
+    ]
 
 
 def _other_code(found: Record, wanted: Record) -> list[str]:

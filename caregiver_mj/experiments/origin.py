@@ -17,7 +17,7 @@ from caregiver_mj.children.family import CHILDREN, ChildSpec, Family
 from caregiver_mj.errors import CaregiverError
 
 _DIGITS = 16  # of a hash: more than enough to tell versions apart
-_OWN = __name__.partition(".")[0]
+OWN = __name__.partition(".")[0]  # the package itself
 _INSTALLED = ("site-packages", "dist-packages")  # folders in which what lies beside a module is nobody's own
 
 
@@ -59,7 +59,7 @@ def origin(found: Any) -> str:
     """
     name = getattr(found, "__module__", None) or type(found).__module__
     root = name.partition(".")[0]
-    if root == _OWN:
+    if root == OWN:
         return ""
     file = getattr(sys.modules.get(name), "__file__", None)
     if file is None:  # typed in at a prompt
@@ -90,7 +90,7 @@ def _sources(folder: pathlib.Path, name: str, path: pathlib.Path) -> set[pathlib
         found |= new
         if folder.name in _INSTALLED:
             break
-        names = {name for source in new for name in _imported(folder, source) if name.partition(".")[0] != _OWN}
+        names = {name for source in new for name in imported(folder, source) if name.partition(".")[0] != OWN}
         new = {source for name in names for source in _files(folder, name)} - found
     return found
 
@@ -106,7 +106,7 @@ def _files(folder: pathlib.Path, name: str) -> set[pathlib.Path]:
     return set()
 
 
-def _imported(folder: pathlib.Path, source: pathlib.Path) -> Iterator[str]:
+def imported(folder: pathlib.Path, source: pathlib.Path) -> Iterator[str]:
     """Full names of what a source file imports, wherever in it, seen from a folder."""
     if source.suffix != ".py":
         return

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from caregiver_mj.caregivers.registry import CAREGIVERS, find_caregiver, is_caregiver
 from caregiver_mj.children.family import Family, Who
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
+from caregiver_mj.experiments.fingerprint import source_digest
 from caregiver_mj.experiments.origin import origins
 from caregiver_mj.experiments.versions import versions
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -162,6 +163,7 @@ class Settings:
             "seed": self.seed,
             "embodiment": self.embodiment,
             "versions": versions(),
+            "source": source_digest(self.world),
             **({"code": code} if (code := self.code()) else {}),
             **({"file": self.file} if self.file else {}),
         }

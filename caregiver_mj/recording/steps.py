@@ -119,7 +119,9 @@ class Store:
             other = [key for key in {**found, **asked} if found.get(key) != asked.get(key)]
             if other and self.numbers():
                 what = "; ".join(f"{key} is {found.get(key)} there and {asked.get(key)} here" for key in other)
-                raise CaregiverError(f"'{path}' holds a recording of other settings: {what}")
+                raise CaregiverError(
+                    f"'{path}' holds a recording of other settings: {what}; put that back, or remove the folder"
+                )
         try:
             path.mkdir(parents=True, exist_ok=True)
             record.write_text(json.dumps(asked), encoding="utf-8")

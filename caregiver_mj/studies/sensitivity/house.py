@@ -14,6 +14,7 @@ import pandas as pd
 from rich.console import Console
 from rich.progress import track
 
+from caregiver_mj.experiments.fingerprint import source_digest
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.seeds import episode_random, episode_seed
 from caregiver_mj.experiments.settings import EPSILONS
@@ -85,6 +86,7 @@ def measure(
     """
     work = [Job(robot, epsilon, i) for epsilon in epsilons for robot in ROBOTS for i in range(episodes)]
     settings = {"study": "sensitivity", "house": HOUSE, "versions": versions()}
+    settings["source"] = source_digest(modules=(__name__,))
     folder = None if out is None else RunFolder(out, settings, resume=True)
     done = {job: found for job in work if folder and (found := folder.read(str(job)))}
     pending = [job for job in work if job not in done]
