@@ -20,13 +20,13 @@ _apt_install() {
 
 _find_python() {
     local python
-    for python in python3.11 python3.12 python3.13 python3; do
-        if "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then
+    for python in python3.11 python3.12 python3; do
+        if "$python" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info < (3, 13))' 2>/dev/null; then
             echo "$python"
             return
         fi
     done
-    _note "No Python 3.11 or later found: install python3.11"
+    _note "No Python 3.11 or 3.12 found: install python3.11"
     return 1
 }
 

@@ -1,5 +1,7 @@
 """What a user gets: the wheel, built from the source distribution, installed, and used outside the checkout."""
 
+import importlib.util
+import os
 import pathlib
 import subprocess
 import sys
@@ -7,6 +9,7 @@ import tomllib
 import zipfile
 
 import pytest
+from packaging.specifiers import SpecifierSet
 from wheels import FOLDERS, ROOT, build_wheel, environment_with
 
 import caregiver_mj
@@ -102,6 +105,48 @@ def test_version_is_the_same_wherever_it_is_told(capsys):
     assert capsys.readouterr().out == f"caregiver-mj {version}\n"
     assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text()
     assert f"\n## {version}" in (ROOT / "CHANGELOG.md").read_text()
+
+
+@pytest.fixture(scope="module")
+def resolve():
+    spec = importlib.util.spec_from_file_location("resolve", ROOT / "scripts" / "resolve.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_pythons_that_are_checked_are_those_that_are_said(resolve):
+    known = SpecifierSet(PROJECT["project"]["requires-python"])
+    assert all(known.contains(python) for python in resolve.PYTHONS)
+    assert not known.contains("3.10")
+    assert not known.contains("3.13")  # labmaze, which dm_control needs, cannot be installed there
+    minor = "Programming Language :: Python :: 3."
+    said = [line.removeprefix(minor) for line in PROJECT["project"]["classifiers"] if line.startswith(minor)]
+    assert said == [python.split(".")[1] for python in resolve.PYTHONS]
+    for extra in ("docs", "learn", "test"):
+        assert set(PROJECT["project"]["optional-dependencies"][extra]) <= set(resolve.requirements())
+
+
+def test_a_constraint_that_asks_for_a_newer_python_is_found(resolve, tmp_path, monkeypatch):
+    links = []
+    (tmp_path / "soup").mkdir()
+    for version, python in (("1.0", "&gt;=3.9"), ("2.0", "&gt;=3.11.5")):
+        file = tmp_path / "soup" / f"soup-{version}-py3-none-any.whl"
+        links.append(f'<a href="{file.name}" data-requires-python="{python}">{file.name}</a>')
+        with zipfile.ZipFile(file, "w") as wheel:
+            info = f"soup-{version}.dist-info"
+            wheel.writestr(f"{info}/METADATA", f"Metadata-Version: 2.1\nName: soup\nVersion: {version}\n")
+            wheel.writestr(f"{info}/WHEEL", "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n")
+            wheel.writestr(f"{info}/RECORD", "")
+    (tmp_path / "soup" / "index.html").write_text(f"<!DOCTYPE html><html><body>{''.join(links)}</body></html>")
+    monkeypatch.setenv("PIP_CONFIG_FILE", os.devnull)
+    monkeypatch.setenv("PIP_INDEX_URL", tmp_path.as_uri())
+    constraints = tmp_path / "constraints.txt"
+    constraints.write_text("soup==1.0\n")
+    assert resolve.resolve("3.11.2", constraints, ["soup"]) == ""
+    constraints.write_text("soup==2.0\n")
+    assert resolve.resolve("3.11.7", constraints, ["soup"]) == ""
+    assert "soup==2.0" in resolve.resolve("3.11.2", constraints, ["soup"])
 
 
 def test_constraints_are_plain_exact_versions():
