@@ -134,7 +134,12 @@ class Hazards(Sequence[Hazard]):
     @overload
     def of_stairwell(self, index: np.ndarray) -> np.ndarray: ...
     def of_stairwell(self, index: int | np.ndarray) -> int | np.ndarray:
-        """The number of the hazard that a stairwell is."""
+        """Return the number of the hazard that a stairwell is.
+
+        Raises:
+            CaregiverError: There is no such stairwell.
+        """
+        _check_index("stairwell", index, self.stairwells)
         return np.where(np.equal(index, NOTHING), NOTHING, index) if np.ndim(index) else int(index)
 
     @overload
@@ -142,7 +147,12 @@ class Hazards(Sequence[Hazard]):
     @overload
     def of_candle(self, index: np.ndarray) -> np.ndarray: ...
     def of_candle(self, index: int | np.ndarray) -> int | np.ndarray:
-        """The number of the hazard that a candle is."""
+        """Return the number of the hazard that a candle is.
+
+        Raises:
+            CaregiverError: There is no such candle.
+        """
+        _check_index("candle", index, self.candles)
         if np.ndim(index):
             return np.where(np.equal(index, NOTHING), NOTHING, np.add(index, self.stairwells))
         return NOTHING if index == NOTHING else int(index) + self.stairwells
@@ -188,3 +198,12 @@ class Hazards(Sequence[Hazard]):
     def split(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The reverse of `join`."""
         return values[..., : self.stairwells], values[..., self.stairwells :]
+
+
+def _check_index(kind: str, index: int | np.ndarray, count: int) -> None:
+    """Raises CaregiverError unless numbers among one kind are of so many, or NOTHING."""
+    wrong = np.less(index, NOTHING) | np.greater_equal(index, count)
+    if wrong.any():
+        first = int(np.asarray(index)[wrong][0])
+        there = f"from 0 to {count - 1}, or NOTHING ({NOTHING})" if count else f"NOTHING ({NOTHING}), for there is none"
+        raise CaregiverError(f"the number of a {kind} must be {there}, got {first}")

@@ -89,6 +89,30 @@ def test_numbers_by_hand():
     assert [bool(FIVE.is_candle(n)) for n in range(-1, 5)] == [False, False, False, True, True, True]
 
 
+@pytest.mark.parametrize(
+    ("method", "index", "words"),
+    [
+        ("of_stairwell", 7, r"the number of a stairwell must be from 0 to 1, or NOTHING \(-1\), got 7"),
+        ("of_stairwell", 2, "from 0 to 1, .* got 2"),
+        ("of_stairwell", -2, "from 0 to 1, .* got -2"),
+        ("of_stairwell", np.array([[0, NOTHING], [1, 3]]), "from 0 to 1, .* got 3"),
+        ("of_candle", 3, r"the number of a candle must be from 0 to 2, or NOTHING \(-1\), got 3"),
+        ("of_candle", np.array([0, -5]), "got -5"),
+    ],
+)
+def test_there_is_no_number_of_what_there_is_not(method, index, words):
+    with pytest.raises(CaregiverError, match=words):
+        getattr(FIVE, method)(index)
+
+
+def test_a_house_without_any_has_no_number_of_one():
+    bare = Hazards(0, 0)
+    assert (bare.of_stairwell(NOTHING), bare.of_candle(NOTHING)) == (NOTHING, NOTHING)
+    assert bare.of_candle(np.array([], int)).tolist() == []
+    with pytest.raises(CaregiverError, match=r"stairwell must be NOTHING \(-1\), for there is none, got 0"):
+        bare.of_stairwell(0)
+
+
 def test_a_single_number_stays_a_plain_one():
     for number in (FIVE.of_stairwell(np.int64(1)), FIVE.of_candle(1), FIVE.stairwell(1), FIVE.candle(3)):
         assert type(number) is int

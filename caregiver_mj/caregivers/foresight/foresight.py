@@ -220,7 +220,7 @@ class ForesightCaregiver(Caregiver):
         candle = option - stairwells - 2
         rest = np.where(option == stairwells, STAND_ASIDE, DO_NOTHING)
         answer.verb[worlds] = np.where(option < stairwells, BLOCK, np.where(candle >= 0, RELOCATE, rest))
-        hazard = np.where(candle >= 0, self.plan.hazards.of_candle(np.maximum(candle, 0)), NOTHING)
+        hazard = self.plan.hazards.of_candle(np.maximum(candle, NOTHING))
         answer.hazard[worlds] = np.where(option < stairwells, option, hazard)
         answer.destination[worlds] = self._table[worlds] = table
         self._begun[worlds] = option
