@@ -137,6 +137,27 @@ def check_call(what: str, found: Any, *given: Any) -> None:
         pass
 
 
+@contextlib.contextmanager
+def errors_of(what: str, where: str, but: type[Exception] = CaregiverError) -> Iterator[None]:
+    """Has whatever somebody's code raises within, save a CaregiverError, become one that says whose it is.
+
+    Args:
+        what: What is called, in the message.
+        where: What it is called for.
+        but: What else is passed on as it is.
+
+    Raises:
+        CaregiverError: It raises something; that is its cause.
+    """
+    try:
+        yield
+    except (CaregiverError, but):
+        raise
+    except Exception as error:
+        told = f"{type(error).__name__}: {' '.join(str(error).split())}"
+        raise CaregiverError(f"{what} failed {where}: {told}") from error
+
+
 def _check_whole(what: str, found: Any) -> None:
     """Raises CaregiverError if it is a class that lacks methods."""
     if inspect.isabstract(found):

@@ -141,8 +141,9 @@ def test_house_check_of_what_is_no_floor_plan_tells_the_first_of_what_is_wrong(c
     assert cli.main(["house", "check", str(tmp_path / "prose.txt")]) == 2
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 21
-    assert "line 2, column 1: 'W'" in lines[0]
-    assert lines[-1] == "caregiver-mj: and 1,180 more"
+    assert "line 1, column 6: the row has 5 cells, but most have 6" in lines[0]
+    assert "line 2, column 1: 'W'" in lines[1]
+    assert lines[-1] == "caregiver-mj: and 181 more"
 
 
 def test_floor_plan_with_a_byte_order_mark(capsys, tmp_path):

@@ -13,6 +13,7 @@ from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.slots import Slots
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.registry import errors_of
 
 
 class TargetPolicy(CommandedCaregiver, abc.ABC):
@@ -52,8 +53,10 @@ class TargetPolicy(CommandedCaregiver, abc.ABC):
 
     def watch(self, percept: Percept) -> None:
         mask = self.lookout.mask(percept)
-        actions = np.asarray(self.act(self.lookout.observe(percept, mask), mask.astype(bool)))
         who, last = f"{type(self).__name__}.act", self.lookout.actions - 1
+        sizes = f"{last} slots and {percept.child_cell.shape[1]} children"
+        with errors_of(who, f"in house '{self.plan.name}', which has {sizes} (is it a policy for others?)"):
+            actions = np.asarray(self.act(self.lookout.observe(percept, mask), mask.astype(bool)))
         if actions.shape != (len(mask),) or not np.issubdtype(actions.dtype, np.integer):
             raise CaregiverError(f"{who} must answer with {len(mask)} integers, not {actions!r}")
         if ((actions < 0) | (actions > last)).any():

@@ -73,11 +73,14 @@ def _without(gone: Sequence[str]) -> tuple[str, ...]:
 
 
 def _comparison(found: dict[str, Any], folders: list[str], columns: Sequence[str], narrow: bool) -> rich.table.Table:
+    from caregiver_mj.experiments.verdicts import MARGINS  # brings SciPy
+
     first = found["rows"][0]
     where = first["house"] if "houses" in first else f"'{first['house']}'"
     caption = (
         "mean damage of paired episodes; in brackets the 95 % interval of the mean difference; p of a row alone, "
-        "verdict with Holm's correction for all rows"
+        "verdict with Holm's correction for all rows; equivalent: neither less than the other by "
+        f"{MARGINS['damage']:.0%}"
     )
     if gone := _without(columns):
         caption += f"; no room for: {', '.join(gone)}"
@@ -99,10 +102,19 @@ def _comparison(found: dict[str, Any], folders: list[str], columns: Sequence[str
             "second": f"{row['second']:.2f}",
             "difference": with_ends(row["damage_difference_mean"], low, high),
             "p": "" if (p := row["damage_p"]) is None else f"{p:.3f}" if p >= 0.001 else "<.001",
-            "verdict": row["damage_verdict"],
+            "verdict": _verdict(row),
         }
         table.add_row(row["family"], ", ".join(names), *(cells[title] for title in columns))
     return table
+
+
+def _verdict(row: dict[str, Any]) -> str:
+    """The verdict on the difference; where there is none, that it is within the margin, if that is shown."""
+    from caregiver_mj.experiments.verdicts import Verdict  # brings SciPy
+
+    found = row["damage_verdict"]
+    within = row.get("damage_equivalence") == Verdict.EQUIVALENT
+    return Verdict.EQUIVALENT.value if within and found == Verdict.NONE else found
 
 
 def _pool(arguments: argparse.Namespace) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import collections
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -34,34 +35,43 @@ def _at(plan: FloorPlan, first_line: int, cell: Cell, problem: str) -> str:
 
 
 def _of_rows(plan: FloorPlan, first_line: int) -> Iterator[str]:
-    width = len(plan.rows[0])
+    ((width, _),) = collections.Counter(map(len, plan.rows)).most_common(1)
     legend = ", ".join(f"{k} ({n})" for k, n in LEGEND.items())
     for r, row in enumerate(plan.rows):
-        for c, kind in enumerate(row):
-            if kind not in LEGEND:
-                yield _at(plan, first_line, (r, c), f"{kind!r} is none of {legend}")
-        if len(row) != width:
-            problem = f"the row has {len(row)} cells, but the first one has {width}"
+        wrong = [c for c, kind in enumerate(row) if kind not in LEGEND]
+        if wrong:
+            problem = f"{row[wrong[0]]!r} is none of {legend}{_and_more(wrong)}"
+            yield _at(plan, first_line, (r, wrong[0]), problem)
+        elif len(row) != width:
+            problem = f"the row has {len(row)} cells, but most have {width}"
             yield _at(plan, first_line, (r, min(len(row), width)), problem)
 
 
 def _of_border(plan: FloorPlan, first_line: int) -> Iterator[str]:
     border = np.ones(plan.shape, bool)
     border[1:-1, 1:-1] = False
-    for row, column in np.argwhere(border & (plan.symbols != WALL)).tolist():
-        kind = plan[row, column]
-        problem = f"the border must be all wall (#), and here is a {LEGEND[kind]} ({kind})"
-        yield _at(plan, first_line, (row, column), problem)
+    open_ = border & (plan.symbols != WALL)
+    for row in np.flatnonzero(open_.any(axis=1)).tolist():
+        wrong = np.flatnonzero(open_[row]).tolist()
+        kind = plan[row, wrong[0]]
+        problem = f"the border must be all wall (#), and here is a {LEGEND[kind]} ({kind}){_and_more(wrong)}"
+        yield _at(plan, first_line, (row, wrong[0]), problem)
     if not plan.free_cells:
         yield _at(plan, first_line, (0, 0), "the plan has no free cell (.)")
 
 
+def _and_more(wrong: list[int]) -> str:
+    """What to add to what is wrong with the first of some cells of a row."""
+    return f", and {len(wrong) - 1} more in this line" if len(wrong) > 1 else ""
+
+
 def _of_cells(plan: FloorPlan, first_line: int) -> Iterator[str]:
-    start = plan.free_cells[0]
-    origin = f"line {start[0] + first_line}, column {start[1] + 1}"
-    for index in np.flatnonzero(~plan.graph.is_connected()).tolist():
-        problem = f"this free cell is not connected to the one at {origin}"
-        yield _at(plan, first_line, plan.free_cells[index], problem)
+    start, cut_off = plan.free_cells[0], np.flatnonzero(~plan.graph.is_connected()).tolist()
+    if cut_off:
+        more = f", nor are {len(cut_off) - 1} more" if len(cut_off) > 1 else ""
+        origin = f"line {start[0] + first_line}, column {start[1] + 1}"
+        problem = f"this free cell is not connected to the one at {origin}{more}"
+        yield _at(plan, first_line, plan.free_cells[cut_off[0]], problem)
     for cell in plan.cells_of(STAIRWELL, CANDLE, TABLE, BIN):
         if not plan.free_neighbours(cell):
             problem = f"this {LEGEND[plan[cell]]} ({plan[cell]}) cannot be reached: no free cell is beside it"

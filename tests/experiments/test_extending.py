@@ -390,6 +390,21 @@ def test_a_comparison_as_json(runs, capsys):
     assert "not the same: episodes, 8 and 10" in err
 
 
+def test_a_comparison_shows_what_is_equivalent(runs, capsys):
+    """A run beside itself: the table says what the JSON says."""
+    same_run = [str(runs / "seed0")] * 2
+    assert cli.main(["compare", *same_run, "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)["rows"]
+    equivalent = sum(row["damage_equivalence"] == "equivalent" for row in rows)
+    assert {row["damage_verdict"] for row in rows} == {"no verdict"}
+    assert equivalent > 0
+    assert cli.main(["compare", *same_run]) == 0
+    table, _, caption = capsys.readouterr().out.partition("mean damage of")
+    assert table.count("equivalent") == equivalent
+    assert table.count("no verdict") == len(rows) - equivalent
+    assert "equivalent: neither less than the other by 10%" in " ".join(caption.split())
+
+
 @pytest.mark.parametrize(
     ("width", "gone"), [(120, []), (80, ["pairs"]), (60, ["pairs", "first", "second", "p"]), (40, ["p"])]
 )

@@ -30,9 +30,9 @@ MALFORMED = [
     ("lower case", "#####\n#.Tb#\n#####", (2, 4), "'b' is none of"),
     ("blank inside a row", "#####\n#. B#\n#####", (2, 3), "' ' is none of"),
     ("indented", " ###\n#.B#\n####", (1, 1), "' ' is none of"),
-    ("short row", "#####\n#.B\n#####", (2, 4), "the row has 3 cells, but the first one has 5"),
-    ("long row", "####\n#.B##\n####", (2, 5), "the row has 5 cells, but the first one has 4"),
-    ("blank line inside", "####\n#.B#\n\n####", (3, 1), "the row has 0 cells, but the first one has 4"),
+    ("short row", "#####\n#.B\n#####", (2, 4), "the row has 3 cells, but most have 5"),
+    ("long row", "####\n#.B##\n####", (2, 5), "the row has 5 cells, but most have 4"),
+    ("blank line inside", "####\n#.B#\n\n####", (3, 1), "the row has 0 cells, but most have 4"),
     ("door in the north wall", "##.#\n#.B#\n####", (1, 3), "the border must be all wall (#), and here is a free cell"),
     ("stairwell in the south", "####\n#.B#\n##S#", (3, 3), "the border must be all wall (#), and here is a stairwell"),
     ("table in the west wall", "####\nT.B#\n####", (2, 1), "the border must be all wall (#), and here is a bare table"),
@@ -60,6 +60,29 @@ def test_malformed_plans_are_refused_with_line_and_column(text, place, problem):
     assert message.startswith(f"floor plan 'attic' line {place[0]}, column {place[1]}: ")
     assert problem in message
     assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("row", "line", "problem"),
+    [
+        (0, "#" * 12, "line 1, column 13: the row has 12 cells, but most have 13"),
+        (0, "#" * 14, "line 1, column 14: the row has 14 cells, but most have 13"),
+        (0, "my own house", "line 1, column 1: 'm' is none of .*, and 11 more in this line"),
+        (0, "." * 13, "line 1, column 1: the border must be all wall .*, and 12 more in this line"),
+        (4, "#" * 13, "is not connected to the one at line 2, column 2, nor are [0-9]+ more$"),
+        (5, "", "line 6, column 1: the row has 0 cells, but most have 13"),
+        (5, "?" * 13, r"line 6, column 1: '\?' is none of .*, and 12 more in this line"),
+        (5, "." * 13, "line 6, column 1: the border must be all wall .*, and 1 more in this line"),
+        (9, "#" * 6, "line 10, column 7: the row has 6 cells, but most have 13"),
+    ],
+)
+def test_one_bad_line_is_one_problem(row, line, problem):
+    rows = list(FloorPlan.load("paper").rows)
+    assert {len(cells) for cells in rows} == {13}
+    rows[row] = line
+    with pytest.raises(FloorPlanError, match=problem) as error:
+        FloorPlan.parse("\n".join(rows))
+    assert len(error.value.problems) == 1
 
 
 @pytest.mark.parametrize(

@@ -231,6 +231,39 @@ def test_a_policy_with_too_few_slots_for_a_house():
         Few(TINY)
 
 
+class Trained(Last):
+    """Has learned in a house with one stairwell and one candle, and with one child."""
+
+    flat = True
+
+    def act(self, observations, masks):
+        weights = np.zeros((23, 3))  # as many numbers as are observed there
+        return (observations @ weights).argmax(axis=1)
+
+
+def trained(env):
+    """Has learned where there is one candle."""
+    action = np.zeros(env.action_spec().shape)
+
+    def policy(timestep):
+        action[:3] = timestep.observation["candle_position"].ravel()
+        return action * 0
+
+    return policy
+
+
+@pytest.mark.parametrize("world", ["grid", "house"])
+def test_a_policy_that_was_trained_for_another_house_is_an_error_of_one_line(world, tmp_path, capsys):
+    assert evaluate(Settings(TINY, "grid", (f"{HERE}:Trained",), (1.0,), 1)).episodes.damage.size == 1
+    (tmp_path / "two.txt").write_text("######\n#B.SC#\n#....#\n#C.TT#\n######")
+    policy = {"grid": "Trained", "house": "trained"}[world]
+    said = ["evaluate", "--world", world, "--house", str(tmp_path / "two.txt"), "--epsilon", "1", "--episodes", "1"]
+    assert cli.main([*said, "--caregiver", f"{HERE}:{policy}"]) == 2
+    line = [line for line in capsys.readouterr().err.splitlines() if line.startswith("caregiver-mj: ")][-1]
+    assert "failed in house 'two'" in line
+    assert "ValueError" in line
+
+
 def test_a_simulation_driven_apart_is_told(monkeypatch):
     from dm_control.rl.control import PhysicsError
 
