@@ -99,12 +99,8 @@ class Exact:
         to = [0] if self._free else tables
         held = [(layout, table) for table in to for layout in fewer if self._free or table not in layout]
         self._number = {layout: number for number, layout in enumerate([*full, *held])}
-        self._empty = slice(0, len(full))
-        self._held = {
-            table: slice(numbers[0], numbers[-1] + 1)
-            for table in to
-            if (numbers := [self._number[layout] for layout in held if layout[1] == table])
-        }
+        self._empty = np.arange(len(full))
+        self._held = {table: np.array([self._number[one] for one in held if one[1] == table], int) for table in to}
         self._bears = np.array([[table in layout for table in tables] for layout, _ in self._number], bool)
         self._bears = self._bears.reshape(len(self._number), len(tables))
         # What an action at a table makes of a layout.
@@ -128,14 +124,16 @@ class Exact:
             around = np.array([[*n, *[i] * (5 - len(n))] for i, n in enumerate(graph.neighbours)])
             steps = [np.where(there == self._child, here, there) for there in around.T]
             at = [np.isin(here, stand) for stand in stands]
-            self._choices = [(slice(None), steps)]
+            self._choices = [(np.arange(len(self._number)), there) for there in steps]
         else:
             posts = [[self.plan.cell_index[cell]] for cell in self.plan.stairwells]
             routes = Routes(self.plan, [*posts, *stands])
             far, towards = (np.stack(one, axis=1) for one in zip(*map(routes.around, range(cells)), strict=True))
             at = [far[len(posts) + table] == 0 for table in range(len(stands))]
-            carry = [(held, [towards[len(posts) + table]]) for table, held in self._held.items()]
-            self._choices = [(self._empty, [here, *towards]), *carry]
+            self._choices = [(self._empty, there) for there in (here, *towards[: len(posts)], towards[-1])]
+            for table, there in enumerate(towards[len(posts) : -1]):
+                bears = self._empty[self._bears[self._empty, table]]
+                self._choices += [(bears, there), (self._held[table], there)]
         self._at = at
 
     def _damage(self) -> np.ndarray:
@@ -201,13 +199,13 @@ class Exact:
             best[where] = np.where(better, found, best[where])
             chosen[where] = np.where(better, states, chosen[where])
 
-        for layouts, steps in self._choices:
-            for there in steps:
-                where = (self._child, there, layouts)
-                consider((slice(None), slice(None), layouts), after[where], state[where])
+        for layouts, there in self._choices:
+            where = (self._child[..., None], there[..., None], layouts)
+            consider((slice(None), slice(None), layouts), after[where], state[where])
         if not self._free:  # where its candle is to be put down, it is
             for table, held in self._held.items():
-                best[:, :, held][self._at[table]] = np.inf
+                child, cell = np.nonzero(self._at[table])
+                best[child[:, None], cell[:, None], held] = np.inf
         for table, number, other in self._handled:
             child, cell = np.nonzero(self._at[table])
             consider((child, cell, number), after[child, cell, other], state[child, cell, other])
