@@ -68,6 +68,8 @@ class Best(Caregiver, ToldCaregiver):
     def __init__(self, exact):
         super().__init__(exact.plan)
         self.exact, self.left = exact, [exact.value]
+        self.posts = [[len(self.plan.free_cells) + i] for i in range(len(self.plan.stairwells))]
+        self.routes = Routes(self.plan, [*self.posts, *self.plan.graph.beside(self.plan.tables)])
         for _ in range(2):  # what is to come with so many actions left
             self.left.append(exact._act(self.left[-1])[0].reshape(exact.value.shape))
 
@@ -81,33 +83,30 @@ class Best(Caregiver, ToldCaregiver):
     def decide(self, percept):
         after, plan = self.left[round(3 * percept.time_left[0]) - 1], self.plan
         child, cell = percept.child_cell[:, 0], percept.caregiver_cell
-        posts = [[len(plan.free_cells) + i] for i in range(len(plan.stairwells))]
-        routes = Routes(plan, [*posts, *plan.graph.beside(plan.tables)])
         found = []
         for world in range(len(cell)):
+            if percept.holding[world] != NOTHING:  # it is put down, whatever is said
+                found.append(Intervention())
+                continue
             answers = [(STAY, Intervention(DO_NOTHING)), (ASIDE, Intervention(STAND_ASIDE))]
-            answers += [(i, Intervention(BLOCK, i)) for i in range(len(posts))]
+            answers += [(i, Intervention(BLOCK, i)) for i in range(len(self.posts))]
             tables = percept.candle_table[world].tolist()
-            if percept.holding[world] == NOTHING:
-                answers += [
-                    (len(posts) + table, Intervention(RELOCATE, len(posts) + candle, to))
-                    for candle, table in enumerate(tables)
-                    for to in set(range(len(plan.tables))) - set(tables)
-                ]
+            answers += [
+                (len(self.posts) + table, Intervention(RELOCATE, len(self.posts) + candle, to))
+                for candle, table in enumerate(tables)
+                for to in set(range(len(plan.tables))) - set(tables)
+            ]
             place = np.array([one for one, _ in answers])
             each = np.ones(len(answers), int)
-            far, there = routes.towards(place, child[world] * each[:, None], cell[world] * each)
-            layouts = [
-                (np.array(tables)[None], *np.array([[NOTHING], [NOTHING]]))
-                if verb.verb != RELOCATE or distance
-                else (np.where(np.array(tables) == tables[verb.hazard - len(posts)], NOTHING, tables)[None],
-                      np.array([0]), np.array([verb.destination]))
-                for distance, (_, verb) in zip(far, answers, strict=True)
-            ]  # fmt: skip
-            if percept.holding[world] != NOTHING:
-                found.append(answers[0][1])  # is not heeded
-                continue
-            layout = np.concatenate([self.exact.layout(*one) for one in layouts])
+            far, there = self.routes.towards(place, child[world] * each[:, None], cell[world] * each)
+            takes = [verb.verb == RELOCATE and not left for left, (_, verb) in zip(far, answers, strict=True)]
+            candle = [
+                verb.hazard - len(self.posts) if take else NOTHING
+                for take, (_, verb) in zip(takes, answers, strict=True)
+            ]
+            on = [[NOTHING if i == taken else table for i, table in enumerate(tables)] for taken in candle]
+            to = np.array([verb.destination for _, verb in answers])
+            layout = self.exact.layout(np.array(on), np.array(candle), to)
             cost = after[child[world], there, layout, self.goal[world], self.epsilon[world]]
             found.append(answers[int(cost.argmin())][1])
         return Interventions.of(found)
