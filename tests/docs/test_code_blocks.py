@@ -123,7 +123,8 @@ def test_script_has_the_options(words, monkeypatch, capsys):
     assert (ROOT / script).is_file()
     asked = {word.partition("=")[0] for word in given if word.startswith("--")}
     if asked:
-        monkeypatch.setattr(sys, "argv", [script, "--help"])
+        study = given[:1] if script == "scripts/study.py" else []
+        monkeypatch.setattr(sys, "argv", [script, *study, "--help"])
         with pytest.raises(SystemExit):
             runpy.run_path(str(ROOT / script), run_name="__main__")
         assert asked <= set(re.findall(r"--[a-z-]+", capsys.readouterr().out))

@@ -4,14 +4,12 @@ import itertools
 
 import pytest
 
-from caregiver_mj.studies.several_children.document import document, verdict
-from caregiver_mj.studies.several_children.figures import draw
-from caregiver_mj.studies.several_children.measure import CAREGIVERS, FAMILIES, rows, run
+from studies.several_children import CAREGIVERS, FAMILIES, draw, measure, page, rows
 
 
 @pytest.fixture(scope="module")
 def found():
-    return rows(run(["paper"], ["grid"], {"grid": 6}, jobs=1))
+    return rows(measure(["paper"], ["grid"], {"grid": 6}, jobs=1))
 
 
 def test_a_row_for_every_caregiver_and_family(found):
@@ -22,14 +20,8 @@ def test_a_row_for_every_caregiver_and_family(found):
         assert (row["left"][0] == 1.0) == (row["caregiver"] == "none")
 
 
-def test_verdicts():
-    assert verdict((-1.0, -2.0, -0.5)) == "helps"
-    assert verdict((1.0, 0.5, 2.0)) == "harms"
-    assert verdict((0.1, -0.5, 2.0)) == "no difference seen"
-
-
 def test_page_and_figure(found):
-    text = document(found, "scripts/several_children.py")
+    text = page(found).text("several_children", "the command")
     assert text.startswith("# Two children\n")
     lines = text.splitlines()
     assert sum(line.startswith("| grid | paper | 1,0.25 |") for line in lines) == 1 + len(CAREGIVERS["grid"])

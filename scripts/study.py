@@ -1,0 +1,380 @@
+"""Run a study of the project: `python scripts/study.py NAME [options]`.
+
+A study is a module in `studies/`. Its docstring says what it measures, `add_options` declares its options, and `run`
+measures: it prints what it has found, or returns a `Page`, the text of which is the template `studies/NAME.md`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import dataclasses
+import functools
+import importlib
+import json
+import pathlib
+import re
+import shlex
+import sys
+import textwrap
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from typing import Any, TypedDict, TypeVar
+
+import jinja2
+import numpy as np
+import rich.box
+import rich.table
+from matplotlib.figure import Figure
+from rich.console import Console
+from rich.progress import track
+
+from caregiver_mj.children.tape import Tape
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.intervals import Estimate
+from caregiver_mj.experiments.run_folder import RunFolder
+from caregiver_mj.experiments.seeds import episode_seed, episode_tapes
+from caregiver_mj.experiments.versions import versions
+from caregiver_mj.experiments.workers import run_jobs
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.viz.figures import as_bytes
+
+Job = TypeVar("Job", bound=Hashable)
+Result = TypeVar("Result")
+
+FOLDER = pathlib.Path(__file__).with_name("studies")
+# Where the robot's skills are measured: the houses of the package, and a generated one with 13 x 14 cells, four candles
+# and four bare tables.
+HOUSES = ("paper", "apartment", "house-20")
+_WIDTH = 120  # characters of a line of a page, and of a table on screen where there is no terminal to ask
+
+
+# -- Options -----------------------------------------------------------------------------------------
+
+
+class Parser(argparse.ArgumentParser):
+    """A study's options, which can be said again as the command that makes a page."""
+
+    def __init__(self, name: str, description: str | None):
+        super().__init__(
+            prog=f"study.py {name}", description=description, formatter_class=argparse.RawDescriptionHelpFormatter
+        )
+        self._name, self._said = name, list[argparse.Action]()
+
+    def add(self, name: str, default: Any = None, what: str = "", *, said: bool = True, **details: Any) -> None:
+        """Add the option `--name`.
+
+        Args:
+            name: Without the dashes.
+            default: Its value if it is not given. Its type is that of the option, or of its members for a list; False
+                makes a flag.
+            what: What it is; the default is added.
+            said: Whether a page depends on it, so that the command in the page says it.
+            details: Further arguments of `argparse.ArgumentParser.add_argument`.
+        """
+        members = default if isinstance(default, list) else [default]
+        if default is False:
+            details["action"] = "store_true"
+        elif members and members[0] is not None:
+            details.setdefault("type", type(members[0]))
+            what = f"{what} (default: {' '.join(map(str, members))})".lstrip()
+        if isinstance(default, list):
+            details.setdefault("nargs", "+")
+        action = self.add_argument(f"--{name}", default=default, help=what, **details)
+        if said:
+            self._said.append(action)
+
+    def add_jobs(self) -> None:
+        """Add `--jobs`."""
+        self.add("jobs", 2, "worker processes", said=False)
+
+    def add_file(self, name: str, what: str, metavar: str = "FILE") -> None:
+        """Add an option that names a file or folder, on which a page does not depend."""
+        self.add(name, None, what, said=False, type=pathlib.Path, metavar=metavar)
+
+    def add_trials(self, name: str, count: int, first: int = 0) -> None:
+        """Add the options of trials in the house: how many (called `--<name>`), `--first`, `--jobs` and `--json`."""
+        self.add(name, count, "how many", dest="trials")
+        self.add("first", first, "seed of the first", metavar="SEED")
+        self.add_file("json", "also write all results to a file")
+        self.add_jobs()
+
+    def command(self, options: argparse.Namespace) -> str:
+        """The command that makes a page, with the options that are not as by default."""
+        words = ["python", "scripts/study.py", self._name]
+        for action in self._said:
+            if (value := getattr(options, action.dest)) != action.default:
+                values = value if isinstance(value, list) else [] if value is True else [value]
+                words += [action.option_strings[0], *map(str, values)]
+        return shlex.join([*words, "--docs", "docs"])
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a study; return the exit status, which is 2 for bad input."""
+    given = sys.argv[1:] if arguments is None else list(arguments)
+    chooser = argparse.ArgumentParser(
+        prog="study.py", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter, epilog=_contents()
+    )
+    chooser.add_argument("name", choices=names(), metavar="NAME", help="one of those below; NAME --help says more")
+    name = chooser.parse_args(given[:1]).name
+    study = importlib.import_module(f"studies.{name}")
+    parser = Parser(name, study.__doc__)
+    study.add_options(parser)
+    if (FOLDER / f"{name}.md").exists():
+        parser.add_file("docs", "write the page and its figures there", "DIR")
+    options = parser.parse_args(given[1:])
+    try:
+        found = study.run(options)
+    except CaregiverError as error:
+        parser.error(str(error))
+    if not isinstance(found, Page):
+        return int(found or 0)
+    text = found.text(name, parser.command(options))
+    print(text, end="")
+    if options.docs:
+        found.write(options.docs, name, text)
+    return 0
+
+
+def names() -> list[str]:
+    """All studies."""
+    return sorted(path.stem for path in FOLDER.glob("[!_]*.py"))
+
+
+def _contents() -> str:
+    """What each study measures: the first line of its docstring, read without importing it."""
+    lines = ["studies:"]
+    for name in names():
+        summary, *_ = (ast.get_docstring(ast.parse((FOLDER / f"{name}.py").read_text("utf-8"))) or "").splitlines()
+        lines.append(f"  {name:17} {summary}")
+    return "\n".join(lines)
+
+
+# -- Pages -------------------------------------------------------------------------------------------
+
+
+@dataclasses.dataclass(frozen=True)
+class Page:
+    """What a study's template is filled with.
+
+    Attributes:
+        values: By their names in the template; the template has `command` besides.
+        figures: By the names of their files, such as "coverage.png".
+        name: Of the page; the study's if it is empty.
+    """
+
+    values: Mapping[str, Any]
+    figures: Mapping[str, Figure] = dataclasses.field(default_factory=dict)
+    name: str = ""
+
+    def text(self, study: str, command: str) -> str:
+        """The page that a command makes."""
+        environment = jinja2.Environment(loader=jinja2.FileSystemLoader(FOLDER), undefined=jinja2.StrictUndefined)
+        environment.filters |= {
+            "form": format, "interval": interval, "listed": listed, "share": share, "side": side, "verdict": verdict
+        }  # fmt: skip
+        environment.globals["table"] = table
+        return fill(environment.get_template(f"{study}.md").render(self.values, command=command))
+
+    def write(self, folder: pathlib.Path, study: str, text: str) -> None:
+        """Write the page and its figures."""
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / f"{self.name or study}.md").write_text(text, encoding="utf-8")
+        for file, figure in self.figures.items():
+            (folder / file).write_bytes(as_bytes(figure, file.rpartition(".")[2]))
+
+
+def fill(text: str) -> str:
+    """Fill the paragraphs and list items of a page in Markdown to the width of a line; the rest stays as it is."""
+    return "\n\n".join(_fill(block) for block in re.split(r"\n\s*\n", text.strip())) + "\n"
+
+
+def _fill(block: str) -> str:
+    if block.startswith(("#", "|", "!", "    ")):
+        return block
+    items = []
+    for item in re.split(r"\n(?=- )", block):
+        indent = "  " if item.startswith("- ") else ""
+        words = re.sub(r"[ \n]+", " ", item).strip()
+        items.append(
+            textwrap.fill(words, _WIDTH, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+        )
+    return "\n".join(items)
+
+
+def table(titles: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """A table in Markdown, whose first column is text and whose others are figures."""
+    head = [*titles]
+    lines = [head, ["---", *["---:"] * (len(head) - 1)], *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def interval(estimate: Iterable[float], digits: int = 2, sign: str = "", exact: bool = False) -> str:
+    """An estimate with its interval; a dash where there is none, or nothing bounds it.
+
+    Args:
+        estimate: The value and the ends of its interval.
+        digits: After the point.
+        sign: "+" to write that of positive numbers.
+        exact: Whether a value whose interval has no width stands alone.
+    """
+    value, low, high = (float(number) for number in estimate)
+    shown, first, last = (f"{round(number, digits) + 0.0:{sign}.{digits}f}" for number in (value, low, high))  # no -0.0
+    if np.isnan(value):
+        return "–"
+    if exact and low == high:
+        return shown
+    return f"{shown} ({first} to {last})" if np.isfinite((low, high)).all() else f"{shown} (–)"
+
+
+def share(estimate: Iterable[float]) -> str:
+    """An estimate in percent, with its interval."""
+    value, low, high = (float(number) for number in estimate)
+    shown = f"{100 * value:.0f} %"
+    return f"{shown} ({100 * low:.0f} to {100 * high:.0f})" if np.isfinite((value, low, high)).all() else f"{shown} (–)"
+
+
+def listed(items: Iterable[str]) -> str:
+    """Some things in a sentence."""
+    *first, last = items
+    return f"{', '.join(first)} and {last}" if first else last
+
+
+def side(estimate: Estimate[float], of: float = 0.0) -> int:
+    """On which side of a number the whole interval is: 1, -1, or 0 for neither, as where nothing bounds it."""
+    if not np.isfinite(estimate).all():
+        return 0
+    return int(estimate.low > of) - int(estimate.high < of)
+
+
+def verdict(estimate: Estimate[float], below: str, neither: str, above: str, of: float = 0.0) -> str:
+    """What an interval says: whether all of it is below or above a number, or neither."""
+    return (neither, above, below)[side(estimate, of)]
+
+
+# -- Jobs --------------------------------------------------------------------------------------------
+
+
+def run_all(
+    function: Callable[[Job], Result], jobs: Sequence[Job], processes: int, doing: str, out: pathlib.Path | None = None
+) -> list[Result]:
+    """Run a function over jobs in worker processes, and show on standard error how far it has got.
+
+    Args:
+        function: What to run, as importable from a new process.
+        jobs: Hashable jobs, each with a text of its own.
+        processes: How many workers; 1 runs the jobs in this process.
+        doing: What is being done, in words.
+        out: A folder in which results are kept, as JSON, and looked for first.
+
+    Returns:
+        Results in the order of the jobs.
+
+    Raises:
+        CaregiverError: The folder holds results of another function, or of other versions.
+    """
+    settings = {"study": f"{function.__module__}.{function.__qualname__}", "versions": versions()} if out else {}
+    folder = RunFolder(out, settings, resume=True) if out else None
+    found: dict[Job, Any] = {job: kept for job in jobs if folder and (kept := folder.read(_file_name(job)))}
+    pending = [job for job in jobs if job not in found]
+    running = run_jobs(function, pending, processes)
+    for job, result in track(running, doing, total=len(pending), console=Console(stderr=True)):
+        if folder:
+            folder.write(_file_name(job), result)  # type: ignore[arg-type]  # whoever keeps results has them as JSON
+        found[job] = result
+    return [found[job] for job in jobs]
+
+
+def _file_name(job: Hashable) -> str:
+    return re.sub(r"[^\w.,:=-]+", "_", str(job))
+
+
+def tapes(episodes: int, seed: int = 0, children: int = 1) -> list[tuple[Tape, ...]]:
+    """The chance of the episodes that `evaluate` runs with a seed."""
+    return [episode_tapes(episode_seed(seed, episode), children) for episode in range(episodes)]
+
+
+@functools.cache  # plans keep what they have worked out
+def load_house(name: str) -> FloorPlan:
+    """Load a house, once in a process."""
+    return FloorPlan.load(name)
+
+
+# -- Trials in the house -----------------------------------------------------------------------------
+
+
+@dataclasses.dataclass(frozen=True)
+class Trial:
+    """What every trial in the house tells.
+
+    Attributes:
+        house: Name of the house.
+        seed: Seed of all chance in it.
+        strikes: Times that the robot struck a child.
+        drops: Candles that fell.
+    """
+
+    house: str
+    seed: int
+    strikes: int
+    drops: int
+
+
+AnyTrial = TypeVar("AnyTrial", bound=Trial)
+
+
+class Mishaps(TypedDict):
+    """What of a `Trial` is counted alike in all of them."""
+
+    strikes: int
+    drops: int
+
+
+def mishaps(outcome: Mapping[str, float]) -> Mishaps:
+    """A trial's strikes and drops, by a task's outcome."""
+    return {"strikes": int(outcome["strikes"]), "drops": int(outcome["candles_dropped"])}
+
+
+def total(trials: Iterable[Trial], what: str) -> str:
+    """Strikes, or drops, of several trials together, as text."""
+    return str(sum(getattr(trial, what) for trial in trials))
+
+
+def by_house(trials: Sequence[AnyTrial]) -> dict[str, list[AnyTrial]]:
+    """The trials in each house, and all of them."""
+    houses = dict.fromkeys(trial.house for trial in trials)
+    return {name: [trial for trial in trials if trial.house == name] for name in houses} | {"all": list(trials)}
+
+
+def seeds(options: argparse.Namespace) -> range:
+    """The seeds that the options ask for, one for each trial."""
+    return range(options.first, options.first + options.trials)
+
+
+def write_json(path: pathlib.Path | None, trials: Iterable[Trial]) -> None:
+    """Write all results to a file, if there is to be one."""
+    if path:
+        rows = [dataclasses.asdict(trial) for trial in trials]
+        path.write_text(json.dumps(rows, indent=2) + "\n", encoding="utf-8")
+
+
+# -- Tables on screen --------------------------------------------------------------------------------
+
+
+def make_console() -> Console:
+    """A console that does not squeeze tables when its output goes to a file."""
+    console = Console()
+    return console if console.is_terminal else Console(width=_WIDTH)
+
+
+def make_table(title: str, *columns: str) -> rich.table.Table:
+    """A table whose first column is text and whose others are figures."""
+    made = rich.table.Table(title=title, box=rich.box.SIMPLE_HEAD, title_justify="left")
+    for i, column in enumerate(columns):
+        made.add_column(column, justify="right" if i else "left", no_wrap=not i)
+    return made
+
+
+if __name__ == "__main__":
+    from study import main as run_study  # the module that the studies import, and not its copy that runs as a script
+
+    raise SystemExit(run_study())
