@@ -40,6 +40,7 @@ from caregiver_mj.viz.figures import as_bytes
 
 Job = TypeVar("Job", bound=Hashable)
 Result = TypeVar("Result")
+Item = TypeVar("Item")
 
 FOLDER = pathlib.Path(__file__).with_name("studies")
 # Where the robot's skills are measured: the houses of the package, and a generated one with 13 x 14 cells, four candles
@@ -169,9 +170,8 @@ class Page:
     def text(self, study: str, command: str) -> str:
         """The page that a command makes."""
         environment = jinja2.Environment(loader=jinja2.FileSystemLoader(FOLDER), undefined=jinja2.StrictUndefined)
-        environment.filters |= {
-            "form": format, "interval": interval, "listed": listed, "share": share, "side": side, "verdict": verdict
-        }  # fmt: skip
+        environment.filters |= {made.__name__: made for made in (interval, listed, percent, share, side, verdict)}
+        environment.filters["form"] = format
         environment.globals["table"] = table
         return fill(environment.get_template(f"{study}.md").render(self.values, command=command))
 
@@ -233,9 +233,14 @@ def share(estimate: Iterable[float]) -> str:
     return f"{shown} ({100 * low:.0f} to {100 * high:.0f})" if np.isfinite((value, low, high)).all() else f"{shown} (–)"
 
 
-def listed(items: Iterable[str]) -> str:
+def percent(value: float, digits: int = 1) -> str:
+    """A share in percent."""
+    return f"{100 * value:.{digits}f} %"
+
+
+def listed(items: Iterable[Any]) -> str:
     """Some things in a sentence."""
-    *first, last = items
+    *first, last = map(str, items)
     return f"{', '.join(first)} and {last}" if first else last
 
 
@@ -277,11 +282,16 @@ def run_all(
     found: dict[Job, Any] = {job: kept for job in jobs if folder and (kept := folder.read(_file_name(job)))}
     pending = [job for job in jobs if job not in found]
     running = run_jobs(function, pending, processes)
-    for job, result in track(running, doing, total=len(pending), console=Console(stderr=True)):
+    for job, result in progress(running, doing, len(pending)):
         if folder:
             folder.write(_file_name(job), result)  # type: ignore[arg-type]  # whoever keeps results has them as JSON
         found[job] = result
     return [found[job] for job in jobs]
+
+
+def progress(items: Iterable[Item], doing: str, count: int | None = None) -> Iterable[Item]:
+    """The items, one after the other; standard error shows what is being done, and how far it has got."""
+    return track(items, doing, total=count, console=Console(stderr=True))
 
 
 def _file_name(job: Hashable) -> str:

@@ -5,9 +5,17 @@ import numpy as np
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.studies.ablations import tables
-from caregiver_mj.studies.ablations.destinations import LeastExposedTable, NearestTable
-from caregiver_mj.studies.ablations.study import Study, Variant, paper, variants
+from studies.ablations import (
+    LeastExposedTable,
+    NearestTable,
+    Study,
+    Variant,
+    paper,
+    safety_table,
+    thresholds_table,
+    variants,
+    variants_table,
+)
 
 # The candle's table, then the others from left to right; a bin beside the last one, so that children go there.
 CORRIDOR = FloorPlan.parse("###########\n#.........#\n#.C.T...TB#\n###########", "corridor")
@@ -46,29 +54,28 @@ def study(timesteps=EPISODE_TIMESTEPS):
     return Study(FloorPlan.load("paper"), tapes)
 
 
-def test_tables_have_a_row_a_variant(monkeypatch, capsys):
+def cells(text):
+    return [line.strip("| ").split(" | ") for line in text.splitlines()]
+
+
+def test_tables_have_a_row_a_variant():
     few = {"default": {}, "hyperprior 3": {"hyperprior": 3.0}}
     slow = Variant(paper(), actions=1)
     made = {name: Variant(paper(**options)) for name, options in few.items()} | {"one action": slow}
-    monkeypatch.setattr(tables, "PRIORS", few)
-    monkeypatch.setattr(tables, "variants", lambda: made)
     short = study(timesteps=100)
     alone = short.alone()
-    tables.print_variants(short, alone)
-    rows = [line.strip("| ").split(" | ") for line in capsys.readouterr().out.splitlines()]
+    rows = cells(variants_table(short, alone, made))
     assert [row[0] for row in rows] == ["variant", "---", *made]
     assert {len(row) for row in rows} == {9}
     assert [row[-1] for row in rows[2:4]] == ["100%", "100%"]  # P(safe) changes no choice
     assert rows[2][1:] == rows[3][1:]
     assert rows[4][1:] != rows[2][1:]
 
-    tables.print_thresholds(short, alone)
-    rows = [line.strip("| ").split(" | ") for line in capsys.readouterr().out.splitlines()]
+    rows = cells(thresholds_table(short, alone, few))
     assert [row[0] for row in rows[2:]] == [f"threshold {t}" for t in ("0", "0.1", "0.5", "1", "0.5, hyperprior 3")]
     assert {len(row) for row in rows} == {7}
 
-    tables.print_safety(study())  # after up to 200 timesteps
-    rows = [line.strip("| ").split(" | ") for line in capsys.readouterr().out.splitlines()]
+    rows = cells(safety_table(study(), few))  # after up to 200 timesteps
     assert [row[0] for row in rows[2:]] == list(few)
     probabilities = np.array([row[1:] for row in rows[2:]], float)
     assert probabilities.shape == (2, 10)

@@ -1,0 +1,236 @@
+"""Which parts of the model matter, in the grid world: prints the tables of docs/ablations.md."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from caregiver_mj.caregivers.caregiver import Caregiver
+from caregiver_mj.caregivers.paper import PaperCaregiver
+from caregiver_mj.caregivers.percept import Percept, bare_tables
+from caregiver_mj.children.tape import Tape
+from caregiver_mj.experiments.intervals import of_ratio
+from caregiver_mj.experiments.settings import EPSILONS
+from caregiver_mj.grid.world import CAREGIVER_ACTIONS, GridWorld
+from caregiver_mj.plans.cell_graph import Target
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
+from study import Parser, progress, table
+
+# What the action prior is learned from, and how; as arguments of `PaperCaregiver`.
+PRIORS: dict[str, dict[str, Any]] = {
+    "Dirichlet draw, hyperprior 1, 1,000 expert timesteps (default)": {},
+    "Dirichlet mean": {"prior": "mean"},
+    "hyperprior 0.1": {"hyperprior": 0.1},
+    "hyperprior 0.3": {"hyperprior": 0.3},
+    "hyperprior 3": {"hyperprior": 3.0},
+    "hyperprior 10": {"hyperprior": 10.0},
+    "100 expert timesteps": {"expert_timesteps": 100},
+    "300 expert timesteps": {"expert_timesteps": 300},
+    "3,000 expert timesteps": {"expert_timesteps": 3000},
+    "10,000 expert timesteps": {"expert_timesteps": 10_000},
+}
+_ACTIONS = (1, 2, 4, 5, 6)  # of the caregiver, a timestep
+_FEW_EPSILONS = (1.0, 0.5, 0.05)
+_THRESHOLDS = (0.0, 0.1, 0.5, 1.0)
+_MIDDLE = 0.5  # the threshold at which priors are compared
+_TIMES = (10, 50, 200)  # timesteps after which P(safe) is told
+
+Figures = dict[str, np.ndarray]  # what is measured of every episode, (B,) each
+
+
+def add_options(parser: Parser) -> None:
+    """Declare the options."""
+    parser.add("house", "paper", "name or file of the floor plan")
+    parser.add("episodes", 2000, "episodes for every variant and epsilon")
+    parser.add("seed", 0, "seed of the first episode")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Run the study and print its tables."""
+    seeds = range(options.seed, options.seed + options.episodes)
+    tapes = [Tape.draw_family(np.random.RandomState(seed), 1) for seed in seeds]
+    study = Study(FloorPlan.load(options.house), tapes)
+    alone = study.alone()
+    print(variants_table(study, alone, variants()), end="\n\n", flush=True)
+    print(thresholds_table(study, alone, PRIORS), end="\n\n", flush=True)
+    print(safety_table(study, PRIORS))
+
+
+# -- Variants ----------------------------------------------------------------------------------------
+
+
+class NearestTable(PaperCaregiver):
+    """Takes a candle to the bare table nearest, on foot, to its own."""
+
+    def __init__(self, plan: FloorPlan, seed: int = 0):
+        super().__init__(plan, seed)
+        beside = plan.graph.beside(plan.tables)
+        walk = plan.graph.distances_from(beside)  # (tables, caregiver cells)
+        self._between = np.array([walk[:, cells].min(axis=1) for cells in beside], float)  # (tables, tables)
+
+    def destination(self, percept: Percept, candle: np.ndarray) -> np.ndarray:
+        own = percept.candle_table[np.arange(len(candle)), candle]
+        bare = bare_tables(percept.candle_table, len(self.plan.tables))
+        return np.where(bare, self._between[own], np.inf).argmin(axis=1)
+
+
+class LeastExposedTable(PaperCaregiver):
+    """Takes a candle to the bare table into which one that moves as the action prior says bumps most rarely.
+
+    Attributes:
+        exposure: How often that one bumps into each table, bumps a move, (tables,).
+    """
+
+    def __init__(self, plan: FloorPlan, seed: int = 0):
+        super().__init__(plan, seed, prior="mean")
+        next_cell, target, index = plan.graph.moves
+        cells = np.arange(len(plan.free_cells))
+        chain = np.zeros((len(cells), len(cells)))
+        np.add.at(chain, (cells[:, None], next_cell), self.action_prior)
+        # The share of its time that it spends in each cell: p chain = p, sum(p) = 1.
+        equations = np.concatenate([chain.T - np.eye(len(cells)), np.ones((1, len(cells)))])
+        share = np.linalg.lstsq(equations, np.eye(len(cells) + 1)[-1], rcond=None)[0]
+        self.exposure = np.zeros(len(plan.tables))
+        bumps = target == Target.TABLE
+        np.add.at(self.exposure, index[bumps], (share[:, None] * self.action_prior)[bumps])
+
+    def destination(self, percept: Percept, candle: np.ndarray) -> np.ndarray:
+        return self._exposure_where_bare(percept).argmin(axis=1)
+
+    def worth_protecting(self, percept: Percept) -> np.ndarray:
+        least, table = self._exposure_where_bare(percept).min(axis=1), percept.candle_table
+        stairwells, _ = self.plan.hazards.split(super().worth_protecting(percept))
+        return self.plan.hazards.join(stairwells, (table != NOTHING) & (self.exposure[table] > least[:, None]))
+
+    def _exposure_where_bare(self, percept: Percept) -> np.ndarray:
+        """Exposure of each bare table, infinite for others, (B, tables)."""
+        return np.where(bare_tables(percept.candle_table, len(self.exposure)), self.exposure, np.inf)
+
+
+@dataclasses.dataclass(frozen=True)
+class Variant:
+    """A caregiver with something changed.
+
+    Attributes:
+        make: Makes it for a house.
+        actions: How many actions it has in a novice timestep.
+    """
+
+    make: Callable[[FloorPlan], Caregiver]
+    actions: int = CAREGIVER_ACTIONS
+
+
+def paper(**options: Any) -> Callable[[FloorPlan], Caregiver]:
+    """What makes the paper's caregiver with some options."""
+    return lambda plan: PaperCaregiver(plan, **options)
+
+
+def variants() -> dict[str, Variant]:
+    """All variants by name; the first one is the default."""
+    found = {name: Variant(paper(**options)) for name, options in PRIORS.items()}
+    found["P(reach) linear"] = Variant(paper(reach="linear"))
+    for actions in _ACTIONS:
+        found[f"{actions} caregiver action{'s' * (actions > 1)} a timestep"] = Variant(paper(), actions)
+    found["candle to the nearest bare table"] = Variant(NearestTable)
+    found["candle to the least exposed bare table"] = Variant(LeastExposedTable)
+    return found
+
+
+@dataclasses.dataclass(frozen=True)
+class Study:
+    """Runs variants on the same novices.
+
+    Attributes:
+        plan: The house.
+        tapes: The novices' chance, the same for every variant.
+    """
+
+    plan: FloorPlan
+    tapes: Sequence[tuple[Tape, ...]]
+
+    def run(self, epsilon: float, variant: Variant) -> Figures:
+        """Run all episodes with a variant."""
+        caregiver = variant.make(self.plan)
+        return GridWorld(self.plan, epsilon, caregiver, caregiver_actions=variant.actions).run(self.tapes).totals()
+
+    def alone(self) -> dict[float, Figures]:
+        """Run all episodes without a caregiver, by epsilon."""
+        return {epsilon: GridWorld(self.plan, epsilon, None).run(self.tapes).totals() for epsilon in EPSILONS}
+
+    def safety(self, epsilon: float, caregiver: PaperCaregiver, at: Sequence[int]) -> np.ndarray:
+        """P(safe) of unassisted novices after some timesteps, (times, episodes)."""
+        world = GridWorld(self.plan, epsilon, None)
+        world.reset(self.tapes)
+        caregiver.reset(len(self.tapes))
+        safe = []
+        for timestep in range(1, max(at) + 1):
+            world.step()
+            caregiver.watch(world.percept())
+            if timestep in at:
+                safe.append(caregiver.assess(world.percept()).safe[:, 0])
+        return np.array(safe)
+
+
+# -- Tables ------------------------------------------------------------------------------------------
+
+
+def variants_table(study: Study, alone: dict[float, Figures], made: Mapping[str, Variant]) -> str:
+    """Damage left under every variant, and whether it changes any episode at all."""
+    rows, default = [], dict[float, Figures]()
+    for name, variant in progress(made.items(), "variants"):
+        found = {epsilon: study.run(epsilon, variant) for epsilon in EPSILONS}
+        default = default or found
+        same = np.mean([_same(found[e], default[e]) for e in EPSILONS])
+        toys, toys_alone = (sum(world[e]["toys_reached"].mean() for e in EPSILONS) for world in (found, alone))
+        begun = np.mean([found[e]["interventions"].mean() for e in EPSILONS])
+        rows.append((name, *_left(found, alone), f"{toys / toys_alone:.1%}", f"{begun:.1f}", f"{same:.0%}"))
+    left = (f"left at {epsilon:g}" for epsilon in EPSILONS)
+    return table(("variant", *left, "toys kept", "interventions", "episodes as default"), rows)
+
+
+def thresholds_table(study: Study, alone: dict[float, Figures], priors: Mapping[str, dict[str, Any]]) -> str:
+    """What the prior does once expected danger is compared with a threshold."""
+    made: dict[str, dict[str, Any]] = {
+        f"threshold {threshold:g}": {"threshold": threshold} for threshold in _THRESHOLDS
+    }
+    for name, options in priors.items():
+        if options:
+            made[f"threshold {_MIDDLE:g}, {name}"] = {"threshold": _MIDDLE, **options}
+    rows = []
+    for name, options in progress(made.items(), "thresholds"):
+        found = {epsilon: study.run(epsilon, Variant(paper(**options))) for epsilon in _FEW_EPSILONS}
+        rows.append((name, *_left(found, alone), *(f"{found[e]['interventions'].mean():.1f}" for e in found)))
+    return table(("variant", *(f"{what} at {e:g}" for what in ("left", "interventions") for e in _FEW_EPSILONS)), rows)
+
+
+def safety_table(study: Study, priors: Mapping[str, dict[str, Any]]) -> str:
+    """P(safe) of careful and careless novices, and how well it tells them apart."""
+    rows = []
+    careless, *_, careful = _FEW_EPSILONS
+    for name, options in progress(priors.items(), "P(safe)"):
+        caregiver = PaperCaregiver(study.plan, **options)
+        safe = {epsilon: study.safety(epsilon, caregiver, _TIMES) for epsilon in _FEW_EPSILONS}
+        means = (f"{mean:.2f}" for epsilon in safe for mean in safe[epsilon].mean(axis=1))
+        # The probability that a careful novice looks safer than a careless one, whichever two one takes.
+        one, other = safe[careful][0][:, None], safe[careless][0]
+        apart = (one > other).mean() + (one == other).mean() / 2
+        rows.append((name, *means, f"{apart:.2f}"))
+    columns = (f"{epsilon:g} after {timestep}" for epsilon in _FEW_EPSILONS for timestep in _TIMES)
+    return table(("prior", *columns, f"told apart after {_TIMES[0]}"), rows)
+
+
+def _left(assisted: dict[float, Figures], alone: dict[float, Figures]) -> Iterator[str]:
+    """Damage left at each epsilon, with half the width of its interval."""
+    for epsilon in assisted:
+        ratio, low, high = of_ratio(assisted[epsilon]["damage"], alone[epsilon]["damage"])
+        yield f"{ratio:.3f} ± {(high - low) / 2:.3f}"
+
+
+def _same(one: Figures, other: Figures) -> np.ndarray:
+    """Whether every figure of an episode is the same, (B,)."""
+    return np.all([one[name] == other[name] for name in one], axis=0)
