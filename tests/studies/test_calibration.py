@@ -9,11 +9,21 @@ from caregiver_mj.children.family import CHILDREN, Family
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.studies.calibration import children
-from caregiver_mj.studies.calibration.command import main
-from caregiver_mj.studies.calibration.scores import EACH, Scores
-from caregiver_mj.studies.calibration.tally import HARMLESS, HORIZONS, SAFE, House, tally, tally_house
-from caregiver_mj.studies.calibration.watch import Questions, Watched, watch_children
+from studies import calibration
+from studies.calibration import (
+    EACH,
+    HARMLESS,
+    HORIZONS,
+    SAFE,
+    House,
+    Questions,
+    Scores,
+    Watched,
+    tally,
+    tally_house,
+    watch_children,
+)
+from study import main
 
 # One cell: a toy west of it, stairs east, a table with a candle north and a bare one south.
 SMALL = FloorPlan.parse("#####\n##C##\n#B.S#\n##T##\n#####", "small")
@@ -74,21 +84,21 @@ def test_what_cannot_happen_is_no_prediction():
 
 def test_a_child_of_the_model_is_calibrated():
     """Five novices, each as often, whose epsilon never changes: on average just what the belief begins with."""
-    count, names = 150, children.MODELLED
+    count, names = 150, calibration.MODELLED
     watched = watch_children(KITCHEN, [Family.parse(name) for name in names], tapes(count), HORIZONS, change=0.0)
     rows = tally(watched, Questions.of(KITCHEN).kinds, names, count).assign(house="kitchen")
     for horizon in HORIZONS:
-        scores = Scores.of(rows, children.TOGETHER, horizon)
+        scores = Scores.of(rows, calibration.TOGETHER, horizon)
         assert scores.mean == pytest.approx(scores.base_rate, rel=0.03)
         assert scores.calibration_error < 0.006
-        assert scores.skill().value > 0.03
+        assert scores.skill.value > 0.03
         predicted, frequency = scores.reliability()
         often = scores.predicted.sum(axis=0) > 400  # collisions: chance alone is 5 % then
         assert often.sum() >= 2
         assert frequency.value[often] == pytest.approx(predicted[often], rel=0.15)
-    assert Scores.of(rows, children.TOGETHER, 15, (HARMLESS,)).calibration_error < 0.02
+    assert Scores.of(rows, calibration.TOGETHER, 15, (HARMLESS,)).calibration_error < 0.02
     # The paper's number is not one of harm.
-    assert Scores.of(rows, children.TOGETHER, 15, (SAFE,)).calibration_error > 0.2
+    assert Scores.of(rows, calibration.TOGETHER, 15, (SAFE,)).calibration_error > 0.2
 
 
 def test_a_child_that_is_not_of_the_model_is_not():
@@ -111,28 +121,31 @@ def test_scores_by_hand():
     scores = Scores.of(rows, "1", 5)
     assert scores.base_rate == pytest.approx(0.3)
     assert scores.mean == pytest.approx(0.3)
-    assert scores.bias().value == pytest.approx(1.0)
+    assert scores.bias.value == pytest.approx(1.0)
     brier = (2 * 0.81 + 8 * 0.01 + 10 * 0.25) / 20
     assert scores.brier == pytest.approx(brier)
-    assert scores.skill().value == pytest.approx(1 - brier / (0.3 * 0.7))
+    assert scores.skill.value == pytest.approx(1 - brier / (0.3 * 0.7))
     assert scores.calibration_error == pytest.approx(0.1)  # each bin is off by 0.1
     predicted, frequency = scores.reliability()
     assert predicted[1:3] == pytest.approx([0.1, 0.5])
     assert frequency.value[1:3] == pytest.approx([0.2, 0.4])
     assert np.isnan(predicted[0])
+    low, high = scores.part(0, calibration.EDGES[2]), scores.part(calibration.EDGES[2], 1)
+    assert (low.base_rate, low.mean) == (pytest.approx(0.2), pytest.approx(0.1))
+    assert (high.base_rate, high.mean) == (pytest.approx(0.4), pytest.approx(0.5))
 
 
 def test_every_behaviour_is_watched():
-    names = {name.rpartition(":")[0] or "novice" for name in children.families()}
+    names = {name.rpartition(":")[0] or "novice" for name in calibration.families()}
     assert names == set(CHILDREN)
-    assert {f"{epsilon:g}" for epsilon in EPSILONS} <= set(children.families())
+    assert {f"{epsilon:g}" for epsilon in EPSILONS} <= set(calibration.families())
 
 
 def test_company_makes_a_difference():
     """Without a robot a seeker is a novice."""
     family = [Family.parse("seeker:0.25")]
     alone, beside = (
-        watch_children(KITCHEN, family, tapes(5), (1,), robot) for robot in (None, children.Bystander(KITCHEN))
+        watch_children(KITCHEN, family, tapes(5), (1,), robot) for robot in (None, calibration.Bystander(KITCHEN))
     )
     novice = watch_children(KITCHEN, [Family.of(0.25)], tapes(5), (1,))
     np.testing.assert_array_equal(alone.bumped, novice.bumped)
@@ -142,17 +155,29 @@ def test_company_makes_a_difference():
 def test_a_house_depends_on_nothing_else():
     rows = tally_house(House(KITCHEN, 2, 7))
     assert rows.equals(tally_house(House(KITCHEN, 2, 7)))
-    assert set(rows.family) == set(children.families())
+    assert set(rows.family) == set(calibration.families())
 
 
 def test_the_page(tmp_path, capsys):
     house, docs = tmp_path / "kitchen.txt", tmp_path / "docs"
     house.write_text("\n".join("".join(row) for row in KITCHEN.symbols) + "\n")
-    main(["--houses", str(house), "--episodes", "2", "--jobs", "1", "--docs", str(docs)])
+    main(["calibration", "--houses", str(house), "--episodes", "2", "--jobs", "1", "--docs", str(docs)])
     text = capsys.readouterr().out
     assert (docs / "calibration.md").read_text() == text
-    assert f"scripts/calibration.py --houses {house} --episodes 2 --docs docs" in text
+    assert f"scripts/study.py calibration --houses {house} --episodes 2 --docs docs" in text
     assert {path.name for path in docs.iterdir()} == {"calibration.md", "calibration.png", "calibration_safe.png"}
-    for family in children.families():
-        assert f"| {children.title(family)} |" in text
+    for family in calibration.families():
+        assert f"| {calibration.title(family)} |" in text
     assert "nan" not in text
+
+
+def test_the_page_says_what_its_numbers_say():
+    """The same children twice: as they are, and with a tenth of what happened."""
+    rows = pd.concat([tally_house(House(KITCHEN, 2, seed)).assign(house=str(seed)) for seed in range(5)])
+    told, less = (
+        calibration.page(found, "some", 2).text("calibration", "the command")
+        for found in (rows, rows.assign(happened=rows.happened / 10))
+    )
+    assert "(too many) times as many collisions are predicted as happen" in " ".join(less.split())
+    assert "(too many) times as many collisions are predicted as happen" not in " ".join(told.split())
+    assert "are predicted of none of them" in " ".join(less.split())

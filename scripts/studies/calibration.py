@@ -1,0 +1,497 @@
+"""Whether what `foresight` believes of a child comes true: predicted collisions against those that happened.
+
+Children are left alone in houses of the grid that nobody has seen. Before each of their moves the belief says how
+probable it is that the child bumps into each stairwell and table within the next 1, 5 and 15 timesteps.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from caregiver_mj.caregivers.caregiver import Caregiver
+from caregiver_mj.caregivers.foresight.child_model import EPSILONS, child_chain
+from caregiver_mj.caregivers.foresight.foresight import CHANGE
+from caregiver_mj.caregivers.paper import PaperCaregiver
+from caregiver_mj.caregivers.percept import Percept
+from caregiver_mj.children.family import CHILDREN, NOVICE, Family
+from caregiver_mj.children.side_by_side import side_by_side
+from caregiver_mj.children.tape import Tape
+from caregiver_mj.children.toddler import SHARE_OF_TIME_WALKING
+from caregiver_mj.danger.belief import Belief
+from caregiver_mj.danger.chain import ChildChain
+from caregiver_mj.danger.passage import first_passage
+from caregiver_mj.experiments.intervals import Estimate, of_ratio
+from caregiver_mj.grid.world import GridWorld
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.sets import houses_named
+from caregiver_mj.viz import colours
+from caregiver_mj.viz.figures.panels import explain, panels
+from caregiver_mj.viz.figures.style import INK, MUTED, STYLE
+from study import Page, Parser, interval, run_all, side, tapes
+
+HORIZONS = (1, 5, 15)  # timesteps
+LONGEST = HORIZONS[-1]
+EACH = ("stairwell", "candle", "table")  # kinds of questions about one object
+KINDS = {
+    "stairwell": "a stairwell",
+    "candle": "a table with a candle",
+    "table": "a bare table",
+    "any stairwell": "any stairwell",
+    "any candle": "any table with a candle",
+    "anything": "anything",
+}
+HARMLESS, SAFE = "harmless", "P(safe)"  # what is asked of a stretch of timesteps, and the paper's number for it
+# Ends of the bins of what is predicted. Most collisions are improbable, so the lower ones are narrow.
+EDGES = np.array([0, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0])
+BINS = len(EDGES) - 1
+IMPROBABLE = 0.01  # an edge
+FEWEST = 200  # predictions in a bin, below which it is not drawn
+_SUMS = ["count", "predicted", "happened", "square"]
+
+MODELLED = tuple(f"{epsilon:g}" for epsilon in reversed(EPSILONS))  # epsilons that the belief reckons with
+BETWEEN = ("0.875", "0.625", "0.375", "0.15")
+TOGETHER = "novices"  # those of `MODELLED`, each as often
+_SHARES = (0.75, 0.25)  # epsilons of other children
+_WITHOUT = {"expert": "expert:0", "adversary": "adversary:0"}  # those that epsilon does nothing to
+COMPANY = ("adversary", "seeker", "avoider")  # what they do depends on where a robot is
+
+
+def add_options(parser: Parser) -> None:
+    """Declare the options."""
+    parser.add("houses", ["test-20"], "houses, or sets of them")
+    parser.add("episodes", 100, "of each child in each")
+    parser.add("seed", 0, "of the run to which they belong")
+    parser.add_jobs()
+
+
+def run(options: argparse.Namespace) -> Page:
+    """Watch the children; return the page."""
+    jobs = [House(plan, options.episodes, options.seed) for plan in houses_named(options.houses)]
+    rows = pd.concat(run_all(tally_house, jobs, options.jobs, "houses"), ignore_index=True)
+    return page(rows, " ".join(options.houses), options.episodes)
+
+
+# -- The children that are predicted: novices as the belief takes everybody for one, and all others that there are -----
+
+
+def families() -> tuple[str, ...]:
+    """All children, as `Family.parse` takes them: novices, the most random first, then every other behaviour."""
+    novices = sorted((*MODELLED, *BETWEEN), key=float, reverse=True)
+    others: list[str] = []
+    for name in CHILDREN:
+        if name != NOVICE:
+            others += [_WITHOUT[name]] if name in _WITHOUT else [f"{name}:{share:g}" for share in _SHARES]
+    return (*novices, *others)
+
+
+def has_company(family: str) -> bool:
+    """Whether a child is watched beside a robot that stands still, and not alone."""
+    return family.rpartition(":")[0] in COMPANY
+
+
+def title(family: str) -> str:
+    """What a child is called."""
+    if family == TOGETHER:
+        return "the five novices together"
+    name, _, epsilon = family.rpartition(":")
+    if name in _WITHOUT:
+        return name
+    return f"{name or NOVICE} {float(epsilon):g}"
+
+
+class Bystander(Caregiver):
+    """Stands where it stood at first, for children that look for it, or go round it."""
+
+    yields = False
+
+    def choose(self, percept: Percept) -> np.ndarray:
+        return np.full(len(percept.child_cell), NOTHING)
+
+
+# -- Watching them: what was predicted before every move, and what became of it ----------------------------------------
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Questions:
+    """What is asked of a house's future: whether the child bumps into this or that.
+
+    Attributes:
+        kinds: What each question is about, (Q,): "stairwell", "candle" (a table that bears one) or "table" for one of
+            them; "any stairwell", "any candle" or "anything".
+        groups: Which objects each takes together, bool (objects, Q).
+    """
+
+    kinds: np.ndarray
+    groups: np.ndarray
+
+    @classmethod
+    def of(cls, plan: FloorPlan) -> Questions:
+        """Those of a house in which the candles stay where they are."""
+        stairwells = len(plan.stairwells)
+        kinds = np.array(["stairwell"] * stairwells + ["table"] * len(plan.tables), object)
+        kinds[stairwells + np.array(plan.candle_tables, int)] = "candle"
+        any_of = [kinds == "stairwell", kinds == "candle", np.ones(len(kinds), bool)]
+        names = ["any stairwell", "any candle", "anything"]
+        groups = np.concatenate([np.eye(len(kinds), dtype=bool), np.stack(any_of, axis=1)], axis=1)
+        return cls(np.concatenate([kinds, names]), groups)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Watched:
+    """N children watched for T timesteps; time t is before move t, when moves 0 to t - 1 have been seen.
+
+    Attributes:
+        predicted: Probability of a bump within each horizon, from each time on, (horizons, T, N, Q).
+        possible: Whether there can be one at all in that time, whatever the child does, likewise.
+        bumped: Whether each move bumped, (T, N, Q).
+        safe: P(safe|tau) of the paper, (T, N).
+    """
+
+    predicted: np.ndarray
+    possible: np.ndarray
+    bumped: np.ndarray
+    safe: np.ndarray
+
+    def happened(self, timesteps: int) -> np.ndarray:
+        """Whether there was a bump within some timesteps, at every time from which so many were seen.
+
+        Returns:
+            bool (T - timesteps + 1, N, Q).
+        """
+        count = np.concatenate([np.zeros((1, *self.bumped.shape[1:]), int), self.bumped.cumsum(axis=0)])
+        return count[timesteps:] > count[:-timesteps]
+
+
+def watch_children(
+    plan: FloorPlan,
+    children: Sequence[Family],
+    chance: Sequence[Sequence[Tape]],
+    horizons: Sequence[int],
+    caregiver: Caregiver | None = None,
+    change: float = CHANGE,
+) -> Watched:
+    """Watch children of several kinds, as many episodes of each.
+
+    Args:
+        plan: The house.
+        children: Only children.
+        chance: That of every episode, the same for each of them.
+        horizons: In how many timesteps something may happen.
+        caregiver: Who is beside them.
+        change: Probability, in a timestep, that an epsilon is thought to change.
+    """
+    world = GridWorld(plan, side_by_side(plan, children, len(chance)), caregiver)
+    world.reset([*chance] * len(children))
+    timesteps, batch = len(chance[0][0].steps), len(chance) * len(children)
+    chain, questions = child_chain(plan), Questions.of(plan)
+    passages = [_by_cell(chain, first_passage(chain, horizon, questions.groups)) for horizon in horizons]
+    belief, rule = Belief(chain, batch, 1, change), PaperCaregiver(plan)
+    rule.reset(batch)
+    shape = timesteps, batch, len(questions.kinds)
+    predicted = np.empty((len(horizons), *shape), np.float32)
+    possible, bumped = np.empty(predicted.shape, bool), np.empty(shape, bool)
+    safe = np.empty(shape[:2])
+    for time in range(timesteps):
+        cell, safe[time] = world.child_cell[:, 0], rule.assess(world.percept()).safe[:, 0]
+        probability = belief.probability.reshape(batch, 1, -1)
+        for number, passage in enumerate(passages):
+            predicted[number, time] = (probability @ passage[cell])[:, 0]
+            possible[number, time] = np.any(passage > 0, axis=1)[cell]
+        world.step()
+        percept = world.percept()
+        bumped[time] = _bumps(chain, percept.previous_cell[:, 0], percept.previous_action[:, 0]) @ questions.groups
+        belief.watch(percept.previous_cell, percept.previous_action, percept.caregiver_cell)
+        rule.watch(percept)
+    return Watched(predicted, possible, bumped, safe)
+
+
+def _by_cell(chain: ChildChain, values: np.ndarray) -> np.ndarray:
+    """Values of states (states, Q) as (cells, states of a cell, Q)."""
+    return values.reshape(chain.shape[0], -1, values.shape[1])
+
+
+def _bumps(chain: ChildChain, cell: np.ndarray, move: np.ndarray) -> np.ndarray:
+    """Which object each child has just bumped into, bool (N, objects)."""
+    bumped = np.where(move == NOTHING, NOTHING, chain.object_at[cell, move])
+    return bumped[:, None] == np.arange(chain.objects)
+
+
+# -- Predictions and what became of them, sorted by what was predicted: sums over the episodes of a house --------------
+
+
+@dataclasses.dataclass(frozen=True)
+class House:
+    """A house to watch children in.
+
+    Attributes:
+        plan: The house.
+        episodes: How many of each child.
+        seed: Of the run to which they belong.
+    """
+
+    plan: FloorPlan
+    episodes: int
+    seed: int = 0
+
+
+def tally_house(house: House) -> pd.DataFrame:
+    """Watch all children in a house.
+
+    Returns:
+        A row for every child (`family`), horizon, kind of question and bin that occurs: how often (`count`), and the
+        sums of what was `predicted`, of whether it `happened`, and of the `square` of the difference.
+    """
+    parts = []
+    for company in (False, True):
+        names = [name for name in families() if has_company(name) == company]
+        children = [Family.parse(name) for name in names]
+        beside = Bystander(house.plan) if company else None
+        watched = watch_children(house.plan, children, tapes(house.episodes, house.seed), HORIZONS, beside)
+        parts.append(tally(watched, Questions.of(house.plan).kinds, names, house.episodes))
+    return pd.concat(parts, ignore_index=True).assign(house=house.plan.name)
+
+
+def tally(watched: Watched, kinds: np.ndarray, names: Sequence[str], episodes: int) -> pd.DataFrame:
+    """Sort what was watched.
+
+    Args:
+        watched: Children of several kinds, as many episodes of each.
+        kinds: What each question is about, (Q,).
+        names: What the children are called.
+        episodes: How many of each there are.
+    """
+    rows: list[dict[str, Any]] = []
+    for number, horizon in enumerate(HORIZONS):
+        happened = watched.happened(horizon)
+        times = len(happened)
+        predicted, possible = watched.predicted[number, :times], watched.possible[number, :times]
+        for place, name in enumerate(names):
+            some = slice(place * episodes, (place + 1) * episodes)
+            for kind in dict.fromkeys(kinds):
+                asked = kinds == kind
+                which = possible[:, some, asked]  # what cannot happen is no prediction
+                found = predicted[:, some, asked][which], happened[:, some, asked][which]
+                rows += _rows(*found, family=name, horizon=horizon, kind=kind)
+            (anything,) = np.flatnonzero(kinds == "anything")
+            harmless = ~happened[:, some, anything].ravel()
+            for kind, stated in ((HARMLESS, 1 - predicted[:, some, anything]), (SAFE, watched.safe[:times, some])):
+                rows += _rows(stated.ravel(), harmless, family=name, horizon=horizon, kind=kind)
+    return pd.DataFrame(rows)
+
+
+def _rows(predicted: np.ndarray, happened: np.ndarray, **what: Any) -> Iterator[dict[str, Any]]:
+    predicted = predicted.astype(float)
+    number = np.clip(np.searchsorted(EDGES, predicted, side="right") - 1, 0, BINS - 1)
+    values = np.ones(len(number)), predicted, happened.astype(float), (predicted - happened) ** 2
+    sums = {name: np.bincount(number, value, BINS) for name, value in zip(_SUMS, values, strict=True)}
+    for place in np.flatnonzero(sums["count"]).tolist():
+        yield what | {"bin": place} | {name: float(value[place]) for name, value in sums.items()}
+
+
+# -- How well predictions did. One counts the same wherever it was made; intervals resample houses ---------------------
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Scores:
+    """Predictions of one kind, of one child.
+
+    Attributes:
+        count: How many there were in each house and bin, (houses, bins).
+        predicted: Sum of what was predicted, likewise.
+        happened: How often it happened, likewise.
+        square: Sum of the squared differences, likewise.
+    """
+
+    count: np.ndarray
+    predicted: np.ndarray
+    happened: np.ndarray
+    square: np.ndarray
+
+    @classmethod
+    def of(cls, rows: pd.DataFrame, family: str, horizon: int, kinds: tuple[str, ...] = EACH) -> Scores:
+        """Those of tallies of several houses."""
+        members = MODELLED if family == TOGETHER else (family,)
+        some = rows[rows.family.isin(members) & (rows.horizon == horizon) & rows.kind.isin(kinds)]
+        houses, place = rows.house.unique(), pd.Index(rows.house.unique())
+        index = place.get_indexer(some.house), some.bin.to_numpy()
+        found = np.zeros((len(_SUMS), len(houses), BINS))
+        for sums, name in zip(found, _SUMS, strict=True):
+            np.add.at(sums, index, some[name].to_numpy())
+        return cls(*found)
+
+    def part(self, low: float, high: float) -> Scores:
+        """Those of predictions from one edge of the bins to another."""
+        first, end = np.searchsorted(EDGES, (low, high))
+        return Scores(*(sums[:, first:end] for sums in (self.count, self.predicted, self.happened, self.square)))
+
+    @property
+    def base_rate(self) -> float:
+        """Share of the predictions that came true."""
+        return self._mean(self.happened.sum())
+
+    @property
+    def mean(self) -> float:
+        """Mean of what was predicted."""
+        return self._mean(self.predicted.sum())
+
+    @property
+    def bias(self) -> Estimate[float]:
+        """What was predicted over what happened: above 1 it was too much."""
+        return of_ratio(self.predicted.sum(axis=1), self.happened.sum(axis=1))
+
+    @property
+    def brier(self) -> float:
+        """Mean squared difference (Brier score)."""
+        return self._mean(self.square.sum())
+
+    @property
+    def skill(self) -> Estimate[float]:
+        """1 - the Brier score over that of somebody who always says the base rate: 1 at best, 0 no better than that."""
+        rate, happened = self.base_rate, self.happened.sum(axis=1)
+        by_rate = self.count.sum(axis=1) * rate**2 + happened * (1 - 2 * rate)
+        value, low, high = of_ratio(self.square.sum(axis=1), by_rate)
+        return Estimate(1 - value, 1 - high, 1 - low)
+
+    @property
+    def calibration_error(self) -> float:
+        """Mean distance of frequency and prediction, bin by bin (expected calibration error)."""
+        return self._mean(np.abs((self.predicted - self.happened).sum(axis=0)).sum())
+
+    def _mean(self, total: float) -> float:
+        """A sum over all predictions as their mean; NaN where there are none."""
+        count = self.count.sum()
+        return float(total / count) if count else np.nan
+
+    def reliability(self) -> tuple[np.ndarray, Estimate[np.ndarray]]:
+        """Of every bin the mean of what was predicted, and the frequency with which it happened, (bins,) each."""
+        count = self.count.sum(axis=0)
+        predicted = np.divide(self.predicted.sum(axis=0), count, out=np.full(BINS, np.nan), where=count > 0)
+        return predicted, of_ratio(self.happened, self.count)
+
+
+# -- The page ----------------------------------------------------------------------------------------
+
+
+def page(rows: pd.DataFrame, names: str, episodes: int) -> Page:
+    """The page.
+
+    Args:
+        rows: Tallies of all houses.
+        names: What the houses were asked for as.
+        episodes: How many of each child in each house.
+    """
+    everybody = (TOGETHER, *families())
+    stretches = {kind: {f: Scores.of(rows, f, LONGEST, (kind,)) for f in everybody} for kind in (HARMLESS, SAFE)}
+    children = {h: {f: Scores.of(rows, f, h) for f in everybody} for h in reversed(HORIZONS)}
+    values = {
+        "change": CHANGE,
+        "episodes": episodes,
+        "houses": rows.house.nunique(),
+        "names": names,
+        "fewest": FEWEST,
+        "longest": LONGEST,
+        "walking": SHARE_OF_TIME_WALKING,
+        "improbable": IMPROBABLE,
+        "kinds": [
+            (what, horizon, Scores.of(rows, TOGETHER, horizon, (kind,)))
+            for kind, what in KINDS.items()
+            for horizon in HORIZONS
+        ],
+        "children": children,
+        "modelled": [children[LONGEST][family].calibration_error for family in MODELLED],
+        "between": [children[LONGEST][family].calibration_error for family in BETWEEN],
+        "skill_at_once": max(children[1][family].skill.value for family in (*MODELLED, *BETWEEN)),
+        "too_few": [title(family) for family, scores in children[LONGEST].items() if side(scores.bias, 1) < 0],
+        "stretches": [(family, stretches[HARMLESS][family], stretches[SAFE][family]) for family in everybody],
+        "title": title,
+        "cells": score_cells,
+        "timesteps": timesteps,
+    }
+    return Page(values, {"calibration.png": draw_collisions(rows), "calibration_safe.png": draw_harmless(rows)})
+
+
+def score_cells(scores: Scores) -> str:
+    """The figures of a line of a table; dashes where there are no predictions."""
+    if not scores.count.any():
+        return " | ".join("–" * 6)
+    shares = f"{scores.base_rate:.2%} | {scores.mean:.2%} | {interval(scores.bias)}"
+    return f"{shares} | {scores.brier:.4f} | {interval(scores.skill, 3)} | {scores.calibration_error:.2%}"
+
+
+def timesteps(count: int) -> str:
+    """So many timesteps, in words."""
+    return f"{count} timestep" + "s" * (count != 1)
+
+
+# -- The figures: a small reliability diagram for every child ----------------------------------------
+
+_COLUMNS, _WIDTH, _HEIGHT = 4, 8.6, 1.95  # panels in a row; inches of the figure and of a row
+_SHADES = (colours.CANDLE, colours.ROBOT, colours.BIN)
+_LOWEST = 1e-4  # where the axes of collisions begin
+
+
+def draw_collisions(rows: pd.DataFrame) -> Figure:
+    """Predicted probability of a collision with an object against its frequency, both on a logarithmic scale."""
+    with mpl.rc_context(STYLE):
+        figure, grid = _grid()
+        for family, axes in grid.items():
+            axes.set(xscale="log", yscale="log", xlim=(_LOWEST, 1), ylim=(_LOWEST, 1))
+            axes.plot([_LOWEST, 1], [_LOWEST, 1], color=MUTED, linewidth=0.8, zorder=1)
+            for horizon, shade in zip(HORIZONS, _SHADES, strict=True):
+                _line(axes, Scores.of(rows, family, horizon), shade)
+        _finish(figure, [f"within {timesteps(horizon)}" for horizon in HORIZONS], "a collision")
+    return figure
+
+
+def draw_harmless(rows: pd.DataFrame) -> Figure:
+    """What is said of the next timesteps against how often they were harmless: the belief, and P(safe|tau)."""
+    with mpl.rc_context(STYLE):
+        figure, grid = _grid()
+        for family, axes in grid.items():
+            axes.plot([0, 1], [0, 1], color=MUTED, linewidth=0.8, zorder=1)
+            for kind, shade in zip((HARMLESS, SAFE), _SHADES[:2], strict=True):
+                _line(axes, Scores.of(rows, family, LONGEST, (kind,)), shade)
+            axes.set(xlim=(0, 1), ylim=(0, 1.02))
+        _finish(figure, ["the belief", "the paper's P(safe|tau)"], f"{timesteps(LONGEST)} without harm")
+    return figure
+
+
+def _grid() -> tuple[Figure, dict[str, Axes]]:
+    return panels({family: title(family) for family in (TOGETHER, *families())}, _COLUMNS, _WIDTH, _HEIGHT)
+
+
+def _line(axes: Axes, scores: Scores, shade: colours.Colour) -> None:
+    """What happened by what was predicted, in bins of which there is enough."""
+    predicted, (value, low, high) = scores.reliability()
+    drawn = scores.count.sum(axis=0) >= FEWEST
+    if not drawn.any():
+        return  # an empty line would stretch the layout
+    x, value, low, high = (values[drawn] for values in (predicted, value, low, high))
+    colour = colours.unit(shade)
+    # What never happened lies below a logarithmic scale, and is drawn at its edge.
+    foot = axes.get_ylim()[0] if axes.get_yscale() == "log" else 0.0
+    x = np.maximum(x, foot)
+    bounded = np.isfinite(high) & (low > 0)
+    axes.vlines(x[bounded], np.maximum(low, foot)[bounded], high[bounded], color=colour, linewidth=1.0, alpha=0.55)
+    axes.plot(x, np.maximum(value, foot), "o-", color=colour, markersize=2.8, linewidth=1.1, clip_on=False)
+
+
+def _finish(figure: Figure, keys: Sequence[str], what: str) -> None:
+    shades = dict(zip(keys, _SHADES, strict=False))
+    handles = {
+        key: Line2D([], [], color=colours.unit(shade), marker="o", markersize=4) for key, shade in shades.items()
+    }
+    explain(figure, handles)
+    figure.supxlabel(f"predicted probability of {what}", fontsize=9.5, color=INK)
+    figure.supylabel("frequency with which it happened", fontsize=9.5, color=INK)
