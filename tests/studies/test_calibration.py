@@ -178,6 +178,8 @@ def test_the_page_says_what_its_numbers_say():
         calibration.page(found, "some", 2).text("calibration", "the command")
         for found in (rows, rows.assign(happened=rows.happened / 10))
     )
-    assert "(too many) times as many collisions are predicted as happen" in " ".join(less.split())
-    assert "(too many) times as many collisions are predicted as happen" not in " ".join(told.split())
+    assert "times as many collisions are predicted as happen within 15 timesteps (too many)" in " ".join(less.split())
+    assert "times as many collisions are predicted as happen within 15 timesteps (too many)" not in " ".join(
+        told.split()
+    )
     assert "are predicted of none of them" in " ".join(less.split())

@@ -21,27 +21,37 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, DamageWeights
 from caregiver_mj.recording.record import DAMAGE_THRESHOLD
 from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.studies.sensitivity import house, words
-from caregiver_mj.studies.sensitivity.conditions import (
+from studies import sensitivity
+from studies.sensitivity import (
     CONDITIONS,
     LINEAR,
     NEAREST,
     NONE,
     PAPER,
+    ROBOTS,
     SPEEDS,
     STILL,
     WEIGHTED,
     WEIGHTS,
+    Figures,
+    Job,
+    Place,
+    Results,
+    Robot,
+    cells_apart,
+    draw,
+    first,
+    first_apart,
+    house_difference,
+    make,
+    measure_house,
+    page,
+    plans_apart,
+    run_job,
+    share_apart,
+    slowed,
+    verdict_at,
 )
-from caregiver_mj.studies.sensitivity.document import document
-from caregiver_mj.studies.sensitivity.figures import draw
-from caregiver_mj.studies.sensitivity.house_table import difference, house_table
-from caregiver_mj.studies.sensitivity.measure import Figures, Job, first, run
-from caregiver_mj.studies.sensitivity.places import Place
-from caregiver_mj.studies.sensitivity.results import Results
-from caregiver_mj.studies.sensitivity.same_rule import cells_apart, first_apart
-from caregiver_mj.studies.sensitivity.same_rule_table import plans_apart, share_apart
-from caregiver_mj.studies.sensitivity.tables import interval
 
 # A corridor: wherever the child is, stairwell and candle are 11 moves away together. The bare table is by the stairs.
 CORRIDOR = FloorPlan.parse("##############\n#S..........C#\n##T######B####\n##############")
@@ -110,7 +120,7 @@ def test_places_are_houses_or_sets():
 
 
 def run_at(condition, epsilon=1.0, episodes=4):
-    return run(Job("paper", epsilon, condition, episodes))
+    return run_job(Job("paper", epsilon, condition, episodes))
 
 
 def test_episodes_are_those_of_an_evaluation():
@@ -208,7 +218,7 @@ def test_plans_on_which_the_rules_never_differ_are_left_out(results):
 
 def test_a_slowed_robot_is_the_same_but_for_its_speed():
     robot = find_embodiment()
-    slow = house.slowed(robot, 0.5)
+    slow = slowed(robot, 0.5)
     assert slow.limits.base.velocity == robot.limits.base.velocity / 2
     assert slow.limits.base_speed == robot.limits.base_speed / 2
     assert slow.limits.base.acceleration == robot.limits.base.acceleration
@@ -220,7 +230,7 @@ def test_a_slowed_robot_drives_no_faster():
     """Measured in the physics, over the first 20 seconds of an episode."""
     fastest = {}
     for share in (1.0, 0.5):
-        env, policy = house.make(house.Robot(speed=share), 1.0)
+        env, policy = make(Robot(speed=share), 1.0)
         timestep, speeds = env.reset(), [0.0]
         for _ in range(1000):
             timestep = env.step(policy(timestep))
@@ -231,13 +241,13 @@ def test_a_slowed_robot_drives_no_faster():
 
 
 def test_finished_episodes_in_the_house_are_kept(tmp_path, monkeypatch):
-    monkeypatch.setattr(house, "ROBOTS", {"none": None})
-    first_run = house.measure(1, 1, tmp_path / "run", epsilons=(1.0,))
+    monkeypatch.setattr(sensitivity, "ROBOTS", {"none": None})
+    first_run = measure_house(1, 1, tmp_path / "run", epsilons=(1.0,))
     assert len(first_run) == 1
     files = list((tmp_path / "run" / "episodes").glob("*.json"))
     assert len(files) == 1
     files[0].write_text(files[0].read_text().replace('"strikes": 0', '"strikes": 7'))
-    assert house.measure(1, 1, tmp_path / "run", epsilons=(1.0,)).strikes.tolist() == [7]
+    assert measure_house(1, 1, tmp_path / "run", epsilons=(1.0,)).strikes.tolist() == [7]
 
 
 # -- The page ----------------------------------------------------------------------------------------
@@ -248,7 +258,7 @@ def made_episodes():
     rows = [
         {"robot": robot, "epsilon": epsilon, "episode": i, "damage": float(random.integers(1, 20)), "strikes": 0,
          "toys_reached": int(random.integers(9)), "candles_dropped": 0}
-        for robot in house.ROBOTS for epsilon in EPSILONS for i in range(6)
+        for robot in ROBOTS for epsilon in EPSILONS for i in range(6)
     ]  # fmt: skip
     return pd.DataFrame(rows)
 
@@ -256,39 +266,32 @@ def made_episodes():
 def test_differences_in_the_house_are_paired():
     episodes = made_episodes()
     own, still = (episodes[(episodes.robot == name) & (episodes.epsilon == 0.5)] for name in ("paper", "paper-still"))
-    found = difference(episodes.sample(frac=1.0, random_state=0).sort_values("epsilon", ascending=False, kind="stable"),
-                       "paper-still", "damage")[EPSILONS.index(0.5)]  # fmt: skip
+    shuffled = episodes.sample(frac=1.0, random_state=0).sort_values("epsilon", ascending=False, kind="stable")
+    found = house_difference(shuffled, "paper-still", "damage")[EPSILONS.index(0.5)]
     assert found.value == pytest.approx(still.damage.mean() - own.damage.mean())
-    assert house_table(episodes).count("| `paper` at 50 % of its speed |") == 3
 
 
 def test_verdicts_in_words():
     above, below, neither = Estimate(1.0, 0.5, 1.5), Estimate(-1.0, -1.5, -0.5), Estimate(0.1, -0.5, 0.6)
-    assert words.verdict([above, above, neither, below, neither]) == (
+    assert verdict_at([above, above, neither, below, neither]) == (
         "more at epsilon 1 and 0.75, less at epsilon 0.25, no difference seen at the others"
     )
-    assert words.side(Estimate(-1.0, -np.inf, -0.5)) == 0
-    assert words.verdict([neither] * 5) == "no difference seen at any epsilon"
-    assert words.verdict([Estimate(0.0, 0.0, 0.0)] * 5) == "the same in every episode"
-    assert words.verdict([below] * 5) == "less at epsilon 1, 0.75, 0.5, 0.25 and 0.05"
+    assert verdict_at([neither] * 5) == "no difference seen at any epsilon"
+    assert verdict_at([Estimate(0.0, 0.0, 0.0)] * 5) == "the same in every episode"
+    assert verdict_at([below] * 5) == "less at epsilon 1, 0.75, 0.5, 0.25 and 0.05"
 
 
 def test_page_and_figure(results):
-    text = document(results, made_episodes(), "python scripts/sensitivity.py --docs docs")
+    text = page(results, made_episodes()).text("sensitivity", "the command")
     assert text.startswith("# Sensitivity\n")
     assert "| `train-2` | 20:4:1 |" in text
     assert "| the paper's own | `paper` | Table II | 97.0 | 164.2 | 171.5 | 200.0 | 200.0 |" in text
     assert "4 and 5, 5 and 6, 6 and 7" in " ".join(text.split())
     assert "In all of these 150 episodes there were 0 strikes and 0 dropped candles." in text
     assert all(len(line) <= 120 for line in text.splitlines() if not line.startswith("|"))
-    assert "physical house" not in document(results, pd.DataFrame(), "command").split("## ")[4]
+    assert text.count("| `paper` at 50 % of its speed |") == 3
+    assert "the physical house" not in page(results, pd.DataFrame()).text("sensitivity", "the command")
     figure = draw(results)
     assert len(figure.axes) == 4 * len(results.places)
     labels = figure.axes[0].get_legend_handles_labels()[1]
     assert labels == [*WEIGHTS, "20:4:1, nearest"]
-
-
-def test_intervals_as_they_are_told():
-    assert interval(Estimate(-0.004, -1.0, 2.0), "+") == "+0.00 (-1.00 to +2.00)"
-    assert interval(Estimate(0.5, 0.5, 0.5)) == "0.50"
-    assert interval(Estimate(0.5, 0.0, np.inf)) == "0.50 (–)"
