@@ -9,12 +9,21 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.settings import EPSILONS
 from caregiver_mj.experiments.verdicts import Verdict
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.studies.foresight import variants
-from caregiver_mj.studies.foresight.bars import Bars
-from caregiver_mj.studies.foresight.command import main, read
-from caregiver_mj.studies.foresight.figure import draw
-from caregiver_mj.studies.foresight.measure import COLUMNS, Job, run
-from caregiver_mj.studies.foresight.page import page
+from studies.foresight import (
+    ABLATIONS,
+    COLUMNS,
+    FLOOR,
+    Bars,
+    Job,
+    draw,
+    key_of,
+    made,
+    page,
+    read,
+    run_job,
+    variants,
+)
+from study import main
 
 HOUSES, EPISODES = 6, 10
 DAMAGE = {"none": 10.0, "paper": 4.0, "nearest": 4.0, "foresight": 3.0, "knows-goal": 2.8, "floor": 2.0}
@@ -74,7 +83,7 @@ class TestBars:
         assert bars.gone("paper", "floor").value == pytest.approx(9 / 24)
 
     def test_the_absolute_reduction_is_told_first(self, bars):
-        text = " ".join(page([bars], pd.DataFrame(), "").split())
+        text = " ".join(page([bars], pd.DataFrame()).text("foresight", "").split())
         first = "Damage of an episode, summed over 0.5, 0.25: alone 20.00, with the rule 8.00, with `foresight` 6.50."
         assert f"{first} That is less the rule's -1.50 (" in text
         assert text.index(first) < text.index("19 % (") < text.index("Each child's damage as a share")  # 9 / 48
@@ -83,15 +92,15 @@ class TestBars:
 class TestVariants:
     def test_each_can_be_made(self):
         plan = FloorPlan.parse("########\n#C....T#\n#......#\n#.B..B.#\n########")
-        for name in variants.variants():
-            if name not in ("none", variants.FLOOR):
-                assert variants.made(name, plan).plan is plan
-        assert variants.made("none", plan) is None
+        for name in variants():
+            if name not in ("none", FLOOR):
+                assert made(name, plan).plan is plan
+        assert made("none", plan) is None
 
     def test_every_way_is_measured(self):
-        names = variants.variants()
-        for what, ways in variants.ABLATIONS.items():
-            assert all(variants.key_of(what, how) in names for how in ways)
+        names = variants()
+        for what, ways in ABLATIONS.items():
+            assert all(key_of(what, how) in names for how in ways)
 
 
 def test_the_page(tmp_path, capsys):
@@ -100,10 +109,10 @@ def test_the_page(tmp_path, capsys):
     evaluate = ["evaluate", "--world", "grid", "--epsilon", "1", "0.75", "--episodes", "6"]
     evaluate += ["--houses", "house-1-9x9", "house-2-9x9"]
     assert caregiver_mj([*evaluate, "--caregiver", *caregivers, "--out", str(run)]) == 0
-    main(["--run", str(run), "--episodes", "0", "--docs", str(tmp_path)])
+    main(["foresight", "--run", str(run), "--episodes", "0", "--docs", str(tmp_path)])
     text = (tmp_path / "foresight.md").read_text("utf-8")
     assert text in capsys.readouterr().out
-    assert "python scripts/foresight.py --run runs/some --episodes 0 --docs docs" in text
+    assert f"python scripts/study.py foresight --run {run} --episodes 0 --docs docs" in text
     assert "## some: 2 houses" in text
     assert "| `knows-goal` |" in text
 
@@ -112,13 +121,13 @@ def test_the_page_of_what_is_taken_apart():
     rows = [
         (f"h{house}", name, f"{epsilon:g}", episode, 3.0 + episode + (name == "none"), 5.0, 1.0, 2.0)
         for house in range(3)
-        for name in variants.variants()
+        for name in variants()
         for epsilon in EPSILONS
         for episode in range(4)
     ]
     table = pd.DataFrame(rows, columns=["house", "caregiver", "family", "episode", *COLUMNS])
-    text = page([], table, "python scripts/foresight.py")
-    for what in variants.ABLATIONS:
+    text = page([], table).text("foresight", "the command")
+    for what in ABLATIONS:
         assert f"| {what} |" in text
     assert "0.818" in text  # 4.5 / 5.5
     assert "Damage left over 3 houses of 4 episodes" in text
@@ -126,7 +135,7 @@ def test_the_page_of_what_is_taken_apart():
 
 
 def test_rows_of_a_variant():
-    rows = run(Job("house-100002", "hysteresis (share of the damage to come): 0.1", 2))
+    rows = pd.DataFrame(run_job(Job("house-100002", "hysteresis (share of the damage to come): 0.1", 2)))
     assert list(rows.columns) == ["house", "caregiver", "family", "episode", *COLUMNS]
     assert len(rows) == 2 * len(EPSILONS)
     assert rows.damage.gt(0).any()

@@ -4,15 +4,27 @@ import numpy as np
 import pytest
 
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.studies.generalisation.figure import draw
-from caregiver_mj.studies.generalisation.measure import ALIKE, CHILDREN, FAMILIES, KNOWS, NONE, Job, run
-from caregiver_mj.studies.generalisation.page import page
-from caregiver_mj.studies.generalisation.priors import PRIORS, WHOSE, Walks, area_under_curve, tell
+from studies.generalisation import (
+    ALIKE,
+    CHILDREN,
+    FAMILIES,
+    KNOWS,
+    NONE,
+    PRIORS,
+    WHOSE,
+    Job,
+    Walks,
+    area_under_curve,
+    draw,
+    page,
+    run_job,
+    tell,
+)
 
 
 @pytest.fixture(scope="module")
 def found():
-    return run(Job("house-1-9x8-rooms1-stairwells1-candles1-tables2-bins2", "train-2", 4, 2, 2))
+    return run_job(Job("house-1-9x8-rooms1-stairwells1-candles1-tables2-bins2", "train-2", 4, 2, 2))
 
 
 def test_the_area_under_the_curve_by_hand():
@@ -53,7 +65,7 @@ def test_all_is_measured_in_a_house(found):
 
 def test_page_and_figure(found):
     both = [found, found]  # two houses that happen to be alike
-    text = page(both, "test-2", "train-2", "scripts/generalisation.py")
+    text = page(both, "test-2", "train-2").text("generalisation", "the command")
     assert text.startswith("# Generalisation\n")
     assert "over the 2 houses of `test-2`" in text
     assert "nan" not in text

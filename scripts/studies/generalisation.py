@@ -1,0 +1,368 @@
+"""What a caregiver that has learnt elsewhere, or that watches a child that changes, is worth.
+
+The paper's future work: "generalizing known expert policies to novel tasks, environments, and agent configurations".
+Experts of other houses, by what was around them, are set against experts in place and none at all; and `foresight`,
+which believes that a child's epsilon may change, is tried on children whose epsilon or toy bins do.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import functools
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from scipy.stats import rankdata
+
+from caregiver_mj.caregivers.caregiver import Caregiver
+from caregiver_mj.caregivers.experts import Elsewhere, Experts, InPlace, Nobody, routes
+from caregiver_mj.caregivers.foresight.foresight import CHANGE, ForesightCaregiver
+from caregiver_mj.caregivers.foresight.knows_goal import KnowsGoalCaregiver
+from caregiver_mj.caregivers.paper import PaperCaregiver
+from caregiver_mj.children.family import Family
+from caregiver_mj.children.side_by_side import side_by_side
+from caregiver_mj.danger import safety
+from caregiver_mj.experiments import intervals, two_level
+from caregiver_mj.experiments.intervals import Estimate
+from caregiver_mj.experiments.settings import EPSILONS
+from caregiver_mj.grid.world import GridWorld
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.sets import house_set
+from caregiver_mj.viz import colours
+from caregiver_mj.viz.figures.style import INK, MUTED, STYLE
+from study import Page, Parser, run_all, tapes
+
+IN_PLACE, ELSEWHERE, NOBODY = "in place", "elsewhere", "nobody"
+WHOSE = (IN_PLACE, ELSEWHERE, NOBODY)
+HOW = ("draw", "mean")
+PRIORS = tuple((whose, how) for how in HOW for whose in WHOSE)
+HORIZON = 15  # timesteps without a collision that are called safe
+HALF = 0.5  # epsilon below which a child is called safe, and above which it is not
+_NEW_ROUTES = 1  # seed of expert routes that no caregiver has learnt from
+MEASURES = {  # by the name of what `tell` has, what it is called
+    "careful": "AUC, epsilon below .5",
+    "safe": "AUC, no collision",
+    "brier_careful": "Brier, epsilon",
+    "brier_safe": "Brier, collision",
+    "routes": "log likelihood",
+}
+NONE, RULE, ALIKE, KNOWS = "none", "paper", "paper-alike", "knows-goal"
+FAMILIES = ("1,0.25", "0.75,0.05")
+CHILDREN = ("0.4", "drifter:0.4", "waverer:0.4", "0.25", "switcher:0.25")
+CHANGES = (0.0, 0.005, 0.02, 0.1)  # probability in a timestep that epsilon changes, as `foresight` believes
+
+Damages = dict[str, np.ndarray]  # by caregiver: of every episode, (episodes, families)
+
+
+def add_options(parser: Parser) -> None:
+    """Declare the options."""
+    parser.add("houses", "test-20", "the new houses")
+    parser.add("learnt-in", "train-20", "experts' houses", metavar="SET")
+    parser.add("alone", 50, "episodes of each novice alone")
+    parser.add("two", 40, "episodes of each two children")
+    parser.add("changing", 40, "of each that changes")
+    parser.add_jobs()
+
+
+def run(options: argparse.Namespace) -> Page:
+    """Run everything in every house of a set; return the page."""
+    counts = options.alone, options.two, options.changing
+    jobs = [Job(plan.name, options.learnt_in, *counts) for plan in house_set(options.houses)]
+    return page(run_all(run_job, jobs, options.jobs, "in the grid"), options.houses, options.learnt_in)
+
+
+# -- How well P(safe) tells with each of the action priors -------------------------------------------
+
+
+@dataclasses.dataclass(frozen=True)
+class Telling:
+    """How well P(safe|tau) tells in one house, with one prior.
+
+    Attributes:
+        measures: One number for each of `MEASURES`; NaN where there is nothing to tell.
+        course: Area under the curve for epsilon after every timestep, (timesteps,).
+    """
+
+    measures: tuple[float, ...]
+    course: np.ndarray
+
+
+@dataclasses.dataclass(frozen=True)
+class Walks:
+    """Children alone in a house, a column an episode.
+
+    Attributes:
+        cell: The cell in which each move was made, (timesteps, B).
+        action: The move, likewise.
+        hurt: Whether it was a collision that does damage, likewise.
+        epsilon: Share of random moves in each episode, (B,).
+    """
+
+    cell: np.ndarray
+    action: np.ndarray
+    hurt: np.ndarray
+    epsilon: np.ndarray
+
+
+def walks(plan: FloorPlan, episodes: int) -> Walks:
+    """Watches novices of each of `EPSILONS` in so many episodes each."""
+    families = [Family.of(epsilon) for epsilon in EPSILONS]
+    world = GridWorld(plan, side_by_side(plan, families, episodes), None)
+    seen, damage = [], [np.zeros(episodes * len(EPSILONS))]
+
+    def look() -> None:
+        seen.append((world.previous_cell[:, 0], world.previous_action[:, 0]))
+        damage.append(world.ledger.damage)
+
+    world.run(tapes(episodes) * len(EPSILONS), look)
+    cell, action = np.array(seen).swapaxes(0, 1)
+    return Walks(cell, action, np.diff(damage, axis=0) > 0, np.repeat(EPSILONS, episodes))
+
+
+def experts(whose: str, elsewhere: Elsewhere) -> Experts:
+    """Those of a name."""
+    return {IN_PLACE: InPlace(), ELSEWHERE: elsewhere, NOBODY: Nobody()}[whose]
+
+
+def tell(plan: FloorPlan, theta: np.ndarray, seen: Walks) -> Telling:
+    """How well P(safe|tau) tells safe walks from others, and theta the routes of experts.
+
+    Args:
+        plan: The house.
+        theta: The action prior, (free cells, 4).
+        seen: The walks.
+    """
+    ratio = safety.log_likelihood_ratio(theta, seen.cell, seen.action).cumsum(axis=0)  # (timesteps, B)
+    ahead = np.cumsum(seen.hurt, axis=0)
+    unhurt = ahead[HORIZON:] == ahead[:-HORIZON]  # after each timestep that has so many after it
+    told = np.broadcast_to(seen.epsilon, ratio.shape)
+    clear = told != HALF
+    new = routes(plan, np.random.default_rng(_NEW_ROUTES))
+    cells, actions = (np.concatenate([route[part] for route in new]) for part in (0, 1))
+    measures = (
+        area_under_curve(ratio[clear], told[clear] < HALF),
+        area_under_curve(ratio[:-HORIZON], unhurt),
+        _brier(ratio[clear], told[clear] < HALF),
+        _brier(ratio[:-HORIZON], unhurt),
+        float(np.log(theta[cells, actions]).mean()),
+    )
+    of = clear[0]
+    course = [area_under_curve(row[of], seen.epsilon[of] < HALF) for row in ratio]
+    return Telling(measures, np.array(course))
+
+
+def area_under_curve(score: np.ndarray, positive: np.ndarray) -> float:
+    """How often a positive has a higher score than a negative, ties counting half; NaN where one kind is missing."""
+    score, positive = np.ravel(score), np.ravel(positive)
+    count = int(positive.sum())
+    others = len(positive) - count
+    if not count or not others:
+        return np.nan
+    return float((rankdata(score)[positive].sum() - count * (count + 1) / 2) / (count * others))
+
+
+def _brier(ratio: np.ndarray, positive: np.ndarray) -> float:
+    return float(((safety.probability_safe(ratio) - positive) ** 2).mean())
+
+
+# -- The episodes in the grid, a house a job ---------------------------------------------------------
+
+
+@dataclasses.dataclass(frozen=True)
+class Job:
+    """All that is done in one house.
+
+    Attributes:
+        house: Its name.
+        learnt_in: Name of the set of houses in which the experts elsewhere walk.
+        alone: Episodes of each novice alone.
+        two: Episodes of each two children with each caregiver.
+        changing: Episodes of each child that changes, or not, with each caregiver.
+    """
+
+    house: str
+    learnt_in: str
+    alone: int
+    two: int
+    changing: int
+
+
+@dataclasses.dataclass(frozen=True)
+class Found:
+    """What came out in a house.
+
+    Attributes:
+        telling: How well P(safe) tells, by whose routes were learnt, and whether theta is a draw or the mean.
+        two: Damage to two children; a column for each of `FAMILIES`.
+        changing: Damage to one child; a column for each of `CHILDREN`.
+    """
+
+    telling: Mapping[tuple[str, str], Telling]
+    two: Damages
+    changing: Damages
+
+
+def run_job(job: Job) -> Found:
+    """Runs the episodes of a house: those that `evaluate` runs with seed 0."""
+    plan, elsewhere = FloorPlan.load(job.house), _learnt(job.learnt_in)
+    seen = walks(plan, job.alone)
+    telling = {}
+    for whose, how in PRIORS:
+        theta = experts(whose, elsewhere).action_prior(plan, np.random.default_rng(0), how == HOW[0])
+        telling[whose, how] = tell(plan, theta, seen)
+    guards: dict[str, Callable[[FloorPlan], Caregiver | None]] = {
+        NONE: lambda plan: None,
+        **{whose: functools.partial(PaperCaregiver, experts=experts(whose, elsewhere)) for whose in WHOSE},
+        ALIKE: functools.partial(PaperCaregiver, weighs_safety=False),
+    }
+    watchers: dict[str, Callable[[FloorPlan], Caregiver | None]] = {
+        NONE: lambda plan: None,
+        RULE: PaperCaregiver,
+        **{foresight(change): functools.partial(ForesightCaregiver, change=change) for change in CHANGES},
+        KNOWS: KnowsGoalCaregiver,
+    }
+    return Found(
+        telling,
+        {name: _damage(plan, make(plan), FAMILIES, job.two) for name, make in guards.items()},
+        {name: _damage(plan, make(plan), CHILDREN, job.changing) for name, make in watchers.items()},
+    )
+
+
+def foresight(change: float) -> str:
+    """What it is called if it believes in so much change."""
+    return f"foresight, change {change:g}"
+
+
+def _damage(plan: FloorPlan, caregiver: Caregiver | None, who: Sequence[str], episodes: int) -> np.ndarray:
+    """Damage of every episode of every family, (episodes, families): all in one batch."""
+    families = [Family.of(name) for name in who]
+    chance = tapes(episodes, children=len(families[0]))
+    ledger = GridWorld(plan, side_by_side(plan, families, episodes), caregiver).run(chance * len(families))
+    return ledger.damage.reshape(len(families), episodes).T
+
+
+@functools.lru_cache(maxsize=1)  # all jobs of a process learn in the same houses
+def _learnt(houses: str) -> Elsewhere:
+    return Elsewhere.in_houses(house_set(houses))
+
+
+# -- The page and its figure -------------------------------------------------------------------------
+
+
+def page(found: Sequence[Found], houses: str, learnt_in: str) -> Page:
+    """The page of what came out in each of some houses, for experts of others."""
+    place = {prior: _values(found, *prior) for prior in PRIORS}
+    telling = [(whose, how, list(map(_over, place[whose, how]))) for whose, how in PRIORS]
+    telling_less = [
+        (whose, how, list(map(_over, place[whose, how] - place[IN_PLACE, how])))
+        for how in HOW
+        for whose in (ELSEWHERE, NOBODY)
+    ]
+    two: list[tuple[str, str, Estimate[float] | None, Estimate[float] | None]] = []
+    for i, family in enumerate(FAMILIES):
+        damage = {name: _column(found, name, i, "two") for name in (NONE, *WHOSE, ALIKE)}
+        for name in (*WHOSE, ALIKE):
+            less = None if name == ALIKE else two_level.of_difference(damage[name], damage[ALIKE])
+            left = two_level.of_ratio(damage[name], damage[NONE])
+            two.append((family, f"`{ALIKE}`" if name == ALIKE else name, left, less))
+        less = two_level.of_difference(damage[ELSEWHERE], damage[IN_PLACE])
+        two.append((family, "elsewhere, less in place", None, less))
+    ours, names = foresight(CHANGE), (RULE, *map(foresight, CHANGES), KNOWS)
+    columns = {name: [_column(found, name, i) for i in range(len(CHILDREN))] for name in (NONE, *names)}
+    values = {
+        "count": len(found),
+        "houses": houses,
+        "learnt_in": learnt_in,
+        "horizon": HORIZON,
+        "measures": MEASURES.values(),
+        "telling": telling,
+        "telling_less": telling_less,
+        "two": two,
+        "change": CHANGE,
+        "children": CHILDREN,
+        "changing": [(name, list(map(two_level.of_ratio, columns[name], columns[NONE]))) for name in names],
+        "alone": np.mean([one.changing[NONE].mean(axis=0) for one in found], axis=0),
+        "changing_less": [
+            (name, list(map(two_level.of_difference, columns[name], columns[ours]))) for name in names if name != ours
+        ],
+    }
+    return Page(values, {"generalisation.png": draw(found)})
+
+
+def _values(found: Sequence[Found], whose: str, how: str) -> np.ndarray:
+    """Each of `MEASURES` in every house, (measures, houses)."""
+    return np.array([one.telling[whose, how].measures for one in found]).T
+
+
+def _over(values: np.ndarray) -> Estimate[float]:
+    """The mean over those houses that have a value."""
+    return intervals.of_mean(values[~np.isnan(values)])
+
+
+def _column(found: Sequence[Found], name: str, number: int, part: str = "changing") -> list[np.ndarray]:
+    """Damage in every episode of each house, of one caregiver with one family."""
+    damages: list[Damages] = [getattr(one, part) for one in found]
+    return [damage[name][:, number] for damage in damages]
+
+
+_COLOURS = [colours.unit(colour) for colour in (colours.ROBOT, colours.BIN, colours.CANDLE, colours.STAIRWELL)]
+
+
+def draw(found: Sequence[Found]) -> Figure:
+    """How well P(safe) tells as time goes on; what that is worth with two children; and children that change."""
+    with mpl.rc_context(STYLE):
+        figure = Figure((11.0, 3.4), layout="constrained")
+        telling, two, changing = figure.subplots(1, 3)
+        _telling(telling, found)
+        _two(two, found)
+        _changing(changing, found)
+    return figure
+
+
+def _telling(axes: Axes, found: Sequence[Found]) -> None:
+    for whose, colour in zip(WHOSE, _COLOURS, strict=False):
+        for how, line in zip(HOW, ("-", ":"), strict=True):
+            courses = np.mean([one.telling[whose, how].course for one in found], axis=0)
+            label = f"{whose}, {how}"
+            axes.plot(np.arange(1, len(courses) + 1), courses, line, color=colour, label=label)
+    axes.set_title("telling epsilon below .5 from above", fontsize=10)
+    axes.set_xlabel("timesteps watched")
+    axes.set_ylabel("area under the curve, mean over houses")
+    axes.legend(fontsize=7.5, title="experts", title_fontsize=7.5, loc="center right")
+
+
+def _two(axes: Axes, found: Sequence[Found]) -> None:
+    for i, (whose, colour) in enumerate(zip(WHOSE, _COLOURS, strict=False)):
+        differences = two_level.of_difference([one.two[whose] for one in found], [one.two[ALIKE] for one in found])
+        place = np.arange(len(FAMILIES)) + (i - 1) * 0.18
+        _bars(axes, place, differences, color=colour, label=whose)
+    axes.axhline(0, color=INK, linewidth=0.8)
+    axes.set_xticks(range(len(FAMILIES)), [family.replace(",", " and ") for family in FAMILIES])
+    axes.set_title("two children: damage, less that without P(safe)", fontsize=10)
+    axes.legend(fontsize=7.5, title="experts (draw)", title_fontsize=7.5)
+
+
+def _changing(axes: Axes, found: Sequence[Found]) -> None:
+    alone = [one.changing[NONE] for one in found]
+    names = [RULE, *map(foresight, CHANGES)]
+    places = np.arange(len(names))
+    shades = [MUTED, _COLOURS[0], _COLOURS[1], INK, _COLOURS[2]]
+    left = [two_level.of_ratio([one.changing[name] for one in found], alone) for name in names]
+    for i, (child, shade) in enumerate(zip(CHILDREN, shades, strict=True)):
+        estimate = np.array([[part[i] for part in one] for one in left]).T
+        _bars(axes, places + (i - 2) * 0.13, estimate, color=shade, label=child)
+    axes.set_xticks(places, ["rule", *(f"{change:g}" for change in CHANGES)])
+    axes.set_xlabel("the rule; foresight, by its change")
+    axes.set_title("children that change: damage left", fontsize=10)
+    axes.set_ylim(bottom=0)
+    axes.legend(fontsize=7.5, ncols=2)
+
+
+def _bars(axes: Axes, place: np.ndarray, estimate: Iterable[np.ndarray], **options: Any) -> None:
+    value, low, high = (np.asarray(part, float) for part in estimate)
+    axes.errorbar(place, value, [value - low, high - value], fmt="o", markersize=4, linewidth=1, **options)
