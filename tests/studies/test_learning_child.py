@@ -11,12 +11,8 @@ from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.cell_graph import ACTION_NAMES
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from caregiver_mj.studies.learning_child.command import main
-from caregiver_mj.studies.learning_child.figure import draw
-from caregiver_mj.studies.learning_child.learner import Learner
-from caregiver_mj.studies.learning_child.life import KINDS, MEASURES, Job, Lesson, live
-from caregiver_mj.studies.learning_child.measure import jobs_of, measure
-from caregiver_mj.studies.learning_child.page import page
+from studies.learning_child import KINDS, MEASURES, Grown, Job, Learner, Lesson, draw, jobs_of, live, page
+from study import main, run_all
 
 # Two cells in a row: a bin to the east, stairs to the west, another bin south of the first.
 PLAN = FloorPlan.parse("######\n#S..B#\n##B###\n######", "row")
@@ -90,27 +86,25 @@ def test_a_life_is_the_same_until_the_caregivers_differ():
         live(Job("train-2/0", name, **COUNTS | {"childhood": 4, "after": 1}, exams=(0, 4)))
         for name in ("none", "nearest", "nearest")
     )
-    assert none.course.shape == (len(MEASURES), 5, len(KINDS), 2)
-    np.testing.assert_array_equal(nearest.course, again.course)
-    np.testing.assert_array_equal(none.exams[0], nearest.exams[0])  # nobody has learnt anything yet
-    assert (none.exams[1] != nearest.exams[1]).any()
-    damage, toys, total = (none.course[MEASURES.index(name)] for name in ("damage", "toys", "return"))
+    assert nearest == again
+    course, ours = np.array(none["course"]), np.array(nearest["course"])
+    assert course.shape == (len(MEASURES), 5, len(KINDS), 2)
+    assert none["exams"][0] == nearest["exams"][0]  # nobody has learnt anything yet
+    assert none["exams"][1] != nearest["exams"][1]
+    damage, toys, total = (course[MEASURES.index(name)] for name in ("damage", "toys", "return"))
     np.testing.assert_array_equal(total, toys - damage)
-    assert nearest.course[0, :4].sum() < none.course[0, :4].sum()
-    known = none.course[MEASURES.index("known")].mean(axis=(1, 2))
+    assert ours[0, :4].sum() < course[0, :4].sum()
+    known = course[MEASURES.index("known")].mean(axis=(1, 2))
     assert 0 < known[0] < known[-1] <= 1
 
 
 def test_lives_are_kept_and_make_a_page(tmp_path):
     jobs = jobs_of("train-2", ("nearest",), COUNTS, (0, 5, 99))
     assert {job.exams for job in jobs} == {(0, 5)}
-    grown = measure(jobs, 1, tmp_path)
-    files = {file: file.stat().st_mtime_ns for file in tmp_path.iterdir()}
-    assert len(files) == 4
-    again = measure(jobs, 1, tmp_path)
-    assert {file: file.stat().st_mtime_ns for file in tmp_path.iterdir()} == files
-    text = page(grown, "train-2", 0.25, "command")
-    assert page(again, "train-2", 0.25, "command") == text
+    grown, again = (Grown(jobs, run_all(live, jobs, 1, "growing up", tmp_path)) for _ in range(2))
+    assert len(list(tmp_path.glob("episodes/*.json"))) == 4
+    text = page(grown, "train-2", 0.25).text("learning_child", "command")
+    assert page(again, "train-2", 0.25).text("learning_child", "command") == text
     assert text.count("| careless | `nearest` |") == 3
     assert "nan" not in text
     assert max(len(line) for line in text.splitlines() if not line.startswith(("|", "!"))) <= 120
@@ -120,7 +114,7 @@ def test_lives_are_kept_and_make_a_page(tmp_path):
 @pytest.mark.parametrize("options", [["--childhood", "4"], ["--after", "5"]])
 def test_lives_too_short_for_the_tables_are_refused(options, capsys):
     with pytest.raises(SystemExit) as end:
-        main(options)
+        main(["learning_child", *options])
     assert end.value.code == 2
     assert "at least" in capsys.readouterr().err
 
