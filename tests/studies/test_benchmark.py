@@ -5,13 +5,8 @@ import time
 import pytest
 from rich.console import Console
 
-from caregiver_mj.studies.benchmark.calls import parts
-from caregiver_mj.studies.benchmark.clock import Clock
-from caregiver_mj.studies.benchmark.command import main
-from caregiver_mj.studies.benchmark.dissection import dissect, print_parts
-from caregiver_mj.studies.benchmark.effort import Effort
-from caregiver_mj.studies.benchmark.hitches import hitches
-from caregiver_mj.studies.benchmark.scene import Scene
+from studies.benchmark import Clock, Effort, Scene, dissect, hitches, parts, print_parts
+from study import main
 
 
 def test_a_clock_stands_still_while_another_runs():
@@ -75,5 +70,5 @@ def test_the_worst_control_step_of_each_kind_of_episode(capsys):
 
 def test_only_some_sections(tmp_path, capsys):
     with pytest.raises(SystemExit):
-        main(["--only", "nothing"])
+        main(["benchmark", "--only", "nothing"])
     assert "invalid choice: 'nothing'" in capsys.readouterr().err
