@@ -4,11 +4,8 @@ import re
 
 import numpy as np
 
-from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.recording.audit import Check, NearChild
-from caregiver_mj.studies import stills
 from caregiver_mj.studies.audit import Audit, main
-from caregiver_mj.tasks import load
 
 
 def test_a_log_read_again_says_the_same(tmp_path, capsys):
@@ -30,10 +27,3 @@ def test_of_several_episodes_the_worst_is_told():
     harsh = Audit(20.0, [Check("speed", "m/s", 3.0, 2.0, 4.0)], [], NearChild(0.4, 0.1, 0.5, 0.02), 0.25)
     both = Audit.worst_of([gentle, harsh])
     assert both == Audit(30.0, harsh.commanded, [], NearChild(0.2, 0.1, 2.0, 0.02), 0.75)
-
-
-def test_nothing_to_take_a_picture_of_at_the_start():
-    env = load("supervise", random=3)
-    policy = CaregiverPolicy(env)
-    env.step(policy(env.reset()))
-    assert stills.views(env.physics, policy) == {}

@@ -2,7 +2,7 @@
 
 import pytest
 
-from caregiver_mj.studies import creep
+from studies import creep
 
 LOST = 0.030  # metres by which the hand has lost it
 

@@ -8,7 +8,8 @@ from printed import printed
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from caregiver_mj.studies.generated_houses import House, Tour, main, report
+from studies.generated_houses import House, Tour, report
+from study import main
 
 PLAN = FloorPlan.parse("#######\n#S..C##\n#T...T#\n#..B..#\n#######")  # tables: the candle's is the first
 
@@ -60,7 +61,7 @@ def test_what_went_wrong_is_named():
 
 def test_command(tmp_path, capsys):
     path = tmp_path / "houses.json"
-    main(["--count", "1", "--first", "400003", "--jobs", "1", "--json", str(path)])
+    main(["generated_houses", "--count", "1", "--first", "400003", "--jobs", "1", "--json", str(path)])
     assert "Generated houses" in capsys.readouterr().out
     (row,) = json.loads(path.read_text())
     assert (row["house"], row["missed"], row["timesteps"]) == ("house-400003", [], 200)

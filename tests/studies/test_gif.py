@@ -7,8 +7,8 @@ import pathlib
 
 from PIL import Image
 
-from caregiver_mj.studies.gif import frames, write
 from caregiver_mj.viz.episode import Episode
+from studies.gif import frames, write
 
 
 def test_pictures_go_round_at_their_speed(tmp_path):

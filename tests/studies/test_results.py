@@ -7,7 +7,7 @@ import pytest
 
 from caregiver_mj import cli
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.studies.results import CHILDREN, RUNS, command, publish, run
+from studies.results import CHILDREN, RUNS, call, command, publish
 
 
 @pytest.mark.parametrize("name", [*RUNS, *CHILDREN])
@@ -29,8 +29,8 @@ def test_runs_go_to_a_cluster_instead(tmp_path):
 
 def test_a_run_that_fails_ends_it_all():
     with pytest.raises(CaregiverError, match="house check nowhere failed"):
-        run(["house", "check", "nowhere"])
-    run(["house", "check", "paper"])
+        call(["house", "check", "nowhere"])
+    call(["house", "check", "paper"])
 
 
 def test_tables_figures_and_houses_are_published(tmp_path):

@@ -5,7 +5,6 @@ import pytest
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.viz.episode import Episode
-from caregiver_mj.viz.portrait import take_portrait
 from caregiver_mj.viz.still_camera import StillCamera
 from caregiver_mj.viz.studio import Studio
 
@@ -42,22 +41,3 @@ def test_frames_follow_what_happens(episode):
     np.testing.assert_array_equal(studio.frame(), first)
     episode.run_until(2.0)
     assert (studio.frame() != first).any()
-
-
-def test_portrait_is_soft_and_leaves_the_light_as_it_was(episode):
-    physics = episode.env.physics
-    sun = physics.data.ptr.light_xdir[physics.model.ptr.light("sun").id]
-    before = sun.copy()
-    size = {"look_at": [0.0, 0.0, 0.4], "distance": 2.0, "yaw": 0.0, "side": 120, "down": -30, "size": (160, 120)}
-    picture = take_portrait(physics, **size)
-    assert picture.shape == (120, 160, 3)
-    assert picture.std() > 10
-    np.testing.assert_array_equal(sun, before)
-
-
-def test_portrait_is_taken_from_inside_the_house(episode):
-    # South of the middle one looks south from north of it, whichever way the robot there looks.
-    physics, look_at = episode.env.physics, [0.0, -2.0, 0.4]
-    seen = {"look_at": look_at, "distance": 2.0, "side": 90, "down": -30, "size": (160, 120)}
-    one, other = (take_portrait(physics, yaw=yaw, **seen) for yaw in (0.0, np.pi))
-    np.testing.assert_array_equal(one, other)

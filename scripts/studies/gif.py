@@ -15,6 +15,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.studio import Studio
+from study import Parser
 
 HOUSE = "house-6-13x9-rooms2-stairwells2-candles2-tables2-bins3"  # small, so that one sees what is going on
 FRAMES_A_SECOND, SPEED = 10, 2.0  # of the picture; of its time over that of the house
@@ -40,19 +41,21 @@ def write(path: pathlib.Path, pictures: Iterator[Image.Image]) -> None:
     first.save(path, save_all=True, append_images=others, duration=milliseconds, loop=0, optimize=True)
 
 
-def main(arguments: list[str] | None = None) -> None:
-    """Films, and writes the picture."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("docs/caregiver.gif"), metavar="FILE.gif")
-    parser.add_argument("--house", default=HOUSE)
-    parser.add_argument("--caregiver", default="paper")
-    parser.add_argument("--epsilon", default="0.5")
-    parser.add_argument("--seed", type=int, default=0, help="of the run to which the episode belongs")
-    parser.add_argument("--begin", type=float, default=5.0, help="seconds since the episode's start")
-    parser.add_argument("--end", type=float, default=39.0, help="likewise")
-    parser.add_argument("--width", type=int, default=800, help="pixels")
-    parser.add_argument("--height", type=int, default=450)
-    options = parser.parse_args(arguments)
+def add_options(parser: Parser) -> None:
+    """Declare the options."""
+    parser.add("out", pathlib.Path("docs/caregiver.gif"), metavar="FILE.gif", type=pathlib.Path)
+    parser.add("house", HOUSE)
+    parser.add("caregiver", "paper")
+    parser.add("epsilon", "0.5")
+    parser.add("seed", 0, "of the run to which the episode belongs")
+    parser.add("begin", 5.0, "seconds since the episode's start")
+    parser.add("end", 39.0, "likewise")
+    parser.add("width", 800, "pixels")
+    parser.add("height", 450)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Film, and write the picture."""
     family, plan = Family.parse(options.epsilon), FloorPlan.load(options.house)
     plan = dataclasses.replace(plan, name="-".join(plan.name.split("-")[:2]))  # there is no room for more
     episode = Episode.load("supervise", plan, family, options.seed, 0, options.caregiver, DEFAULT)

@@ -23,9 +23,8 @@ from caregiver_mj.experiments.settings import EPSILONS
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.policy.policy import CaregiverPolicy
-from caregiver_mj.studies.display import make_console, make_table
-from caregiver_mj.studies.trials import Trial, add_trials, mishaps, run_all, seeds, write_json
 from caregiver_mj.tasks import load
+from study import Parser, Trial, make_console, make_table, mishaps, run_all, seeds, write_json
 
 FIRST = 400_000  # seed of the first house: far from those of the sets, and from those that anything was tried on
 
@@ -180,12 +179,13 @@ def _seconds(houses: Sequence[House]) -> str:
     return f"{np.median(found):.0f}, {max(found):.0f}" if found else "none"
 
 
-def main(arguments: list[str] | None = None) -> None:
-    """Runs the study and prints its table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    add_trials(parser, "count", 300)
-    parser.set_defaults(first=FIRST)
-    options = parser.parse_args(arguments)
+def add_options(parser: Parser) -> None:
+    """Declare the options."""
+    parser.add_trials("count", 300, FIRST)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Run the study and print its table."""
     houses = run_all(live_in, seeds(options), options.jobs, "living in houses")
     report(make_console(), houses)
-    write_json(options, houses)
+    write_json(options.json, houses)

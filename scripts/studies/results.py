@@ -16,6 +16,7 @@ from collections.abc import Sequence
 import pandas as pd
 
 from caregiver_mj.errors import CaregiverError
+from study import Parser
 
 _RULES = "none random wanderer nearest guard stairs candles childproof paper-still paper"
 _ALL = f"{_RULES} paper-predictive foresight knows-goal floor"
@@ -44,8 +45,8 @@ def command(runs: pathlib.Path, name: str, jobs: int, scheduler: str | None = No
     return ["evaluate", *asked, *where, "--out", str(runs / name), "--resume"]
 
 
-def run(arguments: Sequence[str]) -> None:
-    """Runs a command of this package.
+def call(arguments: Sequence[str]) -> None:
+    """Run a command of this package.
 
     Raises:
         CaregiverError: It failed.
@@ -56,7 +57,7 @@ def run(arguments: Sequence[str]) -> None:
 
 
 def publish(runs: Sequence[pathlib.Path], docs: pathlib.Path, name: str) -> None:
-    """Copies the tables of a report, the figures in them, and what each house comes to, to the documentation.
+    """Copy the tables of a report, the figures in them, and what each house comes to, to the documentation.
 
     Args:
         runs: Folders of the runs that the report is of; it is in the first of them.
@@ -77,22 +78,22 @@ def publish(runs: Sequence[pathlib.Path], docs: pathlib.Path, name: str) -> None
         pd.read_parquet(run_folder / "houses.parquet").round(4).to_csv(table, index=False)
 
 
-def main(arguments: list[str] | None = None) -> None:
-    """Runs what is missing, reports, and publishes."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--runs", type=pathlib.Path, default=pathlib.Path("runs"), metavar="DIR")
-    parser.add_argument("--docs", type=pathlib.Path, default=pathlib.Path("docs"), metavar="DIR")
-    parser.add_argument("--jobs", type=int, default=2, help="worker processes (default: %(default)s)")
-    parser.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster, to run on that instead")
-    parser.add_argument(
-        "--only", nargs="+", choices=[*RUNS, *CHILDREN], metavar="RUN", help="run these, publish nothing"
-    )
-    options = parser.parse_args(arguments)
+def add_options(parser: Parser) -> None:
+    """Declare the options."""
+    parser.add("runs", pathlib.Path("runs"), type=pathlib.Path, metavar="DIR")
+    parser.add("docs", pathlib.Path("docs"), type=pathlib.Path, metavar="DIR")
+    parser.add_jobs()
+    parser.add("scheduler", None, "of a Dask cluster, to run on that instead", metavar="ADDRESS")
+    parser.add("only", [], "run these, publish nothing", choices=[*RUNS, *CHILDREN], metavar="RUN")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Run what is missing, report, and publish."""
     for name in options.only or [*RUNS, *CHILDREN]:
-        run(command(options.runs, name, options.jobs, options.scheduler))
+        call(command(options.runs, name, options.jobs, options.scheduler))
     if options.only:
         return
     for group, name in ((RUNS, "results"), (CHILDREN, "children")):
         folders = [options.runs / run for run in group]
-        run(["report", *map(str, folders)])
+        call(["report", *map(str, folders)])
         publish(folders, options.docs, name)

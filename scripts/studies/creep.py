@@ -23,8 +23,8 @@ import numpy as np
 
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.policy import CaregiverPolicy
-from caregiver_mj.studies.display import make_console, make_table
 from caregiver_mj.tasks import load
+from study import Parser, make_console, make_table
 
 ROOM = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.......#\n#########", "room")
 RATES, STEPS = (2.8, 1.4), (0.005, 0.0025, 0.00125)
@@ -94,10 +94,12 @@ def hold() -> Held:
     return Held(env.physics.model.ptr, env.physics.data.ptr, policy.robot.robot.limits.yaw.acceleration)
 
 
-def main(arguments: list[str] | None = None) -> None:
-    """Runs the study and prints its table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.parse_args(arguments)
+def add_options(parser: Parser) -> None:
+    """Declare the options, of which there are none."""
+
+
+def run(options: argparse.Namespace) -> None:
+    """Print the table."""
     held = hold()
     table = make_table(
         "A half turn with a candle in the hand",

@@ -1,0 +1,126 @@
+"""Takes the pictures in docs/: the robot picks a candle up, carries it past the toddler, and blocks a stairwell."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import pathlib
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import imageio.v3 as imageio
+import numpy as np
+
+from caregiver_mj.house.physics import Physics
+from caregiver_mj.interventions.intervention import BLOCK, RELOCATE
+from caregiver_mj.policy.policy import CaregiverPolicy
+from caregiver_mj.tasks import load
+from study import Parser
+
+# isort: split
+from dm_control.mujoco import engine  # after caregiver_mj.house.rendering, which those above import
+
+_NEAR = 1.3  # metres from the toddler
+_DRIVES, _RESTS = 0.5, 0.01  # m/s above which the base is on its way, and below which it stands
+_QUALITY = 92  # of JPEG, of 100
+DEFAULT_SIZE = 1280, 720  # pixels
+_SUNS, _SUN_RADIUS = 24, np.deg2rad(1.5)  # pictures of which one is made, and how wide the sun looks, from its middle
+
+
+def views(physics: Physics, policy: CaregiverPolicy) -> dict[str, tuple[Any, ...]]:
+    """Pictures that can be taken now, by name: where to look, from how far, the robot's heading, degrees aside, down.
+
+    These are the arguments of `take_portrait`.
+    """
+    x, y, yaw = physics.base_position()
+    near = math.dist((x, y), physics.toddler_position()[:2]) < _NEAR
+    speed = math.hypot(*physics.base_velocity()[:2])
+    verb = policy.intervention.verb if policy.intervention else ""
+    found: dict[str, tuple[Any, ...]] = {}
+    if verb == RELOCATE and physics.is_gripping():
+        if policy.activity.startswith("fetch"):
+            candle = physics.candle_poses()[policy.plan.hazards.candle(policy.target)]
+            found["picking"] = [*candle[:2], 0.6], 1.5, yaw, 115, -24
+        elif policy.activity.startswith("carry") and near and speed > _DRIVES:
+            found["carrying"] = [x, y, 0.45], 2.3, yaw, 140, -34
+    if verb == BLOCK and near and speed < _RESTS:
+        found["blocking"] = [x, y, 0.4], 2.4, yaw, 120, -33
+    return found
+
+
+def add_options(parser: Parser) -> None:
+    """Declare the options."""
+    parser.add("out", pathlib.Path("docs"), "folder", type=pathlib.Path)
+    parser.add("seed", 0)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Run an episode until it has shown all three."""
+    options.out.mkdir(parents=True, exist_ok=True)
+    env = load("supervise", house="paper", epsilon=1.0, random=options.seed)
+    policy = CaregiverPolicy(env)
+    timestep = env.reset()
+    wanted = {"picking", "carrying", "blocking"}
+    while wanted and not timestep.last():
+        timestep = env.step(policy(timestep))
+        for name, view in views(env.physics, policy).items():
+            if name in wanted:
+                path = options.out / f"{name}.jpg"
+                imageio.imwrite(path, take_portrait(env.physics, *view), quality=_QUALITY)
+                print(path)
+                wanted.discard(name)
+    if wanted:
+        print(f"not seen in this episode: {', '.join(sorted(wanted))}")
+
+
+# -- Portraits: pictures from close by, in a soft light ----------------------------------------------
+
+
+def take_portrait(
+    physics: engine.Physics,
+    look_at: Sequence[float],
+    distance: float,
+    yaw: float,
+    side: float,
+    down: float,
+    size: tuple[int, int] = DEFAULT_SIZE,
+) -> np.ndarray:
+    """Take a picture from one side of the robot or the other, whichever is farther inside the house.
+
+    Args:
+        physics: The house.
+        look_at: The point in the picture's middle, (3,), metres.
+        distance: Metres from there to the camera.
+        yaw: Heading of the robot, radians.
+        side: Degrees between that and the camera's line of sight.
+        down: The line of sight's elevation, degrees.
+        size: Width and height in pixels.
+
+    Returns:
+        The picture (height, width, 3).
+    """
+    azimuth = min((np.rad2deg(yaw) + sign * side for sign in (1, -1)), key=lambda a: _from_middle(look_at, distance, a))
+    width, height = size
+    camera = engine.MovableCamera(physics, height, width)
+    camera.set_pose(look_at, distance, azimuth, down)
+    return _in_soft_light(physics, camera.render)
+
+
+def _in_soft_light(physics: engine.Physics, draw: Callable[[], np.ndarray]) -> np.ndarray:
+    """A picture with soft shadows, which MuJoCo does not draw: the mean of many, for a sun as wide as a hazy one."""
+    direction = physics.data.ptr.light_xdir[physics.model.ptr.light("sun").id]  # a view, which drawing looks at
+    middle = direction.copy()
+    pictures = []
+    for i in range(_SUNS):
+        # Evenly over a disc, by the golden angle.
+        angle, radius = i * np.pi * (3 - np.sqrt(5)), _SUN_RADIUS * np.sqrt((i + 0.5) / _SUNS)
+        direction[:2] = middle[:2] + radius * np.array([np.cos(angle), np.sin(angle)])
+        pictures.append(draw().astype(float))  # drawing writes into the same array again
+    direction[:] = middle
+    return np.mean(pictures, axis=0).round().astype(np.uint8)
+
+
+def _from_middle(look_at: Sequence[float], distance: float, azimuth: float) -> float:
+    """How far from the house's middle a camera stands, in metres on the ground."""
+    angle = np.deg2rad(azimuth)
+    return float(np.hypot(look_at[0] - distance * np.cos(angle), look_at[1] - distance * np.sin(angle)))
