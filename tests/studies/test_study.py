@@ -51,7 +51,7 @@ def test_a_study_explains_itself(name, capsys):
     assert end.value.code == 0
     told = capsys.readouterr().out
     assert "options:" in told
-    assert ("--docs" in told) == (FOLDER / f"{name}.md").exists()
+    assert "--docs" in told or not (FOLDER / f"{name}.md").exists()
 
 
 def test_the_script_lists_the_studies(tmp_path):
