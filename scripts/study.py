@@ -10,7 +10,9 @@ import argparse
 import ast
 import dataclasses
 import functools
+import hashlib
 import importlib
+import inspect
 import json
 import pathlib
 import re
@@ -30,6 +32,7 @@ from rich.progress import track
 
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.fingerprint import source_digest
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.seeds import episode_seed, episode_tapes
@@ -277,7 +280,12 @@ def run_all(
     Raises:
         CaregiverError: The folder holds results of another function, or of other versions.
     """
-    settings = {"study": f"{function.__module__}.{function.__qualname__}", "versions": versions()} if out else {}
+    settings: dict[str, Any] = {}
+    if out:
+        settings = {"study": f"{function.__module__}.{function.__qualname__}", "versions": versions()}
+        # Results of another program are not gone on with: neither of another package nor of another study.
+        own = pathlib.Path(inspect.getfile(function)).read_bytes()
+        settings["source"] = f"{source_digest()} {hashlib.sha256(own).hexdigest()[:12]}"
     folder = RunFolder(out, settings, resume=True) if out else None
     found: dict[Job, Any] = {job: kept for job in jobs if folder and (kept := folder.read(_file_name(job)))}
     pending = [job for job in jobs if job not in found]
