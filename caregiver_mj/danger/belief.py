@@ -72,7 +72,10 @@ class Belief:
         if worlds.size:
             before = probability[worlds, children]
             freed = np.where(ends[worlds, children][..., None], before, 0.0)
-            probability[worlds, children] = before - freed + np.einsum("nge,gh->nhe", freed, chain.next_goal)
+            # Goal after goal, so that what is added up does not depend on how many children there are.
+            probability[worlds, children] = (
+                before - freed + (freed[:, :, None] * chain.next_goal[..., None]).sum(axis=1)
+            )
         if self._change:
             probability += self._change * (chain.prior - probability)
             still = np.where(made, 0.0, STOP)[..., None, None]

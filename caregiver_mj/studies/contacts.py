@@ -144,7 +144,7 @@ def run(audited: frozenset[Job], job: Job) -> dict[str, Any]:
         while not timestep.last():
             timestep = env.step(policy(timestep))
             longest.look(policy, env.physics.time())
-    row = job._asdict() | {"seed": seed} | env.task.outcome()
+    row = {name: getattr(job, name) for name in Job.__annotations__} | {"seed": seed} | env.task.outcome()
     row |= {"skill": longest.skill, "skill_seconds": longest.seconds}
     if recorder:
         name = f"{job.house} {job.family} {job.episode}"
@@ -169,7 +169,7 @@ def episodes_of(options: argparse.Namespace) -> pd.DataFrame:
     if options.out and options.out.exists():
         for line in options.out.read_text(encoding="utf-8").splitlines():
             row = json.loads(line)
-            rows[Job(*(row[name] for name in Job._fields))] = row
+            rows[Job(*(row[name] for name in Job.__annotations__))] = row
     left = [job for job in jobs if job not in rows]
     work = functools.partial(run, frozenset(jobs[:: options.audit] if options.audit else ()))
     running = track(run_jobs(work, left, options.jobs), "in the house", total=len(left), console=Console(stderr=True))

@@ -211,7 +211,8 @@ def watch_children(
         world.step()
         percept = world.percept()
         bumped[time] = _bumps(chain, percept.previous_cell[:, 0], percept.previous_action[:, 0]) @ questions.groups
-        belief.watch(percept.previous_cell, percept.previous_action, percept.caregiver_cell)
+        followed = percept.caregiver_cell if caregiver else None
+        belief.watch(percept.previous_cell, percept.previous_action, followed)
         rule.watch(percept)
     return Watched(predicted, possible, bumped, safe)
 

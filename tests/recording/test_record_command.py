@@ -1,6 +1,5 @@
 """The command `record`: both formats, recordings that break off, and what it refuses."""
 
-import contextlib
 import functools
 import json
 import pathlib
@@ -239,9 +238,14 @@ def test_a_recording_that_fails_before_there_is_an_episode_leaves_nothing(own, t
     command = [*HOUSE, "--format", "lerobot", "--out", "set"]
     for seed, error in enumerate(("ValueError", "KeyboardInterrupt", "OSError"), start=20):  # a prepared policy is kept
         module.write_text(OWN.replace("return self.drawn", f"raise {error}\n        return self.drawn"))
-        with contextlib.suppress(ValueError):
-            assert cli.main([*command, "--caregiver", f"{own}:slow", "--seed", str(seed)]) == 1
-            assert "; there is no episode yet\n" in capsys.readouterr().err
+        status = cli.main([*command, "--caregiver", f"{own}:slow", "--seed", str(seed)])
+        told = (
+            "; there is no episode yet\n"
+            if error == "KeyboardInterrupt"
+            else f"failed in house 'paper' (is it a policy for another one?): {error}:"
+        )
+        assert status == (1 if error == "KeyboardInterrupt" else 2)
+        assert told in capsys.readouterr().err
         assert [path.name for path in tmp_path.iterdir() if "set" in path.name] == []
         sys.modules.pop(own)
     assert cli.main([*command, "--caregiver", "paper"]) == 0

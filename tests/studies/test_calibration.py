@@ -52,17 +52,26 @@ def test_what_happens_within_some_timesteps():
 def test_the_first_prediction_by_hand():
     """In one cell between everything any random move bumps, and no other: a fourth of epsilon for each object."""
     watched = watch_children(SMALL, [Family.of(1.0)], tapes(3), (1, 2), change=0.0)
-    epsilon = np.array(EPSILONS)
-    assert watched.predicted[0, 0, :, :3] == pytest.approx(epsilon.mean() / 4)
-    # Within two: unless it happens in neither.
-    assert watched.predicted[1, 0, :, 0] == pytest.approx(np.mean(1 - (1 - epsilon / 4) ** 2))
-    assert watched.predicted[0, 0, :, -1] == pytest.approx(epsilon.mean() * 3 / 4)  # anything
+    # Novices, explorers and who wants to the caregiver go to the toy, and one in twenty makes for the three objects.
+    epsilon, others = np.array(EPSILONS), np.array([0.05, 0.5])
+    weight = np.concatenate([np.full(5, 0.85 / 5), np.full(4, 0.05 / 2), np.full(2, 0.05 / 2)])
+    at_random = np.concatenate([epsilon, others, others, others]) / 4
+    makes_for = np.array([False] * 9 + [True] * 2)
+    each = at_random + np.where(makes_for, (1 - 4 * at_random) / 3, 0.0)  # probability of every object
+    assert watched.predicted[0, 0, :, :3] == pytest.approx(weight @ each)
+    # Within two: unless it happens in neither. Whoever has made for one wants to a toy then, as likely as not; only
+    # what is taken out, for it has happened already, is taken for as probable as before.
+    then = np.where(makes_for, (each + at_random) / 2, each)  # after a bump
+    assert watched.predicted[1, 0, :, 0] == pytest.approx(
+        weight @ (each + 3 * each * then + (1 - 3 * each) * each - each**2)
+    )
+    assert watched.predicted[0, 0, :, -1] == pytest.approx(weight @ each * 3)  # anything
     assert watched.possible.all()
     # Every move tells: the toy speaks for a careful child.
-    bumped = watched.bumped[0, :, -1]
-    likelihood = np.where(bumped[:, None], epsilon * 3 / 4, 1 - epsilon * 3 / 4)
-    after = (likelihood * epsilon).sum(axis=1) / likelihood.sum(axis=1) / 4
-    assert watched.predicted[0, 1, :, 0] == pytest.approx(after)
+    bumped = watched.bumped[0, :, -1][:, None]
+    after = weight * np.where(bumped, 3 * each, 1 - 3 * each)
+    next_time = np.where(bumped, then, each)
+    assert watched.predicted[0, 1, :, 0] == pytest.approx((after * next_time).sum(axis=1) / after.sum(axis=1))
 
 
 def test_bumps_are_the_damage_of_the_world():

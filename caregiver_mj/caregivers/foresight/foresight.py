@@ -185,7 +185,7 @@ class ForesightCaregiver(Caregiver):
             return Options(damage[:, : len(places)], np.full((count, candles), NOTHING))
         by_table = carried.min(axis=3)  # (W, candles, bare tables)
         damage[:, len(places) :] = np.where(got, by_table.min(axis=2), damage[:, len(places) :])
-        return Options(damage, np.take_along_axis(bare, by_table.argmin(axis=2), axis=1))
+        return Options(damage, np.take_along_axis(bare, _first_of_least(by_table), axis=1))
 
     def expected_damage(self, percept: Percept, worlds: np.ndarray) -> np.ndarray:
         """Return the expected discounted damage to come after the caregiver's last action in a timestep, (W,).
@@ -206,7 +206,7 @@ class ForesightCaregiver(Caregiver):
             barred = np.concatenate([stairwells, ways, candles], axis=1)[:, : damage.shape[1]]
             damage = np.where(barred, np.inf, damage)
         goes_on = np.arange(damage.shape[1]) == self._begun[worlds, None]
-        return (damage - goes_on * self._hysteresis * damage.min(axis=1, keepdims=True)).argmin(axis=1)
+        return _first_of_least(damage - goes_on * self._hysteresis * damage.min(axis=1, keepdims=True))
 
     def destination(self, percept: Percept, candle: np.ndarray) -> np.ndarray:
         """The table that was chosen with the candle, as long as it is bare; else the farthest one."""
@@ -233,3 +233,8 @@ class ForesightCaregiver(Caregiver):
         if percept.out_of_reach is None:
             return lying
         return lying & ~self.plan.hazards.split(percept.out_of_reach)[1]
+
+
+def _first_of_least(damage: np.ndarray) -> np.ndarray:
+    """Return the first of the least along the last axis; numbers that only rounding tells apart count as equal."""
+    return (damage <= damage.min(axis=-1, keepdims=True) * (1.0 + 1e-5)).argmax(axis=-1)
