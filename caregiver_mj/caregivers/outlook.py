@@ -21,7 +21,7 @@ class Outlook:
     """What a caregiver believes of K children in each of B worlds, and what follows from it.
 
     Attributes:
-        chain: How the children are thought to move. Its goals are the toy bins.
+        chain: How the children are thought to move. Some of its goals are toy bins.
         cell: The free cell of each, (B, K).
         probability: Of every goal and epsilon of each, (B, K, G, E).
     """

@@ -30,7 +30,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 LARGEST, LAYOUTS = 40_000_000, 128  # states, layouts: where there are more, fewer candles are planned for at a time
 _BEGIN = 0.2  # share of the damage to a child alone to begin the iteration with: about what is left of it
 _NEVER = 1e9  # damage of what cannot be done; finite, for beliefs of zero are multiplied with it
-_EVERY = 5  # sweeps after which bounds are looked at, and what comes of carrying a candle is brought up to date
+_EVERY = 5  # sweeps after which what comes of carrying a candle is brought up to date
 
 # By steps in a timestep: for each table what `ValueTable._fetched` finds.
 _Fetched = dict[int, list[tuple[np.ndarray, np.ndarray]]]
