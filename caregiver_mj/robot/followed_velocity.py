@@ -7,8 +7,9 @@ import math
 from caregiver_mj.robot.limits import Limits
 from caregiver_mj.robot.se2 import Vector
 
-_ROUNDING = 1e-9  # m/s^2
+_ROUNDING = 1e-9  # m/s, m/s^2
 _GENTLY = 0.5  # share of the jerk with which it comes to what is wanted: it must not get there too fast
+_HALVINGS = 20  # of a change of acceleration of which there is only room for a part
 
 
 class FollowedVelocity:
@@ -65,6 +66,7 @@ class FollowedVelocity:
             math.hypot(x, y) <= limits.acceleration
             and math.hypot(x - before_x, y - before_y) <= most
             and math.hypot(x - with_x, y - with_y) <= most  # that it can go on with what is wanted
+            and self._fits(x, y)
         ):
             return wanted
         # As the wanted one changes, and nearer to it: no faster than this can be brought to nothing on the way there.
@@ -73,8 +75,29 @@ class FollowedVelocity:
         x, y = with_x + nearer * off_x, with_y + nearer * off_y
         x, y = _within(limits.acceleration, x, y)
         x, y = _within(most, x - before_x, y - before_y)
-        x, y = _within(limits.acceleration, before_x + x, before_y + y)
-        return _within(limits.velocity, self.told[0] + step * x, self.told[1] + step * y)
+        x, y = self._fitting(*_within(limits.acceleration, before_x + x, before_y + y))
+        # This cuts nothing but after what was at once, which may have left no room for its end.
+        return _within(limits.velocity + _ROUNDING, self.told[0] + step * x, self.told[1] + step * y)
+
+    def _fits(self, x: float, y: float) -> bool:
+        """Whether an acceleration can cease within the jerk before the highest speed: cut there, it would jerk."""
+        change, size = self._limits.jerk * self._timestep, math.hypot(x, y)
+        steps = int(size / change)  # after this one until it has ceased, by one change less at each
+        times = self._timestep * (steps + 1) * (1.0 - steps * change / (2.0 * size)) if size else 0.0
+        return math.hypot(self.told[0] + times * x, self.told[1] + times * y) <= self._limits.velocity + _ROUNDING
+
+    def _fitting(self, x: float, y: float) -> Vector:
+        """An acceleration, or as much of the way there from one that ceases as fits."""
+        if self._fits(x, y):
+            return x, y
+        (before_x, before_y), change = self.acceleration, self._limits.jerk * self._timestep
+        less_x, less_y = _within(max(0.0, math.hypot(before_x, before_y) - change), before_x, before_y)
+        fits, share = 0.0, 0.5
+        for _ in range(_HALVINGS):
+            if self._fits(less_x + (fits + share) * (x - less_x), less_y + (fits + share) * (y - less_y)):
+                fits += share
+            share /= 2.0
+        return less_x + fits * (x - less_x), less_y + fits * (y - less_y)
 
 
 def _within(most: float, x: float, y: float) -> Vector:

@@ -21,13 +21,16 @@ def moving_at(velocity):
     return follower
 
 
-vectors = st.tuples(st.floats(-0.95, 0.95), st.floats(-0.95, 0.95))
+vectors = st.one_of(
+    st.tuples(st.floats(-0.95, 0.95), st.floats(-0.95, 0.95)),
+    st.floats(-math.pi, math.pi).map(lambda way: (1.4 * math.cos(way), 1.4 * math.sin(way))),
+)
 
 
 def test_what_is_within_the_bounds_is_told_as_it_is():
     follower = FollowedVelocity(LIMITS, STEP)
     for i in range(1, 100):
-        wanted = (0.9 - 0.9 * math.cos(0.03 * i), 0.5 - 0.5 * math.cos(0.02 * i))
+        wanted = (0.6 - 0.6 * math.cos(0.03 * i), 0.4 - 0.4 * math.cos(0.02 * i))
         assert follower.follow(wanted) == wanted
 
 
@@ -46,11 +49,34 @@ def test_what_comes_back_while_the_base_speeds_up_comes_in_what_that_leaves():
     follower = FollowedVelocity(LIMITS, STEP)
     for i in range(10):
         follower.follow((0.034 * min(i, 1), 0.0))
-    for i in range(1, 40):
+    for i in range(1, 38):
         before = follower.told
         told = follower.follow((0.034 + 0.034 * i, 0.2))
         assert math.dist(told, before) <= 2.0 * STEP + 1e-12
-    assert told == (0.034 + 0.034 * 39, 0.2)
+    assert told == (0.034 + 0.034 * 37, 0.2)
+
+
+@pytest.mark.parametrize("rises", [0.01, 0.02, 0.04, 0.1, 1.4])
+def test_the_highest_speed_is_come_to_gently_however_what_is_wanted_gets_there(rises):
+    follower = FollowedVelocity(LIMITS, STEP)
+    changes = [follower.acceleration]
+    for i in range(200):
+        follower.follow((0.0, -min(1.4, rises * i)))
+        changes.append(follower.acceleration)
+        assert follower.told[1] >= -1.4 - 1e-9
+    assert follower.told[1] == pytest.approx(-1.4, abs=1e-9)
+    assert all(math.dist(*pair) <= 0.6 + 1e-9 for pair in itertools.pairwise(changes))
+
+
+def test_what_overshoots_a_wish_near_the_highest_speed_does_so_gently():
+    limits = Limits(0.99, 1.656, 26.4)
+    follower = FollowedVelocity(limits, STEP)
+    steadily = (0.8418 - 0.00824 * i for i in range(102, -1, -1))
+    for speed in (*steadily, 0.8665, 0.8811, 0.9069, 0.9203, 0.9447, 0.9568, *[0.9645] * 10):
+        before = follower.acceleration
+        follower.follow((speed, 0.0))
+        assert follower.told[0] <= 0.99 + 1e-9
+        assert math.dist(before, follower.acceleration) <= 26.4 * STEP + 1e-9
 
 
 def test_where_it_must_be_at_once_it_is():
