@@ -86,7 +86,7 @@ class RobotModel:
 
     def torque(self) -> np.ndarray:
         """What the arm's motors can do, of each joint, (joints,), N m."""
-        return self._model.actuator_forcerange[self.actuators().arm, 1].copy()
+        return self._model.jnt_actfrcrange[[self._model.joint(name).id for name in self._names.arm], 1]
 
     def lag(self, joint: str, arm: np.ndarray) -> float:
         """By how much the velocity servo of a joint follows later: mass (or inertia) over gain, seconds.

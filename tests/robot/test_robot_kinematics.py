@@ -97,7 +97,7 @@ def test_model_has_the_published_joint_ranges_and_torques(model):
         published = [POSITION_LOWEST[i], POSITION_HIGHEST[i]]
         np.testing.assert_array_equal(model.joint(name).range, published)
         np.testing.assert_allclose(model.actuator(name).ctrlrange, published, rtol=1e-12)
-        np.testing.assert_array_equal(model.actuator(name).forcerange, [-TORQUE[i], TORQUE[i]])
+        np.testing.assert_array_equal(model.jnt_actfrcrange[model.joint(name).id], [-TORQUE[i], TORQUE[i]])
 
 
 def test_dh_table_of_this_test_reaches_as_far_as_the_arm_does():
