@@ -38,6 +38,7 @@ class EpisodeLog:
         arm_velocity: Joint velocities, rad/s, (m, joints).
         arm_torque: What moved each joint and held it up, N m, (m, joints), see `Dynamics`.
         finger_velocity: Of each finger, m/s, (m, 2).
+        pads: How many of the fingers' pads touch the wax of a candle, (m,).
         pressure_centre: Where on the floor the wheels' forces together act, in the base's frame, metres, (m, 2).
         distance: From each part of the robot that can touch something to the child, metres, (m, parts); infinite if
             far away.
@@ -55,6 +56,7 @@ class EpisodeLog:
     arm_velocity: np.ndarray
     arm_torque: np.ndarray
     finger_velocity: np.ndarray
+    pads: np.ndarray
     pressure_centre: np.ndarray
     distance: np.ndarray
     speed: np.ndarray
@@ -117,6 +119,8 @@ class Recorder:
         self._dynamics = Dynamics(model, env.physics.data.ptr, env.task.embodiment.names)
         geoms = [model.geom(i) for i in range(model.ngeom)]
         self._parts = [geom.id for geom in geoms if geom.name.startswith("robot/") and geom.contype[0]]
+        self._pads = {geom.id for geom in geoms if geom.name.endswith("_pad")}
+        self._wax = {geom.id for geom in geoms if geom.name.endswith("/wax")}
         self._child = model.geom("toddler/body").id
         self._hull = model.geom("robot/base_hull").id
         self._rows: dict[str, list[Any]] = {
@@ -143,6 +147,8 @@ class Recorder:
         rows["commands"].append(data.ctrl.copy())
         for name, values in self._dynamics.measure().items():
             rows[name].append(values)
+        touching = {frozenset(pair) for pair in data.contact.geom.tolist()}
+        rows["pads"].append(sum(any({pad, wax} in touching for wax in self._wax) for pad in self._pads))
         speeds = [touch.speed for touch in self._physics.touches if touch.kind == "robot"]
         rows["contact_speed"].append(max(speeds, default=-np.inf))
         distance, speed, approach = np.full(len(self._parts), np.inf), *np.zeros((2, len(self._parts)))

@@ -17,7 +17,7 @@ from rich.console import Console
 
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.recording.audit import Check, NearChild, check_limits, near_child
-from caregiver_mj.recording.motion_audit import check_motion, pushed
+from caregiver_mj.recording.motion_audit import check_motion, off_a_pad, pushed
 from caregiver_mj.recording.telemetry import EpisodeLog
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.studies.display import make_console, make_table
@@ -53,6 +53,7 @@ class Audit:
         measured: Limits of what was measured.
         near: How the robot moved near the child.
         pushed: Seconds in which a child ran into it, or had just done so, whose accelerations do not count.
+        off: Seconds in which a pad was off the candle in the hand for a moment, see `check_motion`.
     """
 
     seconds: float
@@ -60,6 +61,7 @@ class Audit:
     measured: list[Check]
     near: NearChild
     pushed: float
+    off: float = 0.0
 
     @classmethod
     def of(cls, log: EpisodeLog, embodiment: str | None, name: str = "") -> Audit:
@@ -69,14 +71,14 @@ class Audit:
             [dataclasses.replace(found, where=", ".join(filter(None, (found.where, name)))) for found in checks]
             for checks in (check_limits(log, robot), check_motion(log, robot))
         )
-        seconds, left_out = len(log.commands) * log.control_timestep, float(pushed(log).sum() * log.physics_timestep)
-        return cls(seconds, commanded, measured, near_child(log), left_out)
+        left_out = (float(found(log).sum() * log.physics_timestep) for found in (pushed, off_a_pad))
+        return cls(len(log.commands) * log.control_timestep, commanded, measured, near_child(log), *left_out)
 
     @classmethod
     def of_dict(cls, values: Mapping[str, Any]) -> Audit:
         """The audit that `dataclasses.asdict` has made a dictionary of."""
         commanded, measured = ([Check(**check) for check in values[which]] for which in ("commanded", "measured"))
-        return cls(values["seconds"], commanded, measured, NearChild(**values["near"]), values["pushed"])
+        return cls(values["seconds"], commanded, measured, NearChild(**values["near"]), values["pushed"], values["off"])
 
     @property
     def is_kept(self) -> bool:
@@ -98,6 +100,7 @@ class Audit:
                 max(n.contact_speed for n in near),
             ),
             sum(audit.pushed for audit in audits),
+            sum(audit.off for audit in audits),
         )
 
 
@@ -133,7 +136,9 @@ def report(console: Console, audit: Audit) -> None:
         f"Within 0.5 m a part was faster than 0.25 m/s for {near.fast_seconds:.1f} s; contacts at "
         f"{near.contact_speed:.3f} m/s at most.\n"
         f"For {audit.pushed:.1f} s it was being pushed by the child, or had just been: left out of what was measured "
-        "of accelerations, jerks and balance."
+        "of accelerations, jerks and balance.\n"
+        f"For {audit.off:.2f} s a pad was off the candle in the hand for a moment, or had just been: left out of "
+        "accelerations and jerks over 5 ms; those over 20 ms count."
     )
 
 

@@ -36,6 +36,7 @@ def still(**changes):
         arm_velocity=np.zeros((m, 7)),
         arm_torque=np.zeros((m, 7)),
         finger_velocity=np.zeros((m, 2)),
+        pads=np.zeros(m, int),
         pressure_centre=np.zeros((m, 2)),
         distance=np.full((m, 2), np.inf),
         speed=np.zeros((m, 2)),
