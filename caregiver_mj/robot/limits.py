@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 _ACCELERATION_SHARE, _JERK_SHARE = 0.9, 0.72  # of the base's highest, see `RobotLimits.together`
-_TOP_SHARE = 0.998  # of the base's highest speed, for reference and feedback together
+_TOP_SHARE = 0.99  # of the base's highest speed, for reference and feedback together
 _TOLD_SHARE, _TOLD_JERK_SHARE = 0.92, 0.88  # of the same, see `RobotLimits.as_told`
 _LEAST_BRAKING = 0.2  # of that acceleration: a corner gets tighter nowhere, and gentler as soon as the base slows down
 _CORNER_DELAYS = 0.2  # seconds, by a corner that leaves nothing to brake with
