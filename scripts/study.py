@@ -204,6 +204,20 @@ def _fill(block: str) -> str:
     return "\n".join(items)
 
 
+def fill_in(page: pathlib.Path, study: str, text: str) -> None:
+    """Write into a page that is there, between `<!-- made by scripts/study.py STUDY -->` and `<!-- end -->`.
+
+    Raises:
+        CaregiverError: The page has no such place.
+    """
+    maker = f"scripts/study.py {study}"
+    before, begin, rest = page.read_text(encoding="utf-8").partition(f"<!-- made by {maker} -->\n")
+    _, end, after = rest.partition("<!-- end -->")
+    if not end:
+        raise CaregiverError(f"{page} has no place for what {maker} makes")
+    page.write_text(f"{before}{begin}\n{text}\n\n{end}{after}", encoding="utf-8")
+
+
 def table(titles: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     """A table in Markdown, whose first column is text and whose others are figures."""
     head = [*titles]

@@ -20,8 +20,9 @@ from caregiver_mj.interventions.intervention import (
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.routes import ASIDE, STAY, Routes
-from caregiver_mj.studies import optimum
-from caregiver_mj.studies.exact import Exact
+from studies import optimum
+from studies.optimum import Exact
+from study import main
 
 CORRIDOR = "#######\n#B...S#\n#######"
 TABLES = "#######\n#C...T#\n#.....#\n#B#.#S#\n#######"
@@ -140,7 +141,7 @@ def test_the_cost_is_what_is_realised(text):
 
 def test_the_planner_is_not_far_from_the_best(monkeypatch):
     monkeypatch.setattr(optimum, "TIMESTEPS", 150)
-    rows = [optimum.run(optimum.Job(house, 10)) for house in optimum.houses(3)]
+    rows = [optimum.costs(optimum.Job(house, 10)) for house in optimum.houses(3)]
     for epsilon in EPSILONS:
         told, own = (sum(one[one.epsilon == epsilon][name].mean() for one in rows) for name in ("knows-goal", "own"))
         assert own < told < 1.2 * own
@@ -148,5 +149,5 @@ def test_the_planner_is_not_far_from_the_best(monkeypatch):
 
 def test_the_command(capsys, monkeypatch):
     monkeypatch.setattr(optimum, "TIMESTEPS", 60)
-    optimum.main(["--houses", "2", "--episodes", "4", "--jobs", "1"])
+    main(["optimum", "--houses", "2", "--episodes", "4", "--jobs", "1"])
     assert "optimum of our interventions" in capsys.readouterr().out

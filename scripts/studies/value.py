@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import pathlib
-from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
@@ -26,8 +24,7 @@ from caregiver_mj.experiments import two_level
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import houses_named, shape_of
-from caregiver_mj.studies.documents import fill_in, table
-from caregiver_mj.studies.trials import add_jobs, run_all
+from study import Parser, fill_in, run_all, table
 
 CAREGIVERS = {"foresight": ForesightCaregiver, "knows-goal": KnowsGoalCaregiver}
 ASKED = range(1, 202, 25)  # timesteps after which it is asked
@@ -44,25 +41,25 @@ class Job:
     episodes: int
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the study and print its tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument(
-        "--houses", nargs="+", default=["train-10", "shapes-train-50"], metavar="SET", help="(default: %(default)s)"
-    )
-    parser.add_argument("--episodes", type=int, default=4, help="with each novice (default: %(default)s)")
-    add_jobs(parser)
-    parser.add_argument("--docs", type=pathlib.Path, metavar="DIR", help="write them into the guide's page there")
-    options = parser.parse_args(arguments)
+def add_options(parser: Parser) -> None:
+    """Declare the options."""
+    parser.add("houses", ["train-10", "shapes-train-50"], metavar="SET")
+    parser.add("episodes", 4, "with each novice")
+    parser.add_jobs()
+    parser.add_file("docs", "write them into the guide's page there", "DIR")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Run the study; print its tables."""
     names = [plan.name for plan in houses_named(options.houses)]
     work = [Job(house, caregiver, options.episodes) for house in names for caregiver in CAREGIVERS]
-    text = report(pd.concat(run_all(run, work, options.jobs, "houses"), ignore_index=True))
+    text = report(pd.concat(run_all(ask, work, options.jobs, "houses"), ignore_index=True))
     print(text)
     if options.docs:
-        fill_in(options.docs / "guide" / "foresight.md", "scripts/value.py", text)
+        fill_in(options.docs / "guide" / "foresight.md", "value", text)
 
 
-def run(job: Job) -> pd.DataFrame:
+def ask(job: Job) -> pd.DataFrame:
     """Return what was expected and what came of it: a row an episode with each novice, in the mean over its moments."""
     plan, size = FloorPlan.load(job.house), job.episodes * len(EPSILONS)
     caregiver = CAREGIVERS[job.caregiver](plan)
