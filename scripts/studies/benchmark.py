@@ -52,7 +52,6 @@ from caregiver_mj.robot.kinematics import Arm
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.scalar_motion import ScalarMotion
-from caregiver_mj.studies.relocations.knock import Knock
 from caregiver_mj.tasks import load
 from caregiver_mj.viz import hud
 from caregiver_mj.viz.cameras import Camera
@@ -62,6 +61,7 @@ from caregiver_mj.viz.film import DEFAULT_FPS, DEFAULT_SIZE
 from caregiver_mj.viz.still_camera import StillCamera
 from caregiver_mj.viz.studio import Studio
 from caregiver_mj.viz.tiles import TileLayer
+from studies.relocations import Knock
 from study import HOUSES, Parser, load_house, make_console, make_table, tapes
 
 Arguments = ParamSpec("Arguments")

@@ -10,10 +10,8 @@ from caregiver_mj.caregivers import Caregiver, Percept
 from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from caregiver_mj.recording.audit import check_limits
-from caregiver_mj.recording.motion_audit import check_motion
-from caregiver_mj.recording.telemetry import Recorder
 from caregiver_mj.robot.embodiments import find_embodiment
+from studies.audit import Recorder, check_limits, check_motion
 
 ROOM = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.......#\n#########", "room")
 TABLE_TOP, FLOOR = 0.60, 0.0  # metres

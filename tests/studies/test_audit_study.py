@@ -4,18 +4,18 @@ import re
 
 import numpy as np
 
-from caregiver_mj.recording.audit import Check, NearChild
-from caregiver_mj.studies.audit import Audit, main
+from studies.audit import Audit, Check, NearChild
+from study import main
 
 
 def test_a_log_read_again_says_the_same(tmp_path, capsys):
     path = str(tmp_path / "log.npz")
-    status = main(["--seconds", "3", "--save", path])
+    status = main(["audit", "--seconds", "3", "--save", path])
     first = capsys.readouterr().out
     assert "Limits in 3 s: commanded" in first
     assert "arm acceleration, 20 ms" in first
     assert "arm jerk, commanded" in first
-    assert main(["--log", path]) == status
+    assert main(["audit", "--log", path]) == status
     again = capsys.readouterr().out
     # A log does not know its house, which makes the tables narrower.
     told, expected = (re.sub("─+|,? paper 0", "", text).split() for text in (again, first))

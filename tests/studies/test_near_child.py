@@ -5,9 +5,9 @@ import json
 import pytest
 from printed import printed
 
-from caregiver_mj.recording.audit import NearChild
-from caregiver_mj.studies.houses import HOUSES
-from caregiver_mj.studies.near_child import Episode, Job, main, report
+from studies.audit import NearChild
+from studies.near_child import Episode, Job, report
+from study import HOUSES, main
 
 CALM = NearChild(separation=0.1, approach_separation=0.2, fast_seconds=1.0, contact_speed=0.0)
 
@@ -49,7 +49,7 @@ def test_a_contact_that_lasts_is_told_once():
 
 def test_command(tmp_path, capsys):
     path = tmp_path / "episodes.json"
-    main(["--episodes", "1", "--seconds", "2", "--jobs", "1", "--json", str(path)])
+    main(["near_child", "--episodes", "1", "--seconds", "2", "--jobs", "1", "--json", str(path)])
     assert "Near the child" in capsys.readouterr().out
     (row,) = json.loads(path.read_text())
     assert (row["house"], row["seed"], row["strikes"]) == ("paper", 0, 0)

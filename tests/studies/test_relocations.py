@@ -10,14 +10,20 @@ from printed import printed
 
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.studies.houses import HOUSES, load_house
-from caregiver_mj.studies.relocations.barred import Barred
-from caregiver_mj.studies.relocations.command import main
-from caregiver_mj.studies.relocations.conditions import EACH, Conditions
-from caregiver_mj.studies.relocations.course import LIFTED, Moment, times
-from caregiver_mj.studies.relocations.relocation import Relocation, relocate
-from caregiver_mj.studies.relocations.report import report, report_each
 from caregiver_mj.tasks import load
+from studies.relocations import (
+    EACH,
+    LIFTED,
+    Barred,
+    Conditions,
+    Moment,
+    Relocation,
+    relocate,
+    report,
+    report_each,
+    times,
+)
+from study import HOUSES, load_house, main
 
 GRASP = find_embodiment().grasp
 REST = Moment(time=0.0, x=0.0, y=0.0, speed=0.0, fingers=GRASP.open, height=0.0, reach=0.0, held=False)
@@ -180,14 +186,45 @@ def test_conditions_alter_what_things_are_made_of():
 
 def test_command(tmp_path, capsys):
     path = tmp_path / "relocations.json"
-    main(["--count", "1", "--first", "3", "--jobs", "1", "--noise", "0.001", "--delay", "0.02", "--json", str(path)])
+    main(
+        [
+            "relocations",
+            "--count",
+            "1",
+            "--first",
+            "3",
+            "--jobs",
+            "1",
+            "--noise",
+            "0.001",
+            "--delay",
+            "0.02",
+            "--json",
+            str(path),
+        ]
+    )
     assert "1/1" in capsys.readouterr().out
     assert [(row["house"], row["seed"]) for row in json.loads(path.read_text())] == [("paper", 3)]
 
 
 def test_command_in_other_houses(tmp_path):
     path = tmp_path / "relocations.json"
-    main(["--count", "1", "--first", "3", "--jobs", "1", "--house", "paper", "house-1", "--json", str(path)])
+    main(
+        [
+            "relocations",
+            "--count",
+            "1",
+            "--first",
+            "3",
+            "--jobs",
+            "1",
+            "--house",
+            "paper",
+            "house-1",
+            "--json",
+            str(path),
+        ]
+    )
     assert [(row["house"], row["seed"], row["failure"]) for row in json.loads(path.read_text())] == [("house-1", 3, "")]
 
 

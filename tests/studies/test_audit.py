@@ -7,9 +7,8 @@ import pytest
 
 import caregiver_mj
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.recording.audit import check_limits, near_child, strike_times
-from caregiver_mj.recording.telemetry import EpisodeLog, Recorder
 from caregiver_mj.robot.embodiments import find_embodiment
+from studies.audit import EpisodeLog, Recorder, check_limits, near_child, strike_times
 
 ROBOT = find_embodiment()
 CONTROL, PHYSICS = 0.02, 0.005  # seconds

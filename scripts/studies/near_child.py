@@ -15,12 +15,22 @@ from rich.console import Console
 
 from caregiver_mj.children.family import ChildSpec
 from caregiver_mj.policy.policy import CaregiverPolicy
-from caregiver_mj.recording.audit import NearChild, near_child, strike_times
-from caregiver_mj.recording.telemetry import EpisodeLog
-from caregiver_mj.studies.display import make_console, make_table
-from caregiver_mj.studies.houses import HOUSES, load_house
-from caregiver_mj.studies.trials import Trial, add_trials, by_house, mishaps, run_all, seeds, total, write_json
 from caregiver_mj.tasks import load
+from studies.audit import EpisodeLog, NearChild, near_child, strike_times
+from study import (
+    HOUSES,
+    Parser,
+    Trial,
+    by_house,
+    load_house,
+    make_console,
+    make_table,
+    mishaps,
+    run_all,
+    seeds,
+    total,
+    write_json,
+)
 
 _EPSILONS = (0.5, 0.25, 0.75)
 _LASTING = 0.5  # seconds; touches that follow each other more closely are one contact
@@ -63,7 +73,21 @@ class Job:
         return cls(HOUSES[place % len(HOUSES)], seed, _EPSILONS[place % 9 // 3], bool(seed % 2))
 
 
-def run(seconds: float, job: Job) -> Episode:
+def add_options(parser: Parser) -> None:
+    """Declare the options."""
+    parser.add_trials("episodes", 200)
+    parser.add("seconds", 340.0, "simulated seconds, at most")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Run the study; print its table."""
+    jobs = [Job.of_seed(seed) for seed in seeds(options)]
+    episodes = run_all(functools.partial(supervise, options.seconds), jobs, options.jobs, "supervising")
+    report(make_console(), episodes)
+    write_json(options.json, episodes)
+
+
+def supervise(seconds: float, job: Job) -> Episode:
     """Runs an episode, for some simulated seconds at most."""
     child = ChildSpec(job.epsilon, "adversary") if job.adversarial else job.epsilon
     env = load("supervise", load_house(job.house), child, random=job.seed)
@@ -120,15 +144,3 @@ def _contacts(times: tuple[float, ...]) -> str:
     """When contacts began, by every physics step of them; one that lasts is told once."""
     pairs = zip((-1.0, *times[:-1]), times, strict=True)
     return ", ".join(f"{time:.2f}" for before, time in pairs if time - before > _LASTING)
-
-
-def main(arguments: list[str] | None = None) -> None:
-    """Runs the study and prints its table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    add_trials(parser, "episodes", 200)
-    parser.add_argument("--seconds", type=float, default=340.0, help="simulated seconds (default: whole episodes)")
-    options = parser.parse_args(arguments)
-    jobs = [Job.of_seed(seed) for seed in seeds(options)]
-    episodes = run_all(functools.partial(run, options.seconds), jobs, options.jobs, "supervising")
-    report(make_console(), episodes)
-    write_json(options, episodes)

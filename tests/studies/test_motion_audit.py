@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 
 import caregiver_mj
-from caregiver_mj.recording.dynamics import Dynamics
-from caregiver_mj.recording.motion_audit import check_motion
-from caregiver_mj.recording.telemetry import EpisodeLog
 from caregiver_mj.robot.embodiments import find_embodiment
+from studies.audit import Dynamics, EpisodeLog, check_motion
 
 ROBOT = find_embodiment()
 STEPS, PHYSICS = 400, 0.005

@@ -19,9 +19,10 @@ from caregiver_mj.experiments.seeds import episode_tapes
 from caregiver_mj.grid.world import CAREGIVER_ACTIONS, GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import houses_named
-from caregiver_mj.studies.contacts import add_run, episodes_of
 from caregiver_mj.viz.report.table import Table
 from caregiver_mj.viz.report.words import number
+from studies import contacts
+from study import Parser
 
 COLUMNS = {
     "damage": "damage",
@@ -35,6 +36,17 @@ COLUMNS = {
     "moves_held_up": "held up",
 }
 _WORLDS = ("grid", *(f"grid, {n} meanwhile" for n in range(1, CAREGIVER_ACTIONS + 1)), "house")
+
+
+def add_options(parser: Parser) -> None:
+    """Declare the options."""
+    contacts.add_options(parser)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Run the study; print its tables."""
+    rows = compare(contacts.episodes_of(options), options.caregiver)
+    print("\n".join(table.markdown() for table in tables(rows)))
 
 
 def in_grid(plan: FloorPlan, family: str, caregiver: str, seeds: list[int], meanwhile: int) -> pd.DataFrame:
@@ -77,11 +89,3 @@ def tables(rows: pd.DataFrame) -> list[Table]:
 
 def _share(errors: pd.Series) -> str:
     return f"{number(100 * float(np.mean(errors == 0)), 0)} %"
-
-
-def main(arguments: list[str] | None = None) -> None:
-    """Runs the study and prints its tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    add_run(parser)
-    options = parser.parse_args(arguments)
-    print("\n".join(table.markdown() for table in tables(compare(episodes_of(options), options.caregiver))))

@@ -15,12 +15,9 @@ import functools
 import json
 import pathlib
 import time
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import pandas as pd
-from rich.console import Console
-from rich.progress import track
 
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
@@ -30,72 +27,44 @@ from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.recording.contacts import Contacts
-from caregiver_mj.recording.telemetry import Recorder
 from caregiver_mj.robot.skills import Skill
 from caregiver_mj.robot.status import Status
-from caregiver_mj.studies.audit import Audit, report
-from caregiver_mj.studies.display import make_console
-from caregiver_mj.studies.trials import add_jobs
 from caregiver_mj.tasks import load
 from caregiver_mj.viz.report.contacts import counts_table, limits_table
 from caregiver_mj.viz.report.words import family_name
-
-CHILDREN = ("0.5", "adversary:0")
-
-
-def read_episodes(run: pathlib.Path, caregiver: str) -> pd.DataFrame:
-    """Episodes with one caregiver of a finished run in the house.
-
-    Raises:
-        CaregiverError: It is none, or one of a version that did not count contacts.
-    """
-    try:
-        table = pd.read_parquet(run / "episodes.parquet")
-    except (OSError, ValueError) as error:
-        raise CaregiverError(f"'{run}' holds no finished run: {error}") from error
-    table = table[(table.caregiver == caregiver) & (table.world == "house")]
-    if table.empty or not set(Contacts().outcome()) <= set(table):
-        raise CaregiverError(f"the run in '{run}' has no contacts of `{caregiver}` with children in the house")
-    return table
+from studies.audit import Audit, Recorder, report
+from study import Parser, make_console, progress
 
 
-def page(episodes: pd.DataFrame, compliant: bool = False) -> str:
-    """The tables, in Markdown."""
-    groups = {family_name(family): group for family, group in episodes.groupby("family", sort=False)}
-    if len(groups) > 1:
-        groups["all"] = episodes
-    return f"{counts_table(groups).markdown()}\n{limits_table(episodes, compliant=compliant).markdown()}"
+def add_options(parser: Parser) -> None:
+    """Declare the options, which say what episodes; those of `blocking` are the same."""
+    parser.add("run", None, "a finished run in the house, to take them from", type=pathlib.Path, metavar="DIR")
+    parser.add("caregiver", "paper", "who protects the children")
+    parser.add("houses", ["train-5"], "houses to run without --run")
+    parser.add("epsilon", ["0.5", "adversary:0"], "children, likewise")
+    parser.add("episodes", 2, "episodes for each in each house")
+    parser.add_file("out", "write their rows there as they come; those that it holds are not run again", "FILE.jsonl")
+    parser.add("embodiment", [None], "the robots, without --run (default: the task's)", metavar="NAME")
+    parser.add("compliant", False, "children that give way to a push, without --run")
+    parser.add("audit", 0, "audit every K-th episode; 0 for none", metavar="K")
+    parser.add_jobs()
 
 
-def add_run(parser: argparse.ArgumentParser) -> None:
-    """Adds the options that say which episodes."""
-    parser.add_argument(
-        "--run", type=pathlib.Path, metavar="DIR", help="a finished run in the house, to take them from"
-    )
-    parser.add_argument("--caregiver", default="paper", help="who protects the children (default: %(default)s)")
-    parser.add_argument(
-        "--houses", nargs="+", default=["train-5"], help="houses to run without --run (default: train-5)"
-    )
-    parser.add_argument("--epsilon", nargs="+", default=CHILDREN, help="children, likewise (default: .5 adversary:0)")
-    parser.add_argument(
-        "--episodes", type=int, default=2, help="episodes for each in each house (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--out",
-        type=pathlib.Path,
-        metavar="FILE",
-        help="write their rows there as they come, a JSON object a line; those that it holds are not run again",
-    )
-    parser.add_argument(
-        "--embodiment",
-        nargs="+",
-        default=[None],
-        metavar="NAME",
-        help="the robots, without --run (default: the task's)",
-    )
-    parser.add_argument("--compliant", action="store_true", help="children that give way to a push, without --run")
-    parser.add_argument("--audit", type=int, default=0, metavar="K", help="audit every K-th episode (default: none)")
-    add_jobs(parser)
+def run(options: argparse.Namespace) -> int:
+    """Run the study; print its tables and return the exit status."""
+    rows, kept = episodes_of(options), True
+    if options.run:
+        print(page(rows, options.compliant))
+        return 0
+    for robot, episodes in rows.groupby("embodiment", sort=False, dropna=False):
+        if len(options.embodiment) > 1:
+            print(f"## {robot}\n")
+        print(page(episodes, options.compliant))
+        print(longest_skill(episodes))
+        if audit := audit_of(episodes):
+            report(make_console(), audit)
+            kept &= audit.is_kept
+    return int(not kept)
 
 
 class Job(NamedTuple):
@@ -132,8 +101,8 @@ class Longest:
             self.skill, self.seconds = type(skill).__name__, now - self._since
 
 
-def run(audited: frozenset[Job], job: Job) -> dict[str, Any]:
-    """Runs one episode, and audits it if it is one of these; returns its row."""
+def supervise(audited: frozenset[Job], job: Job) -> dict[str, Any]:
+    """Run one episode, and audits it if it is one of these; returns its row."""
     (plan,) = houses_named([job.house])
     kwargs = {"compliant_children": job.compliant, "embodiment": job.embodiment}
     env = load("supervise", plan, Family.parse(job.family), episode_random(0), task_kwargs=kwargs, visuals=False)
@@ -171,14 +140,38 @@ def episodes_of(options: argparse.Namespace) -> pd.DataFrame:
             row = json.loads(line)
             rows[Job(*(row[name] for name in Job.__annotations__))] = row
     left = [job for job in jobs if job not in rows]
-    work = functools.partial(run, frozenset(jobs[:: options.audit] if options.audit else ()))
-    running = track(run_jobs(work, left, options.jobs), "in the house", total=len(left), console=Console(stderr=True))
+    work = functools.partial(supervise, frozenset(jobs[:: options.audit] if options.audit else ()))
+    running = progress(run_jobs(work, left, options.jobs), "in the house", len(left))
     with open(options.out, "a", encoding="utf-8") if options.out else contextlib.nullcontext() as file:
         for job, row in running:
             rows[job] = row
             if file:
                 print(json.dumps(row, default=float), file=file, flush=True)
     return pd.DataFrame([rows[job] for job in jobs])
+
+
+def read_episodes(run: pathlib.Path, caregiver: str) -> pd.DataFrame:
+    """Episodes with one caregiver of a finished run in the house.
+
+    Raises:
+        CaregiverError: It is none, or one of a version that did not count contacts.
+    """
+    try:
+        table = pd.read_parquet(run / "episodes.parquet")
+    except (OSError, ValueError) as error:
+        raise CaregiverError(f"'{run}' holds no finished run: {error}") from error
+    table = table[(table.caregiver == caregiver) & (table.world == "house")]
+    if table.empty or not set(Contacts().outcome()) <= set(table):
+        raise CaregiverError(f"the run in '{run}' has no contacts of `{caregiver}` with children in the house")
+    return table
+
+
+def page(episodes: pd.DataFrame, compliant: bool = False) -> str:
+    """The tables, in Markdown."""
+    groups = {family_name(family): group for family, group in episodes.groupby("family", sort=False)}
+    if len(groups) > 1:
+        groups["all"] = episodes
+    return f"{counts_table(groups).markdown()}\n{limits_table(episodes, compliant=compliant).markdown()}"
 
 
 def longest_skill(episodes: pd.DataFrame) -> str:
@@ -191,23 +184,3 @@ def audit_of(episodes: pd.DataFrame) -> Audit | None:
     """The worst of the audits of some episodes; None if none of them was audited."""
     found = episodes.audit.dropna() if "audit" in episodes else ()
     return Audit.worst_of([Audit.of_dict(audit) for audit in found]) if len(found) else None
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs the study and prints its tables; returns the exit status."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    add_run(parser)
-    options = parser.parse_args(arguments)
-    rows, kept = episodes_of(options), True
-    if options.run:
-        print(page(rows, options.compliant))
-        return 0
-    for robot, episodes in rows.groupby("embodiment", sort=False, dropna=False):
-        if len(options.embodiment) > 1:
-            print(f"## {robot}\n")
-        print(page(episodes, options.compliant))
-        print(longest_skill(episodes))
-        if audit := audit_of(episodes):
-            report(make_console(), audit)
-            kept &= audit.is_kept
-    return int(not kept)

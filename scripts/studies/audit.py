@@ -1,0 +1,588 @@
+"""Whether the robot kept its limits: runs episodes, or reads a logged one, and prints the worst of each.
+
+Two tables: what was commanded, and what was measured at every physics step. The exit status is 1 if a limit was not
+kept.
+
+The log has what the servos were told and the simulation measured, not what the skills meant to do. Nothing of it is in
+the package: a `Recorder` looks on.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import dataclasses
+import functools
+import os
+import pathlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import mujoco
+import numpy as np
+from rich.console import Console
+
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.policy.policy import CaregiverPolicy
+from caregiver_mj.robot.embodiment import Embodiment, Names
+from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.limits import Limits
+from caregiver_mj.tasks import load
+from study import Parser, load_house, make_console, make_table, run_all
+
+if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.house.rendering
+    import dm_env
+    from dm_control.rl import control
+
+_FAR = 1.0  # metres from the child beyond which distances are not measured
+_REACH = 1.2  # metres from the base's centre within which all of the robot is
+_MOVES = 0.05  # m/s above which a part of the robot counts as moving; a contact at more than that is a strike
+_NEAR = 0.5  # metres from the child within which the robot should be slow, ...
+_SLOW = 0.25  # m/s: ... the reduced speed of ISO 10218-1
+_LONG = 0.02  # seconds: a control timestep. Accelerations and jerks are those of a physics step, and means over this
+_AFTER = 0.25  # seconds after a child's last touch in which what it did to the robot dies away
+_HELD = 0.05  # seconds for which both pads have touched a candle that is held
+_LOST = 2  # physics steps for which one that is held may be off a pad; it is lost, or laid down, if that takes longer
+_LEAST = 1e-3  # rad/s: no joint's limit is less, be it next to the end of its range
+
+
+# -- The log -----------------------------------------------------------------------------------------
+
+
+@dataclasses.dataclass(frozen=True)
+class EpisodeLog:
+    """What the robot did in an episode: n control timesteps of m physics steps together.
+
+    Attributes:
+        control_timestep: Seconds.
+        physics_timestep: Seconds.
+        commands: What the actuators were told, in the order of the robot's model, (n, actuators).
+        base_velocity: Velocity of the base in the world, m/s and rad/s, (m, 3).
+        arm_position: Joint positions, rad, (m, joints).
+        arm_velocity: Joint velocities, rad/s, (m, joints).
+        arm_torque: What moved each joint and held it up, N m, (m, joints), see `Dynamics`.
+        finger_velocity: Of each finger, m/s, (m, 2).
+        pads: How many of the fingers' pads touch the wax of a candle, (m,).
+        pressure_centre: Where on the floor the wheels' forces together act, in the base's frame, metres, (m, 2).
+        distance: From each part of the robot that can touch something to the child, metres, (m, parts); infinite if
+            far away.
+        speed: Of the point of each part that is nearest to the child, m/s, (m, parts); 0 if far away.
+        approach: The component of that towards the child, m/s, (m, parts).
+        contact_speed: How fast a part that touches the child moves towards it, m/s, (m,); the fastest, and minus
+            infinity where none touches it.
+    """
+
+    control_timestep: float
+    physics_timestep: float
+    commands: np.ndarray
+    base_velocity: np.ndarray
+    arm_position: np.ndarray
+    arm_velocity: np.ndarray
+    arm_torque: np.ndarray
+    finger_velocity: np.ndarray
+    pads: np.ndarray
+    pressure_centre: np.ndarray
+    distance: np.ndarray
+    speed: np.ndarray
+    approach: np.ndarray
+    contact_speed: np.ndarray
+
+    @classmethod
+    def record(
+        cls, env: control.Environment, policy: Callable[[dm_env.TimeStep], np.ndarray], steps: int
+    ) -> EpisodeLog:
+        """Runs an episode from its start, for some control timesteps at most, and logs it."""
+        timestep = env.reset()
+        with Recorder(env) as recorder:
+            for _ in range(steps):
+                if timestep.last():
+                    break
+                timestep = env.step(policy(timestep))
+        return recorder.log()
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes an .npz file."""
+        np.savez_compressed(path, **dataclasses.asdict(self))
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> EpisodeLog:
+        """Reads what `save` has written."""
+        with np.load(path) as file:
+            arrays = {field.name: file[field.name] for field in dataclasses.fields(cls)}
+        values: dict[str, Any] = {name: array if array.ndim else float(array) for name, array in arrays.items()}
+        return cls(**values)
+
+
+@contextlib.contextmanager
+def each_physics_step(physics: control.Physics, look: Callable[[], None]) -> Iterator[None]:
+    """Calls a function after every physics step of an environment's physics, within a `with` block."""
+    step = physics.step
+
+    def watched(nstep: int = 1) -> None:
+        touches = []
+        for _ in range(nstep):
+            step(1)
+            touches += physics.touches
+            look()
+        physics.touches = touches
+
+    physics.step = watched
+    try:
+        yield
+    finally:
+        del physics.step  # the class's own shows again
+
+
+class Recorder:
+    """Looks on while an environment with a robot is stepped, within a `with` block of one episode."""
+
+    def __init__(self, env: control.Environment):
+        self._physics = env.physics
+        self._control_timestep = env.control_timestep()
+        self._model, self._data = model, _ = env.physics.model.ptr, env.physics.data.ptr
+        self._dynamics = Dynamics(model, env.physics.data.ptr, env.task.embodiment.names)
+        geoms = [model.geom(i) for i in range(model.ngeom)]
+        self._parts = [geom.id for geom in geoms if geom.name.startswith("robot/") and geom.contype[0]]
+        self._pads = {geom.id for geom in geoms if geom.name.endswith("_pad")}
+        self._wax = {geom.id for geom in geoms if geom.name.endswith("/wax")}
+        self._child = model.geom("toddler/body").id
+        self._hull = model.geom("robot/base_hull").id
+        self._rows: dict[str, list[Any]] = {
+            field.name: [] for field in dataclasses.fields(EpisodeLog) if field.type == "np.ndarray"
+        }
+
+    def __enter__(self) -> Recorder:
+        self._watch = each_physics_step(self._physics, self._look)
+        self._watch.__enter__()
+        return self
+
+    def __exit__(self, *error: Any) -> None:
+        self._watch.__exit__(*error)
+
+    def log(self) -> EpisodeLog:
+        """What has been recorded so far."""
+        arrays = {name: np.array(rows) for name, rows in self._rows.items()}
+        physics_timestep = float(self._model.opt.timestep)
+        arrays["commands"] = arrays["commands"][:: round(self._control_timestep / physics_timestep)]
+        return EpisodeLog(self._control_timestep, physics_timestep, **arrays)
+
+    def _look(self) -> None:
+        rows, data = self._rows, self._data
+        rows["commands"].append(data.ctrl.copy())
+        for name, values in self._dynamics.measure().items():
+            rows[name].append(values)
+        touching = {frozenset(pair) for pair in data.contact.geom.tolist()}
+        rows["pads"].append(sum(any({pad, wax} in touching for wax in self._wax) for pad in self._pads))
+        speeds = [touch.speed for touch in self._physics.touches if touch.kind == "robot"]
+        rows["contact_speed"].append(max(speeds, default=-np.inf))
+        distance, speed, approach = np.full(len(self._parts), np.inf), *np.zeros((2, len(self._parts)))
+        across = data.geom_xpos[self._child, :2] - data.geom_xpos[self._hull, :2]
+        if np.hypot(*across) < _FAR + _REACH:
+            for i, part in enumerate(self._parts):
+                distance[i], speed[i], approach[i] = self._measure(part)
+        rows["distance"].append(distance)
+        rows["speed"].append(speed)
+        rows["approach"].append(approach)
+
+    def _measure(self, part: int) -> tuple[float, float, float]:
+        """Distance of a geom to the child, and speed and approach of its nearest point."""
+        model, data = self._model, self._data
+        ends, velocity = np.empty(6), np.empty(6)  # of the shortest line between them; rotation, translation
+        point = np.empty(3)
+        distance = mujoco.mj_geomDistance(model, data, part, self._child, _FAR, ends)
+        if distance >= _FAR:
+            return np.inf, 0.0, 0.0
+        mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_GEOM, part, velocity, 0)
+        mujoco.mju_cross(point, velocity[:3], ends[:3] - data.geom_xpos[part])
+        point += velocity[3:]
+        # Where the two overlap, the line goes from the robot's far side to the child's: backwards.
+        line = (ends[3:] - ends[:3]) * (1.0 if distance > 0 else -1.0)
+        length = mujoco.mju_norm3(line)
+        return distance, mujoco.mju_norm3(point), float(point @ line / length) if length > 1e-9 else 0.0
+
+
+class Dynamics:
+    """Measures the robot in a simulation; call `measure` right after a physics step."""
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, names: Names):
+        self._model, self._data = model, data
+        base, arm, fingers = ([model.joint(f"robot/{name}") for name in part]
+                              for part in (names.base, names.arm, names.fingers))  # fmt: skip
+        self._base = [joint.dofadr[0] for joint in base]
+        self._arm, self._arm_positions = ([getattr(joint, adr)[0] for joint in arm] for adr in ("dofadr", "qposadr"))
+        self._fingers = [joint.dofadr[0] for joint in fingers]
+        self._body = int(base[-1].bodyid[0])
+        self._inertial = np.empty(model.nv)
+
+    def measure(self) -> dict[str, np.ndarray]:
+        """Columns of an `EpisodeLog`, of the last physics step."""
+        data = self._data
+        return {
+            "base_velocity": data.qvel[self._base],
+            "arm_position": data.qpos[self._arm_positions],
+            "arm_velocity": data.qvel[self._arm],
+            "arm_torque": self._torque(),
+            "finger_velocity": data.qvel[self._fingers],
+            "pressure_centre": self._pressure_centre(),
+        }
+
+    def _torque(self) -> np.ndarray:
+        """What the motors did in the step: whatever moved the joints that was not gravity, gears or contacts.
+
+        Compensation of the arm's weight is the motors' work too, however the model has it. What the simulation calls
+        the actuators' force is from the step's beginning; they have damping, and over the step it changes.
+        """
+        data = self._data
+        mujoco.mj_mulM(self._model, data, self._inertial, data.qacc)
+        others = data.qfrc_constraint + data.qfrc_spring + data.qfrc_damper - data.qfrc_bias
+        return (self._inertial - others)[self._arm]
+
+    def _pressure_centre(self) -> np.ndarray:
+        """Where the force from the ground would have to act to move all of the robot as it moved.
+
+        The base's three joints take up any force and torque; what they do instead of the wheels, and what contacts do
+        to the robot, is in the wrench between base and world.
+        """
+        data, body = self._data, self._body
+        mujoco.mj_rnePostConstraint(self._model, data)
+        tx, ty, _, fx, fy, fz = data.cfrc_int[body]  # about the robot's centre of mass
+        x, y, height = data.subtree_com[body]
+        # About the centre of pressure, on the floor, there is no torque but about the vertical.
+        place = np.array([x - (ty + height * fx) / fz, y + (tx - height * fy) / fz])
+        turned = data.xmat[body].reshape(3, 3)[:2, :2]
+        return (place - data.xpos[body, :2]) @ turned
+
+
+# -- What is judged by it ----------------------------------------------------------------------------
+
+
+@dataclasses.dataclass(frozen=True)
+class Check:
+    """The worst that came of one limit.
+
+    Attributes:
+        name: What is limited.
+        unit: Its unit.
+        worst: The value that came closest to its limit, or exceeded it most.
+        limit: That limit.
+        time: When that was, seconds since the start.
+        where: Which joint or finger it was, if there are several.
+    """
+
+    name: str
+    unit: str
+    worst: float
+    limit: float
+    time: float
+    where: str = ""
+
+    @property
+    def ratio(self) -> float:
+        """The worst value over the limit: at most 1 if it was kept."""
+        return self.worst / self.limit
+
+
+def check_limits(log: EpisodeLog, robot: Embodiment) -> list[Check]:
+    """Compares what was commanded in an episode, and the base's speed, with a robot's limits.
+
+    They are those that are published, not the lower ones that it plans for. What else was measured: `check_motion`.
+
+    Velocity, acceleration and jerk of the arm are finite differences of the commanded joint positions at the control
+    timestep; before the first command it was at rest there.
+    """
+    step, limits, joints = log.control_timestep, robot.limits, robot.names.arm
+    rest = np.concatenate([log.commands[:1]] * 3 + [log.commands])  # (n + 3, actuators)
+    targets, fingers = rest[:, robot.actuators.arm], rest[2:, robot.actuators.gripper]
+    arm = [np.diff(targets, order, axis=0)[3 - order :] / step**order for order in (1, 2, 3)]  # (n, joints) each
+    speed = np.hypot(*log.base_velocity[:, :2].T)[:, None]
+    gripper = np.full(2, limits.finger_speed)
+    return [
+        worst("arm velocity, commanded", "rad/s", arm[0], limits.arm.velocity, step, joints),
+        worst("arm acceleration, commanded", "rad/s^2", arm[1], limits.arm.acceleration, step, joints),
+        worst("arm jerk, commanded", "rad/s^3", arm[2], limits.arm.jerk, step, joints),
+        worst("base speed, measured", "m/s", speed, np.array([limits.base_speed]), log.physics_timestep),
+        worst("finger speed, commanded", "m/s", np.diff(fingers, axis=0) / step, gripper, step, ("left", "right")),
+    ]
+
+
+@dataclasses.dataclass(frozen=True)
+class NearChild:
+    """How the robot moved near the child in an episode.
+
+    Attributes:
+        separation: The least distance between the child and a part of the robot that moved, metres. It is 0 or less
+            where the child ran into the robot.
+        approach_separation: The least distance to a part that moved towards the child, metres.
+        fast_seconds: How long a part was within 0.5 m of the child and faster than 0.25 m/s.
+        contact_speed: How fast, at the most, a part that touched the child moved towards it, m/s; 0 without contact.
+    """
+
+    separation: float
+    approach_separation: float
+    fast_seconds: float
+    contact_speed: float
+
+
+def near_child(log: EpisodeLog) -> NearChild:
+    """Measures how the robot moved near the child."""
+    fast = (log.distance < _NEAR) & (log.speed > _SLOW)
+    return NearChild(
+        separation=float(log.distance.min(where=log.speed > _MOVES, initial=np.inf)),
+        approach_separation=float(log.distance.min(where=log.approach > _MOVES, initial=np.inf)),
+        fast_seconds=float(fast.any(axis=1).sum() * log.physics_timestep),
+        contact_speed=float(log.contact_speed.max(initial=0.0)),
+    )
+
+
+def strike_times(log: EpisodeLog) -> np.ndarray:
+    """When a part of the robot touched the child while it moved towards it, seconds, at every physics step of it."""
+    return np.flatnonzero(log.contact_speed > _MOVES) * log.physics_timestep
+
+
+def worst(
+    name: str, unit: str, values: np.ndarray, bounds: np.ndarray, timestep: float, names: tuple[str, ...] = ("",)
+) -> Check:
+    """The check of values (steps, things) with bounds, (things,) or of every step (steps, things)."""
+    size = np.abs(values)
+    bounds = np.broadcast_to(bounds, size.shape)
+    place = row, column = np.unravel_index(np.argmax(size / bounds), size.shape)
+    return Check(name, unit, float(size[place]), float(bounds[place]), float(row * timestep), names[column])
+
+
+def check_motion(log: EpisodeLog, robot: Embodiment) -> list[Check]:
+    """Compares what was measured at every physics step with a robot's limits.
+
+    They are those that are published, or else set, not the lower ones that are planned for. Accelerations, jerks and
+    the centre of pressure are told as of a physics step and as means over 20 ms; before the first step all was at
+    rest. They leave out when a child ran into the robot (`pushed`): it is moved by its walk, whatever is in its way,
+    and no motor can help that.
+
+    Those of a single physics step also leave out when a pad was off the candle in the hand for a step or two
+    (`off_a_pad`); their means count there, too. That is the simulation's doing, not the robot's. Its contacts neglect
+    that their directions turn: on a turn with the hand on its way out, at 1.1 m/s^2 across, the solver has the candle
+    keep 0.06 mm to one side, which is as deep as 25 N press it into a pad. Beyond that a pad touches nothing, its
+    finger springs at the wax, and base and arm take the knock.
+    """
+    limits, step, joints = robot.limits, log.physics_timestep, robot.names.arm
+    arm, base, fingers = log.arm_velocity, log.base_velocity[:, :2], log.finger_velocity
+    windows = {steps: f"{1000 * steps * step:.0f} ms" for steps in (1, round(_LONG / step))}
+    free, knocked = ~pushed(log)[:, None], off_a_pad(log)[:, None]
+    bound = np.maximum(limits.arm.velocity_at(log.arm_position, arm), _LEAST)
+    checks = [worst("arm velocity", "rad/s", arm, bound, step, joints)]
+    for order, what in enumerate(("acceleration", "jerk"), start=1):
+        unit = f"s^{order + 1}"
+        for steps, over in windows.items():
+            counts = free & ~knocked if steps == 1 else free
+            change = counts * _differences(arm, steps, order, step)
+            checks.append(worst(f"arm {what}, {over}", f"rad/{unit}", change, getattr(limits.arm, what), step, joints))
+            speed = counts * np.hypot(*_differences(base, steps, order, step).T)[:, None]
+            checks.append(
+                worst(f"base {what}, {over}", f"m/{unit}", speed, np.array([getattr(limits, f"base_{what}")]), step)
+            )
+            turn = counts * _differences(log.base_velocity[:, 2:], steps, order, step)
+            checks.append(worst(f"turn {what}, {over}", f"rad/{unit}", turn, _only(limits.turn, what), step))
+    speed = np.hypot(*base.T)[:, None]
+    checks += [
+        worst("arm torque", "N m", log.arm_torque, robot.torque, step, joints),
+        worst("base speed", "m/s", speed, np.array([limits.base_speed]), step),
+        worst("turn rate", "rad/s", log.base_velocity[:, 2:], _only(limits.turn, "velocity"), step),
+        worst("finger speed", "m/s", fingers, np.full(2, limits.finger_speed), step, robot.names.fingers),
+        *(_balance(log, robot, free, steps, over) for steps, over in windows.items()),
+    ]
+    return sorted(checks, key=lambda check: check.name)
+
+
+def pushed(log: EpisodeLog) -> np.ndarray:
+    """At which physics steps a child touched the robot, or had just done so, (m,)."""
+    touched = np.flatnonzero(np.isfinite(log.contact_speed))
+    found = np.zeros(len(log.contact_speed), bool)
+    for step in touched:
+        found[step : step + 1 + round(_AFTER / log.physics_timestep)] = True
+    return found
+
+
+def off_a_pad(log: EpisodeLog) -> np.ndarray:
+    """At which physics steps a pad was off a candle that was held, and touched it again, or had just done so, (m,)."""
+    both, after = log.pads >= 2, round(_LONG / log.physics_timestep)
+    found = np.zeros(len(both), bool)
+    for off in np.flatnonzero(both[:-1] & ~both[1:]) + 1:
+        steps = int(np.argmax(both[off : off + _LOST + 1]))  # until it touches it again; 0 if it does not
+        held = off - round(_HELD / log.physics_timestep)
+        if steps and held >= 0 and both[held:off].all():
+            found[off : off + steps + after] = True
+    return found
+
+
+def _only(limits: Limits, what: str) -> np.ndarray:
+    return np.array([getattr(limits, what)])
+
+
+def _differences(velocity: np.ndarray, steps: int, order: int, step: float) -> np.ndarray:
+    """Mean rates of change of velocities (m, things) over some steps each, of that order."""
+    for _ in range(order):
+        before = np.concatenate([np.zeros((steps, velocity.shape[1])), velocity[:-steps]])
+        velocity = (velocity - before) / (steps * step)
+    return velocity
+
+
+def _balance(log: EpisodeLog, robot: Embodiment, free: np.ndarray, steps: int, over: str) -> Check:
+    """How far the centre of pressure, a mean over some steps, went from the base's middle towards each side.
+
+    A side is a line between two wheels; the base tips over it if the centre is beyond for long.
+    """
+    places = np.array(robot.wheels.places)[[0, 1, 3, 2]]  # round the base: front left, front right, rear right, left
+    names = ("ahead", "to the right", "backwards", "to the left")
+    lines = np.roll(places, -1, axis=0) - places
+    outwards = np.stack([-lines[:, 1], lines[:, 0]], axis=1) / np.linalg.norm(lines, axis=1)[:, None]
+    reach = (outwards * places).sum(axis=1)
+    way = free * (log.pressure_centre @ outwards.T)
+    sums = np.concatenate([np.zeros((1, len(places))), np.cumsum(way, axis=0)])
+    way = np.maximum(0.0, (sums[steps:] - sums[:-steps]) / steps)
+    return worst(f"centre of pressure, {over}", "m", way, reach, log.physics_timestep, names)
+
+
+# -- The study ---------------------------------------------------------------------------------------
+
+
+@dataclasses.dataclass(frozen=True)
+class Conditions:
+    """What all episodes of an audit have in common.
+
+    Attributes:
+        epsilon: Share of the novice's moves that are random.
+        seconds: Simulated seconds, at most.
+        embodiment: Name of the robot; None for the task's own.
+        save: Where to keep the log, if anywhere.
+    """
+
+    epsilon: float
+    seconds: float
+    embodiment: str | None
+    save: pathlib.Path | None
+
+
+@dataclasses.dataclass(frozen=True)
+class Audit:
+    """What came out for one episode, or for several.
+
+    Attributes:
+        seconds: How long it was.
+        commanded: Limits of what was commanded.
+        measured: Limits of what was measured.
+        near: How the robot moved near the child.
+        pushed: Seconds in which a child ran into it, or had just done so, whose accelerations do not count.
+        off: Seconds in which a pad was off the candle in the hand for a moment, see `check_motion`.
+    """
+
+    seconds: float
+    commanded: list[Check]
+    measured: list[Check]
+    near: NearChild
+    pushed: float
+    off: float = 0.0
+
+    @classmethod
+    def of(cls, log: EpisodeLog, embodiment: str | None, name: str = "") -> Audit:
+        """Audits an episode, which may have a name to be told by."""
+        robot = find_embodiment(embodiment)
+        commanded, measured = (
+            [dataclasses.replace(found, where=", ".join(filter(None, (found.where, name)))) for found in checks]
+            for checks in (check_limits(log, robot), check_motion(log, robot))
+        )
+        left_out = (float(found(log).sum() * log.physics_timestep) for found in (pushed, off_a_pad))
+        return cls(len(log.commands) * log.control_timestep, commanded, measured, near_child(log), *left_out)
+
+    @classmethod
+    def of_dict(cls, values: Mapping[str, Any]) -> Audit:
+        """The audit that `dataclasses.asdict` has made a dictionary of."""
+        commanded, measured = ([Check(**check) for check in values[which]] for which in ("commanded", "measured"))
+        return cls(values["seconds"], commanded, measured, NearChild(**values["near"]), values["pushed"], values["off"])
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether the robot kept all of its limits."""
+        return all(check.ratio <= 1 for check in (*self.commanded, *self.measured))
+
+    @classmethod
+    def worst_of(cls, audits: Sequence[Audit]) -> Audit:
+        """The worst of every limit of several episodes, and their times together."""
+        near = [audit.near for audit in audits]
+        return cls(
+            sum(audit.seconds for audit in audits),
+            _worst([audit.commanded for audit in audits]),
+            _worst([audit.measured for audit in audits]),
+            NearChild(
+                min(n.separation for n in near),
+                min(n.approach_separation for n in near),
+                sum(n.fast_seconds for n in near),
+                max(n.contact_speed for n in near),
+            ),
+            sum(audit.pushed for audit in audits),
+            sum(audit.off for audit in audits),
+        )
+
+
+def _worst(audits: Sequence[list[Check]]) -> list[Check]:
+    return [max(checks, key=lambda check: check.ratio) for checks in zip(*audits, strict=True)]
+
+
+def add_options(parser: Parser) -> None:
+    """Declare the options."""
+    parser.add("house", ["paper"], "names or files of floor plans")
+    parser.add("epsilon", 0.5, "share of the novice's moves that are random")
+    parser.add("seed", 0, "seed of the first episode in each house")
+    parser.add("episodes", 1, "how many in each house")
+    parser.add("seconds", 340.0, "simulated seconds, at most")
+    parser.add("embodiment", None, "the robot (default: the task's own)", metavar="NAME")
+    parser.add_file("save", "keep the log, of a single episode", "FILE.npz")
+    parser.add_file("log", "read a log instead of running an episode", "FILE.npz")
+    parser.add_jobs()
+
+
+def run(options: argparse.Namespace) -> int:
+    """Audit episodes; return the exit status, which is 1 if a limit was not kept."""
+    if options.log:
+        found = Audit.of(EpisodeLog.load(options.log), options.embodiment)
+    else:
+        jobs = [(house, options.seed + i) for house in options.house for i in range(options.episodes)]
+        if options.save and len(jobs) > 1:
+            raise CaregiverError("--save is for a single episode")
+        conditions = Conditions(options.epsilon, options.seconds, options.embodiment, options.save)
+        processes = min(options.jobs, len(jobs))
+        found = Audit.worst_of(run_all(functools.partial(audit, conditions), jobs, processes, "auditing"))
+    report(make_console(), found)
+    return int(not found.is_kept)
+
+
+def audit(conditions: Conditions, job: tuple[str, int]) -> Audit:
+    """Audit the episode of a house and a seed."""
+    house, seed = job
+    task_kwargs = {"embodiment": conditions.embodiment} if conditions.embodiment else None
+    env = load("supervise", load_house(house), conditions.epsilon, random=seed, task_kwargs=task_kwargs)
+    log = EpisodeLog.record(env, CaregiverPolicy(env), round(conditions.seconds / env.control_timestep()))
+    if conditions.save:
+        log.save(conditions.save)
+    return Audit.of(log, conditions.embodiment, f"{house} {seed}")
+
+
+def report(console: Console, found: Audit) -> None:
+    """Prints what came out."""
+    for what, checks in (("commanded", found.commanded), ("measured", found.measured)):
+        table = make_table(
+            f"Limits in {found.seconds:.0f} s: {what}", "", "worst", "limit", "unit", "ratio", "where", "at s"
+        )
+        for check in checks:
+            row = (check.name, f"{check.worst:.4g}", f"{check.limit:.4g}", check.unit, f"{check.ratio:.3f}")
+            table.add_row(*row, check.where, f"{check.time:.2f}", style="" if check.ratio <= 1 else "bold red")
+        console.print(table)
+    near = found.near
+    console.print(
+        f"Near the child: a moving part came to {near.separation:.3f} m, one that moved towards it to "
+        f"{near.approach_separation:.3f} m.\n"
+        f"Within 0.5 m a part was faster than 0.25 m/s for {near.fast_seconds:.1f} s; contacts at "
+        f"{near.contact_speed:.3f} m/s at most.\n"
+        f"For {found.pushed:.1f} s it was being pushed by the child, or had just been: left out of what was measured "
+        "of accelerations, jerks and balance.\n"
+        f"For {found.off:.2f} s a pad was off the candle in the hand for a moment, or had just been: left out of "
+        "accelerations and jerks over 5 ms; those over 20 ms count."
+    )
