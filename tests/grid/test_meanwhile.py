@@ -8,7 +8,7 @@ from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.studies.grid_to_house.handicap import Handicap, HandicappedGrid
+from studies.grid_to_house import Handicap, HandicappedGrid
 
 NORTH, EAST, SOUTH, WEST = range(4)
 LANDING = FloorPlan.parse("#########\n#......S#\n#B.....##\n#########")

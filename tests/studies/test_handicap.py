@@ -9,10 +9,8 @@ from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.experiments.seeds import episode_seed, episode_tapes
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.studies.grid_to_house import breakdown
-from caregiver_mj.studies.grid_to_house.breakdown import GRID, ladder
-from caregiver_mj.studies.grid_to_house.grid import WatchedGrid
-from caregiver_mj.studies.grid_to_house.handicap import Handicap, HandicappedGrid, minded_cells
+from studies import grid_to_house
+from studies.grid_to_house import GRID, Handicap, HandicappedGrid, WatchedGrid, ladder, minded_cells
 
 # Free cells 0 to 17 from west to east, and beyond them the landings 18 in the west and 19 in the east. The child stands
 # in cell 0 and bumps into its bin.
@@ -133,20 +131,20 @@ IN_GRID = pd.DataFrame(
 
 
 def test_pace():
-    assert breakdown.pace(IN_HOUSE) == pytest.approx(12 / 10)
+    assert grid_to_house.pace_of(IN_HOUSE) == pytest.approx(12 / 10)
 
 
 def test_near():
     # The child costs the robot 1.5 s a phase, which are 3 actions. The grid's caregiver loses 1 action in a mean block
     # and none in a fetch, 0.5 in all at a pace of 1, and has 3 actions near the child in a block and 1 in a fetch.
-    assert breakdown.near(IN_HOUSE, IN_GRID, Handicap(), 0.5) == pytest.approx((3 - 0.5) / 2)
-    assert breakdown.near(IN_HOUSE, IN_GRID, Handicap(pace=4.0), 0.5) == pytest.approx((3 - 2) / 2)
-    assert breakdown.near(IN_HOUSE, IN_GRID, Handicap(pace=9.0), 0.5) == 0.0
+    assert grid_to_house.near_of(IN_HOUSE, IN_GRID, Handicap(), 0.5) == pytest.approx((3 - 0.5) / 2)
+    assert grid_to_house.near_of(IN_HOUSE, IN_GRID, Handicap(pace=4.0), 0.5) == pytest.approx((3 - 2) / 2)
+    assert grid_to_house.near_of(IN_HOUSE, IN_GRID, Handicap(pace=9.0), 0.5) == 0.0
 
 
 def test_delay():
     # 0 and 4 actions in a block, 1 in a fetch: 1.5 in the mean of one of each.
-    assert breakdown.delay(IN_HOUSE, IN_GRID, 0.5) == pytest.approx(0.75)
+    assert grid_to_house.delay_of(IN_HOUSE, IN_GRID, 0.5) == pytest.approx(0.75)
 
 
 def test_every_level_has_the_handicaps_of_those_before():
