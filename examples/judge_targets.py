@@ -16,6 +16,8 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 import pandas as pd
+from rich.console import Console
+from rich.progress import track
 from targets_vector import Remembering
 
 from caregiver_mj.caregivers.caregiver import Caregiver
@@ -28,7 +30,6 @@ from caregiver_mj.experiments.seeds import episode_seed
 from caregiver_mj.experiments.settings import EPSILONS, FLOOR, Settings
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import house_set
-from caregiver_mj.studies.trials import run_all
 
 SCRIPTED = ("none", "nearest", "paper", "foresight", "knows-goal", FLOOR)
 RULE = "paper, once"
@@ -128,7 +129,8 @@ def main() -> None:
             file.parent.mkdir(parents=True, exist_ok=True)
             rows().to_parquet(file, index=False)
 
-    run_all(judge, house_set(options.houses), 1, "judging")
+    for plan in track(house_set(options.houses), "judging", console=Console(stderr=True)):
+        judge(plan)
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import pathlib
+import textwrap
 from collections.abc import Callable, Sequence
 
 import matplotlib as mpl
@@ -20,8 +21,8 @@ from matplotlib.ticker import EngFormatter
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.samples import Sample, pairs
 from caregiver_mj.experiments.two_level import of_difference, of_ratio
-from caregiver_mj.studies.documents import fill, table, write_page
 from caregiver_mj.viz import colours
+from caregiver_mj.viz.figures import as_bytes
 from caregiver_mj.viz.figures.style import INK, STYLE
 
 PPO = "MaskablePPO"  # the mean over its seeds
@@ -161,6 +162,17 @@ def _stairs(judged: pd.DataFrame) -> str:
     return table(("policy", "mean reward", "cost"), lines)
 
 
+def fill(text: str) -> str:
+    """A paragraph in lines."""
+    return textwrap.fill(text, 120, break_long_words=False, break_on_hyphens=False)
+
+
+def table(titles: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A table in Markdown, whose first column is text and whose others are figures."""
+    lines = [titles, ["---", *["---:"] * (len(titles) - 1)], *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
 # -- Numbers -----------------------------------------------------------------------------------------
 
 
@@ -249,7 +261,9 @@ def main() -> None:
     text = page(read_judged(options.targets), targets, stairs, judged)
     print(text, end="")
     if options.docs:
-        write_page(options.docs, "learning", text, draw(targets, stairs, judged), ("png",))
+        options.docs.mkdir(parents=True, exist_ok=True)
+        (options.docs / "learning.md").write_text(text, encoding="utf-8")
+        (options.docs / "learning.png").write_bytes(as_bytes(draw(targets, stairs, judged), "png"))
 
 
 if __name__ == "__main__":

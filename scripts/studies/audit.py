@@ -14,7 +14,6 @@ import contextlib
 import dataclasses
 import functools
 import os
-import pathlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -445,23 +444,6 @@ def _balance(log: EpisodeLog, robot: Embodiment, free: np.ndarray, steps: int, o
 
 
 @dataclasses.dataclass(frozen=True)
-class Conditions:
-    """What all episodes of an audit have in common.
-
-    Attributes:
-        epsilon: Share of the novice's moves that are random.
-        seconds: Simulated seconds, at most.
-        embodiment: Name of the robot; None for the task's own.
-        save: Where to keep the log, if anywhere.
-    """
-
-    epsilon: float
-    seconds: float
-    embodiment: str | None
-    save: pathlib.Path | None
-
-
-@dataclasses.dataclass(frozen=True)
 class Audit:
     """What came out for one episode, or for several.
 
@@ -547,22 +529,21 @@ def run(options: argparse.Namespace) -> int:
         jobs = [(house, options.seed + i) for house in options.house for i in range(options.episodes)]
         if options.save and len(jobs) > 1:
             raise CaregiverError("--save is for a single episode")
-        conditions = Conditions(options.epsilon, options.seconds, options.embodiment, options.save)
         processes = min(options.jobs, len(jobs))
-        found = Audit.worst_of(run_all(functools.partial(audit, conditions), jobs, processes, "auditing"))
+        found = Audit.worst_of(run_all(functools.partial(audit, options), jobs, processes, "auditing"))
     report(make_console(), found)
     return int(not found.is_kept)
 
 
-def audit(conditions: Conditions, job: tuple[str, int]) -> Audit:
-    """Audit the episode of a house and a seed."""
+def audit(options: argparse.Namespace, job: tuple[str, int]) -> Audit:
+    """Audit the episode of a house and a seed; keep its log, if it is to be kept."""
     house, seed = job
-    task_kwargs = {"embodiment": conditions.embodiment} if conditions.embodiment else None
-    env = load("supervise", load_house(house), conditions.epsilon, random=seed, task_kwargs=task_kwargs)
-    log = EpisodeLog.record(env, CaregiverPolicy(env), round(conditions.seconds / env.control_timestep()))
-    if conditions.save:
-        log.save(conditions.save)
-    return Audit.of(log, conditions.embodiment, f"{house} {seed}")
+    task_kwargs = {"embodiment": options.embodiment} if options.embodiment else None
+    env = load("supervise", load_house(house), options.epsilon, random=seed, task_kwargs=task_kwargs)
+    log = EpisodeLog.record(env, CaregiverPolicy(env), round(options.seconds / env.control_timestep()))
+    if options.save:
+        log.save(options.save)
+    return Audit.of(log, options.embodiment, f"{house} {seed}")
 
 
 def report(console: Console, found: Audit) -> None:
