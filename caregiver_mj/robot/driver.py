@@ -14,6 +14,7 @@ import sys
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot import se2
 from caregiver_mj.robot.hand import hand_offset
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
@@ -208,17 +209,25 @@ class Driver:
         self.patience.note(sys.maxsize if route is None else len(route), view.now)
 
     def _way_past_children(self, view: View, here: Vector, goal: Vector, cell: Cell) -> list[Vector] | None:
-        """A way round the children that are near, and if possible round what lies on the floor; None if they bar it."""
-        near = near_children(view, here)
-        children, closed = [child.position for child in near], child_cells(near, self._navigator.plan)
+        """A way round the children that are near, and if possible round what lies on the floor; None if they bar it.
+
+        A base that is there already needs none. Children on their way to a landing are what the base goes there for:
+        they bar it where they are, not where they are going.
+        """
+        if math.dist(here, goal) < _SAME:
+            return [here, goal]
+        plan, near = self._navigator.plan, near_children(view, here)
+        children, closed = [child.position for child in near], child_cells(near, plan)
         points = self._navigator.path(here, goal, cell, children, closed | self._litter, self._hand)
         if not points and self._litter:
             points = self._navigator.path(here, goal, cell, children, closed, self._hand)
+        if not points and cell in plan.stairwells:
+            points = self._navigator.path(here, goal, cell, closed=set(map(plan.cell_at, children)), hand=self._hand)
         return points
 
     def _take(self, points: list[Vector], goal: Vector, view: View, robot: RobotMotion) -> None:
         """Takes a way to a goal, or stops first if the base cannot turn into it; goes on if it is on that way."""
-        if self._leads_to(goal) and robot.time_left > 0.0 and _are_the_same(points[1:], self._way):
+        if self._leads_to(goal) and robot.time_left > 0.0 and _are_the_same(points[1:], _rest(self._way, points[0])):
             return
         self._stops = robot.moving and self._allowed_rate(view, robot) < _SWITCHING_RATE
         if not self._stops:
@@ -265,6 +274,13 @@ class Driver:
         if not ways_out or (robot.time_left > 0.0 and self._leads_to(ways_out[0], _SAME)):
             return None, None
         return ways_out[0], [here, ways_out[0]]
+
+
+def _rest(way: list[Vector], here: Vector) -> list[Vector]:
+    """Return the points of a way that are still ahead of a base."""
+    lines = range(len(way) - 1, 0, -1)
+    passed = (i for i in lines if se2.distance_to_line(here, way[i - 1], way[i]) < _SAME)
+    return way[next(passed, 0) :]
 
 
 def _are_the_same(way: list[Vector], other: list[Vector]) -> bool:

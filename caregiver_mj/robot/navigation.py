@@ -10,6 +10,7 @@ import numpy as np
 
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot import se2
 from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.routes import Routes
@@ -19,6 +20,7 @@ from caregiver_mj.robot.view import CHILD_RADIUS
 
 _CHILD_CLEARANCE = 0.20  # metres between base and child on a planned path
 _STRAYS = 0.05  # metres by which a base beside a child may be led off its way, until it plans anew
+_ON_THE_WAY = 0.03  # metres off the line between two cells' centres within which a base is on its way between them
 _WAY_OUT, _DIRECTIONS = 0.45, 16  # metres that a base beside a child goes away from it first; and directions to try
 
 
@@ -124,6 +126,8 @@ class Navigator(Routes):
         shut = np.array([self._code(cell) for cell in {*closed, *self.plan.stairwells} - ends], int)
         # The first point is the centre of the cell in which the base stands: the way out if nothing else is in sight.
         points = [start, *(self.centres[cell] for cell in cells[:-1]), goal]
+        if len(points) > 2 and se2.distance_to_line(start, *points[1:3]) < _ON_THE_WAY:
+            del points[1]  # it has left there already, for where it goes now
         last = self.centres[cells[-1]]
         if not self.visible(points[-2], goal) and self.visible(points[-2], last) and self.visible(last, goal):
             points.insert(-1, last)  # the goal is round a corner from the cell before

@@ -250,6 +250,22 @@ def test_a_base_between_two_children_drives_into_neither():
     np.testing.assert_allclose(drive.robot.base_reference()[1], 0.0, atol=0.01)
 
 
+@pytest.mark.parametrize("way_left", [0.0, 0.05, 0.2, 0.35, 0.5])
+def test_a_base_stands_on_its_landing_before_a_child_that_comes(way_left):
+    """That is what it goes there for, be it that it still has a little way to go when the child comes."""
+    x, y = centre(OPEN, (2, 1))
+    drive = Drive(OPEN, (2, 1), (2, 1), ChildView((x, y + 0.88), (0.0, -0.62)))
+    drive.robot.reset((x, y - way_left, 0.0))
+    left = [way_left]
+    for _ in range(80):
+        if drive.gap() < 0.02:
+            drive.children = [drive.children[0]._replace(velocity=(0.0, 0.0))]
+        drive.step()
+        left.append(math.dist(drive.base[:2], (x, y)))
+    assert (np.diff(left) <= 1e-6).all()  # it does not leave it, nor turn back on its way
+    assert OPEN.cell_at(drive.base[:2]) == (2, 1)
+
+
 def beside(x: float, y: float, gap: float, direction: float) -> ChildView:
     """A child that stands that far off a base, in a direction."""
     distance = TOUCHING + gap
