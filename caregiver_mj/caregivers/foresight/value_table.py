@@ -140,6 +140,9 @@ class ValueTable:
         after = self.layouts.after[layout, source, table]
         moves = np.minimum(self.motion.carry(stand, table, child, left), self.motion.longest)
         found = self._ahead[table, moves, self._column[table, after], self.motion.nearest[table, stand], child]
+        walked = np.clip(np.rint(left), 0, len(self.motion.after) - 1).astype(int)
+        there = self.motion.after[walked, len(self.motion.posts) + table, child, stand]
+        found += (moves > 0)[:, None] * self._denied[table, child * self._places + there]
         found += self._meanwhile[layout, moves, child]
         found -= self._candle_meanwhile[moves, child, source]  # the one in the hand
         found[after < 0] = _NEVER
@@ -151,12 +154,13 @@ class ValueTable:
         """Iterate from a share of the damage to a child alone; what `bare` tables and stairs do, (C, 1, J)."""
         cells, places, states = self._cells, self._places, self._states
         bears, discount = self.layouts.bears, self._objective.discount
-        transition, cost = self._dynamics(chain)
+        transition, cost, price = self._dynamics(chain)
         first = np.arange(cells)[:, None] * places
         self._rows = {
             steps: (first + self.motion.after[steps]).reshape(self.motion.aside + 2, -1)
             for steps, _ in self.motion.turns
         }
+        self._denied = self._denied_meanwhile(transition, price)
         meanwhile = self._damage_meanwhile()
         self._candle_meanwhile = meanwhile[:, :, 1:]
         self._meanwhile = np.stack([meanwhile[:, :, np.concatenate([[True], bear])].sum(axis=2) for bear in bears])
@@ -206,13 +210,13 @@ class ValueTable:
         group = kind[goal] * chain.shape[2] + epsilon
         return [(np.flatnonzero((group == one) & lasts), np.flatnonzero(group == one)) for one in np.unique(group)]
 
-    def _dynamics(self, chain: ChildChain) -> tuple[csr_array, np.ndarray]:
+    def _dynamics(self, chain: ChildChain) -> tuple[csr_array, np.ndarray, np.ndarray]:
         """Return discounted transitions of child and caregiver, and the damage and price of the next move.
 
         The caregiver stands still.
 
         Returns:
-            (C R J, C R J) and (layouts, C R, J).
+            (C R J, C R J); damage and price, (layouts, C R, J); and the price alone, (C R, J).
         """
         cells, places, states = self._cells, self._places, self._states
         damage, posts = self.plan.damage, len(self.motion.posts)
@@ -223,7 +227,7 @@ class ValueTable:
         price = np.where(chain.bin_of[goal] >= 0, self._objective.price, self._objective.random_price)
         state = np.arange(cells * places * states).reshape(cells, places, states)
         here = np.arange(places)
-        cost = np.zeros(state.shape, np.float32)
+        denial, cost = np.zeros((2, *state.shape), np.float32)
         candle = np.zeros((*state.shape, len(self.motion.stands)), np.float32)
         rows, columns, chances = [], [], []
         for move in range(moves):
@@ -235,7 +239,7 @@ class ValueTable:
             denied = ((there[:, None] == here) & (there != np.arange(cells))[:, None])[..., None]  # (C, R, 1)
             # A child that wants to be where the caregiver is is denied nothing by it.
             wants = price if chain.follows is None else np.where(goal == chain.shape[1] - 1, 0.0, price)
-            cost += denied * (wants * (1.0 - epsilon) * purpose + self._objective.random_price * epsilon / moves)
+            denial += denied * (wants * (1.0 - epsilon) * purpose + self._objective.random_price * epsilon / moves)
             falls = (met >= 0) & (met < posts)
             landing = np.array([*self.motion.posts, -1])[np.where(falls, met, -1)]
             cost += damage.stairwell * (falls[:, None] & (landing[:, None] != here))[..., None] * chance
@@ -258,8 +262,8 @@ class ValueTable:
         entries = np.concatenate(chances), (np.concatenate(rows), np.concatenate(columns))
         transition = coo_array(entries, shape=(state.size, state.size)).tocsr()
         of_layout = self.layouts.bears.astype(np.float32) @ candle.reshape(state.size, -1).T
-        cost = (of_layout + cost.ravel()).reshape(-1, cells * places, states)
-        return _single(self._objective.discount * transition), cost
+        cost = (of_layout + (cost + denial).ravel()).reshape(-1, cells * places, states)
+        return _single(self._objective.discount * transition), cost, denial.reshape(-1, states)
 
     def _best(self, value: np.ndarray, fetched: _Fetched) -> np.ndarray:
         """Return the values after a child's move, (layouts, C R, J), if the caregiver does what is best."""
@@ -345,6 +349,27 @@ class ValueTable:
             total.append(cost + self._alone @ total[-1])
         shape = len(total), self._cells, self._states, cost.shape[1]
         return np.ascontiguousarray(np.stack(total).reshape(shape).swapaxes(2, 3))
+
+    def _denied_meanwhile(self, transition: csr_array, price: np.ndarray) -> np.ndarray:
+        """Return the price of what the child is denied while a candle is carried to each table, (tables, C R, J).
+
+        From before a move of the child on, the caregiver being anywhere with the candle in its hand. Here the child
+        stays where it is if it is denied a move, and the caregiver goes by its routes round it.
+        """
+        found = np.zeros((len(self.motion.stands), *price.shape), np.float32)
+        for table, denied in enumerate(found):
+            place = len(self.motion.posts) + table
+            distance = self.motion.distance[place].ravel()
+            for _ in range(self.motion.longest):
+                after = np.zeros_like(denied)
+                for steps, share in self.motion.turns:
+                    carries = distance > steps - min(steps, self.motion.pace.place)  # still, by the next move
+                    after += np.float32(share) * carries[:, None] * denied[self._rows[steps][place]]
+                before = denied.copy()
+                denied[:] = price + (transition @ after.ravel()).reshape(price.shape)
+                if np.abs(denied - before).max() < self._objective.tolerance:
+                    break
+        return found
 
 
 def _single(matrix: csr_array) -> csr_array:
