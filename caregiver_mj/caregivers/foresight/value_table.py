@@ -32,8 +32,37 @@ _BEGIN = 0.2  # share of the damage to a child alone to begin the iteration with
 _NEVER = 1e9  # damage of what cannot be done; finite, for beliefs of zero are multiplied with it
 _EVERY = 5  # sweeps after which what comes of carrying a candle is brought up to date
 
-# By steps in a timestep: for each table what `ValueTable._fetched` finds.
-_Fetched = dict[int, list[tuple[np.ndarray, np.ndarray]]]
+
+@dataclasses.dataclass(frozen=True)
+class _Fetch:
+    """Where a table's candle is in the hand after some steps, and what can then be done with it.
+
+    Many states of child and caregiver come to the same stand with the same time left: n states to m of those.
+
+    Attributes:
+        rows: Those states, (n,), as rows of `ValueTable.value`.
+        which: To which of the m each of them comes, (n,).
+        numbers: Rows of `ValueTable._ahead`, by the tables to which it can be carried, (layouts there, bare, m).
+        meanwhile: Damage and price until it is put down, (layouts there, bare, m, J).
+    """
+
+    rows: np.ndarray
+    which: np.ndarray
+    numbers: np.ndarray
+    meanwhile: np.ndarray
+
+    def best(self, ahead: np.ndarray) -> np.ndarray:
+        """Return what is to come if it is put down where that is best, (layouts there, m, J)."""
+        return np.stack(
+            [
+                (ahead.take(some, axis=0) + more).min(axis=0)
+                for some, more in zip(self.numbers, self.meanwhile, strict=True)
+            ]
+        )
+
+
+# By steps in a timestep: for each table states, which of m they come to, and what is then to come: see `_Fetch`.
+_Fetched = dict[int, list[tuple[np.ndarray, np.ndarray, np.ndarray]]]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -106,7 +135,7 @@ class ValueTable:
         self._candle = np.asarray(more * hits[:, stairwells:], np.float32)  # of the next move, (states, tables)
         self._open = (hits @ harm).astype(np.float32)  # likewise of all else, if nobody is in the way
         self._alone = _single(objective.discount * chain.transition[among][:, among])
-        self._ahead = np.empty(0)  # see `_arrivals`
+        self._ahead = np.empty(0)  # see `_arrive`
         self.value = self._solve(chain, (forever @ harm).astype(np.float32).reshape(self._cells, 1, self._states))
 
     # -- What to expect --------------------------------------------------------------------------
@@ -137,16 +166,30 @@ class ValueTable:
         Returns:
             Array (n, J), beyond all else where there is no such candle, or another one on that table.
         """
+        numbers, found = self._leg(layout, source, table, child, stand, left)
+        found += self._ahead.reshape(-1, self._states).take(numbers, axis=0)
+        found[self.layouts.after[layout, source, table] < 0] = _NEVER
+        return found
+
+    def _leg(
+        self,
+        layout: np.ndarray,
+        source: np.ndarray,
+        table: np.ndarray,
+        child: np.ndarray,
+        stand: np.ndarray,
+        left: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return rows of `_ahead` for `carried`, (n,), and damage and price until the candle is put down, (n, J)."""
         after = self.layouts.after[layout, source, table]
         moves = np.minimum(self.motion.carry(stand, table, child, left), self.motion.longest)
-        found = self._ahead[table, moves, self._column[table, after], self.motion.nearest[table, stand], child]
+        where = table, moves, self._column[table, after], self.motion.nearest[table, stand], child
         walked = np.clip(np.rint(left), 0, len(self.motion.after) - 1).astype(int)
         there = self.motion.after[walked, len(self.motion.posts) + table, child, stand]
-        found += (moves > 0)[:, None] * self._denied[table, child * self._places + there]
+        found = (moves > 0)[:, None] * self._denied[table, child * self._places + there]
         found += self._meanwhile[layout, moves, child]
         found -= self._candle_meanwhile[moves, child, source]  # the one in the hand
-        found[after < 0] = _NEVER
-        return found
+        return np.ravel_multi_index(where, self._ahead.shape[:-1]), found
 
     # -- The programme ---------------------------------------------------------------------------
 
@@ -164,32 +207,44 @@ class ValueTable:
         meanwhile = self._damage_meanwhile()
         self._candle_meanwhile = meanwhile[:, :, 1:]
         self._meanwhile = np.stack([meanwhile[:, :, np.concatenate([[True], bear])].sum(axis=2) for bear in bears])
+        stand, child = self.motion.stands.ravel()[:, None], np.arange(cells)
+        self._most = [  # moves until a candle has been carried to each table
+            min(int(self.motion.carry(stand, np.array(table), child, np.array(0.0)).max()), self.motion.longest)
+            for table in range(len(self.motion.stands))
+        ]
         self._column = np.cumsum(bears, axis=0).T - 1  # of a layout among those with a candle on a table
         stay = np.einsum("ctj,lt->lcj", self.staying, bears)[:, :, None]
         value = np.broadcast_to(_BEGIN * (bare + stay), (len(bears), cells, places, states))
-        value = np.ascontiguousarray(value, np.float32).reshape(len(bears), cells * places, states)
+        value = np.array(value, np.float32, order="C").reshape(len(bears), cells * places, states)
         apart = self._apart(chain)
         to_come = np.zeros(states, np.float32)  # what all further sweeps would add
+        self._ahead = np.zeros(self._arrival_shape, np.float32)
+        fetches = {steps: self._fetches(steps) for steps, _ in self.motion.turns} if bears.any() else {}
         fetched: _Fetched = {}
+        best, new = np.empty_like(value[0]), np.empty_like(value)
         for sweep in range(self._objective.sweeps):
             looks = sweep % _EVERY == 0
             if looks:
-                value = value + discount ** (_EVERY - 1) * to_come
+                value += discount ** (_EVERY - 1) * to_come
                 to_come[:] = 0.0
-                if bears.any():
-                    self._ahead = self._arrivals(value)
-                    fetched = {steps: self._fetched(steps) for steps, _ in self.motion.turns}
-            best = self._best(value, fetched)
-            new = np.stack([transition @ one.ravel() for one in best]).reshape(value.shape) + cost
-            change = new - value
+                self._arrive(value)
+                ahead = self._ahead.reshape(-1, states)
+                fetched = {
+                    steps: [(one.rows, one.which, one.best(ahead)) for one in found] for steps, found in fetches.items()
+                }
+            change = 0.0
+            for layout, now in enumerate(value):  # one after the other, for one fits into the processor's cache
+                self._best(layout, now, fetched, best)
+                np.add((transition @ best.ravel()).reshape(best.shape), cost[layout], out=new[layout])
+                change = max(change, float(np.abs(np.subtract(new[layout], now, out=best)).max()))
             if looks and sweep in self._settles:
                 for lasting, group in apart:
-                    to_come[group] = discount / (1.0 - discount) * change[..., lasting].mean()
-            value = new
-            if np.abs(change).max() < self._objective.tolerance:
+                    more = (new[..., lasting] - value[..., lasting]).mean()
+                    to_come[group] = discount / (1.0 - discount) * more
+            value, new = new, value
+            if change < self._objective.tolerance:
                 break
-        if bears.any():
-            self._ahead = self._arrivals(value)
+        self._arrive(value)
         return value
 
     @property
@@ -265,18 +320,18 @@ class ValueTable:
         cost = (of_layout + (cost + denial).ravel()).reshape(-1, cells * places, states)
         return _single(self._objective.discount * transition), cost, denial.reshape(-1, states)
 
-    def _best(self, value: np.ndarray, fetched: _Fetched) -> np.ndarray:
-        """Return the values after a child's move, (layouts, C R, J), if the caregiver does what is best."""
-        best = value.copy()  # to stay
-        for place in (*range(len(self.motion.posts)), self.motion.aside):
+    def _best(self, layout: int, value: np.ndarray, fetched: _Fetched, best: np.ndarray) -> None:
+        """Find the values after a child's move in a layout, (C R, J), if the caregiver does what is best."""
+        np.copyto(best, value)  # to stay
+        posts = len(self.motion.posts)
+        for place in (*range(posts), self.motion.aside):
             np.minimum(best, self._gone(value, place), out=best)
-        for table in range(len(self.motion.stands)):
-            layouts = np.flatnonzero(self.layouts.bears[:, table])
-            in_hand = {steps: found[table] for steps, found in fetched.items()}
-            best[layouts] = np.minimum(
-                best[layouts], self._gone(value[layouts], len(self.motion.posts) + table, in_hand)
-            )
-        return best
+        for table in np.flatnonzero(self.layouts.bears[layout]):
+            column, in_hand = self._column[table, layout], {}
+            for steps, found in fetched.items():
+                rows, which, damage = found[table]
+                in_hand[steps] = rows, damage[column].take(which, axis=0)
+            np.minimum(best, self._gone(value, posts + table, in_hand), out=best)
 
     def _gone(
         self, value: np.ndarray, place: int, in_hand: dict[int, tuple[np.ndarray, np.ndarray]] | None = None
@@ -284,59 +339,53 @@ class ValueTable:
         """Return the values, alike, once the caregiver has gone on to a place for a timestep."""
         found = None
         for steps, share in self.motion.turns:
-            reached = value.take(self._rows[steps][place], axis=1)
+            reached = value.take(self._rows[steps][place], axis=0)
             if in_hand:
                 where, damage = in_hand[steps]
-                reached[:, where] = damage
+                reached[where] = damage
             if share != 1.0:
                 reached *= np.float32(share)
             found = reached if found is None else found + reached
         assert found is not None  # a timestep has some steps
         return found
 
-    def _fetched(self, steps: int) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Return for each table where its candle is in the hand after so many steps, and what is then to come.
-
-        Returns:
-            Numbers of rows of `value`, (n,), and the damage, (layouts with a candle there, n, J).
-        """
+    def _fetches(self, steps: int) -> list[_Fetch]:
+        """Return for each table what can be done with its candle after so many steps."""
         child, cell = np.divmod(np.arange(self._cells * self._places), self._places)
         found = []
         for table in range(len(self.motion.stands)):
             got, stand, left = self.motion.fetch(table, child, cell, steps)
             rows = np.flatnonzero(got & (child != cell))
-            # Many rows come to the same stand with the same time left.
             what = np.stack([child[rows], stand[rows], np.rint(1e6 * left[rows]).astype(int)])
-            each, inverse = np.unique(what, axis=1, return_inverse=True)
+            each, which = np.unique(what, axis=1, return_inverse=True)
             layouts = np.flatnonzero(self.layouts.bears[:, table])
-            best = np.full((len(layouts) * each.shape[1], self._states), np.inf, np.float32)
-            layout = np.repeat(layouts, each.shape[1])
-            source = np.full(len(layout), table)
-            where, stands, rest = (np.tile(part, len(layouts)) for part in each)
-            for target in range(len(self.motion.stands)):
-                if target != table:
-                    there = np.full(len(layout), target)
-                    np.minimum(best, self.carried(layout, source, there, where, stands, rest / 1e6), out=best)
-            found.append((rows, best.reshape(len(layouts), -1, self._states)[:, inverse.ravel()]))
+            bare = np.nonzero(~self.layouts.bears[layouts])[1].reshape(len(layouts), -1)
+            shape = *bare.shape, each.shape[1]
+            every = [np.broadcast_to(part, shape).ravel() for part in (layouts[:, None, None], table, bare[:, :, None])]
+            child_, stand_, left_ = (np.broadcast_to(part, shape).ravel() for part in each)
+            numbers, meanwhile = self._leg(*every, child_, stand_, left_ / 1e6)
+            found.append(_Fetch(rows, which.ravel(), numbers.reshape(shape), meanwhile.reshape(*shape, -1)))
         return found
 
-    def _arrivals(self, value: np.ndarray) -> np.ndarray:
-        """Return the values of having put a candle on each table some moves of the child later.
+    @property
+    def _arrival_shape(self) -> tuple[int, ...]:
+        """Shape of `_ahead`: (tables, moves, layouts with a candle there, cells beside the table, C, J)."""
+        stands, bears = self.motion.stands, self.layouts.bears
+        there = int(bears.sum(axis=0).max(initial=0))
+        return len(stands), self.motion.longest + 1, there, stands.shape[1], self._cells, self._states
 
-        Returns:
-            Array (tables, moves, layouts with a candle there, cells beside the table, C, J).
-        """
+    def _arrive(self, value: np.ndarray) -> None:
+        """Bring `_ahead` up to date: values of having put a candle on each table some moves of the child later."""
+        if not self._ahead.size:
+            return
         by_cell = value.reshape(len(value), self._cells, self._places, self._states)
-        bears, stands, moves = self.layouts.bears, self.motion.stands, self.motion.longest
-        shape = bears[:, 0].sum(), stands.shape[1], self._cells, self._states
-        found = np.empty((len(stands), moves + 1, *shape), np.float32)
-        for table, cells in enumerate(stands):
-            found[table, 0] = by_cell[bears[:, table]][:, :, cells].swapaxes(1, 2)
-            ahead = np.ascontiguousarray(found[table, 0].reshape(-1, self._cells * self._states).T)
-            for move in range(moves):
+        for table, cells in enumerate(self.motion.stands):
+            found = self._ahead[table]
+            found[0] = by_cell[self.layouts.bears[:, table]][:, :, cells].swapaxes(1, 2)
+            ahead = np.ascontiguousarray(found[0].reshape(-1, self._cells * self._states).T)
+            for move in range(self._most[table]):
                 ahead = self._alone @ ahead
-                found[table, move + 1] = ahead.T.reshape(shape)
-        return found
+                found[move + 1].reshape(-1, self._cells * self._states)[:] = ahead.T
 
     def _damage_meanwhile(self) -> np.ndarray:
         """Return what is done in some moves of a child with nobody in its way, (moves, C, 1 + tables, J).
