@@ -179,6 +179,33 @@ class TestValueTable:
         assert beside == pytest.approx(fall + 2.0 / 4 + 0.5 * min(away, beside), rel=1e-3)
         assert away < beside
 
+    def test_what_a_child_is_denied_while_a_candle_is_carried_has_its_price(self):
+        """A child at random in a corridor between two tables, before which the bin is south of its middle cell, 2."""
+        plan = FloorPlan.parse("########\n#C....T#\n####B###\n########")
+        objective = Objective(discount=0.5, price=0.0, random_price=2.0, tolerance=0.0)
+        found, free = (
+            ValueTable(plan, objective=one) for one in (objective, dataclasses.replace(objective, random_price=0.0))
+        )
+        at_random = EPSILONS.index(1.0)
+
+        def denied(table, child, stand, left):
+            leg = [np.array([one]) for one in (0, 0, table, child, stand, left)]
+            return (found._leg(*leg)[1] - free._leg(*leg)[1])[0, at_random]
+
+        # With no step left the caregiver in cell 3, beside the second table, is in the way of one move: east.
+        assert denied(1, 2, 3, 0.0) == pytest.approx(2.0 / 4)
+        assert denied(1, 2, 3, 1.0) == 0.0  # with one it has put the candle down by then
+        # With a child beside it in cell 1 it has no way out of cell 0; with one in cell 2 it waits there, and with one
+        # in cell 3 it comes as far as cell 1, and goes back. By six moves it is thought to have arrived.
+        one = two = three = 0.0
+        for _ in range(6):
+            one, two, three = (
+                2.0 / 4 + 0.5 * (3 * one + two) / 4,
+                0.5 * (one + 2 * two + three) / 4,
+                0.5 * (3 * three + two) / 4,
+            )
+        assert [denied(1, child, 0, 0.0) for child in (1, 2, 3)] == pytest.approx([one, two, three], rel=1e-4)
+
     def test_a_relocation_is_worth_what_the_candle_would_have_done(self):
         plan = FloorPlan.parse(TABLES)
         found = value_table(plan)
@@ -192,7 +219,7 @@ class TestValueTable:
     def test_what_is_expected_is_what_happens(self, house, epsilon, hope):
         """The damage and the price that are expected at first are about what comes, told everything.
 
-        What it denies a child while it carries a candle it does not count, which tells where all is narrow.
+        While it carries a candle the child is thought to walk on regardless, which tells where all is narrow.
         """
         plan, episodes = FloorPlan.parse(ALCOVES) if house == "alcoves" else FloorPlan.load(house), 200
         objective = Objective(price=1.0, random_price=1.0)

@@ -4,7 +4,8 @@ The state of the decision process is the child (cell, toy bin, epsilon: `danger.
 layout. In a timestep the child moves, then the caregiver goes on to one of its places (a landing, a table with a
 candle, aside, or where it is), by the routes that its world moves it by, and may think better of it in the next one.
 What the child does depends on the caregiver: a move into it leaves the child where it is, and costs a price. Only while
-a candle is in the hand, for the few timesteps that it takes to put it down, is the child thought to walk on regardless.
+a candle is in the hand, for the few timesteps that it takes to put it down, is the child thought to walk on regardless,
+though the price of what it is denied meanwhile is counted.
 
 The values are found by value iteration (Bellman 1957; Puterman 1994, chapter 6).
 """
