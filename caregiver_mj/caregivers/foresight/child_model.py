@@ -15,7 +15,9 @@ from caregiver_mj.plans.hazards import NOTHING
 
 EPSILONS = (0.05, 0.25, 0.5, 0.75, 1.0)  # that a child is thought to have
 OTHERS = (0, 2)  # those that a child of another kind than the novice may have: above, all are alike
-CHANGE = 0.005  # probability, in a timestep, that a child is from then on another one
+# Probability, in a timestep, that a child is from then on another one. On 34 houses of train-100 and shapes-train-100
+# .002 was better by 0.2 % of the damage, with a standard error of 0.7 %: not by enough to tell.
+CHANGE = 0.005
 PRIOR = {"novice": 0.85, "explorer": 0.05, "hazard": 0.05, "caregiver": 0.05}  # probability of each kind
 
 

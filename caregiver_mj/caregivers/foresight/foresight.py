@@ -27,7 +27,8 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
 # By how much something else must be better than what it is about, as a share of all damage that is to come: so that it
-# does not turn round for a trifle.
+# does not turn round for a trifle. On 34 houses of train-100 and shapes-train-100 .001 was no better (damage by 0.0 %,
+# standard error 0.8 %, of 60 episodes a house), and in 15 tiny houses farther from the optimum at epsilon .05.
 HYSTERESIS = 0.004
 
 
