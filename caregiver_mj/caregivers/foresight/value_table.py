@@ -327,7 +327,7 @@ class ValueTable:
         posts = len(self.motion.posts)
         for place in (*range(posts), self.motion.aside):
             np.minimum(best, self._gone(value, place), out=best)
-        for table in np.flatnonzero(self.layouts.bears[layout]):
+        for table in np.flatnonzero(self.layouts.bears[layout]).tolist():
             column, in_hand = self._column[table, layout], {}
             for steps, found in fetched.items():
                 rows, which, damage = found[table]
@@ -362,9 +362,11 @@ class ValueTable:
             layouts = np.flatnonzero(self.layouts.bears[:, table])
             bare = np.nonzero(~self.layouts.bears[layouts])[1].reshape(len(layouts), -1)
             shape = *bare.shape, each.shape[1]
-            every = [np.broadcast_to(part, shape).ravel() for part in (layouts[:, None, None], table, bare[:, :, None])]
+            here, source, target = (
+                np.broadcast_to(part, shape).ravel() for part in (layouts[:, None, None], table, bare[:, :, None])
+            )
             child_, stand_, left_ = (np.broadcast_to(part, shape).ravel() for part in each)
-            numbers, meanwhile = self._leg(*every, child_, stand_, left_ / 1e6)
+            numbers, meanwhile = self._leg(here, source, target, child_, stand_, left_ / 1e6)
             found.append(_Fetch(rows, which.ravel(), numbers.reshape(shape), meanwhile.reshape(*shape, -1)))
         return found
 
