@@ -24,18 +24,21 @@ from typing import Any, TypedDict, TypeVar
 
 import jinja2
 import numpy as np
+import pandas as pd
 import rich.box
 import rich.table
 from matplotlib.figure import Figure
 from rich.console import Console
-from rich.progress import track
+from rich.progress import Progress, track
 
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.fingerprint import source_digest
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.seeds import episode_seed, episode_tapes
+from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.versions import versions
 from caregiver_mj.experiments.workers import run_jobs
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -309,6 +312,13 @@ def run_all(
             folder.write(_file_name(job), result)  # type: ignore[arg-type]  # whoever keeps results has them as JSON
         found[job] = result
     return [found[job] for job in jobs]
+
+
+def run_episodes(settings: Settings, jobs: int) -> pd.DataFrame:
+    """The episodes of an evaluation, a row each, with a progress bar on stderr."""
+    with Progress(console=Console(stderr=True)) as bar:
+        task = bar.add_task(f"{settings.world} {settings.place}", total=sum(map(len, settings.blocks())))
+        return evaluate(settings, jobs=jobs, progress=lambda done: bar.advance(task, done)).episodes
 
 
 def progress(items: Iterable[Item], doing: str, count: int | None = None) -> Iterable[Item]:

@@ -29,8 +29,6 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from rich.console import Console
-from rich.progress import Progress
 
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.pace import Pace
@@ -41,7 +39,6 @@ from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
 from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import intervals, two_level
-from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.seeds import episode_random, episode_seed, episode_tapes
 from caregiver_mj.experiments.settings import EPSILONS, Settings
@@ -59,7 +56,7 @@ from caregiver_mj.robot.status import Status
 from caregiver_mj.tasks import load
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.figures.style import FAINT, INK, STYLE
-from study import Page, Parser, run_all
+from study import Page, Parser, run_all, run_episodes
 
 RULE = "paper"  # the caregiver if no other is named
 GOAL = 0.15  # the house may leave this much more damage than the grid, relative, averaged over the epsilons
@@ -228,9 +225,7 @@ def read_rows(folder: pathlib.Path, caregiver: str = RULE) -> Rows:
 
 def run_rows(settings: Settings, jobs: int) -> Rows:
     """Runs them."""
-    with Progress(console=Console(stderr=True)) as bar:
-        task = bar.add_task(f"{settings.world} {settings.place}", total=sum(map(len, settings.blocks())))
-        return Rows(evaluate(settings, jobs=jobs, progress=lambda done: bar.advance(task, done)).episodes, settings)
+    return Rows(run_episodes(settings, jobs), settings)
 
 
 def in_both_worlds(rows: Rows, jobs: int) -> Rows:

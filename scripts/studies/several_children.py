@@ -8,21 +8,17 @@ in the same episodes.
 from __future__ import annotations
 
 import argparse
-import functools
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
-from rich.console import Console
-from rich.progress import Progress
 
 from caregiver_mj.children.family import Family
-from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.intervals import of_difference, of_ratio
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.plans.floor_plan import FloorPlan
-from study import Page, Parser
+from study import Page, Parser, run_episodes
 
 EPISODES = {"grid": 2000, "house": 20}
 FAMILIES = ("1,0.25", "0.5,0.5")
@@ -66,16 +62,11 @@ def page(found: list[dict[str, Any]]) -> Page:
 
 def measure(houses: list[str], worlds: list[str], episodes: dict[str, int], jobs: int) -> pd.DataFrame:
     """Run everything: a row an episode, as in `episodes.parquet`."""
-    tables = []
-    with Progress(console=Console(stderr=True)) as bar:
-        for world in worlds:
-            for house in houses:
-                families = tuple(map(Family.parse, FAMILIES))
-                caregivers = CAREGIVERS[world]
-                settings = Settings(FloorPlan.load(house), world, caregivers, families, episodes[world])
-                task = bar.add_task(f"{world} {house}", total=len(caregivers) * len(families) * episodes[world])
-                found = evaluate(settings, jobs=jobs, progress=functools.partial(bar.advance, task))
-                tables.append(found.episodes)
+    tables, families = [], tuple(map(Family.parse, FAMILIES))
+    for world in worlds:
+        for house in houses:
+            settings = Settings(FloorPlan.load(house), world, CAREGIVERS[world], families, episodes[world])
+            tables.append(run_episodes(settings, jobs))
     return pd.concat(tables, ignore_index=True)
 
 

@@ -1,0 +1,128 @@
+"""What caregivers leave in the physical house and in the grid, by the shape of the house.
+
+The episodes in the house are those of a finished run of `caregiver-mj evaluate --world house`; the same are run in the
+grid. Houses drawn by hand are a shape of their own.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import pathlib
+from typing import Any
+
+import pandas as pd
+
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments import intervals, two_level
+from caregiver_mj.experiments.intervals import Estimate
+from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.plans.sets import houses_named, shape_of
+from study import Page, Parser, run_episodes
+
+COUNTS = ("strikes", "strikes_surface", "candles_dropped")
+
+
+def add_options(parser: Parser) -> None:
+    """Declare the options."""
+    parser.add("run", None, "a finished run in the house", type=pathlib.Path, metavar="DIR")
+    parser.add_jobs()
+
+
+def run(options: argparse.Namespace) -> Page:
+    """Run the same episodes in the grid; return the page."""
+    if options.run is None:
+        raise CaregiverError("--run must be a finished run in the house, got none")
+    houses, settings = read(options.run)
+    grid = run_episodes(dataclasses.replace(settings, world="grid"), options.jobs)
+    return page(houses, grid, harm(options.run), settings)
+
+
+def read(folder: pathlib.Path) -> tuple[pd.DataFrame, Settings]:
+    """Read the episodes of a finished run in the house, and its settings.
+
+    Raises:
+        CaregiverError: It is no such run.
+    """
+    try:
+        record = json.loads((folder / "run.json").read_text("utf-8"))
+        found = pd.read_parquet(folder / "episodes.parquet"), Settings.of_record(record)
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise CaregiverError(f"'{folder}' must hold a finished run, got {error}") from error
+    if found[1].world != "house" or "none" not in found[1].caregivers:
+        raise CaregiverError(f"'{folder}' must hold a run in the house with 'none' among its caregivers")
+    return found
+
+
+def harm(folder: pathlib.Path) -> pd.DataFrame:
+    """Read the cells, houses and children, of a run with a caregiver."""
+    cells = pd.read_parquet(folder / "houses.parquet")
+    return cells[cells.caregiver != "none"]
+
+
+def shape(house: str) -> str:
+    """Return the shape of a house, as the page calls it."""
+    drawn = {plan.name for plan in houses_named(["drawn-10"])}
+    return "drawn by hand" if house in drawn else shape_of(house)
+
+
+def page(house: pd.DataFrame, grid: pd.DataFrame, cells: pd.DataFrame, settings: Settings) -> Page:
+    """Return the page of the same episodes in both worlds."""
+    of_shape = {name: shape(name) for name in dict.fromkeys(house.house)}
+    caregivers = [name for name in settings.caregivers if name != "none"]
+    lines = [
+        _line(where, names, caregiver, house, grid)
+        for where, names in _groups(of_shape).items()
+        for caregiver in caregivers
+    ]
+    harmed = cells[cells.harm_verdict == "more"]
+    values = {
+        "settings": settings,
+        "lines": lines,
+        "caregivers": caregivers,
+        "counts": {name: int(house.loc[house.caregiver != "none", name].sum()) for name in COUNTS},
+        "with_robot": int((house.caregiver != "none").sum()),
+        "alike": _alike(house, grid),
+        "cells": {name: int((cells.caregiver == name).sum()) for name in caregivers},
+        "harm": {name: [*harmed.house[harmed.caregiver == name]] for name in caregivers},
+    }
+    return Page(values)
+
+
+def _groups(of_shape: dict[str, str]) -> dict[str, list[str]]:
+    """Return the houses of each shape, and all of them."""
+    groups: dict[str, list[str]] = {}
+    for name, where in of_shape.items():
+        groups.setdefault(where, []).append(name)
+    return {**groups, "all": [*of_shape]}
+
+
+def _line(where: str, names: list[str], caregiver: str, house: pd.DataFrame, grid: pd.DataFrame) -> dict[str, Any]:
+    """Return what a caregiver leaves in some houses, in both worlds."""
+    alone = house[house.house.isin(names) & (house.caregiver == "none")].damage.mean()
+    ours, theirs = ([_damage(table, name, caregiver) for name in names] for table in (house, grid))
+    one = len(names) == 1
+    ratio: Estimate[float] = intervals.of_ratio(ours[0], theirs[0]) if one else two_level.of_ratio(ours, theirs)
+    means = [sum(found.mean() for found in damage) / len(names) for damage in (theirs, ours)]
+    return {
+        "shape": where,
+        "houses": len(names),
+        "caregiver": caregiver,
+        "alone": alone,
+        "means": means,
+        "ratio": ratio,
+    }
+
+
+def _damage(table: pd.DataFrame, house: str, caregiver: str) -> Any:
+    """Return the mean damage over the children of every episode in a house, (episodes,)."""
+    own = table[(table.house == house) & (table.caregiver == caregiver)]
+    return own.groupby("episode").damage.mean().to_numpy()
+
+
+def _alike(house: pd.DataFrame, grid: pd.DataFrame) -> tuple[int, int]:
+    """Return how many episodes alone have the same damage in both worlds, and of how many."""
+    keys = ["house", "family", "episode"]
+    both = house[house.caregiver == "none"].merge(grid[grid.caregiver == "none"], on=keys, suffixes=("", "_grid"))
+    return int((both.damage == both.damage_grid).sum()), len(both)
