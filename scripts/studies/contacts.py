@@ -46,6 +46,10 @@ def add_options(parser: Parser) -> None:
     parser.add_file("out", "write their rows there as they come; those that it holds are not run again", "FILE.jsonl")
     parser.add("embodiment", [None], "the robots, without --run (default: the task's)", metavar="NAME")
     parser.add("compliant", False, "children that give way to a push, without --run")
+    what = (
+        'how things are seen, such as \'{"delay": 0.06, "base": {"noise": 0.005}}\', without --run (default: exactly)'
+    )
+    parser.add("sensing", "", what, metavar="JSON")
     parser.add("audit", 0, "audit every K-th episode; 0 for none", metavar="K")
     parser.add_jobs()
 
@@ -76,6 +80,7 @@ class Job(NamedTuple):
     house: str
     family: str
     episode: int
+    sensing: str | None = None
 
 
 class Longest:
@@ -104,7 +109,8 @@ class Longest:
 def supervise(audited: frozenset[Job], job: Job) -> dict[str, Any]:
     """Run one episode, and audits it if it is one of these; returns its row."""
     (plan,) = houses_named([job.house])
-    kwargs = {"compliant_children": job.compliant, "embodiment": job.embodiment}
+    sensing = json.loads(job.sensing) if job.sensing else None
+    kwargs = {"compliant_children": job.compliant, "embodiment": job.embodiment, "sensing": sensing}
     env = load("supervise", plan, Family.parse(job.family), episode_random(0), task_kwargs=kwargs, visuals=False)
     policy, seed, longest = CaregiverPolicy(env, job.caregiver), episode_seed(0, job.episode), Longest()
     env.task.reseed(episode_random(seed))
@@ -128,7 +134,7 @@ def episodes_of(options: argparse.Namespace) -> pd.DataFrame:
     houses = [plan.name for plan in houses_named(options.houses)]
     families = [str(Family.parse(family)) for family in options.epsilon]
     jobs = [
-        Job(robot, options.caregiver, options.compliant, house, family, episode)
+        Job(robot, options.caregiver, options.compliant, house, family, episode, options.sensing)
         for robot in options.embodiment
         for house in houses
         for family in families
@@ -138,7 +144,7 @@ def episodes_of(options: argparse.Namespace) -> pd.DataFrame:
     if options.out and options.out.exists():
         for line in options.out.read_text(encoding="utf-8").splitlines():
             row = json.loads(line)
-            rows[Job(*(row[name] for name in Job.__annotations__))] = row
+            rows[Job(*(row.get(name) for name in Job.__annotations__))] = row
     left = [job for job in jobs if job not in rows]
     work = functools.partial(supervise, frozenset(jobs[:: options.audit] if options.audit else ()))
     running = progress(run_jobs(work, left, options.jobs), "in the house", len(left))
