@@ -46,10 +46,8 @@ def add_options(parser: Parser) -> None:
     parser.add_file("out", "write their rows there as they come; those that it holds are not run again", "FILE.jsonl")
     parser.add("embodiment", [None], "the robots, without --run (default: the task's)", metavar="NAME")
     parser.add("compliant", False, "children that give way to a push, without --run")
-    what = (
-        'how things are seen, such as \'{"delay": 0.06, "base": {"noise": 0.005}}\', without --run (default: exactly)'
-    )
-    parser.add("sensing", "", what, metavar="JSON")
+    example = '{"delay": 0.06, "base": {"noise": 0.005}}'
+    parser.add("sensing", None, f"how things are seen, such as '{example}', without --run", metavar="JSON")
     parser.add("audit", 0, "audit every K-th episode; 0 for none", metavar="K")
     parser.add_jobs()
 
