@@ -212,17 +212,20 @@ class Driver:
         """A way round the children that are near, and if possible round what lies on the floor; None if they bar it.
 
         A base that is there already needs none. Children on their way to a landing are what the base goes there for:
-        they bar it where they are, not where they are going.
+        while it is nearer, they bar it where they are, not where they are going. One between the base and the stairs
+        would be shut in with them.
         """
-        if math.dist(here, goal) < _SAME:
-            return [here, goal]
         plan, near = self._navigator.plan, near_children(view, here)
         children, closed = [child.position for child in near], child_cells(near, plan)
+        cells = set(map(plan.cell_at, children))
+        if math.dist(here, goal) < _SAME and cell not in cells:
+            return [here, goal]
         points = self._navigator.path(here, goal, cell, children, closed | self._litter, self._hand)
         if not points and self._litter:
             points = self._navigator.path(here, goal, cell, children, closed, self._hand)
-        if not points and cell in plan.stairwells:
-            points = self._navigator.path(here, goal, cell, closed=set(map(plan.cell_at, children)), hand=self._hand)
+        nearest = min((math.dist(child, goal) for child in children), default=math.inf)
+        if not points and cell in plan.stairwells and math.dist(here, goal) < nearest:
+            points = self._navigator.path(here, goal, cell, closed=cells, hand=self._hand)
         return points
 
     def _take(self, points: list[Vector], goal: Vector, view: View, robot: RobotMotion) -> None:

@@ -164,7 +164,8 @@ class AtTable(Skill):
     def _prepare_hand(self, view: View, robot: RobotMotion, goal: Vector, yaw: float) -> bool:
         """Brings the hand out while the base still drives up; returns whether it is on the last of its way."""
         approach = self.embodiment.approach
-        if not self._is_aimed or not robot.turns_to(yaw):  # neither can it before the hand is in
+        # Neither can it before the hand is in. A base that steps aside may pass a wall where the hand is out.
+        if not self._is_aimed or not robot.turns_to(yaw) or self.driver.stands_aside(view.now):
             robot.reach(0.0)
             return False
         along, across = se2.to_local((*view.base[:2], yaw), goal)
