@@ -11,7 +11,7 @@ project = "caregiver_mj"
 author = "The caregiver_mj authors"
 release = caregiver_mj.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "made", "mathml", "untyped"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "mathml", "untyped"]
 exclude_patterns = ["_build"]
 default_role = "py:obj"  # `Name` in a docstring leads to what has that name, if anything does
 _INSIDE = "BaseMotion|CommandedCaregiver|Navigator|OffscreenRendering|RetrievalPlanner|Value|Who|WorkerError"

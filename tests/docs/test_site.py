@@ -1,12 +1,12 @@
-"""The documentation: it builds without a warning, has what is made of the code, and takes nothing from the network."""
+"""The documentation: it builds without a warning, has tables as the code is, and takes nothing from the network."""
 
-import html
 import pathlib
 import re
 import subprocess
 import sys
 
 import pytest
+import tables
 
 import caregiver_mj
 from caregiver_mj.caregivers.registry import CAREGIVERS
@@ -27,10 +27,9 @@ def site(tmp_path_factory):
     return folder / "html"
 
 
-def shown(site, page):
-    """The text of a page."""
-    article = re.search(r"<article.*?</article>", (site / page).read_text("utf-8"), re.S).group()
-    return html.unescape(re.sub(r"<[^>]+>", "", article))
+def markdown(page):
+    """A page as it can be read in the repository."""
+    return (DOCS / page).read_text("utf-8")
 
 
 def test_every_page_is_there(site):
@@ -52,21 +51,28 @@ def test_nothing_comes_from_the_network(site):
     assert [address for address in found if "//" in address and not address.startswith("data:")] == []
 
 
-def test_tables_are_made_of_the_code(site):
-    columns = shown(site, "reference/columns.html")
-    assert all(column.name in columns and column.meaning.replace("`", "") in columns for column in COLUMNS)
-    options = shown(site, "reference/options.html")
-    for option in ("--houses SET|NAME ...", "--overlay danger", "--damage S:C:T", "--resume", "--still FILE.png"):
-        assert option in options
-    assert "caregiver-mj house make" in options
-    assert "--seed SEED 0 of the run" in " ".join(options.split())
-    tasks = shown(site, "reference/tasks.html")
+def test_tables_are_as_the_code_is():
+    """`python scripts/tables.py` writes them anew."""
+    old = [
+        str(page.relative_to(DOCS))
+        for page in tables.PAGES
+        if tables.filled(page.read_text("utf-8")) != page.read_text("utf-8")
+    ]
+    assert old == []
+
+
+def test_tables_name_everything_that_there_is():
+    columns, options, tasks = (markdown(f"reference/{page}.md") for page in ("columns", "options", "tasks"))
+    assert all(f"| `{column.name}` |" in columns and column.meaning in columns for column in COLUMNS)
+    for option in ("--houses SET\\|NAME ...", "--overlay danger", "--damage S:C:T", "--resume", "--still FILE.png"):
+        assert f"| `{option}` |" in options
+    assert "## caregiver-mj house make" in options
+    assert "| `--seed SEED` | `0` | of the run" in options
     for task in caregiver_mj.ALL_TASKS:
-        assert task in tasks
         env = caregiver_mj.load(task, visuals=False)
-        assert all(key in tasks for key in env.observation_spec())
-        assert all(name in tasks for name in env.action_spec().name.split("\t"))
-    assert "hazard_nearness_to_caregiver" in shown(site, "guide/gymnasium.html")
+        names = [task, *env.observation_spec(), *env.action_spec().name.split("\t")]
+        assert all(f"| `{name}` |" in tasks for name in names)
+    assert "| `hazard_nearness_to_caregiver` |" in markdown("guide/gymnasium.md")
 
 
 def test_a_formula_is_drawn_by_the_browser_alone(site):

@@ -1,17 +1,18 @@
-"""Tables that are made of the code: the directive `made`, with the name of one, puts it where it stands."""
+"""Writes the tables of the documentation that are made of the code, each where a page has a place for it.
+
+A place is from `<!-- scripts/tables.py: NAME -->` to `<!-- end -->`; NAME is one of `TABLES`.
+"""
 
 from __future__ import annotations
 
 import argparse
 import functools
 import inspect
+import pathlib
+import re
 from collections.abc import Callable, Iterator, Sequence
 
 import gymnasium
-from docutils import nodes
-from docutils.parsers.rst import Directive
-from docutils.statemachine import StringList
-from sphinx.application import Sphinx
 
 import caregiver_mj
 from caregiver_mj.cli import make_parser
@@ -21,6 +22,8 @@ from caregiver_mj.robot.embodiments import EMBODIMENTS
 from caregiver_mj.tasks import TASKS
 from caregiver_mj.tasks.observed import OBSERVED
 
+PAGES = sorted((pathlib.Path(__file__).parents[1] / "docs").rglob("*.md"))
+_PLACE = re.compile(r"(<!-- scripts/tables\.py: (\w+) -->\n).*?(<!-- end -->)", re.S)
 _HOUSE = "paper"
 _TARGETS = "caregiver_mj/Supervise-Targets-v0"
 
@@ -159,22 +162,19 @@ TABLES: dict[str, Callable[[], str]] = {
 }
 
 
-class Made(Directive):
-    """Puts one of `TABLES` where it stands."""
-
-    required_arguments = 1
-
-    def run(self) -> list[nodes.Node]:
-        """Makes it, and has its Markdown read like the page around it."""
-        lines = TABLES[self.arguments[0]]().splitlines()
-        found = nodes.Element()
-        source, line = self.state_machine.get_source_and_line(self.lineno)
-        text = StringList(lines, items=[(source, line)] * len(lines))
-        self.state.nested_parse(text, self.content_offset, found, match_titles=True)
-        return found.children
+def filled(text: str) -> str:
+    """A page with its tables as they are now."""
+    return _PLACE.sub(lambda place: f"{place[1]}\n{TABLES[place[2]]()}\n\n{place[3]}", text)
 
 
-def setup(app: Sphinx) -> dict[str, bool]:
-    """Adds the directive."""
-    app.add_directive("made", Made)
-    return {"parallel_read_safe": True, "parallel_write_safe": True}
+def main() -> None:
+    """Write them all."""
+    for page in PAGES:
+        text = page.read_text("utf-8")
+        if (made := filled(text)) != text:
+            page.write_text(made, "utf-8")
+            print(page)
+
+
+if __name__ == "__main__":
+    main()
