@@ -1,4 +1,4 @@
-"""The rooms of the package: imports run one way, and the picture in the README shows them as they are."""
+"""The rooms of the package: imports run one way, and the picture in the documentation shows them as they are."""
 
 import html
 import importlib.util

@@ -1,4 +1,4 @@
-"""The results that the README shows: runs every evaluation behind them, reports on all, and fills docs/results.
+"""The results that the documentation shows: runs every evaluation behind them, reports on all, and fills docs/results.
 
 A run that was broken off goes on where it stopped; one that is finished is not run again.
 """

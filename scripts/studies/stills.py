@@ -1,4 +1,7 @@
-"""Takes the pictures in docs/: the robot picks a candle up, carries it past the toddler, and blocks a stairwell."""
+"""Takes the pictures in docs/: the robot picks a candle up, carries it past the toddler, and blocks a stairwell.
+
+A fourth is of the grid: one of what each environment looks like.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +11,11 @@ import pathlib
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import gymnasium
 import imageio.v3 as imageio
 import numpy as np
 
+import caregiver_mj
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.interventions.intervention import BLOCK, RELOCATE
 from caregiver_mj.policy.policy import CaregiverPolicy
@@ -24,6 +29,7 @@ _NEAR = 1.3  # metres from the toddler
 _DRIVES, _RESTS = 0.5, 0.01  # m/s above which the base is on its way, and below which it stands
 _QUALITY = 92  # of JPEG, of 100
 DEFAULT_SIZE = 1280, 720  # pixels
+_GRID_TIMESTEPS = 12  # after which the grid is shown
 _SUNS, _SUN_RADIUS = 24, np.deg2rad(1.5)  # pictures of which one is made, and how wide the sun looks, from its middle
 
 
@@ -55,8 +61,10 @@ def add_options(parser: Parser) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Run an episode until it has shown all three."""
+    """Run an episode in the house until it has shown all three, and the beginning of one in the grid."""
     options.out.mkdir(parents=True, exist_ok=True)
+    imageio.imwrite(options.out / "grid.png", show_grid(options.seed))
+    print(options.out / "grid.png")
     env = load("supervise", house="paper", epsilon=1.0, random=options.seed)
     policy = CaregiverPolicy(env)
     timestep = env.reset()
@@ -71,6 +79,16 @@ def run(options: argparse.Namespace) -> None:
                 wanted.discard(name)
     if wanted:
         print(f"not seen in this episode: {', '.join(sorted(wanted))}")
+
+
+def show_grid(seed: int) -> np.ndarray:
+    """The grid as its environment of targets draws it, (height, width, 3), while the last candle is protected."""
+    gymnasium.register_envs(caregiver_mj)
+    env = gymnasium.make("caregiver_mj/Supervise-Targets-v0", house="paper", epsilon=1.0, render_mode="rgb_array")
+    _, info = env.reset(seed=seed)
+    for _ in range(_GRID_TIMESTEPS):
+        *_, info = env.step(np.flatnonzero(info["action_mask"])[-1])
+    return np.asarray(env.render())
 
 
 # -- Portraits: pictures from close by, in a soft light ----------------------------------------------

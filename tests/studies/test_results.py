@@ -1,4 +1,4 @@
-"""The results of the README: which runs there are, and what is published of them."""
+"""The results of the documentation: which runs there are, and what is published of them."""
 
 import pathlib
 

@@ -6,7 +6,7 @@ import pytest
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.tasks import load
 from caregiver_mj.viz.episode import Episode
-from studies.stills import take_portrait, views
+from studies.stills import show_grid, take_portrait, views
 
 
 @pytest.fixture
@@ -38,3 +38,10 @@ def test_portrait_is_taken_from_inside_the_house(episode):
     seen = {"look_at": look_at, "distance": 2.0, "side": 90, "down": -30, "size": (160, 120)}
     one, other = (take_portrait(physics, yaw=yaw, **seen) for yaw in (0.0, np.pi))
     np.testing.assert_array_equal(one, other)
+
+
+def test_the_grid_is_shown_alike_for_the_same_seed():
+    picture = show_grid(3)
+    assert picture.shape == (480, 640, 3)
+    assert picture.std() > 10
+    np.testing.assert_array_equal(picture, show_grid(3))
