@@ -1,5 +1,6 @@
 """The documentation: it builds without a warning, has tables as the code is, and takes nothing from the network."""
 
+import dataclasses
 import pathlib
 import re
 import subprocess
@@ -9,7 +10,9 @@ import pytest
 import tables
 
 import caregiver_mj
+from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.registry import CAREGIVERS
+from caregiver_mj.children.behaviour import Sight
 from caregiver_mj.children.family import CHILDREN
 from caregiver_mj.experiments.settings import FLOOR
 from caregiver_mj.interventions.registry import VERBS
@@ -87,15 +90,22 @@ def test_a_formula_is_drawn_by_the_browser_alone(site):
 )
 def test_everything_that_has_a_name_is_explained(page, names):
     text = (DOCS / "guide" / f"{page}.md").read_text("utf-8")
-    explained = re.findall(r"^\| (`.*?) \|", text, re.M)
+    explained = re.findall(r"^\| (`.*?) \|", text.partition("\n## ")[0], re.M)
     found = {name for row in explained for name in re.findall("`([^`]+)`", row)}
     assert {name for name in found if ":" not in name} == set(names)
+
+
+@pytest.mark.parametrize(("page", "given"), [("caregivers", Percept), ("children", Sight)])
+def test_all_that_is_given_is_explained(page, given):
+    explained = re.findall(r"^\| (`.*?) \|", (DOCS / "guide" / f"{page}.md").read_text("utf-8"), re.M)
+    found = {name for row in explained for name in re.findall("`([^`]+)`", row)}
+    assert {field.name for field in dataclasses.fields(given)} <= found
 
 
 def test_links_of_pages_outside_lead_somewhere():
     root = DOCS.parent
     for page in ("README.md", "CONTRIBUTING.md", "examples/README.md"):
-        links = re.findall(r"\]\(([^)#]+)[^)]*\)", (root / page).read_text("utf-8"))
+        links = re.findall(r"(?:\]\(|src=\")([^)#\"]+)", (root / page).read_text("utf-8"))
         local = [link for link in links if not link.startswith("http")]
         assert local
         assert [link for link in local if not (root / page).parent.joinpath(link).exists()] == []
