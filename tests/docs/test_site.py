@@ -102,6 +102,13 @@ def test_all_that_is_given_is_explained(page, given):
     assert {field.name for field in dataclasses.fields(given)} <= found
 
 
+def test_files_that_the_architecture_names_are_there():
+    named = re.findall(r"`([a-z_/]+(?:\.py|/))`", (DOCS / "guide" / "architecture.md").read_text("utf-8"))
+    folders = DOCS.parent, DOCS.parent / "caregiver_mj"
+    assert len(named) > 20
+    assert [file for file in named if not any((folder / file).exists() for folder in folders)] == []
+
+
 def test_links_of_pages_outside_lead_somewhere():
     root = DOCS.parent
     for page in ("README.md", "CONTRIBUTING.md", "examples/README.md"):
