@@ -247,9 +247,11 @@ class Driver:
         """How far to go on a way to a cell that children bar: so far that there is a free cell before them.
 
         At their heels it would keep them from turning round. None if it is too near already. Where it is in that cell,
-        or they are about to fall down stairs there, it goes on.
+        or they are on their way to stairs there, it goes on.
         """
-        children = child_cells(view.children, self._navigator.plan) - {*self._navigator.plan.stairwells}
+        plan = self._navigator.plan
+        there = {plan.cell_at(child.position) for child in view.children}
+        children = child_cells(view.children, plan) - ({*plan.stairwells} - there)
         route = self._navigator.route(self._navigator.nearest_cell(here), cell) or []
         barred = next((i for i, place in enumerate(route) if place in children), None)
         if barred is None or len(route) == 1:

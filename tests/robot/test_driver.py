@@ -22,6 +22,7 @@ TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
 STRIKE_SPEED = 0.05  # m/s
 WALKING_SPEED = 0.44  # m/s
 OPEN = FloorPlan.parse("########\n#......#\n#S.....#\n#......#\n#B.....#\n########", "open")
+HALL = FloorPlan.parse("########\n#S....B#\n########", "hall")
 #: Two ways lead to the stairwell, the northern one being the shorter.
 TWO_WAYS = FloorPlan.parse("##########\n#........#\n#S.##B#..#\n#........#\n##########", "two_ways")
 #: Two rooms with a toy bin each, and between them a corridor as wide as one cell.
@@ -224,7 +225,6 @@ def test_a_base_gets_out_of_the_way_of_a_child_that_comes_and_goes_on_when_it_is
     drive = Drive(CORRIDOR, (2, 5), (2, 1), walks_from(CORRIDOR, (2, 3), 1.0), child(50.0, 0.0))
     for _ in range(40):
         drive.step()
-    assert drive.driver.stands_aside(drive.robot.now)
     assert drive.driver.aside_until > drive.robot.now
     assert drive.driver.goal == centre(CORRIDOR, (2, 1))  # where it shall stand all the same
     drive.run(4.0)
@@ -264,6 +264,13 @@ def test_a_base_stands_on_its_landing_before_a_child_that_comes(way_left):
         left.append(math.dist(drive.base[:2], (x, y)))
     assert (np.diff(left) <= 1e-6).all()  # it does not leave it, nor turn back on its way
     assert OPEN.cell_at(drive.base[:2]) == (2, 1)
+
+
+def test_a_base_does_not_come_up_to_a_child_on_a_landing():
+    """Between it and the stairs the child could only go down."""
+    drive = Drive(HALL, (1, 5), (1, 1), stands_in(HALL, (1, 1)))
+    drive.run(5.0)
+    assert drive.gap() > 0.5
 
 
 def beside(x: float, y: float, gap: float, direction: float) -> ChildView:

@@ -392,6 +392,21 @@ def test_supervised_episode_has_no_strike_and_no_dropped_candle(house, seed):
     assert outcome["damage"] < alone.task.outcome()["damage"]
 
 
+def test_a_hand_that_is_out_comes_in_before_its_base_steps_aside_along_a_wall():
+    """It once swept along a hall one cell wide, past the recess of its table, and left the candle on the wall."""
+    env = caregiver_mj.load("supervise", "hall-700000", 0.5)
+    policy = caregiver_mj.CaregiverPolicy(env, "foresight")
+    env.task.reseed(np.random.RandomState(2968811710))
+    step, aside = env.reset(), []
+    while env.physics.time() < 120.0:
+        step = env.step(policy(step))
+        routine, robot = policy.executive.routine, policy.robot
+        if routine and routine.holding >= 0 and routine.skill.driver.stands_aside(robot.now) and robot.moving:
+            aside.append(robot.hand_out)
+        assert env.task.ledger.candles_dropped == 0
+    assert any(out > 0.0 for out in aside)  # it has been out when a child came
+
+
 @pytest.fixture(scope="module")
 def beside_stairs():
     """The first half minute of an episode that leads from a landing past a bin, and what the robot did in it."""
