@@ -16,7 +16,7 @@ from caregiver_mj.experiments.seeds import episode_seed, episode_tapes
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz import colours
-from caregiver_mj.viz.hud.ground_plan import GroundPlan
+from caregiver_mj.viz.hud.chart import GroundPlan
 
 CELL, PAD, CAPTION = 26, 8, 26  # pixels
 MILLISECONDS = 160  # of a picture: the child's move, then each action of the caregiver

@@ -75,8 +75,10 @@ def _run(arguments: argparse.Namespace) -> None:
     if not arguments.web:
         _check_display()
 
-    from caregiver_mj.viz.viewers.session import Session  # here, for these take seconds to import
-    from caregiver_mj.viz.viewers.watched import Watched
+    from caregiver_mj.viz.viewers.session import (
+        Session,  # here, for these take seconds to import
+        Watched,
+    )
 
     watched = Watched(
         arguments.house, family, arguments.caregiver, arguments.seed, arguments.episode, damage, arguments.embodiment

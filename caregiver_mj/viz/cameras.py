@@ -1,4 +1,4 @@
-"""Cameras on a house."""
+"""Cameras on a house: any, those that stand still and draw what has changed, and those that lay tiles over the floor."""
 
 from __future__ import annotations
 
@@ -7,15 +7,21 @@ import caregiver_mj.house.rendering  # noqa: F401 (comes before dm_control)
 # isort: split
 import contextlib
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import mujoco
 import numpy as np
 from dm_control.mujoco import engine
 
+from caregiver_mj.viz.forecast import Tile
+
 _HIDDEN = 3  # the first group of geoms that MuJoCo does not draw
 _NEAREST = 0.01  # metres before a camera
 _MARGIN = 2  # pixels by which a box is wider than what it holds
+Part = tuple[int, int, int, int]  # of a picture, in pixels: left, top, right, bottom
+_MOVED = 1e-4  # metres, or entries of a rotation, by which something must have moved to be drawn anew
+_PART_OVERHEAD = 10_000  # pixels that could be drawn in the time that one more part of a picture takes
+_FIRST = 1 << 16  # the number of the first tile in a mask, beyond those of all else
 
 
 class Camera:
@@ -83,3 +89,150 @@ class Camera:
         low, high = np.where(beside, -np.inf, low).min(axis=0), np.where(beside, np.inf, high).max(axis=0)
         centre = np.array([self.width, self.height]) / 2
         return np.concatenate([centre + low, centre + high], axis=1)
+
+
+class StillCamera(Camera):
+    """A camera that does not move: after the first picture it draws only the parts in which something else has.
+
+    Without a graphics card the time goes into pixels, and most of them show the same house as before.
+    """
+
+    def __init__(self, physics: engine.Physics, name: str, width: int, height: int, shadows: bool = True):
+        super().__init__(physics, name, width, height, shadows)
+        self._physics = physics
+        self._picture: np.ndarray | None = None
+        self._poses = self._read_poses()
+        self._owner = self._model.body_rootid[self._model.geom_bodyid[self.geoms]]  # the body that each moves with
+
+    def render(self) -> np.ndarray:
+        """Draws the picture (height, width, 3), which stays the camera's."""
+        poses = self._read_poses()
+        moved = (np.abs(poses - self._poses) > _MOVED).any(axis=1)
+        if self._picture is None:
+            self._picture = np.empty((self.height, self.width, 3), np.uint8)
+            self._redraw(0, 0, self.width, self.height)
+        else:
+            for part in self._changed_parts(poses, moved):
+                self._redraw(*part)
+        self._poses[moved] = poses[moved]
+        return self._picture
+
+    def forget(self) -> None:
+        """Has the whole picture drawn anew the next time."""
+        self._picture = None
+
+    def set_scene(self) -> None:
+        """Makes the scene that is drawn."""
+        self.view.update()
+
+    def _changed_parts(self, poses: np.ndarray, moved: np.ndarray) -> list[Part]:
+        """Parts of the picture that hold all that has moved, before and after."""
+        parts: list[Part] = []
+        for body in np.unique(self._owner[moved]):
+            geoms = moved & (self._owner == body)
+            centres = np.concatenate([poses[geoms, :3], self._poses[geoms, :3]])
+            part = self._part_around(self.boxes(centres, np.tile(self.radius[geoms], 2)))
+            for other in list(parts):
+                if _area(_union(part, other)) < _area(part) + _area(other) + _PART_OVERHEAD:
+                    parts.remove(other)
+                    part = _union(part, other)
+            parts.append(part)
+        return [part for part in parts if _area(part)]
+
+    def _part_around(self, boxes: np.ndarray) -> Part:
+        """The part of the picture that holds some boxes (n, 4)."""
+        size = self.width, self.height
+        left, top = np.clip(np.floor(boxes[:, :2].min(axis=0)), 0, size).astype(int).tolist()
+        right, bottom = np.clip(np.ceil(boxes[:, 2:].max(axis=0)), 0, size).astype(int).tolist()
+        return left, top, right, bottom
+
+    def _read_poses(self) -> np.ndarray:
+        """Position and rotation of everything that is drawn, (geoms, 12)."""
+        return np.concatenate([self._data.geom_xpos[self.geoms], self._data.geom_xmat[self.geoms]], axis=1)
+
+    def _redraw(self, left: int, top: int, right: int, bottom: int) -> None:
+        """Draws a part of the picture anew, through the part of the frustum that belongs to it."""
+        with self.only_seen_in(left, top, right, bottom):
+            self.set_scene()
+        for eye in self.view.scene.camera:
+            pixel = (eye.frustum_top - eye.frustum_bottom) / self.height
+            eye.frustum_center += (left + right - self.width) / 2 * pixel
+            eye.frustum_top, eye.frustum_bottom = (eye.frustum_top - edge * pixel for edge in (top, bottom))
+        part = np.empty((bottom - top, right - left, 3), np.uint8)
+        area = mujoco.MjrRect(0, 0, right - left, bottom - top)
+        contexts = self._physics.contexts
+        with contexts.gl.make_current() as gl:
+            gl.call(mujoco.mjr_render, area, self.view.scene.ptr, contexts.mujoco.ptr)
+            gl.call(mujoco.mjr_readPixels, part, None, area, contexts.mujoco.ptr)
+        assert self._picture is not None  # `render` has made it
+        self._picture[top:bottom, left:right] = part[::-1]
+
+
+def _area(part: Part) -> int:
+    return max(part[2] - part[0], 0) * max(part[3] - part[1], 0)
+
+
+def _union(one: Part, other: Part) -> Part:
+    return min(one[0], other[0]), min(one[1], other[1]), max(one[2], other[2]), max(one[3], other[3])
+
+
+class TileLayer(StillCamera):
+    """Lays tiles over the pictures of a camera, behind whatever hides them.
+
+    MuJoCo's own translucent things take the sun from what is below them; so the tiles are drawn apart, as a mask: a
+    picture in which the colour of everything is its number.
+    """
+
+    def __init__(self, physics: engine.Physics, name: str, width: int, height: int, still: bool = True):
+        """Sets the camera up.
+
+        Args:
+            physics: The house.
+            name: Name of the camera.
+            width: Width of its pictures, pixels.
+            height: Their height.
+            still: Whether it does not move.
+        """
+        super().__init__(physics, name, width, height, shadows=False)
+        self._tiles: Sequence[Tile] = ()
+        self._still = still
+        flags, flag = self.view.scene.flags, mujoco.mjtRndFlag
+        flags[flag.mjRND_SEGMENT] = flags[flag.mjRND_IDCOLOR] = True
+        flags[flag.mjRND_SKYBOX] = flags[flag.mjRND_REFLECTION] = False
+
+    def lay(self, picture: np.ndarray, tiles: Sequence[Tile]) -> None:
+        """Lays tiles over a picture, (height, width, 3), of the present moment."""
+        if list(tiles) != list(self._tiles) or not self._still:
+            self.forget()
+        self._tiles = tiles
+        if not tiles:
+            return
+        mask = self.render()
+        seen = mask[..., 2] >= _FIRST >> 16
+        which = (mask[seen].astype(np.int32) << (0, 8, 16)).sum(axis=1) - 1 - _FIRST
+        opacity = np.array([tile.opacity for tile in tiles])[which, None]
+        colour = np.array([tile.colour for tile in tiles])[which]
+        picture[seen] = (picture[seen] * (1.0 - opacity) + colour * opacity).round()
+
+    def set_scene(self) -> None:
+        """Makes the scene that is drawn, with the tiles."""
+        super().set_scene()
+        draw_tiles(self.view.scene.ptr, self._tiles, first=_FIRST)
+
+
+def draw_tiles(scene: mujoco.MjvScene, tiles: Sequence[Tile], first: int | None = None) -> None:
+    """Adds tiles to what a scene has; those for which there is room.
+
+    Args:
+        scene: The scene.
+        tiles: The tiles.
+        first: Number of the first in a mask, for which they are solid; None if it is a picture.
+    """
+    begin = scene.ngeom
+    scene.ngeom += min(len(tiles), scene.maxgeom - begin)
+    for number, (tile, geom) in enumerate(zip(tiles, scene.geoms[begin:], strict=False)):
+        sides, middle = (tile.half, tile.half, tile.height / 2), (*tile.centre, tile.height / 2)
+        rgba = np.array([*(part / 255 for part in tile.colour), tile.opacity]) if first is None else np.ones(4)
+        mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_BOX, sides, middle, np.eye(3).ravel(), rgba)
+        geom.objtype = mujoco.mjtObj.mjOBJ_UNKNOWN
+        geom.segid = begin + number if first is None else first + number

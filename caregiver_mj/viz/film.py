@@ -1,4 +1,4 @@
-"""Films of episodes in the house, at the speed of the simulated world."""
+"""Films of episodes in the house, at the speed of the simulated world: the cameras, the page and the file."""
 
 from __future__ import annotations
 
@@ -6,28 +6,35 @@ import contextlib
 import math
 import numbers
 import os
-from collections.abc import Callable, Iterator
+import pathlib
+import tempfile
+from collections.abc import Callable, Generator, Iterator
 from typing import Protocol
 
+import imageio_ffmpeg
 import numpy as np
 import rich.console
 import rich.progress
 from PIL import Image
 
 from caregiver_mj.children.family import Family
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiment import DEFAULT
-from caregiver_mj.viz import OVERLAYS
-from caregiver_mj.viz.encoder import film_writer, writable
+from caregiver_mj.viz import OVERLAYS, hud
+from caregiver_mj.viz.cameras import Camera, StillCamera, TileLayer
+from caregiver_mj.viz.colours import GROUND
 from caregiver_mj.viz.episode import Episode
-from caregiver_mj.viz.studio import Studio
 
 DEFAULT_SIZE = 1280, 720  # pixels
 DEFAULT_FPS = 30.0
 _SMALLEST, _LARGEST = (320, 240), (3840, 2160)  # pixels
 LONGEST = 86_400  # seconds of a film
 _TRAIL_SECONDS = 20.0
+_INSETS = ("follow", "wrist")  # cameras shown beside the overview
+_WIDE = 1.5  # width over height from which a picture has room for insets beside the house
+# x264's quality (lower is better), and how much it works for a small file.
+_QUALITY, _PRESET = "20", "veryfast"
 
 
 class Films(Protocol):
@@ -35,6 +42,55 @@ class Films(Protocol):
 
     def frame(self) -> np.ndarray:
         """The present moment, uint8 (height, width, 3)."""
+
+
+class Studio:
+    """Films an episode."""
+
+    def __init__(self, episode: Episode, width: int, height: int, camera: str, trail_length: int):
+        """Sets the cameras up.
+
+        Args:
+            episode: What to film.
+            width: Width of the pictures, pixels.
+            height: Their height.
+            camera: The camera of the large view.
+            trail_length: How many of the latest looks the trails of the children show.
+
+        Raises:
+            CaregiverError: There is no such camera.
+            RenderingError: There is no OpenGL to render with.
+        """
+        self._episode, self._trail_length = episode, trail_length
+        physics = episode.env.physics
+        physics.check_cameras([camera])
+        physics.model.vis.quality.numquads = 1  # lit by the sun alone, boxes look the same and are drawn faster
+        physics.fit_pictures(width, height)
+        self._page = np.empty((height, width, 3), np.uint8)
+        self._page[:] = GROUND
+        self._main = self._page[: hud.strip_top(width, height)]  # nothing hides behind the strip
+        size = width, self._main.shape[0]
+        still = physics.model.ptr.camera(camera).bodyid == 0  # the world's
+        if still:
+            self._camera: Camera = StillCamera(physics, camera, *size)
+        else:
+            self._camera = Camera(physics, camera, *size, shadows=True)
+        self._tiles = TileLayer(physics, camera, *size, still) if episode.foresees else None
+        self._insets = []
+        captions = {"follow": "toddler" if len(episode.family) == 1 else "child 1", "wrist": "gripper"}
+        if width > _WIDE * height:
+            for name in _INSETS:
+                if name in physics.camera_names() and name != camera:
+                    inset = Camera(physics, name, *hud.inset_size(width, height))
+                    self._insets.append((captions[name], inset))
+
+    def frame(self) -> np.ndarray:
+        """Renders the present moment, (height, width, 3)."""
+        self._main[:] = self._camera.render()
+        if self._tiles:
+            self._tiles.lay(self._main, self._episode.tiles())
+        insets = [(caption, camera.render()) for caption, camera in self._insets]
+        return hud.draw(self._page, self._episode.hud_state(self._trail_length), insets)
 
 
 def render_episode(
@@ -141,3 +197,76 @@ def _progress(frames: int, quiet: bool) -> Iterator[Callable[[], None]]:
     with rich.progress.Progress(*columns, console=rich.console.Console(stderr=True), disable=quiet) as bar:
         task = bar.add_task("frames", total=frames)
         yield lambda: bar.advance(task)
+
+
+@contextlib.contextmanager
+def film_writer(path: pathlib.Path, width: int, height: int, fps: float) -> Iterator[Callable[[np.ndarray], None]]:
+    """Gives a function to hand frames (height, width, 3) to. The file appears when the film is complete, and only then.
+
+    Raises:
+        CaregiverError: It could not be written.
+    """
+    unfinished = path.with_name(f".{path.name}.part.mp4")
+    writer = None
+
+    def write(frame: np.ndarray) -> None:
+        nonlocal writer
+        if writer is None:  # not before: one that never gets a frame complains when it is closed
+            writer = _writer(unfinished, width, height, fps)
+        writer.send(np.ascontiguousarray(frame))
+
+    try:
+        yield write
+        if writer is None:
+            raise CaregiverError(f"'{path}' would be a film without a picture")
+        writer.close()
+        unfinished.replace(path)
+    except OSError as error:
+        raise CaregiverError(f"'{path}' cannot be written: {error}") from None
+    finally:
+        if writer is not None:
+            writer.close()
+        unfinished.unlink(missing_ok=True)
+
+
+def _writer(path: pathlib.Path, width: int, height: int, fps: float) -> Generator[None, np.ndarray, None]:
+    """Takes frames for a file."""
+    writer = imageio_ffmpeg.write_frames(
+        str(path),
+        (width, height),
+        fps=fps,
+        codec="libx264",
+        quality=None,
+        macro_block_size=2,
+        ffmpeg_log_level="error",
+        output_params=[
+            *("-preset", _PRESET, "-crf", _QUALITY, "-movflags", "+faststart"),
+            # Without this, players take the colours for those of high definition while they are not.
+            *("-vf", "scale=out_color_matrix=bt709:out_range=tv"),
+            *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv"),
+        ],
+    )
+    writer.send(None)
+    return writer
+
+
+def writable(path: str | os.PathLike[str], suffix: str) -> pathlib.Path:
+    """The path, once it is sure that a file of that kind can be written there.
+
+    Raises:
+        CaregiverError: It cannot.
+    """
+    check_kind("a file", path, str, os.PathLike)
+    path = pathlib.Path(path)
+    if path.suffix.lower() != suffix:
+        raise CaregiverError(f"'{path}' must be called FILE{suffix}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path.parent):
+            pass
+        folder = path.is_dir()  # which also says so if the name is too long
+    except OSError as error:
+        raise CaregiverError(f"'{path}' cannot be written: {error.strerror}") from None
+    if folder:
+        raise CaregiverError(f"'{path}' cannot be written: it is a folder")
+    return path

@@ -54,13 +54,9 @@ from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 from caregiver_mj.tasks import load
 from caregiver_mj.viz import hud
-from caregiver_mj.viz.cameras import Camera
-from caregiver_mj.viz.encoder import film_writer
+from caregiver_mj.viz.cameras import Camera, StillCamera, TileLayer
 from caregiver_mj.viz.episode import Episode as FilmedEpisode
-from caregiver_mj.viz.film import DEFAULT_FPS, DEFAULT_SIZE
-from caregiver_mj.viz.still_camera import StillCamera
-from caregiver_mj.viz.studio import Studio
-from caregiver_mj.viz.tiles import TileLayer
+from caregiver_mj.viz.film import DEFAULT_FPS, DEFAULT_SIZE, Studio, film_writer
 from studies.relocations import Knock
 from study import HOUSES, Parser, load_house, make_console, make_table, tapes
 

@@ -19,8 +19,7 @@ from caregiver_mj.experiments.seeds import episode_tapes
 from caregiver_mj.grid.world import CAREGIVER_ACTIONS, GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import houses_named
-from caregiver_mj.viz.report.table import Table
-from caregiver_mj.viz.report.words import number
+from caregiver_mj.viz.report.words import Table, number
 from studies import contacts
 from study import Parser
 

@@ -36,8 +36,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.viz import colours
-from caregiver_mj.viz.figures.panels import explain, panels
-from caregiver_mj.viz.figures.style import INK, MUTED, STYLE
+from caregiver_mj.viz.figures.style import INK, MUTED, STYLE, explain, panels
 from study import Page, Parser, interval, run_all, side, tapes
 
 HORIZONS = (1, 5, 15)  # timesteps

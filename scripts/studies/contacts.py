@@ -30,7 +30,7 @@ from caregiver_mj.recording.contacts import Contacts
 from caregiver_mj.robot.skills import Skill
 from caregiver_mj.robot.status import Status
 from caregiver_mj.tasks import load
-from caregiver_mj.viz.report.contacts import counts_table, limits_table
+from caregiver_mj.viz.report.tables import counts_table, limits_table
 from caregiver_mj.viz.report.words import family_name
 from studies.audit import Audit, Recorder, report
 from study import Parser, make_console, progress

@@ -14,7 +14,7 @@ from caregiver_mj.children.family import Family
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.viz.episode import Episode
-from caregiver_mj.viz.studio import Studio
+from caregiver_mj.viz.film import Studio
 from study import Parser
 
 HOUSE = "house-6-13x9-rooms2-stairwells2-candles2-tables2-bins3"  # small, so that one sees what is going on

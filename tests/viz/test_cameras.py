@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.viz.cameras import StillCamera
 from caregiver_mj.viz.episode import Episode
-from caregiver_mj.viz.still_camera import StillCamera
-from caregiver_mj.viz.studio import Studio
+from caregiver_mj.viz.film import Studio
 
 # isort: split
 from dm_control.mujoco import engine

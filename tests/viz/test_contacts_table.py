@@ -5,7 +5,7 @@ import pytest
 
 from caregiver_mj.recording.body_limits import BODY_LIMITS, CAUTION
 from caregiver_mj.recording.contacts import REGIONS, Contacts
-from caregiver_mj.viz.report.contacts import counts_table, limits_table
+from caregiver_mj.viz.report.tables import counts_table, limits_table
 
 
 def rows(*changes):

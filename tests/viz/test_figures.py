@@ -7,7 +7,7 @@ from matplotlib.colors import to_rgba
 
 from caregiver_mj.viz import figures
 from caregiver_mj.viz.colours import unit
-from caregiver_mj.viz.figures.survival import going
+from caregiver_mj.viz.figures.shares import going
 
 NAMES = {"1": "random motion", "0.5": "50 % random"}
 COLUMNS = ["caregiver", "family", "damage_left", "damage_left_ci_low", "damage_left_ci_high"]

@@ -10,8 +10,7 @@ import pytest
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.viz import hud
 from caregiver_mj.viz.colours import GROUND
-from caregiver_mj.viz.encoder import film_writer
-from caregiver_mj.viz.film import render_episode
+from caregiver_mj.viz.film import film_writer, render_episode
 
 SMALL = {"width": 320, "height": 240, "fps": 10.0, "quiet": True}
 

@@ -7,11 +7,10 @@ from test_hud import DARK, PLAN, changed, frame, spread, state
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.tasks import load
 from caregiver_mj.viz import colours, hud
+from caregiver_mj.viz.cameras import TileLayer
 from caregiver_mj.viz.episode import Episode
-from caregiver_mj.viz.film import render_episode
+from caregiver_mj.viz.film import Studio, render_episode
 from caregiver_mj.viz.forecast import LEAST, Forecast, Tile, strength
-from caregiver_mj.viz.studio import Studio
-from caregiver_mj.viz.tiles import TileLayer
 
 HOUSE = "########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########"
 FREE = len(PLAN.free_cells)

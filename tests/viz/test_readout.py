@@ -6,7 +6,7 @@ import numpy as np
 from test_forecast import forecast
 from test_hud import PLAN, state
 
-from caregiver_mj.viz.viewers.readout import readout
+from caregiver_mj.viz.viewers.web_panel import readout
 
 
 def values(text, kind):

@@ -16,14 +16,12 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.record import COLUMNS
 from caregiver_mj.viz import figures, report
-from caregiver_mj.viz.figures import Series, bars
-from caregiver_mj.viz.report.baselines import verdicts
-from caregiver_mj.viz.report.beside import side_by_side
+from caregiver_mj.viz.figures import Series, shares
+from caregiver_mj.viz.report.charts import mean_map
 from caregiver_mj.viz.report.film import Film
-from caregiver_mj.viz.report.headline import headline
-from caregiver_mj.viz.report.maps import mean_map
+from caregiver_mj.viz.report.left import side_by_side, verdicts
+from caregiver_mj.viz.report.page import headline, section
 from caregiver_mj.viz.report.published import PUBLISHED, compares_with
-from caregiver_mj.viz.report.section import section
 from caregiver_mj.viz.report.tables import comparison_table, damage_table, measures_tables, timesteps_table
 from caregiver_mj.viz.report.words import family_name, in_lines, number, with_interval
 
@@ -432,6 +430,6 @@ def test_the_same_again_is_said_with_the_folder_of_the_house(tmp_path):
 def test_error_bars_end_where_the_quantity_does():
     mean, sd = np.array([190.0, 5.0]), np.array([40.0, 20.0])
     series = Series("alone", mean, mean - 1, mean + 1, sd)
-    (axes,) = bars(["a", "b"], series, series, "timesteps", 200.0).axes
+    (axes,) = shares(["a", "b"], series, series, "timesteps", 200.0).axes
     ends = np.concatenate([path.vertices[:, 1] for lines in axes.collections for path in lines.get_paths()])
     assert (ends.min(), ends.max()) == (0.0, 200.0)

@@ -6,8 +6,8 @@ from made_runs import DAMAGE, FAMILIES, PAPER, TINY, undrawn, write_run
 from test_report import words
 
 from caregiver_mj.viz import figures, report
-from caregiver_mj.viz.report.beside import side_by_side
 from caregiver_mj.viz.report.film import make_film
+from caregiver_mj.viz.report.left import side_by_side
 from caregiver_mj.viz.report.tables import children_table
 
 

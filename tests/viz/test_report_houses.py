@@ -12,9 +12,8 @@ from caregiver_mj import cli
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz import figures, report
 from caregiver_mj.viz.report.child import child_table, why_all_timesteps
-from caregiver_mj.viz.report.disclosure import disclosures
-from caregiver_mj.viz.report.kinds import kinds_table, short_table
-from caregiver_mj.viz.report.left import left_table, wins_table
+from caregiver_mj.viz.report.left import kinds_table, left_table, short_table, wins_table
+from caregiver_mj.viz.report.page import disclosures
 
 CAREGIVERS = ("none", "guard", "nearest", "paper", "floor")
 

@@ -5,8 +5,7 @@ import pytest
 
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.viz.viewers.session import FASTEST, Session
-from caregiver_mj.viz.viewers.watched import Watched
+from caregiver_mj.viz.viewers.session import FASTEST, Session, Watched
 
 STEP = 0.02  # seconds
 MOVE = 1.68

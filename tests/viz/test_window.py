@@ -13,8 +13,7 @@ from PIL import ImageGrab
 from test_hud import PLAN, state
 from test_session import Clock, Reel
 
-from caregiver_mj.viz.viewers.session import Session
-from caregiver_mj.viz.viewers.watched import Watched
+from caregiver_mj.viz.viewers.session import Session, Watched
 from caregiver_mj.viz.viewers.window import press, texts
 
 PATIENCE = 90  # seconds

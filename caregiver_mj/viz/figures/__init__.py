@@ -5,14 +5,10 @@ paper's figures 2 to 4; beside them there are the damage that is left, house by 
 are kept, how long children go on, and maps of the house.
 """
 
-from caregiver_mj.viz.figures.bars import bars
 from caregiver_mj.viz.figures.house_map import HURT, WENT, heat_map
 from caregiver_mj.viz.figures.houses import houses
-from caregiver_mj.viz.figures.kinds import KINDS, kinds
-from caregiver_mj.viz.figures.series import Series
-from caregiver_mj.viz.figures.shares import damage_left, toys_kept
-from caregiver_mj.viz.figures.style import ALONE, GUARDED, as_bytes
-from caregiver_mj.viz.figures.survival import survival
+from caregiver_mj.viz.figures.shares import KINDS, bars, damage_left, kinds, survival, toys_kept
+from caregiver_mj.viz.figures.style import ALONE, GUARDED, Series, as_bytes
 
 __all__ = [
     "ALONE",

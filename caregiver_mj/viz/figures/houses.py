@@ -11,8 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from caregiver_mj.viz.colours import unit
-from caregiver_mj.viz.figures.panels import explain, panels
-from caregiver_mj.viz.figures.style import ALONE, FLOOR_LINE, GUARDED, INK, MUTED, STYLE, WIDTH
+from caregiver_mj.viz.figures.style import ALONE, FLOOR_LINE, GUARDED, INK, MUTED, STYLE, WIDTH, explain, panels
 
 if TYPE_CHECKING:
     import pandas as pd  # only what is handed in is one

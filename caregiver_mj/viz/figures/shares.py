@@ -1,24 +1,45 @@
-"""Shares that are left with a caregiver of what there is without one."""
+"""Curves and bars of damage, toys and stopped episodes: without a caregiver, with it, and the share that is left."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.colours import unit
-from caregiver_mj.viz.figures.panels import explain, single
-from caregiver_mj.viz.figures.series import Series
-from caregiver_mj.viz.figures.style import ALONE, FLOOR_LINE, HEIGHT, INK, PUBLISHED, STYLE
+from caregiver_mj.viz.figures.style import (
+    ALONE,
+    FAINT,
+    FLOOR_LINE,
+    GUARDED,
+    HEIGHT,
+    INK,
+    PUBLISHED,
+    STYLE,
+    WIDTH,
+    Series,
+    explain,
+    panels,
+    single,
+)
+
+if TYPE_CHECKING:
+    import pandas as pd  # only what is handed in is one
+
 
 _SERIES = ((colours.ROBOT, "o"), (colours.BIN, "s"), (colours.STAIRWELL, "^"), (colours.CANDLE, "v"))
 _HIGHEST = 2.0  # share that an interval may take the axis to
+KINDS = {"damage_stairwell": "stairs", "damage_candle": "candles", "damage_table": "bare tables"}
+_COLOURS = dict(zip(KINDS, (colours.STAIRWELL, colours.CANDLE, colours.TABLE), strict=True))
+_WIDTH = 0.37  # of a bar; a pair of bars takes twice that
+_OTHERS = ((colours.BIN, (0, (5, 1.5))), (colours.STAIRWELL, (0, (2, 1))), (colours.CANDLE, (0, (5, 1, 1, 1))))
 
 
 def damage_left(novices: Sequence[str], series: Sequence[Series], floor: Series | None = None) -> Figure:
@@ -92,3 +113,129 @@ def _name(axes: Axes, novices: Sequence[str], quantity: str) -> None:
     axes.set_xticks(np.arange(len(novices)), novices)
     axes.set_xlim(-0.5, len(novices) - 0.5)
     axes.set_ylabel(quantity)
+
+
+def bars(novices: Sequence[str], alone: Series, guarded: Series, quantity: str, top: float | None = None) -> Figure:
+    """Grouped bars of every novice or family without and with the caregiver, in the form of the paper's figures.
+
+    Args:
+        novices: Their names.
+        alone: Without the caregiver, with standard deviations.
+        guarded: With it, likewise.
+        quantity: The label of the axis.
+        top: The greatest value there can be, if there is one.
+    """
+    with mpl.rc_context(STYLE):
+        figure, axes = single()
+        places, width = np.arange(len(novices)), 0.38
+        keys: dict[str, Any] = {}
+        for series, colour, offset in ((alone, ALONE, -width / 2), (guarded, GUARDED, width / 2)):
+            x = places + offset
+            keys[series.label] = axes.bar(x, series.mean, 0.92 * width, color=unit(colour))
+            # No longer than the quantity can be small or great.
+            ends = np.clip([series.mean - series.sd, series.mean + series.sd], 0.0, top)
+            keys["standard deviation"] = axes.errorbar(
+                x, series.mean, np.abs(ends - series.mean), fmt="none", ecolor=FAINT, elinewidth=1, capsize=3
+            )
+            interval = axes.vlines(x, series.low, series.high, color=INK, linewidth=3.2)
+            if np.isfinite(series.low).any():
+                keys["95 % interval"] = interval
+            if series.published is not None and np.isfinite(series.published).any():
+                keys["published"] = axes.plot(x + 0.25 * width, series.published, **PUBLISHED)[0]
+        axes.set_xticks(places, novices)
+        axes.set_ylabel(quantity)
+        if top is not None:
+            axes.set_ylim(0, 1.16 * top)
+            axes.set_yticks(np.linspace(0, top, 5))
+        order = [alone.label, guarded.label, "published", "standard deviation", "95 % interval"]
+        explain(figure, {name: keys[name] for name in order if name in keys})
+    return figure
+
+
+def kinds(means: pd.DataFrame, names: Mapping[str, str], *, caregiver: str = "paper", floor: str = "floor") -> Figure:
+    """Stacked bars of the damage by what did it, without and with a caregiver, as shares of all damage without.
+
+    Args:
+        means: A row for each `caregiver` and `family`, with `damage_mean` and that of each of `KINDS`.
+        names: What families are called; others are left out.
+        caregiver: Who is set against `none`.
+        floor: The one that is drawn as a line, where it is in `means`.
+    """
+    rows = means.set_index(["caregiver", "family"])
+    with mpl.rc_context(STYLE):
+        figure, axes = single()
+        keys: dict[str, Any] = {}
+        highest = 1.0
+        for place, family in enumerate(names):
+            whole = float(rows.loc[("none", family), "damage_mean"])
+            for who, x in (("none", place - _WIDTH / 2), (caregiver, place + _WIDTH / 2)):
+                row, bottom = rows.loc[(who, family)], 0.0
+                for kind, name in KINDS.items():
+                    share = float(row[f"{kind}_mean"]) / whole if whole else 0.0
+                    drawn = axes.bar(x, share, 0.92 * _WIDTH, bottom, color=unit(_COLOURS[kind]))
+                    keys.setdefault(name, drawn)
+                    bottom += share
+                highest = max(highest, bottom)
+                axes.text(
+                    x, bottom + 0.012, f"{row['damage_mean']:.1f}", ha="center", va="bottom", color=INK, fontsize=7.5
+                )
+            if (floor, family) in rows.index and whole:
+                level = float(rows.loc[(floor, family), "damage_mean"]) / whole
+                keys["floor"] = axes.hlines(level, place - _WIDTH, place + _WIDTH, **FLOOR_LINE)
+        axes.set_xticks(np.arange(len(names)), list(names.values()))
+        axes.set_ylim(0, 1.1 * highest)
+        axes.set_ylabel("share of the damage without")
+        axes.text(
+            1.0, 1.0, f"left bar: none; right bar: {caregiver}", transform=axes.transAxes, ha="right", va="bottom",
+            fontsize=8, color=FAINT,
+        )  # fmt: skip
+        explain(figure, keys, most=4)
+    return figure
+
+
+def survival(
+    episodes: pd.DataFrame,
+    names: Mapping[str, str],
+    caregivers: Sequence[str],
+    *,
+    caregiver: str = "paper",
+    floor: str = "floor",
+    columns: int = 3,
+) -> Figure:
+    """The share of episodes that are not yet stopped, over time; a panel for each family.
+
+    Args:
+        episodes: A row an episode, with `caregiver`, `family`, `timesteps_to_threshold` and `stopped`.
+        names: What families are called; others are left out.
+        caregivers: Whose curves to draw, in their order; at most three beside `none`, `caregiver` and `floor`.
+        caregiver: The one that stands out.
+        floor: The one that is drawn as the floor is in other figures.
+        columns: Panels in a row.
+    """
+    looks: dict[str, dict[str, Any]] = {
+        "none": {"color": unit(ALONE), "linewidth": 1.8},
+        caregiver: {"color": unit(GUARDED), "linewidth": 2.2},
+        floor: dict(FLOOR_LINE),
+    }
+    others = [name for name in caregivers if name not in looks]
+    for name, (colour, line) in zip(others, _OTHERS, strict=False):
+        looks[name] = {"color": unit(colour), "linewidth": 1.4, "linestyle": line}
+    time = np.arange(EPISODE_TIMESTEPS + 1)
+    with mpl.rc_context({**STYLE, "axes.grid.axis": "both"}):
+        figure, found = panels(names, columns, WIDTH if columns <= 3 else 1.75 * columns + 0.5, 1.3)
+        keys: dict[str, Any] = {}
+        for family, axes in found.items():
+            for name in caregivers:
+                chosen = episodes[(episodes["caregiver"] == name) & (episodes["family"] == family)]
+                keys["alone" if name == "none" else name] = axes.plot(time, going(chosen, time), **looks[name])[0]
+            axes.set(xlim=(0, EPISODE_TIMESTEPS), ylim=(0, 1.04), xticks=range(0, EPISODE_TIMESTEPS + 1, 100))
+        figure.supxlabel("timesteps", fontsize=9.5, color=INK)
+        figure.supylabel("share not yet stopped", fontsize=9.5, color=INK)
+        explain(figure, keys, most=4)
+    return figure
+
+
+def going(episodes: pd.DataFrame, time: np.ndarray) -> np.ndarray:
+    """The share of episodes that are not stopped at or before some timesteps, (timesteps,)."""
+    stop = np.where(episodes["stopped"] > 0, episodes["timesteps_to_threshold"], np.inf)
+    return (stop[:, None] > time).mean(axis=0)

@@ -1,11 +1,16 @@
-"""How all figures look, and how they become files."""
+"""How all figures look: their style, panels, keys and series, and how they become files."""
 
 from __future__ import annotations
 
+import dataclasses
 import io
+import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from caregiver_mj.viz import colours
@@ -13,8 +18,8 @@ from caregiver_mj.viz import colours
 if TYPE_CHECKING:
     from matplotlib.typing import RcKeyType
 
-ALONE, GUARDED = colours.DAMAGE, colours.ROBOT  # without and with the caregiver
 
+ALONE, GUARDED = colours.DAMAGE, colours.ROBOT  # without and with the caregiver
 WIDTH, HEIGHT = 4.2, 3.2  # inches
 INK, FAINT, RULE = "#1b212b", "#6b7686", "#dfe3e8"
 MUTED = "#8f99a8"  # of what does not stand out
@@ -49,6 +54,8 @@ STYLE: dict[RcKeyType, Any] = {
     "legend.fontsize": 9,
     "svg.hashsalt": "caregiver_mj",  # the same figure is the same file
 }
+_LETTERS = 13.5  # of a legend, an inch
+_HANDLE = 4  # letters that a key's handle takes
 
 
 def as_bytes(figure: Figure, kind: str) -> bytes:
@@ -57,3 +64,70 @@ def as_bytes(figure: Figure, kind: str) -> bytes:
     with mpl.rc_context(STYLE):
         figure.savefig(file, format=kind, dpi=200, metadata={"Date": None} if kind == "svg" else None)
     return file.getvalue()
+
+
+def single(height: float = HEIGHT) -> tuple[Figure, Axes]:
+    """A figure with one panel, of a height in inches."""
+    figure = Figure((WIDTH, height), layout="constrained", facecolor="white")
+    return figure, figure.add_subplot()
+
+
+def panels(titles: Mapping[str, str], columns: int, width: float, height: float) -> tuple[Figure, dict[str, Axes]]:
+    """A figure with a panel for each of some keys, row by row, on the same axes.
+
+    Args:
+        titles: What stands over each panel.
+        columns: How many in a row.
+        width: Of the figure, inches.
+        height: Of a row, inches.
+    """
+    columns = min(columns, len(titles))
+    rows = math.ceil(len(titles) / columns)
+    figure = Figure((width, height * rows + 0.55), layout="constrained", facecolor="white")
+    grid = np.atleast_1d(figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)).ravel()
+    size = 9.5 if width / columns > WIDTH / 3 else 8.8  # points, or titles side by side would touch
+    found = dict(zip(titles, grid, strict=False))
+    for key, axes in found.items():
+        axes.set_title(titles[key], loc="left", fontsize=size, fontweight="bold", color=INK, pad=4)
+    for spare, above in zip(grid[len(titles) :], grid[len(titles) - columns :], strict=False):
+        spare.set_visible(False)
+        above.tick_params(labelbottom=True)  # nothing stands below it
+    return figure, found
+
+
+def explain(figure: Figure, keys: Mapping[str, Any], most: int = 3) -> None:
+    """Explains the keys above the axes, at most so many in a row, which Matplotlib fills column by column."""
+    columns = min(most, len(keys))
+    while columns > 1 and _letters(list(keys), columns) > _LETTERS * figure.get_figwidth():
+        columns -= 1
+    in_columns = [list(keys.items())[i::columns] for i in range(columns)]
+    names, artists = zip(*(key for column in in_columns for key in column), strict=True)
+    figure.legend(
+        artists, names, loc="outside upper left", ncols=columns, columnspacing=1, handlelength=1.2, handletextpad=0.5
+    )
+
+
+def _letters(names: list[str], columns: int) -> int:
+    """How wide a row of keys is: of each column the longest name, and its handle."""
+    return sum(max(map(len, names[i::columns])) + _HANDLE for i in range(columns))
+
+
+@dataclasses.dataclass(frozen=True)
+class Series:
+    """A quantity for each novice or family; all arrays have that length, NaN where there is no number.
+
+    Attributes:
+        label: What it is called in the legend.
+        mean: Means.
+        low: Lower ends of their intervals.
+        high: Upper ends, NaN also where an interval has none.
+        sd: Standard deviations, if they are to be shown.
+        published: The paper's means, if it has any.
+    """
+
+    label: str
+    mean: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    sd: np.ndarray | None = None
+    published: np.ndarray | None = None

@@ -1,17 +1,22 @@
-"""Cards: the dark grounds that the display is written on, and where they lie in a frame."""
+"""What the display is drawn with: lengths and letters, and cards, the dark grounds that they stand on."""
 
 from __future__ import annotations
 
+import dataclasses
+import functools
+import math
 from collections.abc import Callable
 
 import numpy as np
-from PIL import Image, ImageDraw
+from PIL import Image, ImageDraw, ImageFont
 
-from caregiver_mj.viz.colours import GROUND
-from caregiver_mj.viz.hud.text import FINE
+from caregiver_mj.viz.colours import GROUND, Colour
 
 LABEL, TRACK = (158, 168, 182), (56, 64, 78)  # fainter letters, and the empty part of a gauge
 Box = tuple[int, int, int, int]  # left, top, right, bottom, in pixels
+SMALLEST_FONT = 11  # pixels, whatever the frame
+FINE = 3  # text and the plan are drawn this many times larger and averaged, since Pillow does not smooth edges
+_DESIGN_HEIGHT = 720  # pixels; lengths of the design are for a frame this high
 
 
 def card(size: tuple[int, int], radius: int, opacity: int) -> tuple[Image.Image, Image.Image]:
@@ -32,3 +37,116 @@ def put(frame: np.ndarray, box: Box, paint: Callable[[Image.Image], None]) -> No
 def side(width: int, height: int) -> float:
     """How wide, in pixels, something at the left or right edge of a frame may be."""
     return width * (0.2 if width > 1.5 * height else 0.24)
+
+
+@dataclasses.dataclass(frozen=True)
+class Scale:
+    """Turns lengths of the design into pixels of a frame."""
+
+    factor: float
+
+    @classmethod
+    def of(cls, height: int) -> Scale:
+        """That of a frame this high, in pixels."""
+        return cls(height / _DESIGN_HEIGHT)
+
+    def px(self, length: float) -> int:
+        return max(1, round(length * self.factor))
+
+    def font(self, size: float) -> int:
+        return max(SMALLEST_FONT, round(size * self.factor))
+
+
+@functools.lru_cache(maxsize=2048)
+def width_of(text: str, size: int) -> int:
+    """Width of a line in pixels, rounded up."""
+    return math.ceil(_font(size * FINE).getlength(text) / FINE) + 1
+
+
+def write(
+    image: Image.Image,
+    at: tuple[float, float],
+    text: str,
+    size: int,
+    colour: Colour,
+    align: float = 0.0,
+    outline: Colour | None = None,
+) -> None:
+    """Writes a line with its baseline at a point that is its left end (align 0), middle (0.5) or right end (1)."""
+    x, y = round(at[0] - align * width_of(text, size)), round(at[1]) - size
+    if outline:
+        image.paste(outline, (x - 1, y), _mask(text, size, 1))
+    image.paste(colour, (x, y), _mask(text, size))
+
+
+@functools.lru_cache(maxsize=512)
+def fit(texts: tuple[str, ...], size: int, width: int) -> str:
+    """The first of some texts that fits into a width, or as much of the last as does."""
+    for text in texts:
+        if width_of(text, size) <= width:
+            return text
+    while text and width_of(text + "...", size) > width:
+        text = text[:-1]
+    return text.rstrip() + "..."
+
+
+@functools.cache
+def _font(size: int) -> ImageFont.FreeTypeFont | ImageFont.ImageFont:
+    return ImageFont.load_default(size)
+
+
+@functools.lru_cache(maxsize=2048)
+def _mask(text: str, size: int, outline: int = 0) -> Image.Image:
+    """Text as coverage, drawn large and averaged: small letters keep their spacing that way.
+
+    The baseline lies one font size below the upper edge.
+    """
+    font = _font(size * FINE)
+    width = width_of(text, size) + 2 * outline
+    mask = Image.new("L", (width * FINE, (size + size // 2) * FINE))
+    stroke = 0.6 + outline * FINE  # a little weight makes thin letters stand out on moving pictures
+    ImageDraw.Draw(mask).text((outline * FINE, size * FINE), text, 255, font, anchor="ls", stroke_width=stroke)
+    return mask.reduce(FINE)
+
+
+@dataclasses.dataclass(frozen=True)
+class Area:
+    """Where two rows of text may stand, in pixels of the card.
+
+    Attributes:
+        left: Its left edge.
+        right: Its right edge.
+        top: Where the upper row begins.
+        bottom: The baseline of the lower row.
+        scale: Turns lengths of the design into pixels.
+    """
+
+    left: int
+    right: int
+    top: int
+    bottom: int
+    scale: Scale
+
+    @property
+    def width(self) -> int:
+        return self.right - self.left
+
+    @property
+    def small(self) -> int:
+        """Size of labels."""
+        return self.scale.font(13)
+
+    @property
+    def medium(self) -> int:
+        """Size of values."""
+        return self.scale.font(17)
+
+    @property
+    def large(self) -> int:
+        """Size of what matters most."""
+        return self.scale.font(24)
+
+    @property
+    def row(self) -> int:
+        """Distance of the two rows."""
+        return self.small + self.medium + self.scale.px(14)

@@ -14,8 +14,7 @@ from caregiver_mj.viz import figures
 from caregiver_mj.viz.report.charts import Picture, left_series
 from caregiver_mj.viz.report.published import PUBLISHED
 from caregiver_mj.viz.report.run import Run
-from caregiver_mj.viz.report.table import Table
-from caregiver_mj.viz.report.words import family_name, if_bracketed, in_lines, with_interval
+from caregiver_mj.viz.report.words import Table, family_name, if_bracketed, in_lines, with_interval
 
 MARGIN = MARGINS["toys_reached"]
 _RIVALS = 3  # other caregivers in a figure

@@ -1,23 +1,47 @@
-"""What each caregiver leaves of the damage: in one house, or over several and in each of them."""
+"""What each caregiver leaves of the damage, and of which: in one house, over several, and in runs side by side."""
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
+from caregiver_mj.experiments.verdicts import MARGINS, Verdict
 from caregiver_mj.viz import figures
-from caregiver_mj.viz.report.baselines import verdicts
+from caregiver_mj.viz.report import published
 from caregiver_mj.viz.report.charts import Picture, left_series
 from caregiver_mj.viz.report.run import Run
-from caregiver_mj.viz.report.table import Table
-from caregiver_mj.viz.report.words import family_name, if_bracketed, in_lines, number, with_interval
+from caregiver_mj.viz.report.words import (
+    NONE,
+    Table,
+    family_name,
+    if_bracketed,
+    in_lines,
+    members,
+    number,
+    percent,
+    with_interval,
+)
 
 _FEW = 4  # caregivers that are told apart side by side; more of them have a row each
 FLOOR_IS = (
     "The floor is what remains when nothing but bare tables is left: every candle is gone and every stairwell shut. It "
     "is no bound: a caregiver comes below it by being in the child's way."
 )
+_MARGIN = f"within {MARGINS['damage']:.0%}".replace("%", " %")
+# What a comparison may show, best first: what is said of it; and whether numbers go with it.
+_FINDINGS = {
+    "less": ("less damage", False),
+    "hardly less": (f"less damage, but {_MARGIN}", True),
+    "equivalent": (f"equivalent, {_MARGIN}", True),
+    "none": ("no verdict", True),
+    "more": ("more damage", True),
+}
+_MOSTLY_RANDOM = 0.5  # share of random moves from which on worlds are compared on average
+_OF_ALL = "left by tables"
 
 
 def left(run: Run) -> dict[str, Any]:
@@ -96,3 +120,141 @@ def _pictures(run: Run) -> list[Picture]:
     line = left_series(run, floor, floor, run.families) if floor else None
     lines = [in_lines(family) for family in run.families]
     return [Picture.of(name, figures.damage_left(lines, series, line), caption)]
+
+
+def verdicts(run: Run) -> list[tuple[bool, str]]:
+    """For each baseline whether the caregiver has less damage with every family, and a sentence of what is shown."""
+    found = []
+    for baseline in run.baselines:
+        rows = [(f, row) for f in run.families if (row := run.comparison(run.caregiver, baseline, f)) is not None]
+        told: dict[str, list[str]] = {finding: [] for finding in _FINDINGS}
+        for family, row in rows:
+            finding = _finding(row)
+            told[finding].append(_told(family, row) if _FINDINGS[finding][1] else family_name(family))
+        if len(told["less"]) == len(rows):
+            told["less"] = [f"every {run.nouns.group}"]
+        parts = [f"{_FINDINGS[finding][0]} with {', '.join(which)}" for finding, which in told.items() if which]
+        found.append((all(_finding(row) == "less" for _, row in rows), f"Against {baseline}: {'; '.join(parts)}."))
+    return found if run.caregiver == "paper" else []  # the summary compares no other one with baselines
+
+
+def _finding(row: dict[str, Any]) -> str:
+    """What a comparison shows: the difference first, then how much it is."""
+    equivalent = row["damage_equivalence"] == Verdict.EQUIVALENT
+    if row["damage_verdict"] == Verdict.MORE:
+        return "more"
+    if row["damage_verdict"] == Verdict.LESS:
+        return "hardly less" if equivalent else "less"
+    return "equivalent" if equivalent else "none"
+
+
+def _told(family: str, row: dict[str, Any]) -> str:
+    """A family, and its difference in damage and the ratio of damages."""
+    difference = with_interval(row, "damage_difference_mean", 2, sign="+")
+    return f"{family_name(family)} (difference {difference}, ratio {with_interval(row, 'damage_left', 2)})"
+
+
+def side_by_side(runs: Sequence[Run]) -> dict[str, Any] | None:
+    """What the caregiver leaves of the damage in each run, and how far apart that is; None of a single run."""
+    if len(runs) < 2:
+        return None
+    families = _all_families(runs)
+    series = [left_series(run, run.caregiver, run.title, families) for run in runs]
+    cited = series[0].published if all(published.compares_with(run) for run in runs) else None
+    series = series if cited is not None else [dataclasses.replace(one, published=None) for one in series]
+    apart = _apart(runs, [one.mean for one in series])
+    columns = [run.title for run in runs]
+    columns += [] if cited is None else ["published"]
+    columns += [] if apart is None else ["house against grid"]
+    rows = []
+    for i, family in enumerate(families):
+        cells = [left_cell(run, run.caregiver, family) for run in runs]
+        if cited is not None:
+            cells.append(NONE if np.isnan(cited[i]) else f"{cited[i]:.2f}")
+        if apart is not None:
+            cells.append(percent(apart[i]))
+        rows.append((family_name(family), *cells))
+    note = "Share of the damage that is left with the caregiver" + if_bracketed(rows, ", and its 95 % interval")
+    note += "; damage of an episode, of that alone."
+    note += "" if apart is None else _on_average(families, apart)
+    title = f"Damage left in {len(runs)} runs"
+    who = next((run for run in runs if run.several), runs[0]).nouns.who
+    figure = figures.damage_left([in_lines(family) for family in families], series)
+    picture = Picture.of("damage_left", figure, "Damage left with the caregiver, as a share of that without")
+    return {"table": Table(title, (who, *columns), rows, note), "pictures": [picture]}
+
+
+def _all_families(runs: Sequence[Run]) -> list[str]:
+    """The families of all runs, the one with most random moves first."""
+
+    def share(family: str) -> float:
+        return float(np.mean([epsilon for _, epsilon in members(family)]))
+
+    return sorted({family for run in runs for family in run.families}, key=lambda family: (-share(family), family))
+
+
+def _apart(runs: Sequence[Run], left: Sequence[np.ndarray]) -> np.ndarray | None:
+    """How much more is left in the house than in the grid, (families,), if these are two runs of the same one."""
+    if any(run.settings.plans != runs[0].settings.plans for run in runs):
+        return None
+    shares = {run.settings.world: one for run, one in zip(runs, left, strict=True)}
+    return shares["house"] / shares["grid"] - 1 if len(runs) == 2 and len(shares) == 2 else None
+
+
+def _on_average(families: Sequence[str], apart: np.ndarray) -> str:
+    """The same over all families that move mostly at random, as a sentence."""
+    both = [
+        i
+        for i, family in enumerate(families)
+        if min(epsilon for _, epsilon in members(family)) >= _MOSTLY_RANDOM and np.isfinite(apart[i])
+    ]
+    if not both:
+        return ""
+    who = ", ".join(family_name(families[i]) for i in both)
+    return f" House against grid, on average over {who}: {percent(float(np.mean(apart[both])))}."
+
+
+def kinds(run: Run) -> dict[str, Any]:
+    """A figure and a table."""
+    names = {family: in_lines(family) for family in run.families}
+    figure = figures.kinds(pd.DataFrame(run.summary["rows"]), names, caregiver=run.caregiver)
+    caption = f"What did the damage, as shares of that without a caregiver; on the bars, damage — {run.title}"
+    pictures = [Picture.of(f"kinds_{run.name}", figure, caption)]
+    return {"short": short_table(run), "table": kinds_table(run), "pictures": pictures}
+
+
+def short_table(run: Run) -> Table:
+    """Means alone, without and with the caregiver."""
+
+    def cells(column: str) -> tuple[str, ...]:
+        rows = ([run.row(caregiver, family) for caregiver in ("none", run.caregiver)] for family in run.families)
+        return tuple(" → ".join(number(row[f"{column}_mean"]) for row in pair) for pair in rows)
+
+    rows = [(name, *cells(kind)) for kind, name in figures.KINDS.items()]
+    rows.append(("all", *cells("damage")))
+    for floor in run.floor:
+        rows.append((floor, *(number(run.row(floor, family)["damage_mean"]) for family in run.families)))
+    rows.append((_OF_ALL, *(_share(run, family) for family in run.families)))
+    columns = ("damage at", *map(family_name, run.families))
+    return Table(f"Damage without → with the caregiver — {run.title}", columns, rows)
+
+
+def kinds_table(run: Run) -> Table:
+    """Damage by what did it, without and with the caregiver, and the floor of it."""
+    who = {"none": "without", run.caregiver: "with"} | dict.fromkeys(run.floor, "floor")
+    rows = []
+    for kind, name in figures.KINDS.items():
+        for caregiver, how in who.items():
+            cells = (with_interval(run.row(caregiver, family), f"{kind}_mean", between="\n") for family in run.families)
+            rows.append((f"{name}, {how}", *cells))
+    rows.append((_OF_ALL, *(_share(run, family) for family in run.families)))
+    interval = if_bracketed(rows, " and its 95 % interval")
+    note = f"Damage of an episode{interval}. Where a candle is taken from a table, that is a bare one."
+    columns = ("damage at", *map(family_name, run.families))
+    return Table(f"What is left, and of what — {run.title}", columns, rows, note)
+
+
+def _share(run: Run, family: str) -> str:
+    """How much of the damage that is left bare tables do."""
+    row = run.row(run.caregiver, family)
+    return f"{number(100 * row['damage_table_mean'] / row['damage_mean'], 0)} %" if row["damage_mean"] else NONE

@@ -4,26 +4,50 @@ from __future__ import annotations
 
 import os
 import pathlib
+import textwrap
 from collections.abc import Sequence
 from typing import Any
 
 import jinja2
+import numpy as np
 
+from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.run_folder import StorageError
+from caregiver_mj.experiments.samples import Sample
+from caregiver_mj.plans.hazards import DamageWeights
+from caregiver_mj.recording.record import DAMAGE_THRESHOLD
 from caregiver_mj.viz import colours, figures
 from caregiver_mj.viz.colours import Colour
-from caregiver_mj.viz.report import published
-from caregiver_mj.viz.report.beside import side_by_side
-from caregiver_mj.viz.report.charts import Picture
-from caregiver_mj.viz.report.child import why_all_timesteps
-from caregiver_mj.viz.report.disclosure import disclosures
+from caregiver_mj.viz.report import published, tables
+from caregiver_mj.viz.report.charts import Picture, bounded, charts, maps
+from caregiver_mj.viz.report.child import child, why_all_timesteps
 from caregiver_mj.viz.report.film import Film, found_film, make_film
-from caregiver_mj.viz.report.harm import HARM_IS
-from caregiver_mj.viz.report.markdown import markdown
-from caregiver_mj.viz.report.reading import read_run
-from caregiver_mj.viz.report.section import section
-from caregiver_mj.viz.report.words import SEVERAL, SINGLE
+from caregiver_mj.viz.report.left import kinds, left, side_by_side
+from caregiver_mj.viz.report.run import Run, read_run
+from caregiver_mj.viz.report.tables import HARM_IS, contacts, harm
+from caregiver_mj.viz.report.words import SEVERAL, SINGLE, TITLES, number
+
+_FACTS = {
+    "timesteps_to_threshold": f"until damage is above {DAMAGE_THRESHOLD:g}",
+    "cells_visited": "until then",
+    "toys_reached": f"in {EPISODE_TIMESTEPS} timesteps",
+}
+_DEEDS = ("moves_blocked", "moves_blocked_stairwell", "moves_blocked_free", "interventions_done")
+FITTED = (
+    "House `paper` is not the house of the paper: that is its Figure 1, which we lack. It was chosen, of many plans, "
+    "for coming closest to the paper's Tables I and II, to levels and to differences. So agreement with the paper in "
+    "it validates nothing; what a caregiver is worth shows in houses that nobody chose."
+)
+EPSILON = (
+    "Epsilon is the share of moves that are random, as in the names of the paper's novices; the paper's text (section "
+    "V.B) writes epsilon for the other share."
+)
+SAME_RULE = (
+    "`nearest` and `paper` are the same rule but where every hazard left is four or more moves away: with one child "
+    "1 - P(safe) and what normalises distances are common to all hazards and cancel, and 5 (stairwell) against 4 "
+    "(candle) decides only between distances such as 5 and 4."
+)
 
 
 def write_report(
@@ -117,3 +141,123 @@ def _write(folder: pathlib.Path, page: str, tables_text: str, pictures: Sequence
     except OSError as error:
         raise StorageError(f"the report in '{folder}' cannot be written: {error.strerror}") from error
     return folder / "report.html"
+
+
+def section(run: Run) -> dict[str, Any]:
+    """The parts by name; `pictures` are all that are in them."""
+    parts = {
+        "left": left(run),
+        "kinds": kinds(run),
+        "child": child(run),
+        "charts": charts(run),
+        "maps": maps(run) if run.houses == 1 else [],
+    }
+    pictures = [
+        picture for part in parts.values() if part for picture in (part["pictures"] if isinstance(part, dict) else part)
+    ]
+    return parts | {
+        "run": run,
+        "nouns": run.nouns,
+        "cited": published.compares_with(run),
+        "bounded": bounded(run),
+        "harm": harm(run),
+        "headline": headline(run),
+        "contacts": contacts(run),
+        "published": [tables.damage_table(run), tables.timesteps_table(run)],
+        "comparison": tables.comparison_table(run),
+        "children": tables.children_table(run),
+        "measures": tables.measures_tables(run),
+        "pictures": pictures,
+    }
+
+
+def headline(run: Run) -> dict[str, Any]:
+    """What the page begins with: `avoided`, the share of all families' damage that the caregiver avoids, and more."""
+    # Families of the same episode share their chance, so it is episodes that are drawn again, all families together.
+    damage = run.episodes.groupby(["caregiver", "house", "episode"])["damage"].sum().reset_index()
+    ours, theirs = (Sample(damage[damage.caregiver == name]) for name in (run.caregiver, "none"))
+    left, low, high = ours.estimators.of_ratio(ours.values(["damage"]), theirs.values(["damage"])).column(0)
+    alone, guarded = (run.mean(caregiver, "damage") for caregiver in ("none", run.caregiver))
+    guarded_episodes = run.episodes[run.episodes.caregiver == run.caregiver]
+    mishaps = {column: int(guarded_episodes[column].sum()) for column in ("strikes", "candles_dropped")}
+    return {
+        "avoided": f"{number(100 * (1 - left), 0)} %" if np.isfinite(left) else None,
+        "interval": f"{number(100 * (1 - high))} to {number(100 * (1 - low))} %" if np.isfinite(high) else None,
+        "left": f"{number(left, 2)} [{number(low, 2)}, {number(high, 2)}]" if np.isfinite(high) else None,
+        "open": bool(np.isinf(high)),
+        "paper": _avoided_in_paper(run),
+        "damage": {"alone": alone, "guarded": guarded, "most": max(alone, guarded) or 1.0},
+        "facts": [
+            (f"{TITLES[column]} {when}", number(run.mean("none", column)), number(run.mean(run.caregiver, column)))
+            for column, when in _FACTS.items()
+        ],
+        "deeds": {c: number(run.mean(run.caregiver, c)) for c in _DEEDS if c in run.episodes},
+        "mishaps": mishaps if run.settings.world == "house" else None,
+        "guarded_episodes": len(guarded_episodes),
+    }
+
+
+def _avoided_in_paper(run: Run) -> str | None:
+    """The same share in the paper, if it has all these novices."""
+    means = [published.means(run, "damage_normalised", family) for family in run.families]
+    known = [pair for pair in means if pair is not None]
+    if len(known) < len(means):
+        return None
+    alone, guarded = np.sum(known, axis=0)
+    return f"{100 * (1 - guarded / alone):.0f} %"
+
+
+def markdown(sections: Sequence[dict[str, Any]], beside: dict[str, Any] | None) -> str:
+    """The content of tables.md: all tables, with the figures that belong to them."""
+    parts = ["# Tables\n", "## Harm\n"]
+    for section in sections:
+        parts += [f"{section['run'].title}. {section['harm']['sentence']}\n", section["harm"]["table"].markdown()]
+    parts.append(f"{HARM_IS}\n")
+    for section in sections:
+        parts += _section(section)
+    parts += [beside["table"].markdown(), *_figures(beside["pictures"])] if beside else []
+    parts += ["## To know before comparing\n", *(f"- {text}" for text in disclosures([s["run"] for s in sections])), ""]
+    if any(section["cited"] for section in sections):
+        parts.append(f"The paper's numbers: {published.PAPER}, Tables I and II.\n")
+    return "\n".join(parts)
+
+
+def _section(section: dict[str, Any]) -> list[str]:
+    """A run's part, as a list of paragraphs."""
+    run, told, left, child = (section[name] for name in ("run", "headline", "left", "child"))
+    avoided = told["avoided"] or "there is none"
+    avoided += f", 95 % interval {told['interval']}" if told["interval"] else ""
+    avoided += f"; of {number(told['damage']['alone'])} an episode alone, {number(told['damage']['guarded'])} is left"
+    parts = [f"## {run.title}\n", f"Damage avoided with caregiver `{run.caregiver}`: {avoided}.\n"]
+    parts += [textwrap.indent(run.command(), "    ") + "\n", left["table"].markdown()]
+    parts += [f"{left['floor']}\n"] if left["floor"] else []
+    parts += _figures(left["pictures"])
+    parts += [left["wins"].markdown()] if left["wins"] else []
+    parts += [*(f"- {text}" for _, text in left["verdicts"]), ""] if left["verdicts"] else []
+    parts += [section["kinds"]["table"].markdown(), *_figures(section["kinds"]["pictures"])]
+    if child:
+        parts += [child["table"].markdown(), *_figures(child["pictures"]), f"{why_all_timesteps()}\n"]
+        parts += [table.markdown() for table in child["more"]]
+    parts += [table.markdown() for table in section["contacts"]["tables"]] if section["contacts"] else []
+    parts += [table.markdown() for table in [*section["published"], section["comparison"]]]
+    parts += [section["children"].markdown()] if section["children"] else []
+    return parts + [table.markdown() for table in section["measures"]]
+
+
+def _figures(pictures: Sequence[Picture]) -> list[str]:
+    """Where to find them; of one that there is for narrow and for wide pages the wide one."""
+    names = {picture.name for picture in pictures}
+    shown = [picture for picture in pictures if f"{picture.name}_wide" not in names]
+    return [f"![{picture.caption}](figures/{picture.name}.png)\n" for picture in shown]
+
+
+def disclosures(runs: Sequence[Run]) -> list[str]:
+    """Those that concern some runs."""
+    said = [FITTED] if any(published.compares_with(run) for run in runs) else []
+    said += [EPSILON]
+    return said + ([SAME_RULE] if any(map(_same_rule, runs)) else [])
+
+
+def _same_rule(run: Run) -> bool:
+    rules = {"paper", "nearest"} <= set(run.settings.caregivers)
+    return rules and run.settings.plans[0].damage == DamageWeights() and not run.several

@@ -1,21 +1,26 @@
-"""The tables of a run."""
+"""The tables of a run, also of harm that a caregiver does, and of what the robot did to the children."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.experiments import statistics
+from caregiver_mj.recording.body_limits import BODY_LIMITS, CAUTION
+from caregiver_mj.recording.contacts import FAR, FLAME_CLEAR, WAX_CLEAR, Contacts
 from caregiver_mj.recording.record import COLUMNS, DAMAGE_THRESHOLD
 from caregiver_mj.viz.report import published
 from caregiver_mj.viz.report.left import left_cell
 from caregiver_mj.viz.report.run import Run
-from caregiver_mj.viz.report.table import Table
 from caregiver_mj.viz.report.words import (
     NONE,
     TITLES,
+    UNITS,
+    Table,
     family_name,
     if_bracketed,
     members,
@@ -25,6 +30,31 @@ from caregiver_mj.viz.report.words import (
 )
 
 _BY_CHILD = {"damage_by_child": "damage", "toys_by_child": "toys_reached"}  # and the column that is their sum
+HARM_IS = (
+    "Damage with each caregiver less that alone, in the same episodes. A cell is a house and a child; harm, more "
+    "damage than alone, is shown where a one-sided test (sign flips of the pairs) is at 5 % after Holm's correction "
+    "over all cells of the caregiver, and the 95 % interval of the mean difference, in brackets, is above zero. It "
+    "could be shown where pairs enough differ. The worst cell is that of the greatest difference, of those with harm "
+    "if there are any."
+)
+# Columns of the table, how the episodes are put together, and digits.
+_SHOWN = (
+    ("strikes", "sum", 0),
+    ("strikes_surface", "sum", 0),
+    ("contact_speed", "max", 2),
+    ("contact_seconds", "mean", 2),
+    ("pressings", "sum", 0),
+    ("contact_force", "max", 0),
+    ("contact_impulse", "mean", 1),
+    ("flame_distance", "min", 2),
+    ("flame_seconds", "mean", 2),
+    ("wax_distance", "min", 2),
+    ("wax_seconds", "mean", 2),
+    ("candles_dropped", "sum", 0),
+)
+_HOW = {"sum": "in all", "mean": "an episode", "max": "the most", "min": "the least"}
+_KINEMATIC = "These children are kinematic: they do not give way, so the forces are far too high (docs/contacts.md). "
+_SOURCE = "DGUV 2011, as reprinted in Buxbaum and Sen, table 1.4 (in: Bendel, Pflegeroboter, 2018)"
 
 
 def damage_table(run: Run) -> Table:
@@ -134,3 +164,92 @@ def children_table(run: Run) -> Table | None:
     columns = (f"{TITLES[total]}, {what}" for total in _BY_CHILD.values() for what in ("without", "with"))
     note = "Means of an episode, without and with the caregiver."
     return Table(f"Each child — {run.title}", ("child", *columns), rows, note)
+
+
+def harm(run: Run) -> dict[str, Any]:
+    """A sentence on the caregiver that the report is about, and a table of all."""
+    rows = run.summary["harm"]
+    ours = next(row for row in rows if row["caregiver"] == run.caregiver)
+    return {"shown": bool(ours["cells_harmed"]), "sentence": _sentence(ours), "table": harm_table(run)}
+
+
+def _sentence(row: dict[str, Any]) -> str:
+    worst = row["worst"]
+    harmed = row["cells_harmed"] or "none"
+    text = f"Harm: with {row['caregiver']} in {harmed} of {row['cells']} cells of a house and a child"
+    if row["cells_decidable"] < row["cells"]:
+        text += f" (with so few pairs that differ it could be shown in {row['cells_decidable'] or 'none'})"
+    return (
+        f"{text}. Worst: {_cell(worst)}, damage {number(worst['damage_alone'], 2)} alone, "
+        f"{number(worst['damage_with'], 2)} with it ({_difference(worst)}). "
+        f"{number(100 * row['episodes_worse'])} % of the episodes are worse than alone."
+    )
+
+
+def harm_table(run: Run) -> Table:
+    """All caregivers, in the run's order."""
+    rows = [
+        (
+            row["caregiver"],
+            f"{row['cells_harmed']} of {row['cells']}",
+            str(row["cells_decidable"]),
+            f"{number(100 * row['episodes_worse'])} %",
+            _cell(row["worst"]),
+            number(row["worst"]["damage_alone"], 2),
+            number(row["worst"]["damage_with"], 2),
+            _difference(row["worst"]),
+        )
+        for row in run.summary["harm"]
+    ]
+    columns = ("caregiver", "cells with harm", "could be shown in", "episodes worse than alone", "worst cell")
+    return Table(f"Harm — {run.title}", (*columns, "alone", "with", "difference"), rows)
+
+
+def _cell(worst: dict[str, Any]) -> str:
+    return f"{worst['house']}, {family_name(worst['family'])}"
+
+
+def _difference(worst: dict[str, Any]) -> str:
+    return with_interval(worst, "damage_difference", 2, sign="+")
+
+
+def contacts(run: Run) -> dict[str, Any] | None:
+    """Two tables of a run in the house; None of one in the grid, or of an older version, which did not count this."""
+    if run.settings.world != "house" or not set(Contacts().outcome()) <= set(run.episodes):
+        return None
+    own = run.episodes[run.episodes.caregiver == run.caregiver]
+    groups = {family_name(family): own[own.family == family] for family in run.families}
+    return {"tables": [counts_table(groups, f" — {run.title}"), limits_table(own, f" — {run.title}")]}
+
+
+def counts_table(groups: Mapping[str, pd.DataFrame], where: str = "") -> Table:
+    """What was counted in several groups of episodes in the house."""
+    rows = []
+    for column, how, digits in _SHOWN:
+        unit = f", {UNITS[column]}" if UNITS[column] else ""
+        cells = (number(float(group[column].agg(how)), digits) for group in groups.values())
+        if column in ("flame_distance", "wax_distance"):
+            cells = (NONE if cell == number(FAR, digits) else cell for cell in cells)
+        rows.append((f"{TITLES[column]} ({_HOW[how]}{unit})", *cells))
+    rows.insert(0, ("episodes", *(str(len(group)) for group in groups.values())))
+    note = (
+        "A strike is a contact with a part of the robot that moves towards a child faster than 0.05 m/s; turning and "
+        "sliding too: whose surface comes, or is driven, towards it or along it. A pressing is a contact of half a "
+        f"second or more. Near is within {FLAME_CLEAR:g} m of the flame, and within {WAX_CLEAR:g} m of the candle "
+        "itself, while it is in the robot's hand."
+    )
+    return Table(f"What the robot did to children{where}", ("with the caregiver", *groups), rows, note)
+
+
+def limits_table(episodes: pd.DataFrame, where: str = "", compliant: bool = False) -> Table:
+    """The greatest force on each part of a child, who is compliant or else kinematic, beside what adults bear there."""
+    rows = []
+    for limit in BODY_LIMITS:
+        force = float(episodes[f"contact_force_{limit.region}"].max())
+        share = number(100 * force / limit.impact, 0)
+        rows.append(
+            (limit.region, limit.part, f"{force:.0f}", f"{limit.clamping:g}", f"{limit.impact:g}", f"{share} %")
+        )
+    columns = ("on the child's", "of an adult", "greatest force, N", "clamped, N", "impact, N", "of the impact's")
+    note = f"{'' if compliant else _KINEMATIC}Limits of adults: {_SOURCE}. {CAUTION}"
+    return Table(f"Forces beside what adults bear{where}", columns, rows, note)

@@ -1,4 +1,4 @@
-"""The report's words and numbers."""
+"""The report's words, numbers and tables of text."""
 
 from __future__ import annotations
 
@@ -19,8 +19,6 @@ _NARROW = 9  # characters of a line under bars
 
 
 # -- Children ----------------------------------------------------------------------------------------
-
-
 @dataclasses.dataclass(frozen=True)
 class Nouns:
     """What the children of a run are called.
@@ -71,8 +69,6 @@ def in_lines(family: str) -> str:
 
 
 # -- Numbers -----------------------------------------------------------------------------------------
-
-
 def number(value: float, digits: int = 1, sign: str = "-") -> str:
     """A number with a true minus, and none before a zero."""
     text = f"{value:{sign}.{digits}f}"
@@ -113,3 +109,19 @@ def p_value(value: float | None) -> str:
 def percent(share: float) -> str:
     """A change as a percentage, with its sign."""
     return f"{number(100 * share, 0, '+')} %" if np.isfinite(share) else NONE
+
+
+@dataclasses.dataclass(frozen=True)
+class Table:
+    """A table of text; the first column names the rows."""
+
+    title: str
+    columns: tuple[str, ...]
+    rows: Sequence[tuple[str, ...]]
+    note: str = ""
+
+    def markdown(self) -> str:
+        lines = [f"### {self.title}", "", " | ".join(self.columns), " | ".join(["---"] * len(self.columns))]
+        lines += [" | ".join(row).replace("\n", " ") for row in self.rows]
+        lines[2:] = [f"| {line} |" for line in lines[2:]]
+        return "\n".join([*lines, "", self.note, ""] if self.note else [*lines, ""])

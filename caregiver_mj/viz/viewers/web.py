@@ -3,14 +3,35 @@
 from __future__ import annotations
 
 import contextlib
+import copy
 import io
 import queue
 import socket
 import time
 from collections.abc import Callable
+from typing import Any
+
+import mujoco
+import numpy as np
+import trimesh
+import viser
+from mjviser import ViserMujocoScene
 
 from caregiver_mj.errors import CaregiverError, MissingExtraError
+from caregiver_mj.viz.episode import Episode
+from caregiver_mj.viz.forecast import Tile
 from caregiver_mj.viz.viewers.session import Session
+from caregiver_mj.viz.viewers.web_panel import Panel
+
+HOST, PORT = "127.0.0.1", 8080
+RATE = 20.0  # updates a second
+_SEEN = 3  # the first group of geoms that is not to be seen
+_NOWHERE = 5  # a group of sites that is not drawn
+_REFLECTED = 0.45  # intensity of the light from all sides
+# Opacities that tiles can have, each a mesh of its own: a mesh whose opacity changes is made anew by the browser.
+_OPACITIES = np.linspace(0.1, 0.8, 8)
+_GONE = 1e-6  # metres: the size of a tile that is not there
+
 
 try:
     import mjviser  # noqa: F401
@@ -19,12 +40,6 @@ except ImportError as error:
     raise MissingExtraError(
         f"the viewer in a browser needs viser and mjviser ({error}): pip install 'caregiver_mj[web]'"
     ) from None
-
-from caregiver_mj.viz.viewers.web_panel import Panel
-from caregiver_mj.viz.viewers.web_scene import WebScene
-
-HOST, PORT = "127.0.0.1", 8080
-RATE = 20.0  # updates a second
 
 
 class Server(viser.ViserServer):
@@ -119,3 +134,105 @@ def check_address(host: str, port: int) -> None:
     except (OSError, OverflowError, UnicodeError) as error:
         why = getattr(error, "strerror", None) or str(error)
         raise CaregiverError(f"cannot listen at {host}, port {port}: {why}; --port 0 takes any that is free") from None
+
+
+class WebScene:
+    """The house of an episode, in all browsers that look at a server."""
+
+    def __init__(self, server: viser.ViserServer, episode: Episode, plain: bool = False):
+        """Sends the house.
+
+        Args:
+            server: What browsers are connected to; what it shows already goes.
+            episode: What happens in the house.
+            plain: Whether to do without shadows; they cost much where there is no graphics card.
+        """
+        self._kind = _kind(episode)
+        server.scene.reset()
+        server.scene.set_up_direction("+z")
+        server.scene.world_axes.visible = False
+        model = _shown_model(episode.env.physics.model.ptr)
+        self._house = ViserMujocoScene(server, model, num_envs=1)
+        self._house.camera_tracking_enabled = False
+        # Not without reflected light: the meshes have no material, which makes them metal, black where none falls.
+        server.scene.configure_environment_map(environment_intensity=_REFLECTED)
+        server.scene.configure_default_lights(cast_shadow=not plain)
+        self._server = server
+        self._shown: list[Tile] = []
+        plan = episode.env.task.plan
+        self._room = len(plan.free_cells) + len(plan.hazards)
+        self._floor = [self._add_tiles(opacity) for opacity in _OPACITIES.tolist()]
+        self._look(episode)
+
+    def fits(self, episode: Episode) -> bool:
+        """Whether another episode has the same things in the same house."""
+        return self._kind == _kind(episode)
+
+    def show(self, episode: Episode, foreseen: bool) -> None:
+        """Shows the present moment, and on wish what the caregiver foresees."""
+        tiles = episode.tiles() if foreseen else []
+        with self._server.atomic():
+            if tiles != self._shown:
+                self._lay(tiles)
+            self._house.update_from_mjdata(episode.env.physics.data.ptr)
+
+    # -- The floor -------------------------------------------------------------------------------
+
+    def _add_tiles(self, opacity: float) -> viser.BatchedMeshHandle:
+        """As many tiles of an opacity as there can be, none of them to be seen."""
+        nothing = np.zeros((self._room, 3), np.float32)
+        cube = trimesh.creation.box(extents=(2.0, 2.0, 2.0))
+        return self._server.scene.add_batched_meshes_simple(
+            f"/foreseen/{opacity:.2f}",
+            cube.vertices,
+            cube.faces,
+            batched_wxyzs=np.tile(np.array([1, 0, 0, 0], np.float32), (self._room, 1)),
+            batched_positions=nothing,
+            batched_scales=nothing + np.float32(_GONE),
+            batched_colors=nothing.astype(np.uint8),
+            opacity=opacity,
+            lod="off",
+            cast_shadow=False,
+            receive_shadow=False,
+            flat_shading=True,
+        )
+
+    def _lay(self, tiles: list[Tile]) -> None:
+        self._shown = tiles
+        nearest = [int(np.abs(_OPACITIES - tile.opacity).argmin()) for tile in tiles]
+        for level, handle in enumerate(self._floor):
+            here = [tile for tile, its in zip(tiles, nearest, strict=True) if its == level]
+            places, scales = np.zeros((self._room, 3), np.float32), np.full((self._room, 3), _GONE, np.float32)
+            colours = np.zeros((self._room, 3), np.uint8)
+            if here:
+                places[: len(here)] = [(*tile.centre, tile.height / 2) for tile in here]
+                scales[: len(here)] = [(tile.half, tile.half, tile.height / 2) for tile in here]
+                colours[: len(here)] = [tile.colour for tile in here]
+            handle.batched_positions, handle.batched_scales, handle.batched_colors = places, scales, colours
+
+    # -- The eye ---------------------------------------------------------------------------------
+
+    def _look(self, episode: Episode) -> None:
+        """Puts the eye of browsers that come where the overview camera is."""
+        overview = episode.env.physics.model.ptr.camera("overview")
+        camera = self._server.initial_camera
+        place, ahead = overview.pos, -overview.mat0.reshape(3, 3)[:, 2]
+        camera.position = place
+        camera.look_at = place - ahead * place[2] / ahead[2]  # where the line of sight meets the floor
+        camera.fov = float(np.radians(overview.fovy[0]))
+
+
+def _kind(episode: Episode) -> tuple[Any, ...]:
+    """What decides what there is to be seen in the house."""
+    task = episode.env.task
+    return task.plan.text, len(task.family), task.has_robot, task.embodiment.name
+
+
+def _shown_model(model: mujoco.MjModel) -> mujoco.MjModel:
+    """A copy of a model with nothing in it but what is to be seen, for whoever draws it writes into it."""
+    shown = copy.copy(model)
+    plane = shown.geom_type == mujoco.mjtGeom.mjGEOM_PLANE  # would become a grid without an end
+    shown.geom_type[plane] = mujoco.mjtGeom.mjGEOM_BOX
+    shown.geom_rgba[plane | (shown.geom_group >= _SEEN), 3] = 0
+    shown.site_group[:] = _NOWHERE
+    return shown

@@ -17,10 +17,10 @@ import mujoco
 import mujoco.viewer
 
 from caregiver_mj.errors import RenderingError
+from caregiver_mj.viz.cameras import draw_tiles
 from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.forecast import Tile
 from caregiver_mj.viz.hud.state import HudState
-from caregiver_mj.viz.tiles import draw_tiles
 from caregiver_mj.viz.viewers.session import FASTEST, SLOWEST, Session
 
 _PERIOD = 1 / 60  # seconds between looks
