@@ -1,4 +1,4 @@
-"""Cameras on a house: any, those that stand still and draw what has changed, and those that lay tiles over the floor."""
+"""Cameras on a house: that see it all, that draw what has changed, and that lay tiles over the floor."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.record import COLUMNS
 from caregiver_mj.viz import figures, report
-from caregiver_mj.viz.figures import Series, shares
+from caregiver_mj.viz.figures import Series, bars
 from caregiver_mj.viz.report.charts import mean_map
 from caregiver_mj.viz.report.film import Film
 from caregiver_mj.viz.report.left import side_by_side, verdicts
@@ -430,6 +430,6 @@ def test_the_same_again_is_said_with_the_folder_of_the_house(tmp_path):
 def test_error_bars_end_where_the_quantity_does():
     mean, sd = np.array([190.0, 5.0]), np.array([40.0, 20.0])
     series = Series("alone", mean, mean - 1, mean + 1, sd)
-    (axes,) = shares(["a", "b"], series, series, "timesteps", 200.0).axes
+    (axes,) = bars(["a", "b"], series, series, "timesteps", 200.0).axes
     ends = np.concatenate([path.vertices[:, 1] for lines in axes.collections for path in lines.get_paths()])
     assert (ends.min(), ends.max()) == (0.0, 200.0)
