@@ -7,10 +7,9 @@ import numpy as np
 from caregiver_mj.house.sensing import Blur
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.policy.self_estimate import Posture, gain, remaining
-from caregiver_mj.robot import se2
+from caregiver_mj.robot import geometry
 from caregiver_mj.robot.embodiment import Embodiment
-from caregiver_mj.robot.hand import is_round_candle
-from caregiver_mj.robot.kinematics import arm_of
+from caregiver_mj.robot.kinematics import arm_of, is_round_candle
 from caregiver_mj.robot.view import CANDLE_HEIGHT
 
 _MOST = 50  # sightings that count of a candle that stands
@@ -122,12 +121,12 @@ class CandleEstimates:
         """A point (3,) of the house by its offset from the pinch point, in the base's frame."""
         base, arm = posture
         x, y, z = (self._arm.pinch(arm) + offset).tolist()
-        return np.array([*se2.to_world(tuple(base.tolist()), (x, y)), z])
+        return np.array([*geometry.to_world(tuple(base.tolist()), (x, y)), z])
 
     def _to_hand(self, point: np.ndarray, posture: Posture) -> np.ndarray:
         """Its offset from the pinch point, in the base's frame."""
         base, arm = posture
-        ahead, aside = se2.to_local(tuple(base.tolist()), (float(point[0]), float(point[1])))
+        ahead, aside = geometry.to_local(tuple(base.tolist()), (float(point[0]), float(point[1])))
         return np.array([ahead, aside, point[2]]) - self._arm.pinch(arm)
 
 

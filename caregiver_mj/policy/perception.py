@@ -16,7 +16,7 @@ from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from caregiver_mj.robot.se2 import Vector
+from caregiver_mj.robot.geometry import Vector
 from caregiver_mj.robot.view import ChildView, View
 
 _CLEAR_DISTANCE = 0.05  # metres of a move after which it is clear where the toddler is heading, ...

@@ -35,8 +35,8 @@ from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
-from caregiver_mj.robot.restraint import restrain
 from caregiver_mj.robot.retrieval import RetrievalPlanner
+from caregiver_mj.robot.separation import restrain
 
 if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.house.rendering
     import dm_env

@@ -7,12 +7,10 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from caregiver_mj.robot.base_path import BasePath
+from caregiver_mj.robot.base_path import BasePath, direction, without_repeats
+from caregiver_mj.robot.geometry import Vector
 from caregiver_mj.robot.limits import Limits
-from caregiver_mj.robot.path_lines import direction, without_repeats
-from caregiver_mj.robot.ruckig_calls import NOTHING, PathError
-from caregiver_mj.robot.scalar_motion import ScalarMotion
-from caregiver_mj.robot.se2 import Vector
+from caregiver_mj.robot.scalar_motion import NOTHING, PathError, ScalarMotion
 
 _CORNER_DEVIATIONS = (0.2, 0.12, 0.06)  # metres by which corners of a path are cut, if there is room
 _CHECK_INTERVAL = 0.08  # seconds between the points of a path that are checked for room

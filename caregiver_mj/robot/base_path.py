@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import math
 from collections.abc import Sequence
 
 from ruckig import ControlInterface, Ruckig, Synchronization, Trajectory
 
+from caregiver_mj.robot.geometry import Vector
 from caregiver_mj.robot.limits import Limits
-from caregiver_mj.robot.path_lines import Piece, angle, direction, in_frame, without_repeats
-from caregiver_mj.robot.path_speeds import PathSpeeds
-from caregiver_mj.robot.ruckig_calls import NOTHING, PathError, extremes, parameters, solve
-from caregiver_mj.robot.se2 import Vector
+from caregiver_mj.robot.scalar_motion import NOTHING, PathError, extremes, parameters, solve
 
 _OVERSHOOT = 0.003  # metres beyond the end of a line that are none
 _TURN_IN_LENGTHS = (0.5, 0.8, 1.2, 1.8, 2.6)  # metres in which a new path may be entered at speed; the quickest wins
-
 # Of a base's limits, to brake with along and across its motion; what is told lags behind and must be able to catch up.
 _BRAKING_SHARES = (0.8, 0.3)
 
@@ -194,3 +192,116 @@ class BasePath:
     def _append(self, origin: Vector, axis: Vector, trajectory: Trajectory) -> None:
         self._pieces.append(Piece(self.duration, origin, axis, trajectory))
         self.duration += trajectory.duration
+
+
+@dataclasses.dataclass(frozen=True)
+class Piece:
+    """A part of a path: a ruckig trajectory in a frame of its own, from `begin` on."""
+
+    begin: float
+    origin: Vector
+    axis: Vector  # direction of the first coordinate; the second is a quarter turn to its left
+    trajectory: Trajectory
+
+    def at(self, time: float) -> tuple[Vector, Vector, Vector]:
+        """Position, velocity and acceleration at a time since the start of the path."""
+        position, velocity, acceleration = self.trajectory.at_time(time - self.begin)
+        c, s = self.axis
+        if len(position) == 1:
+            p, v, a = position[0], velocity[0], acceleration[0]
+            return (self.origin[0] + c * p, self.origin[1] + s * p), (c * v, s * v), (c * a, s * a)
+        (p, q), (v, w), (a, b) = position, velocity, acceleration
+        x, y = self.origin
+        return (x + c * p - s * q, y + s * p + c * q), (c * v - s * w, s * v + c * w), (c * a - s * b, s * a + c * b)
+
+
+def without_repeats(points: Sequence[Vector]) -> list[Vector]:
+    """A polyline without points that are where the one before them is."""
+    kept = [(float(points[0][0]), float(points[0][1]))]
+    for x, y in points[1:]:
+        if math.hypot(x - kept[-1][0], y - kept[-1][1]) > 1e-4:
+            kept.append((float(x), float(y)))
+    return kept
+
+
+def direction(a: Vector, b: Vector) -> tuple[Vector, float]:
+    """Unit vector from one point to another, and their distance."""
+    length = math.hypot(b[0] - a[0], b[1] - a[1])
+    return ((b[0] - a[0]) / length, (b[1] - a[1]) / length), length
+
+
+def in_frame(vector: Vector, axis: Vector) -> Vector:
+    """Components of a vector along an axis, and along its quarter turn to the left."""
+    return vector[0] * axis[0] + vector[1] * axis[1], -vector[0] * axis[1] + vector[1] * axis[0]
+
+
+def angle(a: Vector, b: Vector) -> float:
+    """By how much one turns from one direction into another, 0 to pi radians."""
+    return abs(math.atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1]))
+
+
+class PathSpeeds:
+    """Speeds and lengths within limits: of straight pieces that end at a speed, and of corners."""
+
+    def __init__(self, limits: Limits, deviation: float):
+        """Prepares it.
+
+        Args:
+            limits: Bounds of speed, acceleration and jerk.
+            deviation: Metres by which a blended corner may cut inside of the polyline.
+        """
+        self._limits, self._deviation = limits, deviation
+
+    def time_to_change(self, change: float) -> float:
+        """Seconds for a jerk-limited change of velocity, from and to zero acceleration."""
+        a, j = self._limits.acceleration, self._limits.jerk
+        return change / a + a / j if change >= a * a / j else 2 * math.sqrt(change / j)
+
+    def distance_to_change(self, speed: float, end: float) -> float:
+        """Metres in which the speed changes from one to another."""
+        return (speed + end) / 2 * self.time_to_change(abs(speed - end))
+
+    def reachable(self, speed: float, distance: float) -> float:
+        """The highest speed to reach from another within a distance (or to brake from to it)."""
+        low, high = speed, self._limits.velocity
+        if high <= low or self.distance_to_change(speed, high) <= distance:
+            return high
+        for _ in range(30):
+            middle = (low + high) / 2
+            low, high = (middle, high) if self.distance_to_change(speed, middle) <= distance else (low, middle)
+        return low
+
+    def corner_speed_from(self, speed: float, length: float, turn: float, most: float) -> float:
+        """The highest speed, at most that, for the corner at the end of a line that is entered at a speed.
+
+        The base must be able to brake to it before the corner begins, and a quicker corner begins earlier. It can if
+        it could stop within the line.
+        """
+
+        def fits(end: float) -> bool:
+            return self.distance_to_change(speed, min(speed, end)) <= length - self.corner_size(end, turn)
+
+        if fits(most):
+            return most
+        low, high = 0.0, most
+        for _ in range(30):
+            middle = (low + high) / 2
+            low, high = (middle, high) if fits(middle) else (low, middle)
+        return low
+
+    def corner_size(self, speed: float, turn: float) -> float:
+        """Length before, and after, the corner point that a blend at this speed takes."""
+        return speed * self.time_to_change(2 * speed * math.sin(turn / 2)) / 2
+
+    def corner_speed(self, turn: float, room: float) -> float:
+        """The highest speed at which a corner fits into the lines beside it and cuts not too far inside."""
+        if turn > 0.9 * math.pi:
+            return 0.0
+        size = min(0.95 * room, 2 * self._deviation / max(math.sin(turn / 2), 1e-6))
+        low, high = 0.0, self._limits.velocity
+        if self.corner_size(high, turn) <= size:
+            return high
+        for _ in range(30):
+            middle = (low + high) / 2
+            low, high = (middle, high) if self.corner_size(middle, turn) <= size else (low, middle)
+        return low

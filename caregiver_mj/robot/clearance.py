@@ -10,7 +10,7 @@ from scipy import ndimage
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiment import Embodiment
-from caregiver_mj.robot.se2 import Vector
+from caregiver_mj.robot.geometry import Vector
 
 _LEAVING = 0.40  # metres from the ends of a path within which it may be closer to things than elsewhere
 

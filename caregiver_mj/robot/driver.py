@@ -14,13 +14,12 @@ import sys
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.robot import se2
-from caregiver_mj.robot.hand import hand_offset
+from caregiver_mj.robot import geometry
+from caregiver_mj.robot.geometry import Vector
+from caregiver_mj.robot.kinematics import hand_offset
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.robot.patience import Patience
-from caregiver_mj.robot.ruckig_calls import PathError
-from caregiver_mj.robot.se2 import Vector
+from caregiver_mj.robot.scalar_motion import PathError
 from caregiver_mj.robot.separation import (
     BESIDE,
     allowed_rate,
@@ -37,7 +36,6 @@ from caregiver_mj.robot.view import View
 # How near the base must be to where it shall stand.
 ARRIVED = 0.006  # metres
 ARRIVED_YAW = 0.012  # radians
-
 # A base that creeps along a child, slower than this share, looks for a way off it.
 _CREEPING_RATE = 0.3
 _SAME = 0.05  # metres between the points of two ways below which they are one
@@ -47,6 +45,9 @@ _REPLAN_INTERVAL, _BARRED_INTERVAL, _STOPPING_INTERVAL = 1.0, 0.3, 0.04
 _LOOK_AHEAD = 1.5  # seconds of the path that are looked at for children in the way
 _LAST_OF_WAY = 5.0  # seconds that a base which has lost patience, but is on its way to the goal, may go on
 _PATIENCE = 1.7  # seconds for which the robot gets out of the way of a child that comes: one novice timestep
+# Seconds without coming nearer after which it gives up: six steps of a toddler. One that only goes by is gone sooner,
+# and no detour in a house takes as long.
+TIME_OUT = 10.0
 
 
 class Driver:
@@ -284,7 +285,7 @@ class Driver:
 def _rest(way: list[Vector], here: Vector) -> list[Vector]:
     """Return the points of a way that are still ahead of a base."""
     lines = range(len(way) - 1, 0, -1)
-    passed = (i for i in lines if se2.distance_to_line(here, way[i - 1], way[i]) < _SAME)
+    passed = (i for i in lines if geometry.distance_to_line(here, way[i - 1], way[i]) < _SAME)
     return way[next(passed, 0) :]
 
 
@@ -296,3 +297,27 @@ def _fallen_candle_cells(view: View, plan: FloorPlan) -> set[Cell]:
     """The cells on whose floor candles lie."""
     low = view.candles[:, 2] < layout.TABLE_HEIGHT / 2
     return {plan.cell_at(place) for place in view.candles[low, :2]} if low.any() else set()
+
+
+class Patience:
+    """Lasts as long as the base comes nearer to where it shall stand than it has ever been: so it comes to an end."""
+
+    def __init__(self) -> None:
+        self.begin_anew()
+
+    def begin_anew(self) -> None:
+        """Forgets how near it has come, because the way leads somewhere else now."""
+        self._nearest = self._deadline = math.inf
+
+    def note(self, left: int, now: float) -> None:
+        """Takes in how long the rest of the way is, in cells, at a time in seconds."""
+        if left < self._nearest:
+            self._nearest, self._deadline = left, now + TIME_OUT
+
+    def last_for_ever(self) -> None:
+        """Has it never end, unless the base comes still nearer."""
+        self._deadline = math.inf
+
+    def is_over(self, now: float, seconds: float = 0.0) -> bool:
+        """Whether it has waited long enough, and so many seconds more."""
+        return now > self._deadline + seconds

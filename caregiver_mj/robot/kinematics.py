@@ -17,9 +17,11 @@ import mujoco
 import numpy as np
 
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.robot import geometry
 from caregiver_mj.robot.embodiment import Embodiment
-from caregiver_mj.robot.grips import hand_rotation
+from caregiver_mj.robot.geometry import Vector, hand_rotation
 from caregiver_mj.robot.robot_model import read_spec
+from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, View
 
 _TOLERANCE = 1e-5  # metres and radians
 _ITERATIONS = 40
@@ -27,6 +29,9 @@ _STEP = 0.5  # radians, the most that a joint goes in an iteration
 _CLEAR = 0.02  # metres that parts of the robot stay away from each other
 _NEIGHBOURS = 2  # joints between two parts that meet at them, as they do all the time
 _HOLD_COST = 0.5  # of a joint that is held, beside 1 for the hand
+ATTEMPTS = 3  # at a grasp
+_LOOSE = 0.004  # metres by which they are farther from each other when they have let go of it
+_GIVES = 0.01  # metres by which the fingers, both together, may be nearer to each other than a candle is thick
 
 
 class Arm:
@@ -177,3 +182,32 @@ def _depth(model: mujoco.MjModel, body: int) -> int:
 def arm_of(embodiment: Embodiment) -> Arm:
     """The arm of a robot, one for everyone: it is costly to make and remembers nothing between calls."""
     return Arm(embodiment)
+
+
+def hand_position(view: View, robot: Embodiment) -> np.ndarray:
+    """The pinch point between a robot's fingers, in the house, (3,)."""
+    x, y, z = arm_of(robot).pinch(view.arm).tolist()
+    return np.array([*geometry.to_world(view.base, (x, y)), z])
+
+
+def hand_offset(view: View, robot: Embodiment) -> Vector:
+    """Where that is from the base's middle, along the house's axes, (x, y)."""
+    x, y, _ = hand_position(view, robot).tolist()
+    return x - view.base[0], y - view.base[1]
+
+
+def has_in_hand(view: View, robot: Embodiment, candle: int) -> bool:
+    """Whether a candle is between the fingers, and they have closed on it."""
+    if hand_is_empty(view):
+        return False
+    return math.dist(view.candles[candle].tolist(), hand_position(view, robot).tolist()) < CANDLE_HEIGHT
+
+
+def is_round_candle(fingers: float) -> bool:
+    """Whether fingers, so far off the middle both together, have closed on a candle."""
+    return 2 * CANDLE_RADIUS - _GIVES <= fingers < 2 * CANDLE_RADIUS + _LOOSE
+
+
+def hand_is_empty(view: View) -> bool:
+    """Whether the fingers have closed on nothing: they are nearer to the middle than they can be round a candle."""
+    return view.fingers < 2 * CANDLE_RADIUS - _GIVES

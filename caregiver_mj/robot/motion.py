@@ -13,13 +13,12 @@ import numpy as np
 
 from caregiver_mj.robot.base_motion import BaseMotion
 from caregiver_mj.robot.embodiment import Embodiment
-from caregiver_mj.robot.followed_velocity import FollowedVelocity
-from caregiver_mj.robot.giving_way import GivingWay
+from caregiver_mj.robot.feedback import FollowedVelocity, GivingWay
+from caregiver_mj.robot.geometry import Vector
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.limits import Limits
 from caregiver_mj.robot.reach import ReachPath, reach_path
 from caregiver_mj.robot.scalar_motion import ScalarMotion
-from caregiver_mj.robot.se2 import Vector
 
 _LEAST_TURN = 0.03  # rad/s, of the bound of its turns
 _GENTLE_TURN = 0.02  # rad/s, the most of the heading's feedback where a child may be at the arm

@@ -6,19 +6,17 @@ import dataclasses
 import functools
 import itertools
 import math
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Generator
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from caregiver_mj.robot import se2
-from caregiver_mj.robot.grips import UPRIGHT, hand_rotation, upright_grip
+from caregiver_mj.robot import geometry
+from caregiver_mj.robot.geometry import UPRIGHT, Pose, Vector, hand_rotation, upright_grip
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
 from caregiver_mj.robot.reach import ReachPath, retrieval_paths
-from caregiver_mj.robot.se2 import Pose, Vector
-from caregiver_mj.robot.search import Work
 from caregiver_mj.robot.separation import distance_from_line
 from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, View
 
@@ -33,6 +31,9 @@ _CHILD_AWAY = 1.7  # metres from a child to where the base stands then
 _CHECKS = 49  # poses on the arm's way that are checked for collisions
 # Milliseconds that pieces of a search take: a route, a pose checked, a way of the arm checked, a try at its kinematics.
 _ROUTE, _POSE, _WAY, _GUESS = 0.2, 0.1, 3.0, 6.0
+Found = TypeVar("Found")
+Work = Generator[float, None, Found]  # yields milliseconds
+_AT_ONCE = 12.0  # stated milliseconds of a search in a control timestep; the last piece of work may come on top
 
 
 @dataclasses.dataclass(frozen=True)
@@ -161,7 +162,7 @@ class RetrievalPlanner:
         here, there = navigator.nearest_cell(view.base[:2]), (float(point[0]), float(point[1]))
         stands = []
         for yaw, reach in itertools.product(_directions(), self._robot.postures.lying_reaches):
-            place = se2.to_world((point[0], point[1], yaw), (-reach, 0.0))
+            place = geometry.to_world((point[0], point[1], yaw), (-reach, 0.0))
             route = navigator.route(here, navigator.nearest_cell(place)) if clearance.can_stand(place) else None
             if route is not None:
                 cost = math.dist(place, view.base[:2]) + navigator.plan.cell_size * len(route)
@@ -216,4 +217,42 @@ def _directions() -> list[float]:
 
 def _turned(vector: np.ndarray, yaw: float) -> np.ndarray:
     """A vector (3,) turned about the vertical."""
-    return np.array([*se2.rotate(yaw, (vector[0], vector[1])), vector[2]])
+    return np.array([*geometry.rotate(yaw, (vector[0], vector[1])), vector[2]])
+
+
+class Search(Generic[Found]):
+    """A search under way.
+
+    Attributes:
+        ended: Whether it has come to its end.
+        found: What it has found, if it has.
+    """
+
+    found: Found
+
+    def __init__(self, begin: Callable[[], Work[Found]]):
+        """Begins a search.
+
+        Args:
+            begin: Makes the generator; it must make the same one again, for pickles.
+        """
+        self._begin, self._work = begin, begin()
+        self._pieces, self.ended = 0, False
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "_work"}  # no generator can be pickled
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state, _work=state["_begin"]())
+        for _ in range(self._pieces):  # it is done again as far as it had got
+            next(self._work)
+
+    def go_on(self, milliseconds: float = _AT_ONCE) -> bool:
+        """Searches for a while; returns whether it has come to its end."""
+        while not self.ended and milliseconds > 0.0:
+            try:
+                milliseconds -= next(self._work)
+                self._pieces += 1
+            except StopIteration as end:
+                self.found, self.ended = end.value, True
+        return self.ended

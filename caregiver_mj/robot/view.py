@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from caregiver_mj.plans import layout
-from caregiver_mj.robot.grips import UPRIGHT
-from caregiver_mj.robot.se2 import Pose, Vector
+from caregiver_mj.robot.geometry import UPRIGHT, Pose, Vector
 
 CHILD_RADIUS = 0.12  # metres
 CANDLE_RADIUS, CANDLE_HEIGHT = 0.022, 0.16  # metres

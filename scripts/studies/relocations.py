@@ -30,9 +30,9 @@ from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.sensing import Blur, Sensing
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.policy import CaregiverPolicy
-from caregiver_mj.robot.handling import Grasp
+from caregiver_mj.robot.embodiment import Grasp
 from caregiver_mj.robot.motion import RobotMotion
-from caregiver_mj.robot.routes import Routes
+from caregiver_mj.robot.navigation import Routes
 from caregiver_mj.tasks import load
 from studies.audit import each_physics_step
 from study import (

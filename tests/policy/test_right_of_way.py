@@ -12,7 +12,7 @@ from caregiver_mj.caregivers import Caregiver
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from caregiver_mj.robot.patience import TIME_OUT
+from caregiver_mj.robot.driver import TIME_OUT
 from caregiver_mj.robot.status import Status
 
 TOUCHING = 0.27 + 0.12  # metres between the middles of base and child

@@ -15,7 +15,7 @@ from caregiver_mj.plans import furniture, layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiment import Embodiment, Wheels
 from caregiver_mj.robot.embodiments import DEFAULT, EMBODIMENTS, find_embodiment
-from caregiver_mj.robot.grips import hand_rotation, upright_grip
+from caregiver_mj.robot.geometry import hand_rotation, upright_grip
 from caregiver_mj.robot.kinematics import Arm, arm_of
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.reach import reach_path

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from caregiver_mj.robot.followed_velocity import FollowedVelocity
+from caregiver_mj.robot.feedback import FollowedVelocity
 from caregiver_mj.robot.limits import Limits
 
 LIMITS = Limits(1.4, 2.0, 30.0)

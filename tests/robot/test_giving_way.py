@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.robot.giving_way import GivingWay
+from caregiver_mj.robot.feedback import GivingWay
 from caregiver_mj.robot.motion import RobotMotion
 
 ROBOT = find_embodiment()

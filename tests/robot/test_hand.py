@@ -7,7 +7,7 @@ import pytest
 from views import child, view
 
 from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.robot.hand import hand_is_empty, hand_position, has_in_hand
+from caregiver_mj.robot.kinematics import hand_is_empty, hand_position, has_in_hand
 
 ROBOT = find_embodiment()
 AHEAD, HEIGHT = 0.42, 1.04  # metres, of the pinch point when the arm is tucked

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from caregiver_mj.robot.base_path import PathSpeeds
 from caregiver_mj.robot.limits import Limits
-from caregiver_mj.robot.path_speeds import PathSpeeds
 
 LIMITS = Limits(velocity=1.5, acceleration=3.0, jerk=30.0)
 A_LITTLE = 1e-8  # m/s

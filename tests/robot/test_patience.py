@@ -1,6 +1,6 @@
 """Ten seconds without coming nearer, and no more."""
 
-from caregiver_mj.robot.patience import Patience
+from caregiver_mj.robot.driver import Patience
 
 
 def test_it_does_not_begin_to_end_before_there_is_a_way():

@@ -8,7 +8,7 @@ from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.robot.grips import upright_grip
+from caregiver_mj.robot.geometry import upright_grip
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.planning_scene import PlanningScene
 

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from views import child, view
 
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.robot import se2, separation
+from caregiver_mj.robot import geometry, separation
 from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.robot.followed_velocity import FollowedVelocity
-from caregiver_mj.robot.restraint import restrain
+from caregiver_mj.robot.feedback import FollowedVelocity
+from caregiver_mj.robot.separation import restrain
 from caregiver_mj.robot.view import CHILD_RADIUS
 
 ROBOT = find_embodiment()
@@ -207,14 +207,14 @@ def place_beside(on):
     quarters, on = divmod(on + side, 2 * side + far * math.pi / 2)
     turned = max(0.0, on - 2 * side) / far
     x, y = side - min(on, 2 * side), side
-    return se2.rotate(quarters * math.pi / 2, (x - far * math.sin(turned), y + far * math.cos(turned)))
+    return geometry.rotate(quarters * math.pi / 2, (x - far * math.sin(turned), y + far * math.cos(turned)))
 
 
 @settings(max_examples=100, deadline=None)
 @given(st.floats(0.0, 0.5), st.floats(0.1, 0.6), st.floats(-0.5, 0.5), st.floats(0.4, 1.0))
 def test_a_base_with_corners_has_slowed_down_when_a_child_runs_round_one(start, speed, astray, runs):
     """It leaves a child at its side, faster than it may one at a corner, and the child bumps into it time and again."""
-    wanted = se2.rotate(-math.pi / 2 + astray, (speed, 0.0))  # away from the side on which the child begins
+    wanted = geometry.rotate(-math.pi / 2 + astray, (speed, 0.0))  # away from the side on which the child begins
     followed = FollowedVelocity(SQUARE.limits.as_told, TIMESTEP)
     stands = view(child(*place_beside(start)))
     for _ in range(100):

@@ -11,7 +11,7 @@ from reaching import first_way
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.robot.grips import hand_rotation, upright_grip
+from caregiver_mj.robot.geometry import hand_rotation, upright_grip
 from caregiver_mj.robot.kinematics import Arm
 from caregiver_mj.robot.reach import ReachPath, reach_path
 from caregiver_mj.robot.robot_model import read_spec

@@ -10,7 +10,7 @@ from robot_plans import HOUSE, centre
 from walks import distances, neighbours
 
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.robot.routes import Routes
+from caregiver_mj.robot.navigation import Routes
 
 #: Two rooms with a toy bin each, and a corridor between them.
 ROOMS = FloorPlan.parse("############\n#..######..#\n#.........B#\n#B.######..#\n############", "rooms")

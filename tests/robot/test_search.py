@@ -3,7 +3,7 @@
 import functools
 import pickle
 
-from caregiver_mj.robot.search import Search
+from caregiver_mj.robot.retrieval import Search
 
 
 def count(limit):

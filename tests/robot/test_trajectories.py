@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from caregiver_mj.robot.base_path import BasePath
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.limits import Limits
-from caregiver_mj.robot.ruckig_calls import PathError
-from caregiver_mj.robot.scalar_motion import ScalarMotion
+from caregiver_mj.robot.scalar_motion import PathError, ScalarMotion
 
 BASE, MAX_BASE_SPEED = find_embodiment().limits.base, find_embodiment().limits.base_speed
 LIMITS = Limits(velocity=1.5, acceleration=3.0, jerk=30.0)

@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from caregiver_mj.robot.embodiment import Embodiment, Names, Servos
-from caregiver_mj.robot.handling import Approach, Bends, Clearances, Grasp, Postures
+from caregiver_mj.robot.embodiment import Approach, Bends, Clearances, Embodiment, Grasp, Names, Postures, Servos
 from caregiver_mj.robot.limits import ArmLimits, Limits, NearEnds, RobotLimits
 from caregiver_mj.robot.robot_model import RobotModel, own_model
 

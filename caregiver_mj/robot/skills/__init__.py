@@ -5,12 +5,9 @@ of the world, sets goals of the `RobotMotion` and returns its `Status`. Skills k
 nothing of danger.
 """
 
-from caregiver_mj.robot.skills.block import Block
 from caregiver_mj.robot.skills.pick import Pick
 from caregiver_mj.robot.skills.place import Place
-from caregiver_mj.robot.skills.rest import Rest
 from caregiver_mj.robot.skills.retrieve import Retrieve
-from caregiver_mj.robot.skills.skill import Skill
-from caregiver_mj.robot.skills.stand_aside import StandAside
+from caregiver_mj.robot.skills.skill import Block, Rest, Skill, StandAside
 
 __all__ = ["Block", "Pick", "Place", "Rest", "Retrieve", "Skill", "StandAside"]

@@ -9,13 +9,13 @@ from collections.abc import Callable
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.yielding import yielding
-from caregiver_mj.robot import se2
+from caregiver_mj.robot import geometry
 from caregiver_mj.robot.driver import ARRIVED, ARRIVED_YAW
+from caregiver_mj.robot.geometry import Vector
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.reach import as_high
-from caregiver_mj.robot.se2 import Vector
 from caregiver_mj.robot.separation import GENTLE_GAP, child_cells, distance_from_line, gap, near_children
 from caregiver_mj.robot.skills.skill import Skill
 from caregiver_mj.robot.status import Status
@@ -168,7 +168,7 @@ class AtTable(Skill):
         if not self._is_aimed or not robot.turns_to(yaw) or self.driver.stands_aside(view.now):
             robot.reach(0.0)
             return False
-        along, across = se2.to_local((*view.base[:2], yaw), goal)
+        along, across = geometry.to_local((*view.base[:2], yaw), goal)
         off, turn = math.dist(goal, view.base[:2]), abs(math.remainder(yaw - view.base[2], math.tau))
         if robot.moving:
             self._moved_at, self._is_short = view.now, False
@@ -208,7 +208,7 @@ class AtTable(Skill):
         to_table = self.embodiment.postures.reach - layout.TABLE_HALF_SIZE + along
         if to_table - self.embodiment.footprint < 2 * CHILD_RADIUS:
             return False  # no child fits in between any more
-        here, there = view.base[:2], se2.to_world((*view.base[:2], yaw), (to_table, 0.0))
+        here, there = view.base[:2], geometry.to_world((*view.base[:2], yaw), (to_table, 0.0))
         return distance_from_line(view, here, there, _CHILD_SOON) < self.embodiment.clearances.hand + CHILD_RADIUS
 
     def _rests(self, view: View) -> bool:
@@ -226,5 +226,5 @@ class AtTable(Skill):
     def _hand_is_clear(self, view: View, yaw: float, goal: Vector) -> bool:
         """Whether the outstretched hand meets no wall on the rest of the base's way."""
         out = (self.embodiment.postures.reach, 0.0)
-        here, there = se2.to_world(view.base, out), se2.to_world((*goal, yaw), out)
+        here, there = geometry.to_world(view.base, out), geometry.to_world((*goal, yaw), out)
         return self._navigator.clearance.hand_clear(here, there)

@@ -6,8 +6,8 @@ import math
 
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
-from caregiver_mj.robot import se2
-from caregiver_mj.robot.hand import ATTEMPTS, hand_is_empty
+from caregiver_mj.robot import geometry
+from caregiver_mj.robot.kinematics import ATTEMPTS, hand_is_empty
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.skills.at_table import BESIDE_TABLE, AtTable
@@ -47,7 +47,7 @@ class Pick(AtTable):
     def _is_barred_by_candle(self, view: View, stand: Cell) -> bool:
         ahead, candle = self._ahead(stand), view.candles[self.candle].tolist()
         for other, (x, y, z) in enumerate(view.candles.tolist()):
-            before, aside = se2.rotate(-math.atan2(ahead[1], ahead[0]), (candle[0] - x, candle[1] - y))
+            before, aside = geometry.rotate(-math.atan2(ahead[1], ahead[0]), (candle[0] - x, candle[1] - y))
             near = 0.0 < before < _IN_FRONT and abs(aside) < self.embodiment.clearances.hand_width
             if other != self.candle and near and z > layout.TABLE_HEIGHT / 2:
                 return True

@@ -8,12 +8,11 @@ import numpy as np
 
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
-from caregiver_mj.robot import se2
-from caregiver_mj.robot.hand import hand_is_empty, hand_position, has_in_hand
-from caregiver_mj.robot.kinematics import arm_of
+from caregiver_mj.robot import geometry
+from caregiver_mj.robot.geometry import Vector
+from caregiver_mj.robot.kinematics import arm_of, hand_is_empty, hand_position, has_in_hand
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.robot.se2 import Vector
 from caregiver_mj.robot.skills.at_table import BESIDE_TABLE, AtTable
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, View
@@ -125,5 +124,5 @@ class Place(AtTable):
         """
         x, y, z = hand_position(view, self.embodiment).tolist()
         foot = view.candles[self.candle].tolist()
-        ahead, aside = se2.to_local((x, y, view.base[2]), (foot[0], foot[1]))
+        ahead, aside = geometry.to_local((x, y, view.base[2]), (foot[0], foot[1]))
         return (round(ahead, 3), round(aside, 3)), z - foot[2]

@@ -8,14 +8,12 @@ import sys
 
 import numpy as np
 
-from caregiver_mj.robot import se2
-from caregiver_mj.robot.driver import Driver
-from caregiver_mj.robot.hand import ATTEMPTS, hand_position, has_in_hand
+from caregiver_mj.robot import geometry
+from caregiver_mj.robot.driver import TIME_OUT, Driver
+from caregiver_mj.robot.kinematics import ATTEMPTS, hand_position, has_in_hand
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.robot.patience import TIME_OUT
-from caregiver_mj.robot.retrieval import RetrievalPlanner, Stance
-from caregiver_mj.robot.search import Search
+from caregiver_mj.robot.retrieval import RetrievalPlanner, Search, Stance
 from caregiver_mj.robot.separation import distance_from_line
 from caregiver_mj.robot.skills.skill import Skill
 from caregiver_mj.robot.status import Status
@@ -177,7 +175,7 @@ class Retrieve(Skill):
     def _child_within(self, view: View, distance: float, seconds: float) -> bool:
         """Whether a child is, or may be within seconds, nearer than that to the candle, the hand, or the arm."""
         candle, hand = view.candles[self.candle, :2].tolist(), hand_position(view, self.embodiment)[:2].tolist()
-        edge = se2.to_world(view.base, (self.embodiment.footprint, 0.0))
+        edge = geometry.to_world(view.base, (self.embodiment.footprint, 0.0))
         return (
             distance_from_line(view, candle, candle, seconds) < distance
             or distance_from_line(view, hand, hand, seconds) < distance

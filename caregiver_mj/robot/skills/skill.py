@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import abc
+import math
 
+from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.robot.driver import Driver
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.separation import child_cells
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
+
+_THERE = 0.03  # metres; a base that rests so near to the landing's middle blocks it
 
 
 class Skill(abc.ABC):
@@ -49,3 +54,57 @@ class Skill(abc.ABC):
     @abc.abstractmethod
     def _act(self, view: View, robot: RobotMotion) -> Status:
         """Sets goals for one control timestep."""
+
+
+class Rest(Skill):
+    """Comes to rest, with the hand in. Never done."""
+
+    def _act(self, view: View, robot: RobotMotion) -> Status:
+        robot.reach(0.0)  # a base that no skill drives stops by itself
+        return Status.RUNNING
+
+
+class StandAside(Skill):
+    """Keeps out of the children's way, for as long as there is nothing else to do. Never done.
+
+    Attributes:
+        cell: Where it keeps; None before the first step.
+    """
+
+    def __init__(self, navigator: Navigator):
+        super().__init__(navigator)
+        self.cell: Cell | None = None
+
+    def _act(self, view: View, robot: RobotMotion) -> Status:
+        robot.reach(0.0)
+        navigator, plan = self._navigator, self._navigator.plan
+        if self.cell is None or self.driver.looks_again(view.now):
+            here = navigator.nearest_cell(view.base[:2])
+            children = [plan.cell_at(child.position) for child in view.children]
+            self.cell = navigator.refuge(here, children, child_cells(view.children, plan)) or here
+        self.driver.drive(view, robot, navigator.centres[self.cell], self.cell, robot.yaw)
+        return Status.RUNNING
+
+
+class Block(Skill):
+    """Stands in a stairwell. Done when the base is there; goes on standing as long as it is stepped.
+
+    Attributes:
+        stairwell: Its index.
+        cell: Its landing.
+    """
+
+    def __init__(self, navigator: Navigator, stairwell: int):
+        super().__init__(navigator)
+        self.stairwell = stairwell
+        self.cell = navigator.plan.stairwells[stairwell]
+
+    def _act(self, view: View, robot: RobotMotion) -> Status:
+        robot.reach(0.0)
+        goal = self._navigator.centres[self.cell]
+        status = self.driver.drive(view, robot, goal, self.cell, robot.yaw)
+        there = status is Status.DONE or (math.dist(goal, view.base[:2]) < _THERE and not robot.moving)
+        if status is Status.FAILED or not there:
+            return status
+        self.driver.patience.last_for_ever()  # it stays, even if it is pushed
+        return Status.DONE

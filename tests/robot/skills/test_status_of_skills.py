@@ -11,9 +11,9 @@ from views import child
 import caregiver_mj
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.robot import se2
+from caregiver_mj.robot import geometry
 from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.robot.hand import hand_position
+from caregiver_mj.robot.kinematics import hand_position
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
@@ -264,7 +264,7 @@ def test_who_stands_aside_is_never_done_and_in_nobodys_way(stage):
 def beside_hand(stage: Stage, ahead: float, aside: float) -> None:
     """Has a child seen at the hand, or at the arm, wherever that is."""
     seen = stage.look()
-    x, y = se2.to_world((*hand_position(seen, ROBOT)[:2].tolist(), seen.base[2]), (ahead, aside))
+    x, y = geometry.to_world((*hand_position(seen, ROBOT)[:2].tolist(), seen.base[2]), (ahead, aside))
     stage.others = [child(x, y)]
 
 

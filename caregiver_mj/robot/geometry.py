@@ -1,11 +1,14 @@
-"""Poses (x, y, yaw) on the floor: vectors turned, and points as seen from a pose; metres and radians."""
+"""Poses (x, y, yaw) on the floor, in metres and radians, and grips: how a hand holds a candle."""
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
+
 Vector = tuple[float, float]
 Pose = tuple[float, float, float]
+UPRIGHT = math.cos(math.radians(20.0))  # of a candle's tilt up to which it is gripped as one that stands
 
 
 def rotate(yaw: float, vector: Vector) -> Vector:
@@ -34,3 +37,29 @@ def distance_to_line(point: Vector, start: Vector, end: Vector) -> float:
     share = ((point[0] - start[0]) * dx + (point[1] - start[1]) * dy) / length if length else 0.0
     share = min(1.0, max(0.0, share))
     return math.hypot(point[0] - start[0] - share * dx, point[1] - start[1] - share * dy)
+
+
+def hand_rotation(heading: float, pitch: float) -> np.ndarray:
+    """Rotation (3, 3) of the hand that points along a heading, and below the horizontal by a pitch, in radians.
+
+    Its fingers open sideways, level.
+    """
+    ahead, up = np.array([math.cos(heading), math.sin(heading), 0.0]), np.array([0.0, 0.0, 1.0])
+    approach = math.cos(pitch) * ahead - math.sin(pitch) * up
+    sideways = np.array([math.sin(heading), -math.cos(heading), 0.0])
+    return np.stack([np.cross(sideways, approach), sideways, approach], axis=1)
+
+
+def upright_grip(axis: np.ndarray, pitch: float) -> np.ndarray:
+    """Rotation (3, 3) of the hand for a grip in which a candle stands upright once the arm is tucked.
+
+    Where the candle is tilted from upright, the hand is tilted alike from its usual pitch; it comes from above one
+    that lies.
+
+    Args:
+        axis: Unit vector from the candle's foot to its top in the base's frame, (3,).
+        pitch: The hand's usual pitch, radians.
+    """
+    if axis[2] > UPRIGHT:
+        return hand_rotation(0.0, pitch)
+    return hand_rotation(math.atan2(axis[1], axis[0]), pitch + math.acos(axis[2]))
