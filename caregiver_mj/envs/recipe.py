@@ -28,7 +28,7 @@ from caregiver_mj.envs.targets import TargetsEnv, make_targets
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
-from caregiver_mj.recording.about import About
+from caregiver_mj.recording.steps import About
 from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.robot.embodiments import find_embodiment
 

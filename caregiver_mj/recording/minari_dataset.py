@@ -14,8 +14,7 @@ import numpy as np
 
 from caregiver_mj.errors import CaregiverError, MissingExtraError
 from caregiver_mj.plans.hazards import NOTHING
-from caregiver_mj.recording.about import About
-from caregiver_mj.recording.steps import Steps
+from caregiver_mj.recording.steps import About, Steps
 
 if TYPE_CHECKING:
     import gymnasium

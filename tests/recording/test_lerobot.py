@@ -10,11 +10,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.recording.about import About
 from caregiver_mj.recording.lerobot.dataset import check_rate, write_lerobot
-from caregiver_mj.recording.lerobot.layout import FILES_IN_CHUNK, Shard
-from caregiver_mj.recording.lerobot.stats import of_frames, of_values, together
-from caregiver_mj.recording.steps import Steps
+from caregiver_mj.recording.lerobot.layout import FILES_IN_CHUNK, Shard, of_frames, of_values, together
+from caregiver_mj.recording.steps import About, Steps
 
 ABOUT = About("Guard: stand there.", "made_up", "nobody", 50.0, ("left", "right"), ("stairwell 1",), "9.9")
 LENGTHS = (7, 4, 9)

@@ -3,8 +3,7 @@
 import pandas as pd
 import pytest
 
-from caregiver_mj.recording.body_limits import BODY_LIMITS, CAUTION
-from caregiver_mj.recording.contacts import REGIONS, Contacts
+from caregiver_mj.recording.contacts import BODY_LIMITS, CAUTION, REGIONS, Contacts
 from caregiver_mj.viz.report.tables import counts_table, limits_table
 
 

@@ -1,4 +1,4 @@
-"""The writer of the whole folder."""
+"""The writer of the whole folder, and of its films."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ import shutil
 from collections.abc import Iterable
 from typing import Any
 
+import imageio_ffmpeg
 import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.recording.about import About
-from caregiver_mj.recording.lerobot import layout, stats
-from caregiver_mj.recording.lerobot.features import IMAGES, columns, features, table
-from caregiver_mj.recording.lerobot.layout import Shard
-from caregiver_mj.recording.lerobot.video import Film
-from caregiver_mj.recording.steps import Steps
+from caregiver_mj.recording.lerobot import layout
+from caregiver_mj.recording.lerobot.layout import IMAGES, VIDEO, Shard, columns, features, table
+from caregiver_mj.recording.steps import About, Steps
+
+_BYTES_A_PIXEL = 0.1  # in the file, about; how large that is while it is being written, nobody can tell
 
 
 def write_lerobot(
@@ -64,7 +64,7 @@ class _Writer:
         self._features: dict[str, dict[str, Any]] = {}
         self._films: dict[str, Film] = {}
         self._rows: list[dict[str, Any]] = []  # one an episode
-        self._stats: list[dict[str, stats.Stats]] = []
+        self._stats: list[dict[str, layout.Stats]] = []
         self._shard, self._bytes, self._count = Shard(), 0, 0
         self._data: pq.ParquetWriter | None = None
 
@@ -89,11 +89,11 @@ class _Writer:
             "terminated": episode.terminated,
             "diverged": episode.diverged,
         }
-        found = {name: stats.of_values(column) for name, column in values.items()}
+        found = {name: layout.of_values(column) for name, column in values.items()}
         for name, film in self._films.items():
             frames = episode.frames[name][: len(episode)]
             row |= film.add(frames)
-            found[IMAGES + name] = stats.of_frames(frames)
+            found[IMAGES + name] = layout.of_frames(frames)
         self._rows.append(row)
         self._stats.append(found)
         self._count += len(episode)
@@ -123,7 +123,7 @@ class _Writer:
         pq.write_table(pa.Table.from_pylist(listed), Shard().path(self._root, layout.EPISODES))
         tasks = pd.DataFrame({"task_index": [0]}, index=pd.Index([self._about.task], name="task"))
         tasks.to_parquet(self._root / layout.TASKS)
-        whole = {name: stats.together([found[name] for found in self._stats]) for name in self._stats[0]}
+        whole = {name: layout.together([found[name] for found in self._stats]) for name in self._stats[0]}
         self._write_json(
             layout.STATS, {name: {k: _plain(v) for k, v in column.items()} for name, column in whole.items()}
         )
@@ -153,3 +153,53 @@ class _Writer:
 
 def _plain(value: Any) -> Any:
     return value.tolist() if isinstance(value, np.ndarray) else value
+
+
+class Film:
+    """The films of one camera, one after the other."""
+
+    def __init__(self, root: pathlib.Path, key: str, rate: int, most_bytes: float):
+        self._root, self._key, self._rate, self._most_bytes = root, key, rate, most_bytes
+        self._shard, self._frames = Shard(), 0
+        self._writer: Any = None
+
+    def add(self, frames: np.ndarray) -> dict[str, float]:
+        """Appends the frames (n, height, width, 3) of an episode; returns where they are, as columns."""
+        height, width = frames.shape[1:3]
+        if self._frames * height * width * _BYTES_A_PIXEL > self._most_bytes:
+            self.close()
+            self._shard, self._frames = self._shard.next(), 0
+        if self._writer is None:
+            path = self._shard.path(self._root, VIDEO, video_key=self._key)
+            self._writer = _writer(path, width, height, self._rate)
+        for frame in frames:
+            self._writer.send(np.ascontiguousarray(frame))
+        first, self._frames = self._frames, self._frames + len(frames)
+        name = f"videos/{self._key}"
+        return {
+            **self._shard.columns(name),
+            f"{name}/from_timestamp": first / self._rate,
+            f"{name}/to_timestamp": self._frames / self._rate,
+        }
+
+    def close(self) -> None:
+        """Finishes the present film."""
+        if self._writer is not None:
+            self._writer.close()
+            self._writer = None
+
+
+def _writer(path: pathlib.Path, width: int, height: int, rate: int) -> Any:
+    """Takes frames for a file. Every other frame can be understood by itself, and none needs a later one."""
+    writer = imageio_ffmpeg.write_frames(
+        str(path),
+        (width, height),
+        fps=rate,
+        codec="libx264",
+        quality=None,
+        macro_block_size=2,
+        ffmpeg_log_level="error",
+        output_params=["-preset", "veryfast", "-crf", "20", "-g", "2", "-bf", "0"],
+    )
+    writer.send(None)
+    return writer

@@ -10,8 +10,7 @@ import pandas as pd
 
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.experiments import statistics
-from caregiver_mj.recording.body_limits import BODY_LIMITS, CAUTION
-from caregiver_mj.recording.contacts import FAR, FLAME_CLEAR, WAX_CLEAR, Contacts
+from caregiver_mj.recording.contacts import BODY_LIMITS, CAUTION, FAR, FLAME_CLEAR, WAX_CLEAR, Contacts
 from caregiver_mj.recording.record import COLUMNS, DAMAGE_THRESHOLD
 from caregiver_mj.viz.report import published
 from caregiver_mj.viz.report.left import left_cell
