@@ -26,8 +26,7 @@ from caregiver_mj.children.family import Family
 from caregiver_mj.children.side_by_side import side_by_side
 from caregiver_mj.envs.target_grid import GridTargetsVector, TargetGrid
 from caregiver_mj.experiments.blocks import run_block
-from caregiver_mj.experiments.seeds import episode_seed
-from caregiver_mj.experiments.settings import EPSILONS, FLOOR, Settings
+from caregiver_mj.experiments.settings import EPSILONS, FLOOR, Settings, episode_seed
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import house_set
 

@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter
 
 from caregiver_mj.experiments.intervals import Estimate
-from caregiver_mj.experiments.samples import Sample, pairs
+from caregiver_mj.experiments.statistics import Sample, pairs
 from caregiver_mj.experiments.two_level import of_difference, of_ratio
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.figures import as_bytes

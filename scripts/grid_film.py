@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from PIL import Image, ImageDraw
 
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.experiments.seeds import episode_seed, episode_tapes
+from caregiver_mj.experiments.settings import episode_seed, episode_tapes
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz import colours

@@ -34,12 +34,11 @@ from rich.progress import Progress, track
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
-from caregiver_mj.experiments.fingerprint import source_digest
 from caregiver_mj.experiments.intervals import Estimate
+from caregiver_mj.experiments.provenance import source_digest, versions
 from caregiver_mj.experiments.run_folder import RunFolder
-from caregiver_mj.experiments.seeds import episode_seed, episode_tapes
 from caregiver_mj.experiments.settings import Settings
-from caregiver_mj.experiments.versions import versions
+from caregiver_mj.experiments.settings import episode_seed, episode_tapes
 from caregiver_mj.experiments.workers import run_jobs
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz.figures import as_bytes

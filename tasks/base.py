@@ -11,8 +11,7 @@ import numpy as np
 from dm_control.suite import base
 from dm_env import specs
 
-from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.caregivers.start import starting_tables
+from caregiver_mj.caregivers.caregiver import Caregiver, starting_tables
 from caregiver_mj.caregivers.told import Truth
 from caregiver_mj.children.family import Family, Who
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape, start_cells

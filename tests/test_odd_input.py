@@ -14,7 +14,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.grid.world import GridWorld, run_episodes
-from caregiver_mj.interventions.intervention import Intervention, Interventions
+from caregiver_mj.interventions.verb import Intervention, Interventions
 from caregiver_mj.plans.generator import generate
 from caregiver_mj.plans.hazards import NOTHING, DamageWeights
 from caregiver_mj.plans.sets import house_set, houses_named

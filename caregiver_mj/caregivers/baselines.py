@@ -5,13 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.sparse import coo_array
 
 from caregiver_mj.caregivers.caregiver import Caregiver, first_of_greatest
 from caregiver_mj.caregivers.followers import Followers
 from caregiver_mj.caregivers.percept import Percept
+from caregiver_mj.children.novice import Novice
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, pick
+from caregiver_mj.danger.chain import expected_visits
+from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
+
+EPSILON = 0.5  # of the novice that is expected
 
 
 class RandomCaregiver(Caregiver):
@@ -74,3 +80,77 @@ class GuardCaregiver(Caregiver):
             nearest = self.plan.hazards.of_stairwell(self._walk[percept.caregiver_cell].argmin(axis=1))
             self._post = np.where(self._post == NOTHING, nearest, self._post)
         return self._post
+
+
+class ChildproofCaregiver(GuardCaregiver):
+    """Puts the candles on the tables into which a novice is least likely to bump, then guards the nearest stairwell."""
+
+    def __init__(self, plan: FloorPlan, seed: int = 0):
+        super().__init__(plan, seed)
+        chosen = np.argsort(table_exposure(plan), kind="stable")[: len(plan.candle_tables)].tolist()
+        # A candle that is on one of them already stays; the others take in turn what is left.
+        left = iter([table for table in chosen if table not in plan.candle_tables])
+        self._tables = np.array([table if table in chosen else next(left) for table in plan.candle_tables], int)
+
+    def prepare(self, candle_table: np.ndarray) -> np.ndarray:
+        return np.tile(self._tables, (len(candle_table), 1))
+
+
+def table_exposure(plan: FloorPlan, epsilon: float = EPSILON, timesteps: int = EPISODE_TIMESTEPS) -> np.ndarray:
+    """Expected bumps of a novice into each table in an episode, if nobody is in its way: exact, (tables,).
+
+    The novice is a Markov chain on pairs of its cell and its bin. It starts in any of them with equal probability.
+    """
+    bins, states = len(plan.bins), len(plan.free_cells) * len(plan.bins)
+    probability = Novice(plan, epsilon).action_probabilities()  # (cells, bins, actions)
+    next_cell, target, index = plan.graph.moves
+    reaches = ((target == Target.BIN) & (index == np.arange(bins)[:, None, None])).transpose(1, 0, 2)
+    # A bin that has been reached is followed by any of them, else the next one is the same one.
+    next_bin = np.where(reaches[..., None], 1.0 / bins, np.eye(bins)[:, None, :])
+    chance = probability[..., None] * next_bin  # (cells, bins, actions, next bins)
+    cell, goal, action, after = np.nonzero(chance)
+    entries = chance[cell, goal, action, after], (cell * bins + goal, next_cell[cell, action] * bins + after)
+    transition = coo_array(entries, shape=(states, states)).tocsr()
+    visits = expected_visits(transition, np.full(states, 1.0 / states), timesteps).reshape(-1, bins)
+
+    tries = (visits[..., None] * probability).sum(axis=1)  # (cells, actions)
+    return tries[target == Target.TABLE] @ np.eye(len(plan.tables))[index[target == Target.TABLE]]
+
+
+class WandererCaregiver(RandomCaregiver):
+    """Draws a hazard as `RandomCaregiver` does, but not another one before the first is done with.
+
+    That is the case once it stands in the stairwell, once the candle has come to stand on another table, or once the
+    hazard is not worth protecting the children from any more.
+    """
+
+    def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
+        super().reset(batch, seeds, children)
+        self._target = np.full(batch, NOTHING)
+        self._table = np.full(batch, NOTHING)  # on which the candle was when it was drawn
+
+    def choose(self, percept: Percept) -> np.ndarray:
+        drawn, goes_on = super().choose(percept), self._goes_on(percept)
+        self._target = np.where(goes_on, self._target, drawn)
+        self._table = np.where(goes_on, self._table, self._table_of(drawn, percept))
+        return self._target
+
+    def _goes_on(self, percept: Percept) -> np.ndarray:
+        """Whether there is still something to do about the hazard, (B,)."""
+        hazards, target = self.plan.hazards, self._target
+        if len(hazards) == 0:
+            return np.zeros(len(target), bool)
+        worlds, candle, table = np.arange(len(target)), hazards.candle(target), self._table_of(target, percept)
+        landing = len(self.plan.free_cells) + hazards.stairwell(target)
+        there = hazards.is_stairwell(target) & (percept.caregiver_cell == landing)
+        moved = (candle != NOTHING) & (table != NOTHING) & (table != self._table)
+        held = (candle != NOTHING) & (candle == percept.holding)  # which is not worth it, as it is safe already
+        worth = self.worth_protecting(percept)[worlds, target] | held
+        return (target != NOTHING) & worth & ~there & ~moved
+
+    def _table_of(self, hazard: np.ndarray, percept: Percept) -> np.ndarray:
+        """The tables on which hazards are, (B,); NOTHING for stairwells, and for candles that are on none."""
+        candle = self.plan.hazards.candle(hazard)
+        if percept.candle_table.shape[1] == 0:
+            return np.full(len(hazard), NOTHING)
+        return np.where(candle == NOTHING, NOTHING, percept.candle_table[np.arange(len(hazard)), candle])

@@ -12,12 +12,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from caregiver_mj.caregivers.followers import Followers
-from caregiver_mj.caregivers.pace import PAPER, Pace
-from caregiver_mj.caregivers.percept import Assessment, Percept, bare_tables
+from caregiver_mj.caregivers.percept import PAPER, Assessment, Pace, Percept, bare_tables
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.interventions.intervention import BLOCK, DO_NOTHING, RELOCATE, STAND_ASIDE, Interventions
+from caregiver_mj.interventions.registry import VERBS
+from caregiver_mj.interventions.verb import BLOCK, DO_NOTHING, RELOCATE, STAND_ASIDE, Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.hazards import NOTHING, HazardKind, Hazards
 
 
 class Caregiver(abc.ABC):
@@ -172,3 +172,70 @@ def first_of_greatest(score: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return np.full(len(score), NOTHING), np.zeros(len(score))
     greatest = score.max(axis=1)
     return (score >= greatest[:, None] * (1 - 1e-9)).argmax(axis=1), greatest
+
+
+def answer(caregiver: Caregiver, percept: Percept) -> Interventions:
+    """What a caregiver decides.
+
+    Raises:
+        CaregiverError: It is nothing that could be done in B worlds of its house.
+    """
+    given, batch, who = caregiver.decide(percept), len(percept.child_cell), f"{type(caregiver).__name__}.decide"
+    if not isinstance(given, Interventions) or np.shape(given.verb) != (batch,):
+        raise CaregiverError(f"{who} must answer with Interventions for {batch} worlds, not {given!r}")
+    _check(f"{who}: hazard", given.hazard, batch, len(caregiver.plan.hazards))
+    _check_kinds(who, caregiver.plan.hazards, given)
+    # Other verbs mean other things by it.
+    moved = np.where(np.asarray(given.verb) == RELOCATE, given.destination, NOTHING)
+    _check(f"{who}: destination", moved, batch, len(caregiver.plan.tables))
+    return given
+
+
+def _check_kinds(who: str, hazards: Hazards, given: Interventions) -> None:
+    """Raises CaregiverError unless stairwells are blocked, and candles relocated."""
+    for name, verb in VERBS.items():
+        if verb.about is None:
+            continue
+        numbers = np.asarray(given.hazard)[np.asarray(given.verb) == name]
+        is_right = hazards.is_stairwell(numbers) if verb.about == HazardKind.STAIRWELL else hazards.is_candle(numbers)
+        if not is_right.all():
+            right = [number for number, hazard in enumerate(hazards) if hazard.kind == verb.about]
+            wrong = int(numbers[~is_right][0])
+            raise CaregiverError(
+                f"{who}: '{name}' is for a {verb.about}, of which there are {right or 'none'}, not for hazard {wrong}"
+            )
+
+
+def _check(what: str, numbers: np.ndarray, batch: int, count: int) -> None:
+    """Raises CaregiverError unless these are numbers (B,) of so many things, or NOTHING."""
+    numbers = np.asarray(numbers)
+    if numbers.shape != (batch,) or not np.issubdtype(numbers.dtype, np.integer):
+        raise CaregiverError(f"{what} must be {batch} integers, not {numbers!r}")
+    if ((numbers < NOTHING) | (numbers >= count)).any():
+        raise CaregiverError(f"{what} must be -1 to {count - 1}, not {numbers}")
+
+
+def starting_tables(plan: FloorPlan, caregiver: Caregiver | None, batch: int = 1) -> np.ndarray:
+    """Where the candles stand at first: where the floor plan has them, or where the caregiver has put them before.
+
+    Args:
+        plan: The house.
+        caregiver: Who protects the children; it has been reset for as many episodes. None if nobody does.
+        batch: Number of episodes.
+
+    Returns:
+        Table indices, (episodes, candles).
+
+    Raises:
+        CaregiverError: The caregiver's are none.
+    """
+    as_planned = np.tile(np.array(plan.candle_tables, int), (batch, 1))
+    if caregiver is None:
+        return as_planned
+    tables = np.asarray(caregiver.prepare(as_planned.copy()))
+    who, last = f"{type(caregiver).__name__}.prepare", len(plan.tables) - 1
+    if tables.shape != as_planned.shape or not np.issubdtype(tables.dtype, np.integer):
+        raise CaregiverError(f"{who} must answer with integers of shape {as_planned.shape}, not {tables!r}")
+    if ((tables < 0) | (tables > last)).any() or (np.diff(np.sort(tables, axis=1), axis=1) == 0).any():
+        raise CaregiverError(f"{who} must give each candle a table of its own, 0 to {last}, not {tables}")
+    return tables

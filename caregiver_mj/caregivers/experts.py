@@ -9,7 +9,7 @@ import numpy as np
 
 from caregiver_mj.children.expert import EXPERT_TIMESTEPS, expert_trajectories
 from caregiver_mj.danger import safety
-from caregiver_mj.danger.local_prior import carried_prior, context, context_counts, sector
+from caregiver_mj.danger.safety import carried_prior, context, context_counts, sector
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 
@@ -58,7 +58,7 @@ class Elsewhere(Experts):
     """Experts who walked about other houses; what they did there is carried over by what was around them.
 
     Attributes:
-        alpha: alpha_phi(a) of every context, (contexts, 4); see `danger.local_prior`.
+        alpha: alpha_phi(a) of every context, (contexts, 4); see `danger.safety`.
     """
 
     def __init__(self, alpha: np.ndarray):

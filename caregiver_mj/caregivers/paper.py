@@ -133,3 +133,28 @@ class PaperMaxAlikeCaregiver(PaperCaregiver):
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
         super().__init__(plan, seed, over_children="max", weighs_safety=False)
+
+
+class StairsCaregiver(PaperCaregiver):
+    """The rule on stairwells only: it never touches a candle."""
+
+    def worth_protecting(self, percept: Percept) -> np.ndarray:
+        hazards = self.plan.hazards
+        return super().worth_protecting(percept) & hazards.is_stairwell(np.arange(len(hazards)))
+
+
+class CandlesCaregiver(PaperCaregiver):
+    """The rule on candles only: it never blocks a stairwell."""
+
+    def worth_protecting(self, percept: Percept) -> np.ndarray:
+        hazards = self.plan.hazards
+        return super().worth_protecting(percept) & hazards.is_candle(np.arange(len(hazards)))
+
+
+class PaperStillCaregiver(PaperCaregiver):
+    """The rule without making room: where a child bars its way, or there is nothing to do, it stays where it is.
+
+    The paper says nothing about how its caregiver yields to the child. That it does is ours, and this is without it.
+    """
+
+    yields = False

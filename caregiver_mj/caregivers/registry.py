@@ -5,21 +5,25 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, TypeGuard
 
-from caregiver_mj.caregivers.baselines import GuardCaregiver, NearestCaregiver, RandomCaregiver
+from caregiver_mj.caregivers.baselines import (
+    ChildproofCaregiver,
+    GuardCaregiver,
+    NearestCaregiver,
+    RandomCaregiver,
+    WandererCaregiver,
+)
 from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.caregivers.childproof import ChildproofCaregiver
 from caregiver_mj.caregivers.foresight.clairvoyant import ClairvoyantCaregiver
-from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
-from caregiver_mj.caregivers.foresight.knows_goal import KnowsGoalCaregiver
+from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, KnowsGoalCaregiver, PaperPredictiveCaregiver
 from caregiver_mj.caregivers.paper import (
+    CandlesCaregiver,
     PaperAlikeCaregiver,
     PaperCaregiver,
     PaperMaxAlikeCaregiver,
     PaperMaxCaregiver,
+    PaperStillCaregiver,
+    StairsCaregiver,
 )
-from caregiver_mj.caregivers.parts import CandlesCaregiver, PaperStillCaregiver, StairsCaregiver
-from caregiver_mj.caregivers.predictive import PaperPredictiveCaregiver
-from caregiver_mj.caregivers.wanderer import WandererCaregiver
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.registry import Registry, check_call, named_object

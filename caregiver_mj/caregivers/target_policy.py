@@ -7,10 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from caregiver_mj.caregivers.commanded import CommandedCaregiver
-from caregiver_mj.caregivers.lookout import Lookout, Observations
+from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.caregivers.slots import Slots
+from caregiver_mj.caregivers.target_observation import Lookout, Observations, Slots
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.registry import errors_of

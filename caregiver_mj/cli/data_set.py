@@ -14,10 +14,9 @@ import rich.progress
 
 from caregiver_mj.cli import PROGRAM
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.executors import LocalExecutor
 from caregiver_mj.experiments.run_folder import StorageError
-from caregiver_mj.experiments.seeds import episode_seed
-from caregiver_mj.experiments.workers import WorkerError
+from caregiver_mj.experiments.settings import episode_seed
+from caregiver_mj.experiments.workers import LocalExecutor, WorkerError
 from caregiver_mj.plans import sets
 from caregiver_mj.plans.floor_plan import house_names
 from caregiver_mj.recording.steps import Store

@@ -27,10 +27,9 @@ from caregiver_mj.cli.table import output, print_harm, print_table
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import evaluation
 from caregiver_mj.experiments.blocks import try_all
-from caregiver_mj.experiments.executors import Executor
 from caregiver_mj.experiments.run_folder import RunFolder, StorageError
 from caregiver_mj.experiments.settings import EPSILONS, FLOOR, Settings
-from caregiver_mj.experiments.workers import WorkerError
+from caregiver_mj.experiments.workers import Executor, WorkerError
 
 
 def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

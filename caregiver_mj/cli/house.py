@@ -11,19 +11,19 @@ import rich.text
 from caregiver_mj.cli import PROGRAM
 from caregiver_mj.cli.parsing import add_seed, houses, warn_of_no_room
 from caregiver_mj.errors import CaregiverError, FloorPlanError
-from caregiver_mj.plans import symbols
+from caregiver_mj.plans import cell_graph
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.generator import generate
 from caregiver_mj.plans.shapes import SHAPES, generate_shape
 
 # How `house show` paints each kind of cell: rich style, and what to call it (one, several).
 _CELLS = {
-    symbols.WALL: ("white on grey30", "wall", "walls"),
-    symbols.FREE: ("grey50", "free cell", "free cells"),
-    symbols.STAIRWELL: ("bold white on red3", "stairwell", "stairwells"),
-    symbols.CANDLE: ("bold black on orange1", "table with a candle", "tables with a candle"),
-    symbols.TABLE: ("black on tan", "bare table", "bare tables"),
-    symbols.BIN: ("bold white on green4", "toy bin", "toy bins"),
+    cell_graph.WALL: ("white on grey30", "wall", "walls"),
+    cell_graph.FREE: ("grey50", "free cell", "free cells"),
+    cell_graph.STAIRWELL: ("bold white on red3", "stairwell", "stairwells"),
+    cell_graph.CANDLE: ("bold black on orange1", "table with a candle", "tables with a candle"),
+    cell_graph.TABLE: ("black on tan", "bare table", "bare tables"),
+    cell_graph.BIN: ("bold white on green4", "toy bin", "toy bins"),
 }
 
 _COUNTS = ("rooms", "stairwells", "candles", "tables", "bins")  # options of `house make`
@@ -90,7 +90,7 @@ def _check(arguments: argparse.Namespace) -> None:
     counts = []
     for kind, (_, one, several) in _CELLS.items():
         count = len(plan.cells_of(kind))
-        if kind != symbols.WALL:
+        if kind != cell_graph.WALL:
             counts.append(f"{count} {one if count == 1 else several}")
     print(f"OK: {plan.name}, {width} x {height} cells, {', '.join(counts)}")
     warn_of_no_room(plan)

@@ -11,10 +11,10 @@ from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES
 from caregiver_mj.children.family import CHILDREN, NOVICE, Family
 from caregiver_mj.cli import PROGRAM
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.executors import Executor, LocalExecutor
+from caregiver_mj.experiments.workers import Executor, LocalExecutor
 from caregiver_mj.plans import floor_plan
-from caregiver_mj.plans.drivable import is_drivable
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.generator import is_drivable
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.robot.embodiment import DEFAULT

@@ -20,10 +20,8 @@ from caregiver_mj.cli.parsing import (
     read_house,
 )
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.executors import LocalExecutor
-from caregiver_mj.experiments.fingerprint import source_digest
-from caregiver_mj.experiments.origin import origins
-from caregiver_mj.experiments.versions import versions
+from caregiver_mj.experiments.provenance import origins, source_digest, versions
+from caregiver_mj.experiments.workers import LocalExecutor
 from caregiver_mj.recording.steps import Store
 
 if TYPE_CHECKING:

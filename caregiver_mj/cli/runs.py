@@ -45,8 +45,10 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
 
 
 def _compare(arguments: argparse.Namespace) -> None:
-    from caregiver_mj.experiments.compare import compare_runs  # need pandas, which takes a second to import
-    from caregiver_mj.experiments.finished import read_finished
+    from caregiver_mj.experiments.finished import (
+        compare_runs,  # need pandas, which takes a second to import
+        read_finished,
+    )
 
     first, second = map(read_finished, arguments.folders)
     found = compare_runs(first, second, arguments.caregiver)
@@ -118,8 +120,10 @@ def _verdict(row: dict[str, Any]) -> str:
 
 
 def _pool(arguments: argparse.Namespace) -> None:
-    from caregiver_mj.experiments.finished import read_finished  # needs pandas, which takes a second to import
-    from caregiver_mj.experiments.pool import pool_runs
+    from caregiver_mj.experiments.finished import (
+        pool_runs,
+        read_finished,  # needs pandas, which takes a second to import
+    )
 
     if len(arguments.folders) < 2:
         raise CaregiverError("pool needs two runs at least")

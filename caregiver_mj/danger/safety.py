@@ -16,6 +16,9 @@ import numpy as np
 ACTION_COUNT = 4
 PRIOR_SAFE = 0.5  # P(safe), section III
 HYPERPRIOR = 1.0  # alpha_s^0(a), section II; the paper gives no value, this one is Laplace's
+SECTORS = 8  # in which a goal can lie, clockwise from north: straight ahead, to the upper right, ...
+KINDS = 5  # of what can stand in a cell
+CONTEXTS = KINDS**ACTION_COUNT * SECTORS
 
 
 def action_counts(
@@ -148,3 +151,67 @@ def expected_danger(safe: np.ndarray, reach: np.ndarray, damage: np.ndarray) -> 
         Array (..., objects).
     """
     return (1.0 - safe)[..., None] * reach * damage
+
+
+def sector(down: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """The sector of a place so many cells down and to the right, not both 0: integers of the same shape.
+
+    Only the signs count. Sectors of 45 degrees told less of where experts go (on houses of `train-40`).
+    """
+    return np.rint(np.arctan2(np.sign(right), -np.sign(down)) / (2.0 * np.pi / SECTORS)).astype(int) % SECTORS
+
+
+def context(around: np.ndarray, goal_sector: np.ndarray) -> np.ndarray:
+    """Numbers of contexts.
+
+    Args:
+        around: What stands north, east, south and west, below `KINDS`, (..., 4).
+        goal_sector: Where the goal lies, (...).
+
+    Returns:
+        Integers below `CONTEXTS`, (...).
+    """
+    return (around @ KINDS ** np.arange(ACTION_COUNT)) * SECTORS + goal_sector
+
+
+def context_counts(
+    around: np.ndarray, goal_sector: np.ndarray, action: np.ndarray, hyperprior: float = HYPERPRIOR
+) -> np.ndarray:
+    """alpha_phi(a), of n moves of experts; each belongs to another cell, or another trajectory.
+
+    Args:
+        around: What stood around them, (n, 4), as for `context`.
+        goal_sector: In which sector their goal lay, (n,).
+        action: The moves, (n,): north, east, south or west.
+        hyperprior: alpha^0; positive.
+
+    Returns:
+        Array (`CONTEXTS`, 4).
+
+    Raises:
+        ValueError: The hyperprior is not positive.
+    """
+    if not hyperprior > 0:
+        raise ValueError(f"the hyperprior must be positive, not {hyperprior}")
+    alpha = np.full((CONTEXTS, ACTION_COUNT), float(hyperprior))
+    directions = np.arange(ACTION_COUNT)
+    for mirrored in (1, -1):  # what is east is west
+        for quarters in directions:  # turned clockwise
+            seen = np.empty_like(around)
+            seen[:, (mirrored * directions + quarters) % ACTION_COUNT] = around
+            to_goal = (mirrored * goal_sector + quarters * SECTORS // ACTION_COUNT) % SECTORS
+            np.add.at(alpha, (context(seen, to_goal), (mirrored * action + quarters) % ACTION_COUNT), 1.0)
+    return alpha
+
+
+def carried_prior(theta: np.ndarray, contexts: np.ndarray) -> np.ndarray:
+    """theta_s(a) in a house.
+
+    Args:
+        theta: theta_phi(a) of every context, (`CONTEXTS`, 4), rows sum to 1.
+        contexts: phi(s, g), (cells, goals).
+
+    Returns:
+        Array (cells, 4), rows sum to 1.
+    """
+    return theta[contexts].mean(axis=1)

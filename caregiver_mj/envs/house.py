@@ -15,7 +15,7 @@ import numpy as np
 from dm_control.rl import control
 from gymnasium import spaces
 
-from caregiver_mj.caregivers.lookout import Observations
+from caregiver_mj.caregivers.target_observation import Observations
 from caregiver_mj.children.family import Who
 from caregiver_mj.envs.bounds import BoundedObservations
 from caregiver_mj.envs.cost import CostMeter

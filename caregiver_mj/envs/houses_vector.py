@@ -11,7 +11,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
-from caregiver_mj.caregivers.lookout import Observations
+from caregiver_mj.caregivers.target_observation import Observations
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.family import ChildSpec, Family, Who
 from caregiver_mj.children.side_by_side import side_by_side

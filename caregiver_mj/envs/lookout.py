@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from caregiver_mj.caregivers.lookout import Lookout
+from caregiver_mj.caregivers.target_observation import Lookout
 from caregiver_mj.errors import check_kind
 
 

@@ -12,10 +12,9 @@ from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
-from caregiver_mj.caregivers.commanded import CommandedCaregiver
-from caregiver_mj.caregivers.lookout import Lookout, Observations
+from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.caregivers.slots import Slots
+from caregiver_mj.caregivers.target_observation import Lookout, Observations, Slots
 from caregiver_mj.children.family import Family, Who
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
 from caregiver_mj.envs.cost import CostMeter

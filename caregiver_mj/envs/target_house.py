@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 from dm_control.rl import control
 
-from caregiver_mj.caregivers.commanded import CommandedCaregiver
-from caregiver_mj.caregivers.lookout import Lookout, Observations
+from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.caregivers.slots import Slots
+from caregiver_mj.caregivers.target_observation import Lookout, Observations, Slots
 from caregiver_mj.children.family import Who
 from caregiver_mj.envs.cost import CostMeter
 from caregiver_mj.plans.floor_plan import FloorPlan

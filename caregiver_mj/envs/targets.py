@@ -10,7 +10,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from caregiver_mj.caregivers.lookout import Observations
+from caregiver_mj.caregivers.target_observation import Observations
 from caregiver_mj.children.family import Who
 from caregiver_mj.envs.lookout import action_space, observation_space
 from caregiver_mj.envs.seeds import episode_seed

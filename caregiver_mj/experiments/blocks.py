@@ -6,8 +6,10 @@ A row depends on nothing but the settings and its own place in them.
 from __future__ import annotations
 
 import functools
+import sys
 import time
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -18,17 +20,40 @@ from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.run_folder import Result
-from caregiver_mj.experiments.seeds import episode_random, episode_seed, episode_tapes
-from caregiver_mj.experiments.settings import FLOOR, Block, Settings
+from caregiver_mj.experiments.settings import FLOOR, Block, Settings, episode_random, episode_seed, episode_tapes
 from caregiver_mj.grid.floor import FloorWorld
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house
-from caregiver_mj.recording.record import EpisodeRecord
+from caregiver_mj.recording.record import COLUMNS, EpisodeRecord
+
+if TYPE_CHECKING:
+    import pandas as pd  # imported where used: workers, and commands that only read a plan, do without
+
 
 MAPS = ("visits", "damage")  # summed for every free cell over all episodes
-
 # What is measured of every episode, one family after the other, and each of the maps (`MAPS`), (episodes, free cells).
 _Measured = tuple[list[dict[str, Any]], tuple[np.ndarray, np.ndarray]]
+
+
+def _make_house(plan: FloorPlan, family: Family, caregiver: str, seed: int, embodiment: str) -> tuple[Any, Any]:
+    """A house, and the policy of the caregiver in it (None for "none"). Building them takes a second."""
+    from caregiver_mj import tasks  # here, for the grid does without MuJoCo
+
+    robot = caregiver != "none"
+    kwargs, visuals = {"robot": robot, "embodiment": embodiment}, needs_pictures(caregiver)
+    env = tasks.load("supervise", plan, family, np.random.RandomState(0), task_kwargs=kwargs, visuals=visuals)
+    if not robot:
+        return env, None
+    from caregiver_mj.policy.registry import make_policy
+
+    return env, make_policy(env, caregiver, seed)
+
+
+_house = functools.lru_cache(maxsize=1)(_make_house)  # blocks of one caregiver and family follow each other
+_WHICH = ("world", "house", "caregiver", "family", "episode", "seed")
+_TYPES = {column.name: column.type for column in COLUMNS}
+_TEXTS = [name for name, kind in _TYPES.items() if kind == "str"]
+_LARGEST = 2.0**53  # from which on a number in a table is none that was counted
 
 
 @functools.lru_cache(maxsize=1)  # asked before a folder is made, and again by whoever runs them
@@ -124,18 +149,84 @@ def _run_in_house(settings: Settings, plan: FloorPlan, block: Block, seeds: list
     return measured, (np.concatenate(visits), np.concatenate(damage))
 
 
-def _make_house(plan: FloorPlan, family: Family, caregiver: str, seed: int, embodiment: str) -> tuple[Any, Any]:
-    """A house, and the policy of the caregiver in it (None for "none"). Building them takes a second."""
-    from caregiver_mj import tasks  # here, for the grid does without MuJoCo
+class Tables(NamedTuple):
+    """What came of a block, or of a run.
 
-    robot = caregiver != "none"
-    kwargs, visuals = {"robot": robot, "embodiment": embodiment}, needs_pictures(caregiver)
-    env = tasks.load("supervise", plan, family, np.random.RandomState(0), task_kwargs=kwargs, visuals=visuals)
-    if not robot:
-        return env, None
-    from caregiver_mj.policy.registry import make_policy
+    Attributes:
+        episodes: A row an episode.
+        maps: A row for each caregiver, family and free cell.
+    """
 
-    return env, make_policy(env, caregiver, seed)
+    episodes: pd.DataFrame
+    maps: pd.DataFrame
 
 
-_house = functools.lru_cache(maxsize=1)(_make_house)  # blocks of one caregiver and family follow each other
+def tables_of(settings: Settings, block: Block, result: Result) -> Tables:
+    """The tables of one block."""
+    import pandas as pd
+
+    episodes = pd.DataFrame(result["rows"])
+    for column in _TEXTS:
+        episodes[column] = [sys.intern(text) for text in episodes[column]]
+    plan = settings.plan_of[block.house] if block.house else settings.plan
+    row, column = np.array(plan.free_cells).T
+    maps = []
+    for family in block.families:
+        what: dict[str, Any] = {"world": settings.world, "house": plan.name, "caregiver": block.caregiver}
+        what |= {"family": str(family), "epsilon": family.epsilon}
+        maps.append(pd.DataFrame(what | {"row": row, "column": column} | result["maps"][str(family)]))
+    return Tables(episodes, pd.concat(maps, ignore_index=True))
+
+
+def belongs(settings: Settings, block: Block, result: Result) -> bool:
+    """Whether a result that was found in a folder is one of this block: all its rows, and a map for each family."""
+    plan = settings.plan_of[block.house] if block.house else settings.plan
+    try:
+        found = [tuple(row[key] for key in _WHICH) for row in result["rows"]]
+        maps = [result["maps"][str(family)][name] for family in block.families for name in MAPS]
+        if not all(map(_is_row, result["rows"])) or not all(_fits(values, "list[float]") for values in maps):
+            return False
+    except (AttributeError, KeyError, TypeError):
+        return False
+    who = settings.world, plan.name, block.caregiver
+    wanted = [
+        (*who, str(family), episode, episode_seed(settings.seed, episode))
+        for family in block.families
+        for episode in block.numbers
+    ]
+    return found == wanted and {*map(len, maps)} == {len(plan.free_cells)}
+
+
+def _is_row(row: Mapping[str, Any]) -> bool:
+    """Whether it has all columns, each of its type."""
+    return row.keys() == _TYPES.keys() and all(_fits(row[name], kind) for name, kind in _TYPES.items())
+
+
+def _fits(value: Any, kind: str) -> bool:
+    """Whether something can be in a column of a type: numbers are finite, and never negative."""
+    if kind == "str":
+        return isinstance(value, str)
+    if kind == "list[float]":
+        return isinstance(value, list) and all(_fits(one, "float") for one in value)
+    kinds = (int, float) if kind == "float" else (int,)
+    return isinstance(value, kinds) and not isinstance(value, bool) and 0 <= value < _LARGEST
+
+
+def put_together(settings: Settings, blocks: Sequence[Tables]) -> Tables:
+    """Those of a run: house by house, family by family, caregiver by caregiver."""
+    import pandas as pd
+
+    episodes = pd.concat([block.episodes for block in blocks], ignore_index=True)
+    maps = pd.concat([block.maps for block in blocks], ignore_index=True)
+    orders = {
+        "house": {plan.name: i for i, plan in enumerate(settings.plans)},
+        "family": {str(family): i for i, family in enumerate(settings.families)},
+        "caregiver": {name: i for i, name in enumerate(settings.caregivers)},
+    }
+
+    def in_order(table: pd.DataFrame) -> pd.DataFrame:
+        places = [table[column].map(order).to_numpy() for column, order in orders.items()]
+        return table.iloc[np.lexsort(places[::-1])].reset_index(drop=True)
+
+    keys = [column for column in maps if column not in MAPS]
+    return Tables(in_order(episodes), in_order(maps.groupby(keys, sort=False, as_index=False)[list(MAPS)].sum()))

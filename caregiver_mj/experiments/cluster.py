@@ -17,9 +17,8 @@ from collections.abc import Callable, Generator, Sequence
 from typing import Any, TypeVar
 
 from caregiver_mj.errors import CaregiverError, MissingExtraError
-from caregiver_mj.experiments.executors import Code
-from caregiver_mj.experiments.fingerprint import difference, fingerprint
-from caregiver_mj.experiments.workers import WorkerError, attempt
+from caregiver_mj.experiments.provenance import difference, fingerprint
+from caregiver_mj.experiments.workers import Code, WorkerError, attempt
 from caregiver_mj.registry import modules_of_the_folder
 
 Job = TypeVar("Job")

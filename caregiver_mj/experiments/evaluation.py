@@ -12,13 +12,11 @@ import functools
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from caregiver_mj.experiments.blocks import run_block, try_all
-from caregiver_mj.experiments.by_house import by_house
-from caregiver_mj.experiments.executors import Executor, LocalExecutor
+from caregiver_mj.experiments.blocks import Tables, belongs, put_together, run_block, tables_of, try_all
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import GRID_BLOCK, Block, Settings
-from caregiver_mj.experiments.summary import summarise
-from caregiver_mj.experiments.tables import Tables, belongs, put_together, tables_of
+from caregiver_mj.experiments.summary import by_house, summarise
+from caregiver_mj.experiments.workers import Executor, LocalExecutor
 
 if TYPE_CHECKING:
     import pandas as pd  # imported where used: workers, and commands that only read a plan, do without

@@ -1,10 +1,11 @@
-"""Finished runs, read from their folders."""
+"""Finished runs, read from their folders, put together and compared."""
 
 from __future__ import annotations
 
 import dataclasses
 import os
 import pathlib
+from collections.abc import Sequence
 from typing import Any
 
 import pandas as pd
@@ -12,11 +13,11 @@ import pandas as pd
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import statistics
-from caregiver_mj.experiments.by_house import by_house
+from caregiver_mj.experiments.blocks import Tables, put_together
 from caregiver_mj.experiments.harm import harm
-from caregiver_mj.experiments.run_folder import read_json
+from caregiver_mj.experiments.run_folder import RunFolder, read_json, told, unlike
 from caregiver_mj.experiments.settings import FLOOR, Settings
-from caregiver_mj.experiments.summary import summarise
+from caregiver_mj.experiments.summary import by_house, summarise
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.recording.record import MEASURES
 from caregiver_mj.robot.embodiment import DEFAULT
@@ -25,6 +26,11 @@ _WHICH = ("world", "house", "caregiver", "family", "epsilon", "episode", "seed")
 _MEASURED = ("damage", "timesteps_to_threshold", "cells_visited", "toys_reached")  # by all versions
 # Whatever reading what somebody has put there may come to, parquet's own errors among them.
 _UNREADABLE = (OSError, ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError, ArithmeticError)
+# May be what it likes in each run, or follows from others.
+_EACH = ("seed", "episodes", "extended_at", "pooled", "file", "epsilons")
+_PAIR = ["house", "family", "seed"]  # what two episodes share that have the same children
+_SIDES = ("first", "second")
+_NOT_SETTINGS = ("epsilons", "extended_at", "file")  # follow from others, or nothing depends on them
 
 
 @dataclasses.dataclass(frozen=True)
@@ -199,3 +205,136 @@ def _harm(rows: list[dict[str, Any]]) -> set[Any] | None:
 def _has_numbers(row: dict[str, Any], names: list[str]) -> bool:
     """Whether a row has all these numbers, or null for them."""
     return all(isinstance(row.get(name, ""), float | int | None) for name in names)
+
+
+def pool_runs(runs: Sequence[Finished], out: str | os.PathLike[str]) -> dict[str, Any]:
+    """Writes a folder with the episodes of all runs, one run's after the other's; each keeps its seed.
+
+    Args:
+        runs: Finished runs of the same settings and versions, but each of a seed of its own, in any order.
+        out: The folder, in which there must not be a run.
+
+    Returns:
+        The content of its summary.json.
+
+    Raises:
+        CaregiverError: The runs are of one seed, or of different settings; or the folder cannot be written.
+    """
+    if os.path.exists(os.path.join(out, "run.json")):
+        raise CaregiverError(f"'{out}' already holds a run: take another folder for those that are pooled")
+    first, *others = runs
+    for other in others:
+        both = _in_any_order(first.record), _in_any_order(other.record)
+        if keys := unlike(*both, _EACH):
+            raise CaregiverError(
+                f"'{first.path}' and '{other.path}' are not the same but for the seed: "
+                + "; ".join(told(keys, *both, ("in the first", "in the second")))
+            )
+    runs = sorted(runs, key=lambda run: run.seeds)  # for intervals depend on the order of what they are resampled from
+    seeds = [pair for run in runs for pair in run.seeds]
+    if len({seed for seed, _ in seeds}) < len(seeds):
+        raise CaregiverError(f"runs to be pooled must have different seeds, not {', '.join(str(s) for s, _ in seeds)}")
+    total = sum(episodes for _, episodes in seeds)
+    record = {**{key: value for key, value in runs[0].record.items() if key != "extended_at"}, "episodes": total}
+    record["pooled"] = [list(pair) for pair in seeds]
+    parts, before = [], 0
+    for run in runs:
+        parts.append(Tables(run.episodes.assign(episode=run.episodes["episode"] + before), run.maps))
+        before += run.settings.episodes
+    settings = Settings.of_record(record)
+    episodes, maps = put_together(settings, parts)
+    houses = by_house(episodes)
+    summary = {**summarise(settings, episodes, houses), "seeds": [seed for seed, _ in seeds]}
+    RunFolder(out, record).finish(episodes, summary, maps, houses)
+    return summary
+
+
+def _in_any_order(record: dict[str, Any]) -> dict[str, Any]:
+    """A record that does not tell in which order a run has had its caregivers and its families."""
+    return record | {key: sorted(record[key], key=str) for key in ("caregivers", "families")}
+
+
+def compare_runs(first: Finished, second: Finished, caregivers: Sequence[str] = ()) -> dict[str, Any]:
+    """What comes of the second run less what comes of the first, in the episodes that both have.
+
+    Args:
+        first: A run.
+        second: Another one of the same world.
+        caregivers: Of the first and of the second; one name for that in both; none for all that both have.
+
+    Returns:
+        As JSON: `rows`, for each caregiver and family `first` and `second`, the mean damage in either, and all that
+        `statistics.comparison_rows` has of the second against the first; `settings`, what is not the same in both.
+
+    Raises:
+        CaregiverError: The runs are of different worlds or houses, or have no such caregiver or no episode in common.
+    """
+    ours, theirs = first.settings, second.settings
+    if ours.world != theirs.world:
+        raise CaregiverError(
+            f"one run is in the {ours.world}, the other in the {theirs.world}: `report` sets both beside"
+        )
+    for name in ours.plan_of.keys() & theirs.plan_of.keys():
+        if ours.plan_of[name].rows != theirs.plan_of[name].rows:
+            raise CaregiverError(f"house '{name}' is another one in the second run")
+    rows = []
+    for pair in _pairs(ours.caregivers, theirs.caregivers, caregivers):
+        ours_, theirs_ = (
+            run.episodes[run.episodes.caregiver == name] for run, name in zip((first, second), pair, strict=True)
+        )
+        # Where runs were pooled, episodes have other numbers than where they were not.
+        theirs_ = theirs_.drop(columns="episode").merge(ours_[[*_PAIR, "episode"]])
+        ours_ = ours_.merge(theirs_[_PAIR])
+        if ours_.empty:
+            raise CaregiverError(_nothing_in_common(pair, ours, theirs))
+        together = [side.assign(caregiver=name) for side, name in zip((ours_, theirs_), _SIDES, strict=True)]
+        for row in statistics.comparison_rows(pd.concat(together, ignore_index=True), _SIDES[1], _SIDES[0]):
+            means = {name: _mean(side, row["family"]) for side, name in zip(together, _SIDES, strict=True)}
+            rows.append({**row, "baseline": pair[0], "caregiver": pair[1], **means})
+    return {"rows": statistics.judged_together(rows), "settings": _differences(first.record, second.record)}
+
+
+def _nothing_in_common(pair: tuple[str, str], ours: Settings, theirs: Settings) -> str:
+    """What to say of two caregivers none of whose episodes are the same."""
+    names = " and ".join(f"'{name}'" for name in dict.fromkeys(pair))
+    for what, one, other in (
+        ("seed", ours.seed, theirs.seed),
+        ("house", ours.place, theirs.place),
+        ("epsilon", " ".join(map(str, ours.families)), " ".join(map(str, theirs.families))),
+    ):
+        if one != other:
+            return f"the runs have no episode of {names} in common: {what} {one} in the first, {other} in the second"
+    return f"the runs have no episode of {names} in common"
+
+
+def _pairs(ours: Sequence[str], theirs: Sequence[str], wanted: Sequence[str]) -> list[tuple[str, str]]:
+    if len(wanted) > 2:
+        raise CaregiverError(f"two caregivers are compared at once, not {len(wanted)}")
+    pairs = [(wanted[0], wanted[-1])] if wanted else [(name, name) for name in ours if name in theirs]
+    for name, there in ((name, there) for pair in pairs for name, there in zip(pair, (ours, theirs), strict=True)):
+        if name not in there:
+            raise CaregiverError(f"no episodes with the caregiver '{name}': there are {', '.join(there)}")
+    if not pairs:
+        raise CaregiverError(f"no caregiver is in both runs: there are {', '.join(ours)} and {', '.join(theirs)}")
+    return pairs
+
+
+def _mean(episodes: pd.DataFrame, family: str) -> float:
+    """Mean damage, over houses if there are several."""
+    chosen = episodes[episodes.family == family]
+    return float(chosen.groupby("house")["damage"].mean().mean())
+
+
+def _differences(first: dict[str, Any], second: dict[str, Any]) -> dict[str, list[Any]]:
+    """Settings that are not the same, and versions, with what they are in either."""
+
+    def flat(record: dict[str, Any]) -> dict[str, Any]:
+        found = {key: value for key, value in record.items() if key not in _NOT_SETTINGS}
+        if record["world"] == "grid":
+            del found["embodiment"]
+        for group in ("versions", "code"):
+            found |= found.pop(group, None) or {}
+        return found | {"plans": [plan["name"] for plan in record["plans"]]}
+
+    ours, theirs = flat(first), flat(second)
+    return {key: [ours.get(key), theirs.get(key)] for key in {**ours, **theirs} if ours.get(key) != theirs.get(key)}

@@ -1,4 +1,4 @@
-"""What to evaluate: everything that the results depend on, and the work in pieces."""
+"""What to evaluate: everything that the results depend on, the work in pieces, and the seeds of its episodes."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ import itertools
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from caregiver_mj.caregivers.registry import CAREGIVERS, find_caregiver, is_caregiver
 from caregiver_mj.children.family import Family, Who
+from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
-from caregiver_mj.experiments.fingerprint import source_digest
-from caregiver_mj.experiments.origin import origins
-from caregiver_mj.experiments.versions import versions
+from caregiver_mj.experiments.provenance import origins, source_digest, versions
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.robot.embodiment import DEFAULT
@@ -226,3 +227,18 @@ def _alike(families: tuple[Family, ...]) -> list[tuple[Family, ...]]:
         found = tuple(alike)
         groups += [found[first : first + _MOST_FAMILIES] for first in range(0, len(found), _MOST_FAMILIES)]
     return groups
+
+
+def episode_seed(seed: int, episode: int) -> int:
+    """The seed of an episode, by the run's seed and the episode's number alone."""
+    return int(np.random.SeedSequence([seed, episode]).generate_state(1)[0])
+
+
+def episode_random(seed: int) -> np.random.RandomState:
+    """The source of all chance in the episode of a seed; the house draws more from it than the grid."""
+    return np.random.RandomState(seed)
+
+
+def episode_tapes(seed: int, children: int) -> tuple[Tape, ...]:
+    """What is drawn of it first in both worlds: the chance of the children."""
+    return Tape.draw_family(episode_random(seed), children)

@@ -15,8 +15,17 @@ from typing import Any
 
 import numpy as np
 
-from caregiver_mj.experiments.intervals import EXACT, TELLING, Estimate
-from caregiver_mj.experiments.studentised import CONFIDENCE, pivots, quantiles, resamples, shares, solve
+from caregiver_mj.experiments.intervals import (
+    CONFIDENCE,
+    EXACT,
+    TELLING,
+    Estimate,
+    pivots,
+    quantiles,
+    resamples,
+    shares,
+    solve,
+)
 
 Houses = Sequence[np.ndarray]
 

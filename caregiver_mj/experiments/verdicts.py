@@ -11,8 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from caregiver_mj.experiments.intervals import Estimate, of_difference, of_ratio
-from caregiver_mj.experiments.studentised import CONFIDENCE
+from caregiver_mj.experiments.intervals import CONFIDENCE, Estimate, of_difference, of_ratio
 
 # What is little enough not to matter, as a share of the other caregiver's mean; stated before any comparison.
 MARGINS = {

@@ -19,18 +19,15 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from caregiver_mj.caregivers.answer import answer
-from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.caregivers.pace import Pace
-from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.caregivers.start import starting_tables
+from caregiver_mj.caregivers.caregiver import Caregiver, answer, starting_tables
+from caregiver_mj.caregivers.percept import Pace, Percept
 from caregiver_mj.caregivers.told import Future, ToldCaregiver, Truth
 from caregiver_mj.children.behaviour import Sight
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import Tape, start_cells
 from caregiver_mj.errors import LARGEST_SEED, CaregiverError, check_integer, check_kind
-from caregiver_mj.interventions.intervention import Interventions
 from caregiver_mj.interventions.registry import VERBS, verb_of
+from caregiver_mj.interventions.verb import Interventions
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house
 from caregiver_mj.plans.hazards import NOTHING

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from caregiver_mj.interventions.intervention import BLOCK, Intervention
-from caregiver_mj.interventions.verb import Mark, Verb
+from caregiver_mj.interventions.verb import BLOCK, Intervention, Mark, Verb
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import HazardKind
 

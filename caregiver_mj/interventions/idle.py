@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from caregiver_mj.interventions.intervention import DO_NOTHING, STAND_ASIDE, Intervention
-from caregiver_mj.interventions.verb import Verb
+from caregiver_mj.interventions.verb import DO_NOTHING, STAND_ASIDE, Intervention, Verb
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.routes import ASIDE, STAY
 

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from caregiver_mj.interventions.intervention import RELOCATE, Intervention
-from caregiver_mj.interventions.verb import Mark, Verb
+from caregiver_mj.interventions.verb import RELOCATE, Intervention, Mark, Verb
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, HazardKind
 
@@ -51,6 +50,6 @@ class Relocate(Verb):
         world.forget_orders(here[held])  # to take the same candle again is another intervention
 
     def routine(self, means: Means, intervention: Intervention, view: View, percept: Percept) -> Routine:
-        from caregiver_mj.interventions.relocating import Relocating  # here, for the grid does without the robot
+        from caregiver_mj.interventions.routine import Relocating  # here, for the grid does without the robot
 
         return Relocating(means, intervention, view, percept)

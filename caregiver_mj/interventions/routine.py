@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from caregiver_mj.interventions.intervention import Intervention
+from caregiver_mj.interventions.verb import BLOCK, Intervention
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.robot import skills
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.retrieval import RetrievalPlanner
@@ -21,11 +22,17 @@ from caregiver_mj.robot.view import View
 if TYPE_CHECKING:
     from caregiver_mj.caregivers.percept import Percept
 
+
 # Seconds for which a hazard is passed over after the robot has failed to protect the children from it: three steps of
 # a toddler, in which it can do something else and the way may open. After each further failure twice as many, up to
 # those of a candle that lies where the arm does not get at it: what it does instead may take longer, beside a child.
 PASSED_OVER = 5.0
 LEFT_LYING = 60.0
+# Moves from a stairwell within which a child that heads for it makes the robot put a candle down early. From farther
+# away a toddler seldom goes on; with no such limit the candles end up nearer to it, and all of it does more harm.
+_ALARM = 4
+# Of the base's highest speed what is left with corners and stops, and seconds to put a candle down.
+_CRUISING_SHARE, _PLACING_TIME = 0.792, 1.5
 
 
 class PassedOver:
@@ -118,3 +125,110 @@ class Routine:
 
     def hear(self, percept: Percept, wanted: Intervention) -> None:
         """Takes note, with a candle in the hand, of what the caregiver would want now."""
+
+
+class Relocating(Routine):
+    """One candle on its way.
+
+    Attributes:
+        candle: Index of the candle.
+    """
+
+    def __init__(self, means: Means, intervention: Intervention, view: View, percept: Percept):
+        self.candle = means.plan.hazards.candle(intervention.hazard)
+        super().__init__(means, intervention, *_fetching(means, self.candle, view, percept))
+
+    def after(self, status: Status, view: View, see: Callable[[], Percept]) -> Status:
+        if isinstance(self.skill, skills.Retrieve) and status is Status.FAILED and self.skill.still_holds(view):
+            navigator, retrievals, pitch = self.means.navigator, self.means.retrievals, self.skill.pitch_down
+            self.skill = skills.Retrieve(navigator, retrievals, self.candle, pitch)
+            return Status.RUNNING
+        if not isinstance(self.skill, skills.Place):
+            # A way that is closed opens again, and there is nothing else to do meanwhile.
+            is_barred = status is Status.FAILED and self.skill.driver.patience.is_over(view.now)
+            if is_barred and self.means.takes_orders:
+                self.skill, self.activity = _fetching(self.means, self.candle, view, see())
+                return Status.RUNNING
+            if status is not Status.DONE:
+                return status
+            self.holding = self.candle
+            self._carry(see())
+            return Status.RUNNING
+        if status is Status.FAILED:  # it has still got the candle
+            self.means.passed_over.note(self.intervention.hazard, view.now)
+            self._carry(see(), refused=self.skill.table)
+            return Status.RUNNING
+        self.holding = NOTHING
+        if status is Status.OVERTAKEN and self.means.takes_orders:  # it has fallen, maybe there where it shall stand
+            self.skill, self.activity = _fetching(self.means, self.candle, view, see())
+            return Status.RUNNING
+        return status
+
+    def hear(self, percept: Percept, wanted: Intervention) -> None:
+        """Has the candle put down earlier if a child could else be at a stairwell before the robot.
+
+        It then goes to the table by way of which the robot is there first. On that one the candle must be farther from
+        every child than the stairwell is from the one in danger. For another candle, which is no worse than the one in
+        the hand, it is not worth while: that has to be fetched again the sooner.
+        """
+        if wanted.verb != BLOCK or self.means.takes_orders or not isinstance(self.skill, skills.Place):
+            return
+        graph, stairwell = self.means.plan.graph, self.means.plan.hazards.stairwell(wanted.hazard)
+        now = graph.stairwell_distances[percept.child_cell[0], stairwell]
+        before = graph.stairwell_distances[percept.previous_cell[0], stairwell]
+        if not (heads_there := (now <= _ALARM) & (now < before)).any():
+            return
+        moves = int(now[heads_there].min())
+        time_left = moves * self.means.novice_timestep
+        if self._seconds_by_way_of(self.skill.table, stairwell, percept) <= time_left:
+            return
+        far = graph.table_distances[percept.child_cell[0]].min(axis=0)
+        tables = (table for table in self._bare_tables(percept) if far[table] > moves)
+        seconds = {table: self._seconds_by_way_of(table, stairwell, percept) for table in tables}
+        table = min(seconds, key=seconds.__getitem__, default=self.skill.table)
+        if table != self.skill.table and seconds[table] <= time_left:
+            self._place_on(table)
+
+    def _carry(self, percept: Percept, refused: int = NOTHING) -> None:
+        """Takes the candle where the caregiver wants it; from a table that it could not be brought to, to another."""
+        table = self.means.destination(percept, self.candle)
+        if table == refused and not self.means.takes_orders:
+            far = self.means.plan.graph.table_distances[percept.child_cell[0]].min(axis=0)
+            bare = (other for other in self._bare_tables(percept) if other != refused)
+            table = max(bare, key=lambda other: (self._is_open(other, percept), far[other]), default=table)
+        self._place_on(table)
+
+    def _place_on(self, table: int) -> None:
+        self.skill = skills.Place(self.means.navigator, self.candle, table)
+        self.activity = f"carry candle {self.candle + 1} to table {table + 1}"
+
+    def _bare_tables(self, percept: Percept) -> list[int]:
+        return sorted(set(range(len(self.means.plan.tables))) - set(percept.candle_table[0].tolist()))
+
+    def _is_open(self, table: int, percept: Percept) -> bool:
+        """Whether a way that the children leave open leads to a table."""
+        plan = self.means.plan
+        here = plan.caregiver_cells[percept.caregiver_cell[0]]
+        children = [plan.free_cells[cell] for cell in percept.previous_cell[0]]
+        stands = plan.free_neighbours(plan.tables[table])
+        return any(self.means.navigator.route(here, stand, children) for stand in stands)
+
+    def _seconds_by_way_of(self, table: int, stairwell: int, percept: Percept) -> float:
+        """Roughly how long it takes to put the candle down on a table and to be in a stairwell."""
+        plan = self.means.plan
+        (stands,) = plan.graph.beside([plan.tables[table]])
+        landing = plan.cell_index[plan.stairwells[stairwell]]
+        to_table, to_landing = plan.graph.distances_from([stands, landing])
+        moves = int(to_table[percept.caregiver_cell[0]]) + int(to_landing[stands].min())
+        cruising = _CRUISING_SHARE * self.means.navigator.robot.limits.base_speed
+        return moves * plan.cell_size / cruising + _PLACING_TIME
+
+
+def _fetching(means: Means, candle: int, view: View, percept: Percept) -> tuple[skills.Skill, str]:
+    """The skill to take a candle from where it is, and what that is in words."""
+    table = int(percept.candle_table[0, candle])
+    if table != NOTHING and view.stands_on_table(candle, table):
+        pick = skills.Pick(means.navigator, candle, table)
+        if pick.has_way(view):
+            return pick, f"fetch candle {candle + 1}"
+    return skills.Retrieve(means.navigator, means.retrievals, candle), f"pick up candle {candle + 1}"

@@ -11,23 +11,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.plans.symbols import BIN, CANDLE, FREE, STAIRWELL, TABLE, WALL
 
-# SciPy is imported where it is used: it takes as long as all else that `import caregiver_mj` needs.
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
     from caregiver_mj.plans.floor_plan import FloorPlan
 
-Cell = tuple[int, int]  # (row, column)
 
+Cell = tuple[int, int]  # (row, column)
 # The child's action set: north, east, south, west as (row, column) steps.
 ACTIONS: tuple[Cell, ...] = ((-1, 0), (0, 1), (1, 0), (0, -1))
 ACTION_NAMES = ("north", "east", "south", "west")
-
 UNREACHABLE = np.iinfo(np.int16).max  # the distance between cells that no path connects
-
 _AT_ONCE = 2**20  # distances that are worked out at a time, for what is worked out takes more memory than what is kept
+WALL, FREE, STAIRWELL, CANDLE, TABLE, BIN = "#.SCTB"
 
 
 class Target(enum.IntEnum):
@@ -47,6 +44,14 @@ _TARGETS = {
     CANDLE: Target.TABLE,
     TABLE: Target.TABLE,
     BIN: Target.BIN,
+}
+LEGEND = {
+    WALL: "wall",
+    FREE: "free cell",
+    STAIRWELL: "stairwell",
+    CANDLE: "table with a candle",
+    TABLE: "bare table",
+    BIN: "toy bin",
 }
 
 

@@ -7,11 +7,9 @@ import enum
 import numpy as np
 from scipy import ndimage
 
-from caregiver_mj.plans.cell_graph import Cell
-from caregiver_mj.plans.chance import draw, pick
-from caregiver_mj.plans.rooms import Room
-from caregiver_mj.plans.shell import Shell
-from caregiver_mj.plans.symbols import BIN, CANDLE, FREE, STAIRWELL, TABLE, WALL
+from caregiver_mj.plans.cell_graph import BIN, CANDLE, FREE, STAIRWELL, TABLE, WALL, Cell
+from caregiver_mj.plans.request import draw, pick
+from caregiver_mj.plans.rooms import Room, Shell
 
 # What lies round a cell, from north, clockwise.
 _RING: tuple[Cell, ...] = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1))

@@ -1,23 +1,25 @@
-"""Houses by seed: rooms, corridors and doorways, and things in them as people have them.
-
-The same request gives the same house on every machine. Every house has something a caregiver can protect a child
-from, and the robot can drive to all that it needs.
-"""
+"""Houses by seed: rooms, corridors, doorways and things as people have them, where a robot can drive."""
 
 from __future__ import annotations
 
 import numpy as np
+from scipy.sparse import coo_array, csgraph
 
-from caregiver_mj.plans.drivable import is_drivable
+from caregiver_mj.plans import layout
+from caregiver_mj.plans.cell_graph import BIN, CANDLE, STAIRWELL, TABLE
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.furnishing import furnish
 from caregiver_mj.plans.request import Request
-from caregiver_mj.plans.shell import Shell, build_shell
-from caregiver_mj.plans.symbols import BIN, CANDLE, STAIRWELL, TABLE
+from caregiver_mj.plans.rooms import Shell, build_shell
+from caregiver_mj.plans.yielding import yielding
 
 _TRIES = (3, 60)  # at least and at most; in between they are the fewer, the larger the house
 _TRIED_CELLS = 30_000  # within outer walls, in all tries together
 _ROOM_SIDES = (3, 2, 1)  # cells that a room's shorter side has at least, in the first tries and in later ones
+DRIVING = 0.34  # metres from the base's centre to anything while it drives: its radius of 0.27, and 0.07
+STANDING = 0.32  # metres while it stands
+TURNING = 0.52  # metres to walls and stairs while it turns with a candle in its hand
+REACH = 0.70  # metres from the base's centre to a candle on a table
 
 
 def generate(
@@ -75,3 +77,64 @@ def design(request: Request) -> tuple[FloorPlan, Shell]:
                 return plan, shell
     *some, last = (f"{field} {getattr(full, field)}" for field in ("rooms", "stairwells", "candles", "tables", "bins"))
     raise request.error(f"no way was found to fit {', '.join(some)} and {last} into {width} x {height} cells")
+
+
+def is_drivable(plan: FloorPlan) -> bool:
+    """Whether the robot gets everywhere in a house: to every free cell, landing and table, and away again."""
+    tall = np.concatenate([layout.wall_rectangles(plan), layout.stair_rectangles(plan)])
+    low = layout.furniture_rectangles(plan)
+    free = len(plan.free_cells)
+    legs = _legs(plan, np.concatenate([tall, low]))
+    on_floor = legs[(legs < free).all(axis=1)]  # landings are no way through
+    graph = coo_array((np.ones(len(on_floor)), on_floor.T), shape=(free, free))
+    if csgraph.connected_components(graph, directed=False)[0] > 1:
+        return False
+    to_landings = legs[(legs < free).any(axis=1)].max(axis=1, initial=0)
+    if not np.isin(np.arange(free, len(plan.caregiver_cells)), to_landings).all():
+        return False
+    return set(_tables_within_reach(plan, tall, low)) == set(range(len(plan.tables)))
+
+
+def _tables_within_reach(plan: FloorPlan, tall: np.ndarray, low: np.ndarray) -> list[int]:
+    """The tables at which the robot can work from some free cell beside them, and turn there with a candle.
+
+    Args:
+        plan: The house.
+        tall: Rectangles (n, 4) of what is as high as a carried candle.
+        low: Those of what is not.
+    """
+    beside = plan.graph.beside(plan.tables)
+    stands = [(table, cell) for table, cells in enumerate(beside) for cell in cells if not yielding(plan).traps[cell]]
+    if not stands:
+        return []
+    middles = np.array([plan.position(plan.tables[table]) for table, _ in stands])
+    cells = np.array([plan.position(plan.caregiver_cells[cell]) for _, cell in stands])
+    bases = middles + (cells - middles) * REACH / plan.cell_size
+    to_tall, to_low = _clearance(bases, np.zeros(2), tall), _clearance(bases, np.zeros(2), low)
+    fits = (to_tall >= max(STANDING, TURNING)) & (to_low >= STANDING)
+    return [table for (table, _), fit in zip(stands, fits, strict=True) if fit]
+
+
+def _legs(plan: FloorPlan, obstacles: np.ndarray) -> np.ndarray:
+    """Moves between neighbouring caregiver cells that the base has room for, (moves, 2)."""
+    neighbours = enumerate(plan.graph.neighbours)
+    pairs = [(cell, neighbour) for cell, around in neighbours for neighbour in around if cell < neighbour]
+    legs = np.array(pairs, int).reshape(-1, 2)
+    ends = np.array([plan.position(cell) for cell in plan.caregiver_cells])[legs]  # (moves, 2 ends, 2)
+    halves = np.abs(ends[:, 1] - ends[:, 0]) / 2
+    return legs[_clearance(ends.mean(axis=1), halves, obstacles) >= DRIVING]
+
+
+def _clearance(centres: np.ndarray, halves: np.ndarray, obstacles: np.ndarray) -> np.ndarray:
+    """Distance of straight ways along the axes to the nearest obstacle, (n,), in metres.
+
+    Args:
+        centres: Their middles, (n, 2).
+        halves: Half their extent along x and y, (n, 2).
+        obstacles: Rectangles (m, 4).
+    """
+    nearest = np.full(len(centres), np.inf)
+    for x, y, half_x, half_y in obstacles:
+        gap = np.maximum(np.abs(centres - [x, y]) - halves - [half_x, half_y], 0)
+        np.minimum(nearest, np.hypot(gap[:, 0], gap[:, 1]), out=nearest)
+    return nearest

@@ -9,13 +9,16 @@ the middle one as wide as a wall, and only the parts that connect neighbouring w
 
 from __future__ import annotations
 
+import dataclasses
+import functools
+import importlib.resources
+from xml.etree import ElementTree
+
 import numpy as np
 from scipy import ndimage
 
-from caregiver_mj.plans import furniture
-from caregiver_mj.plans.cell_graph import ACTIONS, Cell
+from caregiver_mj.plans.cell_graph import ACTIONS, BIN, CANDLE, FREE, TABLE, WALL, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.symbols import BIN, CANDLE, FREE, TABLE, WALL
 
 WALL_THICKNESS = 0.25  # metres, as of a brick wall
 WALL_HEIGHT = 0.90  # metres; cut low like a doll's house, so that cameras see in
@@ -24,11 +27,11 @@ WALL_HEIGHT = 0.90  # metres; cut low like a doll's house, so that cameras see i
 def __getattr__(name: str) -> float:
     """Sizes of the furniture in metres, read from its models when they are first asked for and not at import."""
     if name == "TABLE_HALF_SIZE":
-        value = furniture.table().half_size
+        value = table().half_size
     elif name == "TABLE_HEIGHT":
-        value = furniture.table().height
+        value = table().height
     elif name == "BIN_HALF_SIZE":
-        value = furniture.toy_bin().half_size
+        value = toy_bin().half_size
     else:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
     globals()[name] = value
@@ -47,12 +50,12 @@ def wall_rectangles(plan: FloorPlan) -> np.ndarray:
 
 def table_rectangles(plan: FloorPlan) -> np.ndarray:
     """Footprints of all tables in the order of `plan.tables`, (n, 4)."""
-    return _squares(plan, plan.tables, furniture.table().half_size)
+    return _squares(plan, plan.tables, table().half_size)
 
 
 def bin_rectangles(plan: FloorPlan) -> np.ndarray:
     """Footprints of all toy bins in the order of `plan.bins`, (n, 4)."""
-    return _squares(plan, plan.bins, furniture.toy_bin().half_size)
+    return _squares(plan, plan.bins, toy_bin().half_size)
 
 
 def furniture_rectangles(plan: FloorPlan) -> np.ndarray:
@@ -276,3 +279,66 @@ def _runs(parts: np.ndarray) -> list[tuple[int, int]]:
 def _squares(plan: FloorPlan, cells: tuple[Cell, ...], half_size: float) -> np.ndarray:
     """Squares in the middle of cells, (n, 4)."""
     return np.array([[*plan.position(cell), half_size, half_size] for cell in cells]).reshape(-1, 4)
+
+
+@dataclasses.dataclass(frozen=True)
+class Candle:
+    """A candle that stands upright.
+
+    Attributes:
+        radius: Metres.
+        height: Metres.
+    """
+
+    radius: float
+    height: float
+
+
+@dataclasses.dataclass(frozen=True)
+class Box:
+    """A piece of furniture that stands on the floor, square and solid.
+
+    Attributes:
+        half_size: Half the length of its sides, metres.
+        height: Metres.
+    """
+
+    half_size: float
+    height: float
+
+
+@functools.cache
+def candle() -> Candle:
+    """The candle of `models/candle.xml`."""
+    radius, half_height = _size("candle", "wax")
+    return Candle(radius, 2 * half_height)
+
+
+@functools.cache
+def table() -> Box:
+    """The table of `models/table.xml`."""
+    return _box("table", "top")
+
+
+@functools.cache
+def toy_bin() -> Box:
+    """The toy bin of `models/toy_bin.xml`."""
+    return _box("toy_bin", "box")
+
+
+@functools.cache
+def toddler_radius() -> float:
+    """Radius of the toddler of `models/toddler.xml`, metres."""
+    return _size("toddler", "body")[0]
+
+
+def _box(model: str, geom: str) -> Box:
+    half_size, _, half_height = _size(model, geom)
+    return Box(half_size, 2 * half_height)
+
+
+def _size(model: str, geom: str) -> tuple[float, ...]:
+    """What a geom of a model says of its size, metres; what it means depends on its type."""
+    file = importlib.resources.files("caregiver_mj.models") / f"{model}.xml"
+    (found,) = ElementTree.fromstring(file.read_text(encoding="utf-8")).findall(f".//worldbody//geom[@name='{geom}']")
+    return tuple(float(number) for number in found.attrib["size"].split())

@@ -6,15 +6,14 @@ import dataclasses
 import re
 from collections.abc import Sequence
 from numbers import Integral
+from typing import TypeVar
 
 import numpy as np
 
 from caregiver_mj.errors import FloorPlanError
-from caregiver_mj.plans.chance import draw
 
 SMALLEST, LARGEST = 5, 100  # rows or columns, outer walls included
 SEEDS = 2**32
-
 # What a house has if nothing is asked for: the least and the most in a small one and in a large one, whose areas
 # within the outer walls are given in cells. Other sizes have as much for their area.
 _SIDES = (10, 18)  # rows or columns
@@ -28,6 +27,7 @@ _USUAL = {
 }
 _ROOMY, _THINGS = 16, 12  # cells of a very small house for each room, and for each thing of a kind
 _LEAST = {"rooms": 1, "stairwells": 0, "candles": 0, "tables": 0, "bins": 1}
+Thing = TypeVar("Thing")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -131,3 +131,14 @@ class Request:
 def _between(area: int, small: int, large: int) -> int:
     """A number between those for a small and for a large area, in proportion, or beyond them; at least 1."""
     return max(1, small + round((large - small) * (area - _AREAS[0]) / (_AREAS[1] - _AREAS[0])))
+
+
+def draw(random: np.random.RandomState, below: int) -> int:
+    """A whole number from 0 on, below another one."""
+    return int(random.randint(below, dtype=np.int64))
+
+
+def pick(random: np.random.RandomState, things: Sequence[Thing], weights: Sequence[int]) -> Thing:
+    """One of several things, by whole weights."""
+    totals = np.cumsum(weights)
+    return things[int(np.searchsorted(totals, draw(random, int(totals[-1])), side="right"))]

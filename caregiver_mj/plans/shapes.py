@@ -7,14 +7,12 @@ from collections.abc import Callable
 import numpy as np
 
 from caregiver_mj.errors import FloorPlanError
-from caregiver_mj.plans.chance import draw
-from caregiver_mj.plans.drivable import is_drivable
+from caregiver_mj.plans.cell_graph import BIN, CANDLE, STAIRWELL, TABLE
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.furnishing import furnish
-from caregiver_mj.plans.request import SEEDS
-from caregiver_mj.plans.rooms import Room
-from caregiver_mj.plans.shell import Shell
-from caregiver_mj.plans.symbols import BIN, CANDLE, STAIRWELL, TABLE
+from caregiver_mj.plans.generator import is_drivable
+from caregiver_mj.plans.request import SEEDS, draw
+from caregiver_mj.plans.rooms import Room, Shell
 
 _TRIES = 60
 _Made = tuple[Shell, tuple[int, int, int, int]]  # and how many stairwells, candles, bare tables and bins to add

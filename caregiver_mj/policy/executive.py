@@ -6,13 +6,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from caregiver_mj.caregivers.answer import answer
-from caregiver_mj.caregivers.caregiver import Caregiver
+from caregiver_mj.caregivers.caregiver import Caregiver, answer
 from caregiver_mj.caregivers.percept import Assessment, Percept
 from caregiver_mj.caregivers.told import ToldCaregiver, Truth
-from caregiver_mj.interventions.intervention import Intervention
 from caregiver_mj.interventions.registry import verb_of
 from caregiver_mj.interventions.routine import LEFT_LYING, PASSED_OVER, Means, PassedOver, Routine
+from caregiver_mj.interventions.verb import Intervention
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.robot.motion import RobotMotion

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from caregiver_mj.caregivers.pace import PAPER, Pace
+from caregiver_mj.caregivers.percept import PAPER, Pace
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan

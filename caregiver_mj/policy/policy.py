@@ -13,18 +13,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from caregiver_mj.caregivers.caregiver import Caregiver
+from caregiver_mj.caregivers.caregiver import Caregiver, starting_tables
 from caregiver_mj.caregivers.instructed import InstructedCaregiver
 from caregiver_mj.caregivers.percept import Assessment, Percept
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.caregivers.start import starting_tables
 from caregiver_mj.caregivers.told import ToldCaregiver
 from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.house.sensing import Sensing
-from caregiver_mj.interventions.intervention import BLOCK, RELOCATE, Intervention
+from caregiver_mj.interventions.verb import BLOCK, RELOCATE, Intervention
+from caregiver_mj.plans.cell_graph import FREE
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house
-from caregiver_mj.plans.symbols import FREE
 from caregiver_mj.policy.executive import Executive
 from caregiver_mj.policy.pace import robot_pace
 from caregiver_mj.policy.perception import Perception

@@ -15,7 +15,7 @@ from dm_control.rl import control
 from caregiver_mj.caregivers.percept import Assessment
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError, check_integer
-from caregiver_mj.experiments.seeds import episode_random, episode_seed
+from caregiver_mj.experiments.settings import episode_random, episode_seed
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.own import OwnPolicy
 from caregiver_mj.policy.policy import CaregiverPolicy

@@ -33,10 +33,9 @@ from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.errors import RenderingError
 from caregiver_mj.experiments.cluster import DaskExecutor
 from caregiver_mj.experiments.evaluation import evaluate
-from caregiver_mj.experiments.executors import Executor, LocalExecutor
+from caregiver_mj.experiments.provenance import versions
 from caregiver_mj.experiments.settings import Settings
-from caregiver_mj.experiments.versions import versions
-from caregiver_mj.experiments.workers import run_jobs
+from caregiver_mj.experiments.workers import Executor, LocalExecutor, run_jobs
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.scene import child_joints

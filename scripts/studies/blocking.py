@@ -15,7 +15,7 @@ import pandas as pd
 
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.children.family import Family
-from caregiver_mj.experiments.seeds import episode_tapes
+from caregiver_mj.experiments.settings import episode_tapes
 from caregiver_mj.grid.world import CAREGIVER_ACTIONS, GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import houses_named

@@ -28,8 +28,7 @@ from caregiver_mj.children.side_by_side import side_by_side
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.children.toddler import SHARE_OF_TIME_WALKING
 from caregiver_mj.danger.belief import Belief
-from caregiver_mj.danger.chain import ChildChain
-from caregiver_mj.danger.passage import first_passage
+from caregiver_mj.danger.chain import ChildChain, first_passage
 from caregiver_mj.experiments.intervals import Estimate, of_ratio
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan

@@ -21,7 +21,7 @@ import pandas as pd
 
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.seeds import episode_random, episode_seed
+from caregiver_mj.experiments.settings import episode_random, episode_seed
 from caregiver_mj.experiments.workers import run_jobs
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.sets import houses_named

@@ -18,8 +18,7 @@ from scipy import stats
 
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.experiments import two_level
-from caregiver_mj.experiments.intervals import Estimate, of_difference, of_mean, of_ratio
-from caregiver_mj.experiments.studentised import CONFIDENCE, solve
+from caregiver_mj.experiments.intervals import CONFIDENCE, Estimate, of_difference, of_mean, of_ratio, solve
 from caregiver_mj.grid.world import run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import house_set

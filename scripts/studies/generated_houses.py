@@ -18,8 +18,7 @@ from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.percept import Percept, bare_tables
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
-from caregiver_mj.experiments.seeds import episode_random
-from caregiver_mj.experiments.settings import EPSILONS
+from caregiver_mj.experiments.settings import EPSILONS, episode_random
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.policy.policy import CaregiverPolicy

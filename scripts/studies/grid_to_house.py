@@ -31,7 +31,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.caregivers.pace import Pace
+from caregiver_mj.caregivers.percept import Pace
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.side_by_side import side_by_side
@@ -40,8 +40,7 @@ from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import intervals, two_level
 from caregiver_mj.experiments.intervals import Estimate
-from caregiver_mj.experiments.seeds import episode_random, episode_seed, episode_tapes
-from caregiver_mj.experiments.settings import EPSILONS, Settings
+from caregiver_mj.experiments.settings import EPSILONS, Settings, episode_random, episode_seed, episode_tapes
 from caregiver_mj.grid.world import CAREGIVER_ACTIONS, GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING

@@ -27,7 +27,7 @@ from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import two_level
 from caregiver_mj.experiments.intervals import Estimate
-from caregiver_mj.experiments.seeds import episode_seed, episode_tapes
+from caregiver_mj.experiments.settings import episode_seed, episode_tapes
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.cell_graph import ACTIONS, Target
 from caregiver_mj.plans.floor_plan import FloorPlan

@@ -38,8 +38,7 @@ from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.errors import FloorPlanError
 from caregiver_mj.experiments import two_level
 from caregiver_mj.experiments.intervals import Estimate, of_difference, of_ratio
-from caregiver_mj.experiments.seeds import episode_random, episode_seed
-from caregiver_mj.experiments.settings import EPSILONS
+from caregiver_mj.experiments.settings import EPSILONS, episode_random, episode_seed
 from caregiver_mj.grid.world import CAREGIVER_ACTIONS, GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, DamageWeights

@@ -17,7 +17,7 @@ import numpy as np
 
 import caregiver_mj
 from caregiver_mj.house.physics import Physics
-from caregiver_mj.interventions.intervention import BLOCK, RELOCATE
+from caregiver_mj.interventions.verb import BLOCK, RELOCATE
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.tasks import load
 from study import Parser

@@ -14,8 +14,7 @@ import numpy as np
 import pandas as pd
 
 from caregiver_mj.caregivers.foresight.child_model import EPSILONS
-from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
-from caregiver_mj.caregivers.foresight.knows_goal import KnowsGoalCaregiver
+from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, KnowsGoalCaregiver
 from caregiver_mj.caregivers.foresight.value_table import OBJECTIVE
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.side_by_side import side_by_side

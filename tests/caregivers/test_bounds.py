@@ -8,15 +8,13 @@ from hypothesis import given, settings
 from random_plans import plan_texts
 
 from caregiver_mj.caregivers import CAREGIVERS, Percept, make_caregiver
-from caregiver_mj.caregivers.baselines import NearestCaregiver
-from caregiver_mj.caregivers.childproof import ChildproofCaregiver, table_exposure
-from caregiver_mj.caregivers.parts import CandlesCaregiver, PaperStillCaregiver, StairsCaregiver
-from caregiver_mj.caregivers.start import starting_tables
-from caregiver_mj.caregivers.wanderer import WandererCaregiver
+from caregiver_mj.caregivers.baselines import ChildproofCaregiver, NearestCaregiver, WandererCaregiver, table_exposure
+from caregiver_mj.caregivers.caregiver import starting_tables
+from caregiver_mj.caregivers.paper import CandlesCaregiver, PaperStillCaregiver, StairsCaregiver
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
-from caregiver_mj.interventions.intervention import DO_NOTHING, STAND_ASIDE, Intervention
+from caregiver_mj.interventions.verb import DO_NOTHING, STAND_ASIDE, Intervention
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING

@@ -15,15 +15,14 @@ from random_plans import plan_texts
 from caregiver_mj.caregivers import CAREGIVERS, Caregiver, Percept, make_caregiver
 from caregiver_mj.caregivers.baselines import GuardCaregiver, NearestCaregiver, RandomCaregiver
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
-from caregiver_mj.caregivers.paper import PaperCaregiver
-from caregiver_mj.caregivers.parts import CandlesCaregiver, StairsCaregiver
+from caregiver_mj.caregivers.paper import CandlesCaregiver, PaperCaregiver, StairsCaregiver
 from caregiver_mj.caregivers.registry import find_caregiver
 from caregiver_mj.children.tape import Tape, pick
 from caregiver_mj.danger import safety
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.grid.world import GridWorld
-from caregiver_mj.interventions.intervention import BLOCK, RELOCATE, STAND_ASIDE, Intervention, Interventions
+from caregiver_mj.interventions.verb import BLOCK, RELOCATE, STAND_ASIDE, Intervention, Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.registry import Registry

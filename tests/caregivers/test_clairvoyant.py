@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from caregiver_mj.caregivers.foresight import hindsight
-from caregiver_mj.caregivers.foresight.clairvoyant import ClairvoyantCaregiver
+from caregiver_mj.caregivers.foresight import clairvoyant
+from caregiver_mj.caregivers.foresight.child_model import travel
+from caregiver_mj.caregivers.foresight.clairvoyant import EFFORT, ClairvoyantCaregiver, Hindsight, round_the_child
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
-from caregiver_mj.caregivers.foresight.hindsight import EFFORT, Hindsight, round_the_child
-from caregiver_mj.caregivers.foresight.layouts import count_stands
-from caregiver_mj.caregivers.foresight.travel import travel
+from caregiver_mj.caregivers.foresight.value_table import count_stands
 from caregiver_mj.caregivers.told import ToldCaregiver, Truth
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError
@@ -90,7 +89,7 @@ class TestFuture:
             ClairvoyantCaregiver(FloorPlan.load("apartment"))
 
     def test_layouts_that_would_not_fit_into_memory_are_refused_before_they_are_made(self, monkeypatch):
-        monkeypatch.setattr(hindsight, "AllLayouts", None)
+        monkeypatch.setattr(clairvoyant, "AllLayouts", None)
         plan = FloorPlan.load("house-1-40x40")
         with pytest.raises(CaregiverError, match=r"too many layouts .* with 34 tables, 9 candles and 3 stairwells"):
             ClairvoyantCaregiver(plan)

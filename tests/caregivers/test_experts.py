@@ -7,7 +7,7 @@ from caregiver_mj.caregivers.experts import Elsewhere, InPlace, Nobody, routes, 
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.children.expert import expert_trajectories
 from caregiver_mj.danger import safety
-from caregiver_mj.danger.local_prior import CONTEXTS
+from caregiver_mj.danger.safety import CONTEXTS
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import house_set
 

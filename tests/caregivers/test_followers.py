@@ -7,7 +7,7 @@ from caregiver_mj.caregivers.baselines import NearestCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.grid.world import GridWorld, run_episodes
-from caregiver_mj.interventions.intervention import BLOCK, RELOCATE, STAND_ASIDE
+from caregiver_mj.interventions.verb import BLOCK, RELOCATE, STAND_ASIDE
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 ROOM = FloorPlan.parse("##########\n#B......T#\n#........#\n#........#\n#.C.....S#\n##########", "room")

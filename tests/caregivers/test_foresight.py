@@ -6,16 +6,22 @@ import numpy as np
 import pytest
 
 from caregiver_mj.caregivers.foresight.child_model import EPSILONS, child_chain
-from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
-from caregiver_mj.caregivers.foresight.knows_goal import KnowsGoalCaregiver
-from caregiver_mj.caregivers.foresight.layouts import AllLayouts
+from caregiver_mj.caregivers.foresight.foresight import (
+    ForesightCaregiver,
+    KnowsGoalCaregiver,
+    PaperPredictiveCaregiver,
+    each_on_a_table,
+)
 from caregiver_mj.caregivers.foresight.motion import motion
-from caregiver_mj.caregivers.foresight.standing import each_on_a_table
-from caregiver_mj.caregivers.foresight.value_table import Objective, ValueTable, candles_at_a_time, value_table
-from caregiver_mj.caregivers.pace import Pace
+from caregiver_mj.caregivers.foresight.value_table import (
+    AllLayouts,
+    Objective,
+    ValueTable,
+    candles_at_a_time,
+    value_table,
+)
 from caregiver_mj.caregivers.paper import PaperCaregiver
-from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.caregivers.predictive import PaperPredictiveCaregiver
+from caregiver_mj.caregivers.percept import Pace, Percept
 from caregiver_mj.caregivers.registry import CAREGIVERS
 from caregiver_mj.caregivers.told import ToldCaregiver, Truth
 from caregiver_mj.children.behaviour import Behaviour
@@ -23,7 +29,7 @@ from caregiver_mj.children.family import Family
 from caregiver_mj.children.side_by_side import side_by_side
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
 from caregiver_mj.grid.world import GridWorld, run_episodes
-from caregiver_mj.interventions.intervention import BLOCK, RELOCATE
+from caregiver_mj.interventions.verb import BLOCK, RELOCATE
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from caregiver_mj.caregivers.foresight.child_model import EPSILONS
-from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
+from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, PaperPredictiveCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.caregivers.predictive import PaperPredictiveCaregiver
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 CORRIDOR = FloorPlan.parse("#######\n#B...S#\n#######")  # cells 0 to 2, the landing is cell 3

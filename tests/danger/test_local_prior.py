@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from caregiver_mj.danger.local_prior import CONTEXTS, SECTORS, carried_prior, context, context_counts, sector
+from caregiver_mj.danger.safety import CONTEXTS, SECTORS, carried_prior, context, context_counts, sector
 
 NORTH, EAST, SOUTH, WEST = range(4)
 FREE, WALL, STAIRWELL, TABLE, BIN = range(5)

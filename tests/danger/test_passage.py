@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from caregiver_mj.danger.chain import ChildChain
-from caregiver_mj.danger.passage import expected_hits, first_passage
+from caregiver_mj.danger.chain import ChildChain, expected_hits, first_passage
 
 
 @pytest.fixture

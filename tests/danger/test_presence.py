@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from caregiver_mj.danger.chain import ChildChain
-from caregiver_mj.danger.passage import first_passage, presence
+from caregiver_mj.danger.chain import ChildChain, first_passage, presence
 
 
 @pytest.fixture

@@ -12,8 +12,7 @@ from caregiver_mj.envs.collect import collect
 from caregiver_mj.envs.recipe import RANDOM, Recipe
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
-from caregiver_mj.experiments.seeds import episode_seed
-from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.experiments.settings import Settings, episode_seed
 from caregiver_mj.grid.world import run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING

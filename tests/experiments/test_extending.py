@@ -14,10 +14,8 @@ from comparing import same, without_times
 from caregiver_mj import cli
 from caregiver_mj.cli.runs import print_comparison
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.compare import compare_runs
 from caregiver_mj.experiments.evaluation import evaluate
-from caregiver_mj.experiments.finished import read_finished
-from caregiver_mj.experiments.pool import pool_runs
+from caregiver_mj.experiments.finished import compare_runs, pool_runs, read_finished
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.plans.floor_plan import FloorPlan

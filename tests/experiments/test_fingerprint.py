@@ -6,13 +6,13 @@ import shutil
 import subprocess
 import sys
 
-from caregiver_mj.experiments.fingerprint import difference, fingerprint
+from caregiver_mj.experiments.provenance import difference, fingerprint
 
 ROOT = pathlib.Path(__file__).parents[2]
 
 
 def fingerprint_in(folder):
-    code = "from caregiver_mj.experiments.fingerprint import fingerprint; print(fingerprint()['source'])"
+    code = "from caregiver_mj.experiments.provenance import fingerprint; print(fingerprint()['source'])"
     options = {"cwd": folder, "env": os.environ | {"PYTHONPATH": str(folder)}}
     done = subprocess.run([sys.executable, "-c", code], **options, capture_output=True, text=True, check=True)
     return done.stdout.strip()

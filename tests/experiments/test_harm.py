@@ -9,11 +9,10 @@ from test_statistics import frame
 
 from caregiver_mj import cli
 from caregiver_mj.cli.table import output, print_harm
-from caregiver_mj.experiments.by_house import by_house
 from caregiver_mj.experiments.harm import harm
 from caregiver_mj.experiments.intervals import of_difference
 from caregiver_mj.experiments.settings import Settings
-from caregiver_mj.experiments.summary import summarise
+from caregiver_mj.experiments.summary import by_house, summarise
 from caregiver_mj.experiments.verdicts import holm, least_p_more, sign_flip_p_more
 from caregiver_mj.plans.floor_plan import FloorPlan
 

@@ -4,8 +4,16 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from caregiver_mj.experiments.intervals import of_difference, of_mean, of_mean_ratio, of_ratio
-from caregiver_mj.experiments.studentised import quantiles, resamples, shares, solve
+from caregiver_mj.experiments.intervals import (
+    of_difference,
+    of_mean,
+    of_mean_ratio,
+    of_ratio,
+    quantiles,
+    resamples,
+    shares,
+    solve,
+)
 
 INF = np.inf
 

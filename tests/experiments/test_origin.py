@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from caregiver_mj.experiments.origin import origin
+from caregiver_mj.experiments.provenance import origin
 
 CODE = "class Mine:\n    files = {files!r}\n"
 

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from caregiver_mj.experiments.fingerprint import source_digest
+from caregiver_mj.experiments.provenance import source_digest
 
 ROOT = pathlib.Path(__file__).parents[2]
 RUN = ("--world", "grid", "--epsilon", "1", "--caregiver", "none", "nearest", "--out", "run")
@@ -80,7 +80,7 @@ def test_what_decides_no_row_may_change(checkout, file):
 
 def digests(folder):
     """Of the house and of the grid."""
-    code = "from caregiver_mj.experiments.fingerprint import source_digest as f; print(f(), f('grid'))"
+    code = "from caregiver_mj.experiments.provenance import source_digest as f; print(f(), f('grid'))"
     return python(folder, "-c", code).stdout.split()
 
 
@@ -104,7 +104,7 @@ def test_what_somebodys_policy_is_made_of_counts(checkout):
     )
     said = ("evaluate", *RUN, "--caregiver", "mine:Nothing", "--episodes", "2")
     assert run(checkout, *said).returncode == 0
-    edit(checkout, "caregivers/lookout.py", '"""', '"""Edited. ')
+    edit(checkout, "caregivers/target_observation.py", '"""', '"""Edited. ')
     done = run(checkout, *said, "--resume")
     assert done.returncode == 2
     assert WORDS in done.stderr

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import caregiver_mj.tasks
-from caregiver_mj.experiments.seeds import episode_random, episode_seed, episode_tapes
+from caregiver_mj.experiments.settings import episode_random, episode_seed, episode_tapes
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 PLAN = FloorPlan.parse("########\n#B....C#\n#....T.#\n#.S....#\n#....TB#\n########", "small")

@@ -8,10 +8,9 @@ import pytest
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import statistics, two_level
-from caregiver_mj.experiments.by_house import by_house
 from caregiver_mj.experiments.intervals import of_ratio
 from caregiver_mj.experiments.settings import Settings
-from caregiver_mj.experiments.summary import summarise
+from caregiver_mj.experiments.summary import by_house, summarise
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 

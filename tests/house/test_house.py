@@ -8,8 +8,8 @@ import pytest
 
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans import layout
+from caregiver_mj.plans.cell_graph import WALL
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.symbols import WALL
 
 SMALL = FloorPlan.parse("#####\n#B.S#\n#..C#\n#T..#\n#####", "small")
 WIDE_CELLS = FloorPlan.parse("#######\n#B...C#\n#.....#\n#..S.T#\n#.....#\n#######", "wide_cells", cell_size=1.0)

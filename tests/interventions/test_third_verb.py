@@ -14,9 +14,8 @@ from caregiver_mj.caregivers import Caregiver
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
-from caregiver_mj.interventions.intervention import Intervention, Interventions
 from caregiver_mj.interventions.registry import VERBS
-from caregiver_mj.interventions.verb import Verb
+from caregiver_mj.interventions.verb import Intervention, Interventions, Verb
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 

@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 from random_plans import plan_texts
 
 from caregiver_mj.plans import layout
-from caregiver_mj.plans.drivable import REACH, is_drivable
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.generator import generate
+from caregiver_mj.plans.generator import REACH, generate, is_drivable
 from caregiver_mj.plans.sets import house_set
 from caregiver_mj.plans.yielding import yielding
 from caregiver_mj.robot.embodiments import find_embodiment

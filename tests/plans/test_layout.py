@@ -10,8 +10,8 @@ from random_plans import plan_texts
 from scipy import ndimage
 
 from caregiver_mj.plans import layout
+from caregiver_mj.plans.cell_graph import WALL
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.symbols import WALL
 
 PAPER = FloorPlan.load("paper")
 APARTMENT = FloorPlan.load("apartment")

@@ -5,8 +5,8 @@ import hashlib
 import pytest
 
 from caregiver_mj.errors import FloorPlanError
-from caregiver_mj.plans.drivable import is_drivable
 from caregiver_mj.plans.floor_plan import FloorPlan, house_names
+from caregiver_mj.plans.generator import is_drivable
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.plans.sets import house, house_set, houses_named
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from caregiver_mj import cli
-from caregiver_mj.plans.drivable import is_drivable
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.generator import is_drivable
 from caregiver_mj.plans.sets import house_set, shape_of
 
 SHAPES = (

@@ -6,9 +6,8 @@ from hypothesis import strategies as st
 from random_plans import plan_texts
 from walks import distances, neighbours
 
-from caregiver_mj.plans.cut_cells import divisions
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.yielding import yielding
+from caregiver_mj.plans.yielding import divisions, yielding
 
 PLANS = plan_texts(largest=12).map(FloorPlan.parse)
 

@@ -3,7 +3,7 @@
 import pytest
 
 import caregiver_mj
-from caregiver_mj.caregivers.pace import PAPER
+from caregiver_mj.caregivers.percept import PAPER
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.pace import handling_times, robot_pace
 from caregiver_mj.robot.embodiments import EMBODIMENTS, find_embodiment

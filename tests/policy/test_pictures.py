@@ -9,8 +9,7 @@ from caregiver_mj.children.family import Family
 from caregiver_mj.envs.recipe import Recipe, prepared
 from caregiver_mj.errors import CaregiverError, RenderingError
 from caregiver_mj.experiments.evaluation import evaluate
-from caregiver_mj.experiments.seeds import episode_seed
-from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.experiments.settings import Settings, episode_seed
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz.film import render_episode
 

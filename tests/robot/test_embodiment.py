@@ -11,7 +11,7 @@ from reaching import first_way
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.scene import build_house
-from caregiver_mj.plans import furniture, layout
+from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiment import Embodiment, Wheels
 from caregiver_mj.robot.embodiments import DEFAULT, EMBODIMENTS, find_embodiment
@@ -218,12 +218,12 @@ def test_force_of_the_base_is_enough_for_its_acceleration(robot, model):
 
 
 def test_sizes_of_candle_and_furniture_are_read_from_their_models():
-    candle, table = furniture.candle(), furniture.table()
+    candle, table = layout.candle(), layout.table()
     assert (candle.radius, candle.height) == (0.022, 0.16)
     assert (table.half_size, table.height) == (0.27, 0.60)
     assert (layout.TABLE_HALF_SIZE, layout.TABLE_HEIGHT, layout.BIN_HALF_SIZE) == (0.27, 0.60, 0.22)
-    assert furniture.toy_bin().height == 0.35
-    assert furniture.toddler_radius() == 0.12
+    assert layout.toy_bin().height == 0.35
+    assert layout.toddler_radius() == 0.12
 
 
 def test_layout_has_no_other_sizes():
@@ -235,7 +235,7 @@ def test_layout_has_no_other_sizes():
 
 
 def test_fingers_open_wide_and_close_on_a_candle(robot):
-    assert robot.grasp.closed < furniture.candle().radius < robot.grasp.open
+    assert robot.grasp.closed < layout.candle().radius < robot.grasp.open
 
 
 def test_fingers_stand_as_far_off_the_middle_as_their_joints_say(robot, model, arm):
@@ -282,9 +282,9 @@ def test_carried_candle_passes_over_a_child_and_within_the_clearances(robot, arm
     ahead, height = robot.postures.carry
     assert height - robot.grasp.height > CHILD_HEIGHT
     np.testing.assert_allclose(arm.pinch(arm.tucked), [ahead, 0.0, height], atol=1e-4)
-    out = ahead + furniture.candle().radius
+    out = ahead + layout.candle().radius
     assert out + 0.02 < robot.clearances.turning
-    assert out + furniture.toddler_radius() - 0.01 < robot.clearances.child_turning
+    assert out + layout.toddler_radius() - 0.01 < robot.clearances.child_turning
     assert out > robot.footprint
 
 

@@ -7,7 +7,7 @@ import pytest
 from caregiver_mj.caregivers import Caregiver
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.children.tape import Tape
-from caregiver_mj.experiments.seeds import episode_seed, episode_tapes
+from caregiver_mj.experiments.settings import episode_seed, episode_tapes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from studies import grid_to_house
 from studies.grid_to_house import GRID, Handicap, HandicappedGrid, WatchedGrid, ladder, minded_cells

@@ -6,7 +6,7 @@ import pytest
 from caregiver_mj.children.behaviour import Sight
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.seeds import episode_tapes
+from caregiver_mj.experiments.settings import episode_tapes
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.cell_graph import ACTION_NAMES
 from caregiver_mj.plans.floor_plan import FloorPlan

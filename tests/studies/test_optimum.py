@@ -9,14 +9,7 @@ from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.foresight.value_table import Objective
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.caregivers.told import ToldCaregiver
-from caregiver_mj.interventions.intervention import (
-    BLOCK,
-    DO_NOTHING,
-    RELOCATE,
-    STAND_ASIDE,
-    Intervention,
-    Interventions,
-)
+from caregiver_mj.interventions.verb import BLOCK, DO_NOTHING, RELOCATE, STAND_ASIDE, Intervention, Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.routes import ASIDE, STAY, Routes

@@ -2,7 +2,7 @@
 
 import pytest
 
-from caregiver_mj.caregivers.foresight.knows_goal import KnowsGoalCaregiver
+from caregiver_mj.caregivers.foresight.foresight import KnowsGoalCaregiver
 from caregiver_mj.caregivers.foresight.value_table import Objective
 from caregiver_mj.errors import CaregiverError
 from studies import value

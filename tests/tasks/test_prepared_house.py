@@ -8,8 +8,7 @@ import caregiver_mj
 from caregiver_mj.caregivers import make_caregiver
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.blocks import run_block
-from caregiver_mj.experiments.seeds import episode_random, episode_seed, episode_tapes
-from caregiver_mj.experiments.settings import Settings
+from caregiver_mj.experiments.settings import Settings, episode_random, episode_seed, episode_tapes
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan

@@ -5,10 +5,9 @@ import json
 import numpy as np
 import pandas as pd
 
-from caregiver_mj.experiments.by_house import by_house
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import Settings
-from caregiver_mj.experiments.summary import summarise
+from caregiver_mj.experiments.summary import by_house, summarise
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.record import MEASURES
 from caregiver_mj.viz.figures import as_bytes

@@ -9,8 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.caregivers.foresight.child_model import CHANGE, child_chain
-from caregiver_mj.caregivers.foresight.standing import each_on_a_table
+from caregiver_mj.caregivers.foresight.child_model import CHANGE, EPSILONS, child_chain
 from caregiver_mj.caregivers.foresight.value_table import (
     OBJECTIVE,
     Objective,
@@ -18,11 +17,11 @@ from caregiver_mj.caregivers.foresight.value_table import (
     candles_at_a_time,
     value_table,
 )
-from caregiver_mj.caregivers.outlook import Outlook
 from caregiver_mj.caregivers.paper import PaperCaregiver
-from caregiver_mj.caregivers.percept import Assessment, Percept, bare_tables
+from caregiver_mj.caregivers.percept import HORIZON, Assessment, Outlook, Percept, bare_tables
+from caregiver_mj.caregivers.told import ToldCaregiver, Truth
 from caregiver_mj.danger.belief import Belief
-from caregiver_mj.interventions.intervention import BLOCK, DO_NOTHING, RELOCATE, STAND_ASIDE, Interventions
+from caregiver_mj.interventions.verb import BLOCK, DO_NOTHING, RELOCATE, STAND_ASIDE, Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
@@ -239,3 +238,83 @@ class ForesightCaregiver(Caregiver):
 def _first_of_least(damage: np.ndarray) -> np.ndarray:
     """Return the first of the least along the last axis; numbers that only rounding tells apart count as equal."""
     return (damage <= damage.min(axis=-1, keepdims=True) * (1.0 + 1e-5)).argmax(axis=-1)
+
+
+def each_on_a_table(plan: FloorPlan, percept: Percept) -> Percept:
+    """The percept in which a candle that lies on the floor, or shares a table, is on the nearest bare one instead.
+
+    That happens in the house only, and seldom. Those in the hand stay there.
+    """
+    if percept.candle_cell is None:
+        return percept
+    tables = percept.candle_table.copy()
+    places = np.array([plan.position(cell) for cell in plan.tables])
+    for world, lying in enumerate(percept.candle_cell):
+        first = np.unique(tables[world], return_index=True)[1]
+        for candle in range(len(lying)):
+            table = tables[world, candle]
+            if candle == percept.holding[world] or (table != NOTHING and candle in first):
+                continue
+            here = plan.position(plan.free_cells[lying[candle]]) if table == NOTHING else places[table]
+            distance = np.linalg.norm(places - here, axis=1)
+            distance[tables[world][tables[world] != NOTHING]] = np.inf
+            tables[world, candle] = distance.argmin()
+    return dataclasses.replace(percept, candle_table=tables)
+
+
+class KnowsGoalCaregiver(ForesightCaregiver, ToldCaregiver):
+    """Is told the toy bin and the epsilon of each child, but not what will come by chance, nor of which kind it is.
+
+    It is no bound: its planner is the same, with the same approximations. An epsilon between two that it has plans for
+    is believed to be either, so that it is right on an average.
+    """
+
+    def hear(self, truth: Truth) -> None:
+        goals = self.belief.probability.shape[2]
+        bins = len(self.plan.bins)
+        at_goal = truth.goal[..., None] == np.arange(goals)  # (B, K, G): as a novice
+        known = np.array(EPSILONS)
+        epsilon = np.clip(truth.epsilon, known[0], known[-1])
+        above = np.clip(np.searchsorted(known, epsilon), 1, len(known) - 1)
+        share = (epsilon - known[above - 1]) / (known[above] - known[above - 1])
+        each = np.eye(len(known))
+        of_epsilon = (1 - share)[..., None] * each[above - 1] + share[..., None] * each[above]
+        novice = self.belief.probability[:, :, :bins].sum(axis=(2, 3), keepdims=True)
+        told = novice * at_goal[..., None] * of_epsilon[:, :, None]
+        self.belief.probability = np.where(np.arange(goals)[:, None] < bins, told, self.belief.probability)
+
+
+class PaperPredictiveCaregiver(PaperCaregiver):
+    """The rule, equation (2), in which P(reach) is the probability that the child soon runs into the hazard.
+
+    That follows from where it is and from what its moves have told of its toy bin and its epsilon. P(safe), and with it
+    what tells between several children, is the paper's.
+    """
+
+    def __init__(self, plan: FloorPlan, seed: int = 0, *, horizon: int = HORIZON):
+        """Looks ahead.
+
+        Args:
+            plan: The house.
+            seed: As for the rule.
+            horizon: In how many timesteps is soon.
+        """
+        self._horizon = horizon
+        super().__init__(plan, seed)
+
+    def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
+        super().reset(batch, seeds, children)
+        self.belief = Belief(child_chain(self.plan), batch, children, CHANGE)
+
+    def watch(self, percept: Percept) -> None:
+        super().watch(percept)
+        self.belief.watch(percept.previous_cell, percept.previous_action, percept.caregiver_cell)
+
+    def assess(self, percept: Percept) -> Assessment:
+        return dataclasses.replace(super().assess(percept), outlook=self._outlook(percept))
+
+    def reach(self, percept: Percept) -> np.ndarray:
+        return self._outlook(percept).reach(self.plan, percept, self._horizon)
+
+    def _outlook(self, percept: Percept) -> Outlook:
+        return Outlook(child_chain(self.plan), percept.child_cell, self.belief.probability)

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from caregiver_mj.caregivers.pace import PAPER, Pace
+from caregiver_mj.caregivers.percept import PAPER, Pace
 from caregiver_mj.plans.cell_graph import UNREACHABLE
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.routes import Routes

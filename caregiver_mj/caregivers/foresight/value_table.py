@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import itertools
 import math
 
 import numpy as np
@@ -21,17 +22,40 @@ from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
 from caregiver_mj.caregivers.foresight.child_model import child_chain
-from caregiver_mj.caregivers.foresight.layouts import AllLayouts
 from caregiver_mj.caregivers.foresight.motion import motion
-from caregiver_mj.caregivers.pace import PAPER, Pace
-from caregiver_mj.danger.chain import ChildChain
-from caregiver_mj.danger.passage import expected_hits
+from caregiver_mj.caregivers.percept import PAPER, Pace
+from caregiver_mj.danger.chain import ChildChain, expected_hits
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
 
 LARGEST, LAYOUTS = 40_000_000, 128  # states, layouts: where there are more, fewer candles are planned for at a time
 _BEGIN = 0.2  # share of the damage to a child alone to begin the iteration with: about what is left of it
 _NEVER = 1e9  # damage of what cannot be done; finite, for beliefs of zero are multiplied with it
 _EVERY = 5  # sweeps after which what comes of carrying a candle is brought up to date
+# By steps in a timestep: for each table states, which of m they come to, and what is then to come: see `_Fetch`.
+_Fetched = dict[int, list[tuple[np.ndarray, np.ndarray, np.ndarray]]]
+
+
+@dataclasses.dataclass(frozen=True)
+class Objective:
+    """What is to be least: discounted damage, and what the child is denied.
+
+    Attributes:
+        discount: Of damage, a timestep.
+        price: Of a denied move of the child's towards its toy bin, in damage.
+        random_price: Of a denied move that it makes at random, or towards anything else.
+        sweeps: Of value iteration, at most.
+        tolerance: Change of all values by a sweep, in damage, below which it ends.
+    """
+
+    discount: float = 0.985
+    price: float = 1.5
+    random_price: float = 0.3
+    sweeps: int = 80
+    tolerance: float = 0.003
+
+
+OBJECTIVE = Objective()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -60,32 +84,6 @@ class _Fetch:
                 for some, more in zip(self.numbers, self.meanwhile, strict=True)
             ]
         )
-
-
-# By steps in a timestep: for each table states, which of m they come to, and what is then to come: see `_Fetch`.
-_Fetched = dict[int, list[tuple[np.ndarray, np.ndarray, np.ndarray]]]
-
-
-@dataclasses.dataclass(frozen=True)
-class Objective:
-    """What is to be least: discounted damage, and what the child is denied.
-
-    Attributes:
-        discount: Of damage, a timestep.
-        price: Of a denied move of the child's towards its toy bin, in damage.
-        random_price: Of a denied move that it makes at random, or towards anything else.
-        sweeps: Of value iteration, at most.
-        tolerance: Change of all values by a sweep, in damage, below which it ends.
-    """
-
-    discount: float = 0.985
-    price: float = 1.5
-    random_price: float = 0.3
-    sweeps: int = 80
-    tolerance: float = 0.003
-
-
-OBJECTIVE = Objective()
 
 
 def candles_at_a_time(plan: FloorPlan) -> int:
@@ -430,3 +428,43 @@ def _single(matrix: csr_array) -> csr_array:
         (matrix.data.astype(np.float32), matrix.indices.astype(np.int32), matrix.indptr.astype(np.int32)),
         shape=matrix.shape,
     )
+
+
+def count_stands(plan: FloorPlan) -> int:
+    """How many layouts there are with a post of the caregiver, or with a table that bears a candle in it."""
+    tables, candles = len(plan.tables), len(plan.candle_tables)
+    return math.comb(tables, candles) * (max(1, len(plan.stairwells)) + candles)
+
+
+class AllLayouts:
+    """Every choice of as many tables as there are candles. Candles are all alike.
+
+    Attributes:
+        candles: How many candles there are.
+        bears: Which tables bear a candle, bool (layouts, tables).
+        after: The layout after a candle has been moved from one table to another, (layouts, tables, tables), or
+            NOTHING where there is no candle on the first one, or one on the other.
+    """
+
+    def __init__(self, tables: int, candles: int):
+        self.candles = candles
+        chosen = list(itertools.combinations(range(tables), candles))
+        self.bears = np.zeros((len(chosen), tables), bool)
+        self.bears[np.arange(len(chosen))[:, None], np.array(chosen, int).reshape(len(chosen), candles)] = True
+        bits = np.int64(1) << np.arange(tables)
+        masks = self.bears @ bits
+        self._order = np.argsort(masks)
+        self._masks = masks[self._order]
+        moved = masks[:, None, None] - bits[:, None] + bits
+        valid = self.bears[:, :, None] & ~self.bears[:, None, :]
+        self.after = np.where(valid, self._find(np.where(valid, moved, masks[:, None, None])), NOTHING)
+
+    def _find(self, masks: np.ndarray) -> np.ndarray:
+        return self._order[np.searchsorted(self._masks, masks)]
+
+    def __len__(self) -> int:
+        return len(self.bears)
+
+    def now(self, tables: np.ndarray) -> np.ndarray:
+        """The layout in which the house is now, (...), by the table of each candle, (..., candles)."""
+        return self._find((np.int64(1) << tables).sum(axis=-1))

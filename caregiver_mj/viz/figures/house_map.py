@@ -11,9 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch, Polygon, Rectangle
 
-from caregiver_mj.plans.cell_graph import Cell
+from caregiver_mj.plans.cell_graph import BIN, CANDLE, STAIRWELL, TABLE, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.symbols import BIN, CANDLE, STAIRWELL, TABLE
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.colours import Colour, unit
 from caregiver_mj.viz.figures.style import STYLE, WIDTH

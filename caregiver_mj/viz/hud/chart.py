@@ -7,9 +7,8 @@ import itertools
 import numpy as np
 from PIL import Image, ImageDraw
 
-from caregiver_mj.plans.cell_graph import Cell
+from caregiver_mj.plans.cell_graph import BIN, STAIRWELL, WALL, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.symbols import BIN, STAIRWELL, WALL
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.colours import GROUND, TEXT, Colour, mix
 from caregiver_mj.viz.forecast import LEAST, Forecast, strength

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from PIL import Image, ImageDraw
 
-from caregiver_mj.caregivers.outlook import HORIZON
+from caregiver_mj.caregivers.percept import HORIZON
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.colours import GROUND, TEXT, Colour, mix

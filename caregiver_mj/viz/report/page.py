@@ -14,7 +14,7 @@ import numpy as np
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.run_folder import StorageError
-from caregiver_mj.experiments.samples import Sample
+from caregiver_mj.experiments.statistics import Sample
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.recording.record import DAMAGE_THRESHOLD
 from caregiver_mj.viz import colours, figures

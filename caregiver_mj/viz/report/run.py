@@ -11,9 +11,9 @@ from typing import Any
 import pandas as pd
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments.by_house import by_house
 from caregiver_mj.experiments.finished import Finished, read_finished
 from caregiver_mj.experiments.settings import FLOOR, Settings
+from caregiver_mj.experiments.summary import by_house
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.robot.embodiment import DEFAULT
@@ -34,7 +34,7 @@ class Run:
         summary: What matters of the content of summary.json.
         maps: A row for each caregiver, family and free cell.
         caregiver: The caregiver that the report is about: `paper` if it ran.
-        by_house: Of several houses, a row for each of them, caregiver and family, as `experiments.by_house` has it.
+        by_house: Of several houses, a row for each of them, caregiver and family, as `summary.by_house` has it.
         seeds: Its seed and how many episodes there are of it; of pooled runs those of each.
     """
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import viser
 
-from caregiver_mj.caregivers.outlook import HORIZON
+from caregiver_mj.caregivers.percept import HORIZON
 from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES
 from caregiver_mj.children.family import CHILDREN, NOVICE, Family
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
