@@ -17,12 +17,10 @@ from caregiver_mj.children.family import Family, Who
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape, start_cells
 from caregiver_mj.children.walk import WALKING_SPEED, novice_timestep
 from caregiver_mj.errors import CaregiverError, check_kind
-from caregiver_mj.house.candles import Candles
-from caregiver_mj.house.carried import watch_candle
+from caregiver_mj.house.candles import Candles, watch_candle
 from caregiver_mj.house.children import Children
 from caregiver_mj.house.physics import Physics
-from caregiver_mj.house.sensing import Sensing
-from caregiver_mj.house.sensor import Sensor
+from caregiver_mj.house.sensing import Sensing, Sensor
 from caregiver_mj.house.tables import draw_heights
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan

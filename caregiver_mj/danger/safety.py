@@ -5,6 +5,22 @@ moves are likely under that prior behaves safely; one whose moves look random do
 reach an object, and how much a collision with it hurts, then gives the *expected danger* of that object.
 
 The functions take batches of novices: arrays whose first dimensions, written as ..., are theirs.
+
+A *local prior* can be carried from house to house: it goes by what is around a child, and not by where it is.
+
+The paper counts, for every cell s of a house, how many expert trajectories take action a there (section II). Those
+counts mean nothing in another house. Here they are those of *contexts*: what stands in the four neighbouring cells, and
+where the goal lies (whether above, below or in the same row, and whether left, right or in the same column). With
+phi(s, g) for the context of a child in cell s that is on its way to goal g::
+
+    alpha_phi(a)  = number of pairs of an expert trajectory, to g, and a cell s with phi(s, g) = phi
+                    in which that trajectory takes a, over all houses, + alpha^0
+    theta_phi     ~ Dir(alpha_phi), or its mean
+    theta_s(a)    = 1 / G sum_g theta_phi(s, g)(a)
+
+The last line is the prior of a cell in a new house with G goals: which of them a child is on its way to is not known,
+and all are taken to be as probable. A house that is turned or mirrored is a house too, so every move that an expert
+makes counts in all eight symmetries of the grid.
 """
 
 from __future__ import annotations

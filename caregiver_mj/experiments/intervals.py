@@ -1,8 +1,20 @@
 """Confidence intervals of a mean, of a difference of means and of a ratio of means, for 20 episodes or for 2000.
 
-All are studentised bootstrap intervals (see `studentised`); docs/coverage.md shows how often they cover the truth.
+All are studentised bootstrap intervals; docs/coverage.md shows how often they cover the truth.
 Samples are paired: unit i of one belongs to unit i of the other. A unit is an episode; for houses see `two_level`.
 The resamples are the same every time, so the same samples have the same interval.
+
+The studentised bootstrap of a ratio of means is turned into an interval as Fieller's theorem does.
+
+For samples y over x, and a ratio R that may be the true one, the errors e = y - R x have mean zero, so
+
+    t(R) = sqrt(n) mean(e) / sd(e)
+
+is a pivot: its distribution hardly depends on anything unknown, and nothing is divided by a mean that may be close to
+zero. Resampling units with replacement says how t is distributed around the ratio of the sample; the interval is all R
+with a t(R) between two quantiles of that (Hwang, Biometrika 82, 1995). Swapping y and x gives the reciprocal interval,
+other units give the same in other units. With x = 1 it is the bootstrap-t interval of a mean (Efron and Tibshirani, An
+Introduction to the Bootstrap, 1993, section 12.5).
 """
 
 from __future__ import annotations

@@ -5,18 +5,37 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Collection, Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from caregiver_mj.children.behaviour import Behaviour, Sight
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.children.walk import ToddlerWalk, Vector
-from caregiver_mj.house.move import Booking, Move
 from caregiver_mj.house.touch import Touch
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.recording.contacts import STRIKE_PAUSE, STRIKE_SPEED
+from caregiver_mj.recording.ledger import BLOCKED, KINDS, MET
+
+if TYPE_CHECKING:
+    from caregiver_mj.house.physics import Physics
+
+
+MASS = 12.0  # kg, as in models/toddler.xml
+_GRAVITY = 9.81  # m/s^2
+_CENTRE = 0.46  # metres above the floor: 57 % of its height, own
+# What keeps an inverted pendulum up, m g over its height, is the least that a standing child has; people who stand
+# quietly have little more (Winter et al., "Stiffness control of balance in quiet standing", J Neurophysiol 80, 1998).
+STANCE = MASS * _GRAVITY / _CENTRE  # N/m: 256
+_DAMPING_RATIO = 0.7  # own
+SWAY = 2 * _DAMPING_RATIO * math.sqrt(STANCE * MASS)  # N s/m
+STRIDE = 0.06  # metres off its feet from which on it steps: half the length of a foot of 12 cm; that is 15 N
+# Its surface is as soft as an adult's chest or pelvis, 25 N/mm (ISO/TS 15066:2016, annex A; DGUV 2011). MuJoCo's
+# stiffness is per effective mass, here that of child and robot, 10.5 kg: 1 / (time constant * damping ratio)^2.
+SOFTNESS = 0.051, 0.4  # time constant in seconds, damping ratio
+_ROUNDING = 1e-9  # metres, or m/s, that are none
 
 
 class HouseChild:
@@ -172,3 +191,105 @@ class HouseChild:
         if 0 <= here < len(plan.free_cells):
             return here
         return min(range(len(plan.free_cells)), key=lambda i: math.dist(plan.position(plan.free_cells[i]), position))
+
+
+class Booking(NamedTuple):
+    """What came of a child's move, as `Ledger.book` wants it of every child."""
+
+    begun: int
+    ended: int
+    harm: np.ndarray  # (kinds,)
+    toy: bool
+    blocked: np.ndarray  # (what it led to,), in the order of `BLOCKED`
+    met: np.ndarray  # (how it met the caregiver,), in the order of `MET`
+
+
+@dataclasses.dataclass
+class Move:
+    """One move of one child.
+
+    Attributes:
+        begun: Free cell in which it begins.
+        going: Free cell in which it ends, as far as the floor plan tells.
+        target: What it leads to, or None if the child stays where it is.
+        to_toy: Whether that is the bin that the child wants to get to.
+        draw: Uniform draw for the next bin, should the child reach the one that it wants to get to, (1,).
+        harm: Damage of the worst thing that has happened so far.
+        kind: What that was, one of `KINDS`, or "" if nothing has.
+        fell: Whether the child has fallen down stairs.
+        reached_toy: Whether it has reached its bin.
+        met_robot: Whether the robot was in its way.
+        entered: Whether the robot came into the cell that it leads to after the child had set out, or None if it was
+            there before.
+    """
+
+    begun: int
+    going: int
+    target: Target | None = None
+    to_toy: bool = False
+    draw: np.ndarray | None = None
+    harm: float = 0.0
+    kind: str = ""
+    fell: bool = False
+    reached_toy: bool = False
+    met_robot: bool = False
+    entered: bool | None = False
+
+    def hurt(self, kind: str, damage: float) -> None:
+        """Takes note of a harm; only the worst one of a timestep counts."""
+        if damage > self.harm:
+            self.harm, self.kind = damage, kind
+
+    def booking(self, ended: int) -> Booking:
+        """What came of it, once it has ended in a free cell."""
+        harm = np.array([self.harm if kind == self.kind else 0.0 for kind in KINDS])
+        blocked = self.met_robot and ended == self.begun and not self.fell
+        what = np.array([blocked and self.target == Target[name.upper()] for name in BLOCKED])
+        met = {
+            "entered": bool(self.entered),
+            "entered_blocked": bool(self.entered and what.any()),
+            "held_up": self.met_robot and self.target == Target.FREE and ended != self.begun,
+        }
+        return Booking(self.begun, ended, harm, self.reached_toy, what, np.array([met[name] for name in MET]))
+
+
+class CompliantBody:
+    """A child's body on a spring and damper behind its walk, and soft to the touch: an option of the tasks.
+
+    As it is, a child goes where its walk takes it, whatever stands there: between two control timesteps it is a free
+    body of 12 kg, and then it is put back. So the forces between it and the robot are those of a wall that a servo
+    leans on. A compliant child is pushed aside instead: its feet follow the walk, its body sways over them, and when it
+    has been pushed farther than its feet reach it steps. Where nothing touches it, it walks as ever.
+    """
+
+    def reset(self, walk: ToddlerWalk) -> None:
+        """Begins an episode, upright."""
+        self._feet, self._pace = walk.position, (0.0, 0.0)
+
+    def follow(self, walk: ToddlerWalk, physics: Physics, number: int, seconds: float) -> None:
+        """Has the body follow the walk for one control timestep.
+
+        Args:
+            walk: Where its feet are now, after the walk's step. If it is pushed too far, they step after it.
+            physics: The simulation.
+            number: Which child it is.
+            seconds: Of the control timestep.
+        """
+        (x, y, _), (vx, vy, _) = physics.toddler_position(number), physics.toddler_velocities()[number]
+        lean = _none(float(x) - self._feet[0]), _none(float(y) - self._feet[1])
+        sway = _none(float(vx) - self._pace[0]), _none(float(vy) - self._pace[1])
+        far = math.hypot(*lean)
+        if far > STRIDE:
+            step = 1.0 - STRIDE / far
+            walk.carry(step * lean[0], step * lean[1])
+            lean = lean[0] * (1.0 - step), lean[1] * (1.0 - step)
+        force = -STANCE * lean[0] - SWAY * sway[0], -STANCE * lean[1] - SWAY * sway[1]
+        physics.set_toddler(walk, number, lean, sway, force)
+        # Where its feet will be when this is asked again, for the physics carries them on.
+        self._pace = walk.velocity
+        self._feet = walk.position[0] + seconds * walk.velocity[0], walk.position[1] + seconds * walk.velocity[1]
+
+
+def _none(value: float) -> float:
+    """Nothing, for what is rounding only: then the body is exactly where the walk is."""
+    return 0.0 if abs(value) < _ROUNDING else value

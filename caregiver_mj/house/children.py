@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from operator import attrgetter
 
 import numpy as np
 
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.house.candles import Candles
-from caregiver_mj.house.child import HouseChild
-from caregiver_mj.house.compliant import SOFTNESS, CompliantBody
-from caregiver_mj.house.contacts import ContactWatch
-from caregiver_mj.house.move import Booking
+from caregiver_mj.house.child import SOFTNESS, Booking, CompliantBody, HouseChild
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.touch import Touch
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from caregiver_mj.recording.contacts import Contacts
+from caregiver_mj.recording.contacts import PRESSING, STRIKE_PAUSE, STRIKE_SPEED, Contacts, region_at
+
+_APART = 0.1  # seconds without touch that end a contact: one that lasts flickers as the two give way to each other
 
 
 class Children(Sequence[HouseChild]):
@@ -40,7 +41,7 @@ class Children(Sequence[HouseChild]):
             plan: The house.
             behaviours: What decides the moves of each child.
             novice_timestep: Seconds that a move takes.
-            compliant: Whether they give way to a push, see `house.compliant`.
+            compliant: Whether they give way to a push, see `child.CompliantBody`.
         """
         self._bodies = [CompliantBody() for _ in behaviours] if compliant else []
         self._children = [HouseChild(plan, behaviour, novice_timestep) for behaviour in behaviours]
@@ -122,3 +123,49 @@ class Children(Sequence[HouseChild]):
             return NOTHING
         robot = physics.base_position()[:2].tolist()
         return min(range(len(self._places)), key=lambda i: math.dist(self._places[i], robot))
+
+
+class ContactWatch:
+    """Watches the contacts of one child with the robot.
+
+    They are read from the simulation at every physics step. What has no time or no extent of its own, such as a
+    strike, is booked once: a strike again after half a second, a pressing when the contact has lasted for that long.
+    """
+
+    def __init__(self) -> None:
+        self._touched_at = self._struck_at = -math.inf
+        self._lasted = 0.0
+
+    def take_in(self, touches: Iterable[Touch], seconds: float, tally: Contacts) -> None:
+        """Takes in the child's contacts of a control timestep.
+
+        Args:
+            touches: All of them, in the order in which they came.
+            seconds: Of a physics step.
+            tally: What is counted.
+        """
+        robot = (touch for touch in touches if touch.kind == "robot")
+        for time, together in itertools.groupby(robot, key=attrgetter("time")):
+            self._step(time, list(together), seconds, tally)
+
+    def _step(self, time: float, touches: list[Touch], seconds: float, tally: Contacts) -> None:
+        """Takes in those of one physics step."""
+        begins = time - self._touched_at > _APART
+        if begins:
+            self._lasted = 0.0
+        self._touched_at = time
+        before, self._lasted = self._lasted, self._lasted + seconds
+        tally.pressings += before < PRESSING - seconds / 2 <= self._lasted  # half a step for what rounding adds up to
+        forces: dict[str, float] = {}
+        for touch in touches:
+            region = region_at(touch.height)
+            forces[region] = forces.get(region, 0.0) + touch.force
+        tally.press(forces, seconds)
+        # At first the surface is as fast as it has come. Then the child pushes it, which is not the robot's doing.
+        speed = max(
+            touch.surface_speed if begins else min(touch.surface_speed, touch.driven_speed) for touch in touches
+        )
+        tally.contact_speed = max(tally.contact_speed, speed)
+        if speed > STRIKE_SPEED and time - self._struck_at > STRIKE_PAUSE:
+            tally.strikes_surface += 1
+            self._struck_at = time

@@ -18,10 +18,9 @@ from dm_env import specs
 
 from caregiver_mj.children.walk import ToddlerWalk, Vector
 from caregiver_mj.errors import CaregiverError, RenderingError
-from caregiver_mj.house.ground import FLOOR
-from caregiver_mj.house.robot_body import RobotBody, joint_views
+from caregiver_mj.house.fittings import FLOOR
+from caregiver_mj.house.robot_body import RampState, RobotBody, joint_views
 from caregiver_mj.house.scene import build_house, child_joints
-from caregiver_mj.house.target_ramp import RampState
 from caregiver_mj.house.touch import Touch, TouchReader
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiment import Embodiment

@@ -11,10 +11,17 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from caregiver_mj.house.cameras import add_cameras
-from caregiver_mj.house.decor import add_decorations, add_doorways, add_rugs, add_walls
-from caregiver_mj.house.ground import add_ground
-from caregiver_mj.house.parts import place_model, read_model, remove_visuals
+from caregiver_mj.house.fittings import (
+    add_cameras,
+    add_decorations,
+    add_doorways,
+    add_ground,
+    add_rugs,
+    add_walls,
+    place_model,
+    read_model,
+    remove_visuals,
+)
 from caregiver_mj.house.tables import table_model
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import DEFAULT_CELL_SIZE, FloorPlan

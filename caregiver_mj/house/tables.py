@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.house.parts import read_model
+from caregiver_mj.house.fittings import read_model
 from caregiver_mj.plans import layout
 
 LOWEST, HIGHEST = 0.45, 0.75  # metres; from a coffee table to a dining table, and within the arms' reach

@@ -1,4 +1,8 @@
-"""Houses by seed: rooms, corridors, doorways and things as people have them, where a robot can drive."""
+"""Houses by seed: rooms, corridors and doorways, and things in them as people have them.
+
+The same request gives the same house on every machine. Every house has something a caregiver can protect a child
+from, and the robot can drive to all that it needs.
+"""
 
 from __future__ import annotations
 
@@ -80,7 +84,10 @@ def design(request: Request) -> tuple[FloorPlan, Shell]:
 
 
 def is_drivable(plan: FloorPlan) -> bool:
-    """Whether the robot gets everywhere in a house: to every free cell, landing and table, and away again."""
+    """Whether the robot gets everywhere in a house: to every free cell, landing and table, and away again.
+
+    Worked out from the shapes in `layout` alone, exactly, by the clearances that the robot's own navigation keeps.
+    """
     tall = np.concatenate([layout.wall_rectangles(plan), layout.stair_rectangles(plan)])
     low = layout.furniture_rectangles(plan)
     free = len(plan.free_cells)

@@ -1,4 +1,11 @@
-"""Contacts of the robot with children: what is counted of them, and what adults bear on the same parts of the body."""
+"""Contacts of the robot with children: what is counted of them, and what adults bear on the same parts of the body.
+
+What adults bear is to be put beside forces on a child, not to be taken for its limits.
+Source: the pain threshold register of the German accident insurers (DGUV 2011, "BG/BGIA risk assessment recommendations
+according to machinery directive: design of workplaces with collaborative robots"), as reprinted in Buxbaum and Sen,
+"Kollaborierende Roboter in der Pflege", table 1.4 (in: Bendel (ed.), Pflegeroboter, Springer 2018, open access).
+ISO/TS 15066:2016 has a table of the same kind in its annex A, from another study of adults.
+"""
 
 from __future__ import annotations
 

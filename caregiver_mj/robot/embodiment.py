@@ -9,6 +9,9 @@ A model file holds the robot alone. It faces +x with its origin on the floor, an
 - a body `hand` with a site `pinch` between the fingertips, whose axes are z ahead, y along which the fingers open;
 - two fingers whose joints open at positive positions, with collision geoms `finger_left_pad` and `finger_right_pad`;
 - velocity servos of the base, position servos of arm and fingers, in this order.
+
+How a robot handles candles: where its hand is, how far out while the base drives, and how it grips. Its attributes are
+in metres, radians and seconds unless they say otherwise.
 """
 
 from __future__ import annotations

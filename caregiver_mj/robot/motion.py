@@ -35,7 +35,7 @@ _LED_OFF = 0.05  # metres likewise of one that is not told what its path wants: 
 _OTHER = 1e-3  # m/s by which that differs, at least
 
 # The actuators get to their targets in the course of a control timestep, and later by this share of it: what they are
-# told is made smooth over its four physics steps (`caregiver_mj.house.target_ramp`), which costs one and a half.
+# told is made smooth over its four physics steps (`caregiver_mj.house.robot_body`), which costs one and a half.
 _SMOOTHING = 3 / 8
 
 # The hand comes down onto a candle, or with one onto a table, as far from the end of its way as the two may be off: the

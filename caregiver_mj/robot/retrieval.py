@@ -221,7 +221,10 @@ def _turned(vector: np.ndarray, yaw: float) -> np.ndarray:
 
 
 class Search(Generic[Found]):
-    """A search under way.
+    """A search that takes long, spread over control timesteps.
+
+    A search is a generator that yields, after each piece of work, roughly what that took, and returns what it has
+    found. What it takes is not measured but stated: how far a search gets must not depend on how busy the machine is.
 
     Attributes:
         ended: Whether it has come to its end.

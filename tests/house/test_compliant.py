@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from caregiver_mj.children.walk import ToddlerWalk
-from caregiver_mj.house.compliant import SOFTNESS, STANCE, STRIDE, CompliantBody
-from caregiver_mj.house.parts import read_model
+from caregiver_mj.house.child import SOFTNESS, STANCE, STRIDE, CompliantBody
+from caregiver_mj.house.fittings import read_model
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans.floor_plan import FloorPlan
 

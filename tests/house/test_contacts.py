@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from caregiver_mj.house.contacts import ContactWatch
+from caregiver_mj.house.children import ContactWatch
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.touch import Touch
 from caregiver_mj.plans.floor_plan import FloorPlan

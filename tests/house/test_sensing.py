@@ -7,8 +7,7 @@ import pytest
 
 import caregiver_mj
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.house.sensing import Blur, Sensing
-from caregiver_mj.house.sensor import Sensor
+from caregiver_mj.house.sensing import Blur, Sensing, Sensor
 
 TABLES = np.array([[0.0, 0.0, 0.27, 0.27, 0.6], [1.0, 0.0, 0.27, 0.27, 0.6]])  # with their heights
 EXACT = {

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from caregiver_mj.house.target_ramp import TargetRamp
+from caregiver_mj.house.robot_body import TargetRamp
 
 STEPS = 4
 LATE = (STEPS - 1) / 2  # physics steps

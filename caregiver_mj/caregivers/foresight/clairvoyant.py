@@ -158,7 +158,11 @@ def _programme(plan: FloorPlan) -> Hindsight:
 
 
 class Hindsight:
-    """The programme of a house.
+    """What would be best if one knew what comes: a programme over time, for every place and layout of a house.
+
+    As in `value_table`, damage by candles that stay where they are is left out, and bumps into bare tables, too; and
+    the caregiver is at a post, from which it sets out after a move of the child, or beside a table where it has just
+    put a candle down. What is left of a timestep when it arrives is lost.
 
     A *stand* is a layout with a post, or a layout with a table that bears a candle in it.
 

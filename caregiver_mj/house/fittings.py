@@ -1,0 +1,284 @@
+"""Walls, ground, decor and cameras of the house. Only walls and stairs are more than to be seen."""
+
+from __future__ import annotations
+
+import functools
+import importlib.resources
+import itertools
+
+import mujoco
+import numpy as np
+from scipy import ndimage
+
+from caregiver_mj.plans import layout
+from caregiver_mj.plans.floor_plan import FloorPlan
+
+_CAP_HEIGHT = 0.03  # metres, of the board on top of a wall
+_SKIRTING_HEIGHT, _SKIRTING_DEPTH = 0.07, 0.012  # metres
+_JAMB_WIDTH, _JAMB_HEIGHT = 0.035, 0.94  # metres; just above the board on top of the walls
+_RUG_LARGEST, _RUG_GAP = 2.6, 0.35  # metres: its longest side, and its distance to the walls' cells
+_RUGS = ("rug_blue", "rug_red", "rug_green", "rug_ochre")
+# Decorations stand in front of walls, at most 0.2 m deep: in the part of a wall's cell that the thin wall leaves over.
+_DECORATIONS = ("bookshelf", "picture", "plant", "sideboard")
+_DECORATED_SHARE = 0.25  # of the places where one could be
+FLOOR = "planks"  # the geom that shows the floor
+_GROUND_MARGIN = 40.0  # metres of ground around the house
+_WOOD_LENGTH = 2.4  # metres that the picture of the wooden floor covers
+_GROUND_LENGTH = 6.0  # metres
+# What makes a geom collide as it does; its look does not matter, for it is not drawn.
+_GEOM_ATTRIBUTES: tuple[str, ...] = ("type", "size", "group", "rgba", "contype", "conaffinity")
+_REACHES_FARTHEST = "/glow"  # of a candle
+# The overview camera looks north and down, and shows the whole house in pictures of 4:3 and anything wider.
+_OVERVIEW_ELEVATION = np.radians(60.0)
+_OVERVIEW_FOVY = 30.0  # degrees; a long lens, so that near walls do not hide the rooms behind them
+_OVERVIEW_ASPECT = 4 / 3
+_OVERVIEW_MARGIN = 1.04  # size of the picture relative to that of the house
+_FOLLOW_OFFSET = (0.0, -1.75, 2.3)  # metres from the first child; the line of sight passes over walls
+_FOLLOW_FOVY = 50.0  # degrees
+_NEAREST = 0.02  # metres; nothing nearer to a camera is drawn, and the gripper's camera is very near
+_FARTHEST = 8000.0  # metres; MuJoCo guards against speckled shadows by a tiny fraction of this, so it must not be small
+
+
+def add_walls(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
+    """Adds the walls, to collide with and to look at."""
+    height = layout.WALL_HEIGHT
+    for i, wall in enumerate(layout.wall_rectangles(plan)):
+        # Collision geoms of the world itself, so that MuJoCo's midphase culls among them.
+        spec.worldbody.add_geom(
+            spec.find_default("house_collision"),
+            name=f"wall_{i}",
+            pos=[wall[0], wall[1], height / 2],
+            size=[wall[2], wall[3], height / 2],
+        )
+        add_box(spec, f"paint_{i}", "paint", wall, 0, height)
+        add_box(spec, f"cap_{i}", "cap", wall, height, height + _CAP_HEIGHT)
+        add_box(spec, f"skirting_{i}", "skirting", wall, 0, _SKIRTING_HEIGHT, margin=_SKIRTING_DEPTH)
+
+
+def add_doorways(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
+    """Adds thresholds and jambs."""
+    half_wall = layout.wall_thickness(plan) / 2
+    half_width = plan.cell_size - half_wall
+    for i, (cell, (down, _)) in enumerate(layout.doorways(plan)):
+        # The box's half sides across and along the way through, put into the order of x and y.
+        order = [0, 1] if down else [1, 0]
+        centre, across = plan.position(cell), np.array([1, 0])[order]
+        sill = np.array([half_width, half_wall])[order]
+        jamb = np.array([_JAMB_WIDTH / 2, half_wall + _SKIRTING_DEPTH])[order]
+        add_box(spec, f"threshold_{i}", "threshold", np.array([*centre, *sill]), 0, 0.004)
+        for side, sign in (("a", -1), ("b", 1)):
+            middle = centre + sign * (half_width - _JAMB_WIDTH / 2) * across
+            add_box(spec, f"jamb_{i}{side}", "jamb", np.array([*middle, *jamb]), 0, _JAMB_HEIGHT)
+
+
+def add_rugs(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
+    """Adds a rug to every room that has the space."""
+    landing = np.zeros(plan.shape, bool)
+    for cell in plan.stairwells:
+        landing[cell] = True
+    for i, room in enumerate(layout.rooms(plan)):
+        first, last = layout.largest_rectangle(room & ~landing)
+        corners = plan.position(first), plan.position(last)
+        half = np.abs(corners[1] - corners[0]) / 2 + plan.cell_size / 2 - _RUG_GAP
+        half = half.clip(max=[_RUG_LARGEST / 2, _RUG_LARGEST / 2])
+        if half.min() < 0.3:
+            continue
+        rug = np.array([*(corners[0] + corners[1]) / 2, *half])
+        for layer, (material, inset) in enumerate((("rug_border", 0.0), (_RUGS[i % len(_RUGS)], 0.06))):
+            add_box(spec, f"rug_{i}_{layer}", material, rug, 0, 0.003 + 0.002 * layer, margin=-inset)
+
+
+def add_decorations(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
+    """Puts decorations at walls, the same ones in every scene of a plan."""
+    random = np.random.default_rng(0)
+    for i, (position, yaw) in enumerate(layout.wall_places(plan)):
+        if random.random() < _DECORATED_SHARE:
+            place_model(
+                spec, read_model(_DECORATIONS[random.integers(len(_DECORATIONS))]), f"decoration_{i}", position, yaw
+            )
+
+
+def add_ground(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
+    """Adds what the floor and the ground look like; what candles fall on is the plane of `scene.xml`."""
+    _add_texture(spec, FLOOR, _planks())
+    _add_texture(spec, "grass", _grass())
+    _add_surface(spec, FLOOR, layout.floor_rectangles(plan), _WOOD_LENGTH)
+    _add_surface(spec, "grass", layout.ground_rectangles(plan, _GROUND_MARGIN), _GROUND_LENGTH)
+
+
+def _add_surface(spec: mujoco.MjSpec, name: str, rectangles: np.ndarray, length: float) -> None:
+    """Adds a horizontal surface with holes, at height 0, as a mesh under one seamless picture.
+
+    Args:
+        spec: The scene, with a material and a texture of that name.
+        name: Name of the geom, its mesh and its material.
+        rectangles: Disjoint rectangles that make up the surface, (n, 4).
+        length: Metres that the picture covers before it repeats.
+    """
+    centre, half = rectangles[:, None, :2], rectangles[:, None, 2:]
+    corners = (centre + half * [[-1, -1], [1, -1], [1, 1], [-1, 1]]).reshape(-1, 2)  # (4 n, 2)
+    triangles = np.array([[0, 1, 2], [0, 2, 3]])
+    faces = (4 * np.arange(len(rectangles))[:, None, None] + triangles).reshape(-1, 3)  # (2 n, 3)
+    mesh = spec.add_mesh(name=name, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL)
+    mesh.uservert = np.pad(corners, ((0, 0), (0, 1))).ravel()
+    mesh.usertexcoord = (corners / length).ravel()
+    mesh.userface = faces.ravel()
+    spec.worldbody.add_geom(
+        spec.find_default("house_visual"), name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, material=name
+    )
+
+
+def _add_texture(spec: mujoco.MjSpec, name: str, picture: np.ndarray) -> None:
+    """Adds a texture from a picture (height, width, 3) of bytes, and its material."""
+    height, width, channels = picture.shape
+    texture = spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, width=width, height=height)
+    texture.nchannel = channels
+    texture.data = picture.tobytes()
+    material = spec.add_material(name=name, specular=0.1, shininess=0.1)
+    material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = name
+
+
+@functools.cache
+def _planks(size: int = 1024, courses: int = 20) -> np.ndarray:
+    """A picture (size, size, 3) of floorboards, in courses with staggered joints; it repeats without a seam."""
+    random = np.random.default_rng(0)
+    picture = np.empty((size, size, 3))
+    borders = np.linspace(0, size, courses + 1).astype(int)
+    for top, bottom in itertools.pairwise(borders):
+        grain = ndimage.gaussian_filter(random.standard_normal((bottom - top, size)), (0.8, 24), mode="wrap")
+        shade = 1 + 0.035 * grain / grain.std()
+        joint = random.integers(size)
+        for start, end in ((0, size // 2), (size // 2, size)):
+            board = np.arange(start, end)
+            shade[:, board] *= random.uniform(0.86, 1.06)
+            shade[:, board[:2]] *= 0.72
+        shade[:2] *= 0.72
+        picture[top:bottom] = np.roll(shade, joint, axis=1)[..., None]
+    return (picture * [196, 150, 104]).clip(0, 255).astype(np.uint8)
+
+
+@functools.cache
+def _grass(size: int = 512) -> np.ndarray:
+    """A picture (size, size, 3) of a lawn; it repeats without a seam."""
+    random = np.random.default_rng(0)
+    shade = np.ones((size, size))
+    for blur, strength in ((1, 0.035), (6, 0.03), (40, 0.03)):
+        noise = ndimage.gaussian_filter(random.standard_normal((size, size)), blur, mode="wrap")
+        shade += strength * noise / noise.std()
+    return (shade[..., None] * [150, 172, 118]).clip(0, 255).astype(np.uint8)
+
+
+_GEOM_ATTRIBUTES += ("condim", "friction", "solref", "solimp", "margin", "gap")
+
+
+def read_model(name: str) -> mujoco.MjSpec:
+    """Reads a model of the package."""
+    file = importlib.resources.files("caregiver_mj.models") / f"{name}.xml"
+    return mujoco.MjSpec.from_string(file.read_text(encoding="utf-8"))
+
+
+def place_model(spec: mujoco.MjSpec, model: mujoco.MjSpec, name: str, position: np.ndarray, yaw: float = 0.0) -> None:
+    """Adds a static body that shows a model, at a position (2,) in metres, turned by yaw in radians.
+
+    What there is to collide with goes into the world's own body. MuJoCo looks for pairs of bodies first and finds
+    geoms within a body by a tree: one body with all obstacles costs much less at each step than one for each piece.
+    """
+    quaternion = np.array([np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)])
+    body = spec.worldbody.add_body(name=name, pos=[*position, 0], quat=quaternion)
+    spec.attach(model, prefix=f"{name}/", frame=body.add_frame())
+    for geom in body.geoms:
+        if not (geom.contype or geom.conaffinity):
+            continue
+        place, turn = np.empty(3), np.empty(4)
+        mujoco.mju_rotVecQuat(place, geom.pos, quaternion)
+        mujoco.mju_mulQuat(turn, quaternion, geom.quat)
+        attributes = {key: getattr(geom, key) for key in _GEOM_ATTRIBUTES}
+        attributes |= {"name": geom.name, "pos": place + np.array([*position, 0]), "quat": turn}
+        spec.delete(geom)
+        spec.worldbody.add_geom(**attributes)
+
+
+def remove_visuals(spec: mujoco.MjSpec) -> None:
+    """Takes out of a scene what is only to be seen. What happens in it stays exactly the same, and is computed faster.
+
+    It leaves what weighs something, and of a candle what reaches farthest: that tells MuJoCo how still the candle must
+    be to fall asleep.
+    """
+    for body in spec.worldbody.bodies:
+        if not body.find_all("joint"):  # one of `place_model`, which does no more than show the model
+            spec.delete(body)
+    for geom in spec.geoms:
+        weightless = geom.mass == 0 or geom.parent.name == "world"
+        if weightless and not (geom.contype or geom.conaffinity or geom.name.endswith(_REACHES_FARTHEST)):
+            spec.delete(geom)
+
+
+def add_box(
+    spec: mujoco.MjSpec, name: str, material: str, rectangle: np.ndarray, bottom: float, top: float, margin: float = 0.0
+) -> None:
+    """Adds a box that is only to be seen, over a rectangle (4,) with a margin and between two heights, in metres."""
+    x, y, half_x, half_y = rectangle
+    spec.worldbody.add_geom(
+        spec.find_default("house_visual"),
+        name=name,
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        material=material,
+        pos=[x, y, (top + bottom) / 2],
+        size=[half_x + margin, half_y + margin, (top - bottom) / 2],
+    )
+
+
+def add_cameras(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
+    """Adds the cameras, and sets what the whole picture depends on: extent, clipping and where the sun stands."""
+    half_y, half_x = np.array(plan.shape) * plan.cell_size / 2
+    extent = max(half_x, half_y)
+    spec.stat.center = [0, 0, layout.WALL_HEIGHT / 2]
+    spec.stat.extent = extent
+    spec.visual.map.znear = _NEAREST / extent
+    spec.visual.map.zfar = _FARTHEST / extent
+
+    radius = np.hypot(half_x, half_y) + layout.WALL_HEIGHT
+    spec.visual.map.shadowclip = radius / extent
+    sun = spec.light("sun")
+    sun.pos = -2 * radius * sun.dir / np.linalg.norm(sun.dir)
+
+    corners = np.array(np.meshgrid([-half_x, half_x], [-half_y, half_y], [0, layout.WALL_HEIGHT])).reshape(3, -1).T
+    forward = np.array([0, np.cos(_OVERVIEW_ELEVATION), -np.sin(_OVERVIEW_ELEVATION)])
+    _add_camera(spec.worldbody, "overview", _overview_position(corners, forward), forward, _OVERVIEW_FOVY)
+
+    offset = np.array(_FOLLOW_OFFSET)
+    follow = _add_camera(spec.body("toddler/toddler"), "follow", offset, -offset, _FOLLOW_FOVY)
+    follow.mode = mujoco.mjtCamLight.mjCAMLIGHT_TRACKCOM
+
+
+def _add_camera(
+    body: mujoco.MjsBody, name: str, position: np.ndarray, forward: np.ndarray, fovy: float
+) -> mujoco.MjsCamera:
+    """Adds a camera that looks along a direction in the plane of y and z, with x to the right."""
+    pitch = np.arctan2(forward[1], -forward[2])  # from straight down
+    return body.add_camera(name=name, pos=position, quat=[np.cos(pitch / 2), np.sin(pitch / 2), 0, 0], fovy=fovy)
+
+
+def _overview_position(corners: np.ndarray, forward: np.ndarray) -> np.ndarray:
+    """The nearest position from which a camera sees all corners.
+
+    A corner at height v and depth f in camera coordinates is in the picture if |v - s| <= t (f + d), where t is the
+    tangent of half the vertical field of view, d the camera's distance behind and s its shift above the origin.
+    Both bounds are linear in d and s, so the narrowest fit of top and bottom has a closed form; the width adds
+    |u| <= t_x (f + d).
+
+    Args:
+        corners: Points that must be seen, (n, 3).
+        forward: Direction of view, (3,), in the plane of y and z.
+
+    Returns:
+        Position (3,).
+    """
+    right = np.array([1.0, 0, 0])
+    up = np.cross(right, forward)
+    u, v, f = corners @ right, corners @ up, corners @ forward
+    tangent = np.tan(np.radians(_OVERVIEW_FOVY) / 2) / _OVERVIEW_MARGIN
+    top, bottom = (v / tangent - f).max(), (-v / tangent - f).max()
+    width = (np.abs(u) / (tangent * _OVERVIEW_ASPECT) - f).max()
+    distance = max((top + bottom) / 2, width)
+    return up * tangent * (top - bottom) / 2 - forward * distance
