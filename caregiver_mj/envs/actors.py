@@ -15,7 +15,7 @@ from caregiver_mj.envs.house import HouseEnv
 from caregiver_mj.envs.targets import TargetsEnv
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.hazards import NOTHING
-from caregiver_mj.policy.registry import make_policy
+from caregiver_mj.policy.own import make_policy
 
 
 class Actor(Protocol):

@@ -44,7 +44,7 @@ def _make_house(plan: FloorPlan, family: Family, caregiver: str, seed: int, embo
     env = tasks.load("supervise", plan, family, np.random.RandomState(0), task_kwargs=kwargs, visuals=visuals)
     if not robot:
         return env, None
-    from caregiver_mj.policy.registry import make_policy
+    from caregiver_mj.policy.own import make_policy
 
     return env, make_policy(env, caregiver, seed)
 

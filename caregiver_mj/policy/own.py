@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.registry import check_call, errors_of
 
-if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.house.rendering
+if TYPE_CHECKING:
     import dm_env
     from dm_control.rl import control
 
@@ -76,3 +78,20 @@ class OwnPolicy:
     def activity(self) -> str:
         """What the robot is doing, in words, if the policy has an `activity` that says it; else whose doing it is."""
         return str(getattr(self._policy, "activity", self.name))
+
+
+def make_policy(env: control.Environment, name: str, seed: int = 0) -> CaregiverPolicy | OwnPolicy:
+    """Makes the policy of a name for an environment.
+
+    Args:
+        env: An environment of this package, with the robot in it.
+        name: As of `find_caregiver`, but not "none".
+        seed: Seed of a caregiver; what it draws in an episode depends on the episode's seed as well.
+
+    Raises:
+        CaregiverError: There is none of that name, it does not act, or there is no robot in the environment.
+    """
+    found = find_caregiver(name)
+    if found is None or is_caregiver(found):
+        return CaregiverPolicy(env, name, seed)
+    return OwnPolicy(name, found, env)

@@ -24,11 +24,10 @@ from caregiver_mj.house.sensing import Sensing
 from caregiver_mj.interventions.verb import BLOCK, RELOCATE, Intervention
 from caregiver_mj.plans.cell_graph import FREE
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house
+from caregiver_mj.policy.estimates import Senses, base_jumps, hand_error
 from caregiver_mj.policy.executive import Executive
 from caregiver_mj.policy.pace import robot_pace
 from caregiver_mj.policy.perception import Perception
-from caregiver_mj.policy.self_estimate import base_jumps
-from caregiver_mj.policy.senses import Senses, hand_error
 from caregiver_mj.robot import separation
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.motion import RobotMotion

@@ -17,9 +17,8 @@ from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError, check_integer
 from caregiver_mj.experiments.settings import episode_random, episode_seed
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.policy.own import OwnPolicy
+from caregiver_mj.policy.own import OwnPolicy, make_policy
 from caregiver_mj.policy.policy import CaregiverPolicy
-from caregiver_mj.policy.registry import make_policy
 from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.tasks import load
 from caregiver_mj.viz import moment

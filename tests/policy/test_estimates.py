@@ -7,10 +7,7 @@ import pytest
 from views import ROBOT
 
 from caregiver_mj.house.sensing import Blur, Sensing
-from caregiver_mj.policy.candle_estimates import CandleEstimates
-from caregiver_mj.policy.child_estimates import ChildEstimates
-from caregiver_mj.policy.self_estimate import SelfEstimate
-from caregiver_mj.policy.senses import Senses
+from caregiver_mj.policy.estimates import CandleEstimates, ChildEstimates, SelfEstimate, Senses
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.reach import as_high, reach_path

@@ -20,9 +20,8 @@ from caregiver_mj.experiments.settings import Settings, episode_seed
 from caregiver_mj.grid.world import run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from caregiver_mj.policy.own import OwnPolicy
+from caregiver_mj.policy.own import OwnPolicy, make_policy
 from caregiver_mj.policy.policy import CaregiverPolicy
-from caregiver_mj.policy.registry import make_policy
 from caregiver_mj.viz.episode import Episode
 
 gymnasium.register_envs(caregiver_mj)

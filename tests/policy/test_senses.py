@@ -8,7 +8,7 @@ import caregiver_mj
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.sensing import Sensing
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.policy.senses import Senses, hand_error
+from caregiver_mj.policy.estimates import Senses, hand_error
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.motion import RobotMotion
 

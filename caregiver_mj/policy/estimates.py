@@ -1,0 +1,338 @@
+"""What is there now, by what is observed: late, with errors and gaps, as the sensing says.
+
+Where observations are exact they are taken as they are. Else what the robot does itself is known from its references,
+a candle that nobody touches is known not to move, one in the hand to move with it, and children to go on as they do.
+"""
+
+from __future__ import annotations
+
+import collections
+import math
+
+import numpy as np
+
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.house.sensing import Blur, Sensing
+from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.robot import geometry
+from caregiver_mj.robot.embodiment import Embodiment
+from caregiver_mj.robot.kinematics import arm_of, is_round_candle
+from caregiver_mj.robot.motion import RobotMotion
+from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS
+
+_SIGMAS = 2.0  # of errors that count
+_SIGMAS_BESIDE = 2.5  # of errors for which there is room beside a candle in the open hand
+_STRAYS = 0.62  # m/s by which a child may be elsewhere than was foretold: it has stopped, or turned
+Observation = dict[str, np.ndarray]
+Posture = tuple[np.ndarray, np.ndarray]  # pose of the base (3,), joint positions (joints,)
+_JUMP = 0.05  # metres that a reference moves within a control timestep only if it is set anew
+_STEADY = 0.002, 0.004  # metres and radians: as far as the base gets off its reference between control timesteps
+_SLOWEST = 0.08  # share of a new measurement that counts at least
+_UNSTEADY = 0.005  # metres by which a child is elsewhere than foreseen, one control timestep later
+_STARTS = 0.05  # m/s by which its velocity changes meanwhile
+_LOST = 0.3  # metres off what is expected beyond which an estimate begins anew
+_MOST = 50  # sightings that count of a candle that stands
+_AFTER_TOUCH = 3  # and what was known counts as so many, once it has been touched
+_LATEST = 0.25  # share that a sighting counts in the latest ones, which tell whether it has been moved
+_MOVED, _MOVED_SIGMAS = 0.004, 1.8  # metres, and sigmas of a sighting, between the latest ones and the rest
+_TILTED, _TILTED_SIGMAS = 0.1, 3.0  # radians, and sigmas, likewise
+_SLIPS = 0.001  # metres that a candle slips in the hand within a control timestep
+_KEPT = 0.3, 0.002  # sigmas, and metres, that an estimate must be off the last one that was told to be told
+_NEAR = 0.25  # metres about the hand in which it may have touched something
+
+
+def hand_error(sensing: Sensing, robot: Embodiment) -> float:
+    """By how much the hand may be off a candle, one sigma along each axis, metres; 0 if observations are exact.
+
+    Raises:
+        CaregiverError: It is too much to take a candle in the hand.
+    """
+    candle, base = sensing.candle, sensing.base
+    turn = robot.postures.reach * math.hypot(base.turn_bias, turn_error(base))
+    error = math.hypot(candle.bias, candle_error(candle), base.bias, base_error(base), turn)
+    most = (robot.grasp.open - CANDLE_RADIUS) / _SIGMAS_BESIDE
+    if error > most:
+        raise CaregiverError(
+            f"sensing must show {robot.name} a candle within {1e3 * most:.1f} mm (one sigma) of where it is "
+            f"beside the hand, got {1e3 * error:.1f} mm"
+        )
+    return error
+
+
+class Senses:
+    """Estimates, from observation to observation, in one episode after the other."""
+
+    def __init__(self, sensing: Sensing, robot: RobotMotion, control_timestep: float):
+        """Prepares them.
+
+        Args:
+            sensing: How well observations show what there is.
+            robot: The robot's references.
+            control_timestep: Seconds between observations.
+        """
+        self._sensing, self._robot, self._timestep = sensing, robot, control_timestep
+        self._steps, self._exact = sensing.delay_steps(control_timestep), sensing.is_exact
+
+    @property
+    def age(self) -> float:
+        """Seconds by which observations are late."""
+        return self._steps * self._timestep
+
+    @property
+    def unsure(self) -> float:
+        """Metres by which a child may be nearer to the robot than it seems; 0 if observations are exact."""
+        child, base = self._sensing.child, self._sensing.base
+        late = self.age + sum(self._timestep * blur.dropout / (1.0 - blur.dropout) for blur in (child, base))
+        lasting = math.hypot(child.bias, base.bias)
+        return late * _STRAYS + _SIGMAS * math.hypot(lasting, child_error(child), base_error(base))
+
+    def reset(self) -> None:
+        """Begins an episode, when the robot's references have begun it."""
+        if self._exact:
+            return
+        self._self = SelfEstimate(self._sensing.base, self._robot, self._steps)
+        self._candles = CandleEstimates(self._sensing.candle, self._robot.robot)
+        self._children = ChildEstimates(self._sensing.child, self._timestep, self.age)
+
+    def now(self, observation: Observation) -> Observation:
+        """What an observation would be if it were exact and of this moment, as well as that is known."""
+        if self._exact:
+            return observation
+        then, now = self._self.update(observation["base_position"], observation["arm_position"])
+        estimate = dict(observation)
+        estimate["base_position"], estimate["arm_position"] = now
+        position, velocity = self._children.update(observation["toddler_position"], observation["toddler_velocity"])
+        estimate["toddler_position"], estimate["toddler_velocity"] = position, velocity
+        if "candle_position" in observation:
+            fingers = float(observation["finger_position"].sum())
+            poses = observation["candle_position"], observation["candle_orientation"]
+            estimate["candle_position"], estimate["candle_orientation"] = self._candles.update(
+                *poses, fingers, then, now
+            )
+        return estimate
+
+
+def gain(noise: float, change: float, least: float = _SLOWEST) -> float:
+    """What share of a measurement counts whose white error is so large, of what changes by so much in between."""
+    return max(least, change / (change + noise))
+
+
+def remaining(noise: float, share: float) -> float:
+    """What is left of a white error, one sigma, in an estimate in which a measurement counts by a share."""
+    return noise * math.sqrt(share / (2.0 - share))
+
+
+def base_error(blur: Blur) -> float:
+    """White error of where the base is taken to be, one sigma, metres."""
+    return remaining(blur.noise, gain(blur.noise, _STEADY[0]))
+
+
+def base_jumps(blur: Blur) -> float:
+    """By how much that changes from one control timestep to the next, one sigma, metres."""
+    return blur.noise * gain(blur.noise, _STEADY[0])
+
+
+def turn_error(blur: Blur) -> float:
+    """White error of how the base is taken to be turned, one sigma, radians."""
+    return remaining(blur.turn_noise, gain(blur.turn_noise, _STEADY[1]))
+
+
+class SelfEstimate:
+    """The robot follows its references closely: what is measured is how far it is off them."""
+
+    def __init__(self, blur: Blur, robot: RobotMotion, delay_steps: int):
+        self._robot, self._blur = robot, blur
+        place, turn = _STEADY
+        self._gains = np.array([gain(blur.noise, place)] * 2 + [gain(blur.turn_noise, turn)])
+        self._path = np.zeros(3)  # of the base's reference, without the jumps
+        self._before: np.ndarray | None = None
+        self._off: np.ndarray | None = None
+        self._seen: np.ndarray | None = None
+        self._history: collections.deque[Posture] = collections.deque(maxlen=delay_steps + 1)
+
+    def update(self, base: np.ndarray, arm: np.ndarray) -> tuple[Posture, Posture]:
+        """Takes in what has been measured.
+
+        Args:
+            base: Pose (3,) of the base, as late as observations are.
+            arm: Joint positions (joints,), likewise.
+
+        Returns:
+            The posture in which the robot was when that was measured, and that in which it is now.
+        """
+        self._history.append(self._reference())
+        (path_then, arm_then), (path_now, arm_now) = self._history[0], self._history[-1]
+        if self._off is None:
+            self._off = base - path_then
+        elif self._seen is None or not (self._blur.dropout and np.array_equal(base, self._seen)):  # or not seen anew
+            self._off = self._off + self._gains * (base - path_then - self._off)
+        self._seen = base
+        return (path_then + self._off, arm), (path_now + self._off, arm + (arm_now - arm_then))
+
+    def _reference(self) -> Posture:
+        """What the robot has been told up to now."""
+        robot = self._robot
+        here = np.array([*robot.base_reference()[0], robot.yaw])
+        if self._before is not None and math.dist(here[:2], self._before[:2]) < _JUMP:
+            self._path = self._path + (here - self._before)
+        self._before = here
+        return self._path, robot.reach_path.joints(robot.reached)
+
+
+def child_error(blur: Blur) -> float:
+    """White error of where a child is taken to be, one sigma, metres."""
+    return remaining(blur.noise, gain(blur.noise, _UNSTEADY))
+
+
+class ChildEstimates:
+    """Children go on as they do; what is measured corrects that."""
+
+    def __init__(self, blur: Blur, timestep: float, age: float):
+        self._gain, self._velocity_gain = gain(blur.noise, _UNSTEADY), gain(blur.velocity_noise, _STARTS)
+        self._timestep, self._age = timestep, age
+        self._position: np.ndarray | None = None
+        self._velocity: np.ndarray | None = None
+        self._seen: np.ndarray | None = None  # poses and velocities
+
+    def update(self, poses: np.ndarray, velocities: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Takes in what has been seen: poses x, y, yaw (..., 3) and velocities (..., 3); returns those of now."""
+        seen = np.concatenate([poses, velocities], axis=-1)
+        if self._position is None:
+            self._position, self._velocity = poses.copy(), velocities.copy()
+        else:
+            new = (seen != self._seen).any(axis=-1, keepdims=True)  # or it has not been seen anew
+            self._velocity = self._velocity + new * self._velocity_gain * (velocities - self._velocity)
+            expected = self._position + self._timestep * self._velocity
+            off = poses - expected
+            lost = np.linalg.norm(off[..., :2], axis=-1, keepdims=True) > _LOST
+            self._position = expected + new * np.where(lost, 1.0, self._gain) * off
+            self._position[..., 2] = poses[..., 2]
+        self._seen = seen
+        now = self._position.copy()
+        now[..., :2] += self._age * self._velocity[..., :2]
+        return now, self._velocity
+
+
+def candle_error(blur: Blur) -> float:
+    """White error of where a candle is taken to be, one sigma, metres."""
+    return remaining(blur.noise, gain(blur.noise, _SLIPS))
+
+
+class CandleEstimates:
+    """All candles of a house."""
+
+    def __init__(self, blur: Blur, robot: Embodiment):
+        self._blur, self._arm = blur, arm_of(robot)
+        self._keeps = max(_KEPT[0] * blur.noise, _KEPT[1]) if blur.noise else 0.0
+        self._told: np.ndarray | None = None  # positions that have been given out, (candles, 3)
+        self._held = NOTHING
+        self._in_hand = self._in_hand_told = np.zeros(3)  # of the held one, from the pinch point, in the base's frame
+
+    def update(
+        self, positions: np.ndarray, orientations: np.ndarray, fingers: float, then: Posture, now: Posture
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Takes in what has been seen.
+
+        Args:
+            positions: Of each candle's foot, (candles, 3).
+            orientations: Likewise, quaternions (candles, 4).
+            fingers: How far the fingers stand off the middle, both together.
+            then: The robot's posture when all that was seen.
+            now: Its posture now.
+
+        Returns:
+            Positions and orientations of now.
+        """
+        if self._told is None:
+            told = self._told = positions.copy()
+            self._begin(positions, orientations)
+        else:
+            told = self._told
+            self._average(told, positions, orientations)
+        self._follow_hand(told, positions, fingers, then)
+        self._seen = positions
+        places = told.copy()
+        if self._held != NOTHING:
+            places[self._held] = self._to_house(self._in_hand_told, now)
+        return places, self._turned
+
+    def _begin(self, positions: np.ndarray, orientations: np.ndarray) -> None:
+        self._mean, self._latest = positions.copy(), positions.copy()
+        self._turned, self._latest_turned = orientations.copy(), orientations.copy()
+        self._count = np.ones(len(positions))
+
+    def _average(self, told: np.ndarray, positions: np.ndarray, orientations: np.ndarray) -> None:
+        """Takes in where candles are seen, as if nobody held them, and tells of them."""
+        blur = self._blur
+        new = (positions != self._seen).any(axis=1) if blur.dropout else np.ones(len(positions), bool)
+        latest = _LATEST if blur.noise else 1.0
+        self._latest = self._latest + np.where(new, latest, 0.0)[:, None] * (positions - self._latest)
+        self._latest_turned = _mixed(self._latest_turned, orientations, np.where(new, _share(blur), 0.0))
+        off = np.linalg.norm(self._latest - self._mean, axis=1)
+        moved = off > (_MOVED + _MOVED_SIGMAS * blur.noise if blur.noise else 0.0)
+        moved |= _angles(self._latest_turned, self._turned) > _TILTED + _TILTED_SIGMAS * blur.turn_noise
+        self._count = np.where(moved, 1 / latest, np.minimum(self._count + new, _MOST))
+        share = np.where(new, 1 / self._count, 0.0)
+        self._mean = self._mean + share[:, None] * (positions - self._mean)
+        self._turned = _mixed(self._turned, orientations, share if blur.turn_noise else np.where(new, 1.0, 0.0))
+        self._mean[moved], self._turned[moved] = self._latest[moved], self._latest_turned[moved]
+        tell = moved | (np.linalg.norm(self._mean - told, axis=1) > self._keeps)
+        told[tell] = self._mean[tell]
+
+    def _follow_hand(self, told: np.ndarray, positions: np.ndarray, fingers: float, then: Posture) -> None:
+        """Takes in which candle is in the hand, and where in it."""
+        grips = is_round_candle(fingers)
+        if not grips and self._held != NOTHING:
+            self._let_go(told, then)
+        if not grips:
+            return
+        pinch = self._to_house(np.zeros(3), then)
+        if self._held == NOTHING:
+            distances = np.linalg.norm(told - pinch, axis=1)
+            nearest = int(distances.argmin())
+            if distances[nearest] < CANDLE_HEIGHT:
+                self._held = nearest
+                self._in_hand = self._in_hand_told = self._to_hand(told[nearest], then)
+        elif not (self._blur.dropout and np.array_equal(positions[self._held], self._seen[self._held])):
+            off = self._to_hand(positions[self._held], then) - self._in_hand
+            self._in_hand = self._in_hand + gain(self._blur.noise, _SLIPS) * off
+            if np.linalg.norm(self._in_hand - self._in_hand_told) > self._keeps:
+                self._in_hand_told = self._in_hand
+
+    def _let_go(self, told: np.ndarray, then: Posture) -> None:
+        """The hand has opened: the candle is where it was in it, and whatever else is near may have been touched."""
+        here = self._to_house(self._in_hand, then)
+        near = np.linalg.norm(told - here, axis=1) < _NEAR
+        self._mean[self._held] = self._latest[self._held] = told[self._held] = here
+        near[self._held] = True
+        self._count[near] = np.minimum(self._count[near], _AFTER_TOUCH)
+        self._held = NOTHING
+
+    def _to_house(self, offset: np.ndarray, posture: Posture) -> np.ndarray:
+        """A point (3,) of the house by its offset from the pinch point, in the base's frame."""
+        base, arm = posture
+        x, y, z = (self._arm.pinch(arm) + offset).tolist()
+        return np.array([*geometry.to_world(tuple(base.tolist()), (x, y)), z])
+
+    def _to_hand(self, point: np.ndarray, posture: Posture) -> np.ndarray:
+        """Its offset from the pinch point, in the base's frame."""
+        base, arm = posture
+        ahead, aside = geometry.to_local(tuple(base.tolist()), (float(point[0]), float(point[1])))
+        return np.array([ahead, aside, point[2]]) - self._arm.pinch(arm)
+
+
+def _share(blur: Blur) -> float:
+    """What a sighting counts in the latest ones of how a candle is turned."""
+    return _LATEST if blur.turn_noise else 1.0
+
+
+def _mixed(quaternions: np.ndarray, others: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Means of quaternions (n, 4) that are close to each other, of which the others count a share (n,)."""
+    opposite = (quaternions * others).sum(axis=1, keepdims=True) < 0.0
+    mixed = quaternions + share[:, None] * (np.where(opposite, -others, others) - quaternions)
+    return mixed / np.linalg.norm(mixed, axis=1, keepdims=True)
+
+
+def _angles(quaternions: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Angles between orientations, (n,), radians."""
+    return 2 * np.arccos(np.abs((quaternions * others).sum(axis=1)).clip(0.0, 1.0))
