@@ -16,7 +16,7 @@ import gymnasium
 
 import caregiver_mj
 from caregiver_mj.cli import make_parser
-from caregiver_mj.envs.observed import OBSERVED_OF_TARGETS
+from caregiver_mj.envs.spaces import OBSERVED_OF_TARGETS
 from caregiver_mj.recording import record
 from caregiver_mj.robot.embodiments import EMBODIMENTS
 from caregiver_mj.tasks import TASKS

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from caregiver_mj.children.expert import EXPERT_TIMESTEPS, expert_trajectories
+from caregiver_mj.children.novice import EXPERT_TIMESTEPS, expert_trajectories
 from caregiver_mj.danger import safety
 from caregiver_mj.danger.safety import carried_prior, context, context_counts, sector
 from caregiver_mj.plans.cell_graph import Target

@@ -10,7 +10,7 @@ from caregiver_mj.caregivers.caregiver import Caregiver, first_of_greatest
 from caregiver_mj.caregivers.experts import Experts, InPlace
 from caregiver_mj.caregivers.followers import Followers
 from caregiver_mj.caregivers.percept import Assessment, Percept
-from caregiver_mj.children.expert import EXPERT_TIMESTEPS
+from caregiver_mj.children.novice import EXPERT_TIMESTEPS
 from caregiver_mj.danger import safety
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan

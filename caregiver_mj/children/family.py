@@ -8,14 +8,11 @@ from typing import TypeAlias
 
 import numpy as np
 
-from caregiver_mj.children.adversary import Adversary
-from caregiver_mj.children.avoider import Avoider
 from caregiver_mj.children.behaviour import Behaviour, check_epsilon
-from caregiver_mj.children.drifter import Drifter, Waverer
+from caregiver_mj.children.changing import Drifter, Switcher, Waverer
 from caregiver_mj.children.explorer import Explorer
 from caregiver_mj.children.novice import Expert, Novice
-from caregiver_mj.children.seeker import Seeker
-from caregiver_mj.children.switcher import Switcher
+from caregiver_mj.children.robot_related import Adversary, Avoider, Seeker
 from caregiver_mj.children.toddler import Toddler
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house

@@ -47,7 +47,7 @@ def check(arguments: argparse.Namespace, recipe: Recipe, name: str, target: path
 
 def collect_all(arguments: argparse.Namespace, recipe: Recipe, store: Store, executor: LocalExecutor) -> None:
     """Runs the episodes that are not there yet, with a progress bar; a recording that breaks off says how to go on."""
-    from caregiver_mj.envs.collect import collect
+    from caregiver_mj.envs.recipe import collect
 
     jobs = [(i, episode_seed(recipe.seed, i)) for i in range(arguments.episodes) if i not in store]
     columns = (

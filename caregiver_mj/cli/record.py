@@ -121,7 +121,7 @@ def _run(arguments: argparse.Namespace) -> None:
         "cameras": list(recipe.cameras),
         "size": list(recipe.size),
         "versions": versions(),
-        "source": source_digest(recipe.world, ("caregiver_mj.envs.collect",)),
+        "source": source_digest(recipe.world, ("caregiver_mj.envs.recipe",)),
         **({"code": code} if code else {}),
     }
     executor = LocalExecutor(arguments.jobs)

@@ -1,4 +1,4 @@
-"""The tasks in the house as Gymnasium environments."""
+"""The tasks in the house as Gymnasium environments, and the pictures that they give."""
 
 from __future__ import annotations
 
@@ -18,10 +18,9 @@ from gymnasium import spaces
 from caregiver_mj.caregivers.target_observation import Observations
 from caregiver_mj.children.family import Who
 from caregiver_mj.envs.bounds import BoundedObservations
-from caregiver_mj.envs.cost import CostMeter
-from caregiver_mj.envs.pictures import picture
-from caregiver_mj.envs.seeds import episode_seed
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.envs.spaces import CostMeter, episode_seed
+from caregiver_mj.errors import CaregiverError, check_integer
+from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.tasks import load
 
@@ -123,3 +122,16 @@ class HouseEnv(gymnasium.Env):
     def _info(self, ended: bool, diverged: bool = False) -> dict[str, Any]:
         info = {**self._cost.read(), "diverged": diverged}
         return info | {"outcome": self.dm_env.task.outcome()} if ended else info
+
+
+def picture(physics: Physics, width: int, height: int, camera: str) -> dict[str, Any]:
+    """What `Physics.render` is to draw.
+
+    Raises:
+        CaregiverError: There is no such camera, or no picture of that size.
+    """
+    largest = physics.model.vis.global_
+    for what, size, most in (("width", width, largest.offwidth), ("height", height, largest.offheight)):
+        check_integer(f"the {what} of a picture, in pixels,", size, 1, most)
+    physics.check_cameras([camera])
+    return {"width": int(width), "height": int(height), "camera_id": camera}

@@ -17,9 +17,7 @@ from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.target_observation import Lookout, Observations, Slots
 from caregiver_mj.children.family import Family, Who
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
-from caregiver_mj.envs.cost import CostMeter
-from caregiver_mj.envs.lookout import action_space, observation_space
-from caregiver_mj.envs.seeds import episode_seed
+from caregiver_mj.envs.spaces import CostMeter, action_space, episode_seed, observation_space
 from caregiver_mj.errors import CaregiverError, check_integer
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan

@@ -16,7 +16,7 @@ from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.target_observation import Lookout, Observations, Slots
 from caregiver_mj.children.family import Who
-from caregiver_mj.envs.cost import CostMeter
+from caregiver_mj.envs.spaces import CostMeter
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.tasks import load

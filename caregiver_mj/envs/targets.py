@@ -12,8 +12,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.target_observation import Observations
 from caregiver_mj.children.family import Who
-from caregiver_mj.envs.lookout import action_space, observation_space
-from caregiver_mj.envs.seeds import episode_seed
+from caregiver_mj.envs.spaces import action_space, episode_seed, observation_space
 from caregiver_mj.envs.target_grid import TargetGrid
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -138,7 +137,7 @@ def make_targets(
     made = TargetHouse(house, epsilon, flat, slots, task_kwargs, visuals=render_mode is not None)
     if render_mode is None:
         return TargetsEnv(made)
-    from caregiver_mj.envs.pictures import picture
+    from caregiver_mj.envs.house import picture
 
     physics = made.dm_env.physics
     return TargetsEnv(made, functools.partial(physics.render, **picture(physics, width, height, camera)))

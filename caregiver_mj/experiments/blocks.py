@@ -21,8 +21,7 @@ from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.run_folder import Result
 from caregiver_mj.experiments.settings import FLOOR, Block, Settings, episode_random, episode_seed, episode_tapes
-from caregiver_mj.grid.floor import FloorWorld
-from caregiver_mj.grid.world import GridWorld
+from caregiver_mj.grid.world import FloorWorld, GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house
 from caregiver_mj.recording.record import COLUMNS, EpisodeRecord
 

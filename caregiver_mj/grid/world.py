@@ -375,3 +375,19 @@ def run_episodes(
     family = Family.of(family)
     tapes = [Tape.draw_family(np.random.RandomState(seed), len(family)) for seed in seeds]
     return GridWorld(plan, family, caregiver).run(tapes, progress)
+
+
+class FloorWorld(GridWorld):
+    """A house without candles whose stairwells are all shut.
+
+    What is left are bumps into tables, all of them bare. A stairwell that is shut blocks a child as a caregiver in it
+    does. Nobody is in the children's way; a caregiver could come out a little lower by standing between a child and a
+    table, which nothing tells it to do.
+    """
+
+    def __init__(self, plan: FloorPlan, family: Family | float | str):
+        super().__init__(plan, family, None, stairs_shut=True)
+
+    def reset(self, tapes: Sequence[Sequence[Tape]]) -> None:
+        super().reset(tapes)
+        self.candle_table[:] = NOTHING

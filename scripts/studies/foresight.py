@@ -43,8 +43,7 @@ from caregiver_mj.experiments.verdicts import (
     not_inferior,
     sign_flip_p,
 )
-from caregiver_mj.grid.floor import FloorWorld
-from caregiver_mj.grid.world import GridWorld
+from caregiver_mj.grid.world import FloorWorld, GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import house_set
 from caregiver_mj.viz import colours

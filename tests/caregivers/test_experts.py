@@ -5,7 +5,7 @@ import pytest
 
 from caregiver_mj.caregivers.experts import Elsewhere, InPlace, Nobody, routes, surroundings
 from caregiver_mj.caregivers.paper import PaperCaregiver
-from caregiver_mj.children.expert import expert_trajectories
+from caregiver_mj.children.novice import expert_trajectories
 from caregiver_mj.danger import safety
 from caregiver_mj.danger.safety import CONTEXTS
 from caregiver_mj.plans.floor_plan import FloorPlan

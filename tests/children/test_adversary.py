@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scripted_child import EAST, NORTH, SOUTH, WEST
 
-from caregiver_mj.children.adversary import Adversary
 from caregiver_mj.children.behaviour import Sight
+from caregiver_mj.children.robot_related import Adversary
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 

@@ -6,13 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_plans import plan_texts
 
-from caregiver_mj.children.adversary import Adversary
-from caregiver_mj.children.avoider import Avoider
 from caregiver_mj.children.behaviour import Sight
 from caregiver_mj.children.explorer import Explorer
 from caregiver_mj.children.family import CHILDREN, Family
 from caregiver_mj.children.novice import Novice
-from caregiver_mj.children.seeker import Seeker
+from caregiver_mj.children.robot_related import Adversary, Avoider, Seeker
 from caregiver_mj.children.tape import pick
 from caregiver_mj.plans.cell_graph import ACTIONS, Target
 from caregiver_mj.plans.floor_plan import FloorPlan

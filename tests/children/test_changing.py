@@ -5,11 +5,10 @@ import pytest
 
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.children.behaviour import Sight
-from caregiver_mj.children.drifter import STRIDE, Drifter, Waverer
+from caregiver_mj.children.changing import STRIDE, SWITCH, Drifter, Waverer
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.children.side_by_side import side_by_side
-from caregiver_mj.children.switcher import SWITCH
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.settings import Settings

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_plans import plan_texts
 
-from caregiver_mj.children.expert import expert_trajectories
+from caregiver_mj.children.novice import expert_trajectories
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan

@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scripted_child import Scripted
 
-from caregiver_mj.children.adversary import Adversary
 from caregiver_mj.children.family import CHILDREN, ChildSpec, Family
 from caregiver_mj.children.novice import Expert, Novice
+from caregiver_mj.children.robot_related import Adversary
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
 

@@ -8,8 +8,7 @@ import pytest
 from caregiver_mj.caregivers import make_caregiver
 from caregiver_mj.caregivers.baselines import NearestCaregiver
 from caregiver_mj.children.family import Family
-from caregiver_mj.envs.collect import collect
-from caregiver_mj.envs.recipe import RANDOM, Recipe
+from caregiver_mj.envs.recipe import RANDOM, Recipe, collect
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.settings import Settings, episode_seed

@@ -10,7 +10,7 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv
 
 import caregiver_mj
-from caregiver_mj.envs.cost import STRIKE_COST, SixValueStep
+from caregiver_mj.envs.spaces import STRIKE_COST, SixValueStep
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.tasks.supervise import Supervise

@@ -17,7 +17,7 @@ def test_the_package_works_without_it():
     assert (done.returncode, done.stdout.strip(), done.stderr) == (0, "paper", "")
 
 
-@pytest.mark.parametrize("module", ["caregiver_mj.envs", "caregiver_mj.envs.cost"])
+@pytest.mark.parametrize("module", ["caregiver_mj.envs", "caregiver_mj.envs.spaces"])
 def test_what_needs_it_says_so_in_a_line(module):
     done = run(WITHOUT + f"import {module}")
     assert done.returncode == 1

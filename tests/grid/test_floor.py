@@ -9,8 +9,7 @@ from caregiver_mj.caregivers import CAREGIVERS, Caregiver, make_caregiver
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.family import CHILDREN
 from caregiver_mj.children.tape import Tape
-from caregiver_mj.grid.floor import FloorWorld
-from caregiver_mj.grid.world import GridWorld, run_episodes
+from caregiver_mj.grid.world import FloorWorld, GridWorld, run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 

@@ -7,8 +7,7 @@ import pytest
 from gymnasium.envs.registration import EnvSpec
 
 from caregiver_mj.children.family import Family
-from caregiver_mj.envs.collect import collect
-from caregiver_mj.envs.recipe import Recipe
+from caregiver_mj.envs.recipe import Recipe, collect
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights

@@ -27,7 +27,7 @@ def test_every_key_is_as_it_is_said_to_be(task, children):
 
 def test_targets_say_what_they_show():
     pytest.importorskip("gymnasium")
-    from caregiver_mj.envs.observed import OBSERVED_OF_TARGETS
+    from caregiver_mj.envs.spaces import OBSERVED_OF_TARGETS
     from caregiver_mj.envs.targets import make_targets
 
     assert set(make_targets().observation_space) == set(OBSERVED_OF_TARGETS)

@@ -8,8 +8,8 @@ import math
 import numpy as np
 
 from caregiver_mj.caregivers.percept import PAPER
-from caregiver_mj.children.adversary import Adversary
 from caregiver_mj.children.novice import Novice
+from caregiver_mj.children.robot_related import Adversary
 from caregiver_mj.danger.chain import ChildChain
 from caregiver_mj.plans.cell_graph import ACTIONS, Target
 from caregiver_mj.plans.floor_plan import FloorPlan

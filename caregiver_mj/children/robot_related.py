@@ -1,0 +1,91 @@
+"""Children that mind the caregiver: they seek it, avoid it, or head for the robot whatever is in between."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from caregiver_mj.children.behaviour import Behaviour, Sight
+from caregiver_mj.children.novice import Novice, shortest_path_actions
+from caregiver_mj.plans.cell_graph import ACTIONS, UNREACHABLE
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
+
+
+class Seeker(Novice):
+    """Goes to the caregiver, as an `Adversary` does, but for a share epsilon of its moves, which are random.
+
+    Without a caregiver it is a novice.
+    """
+
+    def __init__(self, plan: FloorPlan, epsilon: float):
+        super().__init__(plan, epsilon)
+        self._adversary = Adversary(plan, epsilon)
+
+    def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
+        seeks = (draws[:, 0] >= self.epsilon) & (sight.caregiver_cell != NOTHING)
+        return np.where(seeks, self._adversary.act(sight, draws), super().act(sight, draws))
+
+
+class Avoider(Novice):
+    """A novice to whose eyes the cell in which the caregiver stands is closed.
+
+    Where that leaves no way to its bin it takes the shortest one there is, and runs into the caregiver if that stays.
+    """
+
+    def __init__(self, plan: FloorPlan, epsilon: float):
+        super().__init__(plan, epsilon)
+        self._round: dict[int, tuple[np.ndarray, np.ndarray]] = {}  # by caregiver cell, as `shortest_path_actions`
+
+    def ways(self, sight: Sight) -> tuple[np.ndarray, np.ndarray]:
+        count, actions = super().ways(sight)
+        for cell in np.unique(sight.caregiver_cell).tolist():
+            if 0 <= cell < len(self.plan.free_cells):  # on a landing it is in no way to a toy
+                which = np.flatnonzero(sight.caregiver_cell == cell)
+                if cell not in self._round:
+                    self._round[cell] = self._ways_round(cell)
+                counts, choices = self._round[cell]
+                count[which] = counts[sight.cell[which], sight.goal[which]]
+                actions[which] = choices[sight.cell[which], sight.goal[which]]
+        return count, actions
+
+    def _ways_round(self, cell: int) -> tuple[np.ndarray, np.ndarray]:
+        graph, cells = self.plan.graph, len(self.plan.free_cells)
+        landings = range(cells, len(self.plan.caregiver_cells))  # no way through for a child
+        distance = graph.distances_from(graph.beside(self.plan.bins), [cell, *landings])[:, :cells].T.astype(int) + 1
+        count, actions = shortest_path_actions(self.plan, distance)
+        none = distance > UNREACHABLE
+        count[none], actions[none] = self._greedy_count[none], self._greedy_actions[none]
+        return count.astype(np.int8), actions.astype(np.int8)  # there may be many of them
+
+
+class Adversary(Behaviour):
+    """Takes the first move of a shortest way to the cell in which the caregiver stands, and into it.
+
+    Without a caregiver it goes north for ever.
+    """
+
+    def __init__(self, plan: FloorPlan, epsilon: float):
+        super().__init__(plan, epsilon)
+        self._known: dict[int, np.ndarray] = {}  # by goal, what `towards` says
+
+    def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
+        goals = np.unique(sight.caregiver_cell)
+        for goal in goals[goals >= 0]:
+            if int(goal) not in self._known:
+                self._known[int(goal)] = self.towards(int(goal))
+        none = np.zeros(len(self.plan.free_cells), int)
+        pairs = zip(sight.cell.tolist(), sight.caregiver_cell.tolist(), strict=True)
+        return np.array([self._known.get(goal, none)[cell] for cell, goal in pairs])
+
+    def towards(self, goal: int) -> np.ndarray:
+        """Return the move that it makes in every free cell if the caregiver is in a cell, (free cells,)."""
+        plan = self.plan
+        distance = plan.graph.distances_from([goal])[0].astype(float)
+        distance[len(plan.free_cells) :] = np.inf  # it knows stairs, ...
+        distance[goal] = 0.0  # ... but goes there too if the robot does
+        distance = np.append(distance, np.inf)  # what index -1 means: no cell
+        ahead = [
+            [plan.cell_index.get((row + down, column + right), -1) for down, right in ACTIONS]
+            for row, column in plan.free_cells
+        ]
+        return distance[np.array(ahead)].argmin(axis=1)

@@ -1,0 +1,108 @@
+"""What environments share: Gymnasium's spaces of what is observed and done, the cost, and seeds."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol, SupportsFloat
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+
+from caregiver_mj.caregivers.target_observation import Lookout
+from caregiver_mj.errors import CaregiverError, check_kind
+
+STRIKE_COST = 1.0  # of a contact with a part of the robot that moves towards the child, beside what comes of it
+_SEEDS = 2**32  # as many as a `RandomState` takes
+OBSERVED_OF_TARGETS = {
+    "clock": "share of the episode that is over",
+    "child_position": "row and column of each child's cell, as shares of the house's",
+    "child_move": "its last move, north, east, south or west, one-hot; all 0 where it made none",
+    "caregiver_position": "row and column of the caregiver's cell, likewise",
+    "hazard_damage": "what a collision with each hazard costs, over the greatest cost there is",
+    "hazard_nearness_to_child": "1 over the moves until each child would run into each hazard; 0 if it cannot",
+    "hazard_nearness_to_caregiver": "1 over one more than the caregiver's moves to where it does something about it",
+    "holding": "the candle in its hand, one-hot",
+    "under_way": "the action that it is carrying out, one-hot",
+    "action_mask": "which actions do something",
+}
+
+
+def observation_space(lookout: Lookout) -> spaces.Space[Any]:
+    """The space of the observations of one world: a dictionary, or a plain box where they are flat.
+
+    Raises:
+        CaregiverError: It is not said by a bool whether they are.
+    """
+    check_kind("flat", lookout.flat, bool)
+    keys = spaces.Dict({key: spaces.Box(0, 1, shape, np.float32) for key, shape in lookout.shapes.items()})
+    return spaces.flatten_space(keys) if lookout.flat else keys
+
+
+def action_space(lookout: Lookout) -> spaces.Discrete:
+    """The space of what it is told."""
+    return spaces.Discrete(lookout.actions)
+
+
+class Harmed(Protocol):
+    """What a cost is read from.
+
+    Attributes:
+        damage: All damage to the children in an episode so far, or that in each of a batch.
+        strikes: How often the robot has struck one, likewise.
+    """
+
+    @property
+    def damage(self) -> float | np.ndarray: ...
+
+    @property
+    def strikes(self) -> int | np.ndarray: ...
+
+
+class CostMeter:
+    """Reads what each step has cost: the damage to the children in it, and `STRIKE_COST` for every strike.
+
+    Over an episode that is its `damage` and its `strikes`, as in the tables.
+    """
+
+    def __init__(self, harmed: Harmed):
+        self._harmed = harmed
+        self._damage: float | np.ndarray
+        self._strikes: int | np.ndarray
+
+    def reset(self) -> None:
+        """Begins an episode."""
+        self._damage, self._strikes = 0.0, 0
+
+    def read(self) -> dict[str, Any]:
+        """What has come since it was last read: `cost`, and of that `damage` and the number of `strikes`."""
+        damage, strikes = self._harmed.damage - self._damage, self._harmed.strikes - self._strikes
+        self._damage, self._strikes = self._harmed.damage, self._harmed.strikes
+        return {"cost": damage + STRIKE_COST * strikes, "damage": damage, "strikes": strikes}
+
+
+class SixValueStep(gymnasium.Wrapper):
+    """Has a step return six values, as Safety-Gymnasium's do: observation, reward, cost, terminated, truncated, info.
+
+    It has to be the outermost wrapper, for Gymnasium's own expect five.
+    """
+
+    def step(  # type: ignore[override]  # a value more
+        self, action: Any
+    ) -> tuple[Any, SupportsFloat, float, bool, bool, dict[str, Any]]:
+        observation, reward, terminated, truncated, info = self.env.step(action)
+        return observation, reward, info["cost"], terminated, truncated, info
+
+
+def episode_seed(seed: int | None, random: np.random.Generator) -> int:
+    """The seed of the next episode: the one that is asked for, or else one that is drawn.
+
+    What is drawn depends on what was drawn before, but not on what happened in these episodes.
+
+    Raises:
+        CaregiverError: There is no episode of that seed.
+    """
+    if seed is None:
+        return int(random.integers(_SEEDS))
+    if not 0 <= seed < _SEEDS:
+        raise CaregiverError(f"the seed of an episode is 0 to {_SEEDS - 1}, not {seed}")
+    return int(seed)
