@@ -23,7 +23,7 @@ from caregiver_mj.cli.parsing import (
     read_houses,
     warn_of_no_room,
 )
-from caregiver_mj.cli.table import output, print_harm, print_table
+from caregiver_mj.cli.runs import output, print_harm, print_table
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import evaluation
 from caregiver_mj.experiments.blocks import try_all

@@ -8,7 +8,7 @@ import pytest
 from test_statistics import frame
 
 from caregiver_mj import cli
-from caregiver_mj.cli.table import output, print_harm
+from caregiver_mj.cli.runs import output, print_harm
 from caregiver_mj.experiments.harm import harm
 from caregiver_mj.experiments.intervals import of_difference
 from caregiver_mj.experiments.settings import Settings

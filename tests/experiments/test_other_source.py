@@ -69,7 +69,7 @@ def test_a_run_is_not_gone_on_with_by_another_program(checkout):
 
 
 @pytest.mark.parametrize(
-    "file", ["viz/colours.py", "cli/table.py", "experiments/statistics.py", "robot/driver.py", "house/physics.py"]
+    "file", ["viz/colours.py", "cli/runs.py", "experiments/statistics.py", "robot/driver.py", "house/physics.py"]
 )
 def test_what_decides_no_row_may_change(checkout, file):
     assert run(checkout, "evaluate", *RUN, "--episodes", "2").returncode == 0

@@ -6,7 +6,7 @@ import pytest
 import rich.console
 from made_runs import write_run
 
-from caregiver_mj.cli.table import print_table
+from caregiver_mj.cli.runs import print_table
 from caregiver_mj.viz import report
 
 COLUMNS = ["damage", "normalised", "left", "timesteps", "cells", "toys", "blocked", "done"]
