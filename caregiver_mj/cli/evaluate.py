@@ -6,9 +6,6 @@ import argparse
 import json
 import shlex
 
-import rich.console
-import rich.progress
-
 from caregiver_mj.cli import PROGRAM
 from caregiver_mj.cli.parsing import (
     HelpFormatter,
@@ -30,6 +27,7 @@ from caregiver_mj.experiments.blocks import try_all
 from caregiver_mj.experiments.run_folder import RunFolder, StorageError
 from caregiver_mj.experiments.settings import EPSILONS, FLOOR, Settings
 from caregiver_mj.experiments.workers import Executor, WorkerError
+from caregiver_mj.viz import progress_bar
 
 
 def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -111,15 +109,8 @@ def _evaluate(
     """Runs it, with a progress bar on standard error; a run that breaks off says how to go on."""
     finished = 0
     total = len(settings.plans) * len(settings.caregivers) * len(settings.families) * settings.episodes
-    columns = (
-        rich.progress.TextColumn("{task.description}"),
-        rich.progress.BarColumn(),
-        rich.progress.MofNCompleteColumn(),
-        rich.progress.TimeElapsedColumn(),
-        rich.progress.TimeRemainingColumn(),
-    )
     try:
-        with rich.progress.Progress(*columns, console=rich.console.Console(stderr=True)) as bar:
+        with progress_bar() as bar:
             task = bar.add_task("episodes", total=total)
 
             def progress(episodes: int) -> None:

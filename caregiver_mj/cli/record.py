@@ -10,9 +10,6 @@ import re
 import shlex
 from typing import TYPE_CHECKING
 
-import rich.console
-import rich.progress
-
 from caregiver_mj.caregivers.registry import find_caregiver
 from caregiver_mj.cli import PROGRAM
 from caregiver_mj.cli.parsing import (
@@ -33,6 +30,7 @@ from caregiver_mj.experiments.workers import LocalExecutor, WorkerError
 from caregiver_mj.plans import sets
 from caregiver_mj.plans.floor_plan import house_names
 from caregiver_mj.recording.steps import Store
+from caregiver_mj.viz import progress_bar
 
 if TYPE_CHECKING:
     from caregiver_mj.envs.recipe import Recipe
@@ -139,7 +137,7 @@ def _run(arguments: argparse.Namespace) -> None:
     store = Store(target.with_name(f".{target.name}.episodes"), asked, arguments.resume)
     store.check_none_beyond(arguments.episodes)
     with store.gone_if_empty():
-        collect_all(arguments, recipe, store, executor)
+        _collect_all(arguments, recipe, store, executor)
     write(arguments, recipe, store, name, target)
     store.remove()
     print(target)
@@ -180,23 +178,16 @@ def check(arguments: argparse.Namespace, recipe: Recipe, name: str, target: path
     recipe.spaces()  # makes the house, and the caregiver
 
 
-def collect_all(arguments: argparse.Namespace, recipe: Recipe, store: Store, executor: LocalExecutor) -> None:
+def _collect_all(arguments: argparse.Namespace, recipe: Recipe, store: Store, executor: LocalExecutor) -> None:
     """Runs the episodes that are not there yet, with a progress bar; a recording that breaks off says how to go on."""
     from caregiver_mj.envs.recipe import collect
 
     jobs = [(i, episode_seed(recipe.seed, i)) for i in range(arguments.episodes) if i not in store]
-    columns = (
-        rich.progress.TextColumn("{task.description}"),
-        rich.progress.BarColumn(),
-        rich.progress.MofNCompleteColumn(),
-        rich.progress.TimeElapsedColumn(),
-        rich.progress.TimeRemainingColumn(),
-    )
     work = functools.partial(collect, recipe, store.path)
     found = arguments.episodes - len(jobs)
     try:
         with (
-            rich.progress.Progress(*columns, console=rich.console.Console(stderr=True)) as bar,
+            progress_bar() as bar,
             contextlib.closing(executor.run(work, jobs)) as running,
         ):
             task = bar.add_task("episodes", total=arguments.episodes, completed=found)

@@ -79,7 +79,7 @@ def _told(value: Any) -> str:
 def print_comparison(found: dict[str, Any], folders: list[str], console: rich.console.Console) -> None:
     """Prints what `compare_runs` has found in two folders: as many columns as there is room for, and none cut short."""
     shapes = [(_COMPARED, False), *((_without(_LESS_NEEDED[:i]), True) for i in range(len(_LESS_NEEDED) + 1))]
-    print_widest((_comparison(found, folders, columns, narrow) for columns, narrow in shapes), console)
+    _print_widest((_comparison(found, folders, columns, narrow) for columns, narrow in shapes), console)
 
 
 def _without(gone: Sequence[str]) -> tuple[str, ...]:
@@ -98,13 +98,7 @@ def _comparison(found: dict[str, Any], folders: list[str], columns: Sequence[str
     )
     if gone := _without(columns):
         caption += f"; no room for: {', '.join(gone)}"
-    table = rich.table.Table(
-        title=f"{first['world']} {where}: second ({folders[1]}) less first ({folders[0]})",
-        caption=caption,
-        box=rich.box.SIMPLE_HEAD,
-        padding=0 if narrow else (0, 1),
-        pad_edge=not narrow,
-    )
+    table = _empty_table(f"{first['world']} {where}: second ({folders[1]}) less first ({folders[0]})", caption, narrow)
     for title in ("epsilon", "caregiver", *columns):
         table.add_column(title, justify="left" if title in ("caregiver", "verdict") else "right", no_wrap=True)
     for row in found["rows"]:
@@ -114,7 +108,7 @@ def _comparison(found: dict[str, Any], folders: list[str], columns: Sequence[str
             "pairs": str(row["episodes"]),
             "first": f"{row['first']:.2f}",
             "second": f"{row['second']:.2f}",
-            "difference": with_ends(row["damage_difference_mean"], low, high),
+            "difference": _with_ends(row["damage_difference_mean"], low, high),
             "p": "" if (p := row["damage_p"]) is None else f"{p:.3f}" if p >= 0.001 else "<.001",
             "verdict": _verdict(row),
         }
@@ -158,7 +152,7 @@ def output(aside: bool) -> rich.console.Console:
 def print_table(summary: dict[str, Any], console: rich.console.Console) -> None:
     """Prints a row for each caregiver and family: as many columns as there is room for, and none cut short."""
     shapes = [(list(_TITLES), False), *((list(_TITLES)[:count], True) for count in range(len(_TITLES), 0, -1))]
-    print_widest((_table(summary, columns, narrow, console) for columns, narrow in shapes), console)
+    _print_widest((_table(summary, columns, narrow, console) for columns, narrow in shapes), console)
 
 
 def print_harm(summary: dict[str, Any], console: rich.console.Console) -> None:
@@ -166,7 +160,7 @@ def print_harm(summary: dict[str, Any], console: rich.console.Console) -> None:
     rows = summary["harm"]
     if rows:
         shapes = [(_HARM, False), *((_HARM[:count], True) for count in range(len(_HARM), 0, -1))]
-        print_widest((_harm(rows, columns, narrow) for columns, narrow in shapes), console)
+        _print_widest((_harm(rows, columns, narrow) for columns, narrow in shapes), console)
     elif all(row["caregiver"] != "none" for row in summary["rows"]):
         console.print("harm cannot be judged without the caregiver 'none'", highlight=False)
 
@@ -180,13 +174,7 @@ def _harm(rows: list[dict[str, Any]], columns: Sequence[str], narrow: bool) -> r
         caption += f"; so few pairs differ that it could be shown in as few as {decidable} of {rows[0]['cells']} cells"
     if gone := [title for title in _HARM if title not in columns]:
         caption += f"; no room for: {', '.join(gone)}"
-    made = rich.table.Table(
-        title="harm: damage with the caregiver less alone, in the same episodes",
-        caption=caption,
-        box=rich.box.SIMPLE_HEAD,
-        padding=0 if narrow else (0, 1),
-        pad_edge=not narrow,
-    )
+    made = _empty_table("harm: damage with the caregiver less alone, in the same episodes", caption, narrow)
     made.add_column("caregiver", no_wrap=True)
     for title in columns:
         made.add_column(title, justify="left" if title.startswith("worst") else "right", no_wrap=True)
@@ -200,13 +188,23 @@ def _harm(rows: list[dict[str, Any]], columns: Sequence[str], narrow: bool) -> r
             worst["family"],
             f"{worst['damage_alone']:.2f}",
             f"{worst['damage_with']:.2f}",
-            with_ends(worst["damage_difference"], low, high),
+            _with_ends(worst["damage_difference"], low, high),
         )
         made.add_row(row["caregiver"], *cells[: len(columns)])
     return made
 
 
-def with_ends(value: float, low: float | None, high: float | None) -> str:
+def _empty_table(title: str, caption: str, narrow: bool) -> rich.table.Table:
+    return rich.table.Table(
+        title=title,
+        caption=caption,
+        box=rich.box.SIMPLE_HEAD,
+        padding=0 if narrow else (0, 1),
+        pad_edge=not narrow,
+    )
+
+
+def _with_ends(value: float, low: float | None, high: float | None) -> str:
     """A difference with the ends of its interval, which are infinite where there is none."""
 
     def signed(number: float) -> str:
@@ -216,7 +214,7 @@ def with_ends(value: float, low: float | None, high: float | None) -> str:
     return f"{signed(value)} ({ends[0]} to {ends[1]})"
 
 
-def print_widest(tables: Iterable[rich.table.Table], console: rich.console.Console) -> None:
+def _print_widest(tables: Iterable[rich.table.Table], console: rich.console.Console) -> None:
     """Prints the first of some tables, the widest before, that there is room for; or the last of them."""
     room = console.options.update(width=_WIDEST)
     for table in tables:
@@ -241,13 +239,7 @@ def _table(
     caption += "; left: damage over that of 'none'" if "left" in columns else ""
     if gone := [title for title in _TITLES if title not in columns]:
         caption += f"; no room for: {', '.join(gone)}"
-    made = rich.table.Table(
-        title=f"{first['world']} {where}, {episodes}, {seeds}",
-        caption=caption,
-        box=rich.box.SIMPLE_HEAD,
-        padding=0 if narrow else (0, 1),
-        pad_edge=not narrow,
-    )
+    made = _empty_table(f"{first['world']} {where}, {episodes}, {seeds}", caption, narrow)
     only_children = not any("," in row["family"] for row in rows)
     made.add_column("epsilon" if only_children or narrow else "epsilon of each", justify="right", no_wrap=True)
     made.add_column("caregiver", no_wrap=True)

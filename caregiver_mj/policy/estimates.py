@@ -48,8 +48,8 @@ def hand_error(sensing: Sensing, robot: Embodiment) -> float:
         CaregiverError: It is too much to take a candle in the hand.
     """
     candle, base = sensing.candle, sensing.base
-    turn = robot.postures.reach * math.hypot(base.turn_bias, turn_error(base))
-    error = math.hypot(candle.bias, candle_error(candle), base.bias, base_error(base), turn)
+    turn = robot.postures.reach * math.hypot(base.turn_bias, _error(base.turn_noise, _STEADY[1]))
+    error = math.hypot(candle.bias, _error(candle.noise, _SLIPS), base.bias, _error(base.noise, _STEADY[0]), turn)
     most = (robot.grasp.open - CANDLE_RADIUS) / _SIGMAS_BESIDE
     if error > most:
         raise CaregiverError(
@@ -84,7 +84,8 @@ class Senses:
         child, base = self._sensing.child, self._sensing.base
         late = self.age + sum(self._timestep * blur.dropout / (1.0 - blur.dropout) for blur in (child, base))
         lasting = math.hypot(child.bias, base.bias)
-        return late * _STRAYS + _SIGMAS * math.hypot(lasting, child_error(child), base_error(base))
+        white = _error(child.noise, _UNSTEADY), _error(base.noise, _STEADY[0])
+        return late * _STRAYS + _SIGMAS * math.hypot(lasting, *white)
 
     def reset(self) -> None:
         """Begins an episode, when the robot's references have begun it."""
@@ -117,24 +118,15 @@ def gain(noise: float, change: float, least: float = _SLOWEST) -> float:
     return max(least, change / (change + noise))
 
 
-def remaining(noise: float, share: float) -> float:
-    """What is left of a white error, one sigma, in an estimate in which a measurement counts by a share."""
+def _error(noise: float, change: float) -> float:
+    """What is left of a white error, one sigma, in an estimate of what changes by so much between measurements."""
+    share = gain(noise, change)
     return noise * math.sqrt(share / (2.0 - share))
 
 
-def base_error(blur: Blur) -> float:
-    """White error of where the base is taken to be, one sigma, metres."""
-    return remaining(blur.noise, gain(blur.noise, _STEADY[0]))
-
-
 def base_jumps(blur: Blur) -> float:
-    """By how much that changes from one control timestep to the next, one sigma, metres."""
+    """By how much the base's estimate changes from one control timestep to the next, one sigma, metres."""
     return blur.noise * gain(blur.noise, _STEADY[0])
-
-
-def turn_error(blur: Blur) -> float:
-    """White error of how the base is taken to be turned, one sigma, radians."""
-    return remaining(blur.turn_noise, gain(blur.turn_noise, _STEADY[1]))
 
 
 class SelfEstimate:
@@ -179,11 +171,6 @@ class SelfEstimate:
         return self._path, robot.reach_path.joints(robot.reached)
 
 
-def child_error(blur: Blur) -> float:
-    """White error of where a child is taken to be, one sigma, metres."""
-    return remaining(blur.noise, gain(blur.noise, _UNSTEADY))
-
-
 class ChildEstimates:
     """Children go on as they do; what is measured corrects that."""
 
@@ -211,11 +198,6 @@ class ChildEstimates:
         now = self._position.copy()
         now[..., :2] += self._age * self._velocity[..., :2]
         return now, self._velocity
-
-
-def candle_error(blur: Blur) -> float:
-    """White error of where a candle is taken to be, one sigma, metres."""
-    return remaining(blur.noise, gain(blur.noise, _SLIPS))
 
 
 class CandleEstimates:

@@ -80,7 +80,7 @@ class BasePath:
         """
         path, speed = cls([position], limits), math.hypot(*velocity)
         axis = (velocity[0] / speed, velocity[1] / speed)
-        asked = parameters([0.0, 0.0], [speed, 0.0], list(in_frame(acceleration, axis)), limits)
+        asked = parameters([0.0, 0.0], [speed, 0.0], list(_in_frame(acceleration, axis)), limits)
         asked.control_interface = ControlInterface.Velocity
         asked.synchronization = Synchronization.TimeIfNecessary
         asked.target_velocity = [0.0, 0.0]
@@ -106,8 +106,8 @@ class BasePath:
         """Plans from the present motion onto the first line. Returns the points left, and the speed there."""
         speeds = self._speeds
         axis, length = direction(points[0], points[1])
-        along, across = in_frame(velocity, axis)
-        along_change, across_change = in_frame(acceleration, axis)
+        along, across = _in_frame(velocity, axis)
+        along_change, across_change = _in_frame(acceleration, axis)
         # Each axis gets what leaves the length of the vector within its limit.
         most, jerk = self._limits.acceleration / math.sqrt(2), self._limits.jerk / math.sqrt(2)
         # While there is speed across the line there must be less along it.
@@ -175,7 +175,7 @@ class BasePath:
                 here = self._corner(end, axis, lines[i + 1][0], speeds[i + 1])
 
     def _corner(self, begin: Vector, axis: Vector, next_axis: Vector, speed: float) -> Vector:
-        turned = in_frame(next_axis, axis)
+        turned = _in_frame(next_axis, axis)
         asked = parameters([0.0, 0.0], [speed, 0.0], [0.0, 0.0], self._limits)
         asked.control_interface = ControlInterface.Velocity
         asked.synchronization = Synchronization.Phase
@@ -230,7 +230,7 @@ def direction(a: Vector, b: Vector) -> tuple[Vector, float]:
     return ((b[0] - a[0]) / length, (b[1] - a[1]) / length), length
 
 
-def in_frame(vector: Vector, axis: Vector) -> Vector:
+def _in_frame(vector: Vector, axis: Vector) -> Vector:
     """Components of a vector along an axis, and along its quarter turn to the left."""
     return vector[0] * axis[0] + vector[1] * axis[1], -vector[0] * axis[1] + vector[1] * axis[0]
 

@@ -13,15 +13,13 @@ from typing import Protocol
 
 import imageio_ffmpeg
 import numpy as np
-import rich.console
-import rich.progress
 from PIL import Image
 
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiment import DEFAULT
-from caregiver_mj.viz import OVERLAYS, hud
+from caregiver_mj.viz import OVERLAYS, hud, progress_bar
 from caregiver_mj.viz.cameras import Camera, StillCamera, TileLayer
 from caregiver_mj.viz.colours import GROUND
 from caregiver_mj.viz.episode import Episode
@@ -144,7 +142,7 @@ def render_episode(
         CaregiverError: Something of the above is not possible.
         RenderingError: There is no OpenGL to render with.
     """
-    path, still = writable(path, ".mp4"), None if still is None else writable(still, ".png")
+    path, still = _writable(path, ".mp4"), None if still is None else _writable(still, ".png")
     _check_picture(width, height, fps, seconds)
     if overlay not in (None, *OVERLAYS):
         raise CaregiverError(f"no overlay '{overlay}': there is {', '.join(OVERLAYS)}")
@@ -154,9 +152,10 @@ def render_episode(
     count = max(1, round(seconds * fps))
     with (
         contextlib.closing(filmed.env),
-        _progress(count, quiet) as advance,
+        progress_bar(quiet) as bar,
         film_writer(path, width, height, fps) as write,
     ):
+        task = bar.add_task("frames", total=count)
         shots = studio(filmed, width, height, camera, round(_TRAIL_SECONDS * fps))
         for number in range(count):
             if not filmed.run_until(number / fps):
@@ -166,7 +165,7 @@ def render_episode(
             score = min(filmed.child_to_carried_candle(), 1e6 + abs(number - count // 2))
             if score < best[0]:
                 best = (score, frame)
-            advance()
+            bar.advance(task)
     if still is not None:
         assert best[1] is not None  # a film has one frame at least
         Image.fromarray(best[1]).save(still)
@@ -182,21 +181,6 @@ def _check_picture(width: int, height: int, fps: float, seconds: float) -> None:
         raise CaregiverError(f"seconds must be a positive length, not {seconds}")
     if seconds > LONGEST:
         raise CaregiverError(f"a film has {LONGEST:,} seconds at most, a day, not {seconds:g}")
-
-
-@contextlib.contextmanager
-def _progress(frames: int, quiet: bool) -> Iterator[Callable[[], None]]:
-    """A progress bar on standard error; gives the function that advances it."""
-    columns = (
-        rich.progress.TextColumn("{task.description}"),
-        rich.progress.BarColumn(),
-        rich.progress.MofNCompleteColumn(),
-        rich.progress.TimeElapsedColumn(),
-        rich.progress.TimeRemainingColumn(),
-    )
-    with rich.progress.Progress(*columns, console=rich.console.Console(stderr=True), disable=quiet) as bar:
-        task = bar.add_task("frames", total=frames)
-        yield lambda: bar.advance(task)
 
 
 @contextlib.contextmanager
@@ -250,7 +234,7 @@ def _writer(path: pathlib.Path, width: int, height: int, fps: float) -> Generato
     return writer
 
 
-def writable(path: str | os.PathLike[str], suffix: str) -> pathlib.Path:
+def _writable(path: str | os.PathLike[str], suffix: str) -> pathlib.Path:
     """The path, once it is sure that a file of that kind can be written there.
 
     Raises:

@@ -103,11 +103,11 @@ def _chart(plan: FloorPlan, width: int, height: int, alone: bool = False) -> Cha
 
 
 @functools.lru_cache(maxsize=8)
-def _legend(plan: FloorPlan, width: int, height: int) -> Legend:
-    return Legend(_chart(plan, width, height).box, height)
+def _legend(plan: FloorPlan, width: int, height: int) -> _Legend:
+    return _Legend(_chart(plan, width, height).box, height)
 
 
-class Legend:
+class _Legend:
     """The card below that of the house, as wide, in frames of some size.
 
     Attributes:

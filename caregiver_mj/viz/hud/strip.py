@@ -45,12 +45,12 @@ class Strip:
 
     def draw(self, image: Image.Image, state: HudState) -> None:
         image.paste(self._card, mask=self._opacity)
-        draw_gauges(image, self._left, state)
-        draw_bars(image, self._middle, state)
-        draw_deeds(image, self._right, state)
+        _draw_gauges(image, self._left, state)
+        _draw_bars(image, self._middle, state)
+        _draw_deeds(image, self._right, state)
 
 
-def draw_gauges(image: Image.Image, area: Area, state: HudState) -> None:
+def _draw_gauges(image: Image.Image, area: Area, state: HudState) -> None:
     """Draws the timestep above P(safe), which is that of each child."""
     elapsed = state.timestep / EPISODE_TIMESTEPS
     _gauge(image, area, area.top, "TIMESTEP", f"{state.timestep} / {EPISODE_TIMESTEPS}", elapsed, LABEL)
@@ -102,7 +102,7 @@ def _bar(image: Image.Image, area: Area, line: int, left: int, right: int, share
     image.paste(colour, (left, top, filled, top + area.scale.px(6)))
 
 
-def draw_bars(image: Image.Image, area: Area, state: HudState) -> None:
+def _draw_bars(image: Image.Image, area: Area, state: HudState) -> None:
     """Draws the bars of all hazards, or of the greatest ones if there is not room for all."""
     danger = np.empty(0) if state.danger is None else np.asarray(state.danger, float)
     unsafe = danger if state.unsafe_danger is None else np.asarray(state.unsafe_danger, float)
@@ -172,7 +172,7 @@ def _few_digits(danger: float) -> str:
     return f"{danger:.2f}" if danger >= 0.005 else "< 0.01"
 
 
-def draw_deeds(image: Image.Image, area: Area, state: HudState) -> None:
+def _draw_deeds(image: Image.Image, area: Area, state: HudState) -> None:
     """Draws the caregiver's intervention above the damage: the sum, that of each child, and that of each kind."""
     small, medium, px = area.small, area.medium, area.scale.px
     who = "CAREGIVER" if state.robot is not None else "NO CAREGIVER"

@@ -32,10 +32,10 @@ def child(run: Run) -> dict[str, Any] | None:
     toys = figures.toys_kept(
         list(lines.values()), [left_series(run, c, c, run.families, "toys_reached") for c in shown], MARGIN
     )
-    toys_caption = f"Toys reached, as a share of those alone; {toys_verdicts(run)} — {run.title}"
+    toys_caption = f"Toys reached, as a share of those alone; {_toys_verdicts(run)} — {run.title}"
     return {
         "table": child_table(run),
-        "more": [stop_table(run), *([toys_table(run), denied_table(run)] if run.baselines else [])],
+        "more": [_stop_table(run), *([_toys_table(run), _denied_table(run)] if run.baselines else [])],
         "pictures": [
             Picture.of(f"survival_{run.name}", survival, f"Episodes that are not yet stopped — {run.title}"),
             Picture.of(f"toys_{run.name}", toys, toys_caption),
@@ -43,7 +43,7 @@ def child(run: Run) -> dict[str, Any] | None:
     }
 
 
-def toys_verdicts(run: Run) -> str:
+def _toys_verdicts(run: Run) -> str:
     """With whom the caregiver is shown to lose less of the toys than the margin, in a sentence."""
     with_whom: dict[str, list[str]] = {}
     for family in run.families:
@@ -77,7 +77,7 @@ def child_table(run: Run) -> Table:
     return Table(f"The child's side — {run.title}", ("with the caregiver", *map(family_name, run.families)), rows, note)
 
 
-def stop_table(run: Run) -> Table:
+def _stop_table(run: Run) -> Table:
     """Toys and the damage until the stop, without and with the caregiver."""
     alone, guarded, _ = _rows(run)
     rows = [
@@ -103,7 +103,7 @@ def _cells(label: str, rows: Sequence[Any], key: str, scale: float = 1.0) -> tup
     return label, *(with_interval(row, key, between="\n", scale=scale) for row in rows)
 
 
-def toys_table(run: Run) -> Table:
+def _toys_table(run: Run) -> Table:
     """Toys kept with each caregiver."""
     rows = []
     for caregiver in run.acting:
@@ -118,7 +118,7 @@ def toys_table(run: Run) -> Table:
     return Table(f"Toys kept by each caregiver — {run.title}", columns, rows, note)
 
 
-def denied_table(run: Run) -> Table:
+def _denied_table(run: Run) -> Table:
     """What each caregiver denies the child."""
     rows = [(caregiver, *(_denied(run.row(caregiver, family)) for family in run.families)) for caregiver in run.acting]
     note = "Moves of an episode denied: into a stairwell + free ones (longest time blocked, timesteps)."

@@ -67,20 +67,20 @@ def make_film(runs: Sequence[Run], folder: str | os.PathLike[str], render: Calla
         from caregiver_mj.viz.film import render_episode  # takes a second to import, and OpenGL to run
 
         render = render_episode
-    run = filmed_run(runs)
-    family = filmed_family(run)
+    run = _filmed_run(runs)
+    family = _filmed_family(run)
     path = pathlib.Path(folder) / FILM_NAME
-    render(path, **episode_of(run, family), **_PICTURE)
+    render(path, **_episode_of(run, family), **_PICTURE)
     whose = "of the run" if run.settings.world == "house" else "with the children of the run in the grid"
     return Film(path, f"Episode 0 {whose}, {family_name(family)}, caregiver {run.caregiver}")
 
 
-def filmed_run(runs: Sequence[Run]) -> Run:
+def _filmed_run(runs: Sequence[Run]) -> Run:
     """The run to film: the first one in the house, else the first one, whose children can walk there too."""
     return next((run for run in runs if run.settings.world == "house"), runs[0])
 
 
-def filmed_family(run: Run) -> str:
+def _filmed_family(run: Run) -> str:
     """The family to film: the one whose moves are half random, or the nearest to that."""
 
     def share(family: str) -> float:
@@ -90,7 +90,7 @@ def filmed_family(run: Run) -> str:
     return min(run.families, key=lambda family: abs(share(family) - _TYPICAL))
 
 
-def episode_of(run: Run, family: str) -> dict[str, Any]:
+def _episode_of(run: Run, family: str) -> dict[str, Any]:
     """A run's first episode, in its first house, as arguments of `render_episode`."""
     return {
         "house": run.settings.plans[0],

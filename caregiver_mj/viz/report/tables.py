@@ -169,7 +169,7 @@ def harm(run: Run) -> dict[str, Any]:
     """A sentence on the caregiver that the report is about, and a table of all."""
     rows = run.summary["harm"]
     ours = next(row for row in rows if row["caregiver"] == run.caregiver)
-    return {"shown": bool(ours["cells_harmed"]), "sentence": _sentence(ours), "table": harm_table(run)}
+    return {"shown": bool(ours["cells_harmed"]), "sentence": _sentence(ours), "table": _harm_table(run)}
 
 
 def _sentence(row: dict[str, Any]) -> str:
@@ -185,7 +185,7 @@ def _sentence(row: dict[str, Any]) -> str:
     )
 
 
-def harm_table(run: Run) -> Table:
+def _harm_table(run: Run) -> Table:
     """All caregivers, in the run's order."""
     rows = [
         (
