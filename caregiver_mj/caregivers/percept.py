@@ -1,4 +1,4 @@
-"""What a caregiver sees, and the numbers behind what it decides."""
+"""What a caregiver sees, how fast it is, what it believes of the children, and the numbers behind its decisions."""
 
 from __future__ import annotations
 

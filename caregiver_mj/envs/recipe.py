@@ -1,4 +1,4 @@
-"""What the episodes of a data set are, and what is needed to run them."""
+"""What the episodes of a data set are, what is needed to run them, and how they are run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The children of a house together: who goes first, and who waits for whom."""
+"""The children of a house together: who goes first, who waits for whom, and how the robot touches them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A policy of somebody's own for the robot's actions, made for one environment."""
+"""Who may act in the house, by name: the caregivers, and policies of somebody's own for the robot's actions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A base's velocity that follows a wanted one within bounds of its acceleration and jerk."""
+"""What feedback adds to references: a base's velocity within bounds, and an arm that gives way where it is pushed."""
 
 from __future__ import annotations
 

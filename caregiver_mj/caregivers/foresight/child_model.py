@@ -1,4 +1,4 @@
-"""How the caregiver thinks that children move: as one of a few kinds, whose goal and epsilon it does not know."""
+"""How the caregiver thinks that children move: as one of a few kinds, of unknown goal and epsilon; and how it moves."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The caregiver that sees harm coming: it looks ahead to where the children may go, and to what it could still do."""
+"""The caregiver that sees harm coming: it looks ahead to where the children may go, and to what it could still do.
+
+Two others stand beside it: one that is told the goals of the children, and the paper's rule with its prediction.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What all skills have in common."""
+"""What all skills have in common, and those that only drive: rest, stand aside, block."""
 
 from __future__ import annotations
 
