@@ -10,7 +10,7 @@ from caregiver_mj.caregivers.percept import Assessment
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz import colours
 
-SOON = 5  # timesteps in which a child may be somewhere; what may hurt it is told for `outlook.HORIZON`
+SOON = 5  # timesteps in which a child may be somewhere; what may hurt it is told for `percept.HORIZON`
 LEAST = 0.02  # probability that is drawn
 _THICKNESS = 0.012  # metres, of a tile: above rugs and thresholds
 _SIDE = 0.92  # of a tile, of a cell
@@ -43,7 +43,7 @@ class Forecast:
 
     Attributes:
         presence: Probability that each comes to be in each free cell within `SOON` timesteps, (K, free cells).
-        harm: Probability that any of them runs into each hazard within `outlook.HORIZON` timesteps, (hazards,).
+        harm: Probability that any of them runs into each hazard within `percept.HORIZON` timesteps, (hazards,).
         goal: Probability that each is on its way to each toy bin, (K, bins): what is left wants something else.
         epsilon: Share of random moves that is to be expected of each, (K,).
     """
