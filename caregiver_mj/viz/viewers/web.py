@@ -13,14 +13,21 @@ from typing import Any
 
 import mujoco
 import numpy as np
-import trimesh
-import viser
-from mjviser import ViserMujocoScene
 
 from caregiver_mj.errors import CaregiverError, MissingExtraError
 from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.forecast import Tile
 from caregiver_mj.viz.viewers.session import Session
+
+try:
+    import trimesh
+    import viser
+    from mjviser import ViserMujocoScene
+except ImportError as error:
+    raise MissingExtraError(
+        f"the viewer in a browser needs viser and mjviser ({error}): pip install 'caregiver_mj[web]'"
+    ) from None
+
 from caregiver_mj.viz.viewers.web_panel import Panel
 
 HOST, PORT = "127.0.0.1", 8080
@@ -31,15 +38,6 @@ _REFLECTED = 0.45  # intensity of the light from all sides
 # Opacities that tiles can have, each a mesh of its own: a mesh whose opacity changes is made anew by the browser.
 _OPACITIES = np.linspace(0.1, 0.8, 8)
 _GONE = 1e-6  # metres: the size of a tile that is not there
-
-
-try:
-    import mjviser  # noqa: F401
-    import viser
-except ImportError as error:
-    raise MissingExtraError(
-        f"the viewer in a browser needs viser and mjviser ({error}): pip install 'caregiver_mj[web]'"
-    ) from None
 
 
 class Server(viser.ViserServer):
