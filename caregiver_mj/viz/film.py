@@ -155,7 +155,7 @@ def render_episode(
         progress_bar(quiet) as bar,
         film_writer(path, width, height, fps) as write,
     ):
-        task = bar.add_task("frames", total=count)
+        taken = bar.add_task("frames", total=count)
         shots = studio(filmed, width, height, camera, round(_TRAIL_SECONDS * fps))
         for number in range(count):
             if not filmed.run_until(number / fps):
@@ -165,7 +165,7 @@ def render_episode(
             score = min(filmed.child_to_carried_candle(), 1e6 + abs(number - count // 2))
             if score < best[0]:
                 best = (score, frame)
-            bar.advance(task)
+            bar.advance(taken)
     if still is not None:
         assert best[1] is not None  # a film has one frame at least
         Image.fromarray(best[1]).save(still)
