@@ -102,7 +102,7 @@ def load(
 def _time_limit(seconds: float | None) -> float | None:
     """The seconds of an episode, if they are such; infinitely many will do."""
     if seconds is not None and not (isinstance(seconds, numbers.Real) and seconds > 0):
-        raise CaregiverError(f"time_limit must be a positive number of seconds, not {seconds!r}")
+        raise CaregiverError(f"time_limit must be a positive number of seconds, got {seconds!r}")
     return seconds
 
 

@@ -288,4 +288,4 @@ def _check_timestep(seconds: float, plan: FloorPlan) -> None:
 def _check_offset(name: str, metres: float, most: float) -> None:
     """Raises CaregiverError unless a candle stays on its table, and a table in its cell."""
     if not (isinstance(metres, numbers.Real) and 0 <= metres <= most):
-        raise CaregiverError(f"{name} must lie in 0 to {most:.3g} m, not at {metres!r}")
+        raise CaregiverError(f"{name} must be in 0 to {most:.3g} m, got {metres!r}")

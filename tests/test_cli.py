@@ -48,8 +48,8 @@ def fails(capsys, argv):
         ([*GRID, "--epsilon", "angel:1"], ["angel", "novice", "adversary"]),
         ([*GRID, "--epsilon", "1,.5,.25", "--children", "2"], ["1,.5,.25", "3 children", "2", "--children"]),
         ([*GRID, "--children", "0"], ["--children", "0"]),
-        ([*GRID, "--children", "101"], ["100 children at most, not 101"]),
-        ([*GRID, "--epsilon", ",".join(["1"] * 101)], ["100 children at most, not 101"]),
+        ([*GRID, "--children", "101"], ["at most 100 children, got 101"]),
+        ([*GRID, "--epsilon", ",".join(["1"] * 101)], ["at most 100 children, got 101"]),
         ([*GRID, "--children", "two"], ["--children", "two"]),
         ([*GRID, "--child", "angel"], ["angel", "novice", "expert", "adversary"]),
         ([*GRID, "--house", "apartment", "--houses", "test-2"], ["--houses: not allowed with argument --house"]),
@@ -359,7 +359,7 @@ def test_help_lists_the_commands(capsys):
 @pytest.mark.parametrize(
     ("argv", "message"),
     [
-        ([*GRID, "--episodes", "0"], "episodes must be an integer of at least 1, not 0"),
+        ([*GRID, "--episodes", "0"], "episodes must be an integer of at least 1, got 0"),
         (["render", "--out", "film.gif"], "'film.gif' must be called FILE.mp4"),
         (["render", "--task", "fly", "--out", "film.mp4"], "no task 'fly': there are "),
     ],

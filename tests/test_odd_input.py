@@ -100,15 +100,15 @@ ODD = {
         (lambda: load(house=""), "cannot be read"),
         (lambda: load(house="a\0b"), "cannot be read"),
         (lambda: load(house="x" * 5000), "cannot be read"),
-        *((lambda e=e: load(epsilon=e), "children are said by an epsilon") for e in (None, {}, 1j)),
-        (lambda: load(epsilon=[]), "at least one child"),
-        (lambda: load(epsilon=np.array([0.5, 7.0])), "epsilon must lie in"),
+        *((lambda e=e: load(epsilon=e), "children must be an epsilon") for e in (None, {}, 1j)),
+        (lambda: load(epsilon=[]), "at least 1 child"),
+        (lambda: load(epsilon=np.array([0.5, 7.0])), "epsilon must be in"),
         *((lambda r=r: load(random=r), "must be an integer from 0 to 4294967295") for r in ("a", 1.5, -1, 2**40)),
         (lambda: load(task_kwargs=[1]), "task_kwargs must be a dict or None"),
         *(
             (
                 lambda e=e: load(task_kwargs={"embodiment": e}),
-                r"a robot is said by its name \(mobile_fr3, mobile_ur5e\) or by an Embodiment, not by",
+                r"robot must be a name \(mobile_fr3, mobile_ur5e\) or an Embodiment, got",
             )
             for e in (3, ["mobile_fr3"])
         ),
@@ -125,8 +125,8 @@ ODD = {
         *((lambda d=d: DamageWeights(d), "damage of a stairwell must be a number") for d in ("a", None, -1, np.inf)),
         (lambda: DamageWeights(1e308), r"damage of a stairwell must be at most 1e\+06"),
         *((lambda s=s: generate(s), "the seed must be an integer") for s in ("a", 1.5, None)),
-        *((lambda s=s: generate(0, s), "the size is columns and rows") for s in (5, "14x12", (10,))),
-        (lambda: generate(0, (10.5, 10)), "5 to 100 rows and columns, not 10.5"),
+        *((lambda s=s: generate(0, s), "size must be columns and rows") for s in (5, "14x12", (10,))),
+        (lambda: generate(0, (10.5, 10)), "rows and columns must be 5 to 100, got 10.5"),
         (lambda: generate(0, rooms=2.5), "rooms must be at least 1"),
         (lambda: generate(0, candles="a"), "candles must be at least 0"),
         (lambda: house_set(3), "no set of floor plans"),
@@ -135,7 +135,7 @@ ODD = {
         (lambda: policy(3), "a caregiver must be a str or Caregiver"),
         (lambda: policy(CAREGIVERS["paper"]), "a caregiver must be a str or Caregiver"),
         (lambda: policy("random", -1), "seed of a caregiver must be an integer of at least 0"),
-        (lambda: caregiver_mj.CaregiverPolicy(None), "not for NoneType"),
+        (lambda: caregiver_mj.CaregiverPolicy(None), "got NoneType"),
         (
             lambda: caregiver_mj.CaregiverPolicy(gymnasium.make("caregiver_mj/BlockStairs-v0", house=TINY)),
             "env.unwrapped.dm_env",
@@ -144,7 +144,10 @@ ODD = {
         (lambda: make_caregiver("paper", "paper"), "house of a caregiver must be a FloorPlan"),
         (lambda: make_caregiver("random", TINY, "x"), "seed of a caregiver must be an integer"),
         *(
-            (lambda show=show: policy()(show(load().reset())), f"answers the time step of env.step or .*, not {kind}$")
+            (
+                lambda show=show: policy()(show(load().reset())),
+                f"must be given the time step of env.step or .*, got {kind}$",
+            )
             for show, kind in (
                 (lambda timestep: timestep.observation, "OrderedDict"),
                 (lambda timestep: None, "NoneType"),
@@ -164,7 +167,7 @@ ODD = {
             )
         ),
         *(
-            (lambda a=a: act_with(lambda timestep: a), "'mine' must answer with 11 finite numbers, not")
+            (lambda a=a: act_with(lambda timestep: a), "'mine' must answer with 11 finite numbers, got")
             for a in (None, "a", 3.0, np.zeros(5), np.full(11, np.nan))
         ),
     ],
@@ -178,7 +181,7 @@ ODD = {
         (lambda: run(ONE, "1,1"), "a tape for each of 2 children"),
         (lambda: run_episodes(TINY, 0.5, None, [-1]), "seed of an episode must be an integer from 0"),
         (lambda: run_episodes(TINY, 0.5, None, ["a"]), "seed of an episode must be an integer from 0"),
-        (lambda: Family.of(None), "children are said by an epsilon"),
+        (lambda: Family.of(None), "children must be an epsilon"),
         (
             lambda: GridWorld(TINY, 0.5, make_caregiver("paper", caregiver_mj.FloorPlan.load("paper"))),
             "PaperCaregiver was made for house 'paper', and this is 'tiny'",
@@ -195,26 +198,26 @@ ODD = {
     "film": [
         *((lambda p=p: render_episode(p), "a file must be a str or PathLike") for p in (None, 3)),
         (lambda: render_episode("a.mp4", width="a"), "width must be an even number of pixels"),
-        (lambda: render_episode("a.mp4", fps="a"), "fps must lie in"),
+        (lambda: render_episode("a.mp4", fps="a"), "fps must be in"),
         (lambda: render_episode("a.mp4", seconds="a"), "seconds must be a positive length"),
-        (lambda: render_episode("a.mp4", seconds=1e9), "86,400 seconds at most"),
+        (lambda: render_episode("a.mp4", seconds=1e9), "seconds must be at most 86,400"),
         (lambda: render_episode("a.mp4", seed="a"), "seed must be an integer"),
     ],
     "environment": [
-        *((lambda a=a: act(a), "an action is an integer from 0 to 2") for a in (99, -1, "a", None, 1.5)),
-        (lambda: act_in_the_house("a"), "an action is an array of numbers"),
+        *((lambda a=a: act(a), "an action must be an integer from 0 to 2") for a in (99, -1, "a", None, 1.5)),
+        (lambda: act_in_the_house("a"), "an action must be an array of numbers"),
         *(
-            (lambda n=n, make=make: make(n), "num_envs must be an integer from 1 to 100000, not")
+            (lambda n=n, make=make: make(n), "num_envs must be an integer from 1 to 100000, got")
             for make in (GridTargetsVector, lambda n: GridHousesVector([TINY], n))
             for n in (0, -1, "a", 100_001)
         ),
         *(
-            (lambda s=s: GridTargetsVector(1, house=TINY, slots=s), "slots are 1,000 of a kind at most, not")
+            (lambda s=s: GridTargetsVector(1, house=TINY, slots=s), "slots must be at most 1,000 of a kind, got")
             for s in ((1001, 2), (2, 1001))
         ),
         (lambda: GridHousesVector([]), "a house at least"),
         (lambda: load().task.outcome(), "no episode has begun .* call env.reset"),
-        *((lambda a=a: act(a), "an action is one integer, not") for a in (np.array([1]), [1, 2])),
+        *((lambda a=a: act(a), "an action must be one integer, got") for a in (np.array([1]), [1, 2])),
         *(
             (lambda a=a: step_vector(a), "actions must be 3 integers, one for each episode")
             for a in (0, np.zeros(2, int), np.zeros((3, 1), int))
@@ -224,14 +227,14 @@ ODD = {
             for s in (3.5, "a", {})
         ),
         (lambda: step_vector(np.zeros(3, int), [1.5, 2, 3]), "a seed must be an integer of at least 0"),
-        (lambda: step_vector(np.zeros(3, int), [1, 2]), "2 seeds for 3 episodes"),
+        (lambda: step_vector(np.zeros(3, int), [1, 2]), "seeds must be 3, one for each episode, got 2"),
         *((lambda h=h: GridHousesVector(h, 2), "houses must be several") for h in ("paper", None, TINY)),
         *(
             (lambda f=f: GridHousesVector([TINY], 2, families=f), "families must be several, such as")
             for f in (0.5, "0.5", Family.of(0.5), None)
         ),
-        (lambda: GridHousesVector([TINY], 2, families=("1", "1,.5")), "as many children in each family, not 1, 2"),
-        (lambda: GridHousesVector([TINY], 3, 2), "at_once, .* must be an integer from 1 to 1, not 2"),
+        (lambda: GridHousesVector([TINY], 2, families=("1", "1,.5")), "as many children in each family, got 1, 2"),
+        (lambda: GridHousesVector([TINY], 3, 2), "at_once, .* must be an integer from 1 to 1, got 2"),
         (lambda: GridHousesVector([TINY, "paper"], 3), "3 episodes, cannot be shared out to 2 houses at once"),
     ],
 }

@@ -115,9 +115,9 @@ class Caregiver(abc.ABC):
         """Hazards that somebody's `choose` has answered with, if they are such."""
         hazard, count = np.asarray(hazard), len(self.plan.hazards)
         if hazard.shape != (batch,) or not np.issubdtype(hazard.dtype, np.integer):
-            raise CaregiverError(f"{type(self).__name__}.choose must answer with {batch} integers, not {hazard!r}")
+            raise CaregiverError(f"{type(self).__name__}.choose must answer with {batch} integers, got {hazard!r}")
         if ((hazard < NOTHING) | (hazard >= count)).any():
-            raise CaregiverError(f"{type(self).__name__}.choose must answer with -1 to {count - 1}, not {hazard}")
+            raise CaregiverError(f"{type(self).__name__}.choose must answer with -1 to {count - 1}, got {hazard}")
         return hazard
 
     def destination(self, percept: Percept, candle: np.ndarray) -> np.ndarray:
@@ -182,7 +182,7 @@ def answer(caregiver: Caregiver, percept: Percept) -> Interventions:
     """
     given, batch, who = caregiver.decide(percept), len(percept.child_cell), f"{type(caregiver).__name__}.decide"
     if not isinstance(given, Interventions) or np.shape(given.verb) != (batch,):
-        raise CaregiverError(f"{who} must answer with Interventions for {batch} worlds, not {given!r}")
+        raise CaregiverError(f"{who} must answer with Interventions for {batch} worlds, got {given!r}")
     _check(f"{who}: hazard", given.hazard, batch, len(caregiver.plan.hazards))
     _check_kinds(who, caregiver.plan.hazards, given)
     # Other verbs mean other things by it.
@@ -210,9 +210,9 @@ def _check(what: str, numbers: np.ndarray, batch: int, count: int) -> None:
     """Raises CaregiverError unless these are numbers (B,) of so many things, or NOTHING."""
     numbers = np.asarray(numbers)
     if numbers.shape != (batch,) or not np.issubdtype(numbers.dtype, np.integer):
-        raise CaregiverError(f"{what} must be {batch} integers, not {numbers!r}")
+        raise CaregiverError(f"{what} must be {batch} integers, got {numbers!r}")
     if ((numbers < NOTHING) | (numbers >= count)).any():
-        raise CaregiverError(f"{what} must be -1 to {count - 1}, not {numbers}")
+        raise CaregiverError(f"{what} must be -1 to {count - 1}, got {numbers}")
 
 
 def starting_tables(plan: FloorPlan, caregiver: Caregiver | None, batch: int = 1) -> np.ndarray:
@@ -235,7 +235,7 @@ def starting_tables(plan: FloorPlan, caregiver: Caregiver | None, batch: int = 1
     tables = np.asarray(caregiver.prepare(as_planned.copy()))
     who, last = f"{type(caregiver).__name__}.prepare", len(plan.tables) - 1
     if tables.shape != as_planned.shape or not np.issubdtype(tables.dtype, np.integer):
-        raise CaregiverError(f"{who} must answer with integers of shape {as_planned.shape}, not {tables!r}")
+        raise CaregiverError(f"{who} must answer with integers of shape {as_planned.shape}, got {tables!r}")
     if ((tables < 0) | (tables > last)).any() or (np.diff(np.sort(tables, axis=1), axis=1) == 0).any():
-        raise CaregiverError(f"{who} must give each candle a table of its own, 0 to {last}, not {tables}")
+        raise CaregiverError(f"{who} must give each candle a table of its own, 0 to {last}, got {tables}")
     return tables

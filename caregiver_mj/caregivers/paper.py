@@ -60,7 +60,7 @@ class PaperCaregiver(Caregiver):
         super().__init__(plan, seed)
         for what, value in (("reach", reach), ("prior", prior), ("over_children", over_children)):
             if value not in _OPTIONS[what]:
-                raise CaregiverError(f"{what} must be one of {', '.join(_OPTIONS[what])}, not {value!r}")
+                raise CaregiverError(f"{what} must be one of {', '.join(_OPTIONS[what])}, got {value!r}")
         experts = experts or InPlace(expert_timesteps, hyperprior)
         self.action_prior = experts.action_prior(plan, np.random.default_rng(seed), prior == "draw")
         self._reach, self._threshold = reach, threshold

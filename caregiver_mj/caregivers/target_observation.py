@@ -145,9 +145,9 @@ class Slots:
         stairwells, candles = plan.hazards.stairwells, plan.hazards.candles
         places = (stairwells, candles) if slots is None else slots
         if not (isinstance(places, Sequence) and len(places) == 2 and all(isinstance(n, Integral) for n in places)):
-            raise CaregiverError(f"slots must be numbers of stairwells and candles, such as (4, 6), not {slots!r}")
+            raise CaregiverError(f"slots must be numbers of stairwells and candles, such as (4, 6), got {slots!r}")
         if slots is not None and max(slots) > _MOST:
-            raise CaregiverError(f"slots are {_MOST:,} of a kind at most, not {slots}")
+            raise CaregiverError(f"slots must be at most {_MOST:,} of a kind, got {slots}")
         if places[0] < stairwells or places[1] < candles:
             raise CaregiverError(
                 f"slots {slots} are too few for house '{plan.name}', which needs {(stairwells, candles)}"
@@ -173,9 +173,9 @@ class Slots:
         """
         actions = np.asarray(actions)
         if actions.shape != (batch,):
-            raise CaregiverError(f"actions must be {batch} integers, one for each episode, not {actions.tolist()!r}")
+            raise CaregiverError(f"actions must be {batch} integers, one for each episode, got {actions.tolist()!r}")
         if not np.issubdtype(actions.dtype, np.integer) or ((actions < 0) | (actions > len(self))).any():
-            raise CaregiverError(f"an action is an integer from 0 to {len(self)}, not {actions.tolist()!r}")
+            raise CaregiverError(f"an action must be an integer from 0 to {len(self)}, got {actions.tolist()!r}")
         return np.concatenate([[NOTHING], self.hazard])[actions]
 
     def actions(self, hazards: np.ndarray) -> np.ndarray:

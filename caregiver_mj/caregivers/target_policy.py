@@ -57,7 +57,7 @@ class TargetPolicy(CommandedCaregiver, abc.ABC):
         with errors_of(who, f"in house '{self.plan.name}', which has {sizes} (is it a policy for others?)"):
             actions = np.asarray(self.act(self.lookout.observe(percept, mask), mask.astype(bool)))
         if actions.shape != (len(mask),) or not np.issubdtype(actions.dtype, np.integer):
-            raise CaregiverError(f"{who} must answer with {len(mask)} integers, not {actions!r}")
+            raise CaregiverError(f"{who} must answer with {len(mask)} integers, got {actions!r}")
         if ((actions < 0) | (actions > last)).any():
-            raise CaregiverError(f"{who} must answer with 0 to {last}, not {actions}")
+            raise CaregiverError(f"{who} must answer with 0 to {last}, got {actions}")
         self.targets = self._slots.targets(actions, len(mask))

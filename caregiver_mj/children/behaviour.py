@@ -113,7 +113,7 @@ def _checked(act: Callable[..., Any]) -> Callable[..., np.ndarray]:
             if not wrong.size:
                 return moves
         raise CaregiverError(
-            f"{type(self).__name__}.act must answer with {batch} integers, {NOTHING} to {most}, not {wrong.tolist()!r}"
+            f"{type(self).__name__}.act must answer with {batch} integers, {NOTHING} to {most}, got {wrong.tolist()!r}"
         )
 
     return checked
@@ -122,5 +122,5 @@ def _checked(act: Callable[..., Any]) -> Callable[..., np.ndarray]:
 def check_epsilon(epsilon: float) -> float:
     """Returns epsilon, or raises CaregiverError unless it lies in [0, 1]."""
     if not isinstance(epsilon, numbers.Real) or not 0.0 <= epsilon <= 1.0:  # also refuses NaN
-        raise CaregiverError(f"epsilon must lie in [0, 1], not {epsilon}")
+        raise CaregiverError(f"epsilon must be in [0, 1], got {epsilon}")
     return float(epsilon)

@@ -108,9 +108,7 @@ class Family:
         try:
             return cls((ChildSpec(float(who)),))
         except TypeError:
-            raise CaregiverError(
-                f"children are said by an epsilon, a text, or several of these, not by {who!r}"
-            ) from None
+            raise CaregiverError(f"children must be an epsilon, a text, or several of these, got {who!r}") from None
 
     @classmethod
     def parse(cls, text: str, behaviour: str = NOVICE) -> Family:
@@ -130,7 +128,7 @@ class Family:
                 child = ChildSpec(float(epsilon), name if colon else behaviour)
             except ValueError:
                 raise CaregiverError(
-                    f"a family is the epsilon of each child, such as 0.5 or 1,.25 or adversary:0.5, not '{text}'"
+                    f"a family must be the epsilon of each child, such as 0.5 or 1,.25 or adversary:0.5, got '{text}'"
                 ) from None
             child.check()
             children.append(child)
@@ -139,9 +137,9 @@ class Family:
     def check(self) -> None:
         """Raises CaregiverError unless there can be such a family."""
         if not self.children:
-            raise CaregiverError("a family must have at least one child")
+            raise CaregiverError("a family must have at least 1 child, got none")
         if len(self.children) > MOST_CHILDREN:
-            raise CaregiverError(f"a family has {MOST_CHILDREN} children at most, not {len(self.children)}")
+            raise CaregiverError(f"a family must have at most {MOST_CHILDREN} children, got {len(self.children)}")
         for child in self.children:
             if isinstance(child, ChildSpec):
                 child.check()
@@ -162,9 +160,9 @@ class Family:
     def times(self, count: int) -> Family:
         """A family with every child so many times; the draws, and so the moves, of each are its own."""
         if count < 1:
-            raise CaregiverError(f"there must be at least 1 child, not {count}")
+            raise CaregiverError(f"there must be at least 1 child, got {count}")
         if count * len(self) > MOST_CHILDREN:
-            raise CaregiverError(f"a family has {MOST_CHILDREN} children at most, not {count * len(self)}")
+            raise CaregiverError(f"a family must have at most {MOST_CHILDREN} children, got {count * len(self)}")
         return Family(self.children * count)
 
     @property
@@ -186,6 +184,7 @@ def check_different(families: Iterable[Family]) -> None:
         if isinstance(child, Behaviour):
             if id(child) in seen:
                 raise CaregiverError(
-                    f"the same {type(child).__name__} cannot be two children: make an object for each, or give its name"
+                    f"each child must be an object of its own, got the same {type(child).__name__} twice: "
+                    "make one for each, or give its name"
                 )
             seen.add(id(child))

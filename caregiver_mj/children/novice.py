@@ -95,7 +95,7 @@ def expert_trajectories(
         Trajectories as lists of (free cell index, action index); the last action reaches into the bin.
     """
     if timesteps < 1:
-        raise CaregiverError(f"experts need at least 1 timestep, not {timesteps}")
+        raise CaregiverError(f"timesteps of experts must be at least 1, got {timesteps}")
     count, actions = shortest_path_actions(plan)
     next_cell, target, index = plan.graph.moves
     trajectories: list[list[tuple[int, int]]] = []

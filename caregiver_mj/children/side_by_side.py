@@ -31,7 +31,7 @@ class SideBySide(Behaviour):
 
     def reset(self, batch: int) -> None:
         if batch != sum(self._sizes):
-            raise CaregiverError(f"these behaviours are for {sum(self._sizes)} episodes, not {batch}")
+            raise CaregiverError(f"batch must be {sum(self._sizes)}, the episodes of these behaviours, got {batch}")
         for part, size in zip(self._parts, self._sizes, strict=True):
             part.reset(size)
 
@@ -60,7 +60,7 @@ def side_by_side(plan: FloorPlan, families: Sequence[Family], episodes: int) -> 
     """
     if len({len(family) for family in families}) > 1:
         raise CaregiverError(
-            f"there must be as many children in each family, not {', '.join(str(len(family)) for family in families)}"
+            f"there must be as many children in each family, got {', '.join(str(len(family)) for family in families)}"
         )
     check_different(families)
     sizes = [episodes] * len(families)

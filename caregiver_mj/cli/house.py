@@ -106,7 +106,7 @@ def _make(arguments: argparse.Namespace) -> None:
         try:
             width, height = map(int, arguments.size.split("x"))
         except ValueError:
-            raise CaregiverError(f"house make: --size is WxH, such as 14x12, not '{arguments.size}'") from None
+            raise CaregiverError(f"house make: --size must be WxH, such as 14x12, got '{arguments.size}'") from None
         size = width, height
     counts = {name: getattr(arguments, name) for name in _COUNTS}
     if arguments.shape is None:

@@ -178,7 +178,7 @@ def read_family(epsilon: str, arguments: argparse.Namespace) -> Family:
     """
     count = arguments.children
     if count is not None and count < 1:
-        raise CaregiverError(f"--children must be at least 1, not {count}")
+        raise CaregiverError(f"--children must be at least 1, got {count}")
     name, _, share = arguments.child.rpartition(":")
     if name in CHILDREN and not share.isidentifier():  # as an object in a module of that name would be
         raise CaregiverError(

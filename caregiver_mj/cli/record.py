@@ -80,24 +80,24 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
         "--out", required=True, metavar="DIR", help="the LeRobot data set, or the folder of all of Minari's"
     )
     command.add_argument("--name", help="of a Minari data set, as GROUP/NAME-v0; made of the settings if not given")
-    command.add_argument("--resume", action="store_true", help="go on with a recording that was broken off")
+    command.add_argument("--resume", action="store_true", help="go on with an interrupted recording")
     command.set_defaults(run=_run)
 
 
 def _run(arguments: argparse.Namespace) -> None:
     if not 1 <= arguments.episodes <= _MOST_EPISODES:
-        raise CaregiverError(f"episodes must be at least 1, and {_MOST_EPISODES:,} at most, not {arguments.episodes}")
+        raise CaregiverError(f"episodes must be at least 1, and {_MOST_EPISODES:,} at most, got {arguments.episodes}")
     if arguments.seed < 0:
-        raise CaregiverError(f"the seed must not be negative: {arguments.seed}")
+        raise CaregiverError(f"seed must be at least 0, got {arguments.seed}")
     if arguments.seconds is not None and not 0 < arguments.seconds <= _MOST_SECONDS:
-        raise CaregiverError(f"seconds must be a positive length, and {_MOST_SECONDS} at most, not {arguments.seconds}")
+        raise CaregiverError(f"seconds must be a positive length, and {_MOST_SECONDS} at most, got {arguments.seconds}")
     if not arguments.out:
         raise CaregiverError("the output folder's name is empty")
     plan, family = read_house(arguments), read_family(arguments.epsilon, arguments)
     from caregiver_mj.envs.recipe import RANDOM, Recipe  # here, for it needs an extra, and MuJoCo
 
     if arguments.caregiver != RANDOM and find_caregiver(arguments.caregiver) is None:
-        raise CaregiverError(f"caregiver '{arguments.caregiver}' does not act, and so there is nothing to record")
+        raise CaregiverError(f"caregiver '{arguments.caregiver}' takes no actions to record")
     recipe = Recipe(
         task=arguments.task,
         plan=plan,
@@ -154,7 +154,7 @@ def _size(text: str) -> tuple[int, int]:
     """Width and height."""
     match = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text)
     if match is None:
-        raise CaregiverError(f"--size is WIDTHxHEIGHT in pixels, such as 128x96, not '{text}'")
+        raise CaregiverError(f"--size must be WIDTHxHEIGHT in pixels, such as 128x96, got '{text}'")
     return int(match[1]), int(match[2])
 
 

@@ -56,9 +56,9 @@ def _run(arguments: argparse.Namespace) -> None:
     plan, family = read_house(arguments), read_family(arguments.epsilon, arguments)
     find_caregiver(arguments.caregiver)
     if arguments.seed < 0 or arguments.episode < 0:
-        raise CaregiverError(f"seed and episode must not be negative: {arguments.seed}, {arguments.episode}")
+        raise CaregiverError(f"seed and episode must be at least 0, got {arguments.seed} and {arguments.episode}")
     if not (arguments.seconds > 0 and math.isfinite(arguments.seconds)):
-        raise CaregiverError(f"seconds must be a positive length, not {arguments.seconds}")
+        raise CaregiverError(f"seconds must be a positive length, got {arguments.seconds}")
 
     from caregiver_mj.viz import film  # here, for it takes seconds to import
 

@@ -132,7 +132,7 @@ def _pool(arguments: argparse.Namespace) -> None:
     )
 
     if len(arguments.folders) < 2:
-        raise CaregiverError("pool needs two runs at least")
+        raise CaregiverError("pool needs at least two runs, got fewer")
     summary = pool_runs([read_finished(folder) for folder in arguments.folders], arguments.out)
     console = output(arguments.json)
     print_table(summary, console)

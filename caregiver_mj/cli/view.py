@@ -68,9 +68,9 @@ def _run(arguments: argparse.Namespace) -> None:
     find_caregiver(arguments.caregiver)
     damage = DamageWeights.parse(arguments.damage)
     if not 0.1 <= arguments.rate <= 120:
-        raise CaregiverError(f"rate must lie in 0.1 to 120, not at {arguments.rate}")
+        raise CaregiverError(f"rate must be in 0.1 to 120, got {arguments.rate}")
     if not 0 <= arguments.port <= 65535:
-        raise CaregiverError(f"port must lie in 0 to 65535, not at {arguments.port}")
+        raise CaregiverError(f"port must be in 0 to 65535, got {arguments.port}")
     show = _serve if arguments.web else _open_window
     if not arguments.web:
         _check_display()

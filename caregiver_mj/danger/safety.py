@@ -56,7 +56,7 @@ def action_counts(
         ValueError: The hyperprior is not positive.
     """
     if not hyperprior > 0:
-        raise ValueError(f"the hyperprior must be positive, not {hyperprior}")
+        raise ValueError(f"the hyperprior must be positive, got {hyperprior}")
     alpha = np.full((states, ACTION_COUNT), float(hyperprior))
     for trajectory in trajectories:
         for state, action in set(trajectory):
@@ -208,7 +208,7 @@ def context_counts(
         ValueError: The hyperprior is not positive.
     """
     if not hyperprior > 0:
-        raise ValueError(f"the hyperprior must be positive, not {hyperprior}")
+        raise ValueError(f"the hyperprior must be positive, got {hyperprior}")
     alpha = np.full((CONTEXTS, ACTION_COUNT), float(hyperprior))
     directions = np.arange(ACTION_COUNT)
     for mirrored in (1, -1):  # what is east is west

@@ -90,9 +90,9 @@ class TargetCaregiver:
             raise CaregiverError(f"'{caregiver}' is a policy of the robot's actions, and so it chooses no targets")
         made = make_caregiver(caregiver, env.world.caregiver.plan, seed)
         if made is None:
-            raise CaregiverError(f"caregiver '{caregiver}' does not act, and so there is nothing to record")
+            raise CaregiverError(f"caregiver '{caregiver}' takes no actions to record")
         if isinstance(made, ToldCaregiver):
-            raise CaregiverError(f"caregiver '{caregiver}' must be told what nobody can see, so it chooses no targets")
+            raise CaregiverError(f"caregiver '{caregiver}' needs privileged information, so it chooses no targets")
         if more := _beside_targets(made):
             raise CaregiverError(
                 f"caregiver '{caregiver}' does more than choose targets (it has its own {', '.join(more)}), so its "

@@ -64,10 +64,10 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         """
         check_integer("num_envs", num_envs, 1, MOST_EPISODES)
         if isinstance(houses, (str, os.PathLike, FloorPlan)) or not isinstance(houses, Iterable):
-            raise CaregiverError(f"houses must be several, such as house_set('train-100') has, not {houses!r}")
+            raise CaregiverError(f"houses must be several, such as house_set('train-100') has, got {houses!r}")
         self.plans = tuple(one if isinstance(one, FloorPlan) else FloorPlan.load(one) for one in houses)
         if isinstance(families, (str, Family, ChildSpec, Behaviour)) or not isinstance(families, Iterable):
-            raise CaregiverError(f"families must be several, such as (0.5,) or ('1', '0.5'), not {families!r}")
+            raise CaregiverError(f"families must be several, such as (0.5,) or ('1', '0.5'), got {families!r}")
         self._families, self._flat = tuple(map(Family.of, families)), flat
         if not self.plans:
             raise CaregiverError("there must be a house at least")
@@ -122,7 +122,7 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
             observations, info = self.reset()
             return observations, np.zeros(self.num_envs), none, none.copy(), info
         if np.shape(actions) != (self.num_envs,):
-            raise CaregiverError(f"actions must be {self.num_envs} integers, one for each episode, not {actions!r}")
+            raise CaregiverError(f"actions must be {self.num_envs} integers, one for each episode, got {actions!r}")
         parts = np.split(np.asarray(actions), len(self.now))
         found = [self._vector(int(i)).step(part) for i, part in zip(self.now, parts, strict=True)]
         observations, *numbers, infos = zip(*found, strict=True)

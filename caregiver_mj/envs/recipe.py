@@ -85,9 +85,9 @@ class Recipe:
         if self.world == "grid" and (self.cameras or self.seconds is not None):
             raise CaregiverError("the grid has neither cameras nor seconds")
         if len(set(self.cameras)) < len(self.cameras):
-            raise CaregiverError(f"each camera once, not {' '.join(self.cameras)}")
+            raise CaregiverError(f"cameras must be named once each, got {' '.join(self.cameras)}")
         if any(side % 2 or not 32 <= side <= 2160 for side in self.size):
-            raise CaregiverError(f"a picture's sides must be even, from 32 to 2160 pixels, not {self.size}")
+            raise CaregiverError(f"a picture's sides must be even, from 32 to 2160 pixels, got {self.size}")
         if self.seconds is not None and self.task == TARGETS:
             raise CaregiverError("an episode of targets has its own length: leave out the seconds")
 

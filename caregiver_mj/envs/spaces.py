@@ -104,5 +104,5 @@ def episode_seed(seed: int | None, random: np.random.Generator) -> int:
     if seed is None:
         return int(random.integers(_SEEDS))
     if not 0 <= seed < _SEEDS:
-        raise CaregiverError(f"the seed of an episode is 0 to {_SEEDS - 1}, not {seed}")
+        raise CaregiverError(f"the seed of an episode must be 0 to {_SEEDS - 1}, got {seed}")
     return int(seed)

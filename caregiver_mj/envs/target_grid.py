@@ -227,9 +227,9 @@ def _seeds(seed: int | Sequence[int | None] | None, count: int) -> list[int | No
     if isinstance(seed, (int, np.integer)):
         return [int(seed) + i for i in range(count)]
     if isinstance(seed, (str, bytes)) or not isinstance(seed, (Sequence, np.ndarray)):
-        raise CaregiverError(f"the seed must be an integer, or one for each of {count} episodes, not {seed!r}")
+        raise CaregiverError(f"the seed must be an integer, or one for each of {count} episodes, got {seed!r}")
     if len(seed) != count:
-        raise CaregiverError(f"{len(seed)} seeds for {count} episodes")
+        raise CaregiverError(f"seeds must be {count}, one for each episode, got {len(seed)}")
     for own in seed:
         if own is not None:
             check_integer("a seed", own, 0)

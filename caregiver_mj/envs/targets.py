@@ -63,7 +63,7 @@ class TargetsEnv(gymnasium.Env):
         if not self._runs:
             raise gymnasium.error.ResetNeeded("call reset() before the first step and after the end of an episode")
         if np.ndim(action):
-            raise CaregiverError(f"an action is one integer, not {action!r}")
+            raise CaregiverError(f"an action must be one integer, got {action!r}")
         self.world.act(np.array([action]))
         cost = {key: values[0].item() for key, values in self.world.cost().items()}
         observation, mask = self._look()

@@ -138,7 +138,7 @@ def _run_in_house(settings: Settings, plan: FloorPlan, block: Block, seeds: list
                 timestep = env.step(policy(timestep) if policy else nothing)
         except PhysicsError:
             raise CaregiverError(
-                f"the actions of '{block.caregiver}' have driven the simulation apart, {env.physics.time():.1f} s into "
+                f"the actions of '{block.caregiver}' made the simulation diverge at {env.physics.time():.1f} s of "
                 f"{block}: there is no telling what would have come of the rest"
             ) from None
         times = {"sim_seconds": env.physics.time(), "wall_seconds": time.perf_counter() - start}

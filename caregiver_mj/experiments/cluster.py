@@ -94,7 +94,7 @@ class DaskExecutor:
                 raise CaregiverError(f"worker {worker} {has}: install {wanted['caregiver_mj']} there, as here")
         for worker, found in self._client.run(fingerprint).items():
             if other := difference(found, wanted):
-                raise CaregiverError(f"worker {worker} is not as it is here: it has {other}")
+                raise CaregiverError(f"worker {worker} differs from this machine: it has {other}")
 
     def check(self, code: Code) -> None:
         """See `Executor`."""
@@ -103,7 +103,7 @@ class DaskExecutor:
             if failure:
                 raise CaregiverError(f"worker {worker}: {failure}; {_ABSENT}")
             if other := difference(found, wanted):
-                raise CaregiverError(f"worker {worker} is not as it is here: it has {other}; {_ANEW}")
+                raise CaregiverError(f"worker {worker} differs from this machine: it has {other}; {_ANEW}")
 
     def run(
         self, function: Callable[[Job], Result], jobs: Sequence[Job], code: Code = dict

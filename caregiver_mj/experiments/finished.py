@@ -233,7 +233,7 @@ def pool_runs(runs: Sequence[Finished], out: str | os.PathLike[str]) -> dict[str
     runs = sorted(runs, key=lambda run: run.seeds)  # for intervals depend on the order of what they are resampled from
     seeds = [pair for run in runs for pair in run.seeds]
     if len({seed for seed, _ in seeds}) < len(seeds):
-        raise CaregiverError(f"runs to be pooled must have different seeds, not {', '.join(str(s) for s, _ in seeds)}")
+        raise CaregiverError(f"runs to be pooled must have different seeds, got {', '.join(str(s) for s, _ in seeds)}")
     total = sum(episodes for _, episodes in seeds)
     record = {**{key: value for key, value in runs[0].record.items() if key != "extended_at"}, "episodes": total}
     record["pooled"] = [list(pair) for pair in seeds]
@@ -309,7 +309,7 @@ def _nothing_in_common(pair: tuple[str, str], ours: Settings, theirs: Settings) 
 
 def _pairs(ours: Sequence[str], theirs: Sequence[str], wanted: Sequence[str]) -> list[tuple[str, str]]:
     if len(wanted) > 2:
-        raise CaregiverError(f"two caregivers are compared at once, not {len(wanted)}")
+        raise CaregiverError(f"caregivers to compare must be two, got {len(wanted)}")
     pairs = [(wanted[0], wanted[-1])] if wanted else [(name, name) for name in ours if name in theirs]
     for name, there in ((name, there) for pair in pairs for name, there in zip(pair, (ours, theirs), strict=True)):
         if name not in there:

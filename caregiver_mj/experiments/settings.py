@@ -141,7 +141,7 @@ class Settings:
         names, houses = tuple(map(str, self.families)), tuple(plan.name for plan in self.plans)
         for what, values in (("caregivers", self.caregivers), ("epsilons", names), ("houses", houses)):
             if not values or len(set(values)) < len(values):
-                raise CaregiverError(f"{what} must be one or more, each of them once, not {values}")
+                raise CaregiverError(f"{what} must be one or more, each of them once, got {values}")
         if len({plan.damage for plan in self.plans}) > 1:
             raise CaregiverError("collisions must cost the same in all houses")
         check_integer("episodes", self.episodes, 1)

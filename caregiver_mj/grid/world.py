@@ -116,11 +116,9 @@ class GridWorld:
                 it or a child is for another house.
         """
         if not 0 <= meanwhile <= caregiver_actions:
-            raise CaregiverError(f"meanwhile must be 0 to {caregiver_actions}, not {meanwhile}")
+            raise CaregiverError(f"meanwhile must be 0 to {caregiver_actions}, got {meanwhile}")
         if meanwhile and isinstance(caregiver, ToldCaregiver):
-            raise CaregiverError(
-                "a caregiver that is told more than it sees does not act while children are on their way"
-            )
+            raise CaregiverError("meanwhile must be 0 with a caregiver that needs privileged information")
         check_kind("the house", plan, FloorPlan, advice=": FloorPlan.load makes one")
         check_kind("the caregiver", caregiver, Caregiver, type(None), advice=": make_caregiver makes one")
         if caregiver:

@@ -209,13 +209,13 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         try:
             action = np.asarray(action, float)
         except (TypeError, ValueError):
-            raise CaregiverError(f"an action is an array of numbers, not {action!r}") from None
+            raise CaregiverError(f"an action must be an array of numbers, got {action!r}") from None
         if action.shape != self._action_shape:
-            raise CaregiverError(f"an action has the shape {self._action_shape}, not {action.shape}")
+            raise CaregiverError(f"an action must have shape {self._action_shape}, got {action.shape}")
         if not all(map(math.isfinite, action.tolist())):
             index = int(np.flatnonzero(~np.isfinite(action))[0])
             name = self.action_spec().name.split("\t")[index]
-            raise CaregiverError(f"action[{index}] ({name}) is {action[index]}, not a finite number")
+            raise CaregiverError(f"action[{index}] ({name}) must be finite, got {action[index]}")
         if self._robot is not None:
             self._robot.set_action(action, max(1, round(seconds / self._timestep)))
             self._robot.roll_wheels()

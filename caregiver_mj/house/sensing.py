@@ -109,7 +109,7 @@ def _known(what: str, cls: type, value: Any) -> Mapping[str, Any]:
         CaregiverError: It is none, or one of them is not.
     """
     if not isinstance(value, Mapping):
-        raise CaregiverError(f"{what} must be a {cls.__name__} or a dictionary, not {value!r}")
+        raise CaregiverError(f"{what} must be a {cls.__name__} or a dictionary, got {value!r}")
     names = [field.name for field in dataclasses.fields(cls)]
     for name in value:
         if name not in names:
@@ -122,7 +122,7 @@ def _check(name: str, value: Any, most: float | None) -> None:
     number = isinstance(value, numbers.Real) and not isinstance(value, bool)
     if not (number and 0 <= value < float("inf") and (most is None or value <= most)):
         span = "0 or more" if most is None else f"in 0 to {most:g}"
-        raise CaregiverError(f"sensing: {name} must be {span}, not {value!r}")
+        raise CaregiverError(f"sensing: {name} must be {span}, got {value!r}")
 
 
 class _Eye:

@@ -127,10 +127,10 @@ class FloorPlan:
         lines = [line.rstrip() for line in text.splitlines()]
         first = next((i for i, line in enumerate(lines) if line), None)
         if first is None:
-            raise FloorPlanError(f"floor plan '{name}' line 1, column 1: the plan is empty")
+            raise FloorPlanError(f"floor plan '{name}' line 1, column 1: the plan must not be empty")
         last = max(i for i, line in enumerate(lines) if line)
         if not (isinstance(cell_size, numbers.Real) and np.isfinite(cell_size) and cell_size > 0):
-            raise FloorPlanError(f"floor plan '{name}': the cell size must be a positive length, not {cell_size} m")
+            raise FloorPlanError(f"floor plan '{name}': the cell size must be a positive length, got {cell_size} m")
         plan = cls(name, tuple(lines[first : last + 1]), float(cell_size), damage)
         validate(plan, first_line=first + 1)
         return plan

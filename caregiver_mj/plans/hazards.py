@@ -36,9 +36,9 @@ class DamageWeights:
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
             if not (isinstance(value, numbers.Real) and math.isfinite(value) and float(value) >= 0):
-                raise CaregiverError(f"the damage of a {field.name} must be a number of at least 0, not {value!r}")
+                raise CaregiverError(f"the damage of a {field.name} must be a number of at least 0, got {value!r}")
             if float(value) > MOST_DAMAGE:
-                raise CaregiverError(f"the damage of a {field.name} must be at most {MOST_DAMAGE:g}, not {value!r}")
+                raise CaregiverError(f"the damage of a {field.name} must be at most {MOST_DAMAGE:g}, got {value!r}")
 
     @classmethod
     def parse(cls, text: str) -> DamageWeights:
@@ -50,7 +50,7 @@ class DamageWeights:
         try:
             stairwell, candle, table = map(float, text.split(":"))
         except ValueError:
-            raise CaregiverError(f"damage is STAIRWELL:CANDLE:TABLE, such as 5:4:1, not '{text}'") from None
+            raise CaregiverError(f"damage must be STAIRWELL:CANDLE:TABLE, such as 5:4:1, got '{text}'") from None
         return cls(stairwell, candle, table)
 
     def __str__(self) -> str:

@@ -87,18 +87,18 @@ class Request:
     def check(self) -> None:
         """Raises FloorPlanError if there can be no such house."""
         if not isinstance(self.seed, Integral):
-            raise self.error(f"the seed must be an integer, not {self.seed!r}")
+            raise self.error(f"the seed must be an integer, got {self.seed!r}")
         if not 0 <= self.seed < SEEDS:
-            raise self.error(f"the seed must lie between 0 and {SEEDS - 1}, not at {self.seed}")
+            raise self.error(f"the seed must be between 0 and {SEEDS - 1}, got {self.seed}")
         if self.size is not None and not (isinstance(self.size, Sequence) and len(self.size) == 2):
-            raise self.error(f"the size is columns and rows, such as (14, 12), not {self.size!r}")
+            raise self.error(f"size must be columns and rows, such as (14, 12), got {self.size!r}")
         for side in self.size or ():
             if not isinstance(side, Integral) or not SMALLEST <= side <= LARGEST:
-                raise self.error(f"a house has {SMALLEST} to {LARGEST} rows and columns, not {side}")
+                raise self.error(f"rows and columns must be {SMALLEST} to {LARGEST}, got {side}")
         for field, least in _LEAST.items():
             count = getattr(self, field)
             if count is not None and (not isinstance(count, Integral) or count < least):
-                raise self.error(f"{field} must be at least {least}, not {count}")
+                raise self.error(f"{field} must be at least {least}, got {count}")
         if self.stairwells == self.candles == 0:
             raise self.error("without a stairwell and without a candle there is nothing to protect a child from")
         if self.candles and self.tables == 0:

@@ -71,7 +71,7 @@ class OwnPolicy:
         except (TypeError, ValueError):
             numbers = np.empty(0)
         if numbers.shape != (self._size,) or not np.isfinite(numbers).all():
-            raise CaregiverError(f"'{self.name}' must answer with {self._size} finite numbers, not {action!r}")
+            raise CaregiverError(f"'{self.name}' must answer with {self._size} finite numbers, got {action!r}")
         return numbers
 
     @property

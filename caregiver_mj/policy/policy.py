@@ -84,8 +84,8 @@ class CaregiverPolicy:
         task: Any = getattr(env, "task", None)
         if not hasattr(task, "has_robot"):
             raise CaregiverError(
-                "a caregiver's policy is for an environment of `caregiver_mj.load`, as is `env.unwrapped.dm_env` of "
-                f"Gymnasium's, and not for {type(env).__name__}"
+                "env must be an environment of `caregiver_mj.load`, as is `env.unwrapped.dm_env` of "
+                f"Gymnasium's, got {type(env).__name__}"
             )
         if not task.has_robot:
             raise CaregiverError("there is no robot in this environment for a caregiver to act with")
@@ -145,7 +145,7 @@ class CaregiverPolicy:
         """
         if not hasattr(timestep, "observation"):
             raise CaregiverError(
-                f"a policy answers the time step of env.step or env.reset, not {type(timestep).__name__}"
+                f"a policy must be given the time step of env.step or env.reset, got {type(timestep).__name__}"
             )
         observation = timestep.observation
         if "base_position" not in observation:
@@ -282,7 +282,9 @@ def _caregiver(caregiver: str | Caregiver, task: CareTask, seed: int) -> Caregiv
     else:
         made = InstructedCaregiver(task.plan) if task.goal_given else make_caregiver(caregiver, task.plan, seed)
     if made is None:
-        raise CaregiverError(f"caregiver '{caregiver}' does not act, and so is no policy; leave the robot out instead")
+        raise CaregiverError(
+            f"caregiver '{caregiver}' takes no actions, so it is no policy: leave the robot out instead"
+        )
     return made
 
 

@@ -111,9 +111,7 @@ class Store:
             found = "nothing of the kind"
         if found is not None:
             if not resume:
-                raise CaregiverError(
-                    f"'{path}' holds a recording that was broken off: go on with --resume, or remove it"
-                )
+                raise CaregiverError(f"'{path}' holds an interrupted recording: use --resume, or remove it")
             if not isinstance(found, dict):
                 raise CaregiverError(f"'{record}' does not say what was recorded: remove '{path}', and begin anew")
             other = [key for key in {**found, **asked} if found.get(key) != asked.get(key)]
@@ -151,7 +149,7 @@ class Store:
         beyond = sum(number >= episodes for number in self.numbers())
         if beyond:
             raise CaregiverError(
-                f"'{self.path}' holds {beyond} episodes more than are asked for now: ask for as many, or remove it"
+                f"'{self.path}' holds {beyond} episodes beyond --episodes: raise it, or remove the folder"
             )
 
     def load(self, number: int) -> Steps:

@@ -112,7 +112,7 @@ class Episode:
             try:
                 self._timestep = self.env.step(self._action)
             except control.PhysicsError:
-                raise CaregiverError(f"the simulation has come apart, {self.seconds:.1f} s into the episode") from None
+                raise CaregiverError(f"the simulation diverged at {self.seconds:.1f} s of the episode") from None
             self._action = self._decide()
             self._steps += 1
         self._trails.append(moment.child_positions(self._timestep.observation))

@@ -174,13 +174,13 @@ def render_episode(
 def _check_picture(width: int, height: int, fps: float, seconds: float) -> None:
     for what, size, smallest, largest in zip(("width", "height"), (width, height), _SMALLEST, _LARGEST, strict=True):
         if not isinstance(size, numbers.Integral) or size % 2 or not smallest <= size <= largest:
-            raise CaregiverError(f"{what} must be an even number of pixels from {smallest} to {largest}, not {size!r}")
+            raise CaregiverError(f"{what} must be an even number of pixels from {smallest} to {largest}, got {size!r}")
     if not (isinstance(fps, numbers.Real) and 1.0 <= fps <= 120.0):
-        raise CaregiverError(f"fps must lie in 1 to 120, not {fps}")
+        raise CaregiverError(f"fps must be in 1 to 120, got {fps}")
     if not (isinstance(seconds, numbers.Real) and math.isfinite(seconds) and seconds > 0):
-        raise CaregiverError(f"seconds must be a positive length, not {seconds}")
+        raise CaregiverError(f"seconds must be a positive length, got {seconds}")
     if seconds > LONGEST:
-        raise CaregiverError(f"a film has {LONGEST:,} seconds at most, a day, not {seconds:g}")
+        raise CaregiverError(f"seconds must be at most {LONGEST:,}, a day, got {seconds:g}")
 
 
 @contextlib.contextmanager

@@ -175,7 +175,7 @@ def test_distance_is_on_foot_and_not_as_the_crow_flies():
 
 @pytest.mark.parametrize("option", [{"reach": "near"}, {"prior": "median"}])
 def test_unknown_readings_are_refused(option):
-    with pytest.raises(CaregiverError, match=r"must be one of .*, not '(near|median)'"):
+    with pytest.raises(CaregiverError, match=r"must be one of .*, got '(near|median)'"):
         PaperCaregiver(CORRIDOR, **option)
 
 
@@ -465,7 +465,7 @@ def test_the_answer_is_a_whole_intervention():
     assert list(nothing) == [Intervention(STAND_ASIDE)]
 
 
-@pytest.mark.parametrize(("answer", "problem"), [([99], "-1 to 1, not"), (0, "1 integers"), ([0.5], "1 integers")])
+@pytest.mark.parametrize(("answer", "problem"), [([99], "-1 to 1, got"), (0, "1 integers"), ([0.5], "1 integers")])
 def test_an_answer_that_is_none_is_refused_by_name(answer, problem):
     class Confused(NearestCaregiver):
         def choose(self, percept):
@@ -478,11 +478,11 @@ def test_an_answer_that_is_none_is_refused_by_name(answer, problem):
 @pytest.mark.parametrize(
     ("wrong", "problem"),
     [
-        (99, "decide must answer with Interventions for 1 worlds, not 99"),
+        (99, "decide must answer with Interventions for 1 worlds, got 99"),
         (Interventions.idle(2), "decide must answer with Interventions for 1 worlds"),
-        (Interventions.of([Intervention(BLOCK, 99)]), r"decide: hazard must be -1 to 1, not \[99\]"),
-        (Interventions.of([Intervention(RELOCATE, CANDLE, 99)]), r"decide: destination must be -1 to 2, not \[99\]"),
-        (Interventions(np.array([BLOCK]), 0, np.array([0])), "decide: hazard must be 1 integers, not array"),
+        (Interventions.of([Intervention(BLOCK, 99)]), r"decide: hazard must be -1 to 1, got \[99\]"),
+        (Interventions.of([Intervention(RELOCATE, CANDLE, 99)]), r"decide: destination must be -1 to 2, got \[99\]"),
+        (Interventions(np.array([BLOCK]), 0, np.array([0])), "decide: hazard must be 1 integers, got array"),
     ],
 )
 def test_a_whole_answer_that_is_none_is_refused_in_its_world(wrong, problem):

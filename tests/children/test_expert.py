@@ -42,5 +42,5 @@ def test_experts_depend_on_their_generator_only():
 
 
 def test_experts_need_a_timestep():
-    with pytest.raises(CaregiverError, match="at least 1 timestep, not 0"):
+    with pytest.raises(CaregiverError, match="timesteps of experts must be at least 1, got 0"):
         expert_trajectories(SQUARE, np.random.default_rng(0), 0)

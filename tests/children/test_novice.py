@@ -30,7 +30,7 @@ def sight(cell, goal):
 
 @pytest.mark.parametrize("epsilon", [-0.01, 1.01, float("nan"), float("inf")])
 def test_epsilon_outside_its_range_is_refused(epsilon):
-    with pytest.raises(CaregiverError, match=r"epsilon must lie in \[0, 1\], not"):
+    with pytest.raises(CaregiverError, match=r"epsilon must be in \[0, 1\], got"):
         Novice(SQUARE, epsilon)
 
 

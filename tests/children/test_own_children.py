@@ -54,7 +54,7 @@ def in_the_house(child):
     ],
 )
 def test_moves_that_there_are_not(call, kind, answer, words):
-    message = f"{kind.__name__}.act must answer with 1 integers, -1 to 3, not {words}"
+    message = f"{kind.__name__}.act must answer with 1 integers, -1 to 3, got {words}"
     with pytest.raises(CaregiverError, match=f"^{re.escape(message)}$"):
         call(kind(answer))
 

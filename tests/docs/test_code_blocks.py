@@ -81,7 +81,7 @@ def test_python_runs(path, tmp_path, capsys):
 def test_command_is_taken(page, words, capsys):
     if words[0] == "evaluate":  # all else is checked before the number of episodes is, and before anything is written
         assert cli.main([*words, "--episodes", "0"]) == 2
-        assert "episodes must be an integer of at least 1, not 0" in capsys.readouterr().err
+        assert "episodes must be an integer of at least 1, got 0" in capsys.readouterr().err
     elif words[0] == "house":
         assert cli.main(words) == 0
     else:

@@ -128,10 +128,10 @@ def test_other_tasks(task, tmp_path):
         ({"world": "grid"}, "the grid has no task 'supervise'"),
         ({"world": "grid", "task": "targets"}, "the grid has neither cameras nor seconds"),
         ({"task": "targets"}, "leave out the seconds"),
-        ({"cameras": ("overview", "overview")}, "each camera once"),
+        ({"cameras": ("overview", "overview")}, "cameras must be named once each"),
         ({"size": (65, 48)}, "a picture's sides must be even, from 32 to 2160 pixels"),
-        ({"caregiver": "none"}, "caregiver 'none' does not act"),
-        ({"task": "targets", "seconds": None, "caregiver": "knows-goal"}, "must be told what nobody can see"),
+        ({"caregiver": "none"}, "caregiver 'none' takes no actions"),
+        ({"task": "targets", "seconds": None, "caregiver": "knows-goal"}, "needs privileged information"),
     ],
 )
 def test_what_cannot_be_recorded(changes, message):

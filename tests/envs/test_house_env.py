@@ -181,7 +181,7 @@ def test_a_picture_is_drawn():
         ({"camera": "hall"}, "no camera 'hall': there are .*overview"),
         ({"width": 0}, "the width of a picture, in pixels, must be an integer from 1 to "),
         ({"height": 10**6}, "the height of a picture, in pixels, must be an integer from 1 to "),
-        ({"height": 4.5}, "the height of a picture, in pixels, must be an integer .*, not 4.5"),
+        ({"height": 4.5}, "the height of a picture, in pixels, must be an integer .*, got 4.5"),
     ],
 )
 @pytest.mark.parametrize("name", ["Supervise", "Supervise-Targets"])
@@ -260,7 +260,7 @@ def test_vectors_side_by_side_and_in_processes_are_equal():
         ({"house": "nowhere"}, "nowhere"),
         ({"task_kwargs": {"embodiment": "tank"}}, "tank"),
         ({"epsilon": 2}, "2"),
-        ({"flat": "yes"}, "flat must be a bool, not 'yes'"),
+        ({"flat": "yes"}, "flat must be a bool, got 'yes'"),
     ],
 )
 def test_bad_input_is_named(options, message):
@@ -269,5 +269,5 @@ def test_bad_input_is_named(options, message):
 
 
 def test_no_such_seed():
-    with pytest.raises(CaregiverError, match="0 to 4294967295, not 4294967296"):
+    with pytest.raises(CaregiverError, match="0 to 4294967295, got 4294967296"):
         make().reset(seed=2**32)

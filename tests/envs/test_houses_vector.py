@@ -95,7 +95,7 @@ def test_gymnasiums_wrappers_take_it():
             {"num_envs": 2, "families": (1, 0.5), "at_once": 2},
             "2 episodes, cannot be shared out to 2 houses at once and 2 families",
         ),
-        ({"num_envs": 4, "at_once": 4}, "at_once, .* must be an integer from 1 to 3, not 4"),
+        ({"num_envs": 4, "at_once": 4}, "at_once, .* must be an integer from 1 to 3, got 4"),
         ({"num_envs": 2, "at_once": 2, "slots": (1, 1)}, r"slots \(1, 1\) are too few for house 'other'"),
     ],
 )

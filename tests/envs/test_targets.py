@@ -163,7 +163,7 @@ def test_seeds_of_a_vector():
     assert same(first["child_position"][0], first["child_position"][1])
     drawn = vector.reset()[1]["seed"]
     assert drawn[0] == drawn[1] != 5
-    with pytest.raises(CaregiverError, match="3 seeds for 2 episodes"):
+    with pytest.raises(CaregiverError, match="seeds must be 2, one for each episode, got 3"):
         vector.reset(seed=[1, 2, 3])
     with pytest.raises(CaregiverError, match="all episodes of the batch begin together"):
         vector.reset(options={"reset_mask": np.array([True, False])})
@@ -283,8 +283,8 @@ def test_masks_as_a_learner_asks_for_them():
             "the width of a picture, in pixels, must be an integer from 32 to 1920",
         ),
         ({"world": "house", "render_mode": "human"}, "no render mode 'human'"),
-        ({"world": "house", "flat": "yes"}, "flat must be a bool, not 'yes'"),
-        ({"world": "grid", "flat": "yes"}, "flat must be a bool, not 'yes'"),
+        ({"world": "house", "flat": "yes"}, "flat must be a bool, got 'yes'"),
+        ({"world": "grid", "flat": "yes"}, "flat must be a bool, got 'yes'"),
     ],
 )
 def test_bad_input_is_named(options, message):

@@ -41,10 +41,10 @@ def test_families_may_be_said_by_their_epsilon():
         ({"families": ()}, "epsilons must be one or more"),
         ({"families": (0.5, 0.5)}, "each of them once"),
         ({"families": ("1,.5", "1.0,0.50")}, "each of them once"),
-        ({"families": (float("nan"),)}, "epsilon must lie in"),
+        ({"families": (float("nan"),)}, "epsilon must be in"),
         ({"families": (Family((ChildSpec(0.5, "angel"),)),)}, "no child 'angel'"),
-        ({"episodes": 0}, "episodes must be an integer of at least 1, not 0"),
-        ({"seed": -1}, "the seed must be an integer of at least 0, not -1"),
+        ({"episodes": 0}, "episodes must be an integer of at least 1, got 0"),
+        ({"seed": -1}, "the seed must be an integer of at least 0, got -1"),
         ({"plans": (PAPER, PAPER)}, "houses must be one or more, each of them once"),
         ({"plans": (PAPER, FloorPlan.load("house-3", damage=DamageWeights(1, 1, 1)))}, "cost the same in all houses"),
         ({"embodiment": "butler"}, "no robot 'butler': there are mobile_fr3, mobile_ur5e"),
@@ -60,7 +60,7 @@ def test_bad_settings_are_refused(wrong, words):
 
 
 def test_there_must_be_a_job():
-    with pytest.raises(CaregiverError, match="jobs must be an integer of at least 1, not 0"):
+    with pytest.raises(CaregiverError, match="jobs must be an integer of at least 1, got 0"):
         evaluate(Settings(PAPER, "grid"), jobs=0)
 
 

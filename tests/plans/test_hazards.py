@@ -39,13 +39,13 @@ def test_damage_survives_writing_and_reading(values):
 
 @pytest.mark.parametrize("text", ["", "5", "5:4", "5:4:1:0", "5:4:x", "5 4 1"])
 def test_damage_that_is_not_three_numbers_is_refused(text):
-    with pytest.raises(CaregiverError, match=rf"^damage is STAIRWELL:CANDLE:TABLE, such as 5:4:1, not '{text}'$"):
+    with pytest.raises(CaregiverError, match=rf"^damage must be STAIRWELL:CANDLE:TABLE, such as 5:4:1, got '{text}'$"):
         DamageWeights.parse(text)
 
 
 @pytest.mark.parametrize(("kind", "value"), [("stairwell", -1.0), ("candle", float("nan")), ("table", float("inf"))])
 def test_damage_is_finite_and_not_negative(kind, value):
-    with pytest.raises(CaregiverError, match=rf"^the damage of a {kind} must be a number of at least 0, not {value}$"):
+    with pytest.raises(CaregiverError, match=rf"^the damage of a {kind} must be a number of at least 0, got {value}$"):
         DamageWeights(**{kind: value})
 
 

@@ -95,11 +95,11 @@ def test_a_recording_that_breaks_off_is_gone_on_with(tmp_path, monkeypatch, caps
     assert 2 <= len(kept) < 4000
 
     assert cli.main(command) == 2
-    assert "was broken off: go on with --resume, or remove it" in capsys.readouterr().err
+    assert "interrupted recording: use --resume, or remove it" in capsys.readouterr().err
     assert cli.main([*command, "--resume", "--seed", "1"]) == 2
     assert "seed is 0 there and 1 here" in capsys.readouterr().err
     assert cli.main([*GRID, "--episodes", "1", "--out", str(tmp_path), "--resume"]) == 2
-    assert f"holds {len(kept) - 1} episodes more than are asked for now" in capsys.readouterr().err
+    assert f"holds {len(kept) - 1} episodes beyond --episodes" in capsys.readouterr().err
     few = str(max(3, len(kept)))  # how many is asked anew
     assert cli.main([*GRID, "--episodes", few, "--out", str(tmp_path), "--resume"]) == 0
     assert not store.exists()
@@ -117,15 +117,15 @@ def test_a_recording_that_breaks_off_is_gone_on_with(tmp_path, monkeypatch, caps
         (["--format", "minari", "--name", "x/y-v0"], "(of which a group has two or more), not 'x/y-v0'"),
         (["--format", "lerobot", "--name", "a-v0"], "--name is of a Minari data set"),
         (["--format", "lerobot", "--camera", "hall"], "no camera 'hall'"),
-        (["--format", "lerobot", "--size", "big"], "--size is WIDTHxHEIGHT"),
+        (["--format", "lerobot", "--size", "big"], "--size must be WIDTHxHEIGHT"),
         (["--format", "lerobot", "--size", "33x40"], "must be even"),
         (["--format", "lerobot", "--episodes", "0"], "episodes must be at least 1"),
-        (["--format", "lerobot", "--episodes", "99999999999999"], "1,000,000 at most, not 99999999999999"),
-        (["--format", "lerobot", "--seconds", "1e9"], "3600 at most, not 1000000000.0"),
-        (["--format", "lerobot", "--seed", "-1"], "seed must not be negative"),
+        (["--format", "lerobot", "--episodes", "99999999999999"], "1,000,000 at most, got 99999999999999"),
+        (["--format", "lerobot", "--seconds", "1e9"], "3600 at most, got 1000000000.0"),
+        (["--format", "lerobot", "--seed", "-1"], "seed must be at least 0"),
         (["--format", "lerobot", "--seconds", "0"], "seconds must be a positive length"),
         (["--format", "lerobot", "--caregiver", "nanny"], "no caregiver 'nanny'"),
-        (["--format", "lerobot", "--caregiver", "none"], "caregiver 'none' does not act"),
+        (["--format", "lerobot", "--caregiver", "none"], "caregiver 'none' takes no actions"),
         (["--format", "lerobot", "--jobs", "0"], "jobs must be an integer of at least 1"),
         (["--format", "lerobot", "--embodiment", "butler"], "no robot 'butler'"),
         (["--format", "minari", "--world", "grid", "--task", "targets", "--embodiment", "butler"], "no robot 'butler'"),
@@ -258,7 +258,7 @@ def test_a_recording_killed_before_there_is_an_episode_is_resumed_with_other_cod
     (left / "000000.tmp" / "episode.json").touch()
     (left / "asked.json").write_text('{"code": "of before"}')
     assert cli.main(command[:-1]) == 2
-    assert "was broken off: go on with --resume, or remove it" in capsys.readouterr().err
+    assert "interrupted recording: use --resume, or remove it" in capsys.readouterr().err
     assert cli.main(command) == 0
     assert not left.exists()
 

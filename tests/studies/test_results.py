@@ -17,7 +17,7 @@ def test_every_run_could_be_run(name, capsys, tmp_path):
     assert asked[-5:] == ["--jobs", "2", "--out", str(tmp_path / name), "--resume"]
     # All else is checked before the number of episodes is.
     assert cli.main([*asked, "--episodes", "0"]) == 2
-    assert "episodes must be an integer of at least 1, not 0" in capsys.readouterr().err
+    assert "episodes must be an integer of at least 1, got 0" in capsys.readouterr().err
     assert not (tmp_path / name).exists()
 
 

@@ -413,11 +413,11 @@ def test_control_follows_the_action():
     [
         ({"epsilon": "1,half"}, "a family is the epsilon of each child"),
         ({"epsilon": "angel:1"}, "no child 'angel'"),
-        ({"task_kwargs": {"family": []}}, "at least one child"),
+        ({"task_kwargs": {"family": []}}, "at least 1 child"),
         ({"task": "tidy_up"}, "no task 'tidy_up': there are supervise, relocate_candle, block_stairs"),
-        ({"epsilon": 1.5}, r"epsilon must lie in \[0, 1\], not 1.5"),
-        ({"epsilon": -0.1}, r"epsilon must lie in \[0, 1\], not -0.1"),
-        ({"epsilon": float("nan")}, r"epsilon must lie in \[0, 1\], not nan"),
+        ({"epsilon": 1.5}, r"epsilon must be in \[0, 1\], got 1.5"),
+        ({"epsilon": -0.1}, r"epsilon must be in \[0, 1\], got -0.1"),
+        ({"epsilon": float("nan")}, r"epsilon must be in \[0, 1\], got nan"),
         ({"house": "no_such_house"}, "no floor plan 'no_such_house'"),
         (
             {"task": "relocate_candle", "house": NO_CANDLE},

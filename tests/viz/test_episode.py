@@ -140,5 +140,5 @@ def test_nearest_candle_in_the_hand(house):
 
 def test_there_are_no_negative_seeds():
     for seed, number in ((-1, 0), (0, -1)):
-        with pytest.raises(CaregiverError, match="must be an integer of at least 0, not -1"):
+        with pytest.raises(CaregiverError, match="must be an integer of at least 0, got -1"):
             Episode.load(seed=seed, number=number)

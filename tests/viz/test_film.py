@@ -92,14 +92,14 @@ def test_failure_leaves_no_film(tmp_path):
         ("film.mp4", {"still": "still.jpg"}, "must be called FILE.png"),
         ("film.mp4", {"width": 321}, "width must be an even number"),
         ("film.mp4", {"height": 100}, "height must be an even number"),
-        ("film.mp4", {"fps": 0.0}, "fps must lie in"),
+        ("film.mp4", {"fps": 0.0}, "fps must be in"),
         ("film.mp4", {"seconds": -1.0}, "seconds must be a positive"),
         ("film.mp4", {"seconds": float("nan")}, "seconds must be a positive"),
         ("film.mp4", {"camera": "nowhere"}, "no camera 'nowhere': there are follow, overview"),
         ("film.mp4", {"task": "nap"}, "no task 'nap'"),
         ("film.mp4", {"epsilon": 2.0}, "epsilon"),
-        ("film.mp4", {"seed": -1}, "seed must be an integer of at least 0, not -1"),
-        ("film.mp4", {"episode": -1}, "episode must be an integer of at least 0, not -1"),
+        ("film.mp4", {"seed": -1}, "seed must be an integer of at least 0, got -1"),
+        ("film.mp4", {"episode": -1}, "episode must be an integer of at least 0, got -1"),
     ],
 )
 def test_bad_input_is_refused_in_one_line(tmp_path, name, settings, message):

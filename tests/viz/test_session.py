@@ -81,7 +81,7 @@ def test_it_runs_at_the_speed_that_is_asked_for(clock, speed):
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, FASTEST + 1, float("nan"), float("inf")])
 def test_a_speed_that_there_is_not(clock, speed):
-    with pytest.raises(CaregiverError, match=r"speed must lie in 0\.1 to 20"):
+    with pytest.raises(CaregiverError, match=r"speed must be in 0\.1 to 20"):
         session(clock, speed=speed)
 
 

@@ -75,7 +75,7 @@ def test_the_page_in_a_browser(process, tmp_path):
         assert wait_for.texts("epsilon") == ["0.5"]
         wait_for.enter("Epsilon", "2")
         wait_for.press("Start")
-        wait_for(lambda: "epsilon must lie in [0, 1]" in "".join(wait_for.texts("told")))
+        wait_for(lambda: "epsilon must be in [0, 1]" in "".join(wait_for.texts("told")))
         wait_for.enter("House", "house-3-8x8-rooms1")
         wait_for.enter("Epsilon", "1")
         wait_for.enter("Children", "2")

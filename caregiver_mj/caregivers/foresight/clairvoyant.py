@@ -60,7 +60,7 @@ class ClairvoyantCaregiver(ToldCaregiver, Caregiver):
 
     def hear(self, truth: Truth) -> None:
         if truth.future is None:
-            raise CaregiverError("'clairvoyant' has to know what will come, which nobody does in this world")
+            raise CaregiverError("'clairvoyant' needs future trajectories, which this world does not give")
         if self._cells is None:
             stale = np.ones(len(self._begun), bool)
         else:
@@ -114,7 +114,7 @@ class ClairvoyantCaregiver(ToldCaregiver, Caregiver):
     def _best(self, percept: Percept, worlds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The hazard, and the table to which it goes if it is a candle, (W,) each; see `Options`, which is alike."""
         if self._cells is None:
-            raise CaregiverError("'clairvoyant' has not been told what will come")
+            raise CaregiverError("'clairvoyant' received no future trajectories")
         programme, plan, each = self._programme, self.plan, np.arange(len(worlds))
         tables, posts = percept.candle_table[worlds], programme.post_stand.shape[1]
         bare = np.nonzero(bare_tables(tables, len(plan.tables)))[1].reshape(len(worlds), -1)

@@ -38,7 +38,7 @@ def find_embodiment(which: Embodiment | str | None = None) -> Embodiment:
     """
     if not isinstance(which, Embodiment | str | None):
         names = ", ".join(EMBODIMENTS)
-        raise CaregiverError(f"a robot is said by its name ({names}) or by an Embodiment, not by {which!r}")
+        raise CaregiverError(f"robot must be a name ({names}) or an Embodiment, got {which!r}")
     return which if isinstance(which, Embodiment) else _made(DEFAULT if which is None else which)
 
 
@@ -46,5 +46,5 @@ def find_embodiment(which: Embodiment | str | None = None) -> Embodiment:
 def _made(name: str) -> Embodiment:
     made = EMBODIMENTS[name]()
     if not isinstance(made, Embodiment):
-        raise CaregiverError(f"robot '{name}' is not an Embodiment but {type(made).__name__}")
+        raise CaregiverError(f"robot '{name}' must be an Embodiment, got {type(made).__name__}")
     return made

@@ -75,7 +75,7 @@ def write_report(
     """
     folders = [folders] if isinstance(folders, str | os.PathLike) else folders
     if not folders:
-        raise CaregiverError("a report is of at least one run")
+        raise CaregiverError("a report needs at least one run, got none")
     given = [read_run(folder) for folder in folders]
     places = [(run.settings.world, *(plan.name for plan in run.settings.plans)) for run in given]
     if len(set(places)) < len(places):

@@ -137,7 +137,7 @@ class Session:
     @speed.setter
     def speed(self, speed: float) -> None:
         if not (math.isfinite(speed) and SLOWEST <= speed <= FASTEST):
-            raise CaregiverError(f"speed must lie in {SLOWEST:g} to {FASTEST:g}, not at {speed:g}")
+            raise CaregiverError(f"speed must be in {SLOWEST:g} to {FASTEST:g}, got {speed:g}")
         self._speed = float(speed)
 
     def play(self) -> None:

@@ -170,7 +170,7 @@ class Panel:
         if len(family) == 1:
             return family.times(count)
         if len(family) != count:
-            raise CaregiverError(f"epsilon {family} is of {len(family)} children, not of {count}")
+            raise CaregiverError(f"epsilon must be of {count} children, got {family}, which is of {len(family)}")
         return family
 
 
