@@ -195,7 +195,7 @@ def test_an_episode_begins_as_the_caregiver_has_prepared_it():
 @pytest.mark.parametrize(
     ("answer", "problem"),
     [
-        ([[0, 0]], "a table of its own, 0 to 2, not"),
+        ([[0, 0]], "a table of its own, 0 to 2, got"),
         ([[0, 3]], "a table of its own"),
         ([[0, NOTHING]], "a table of its own"),
         ([0, 1], r"integers of shape \(1, 2\)"),

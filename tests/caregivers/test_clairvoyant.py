@@ -78,10 +78,10 @@ class TestFuture:
         caregiver = ClairvoyantCaregiver(FloorPlan.load("paper"))
         world = GridWorld(FloorPlan.load("paper"), 0.5, caregiver)
         world.reset(tapes(1))
-        with pytest.raises(CaregiverError, match="not been told"):
+        with pytest.raises(CaregiverError, match="received no future"):
             caregiver.choose(world.percept())
         caregiver.watch(world.percept())
-        with pytest.raises(CaregiverError, match="nobody does in this world"):
+        with pytest.raises(CaregiverError, match="needs future trajectories"):
             caregiver.hear(Truth(np.zeros((1, 1), int), np.zeros((1, 1))))
 
     def test_a_house_with_too_many_layouts(self):

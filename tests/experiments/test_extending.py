@@ -296,7 +296,7 @@ def test_one_caregiver_against_another(runs):
         (("seed0", "other"), (), "no episode of 'none' in common: epsilon|no episode of .* in common"),
         (("seed0", "more"), ("nanny",), "no episodes with the caregiver 'nanny': there are none, nearest"),
         (("seed0", "more"), ("guard", "none"), "no episodes with the caregiver 'guard'"),
-        (("seed0", "more"), ("none", "none", "none"), "two caregivers are compared at once, not 3"),
+        (("seed0", "more"), ("none", "none", "none"), "caregivers to compare must be two, got 3"),
     ],
 )
 def test_runs_that_cannot_be_compared(runs, names, who, words):
@@ -356,7 +356,7 @@ def test_runs_are_pooled_in_the_order_of_their_seeds_whatever_that_of_their_fold
 @pytest.mark.parametrize(
     ("names", "words"),
     [
-        (("seed0", "seed0"), "different seeds, not 0, 0"),
+        (("seed0", "seed0"), "different seeds, got 0, 0"),
         (("seed0", "more"), r"but for the seed: caregivers is \['nearest', 'none'\] in the first and \['guard', "),
         (("seed0", "other"), r"the seed: families is \['0.5', '1'\] in the first and \['0.25'\] in the second$"),
     ],
@@ -371,7 +371,7 @@ def test_the_commands_say_what_is_wrong_in_a_line(runs, tmp_path, capsys):
     for argv, words in (
         (["compare", runs / "seed0", tmp_path], "holds no run"),
         (["compare", runs / "seed0"], "required: DIR"),
-        (["pool", runs / "seed0", "--out", tmp_path / "out"], "two runs at least"),
+        (["pool", runs / "seed0", "--out", tmp_path / "out"], "at least two runs"),
         (["report", runs / "seed0", runs / "seed1"], "there are `compare`, and `pool`"),
     ):
         assert cli.main([str(part) for part in argv]) == 2

@@ -97,5 +97,5 @@ def test_whole_episodes_are_booked_timestep_by_timestep():
 def test_what_cannot_be_is_refused():
     with pytest.raises(CaregiverError, match="meanwhile must be 0 to 3, got 4"):
         GridWorld(LANDING, 0.5, None, meanwhile=4)
-    with pytest.raises(CaregiverError, match="told more than it sees"):
+    with pytest.raises(CaregiverError, match="meanwhile must be 0 with a caregiver"):
         GridWorld(LANDING, 0.5, make_caregiver("knows-goal", LANDING), meanwhile=1)

@@ -152,9 +152,9 @@ def test_wheels_roll_as_the_base_moves():
 
 def test_actions_are_checked():
     physics = house(robot=True)
-    with pytest.raises(CaregiverError, match=r"an action has the shape \(11,\), not \(12,\)"):
+    with pytest.raises(CaregiverError, match=r"an action must have shape \(11,\), got \(12,\)"):
         physics.set_action(np.zeros(12))
-    with pytest.raises(CaregiverError, match=r"action\[2\] \(base_yaw\) is nan, not a finite number"):
+    with pytest.raises(CaregiverError, match=r"action\[2\] \(base_yaw\) must be finite, got nan"):
         physics.set_action(np.array([0, 0, np.nan, *np.zeros(8)]))
     lowest, highest = physics.action_spec().minimum, physics.action_spec().maximum
     action = 0.6 * lowest + 0.4 * highest
@@ -169,7 +169,7 @@ def test_without_a_robot_there_is_no_action():
     assert not physics.has_robot
     assert physics.action_spec().shape == (0,)
     physics.set_action(np.zeros(0))
-    with pytest.raises(CaregiverError, match=r"an action has the shape \(0,\), not \(11,\)"):
+    with pytest.raises(CaregiverError, match=r"an action must have shape \(0,\), got \(11,\)"):
         physics.set_action(np.zeros(11))
 
 

@@ -25,7 +25,7 @@ SMALL = """\
 
 # What is wrong, the plan, where (line and column), what the message says.
 MALFORMED = [
-    ("empty", "\n  \n", (1, 1), "the plan is empty"),
+    ("empty", "\n  \n", (1, 1), "the plan must not be empty"),
     ("unknown character", "####\n#.x#\n####", (2, 3), "'x' is none of # (wall), . (free cell), S (stairwell)"),
     ("lower case", "#####\n#.Tb#\n#####", (2, 4), "'b' is none of"),
     ("blank inside a row", "#####\n#. B#\n#####", (2, 3), "' ' is none of"),

@@ -101,7 +101,7 @@ def test_robots_of_other_packages(monkeypatch):
     assert find_embodiment("make_another").name == "another"
     assert "make_another" in EMBODIMENTS
     assert find_embodiment(f"{__name__}:make_another").name == "another"
-    with pytest.raises(CaregiverError, match="'make_nothing' is not an Embodiment but str"):
+    with pytest.raises(CaregiverError, match="'make_nothing' must be an Embodiment, got str"):
         find_embodiment("make_nothing")
     with pytest.raises(CaregiverError, match=r"'not_a_maker' .* is not a function that makes an Embodiment"):
         find_embodiment("not_a_maker")

@@ -344,7 +344,7 @@ def test_action_that_is_not_finite_is_refused_by_index_and_joint(index, value):
     env.reset()
     action = env.action_spec().generate_value().copy()
     action[index] = value
-    with pytest.raises(CaregiverError, match=rf"action\[{index}\] \({ACTIONS[index]}\) is {value}"):
+    with pytest.raises(CaregiverError, match=rf"action\[{index}\] \({ACTIONS[index]}\) must be finite, got {value}"):
         env.step(action)
 
 
@@ -411,7 +411,7 @@ def test_control_follows_the_action():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"epsilon": "1,half"}, "a family is the epsilon of each child"),
+        ({"epsilon": "1,half"}, "a family must be the epsilon of each child"),
         ({"epsilon": "angel:1"}, "no child 'angel'"),
         ({"task_kwargs": {"family": []}}, "at least 1 child"),
         ({"task": "tidy_up"}, "no task 'tidy_up': there are supervise, relocate_candle, block_stairs"),
