@@ -15,7 +15,19 @@ _DIGITS = 2**20  # a draw times this has a fraction that is uniform too, and tha
 SWITCH = EPISODE_TIMESTEPS // 2  # the timestep before which the toys are carried, counted from 0
 
 
-class Drifter(Novice):
+class _Timed(Novice):
+    """A novice that changes with the time of the episode."""
+
+    def reset(self, batch: int) -> None:
+        self._timestep = 0
+
+    def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
+        action = super().act(sight, draws)
+        self._timestep += 1
+        return action
+
+
+class Drifter(_Timed):
     """A novice that grows careless: a child that tires.
 
     In every timestep its epsilon is higher by as much, from one end of its range to the other, and stays there after an
@@ -27,14 +39,6 @@ class Drifter(Novice):
         super().__init__(plan, epsilon)
         self._drift = min(DRIFT, self.epsilon, 1.0 - self.epsilon)
         self.reset(1)
-
-    def reset(self, batch: int) -> None:
-        self._timestep = 0
-
-    def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
-        action = super().act(sight, draws)
-        self._timestep += 1
-        return action
 
     def epsilons(self, batch: int) -> np.ndarray:
         share = min(1.0, self._timestep / (EPISODE_TIMESTEPS - 1))
@@ -66,7 +70,7 @@ class Waverer(Novice):
         return self._epsilons.copy()
 
 
-class Switcher(Novice):
+class Switcher(_Timed):
     """A novice that wants to the bins with toys in them: to one half of the bins at first, then to the other half.
 
     The bins of a house stay where they are, for they are part of its walls to robot and child. What moves is what the
@@ -79,14 +83,6 @@ class Switcher(Novice):
         super().__init__(plan, epsilon)
         self._half = (len(plan.bins) + 1) // 2
         self.reset(1)
-
-    def reset(self, batch: int) -> None:
-        self._timestep = 0
-
-    def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
-        action = super().act(sight, draws)
-        self._timestep += 1
-        return action
 
     def reconsider(self, goal: np.ndarray, draw: np.ndarray) -> np.ndarray:
         first, count = self._with_toys

@@ -478,7 +478,14 @@ class Audit:
     def of_dict(cls, values: Mapping[str, Any]) -> Audit:
         """The audit that `dataclasses.asdict` has made a dictionary of."""
         commanded, measured = ([Check(**check) for check in values[which]] for which in ("commanded", "measured"))
-        return cls(values["seconds"], commanded, measured, NearChild(**values["near"]), values["pushed"], values["off"])
+        return cls(
+            values["seconds"],
+            commanded,
+            measured,
+            NearChild(**values["near"]),
+            values["pushed"],
+            values.get("off", 0.0),
+        )
 
     @property
     def is_kept(self) -> bool:

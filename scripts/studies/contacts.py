@@ -23,6 +23,7 @@ from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.settings import episode_random, episode_seed
 from caregiver_mj.experiments.workers import run_jobs
+from caregiver_mj.house.sensing import Sensing
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.policy.policy import CaregiverPolicy
@@ -47,9 +48,20 @@ def add_options(parser: Parser) -> None:
     parser.add("embodiment", [None], "the robots, without --run (default: the task's)", metavar="NAME")
     parser.add("compliant", False, "children that give way to a push, without --run")
     example = '{"delay": 0.06, "base": {"noise": 0.005}}'
-    parser.add("sensing", None, f"how things are seen, such as '{example}', without --run", metavar="JSON")
+    parser.add(
+        "sensing", None, f"how things are seen, such as '{example}', without --run", type=_sensing, metavar="JSON"
+    )
     parser.add("audit", 0, "audit every K-th episode; 0 for none", metavar="K")
     parser.add_jobs()
+
+
+def _sensing(text: str) -> str:
+    """Return the option's text, if it says how things are seen."""
+    try:
+        Sensing.of(json.loads(text))
+    except (ValueError, CaregiverError) as error:
+        raise argparse.ArgumentTypeError(f"sensing must be a dictionary in JSON, got '{text}': {error}") from error
+    return text
 
 
 def run(options: argparse.Namespace) -> int:

@@ -61,15 +61,10 @@ def harm(folder: pathlib.Path) -> pd.DataFrame:
     return cells[cells.caregiver != "none"]
 
 
-def shape(house: str) -> str:
-    """Return the shape of a house, as the page calls it."""
-    drawn = {plan.name for plan in houses_named(["drawn-10"])}
-    return "drawn by hand" if house in drawn else shape_of(house)
-
-
 def page(house: pd.DataFrame, grid: pd.DataFrame, cells: pd.DataFrame, settings: Settings) -> Page:
     """Return the page of the same episodes in both worlds."""
-    of_shape = {name: shape(name) for name in dict.fromkeys(house.house)}
+    drawn = {plan.name for plan in houses_named(["drawn-10"])}
+    of_shape = {name: "drawn by hand" if name in drawn else shape_of(name) for name in dict.fromkeys(house.house)}
     caregivers = [name for name in settings.caregivers if name != "none"]
     lines = [
         _line(where, names, caregiver, house, grid)

@@ -273,6 +273,18 @@ def test_a_base_does_not_come_up_to_a_child_on_a_landing():
     assert drive.gap() > 0.5
 
 
+def test_a_base_leaves_a_child_that_is_between_it_and_the_stairs():
+    """Where it stayed it once shut a child in with them, which fell ten times."""
+    x, y = centre(HALL, (1, 2))
+    drive = Drive(HALL, (1, 2), (1, 1), ChildView((x - 0.2, y), (-0.3, 0.0)))
+    drive.robot.reset((x + 0.2, y, 0.0))
+    for _ in range(150):
+        if drive.children[0].position[0] < x - 0.3:
+            drive.children = [stands_in(HALL, (1, 2))._replace(position=(x - 0.3, y))]
+        drive.step()
+    assert drive.gap() > 0.5
+
+
 def beside(x: float, y: float, gap: float, direction: float) -> ChildView:
     """A child that stands that far off a base, in a direction."""
     distance = TOUCHING + gap
