@@ -19,14 +19,16 @@ class Pace:
     """What the world of a caregiver tells it about its own speed.
 
     Attributes:
-        cells: Cells that it walks in a novice timestep.
+        cells: Cells that it walks in a novice timestep, once it is on its way.
         get: Time to take a candle from a table that it stands beside, in that of walking a cell.
         place: Time to put one down there, likewise.
+        start: Time that it loses on each way by setting off and stopping, likewise.
     """
 
     cells: float = 3.0
     get: float = 1.0
     place: float = 1.0
+    start: float = 0.0
 
 
 PAPER = Pace()  # of the caregiver in the paper's grid, which walks three times as fast as the child

@@ -32,6 +32,8 @@ def robot_pace(navigator: Navigator, novice_timestep: float, control_timestep: f
         novice_timestep: Seconds of a novice timestep.
         control_timestep: Seconds of one of the robot's.
     """
+    base = navigator.robot.limits.base
+    lost = base.velocity / base.acceleration + base.acceleration / base.jerk  # from rest to rest
     cells, seconds = 0, 0.0
     for start, goal in _ways(navigator.plan):
         here, there = (navigator.centres[cell] for cell in (start, goal))
@@ -41,12 +43,12 @@ def robot_pace(navigator: Navigator, novice_timestep: float, control_timestep: f
         motion = RobotMotion(navigator.robot, control_timestep)
         motion.reset((*here, 0.0))
         motion.drive_along(path, navigator.clearance.has_room)
-        cells, seconds = cells + len(route) - 1, seconds + motion.time_left
+        cells, seconds = cells + len(route) - 1, seconds + motion.time_left - lost
     if not cells:
         return PAPER
-    of_a_cell = seconds / cells
+    of_a_cell = max(seconds / cells, navigator.plan.cell_size / base.velocity)
     get, place = handling_times(navigator.robot)
-    return Pace(novice_timestep / of_a_cell, get / of_a_cell, place / of_a_cell)
+    return Pace(*(time / of_a_cell for time in (novice_timestep, get, place, lost)))
 
 
 def _ways(plan: FloorPlan) -> list[tuple[Cell, Cell]]:

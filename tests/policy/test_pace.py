@@ -8,9 +8,20 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.pace import handling_times, robot_pace
 from caregiver_mj.robot.embodiments import EMBODIMENTS, find_embodiment
 from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.skills import Pick, Place
 
 # Eleven cells of 0.75 m from one landing to the other.
 CORRIDOR = FloorPlan.parse("##############\n#S..........S#\n###B##########\n##############", "corridor")
+ROOM = FloorPlan.parse(
+    """
+####################
+#B.................#
+#..............C.T.#
+#B.................#
+####################
+""",
+    "room",
+)
 NOWHERE_TO_GO = FloorPlan.parse("#####\n#B.B#\n#####", "toys")
 
 
@@ -18,12 +29,34 @@ NOWHERE_TO_GO = FloorPlan.parse("#####\n#B.B#\n#####", "toys")
 def test_a_corridor_by_hand(name):
     robot = find_embodiment(name)
     speed, acceleration, jerk = robot.limits.base.velocity, robot.limits.base.acceleration, robot.limits.base.jerk
-    seconds = 11 * 0.75 / speed + speed / acceleration + acceleration / jerk  # from rest to rest
+    of_a_cell = 0.75 / speed
     pace = robot_pace(Navigator(CORRIDOR, robot), 1.68, 0.02)
-    assert pace.cells == pytest.approx(1.68 * 11 / seconds, rel=0.02)
+    assert pace.cells == pytest.approx(1.68 / of_a_cell, rel=0.02)
+    assert pace.start == pytest.approx((speed / acceleration + acceleration / jerk) / of_a_cell, rel=0.02)
     get, place = handling_times(robot)
-    assert pace.get == pytest.approx(get / (seconds / 11), rel=0.02)
-    assert pace.place == pytest.approx(place / (seconds / 11), rel=0.02)
+    assert pace.get == pytest.approx(get / of_a_cell, rel=0.02)
+    assert pace.place == pytest.approx(place / of_a_cell, rel=0.02)
+
+
+@pytest.mark.parametrize("name", EMBODIMENTS)
+def test_candles_take_as_long_in_the_house_as_the_pace_says(name):
+    """The sum of six ways to a candle and with it, each from rest to rest, with a child that keeps to the other end."""
+    env = caregiver_mj.load("relocate_candle", ROOM, 0.0, random=0, task_kwargs={"embodiment": name}, visuals=False)
+    policy = caregiver_mj.CaregiverPolicy(env)
+    pace, timesteps, took, told = policy.caregiver.pace, 1.68, 0.0, 0.0
+    for _ in range(3):
+        timestep, doing = env.reset(), None
+        while not timestep.last():
+            timestep = env.step(policy(timestep))
+            skill = getattr(policy.executive.routine, "skill", None)
+            took += 0.02 * isinstance(skill, Pick | Place)
+            if isinstance(skill, Pick | Place) and type(skill) is not doing:
+                doing = type(skill)
+                here = ROOM.caregiver_cells.index(ROOM.cell_at(timestep.observation["base_position"]))
+                stands = ROOM.graph.beside([ROOM.tables[skill.table]])[0]
+                cells = ROOM.graph.distances_from([here])[0][stands].min()
+                told += (pace.start + cells + (pace.get if doing is Pick else pace.place)) / pace.cells * timesteps
+    assert took == pytest.approx(told, rel=0.2)
 
 
 @pytest.mark.parametrize("name", EMBODIMENTS)

@@ -63,9 +63,13 @@ class Motion:
 
     @property
     def turns(self) -> list[tuple[int, float]]:
-        """Steps that it makes in a timestep, and the share of the timesteps in which it makes so many."""
-        whole = math.floor(self.pace.cells)
-        rest = self.pace.cells - whole
+        """Steps that it makes in a timestep to come, and the share of the timesteps in which it makes so many.
+
+        It is thought to set off in each. Were it thought to be on its way, it would rather set off later.
+        """
+        cells = max(self.pace.cells - self.pace.start, min(1.0, self.pace.cells))
+        whole = math.floor(cells)
+        rest = cells - whole
         return [(whole, 1.0 - rest), *([(whole + 1, rest)] if rest else [])]
 
     def fetch(
@@ -104,7 +108,7 @@ class Motion:
         place = len(self.posts) + table
         distance = self.distance[place, child, stand].astype(float)
         wait = self.open_distance[place, stand] + _PATIENCE * self.pace.cells
-        return self.timesteps(np.where(distance == UNREACHABLE, wait, distance) + self.pace.place, left)
+        return self.timesteps(np.where(distance == UNREACHABLE, wait, distance) + self.handling, left)
 
     def timesteps(self, steps: np.ndarray | float, left: np.ndarray | float) -> np.ndarray:
         """Return how many moves a child makes in some steps of the caregiver, with so many left before the first."""
@@ -114,4 +118,9 @@ class Motion:
     def longest(self) -> int:
         """The most moves of a child that carrying a candle can take."""
         far = self.open_distance[len(self.posts) :].max(initial=0)
-        return int(self.timesteps(far + _PATIENCE * self.pace.cells + self.pace.place, 0.0))
+        return int(self.timesteps(far + _PATIENCE * self.pace.cells + self.handling, 0.0))
+
+    @property
+    def handling(self) -> float:
+        """Steps lost on the way with a candle in the hand, and on the way there before it."""
+        return self.pace.place + 2 * self.pace.start

@@ -413,7 +413,7 @@ class ValueTable:
             for _ in range(self.motion.longest):
                 after = np.zeros_like(denied)
                 for steps, share in self.motion.turns:
-                    carries = distance > steps - min(steps, self.motion.pace.place)  # still, by the next move
+                    carries = distance > steps - min(steps, self.motion.handling)  # still, by the next move
                     after += np.float32(share) * carries[:, None] * denied[self._rows[steps][place]]
                 before = denied.copy()
                 denied[:] = price + (transition @ after.ravel()).reshape(price.shape)
