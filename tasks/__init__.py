@@ -75,9 +75,9 @@ def load(
     kind, options = TASKS[task], {"family": epsilon, "random": random, **(task_kwargs or {})}
     if not isinstance(options["random"], np.random.RandomState | None):
         check_integer("random, if no numpy.random.RandomState,", options["random"], 0, LARGEST_SEED)
-    if kind.needs and not any(hazard.kind == kind.needs for hazard in plan.hazards):
-        symbol = kind.needs[0].upper()
-        raise CaregiverError(f"{task} needs a {kind.needs} ({symbol}), and floor plan '{plan.name}' has none")
+    if kind.needs and kind.needs not in plan.hazards.kinds:
+        needed = f"a {kind.needs.name} ({kind.needs.symbol})"
+        raise CaregiverError(f"{task} needs {needed}, and floor plan '{plan.name}' has none")
     if kind.needs_robot and not options.get("robot", True):
         raise CaregiverError(f"{task} needs the robot")
     seconds = _time_limit(options.pop("time_limit", None))

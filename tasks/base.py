@@ -273,7 +273,7 @@ class CareTask(base.Task):
 
     def bears_candle(self, physics: Physics, table: int) -> bool:
         """Whether a candle stands (or lies) on a table."""
-        return self.candles.are_on(physics, table)
+        return bool(self.candles.are_on(physics, table).any())
 
 
 def _check_timestep(seconds: float, plan: FloorPlan) -> None:

@@ -9,7 +9,7 @@ from dm_control.utils import rewards
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.physics import Physics
-from caregiver_mj.plans.hazards import HazardKind
+from caregiver_mj.plans.hazards import STAIRWELL
 from caregiver_mj.tasks import base
 
 _FAR = 3.0  # metres from the landing at which the reward is 0.1
@@ -22,7 +22,7 @@ class BlockStairs(base.CareTask):
         goal_stairwell: Index of the stairwell.
     """
 
-    needs = HazardKind.STAIRWELL
+    needs = STAIRWELL
     needs_robot = True
     time_limit = 60.0  # seconds
     goal_given = True

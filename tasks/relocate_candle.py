@@ -9,7 +9,7 @@ from dm_control.utils import rewards
 
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans import layout
-from caregiver_mj.plans.hazards import HazardKind
+from caregiver_mj.plans.hazards import CANDLE
 from caregiver_mj.tasks import base
 
 _NEAR, _FAR = 0.10, 3.0  # metres from the goal at which the reward for nearness is 1, and 0.1
@@ -23,7 +23,7 @@ class RelocateCandle(base.CareTask):
         goal_table: Index of the table.
     """
 
-    needs = HazardKind.CANDLE
+    needs = CANDLE
     needs_robot = True
     time_limit = 60.0  # seconds
     goal_given = True

@@ -121,7 +121,7 @@ ODD = {
         ),
         *((lambda c=c: caregiver_mj.FloorPlan.parse(TEXT, cell_size=c), "cell size") for c in (None, "a", 0, np.nan)),
         (lambda: caregiver_mj.FloorPlan.parse(TEXT, None), "name of a floor plan must be a str"),
-        (lambda: caregiver_mj.FloorPlan.parse(TEXT, damage=3), "damage must be a DamageWeights"),
+        (lambda: caregiver_mj.FloorPlan.parse(TEXT, damage=3), "damage, if no DamageWeights or mapping, must be a str"),
         *((lambda d=d: DamageWeights(d), "damage of a stairwell must be a number") for d in ("a", None, -1, np.inf)),
         (lambda: DamageWeights(1e308), r"damage of a stairwell must be at most 1e\+06"),
         *((lambda s=s: generate(s), "the seed must be an integer") for s in ("a", 1.5, None)),

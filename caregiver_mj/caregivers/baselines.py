@@ -15,7 +15,7 @@ from caregiver_mj.children.tape import EPISODE_TIMESTEPS, pick
 from caregiver_mj.danger.chain import expected_visits
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.hazards import NOTHING, Where
 
 EPSILON = 0.5  # of the novice that is expected
 
@@ -77,7 +77,7 @@ class GuardCaregiver(Caregiver):
 
     def choose(self, percept: Percept) -> np.ndarray:
         if self.plan.stairwells:
-            nearest = self.plan.hazards.of_stairwell(self._walk[percept.caregiver_cell].argmin(axis=1))
+            nearest = self._walk[percept.caregiver_cell].argmin(axis=1)  # stairwells are the first hazards
             self._post = np.where(self._post == NOTHING, nearest, self._post)
         return self._post
 
@@ -140,9 +140,9 @@ class WandererCaregiver(RandomCaregiver):
         hazards, target = self.plan.hazards, self._target
         if len(hazards) == 0:
             return np.zeros(len(target), bool)
-        worlds, candle, table = np.arange(len(target)), hazards.candle(target), self._table_of(target, percept)
-        landing = len(self.plan.free_cells) + hazards.stairwell(target)
-        there = hazards.is_stairwell(target) & (percept.caregiver_cell == landing)
+        worlds, table = np.arange(len(target)), self._table_of(target, percept)
+        stairwell, candle = (hazards.among(where, target) for where in (Where.OPENING, Where.ON_TABLE))
+        there = (stairwell != NOTHING) & (percept.caregiver_cell == len(self.plan.free_cells) + stairwell)
         moved = (candle != NOTHING) & (table != NOTHING) & (table != self._table)
         held = (candle != NOTHING) & (candle == percept.holding)  # which is not worth it, as it is safe already
         worth = self.worth_protecting(percept)[worlds, target] | held
@@ -150,7 +150,7 @@ class WandererCaregiver(RandomCaregiver):
 
     def _table_of(self, hazard: np.ndarray, percept: Percept) -> np.ndarray:
         """The tables on which hazards are, (B,); NOTHING for stairwells, and for candles that are on none."""
-        candle = self.plan.hazards.candle(hazard)
+        candle = self.plan.hazards.among(Where.ON_TABLE, hazard)
         if percept.candle_table.shape[1] == 0:
             return np.full(len(hazard), NOTHING)
         return np.where(candle == NOTHING, NOTHING, percept.candle_table[np.arange(len(hazard)), candle])

@@ -14,10 +14,9 @@ import numpy as np
 from caregiver_mj.caregivers.followers import Followers
 from caregiver_mj.caregivers.percept import PAPER, Assessment, Pace, Percept, bare_tables
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.interventions.registry import VERBS
-from caregiver_mj.interventions.verb import BLOCK, DO_NOTHING, RELOCATE, STAND_ASIDE, Interventions
+from caregiver_mj.interventions.verb import DO_NOTHING, STAND_ASIDE, Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING, HazardKind, Hazards
+from caregiver_mj.plans.hazards import KINDS, NOTHING, Hazards, Where
 
 
 class Caregiver(abc.ABC):
@@ -103,13 +102,11 @@ class Caregiver(abc.ABC):
         hazard = self._checked(hazard, len(percept.child_cell))
         if self.followers is not None:
             hazard = np.where(self.followers.there, NOTHING, hazard)
-        stairwell, candle = hazards.is_stairwell(hazard), hazards.is_candle(hazard)
-        verb = np.full(len(hazard), self.idle_verb, object)
-        verb[stairwell], verb[candle] = BLOCK, RELOCATE
-        destination = np.full(len(hazard), NOTHING)
-        if candle.any():
-            destination = np.where(candle, self.destination(percept, hazards.candle(hazard)), NOTHING)
-        return Interventions(verb, np.where(stairwell | candle, hazard, NOTHING), destination)
+        verb = np.append(hazards.verb, self.idle_verb)[hazard]  # the last one is for NOTHING
+        candle, destination = hazards.among(Where.ON_TABLE, hazard), np.full(len(hazard), NOTHING)
+        if (candle != NOTHING).any():
+            destination = np.where(candle != NOTHING, self.destination(percept, candle), NOTHING)
+        return Interventions(verb, hazard, destination)
 
     def _checked(self, hazard: np.ndarray, batch: int) -> np.ndarray:
         """Hazards that somebody's `choose` has answered with, if they are such."""
@@ -183,26 +180,25 @@ def answer(caregiver: Caregiver, percept: Percept) -> Interventions:
     given, batch, who = caregiver.decide(percept), len(percept.child_cell), f"{type(caregiver).__name__}.decide"
     if not isinstance(given, Interventions) or np.shape(given.verb) != (batch,):
         raise CaregiverError(f"{who} must answer with Interventions for {batch} worlds, got {given!r}")
-    _check(f"{who}: hazard", given.hazard, batch, len(caregiver.plan.hazards))
-    _check_kinds(who, caregiver.plan.hazards, given)
-    # Other verbs mean other things by it.
-    moved = np.where(np.asarray(given.verb) == RELOCATE, given.destination, NOTHING)
+    hazards = caregiver.plan.hazards
+    _check(f"{who}: hazard", given.hazard, batch, len(hazards))
+    _check_kinds(who, hazards, given)
+    own = np.append(hazards.verb, "")[given.hazard] == given.verb  # other verbs mean other things by a destination
+    moved = np.where(own & hazards.are_at(Where.ON_TABLE, given.hazard), given.destination, NOTHING)
     _check(f"{who}: destination", moved, batch, len(caregiver.plan.tables))
     return given
 
 
 def _check_kinds(who: str, hazards: Hazards, given: Interventions) -> None:
-    """Raises CaregiverError unless stairwells are blocked, and candles relocated."""
-    for name, verb in VERBS.items():
-        if verb.about is None:
-            continue
+    """Raises CaregiverError unless the verb of a kind is for hazards that it protects from."""
+    for name in dict.fromkeys(kind.verb for kind in KINDS if kind.verb):
         numbers = np.asarray(given.hazard)[np.asarray(given.verb) == name]
-        is_right = hazards.is_stairwell(numbers) if verb.about == HazardKind.STAIRWELL else hazards.is_candle(numbers)
-        if not is_right.all():
-            right = [number for number, hazard in enumerate(hazards) if hazard.kind == verb.about]
-            wrong = int(numbers[~is_right][0])
+        wrong = numbers[np.append(hazards.verb, "")[numbers] != name]
+        if wrong.size:
+            right = np.flatnonzero(hazards.verb == name).tolist() or "none"
+            kinds = " or ".join(kind.name for kind in KINDS if kind.verb == name)
             raise CaregiverError(
-                f"{who}: '{name}' is for a {verb.about}, of which there are {right or 'none'}, not for hazard {wrong}"
+                f"{who}: '{name}' is for a {kinds}, of which there are {right}, not for hazard {wrong[0]}"
             )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.interventions.verb import RELOCATE, Intervention
-from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.hazards import NOTHING, Where
 
 
 class InstructedCaregiver(Caregiver):
@@ -23,7 +23,7 @@ class InstructedCaregiver(Caregiver):
     orders = Intervention()
 
     def choose(self, percept: Percept) -> np.ndarray:
-        candle = self.plan.hazards.candle(self.orders.hazard)
+        candle = self.plan.hazards.among(Where.ON_TABLE, self.orders.hazard)
         done = self.orders.verb == RELOCATE and percept.candle_table[0, candle] == self.orders.destination
         return np.array([NOTHING if done else self.orders.hazard])
 

@@ -14,7 +14,7 @@ from caregiver_mj.children.novice import EXPERT_TIMESTEPS
 from caregiver_mj.danger import safety
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.hazards import NOTHING, Where
 
 _OPTIONS = {"reach": ("inverse", "linear"), "prior": ("draw", "mean"), "over_children": ("sum", "max")}
 
@@ -140,7 +140,7 @@ class StairsCaregiver(PaperCaregiver):
 
     def worth_protecting(self, percept: Percept) -> np.ndarray:
         hazards = self.plan.hazards
-        return super().worth_protecting(percept) & hazards.is_stairwell(np.arange(len(hazards)))
+        return super().worth_protecting(percept) & hazards.are_at(Where.OPENING, np.arange(len(hazards)))
 
 
 class CandlesCaregiver(PaperCaregiver):
@@ -148,7 +148,7 @@ class CandlesCaregiver(PaperCaregiver):
 
     def worth_protecting(self, percept: Percept) -> np.ndarray:
         hazards = self.plan.hazards
-        return super().worth_protecting(percept) & hazards.is_candle(np.arange(len(hazards)))
+        return super().worth_protecting(percept) & hazards.are_at(Where.ON_TABLE, np.arange(len(hazards)))
 
 
 class PaperStillCaregiver(PaperCaregiver):

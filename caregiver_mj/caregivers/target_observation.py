@@ -14,7 +14,7 @@ from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.hazards import NOTHING, Where
 
 Observations = dict[str, np.ndarray] | np.ndarray
 _MOST = 1_000  # of a kind: each takes memory in every observation
@@ -99,7 +99,7 @@ class Lookout:
         Nothing always does, and so do the hazards that the caregiver can do something about; but with a candle in the
         hand only to go on with that does, and stairwells where it takes notice of them.
         """
-        worth, stairwells = self._caregiver.worth_protecting(percept), self._caregiver.plan.hazards.stairwells
+        worth, stairwells = self._caregiver.worth_protecting(percept), len(self._caregiver.plan.stairwells)
         carries = percept.holding != NOTHING
         worth[carries, stairwells:] = False
         worth[carries if percept.hears is None else carries & ~percept.hears, :stairwells] = False
@@ -112,7 +112,7 @@ class Lookout:
     def _mark_held(self, which: np.ndarray, percept: Percept) -> None:
         """Marks, among hazards (B, hazards), the candle in the hand."""
         (carries,) = np.nonzero(percept.holding != NOTHING)
-        which[carries, self._caregiver.plan.hazards.of_candle(percept.holding[carries])] = True
+        which[carries, self._caregiver.plan.hazards.number(Where.ON_TABLE, percept.holding[carries])] = True
 
     def _walks(self, percept: Percept) -> np.ndarray:
         """Moves of the caregiver to where it does something about each hazard, (B, hazards)."""
@@ -142,7 +142,7 @@ class Slots:
         Raises:
             CaregiverError: They are no two numbers, or more than 1,000 of a kind, or the house has more.
         """
-        stairwells, candles = plan.hazards.stairwells, plan.hazards.candles
+        stairwells, candles = len(plan.stairwells), len(plan.candle_tables)
         places = (stairwells, candles) if slots is None else slots
         if not (isinstance(places, Sequence) and len(places) == 2 and all(isinstance(n, Integral) for n in places)):
             raise CaregiverError(f"slots must be numbers of stairwells and candles, such as (4, 6), got {slots!r}")

@@ -11,19 +11,15 @@ import rich.text
 from caregiver_mj.cli import PROGRAM
 from caregiver_mj.cli.parsing import add_seed, houses, warn_of_no_room
 from caregiver_mj.errors import CaregiverError, FloorPlanError
-from caregiver_mj.plans import cell_graph
+from caregiver_mj.plans.cell_graph import BIN, FREE, LEGEND, WALL
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.generator import generate
+from caregiver_mj.plans.hazards import KINDS
 from caregiver_mj.plans.shapes import SHAPES, generate_shape
 
-# How `house show` paints each kind of cell: rich style, and what to call it (one, several).
-_CELLS = {
-    cell_graph.WALL: ("white on grey30", "wall", "walls"),
-    cell_graph.FREE: ("grey50", "free cell", "free cells"),
-    cell_graph.STAIRWELL: ("bold white on red3", "stairwell", "stairwells"),
-    cell_graph.CANDLE: ("bold black on orange1", "table with a candle", "tables with a candle"),
-    cell_graph.TABLE: ("black on tan", "bare table", "bare tables"),
-    cell_graph.BIN: ("bold white on green4", "toy bin", "toy bins"),
+# How `house show` paints each kind of cell, as a rich style.
+_STYLES = {WALL: "white on grey30", FREE: "grey50", BIN: "bold white on green4"} | {
+    kind.symbol: f"bold black on rgb({','.join(map(str, kind.colour))})" for kind in KINDS
 }
 
 _COUNTS = ("rooms", "stairwells", "candles", "tables", "bins")  # options of `house make`
@@ -63,11 +59,11 @@ def _show(arguments: argparse.Namespace) -> None:
     text = rich.text.Text()
     for row in plan.rows:
         for kind in row:
-            text.append(f"{kind} ", _CELLS[kind][0])  # two characters are about square
+            text.append(f"{kind} ", _STYLES[kind])  # two characters are about square
         text.append("\n")
-    for kind, (style, one, several) in _CELLS.items():
+    for kind, (one, several) in LEGEND.items():
         count = len(plan.cells_of(kind))
-        text.append(f"\n{kind} ", style)
+        text.append(f"\n{kind} ", _STYLES[kind])
         text.append(f" {count} {one if count == 1 else several}")
     height, width = plan.shape
     size = f"{width * plan.cell_size:g} m x {height * plan.cell_size:g} m, {plan.cell_size:g} m a cell"
@@ -88,9 +84,9 @@ def _check(arguments: argparse.Namespace) -> None:
         raise FloorPlanError(lines[-1]) from None
     height, width = plan.shape
     counts = []
-    for kind, (_, one, several) in _CELLS.items():
+    for kind, (one, several) in LEGEND.items():
         count = len(plan.cells_of(kind))
-        if kind != cell_graph.WALL:
+        if kind != WALL:
             counts.append(f"{count} {one if count == 1 else several}")
     print(f"OK: {plan.name}, {width} x {height} cells, {', '.join(counts)}")
     warn_of_no_room(plan)

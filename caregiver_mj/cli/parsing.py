@@ -69,14 +69,14 @@ def _add_damage(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--damage",
         default=str(DamageWeights()),
-        metavar="S:C:T",
-        help="of a fall down stairs, a bump into a table with a candle, one into a bare table",
+        metavar="KIND=D,...",
+        help="what a collision costs, of stairwell, candle and table: stairwell=5,candle=4 or, of all three, 5:4:1",
     )
 
 
 def read_house(arguments: argparse.Namespace) -> FloorPlan:
     """The house that `add_house`'s options say."""
-    return FloorPlan.load(arguments.house, damage=DamageWeights.parse(arguments.damage))
+    return FloorPlan.load(arguments.house, damage=arguments.damage)
 
 
 def add_houses(command: argparse.ArgumentParser) -> None:
@@ -97,7 +97,7 @@ def read_houses(arguments: argparse.Namespace) -> tuple[FloorPlan, ...]:
     """The houses that `add_houses`'s options say."""
     if arguments.houses is None:
         return (read_house(arguments),)
-    return houses_named(arguments.houses, DamageWeights.parse(arguments.damage))
+    return houses_named(arguments.houses, arguments.damage)
 
 
 def add_embodiment(command: argparse.ArgumentParser) -> None:

@@ -66,7 +66,7 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
 def _run(arguments: argparse.Namespace) -> None:
     family = read_family(arguments.epsilon, arguments)
     find_caregiver(arguments.caregiver)
-    damage = DamageWeights.parse(arguments.damage)
+    damage = DamageWeights.of(arguments.damage)
     if not 0.1 <= arguments.rate <= 120:
         raise CaregiverError(f"rate must be in 0.1 to 120, got {arguments.rate}")
     if not 0 <= arguments.port <= 65535:

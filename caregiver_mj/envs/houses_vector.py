@@ -79,8 +79,9 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
                 f"num_envs, {num_envs} episodes, cannot be shared out to {at_once} houses at once and "
                 f"{len(self._families)} families"
             )
-        most = (max(getattr(plan.hazards, what) for plan in self.plans) for what in ("stairwells", "candles"))
-        self.slots = tuple(most) if slots is None else slots
+        needed = ((len(plan.stairwells), len(plan.candle_tables)) for plan in self.plans)
+        stairwells, candles = map(max, zip(*needed, strict=True))
+        self.slots = (stairwells, candles) if slots is None else slots
         self.num_envs, self._each = num_envs, num_envs // at_once
         self._made: dict[int, GridTargetsVector] = {}
         self.now = np.arange(at_once)

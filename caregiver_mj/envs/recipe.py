@@ -174,7 +174,7 @@ def make_recorded(house: Any, task: str = TARGETS, **options: Any) -> HouseEnv |
         CaregiverError: It cannot be made.
     """
     if isinstance(house, dict):
-        damage = DamageWeights.parse(house["damage"])
+        damage = DamageWeights.of(house["damage"])
         house = FloorPlan.parse("\n".join(house["rows"]), house["name"], house["cell_size"], damage)
     return make_targets(house=house, **options) if task == TARGETS else HouseEnv(task, house, **options)
 

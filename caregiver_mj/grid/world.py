@@ -30,9 +30,9 @@ from caregiver_mj.interventions.registry import VERBS, verb_of
 from caregiver_mj.interventions.verb import Interventions
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house
-from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, Where
 from caregiver_mj.plans.routes import STAY, routes
-from caregiver_mj.recording.ledger import BLOCKED, KINDS, MET, Ledger
+from caregiver_mj.recording.ledger import BLOCKED, MET, Ledger
 
 CAREGIVER_ACTIONS = 3  # a novice timestep: 5.0 km/h over 1.6 km/h, rounded down
 
@@ -130,7 +130,9 @@ class GridWorld:
         self.caregiver = caregiver
         self._caregiver_actions, self._stairs_shut = caregiver_actions, stairs_shut
         self._next_cell, self._target, self._target_index = plan.graph.moves
-        self._harm = np.array([plan.damage.stairwell, plan.damage.candle, plan.damage.table])
+        # What a collision with each hazard does, and, the last one, one with a bare table: (hazards + 1, kinds).
+        kinds = [KINDS.index(kind) for kind in (*plan.hazards.kinds, TABLE)]
+        self._harm = np.eye(len(KINDS))[kinds] * [plan.damage[kind.name] for kind in KINDS]
         places = {name: verb.places(plan) for name, verb in VERBS.items()}
         offsets = np.cumsum([0, *map(len, places.values())]).tolist()
         self._offsets = dict(zip(places, offsets, strict=False))
@@ -291,8 +293,12 @@ class GridWorld:
         there = way.entered == self._seen_caregiver()
         blocked = (way.entered != NOTHING) & (there | (stairwell & self._stairs_shut)) & ~way.waits
         next_cell = np.where(blocked | way.waits, cell, way.next_cell)
-        bears_candle = table & (self.candle_table == way.index[:, None]).any(axis=1)
-        harm = np.stack([stairwell & ~blocked, bears_candle, table & ~bears_candle], axis=1) * self._harm
+        bears = table[:, None] & (self.candle_table == way.index[:, None])  # (B, candles)
+        hazard = np.where(stairwell, way.index, NOTHING)
+        if bears.size:
+            thing = self.plan.hazards.number(Where.ON_TABLE, bears.argmax(axis=1))
+            hazard = np.where(bears.any(axis=1), thing, hazard)
+        harm = self._harm[hazard] * ((stairwell & ~blocked) | table)[:, None]
         reached = way.leads_to(Target.BIN) & (way.index == self.goal[:, child])
         cut_off = blocked & there & ~way.met
 

@@ -58,12 +58,12 @@ class Candles:
         self._fallen = fallen
         return count
 
-    def are_on(self, physics: Physics, table: int) -> bool:
-        """Whether a candle stands (or lies) on a table."""
+    def are_on(self, physics: Physics, table: int) -> np.ndarray:
+        """Whether each candle stands (or lies) on a table, (candles,)."""
         x, y, half_x, half_y = self.table_rectangles[table]
         poses = physics.candle_poses()
         over = (np.abs(poses[:, 0] - x) < half_x) & (np.abs(poses[:, 1] - y) < half_y)
-        return bool((over & (np.abs(poses[:, 2] - self.table_heights[table]) < _ABOVE)).any())
+        return over & (np.abs(poses[:, 2] - self.table_heights[table]) < _ABOVE)
 
 
 def watch_candle(physics: Physics, seconds: float, tally: Contacts) -> None:

@@ -15,9 +15,9 @@ from caregiver_mj.children.walk import ToddlerWalk, Vector
 from caregiver_mj.house.touch import Touch
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, Where, kinds_at
 from caregiver_mj.recording.contacts import STRIKE_PAUSE, STRIKE_SPEED
-from caregiver_mj.recording.ledger import BLOCKED, KINDS, MET
+from caregiver_mj.recording.ledger import BLOCKED, MET
 
 if TYPE_CHECKING:
     from caregiver_mj.house.physics import Physics
@@ -35,6 +35,7 @@ STRIDE = 0.06  # metres off its feet from which on it steps: half the length of 
 # Its surface is as soft as an adult's chest or pelvis, 25 N/mm (ISO/TS 15066:2016, annex A; DGUV 2011). MuJoCo's
 # stiffness is per effective mass, here that of child and robot, 10.5 kg: 1 / (time constant * damping ratio)^2.
 SOFTNESS = 0.051, 0.4  # time constant in seconds, damping ratio
+_OPENINGS, _ON_TABLES = (tuple(kind.name for kind in kinds_at(where)) for where in (Where.OPENING, Where.ON_TABLE))
 _ROUNDING = 1e-9  # metres, or m/s, that are none
 
 
@@ -60,7 +61,7 @@ class HouseChild:
         """
         self.behaviour, self.walk = behaviour, ToddlerWalk(novice_timestep)
         self._plan, self._moves = plan, plan.graph.moves
-        self._damage = dataclasses.asdict(plan.damage)
+        self._damage, self._things = plan.damage, [hazard.kind for hazard in plan.hazards.at(Where.ON_TABLE)]
 
     def reset(self, tape: Tape, cell: int, yaw: float) -> None:
         """Begins an episode in a free cell."""
@@ -133,25 +134,27 @@ class HouseChild:
         half = self._plan.cell_size / 2
         self.move.entered = abs(robot[0] - self._entry[0]) < half and abs(robot[1] - self._entry[1]) < half
 
-    def take_in(self, touches: list[Touch], bears_candle: Callable[[int], bool], time: float) -> int:
+    def take_in(self, touches: list[Touch], on_table: Callable[[int], np.ndarray], time: float) -> int:
         """Takes in all its contacts of a control timestep.
 
         Args:
             touches: The contacts.
-            bears_candle: Tells whether there is a candle on a table.
+            on_table: Tells which candles are on a table, (candles,).
             time: Seconds since the start.
 
         Returns:
             How many times the robot has struck it.
         """
-        self.touched = [touch.direction for touch in touches if touch.kind != "candle"]
+        self.touched = [touch.direction for touch in touches if touch.kind not in _ON_TABLES]
         strikes = 0
         for touch in touches:
-            if touch.kind in ("stairwell", "candle"):
+            if touch.kind in _OPENINGS + _ON_TABLES:
                 self._hurt(touch.kind)
-                self.move.fell |= touch.kind == "stairwell"
-            elif touch.kind == "table":
-                self._hurt("candle" if bears_candle(touch.index) else "table")
+                self.move.fell |= touch.kind in _OPENINGS
+            elif touch.kind == TABLE.name:
+                things = [kind for kind, is_on in zip(self._things, on_table(touch.index), strict=True) if is_on]
+                for kind in things or [TABLE]:
+                    self._hurt(kind.name)
             elif touch.kind == "bin":
                 self.move.reached_toy |= touch.index == self.goal
             elif touch.kind == "robot":
@@ -215,7 +218,7 @@ class Move:
         to_toy: Whether that is the bin that the child wants to get to.
         draw: Uniform draw for the next bin, should the child reach the one that it wants to get to, (1,).
         harm: Damage of the worst thing that has happened so far.
-        kind: What that was, one of `KINDS`, or "" if nothing has.
+        kind: What that was, the name of one of `KINDS`, or "" if nothing has.
         fell: Whether the child has fallen down stairs.
         reached_toy: Whether it has reached its bin.
         met_robot: Whether the robot was in its way.
@@ -242,7 +245,7 @@ class Move:
 
     def booking(self, ended: int) -> Booking:
         """What came of it, once it has ended in a free cell."""
-        harm = np.array([self.harm if kind == self.kind else 0.0 for kind in KINDS])
+        harm = np.array([self.harm if kind.name == self.kind else 0.0 for kind in KINDS])
         blocked = self.met_robot and ended == self.begun and not self.fell
         what = np.array([blocked and self.target == Target[name.upper()] for name in BLOCKED])
         met = {

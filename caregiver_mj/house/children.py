@@ -105,10 +105,10 @@ class Children(Sequence[HouseChild]):
         touches: list[list[Touch]] = [[] for _ in self]
         for touch in physics.touches:
             touches[touch.child].append(touch)
-        bears_candle, time = functools.partial(candles.are_on, physics), physics.time()
+        on_table, time = functools.partial(candles.are_on, physics), physics.time()
         for watch, felt in zip(self._watches, touches, strict=True):
             watch.take_in(felt, physics.timestep(), contacts)
-        strikes = sum(child.take_in(felt, bears_candle, time) for child, felt in zip(self, touches, strict=True))
+        strikes = sum(child.take_in(felt, on_table, time) for child, felt in zip(self, touches, strict=True))
         self.harm = max(child.move.harm for child in self)
         return strikes
 

@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 
 from caregiver_mj.house.rendering import OffscreenRendering  # comes before dm_control, see there
+from caregiver_mj.plans.hazards import Where, kinds_at
 
 # isort: split
 from dm_control import mujoco as dm_mujoco
@@ -94,8 +95,10 @@ class Physics(OffscreenRendering, dm_mujoco.Physics):
         forces = raw.qfrc_applied[first : first + 3 * children].reshape(-1, 3)
         self._toddlers = list(zip(self._toddler_positions, self._toddler_velocities, forces, strict=True))
         self.touch_reader = TouchReader(model, raw, children)
-        candles = sum(name.startswith("candle_") for name in joints)
-        first = [model.joint(f"candle_{i}/joint").qposadr[0] for i in range(candles)]
+        counts = [
+            (kind.name, sum(name.startswith(f"{kind.name}_") for name in joints)) for kind in kinds_at(Where.ON_TABLE)
+        ]
+        first = [model.joint(f"{kind}_{i}/joint").qposadr[0] for kind, count in counts for i in range(count)]
         self._candle_rows = np.array(first, int)[:, None] + np.arange(7)
         self._embody(self.embodiment)
         self.touches: list[Touch] = []

@@ -25,6 +25,7 @@ from caregiver_mj.house.fittings import (
 from caregiver_mj.house.tables import table_model
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import DEFAULT_CELL_SIZE, FloorPlan
+from caregiver_mj.plans.hazards import Where
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.robot_model import read_spec
@@ -75,9 +76,9 @@ def build_house(
         place_model(spec, table_model(height), f"table_{i}", position)
     for i, cell in enumerate(plan.bins):
         place_model(spec, read_model("toy_bin"), f"bin_{i}", plan.position(cell))
-    for i, table in enumerate(plan.candle_tables):
+    for hazard, table in zip(plan.hazards.at(Where.ON_TABLE), plan.candle_tables, strict=True):
         frame = spec.worldbody.add_frame(pos=[*table_positions[table], table_heights[table]])
-        spec.attach(read_model("candle"), prefix=f"candle_{i}/", frame=frame)
+        spec.attach(read_model(hazard.kind.model), prefix=f"{hazard.element}/", frame=frame)
     _add_stairwells(spec, plan)
     for k in range(children):
         spec.attach(_child(k), prefix=child_prefix(k), frame=spec.worldbody.add_frame())
@@ -119,12 +120,13 @@ def _shorten_camera_names(spec: mujoco.MjSpec) -> None:
 
 
 def _add_stairwells(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
-    for i, (cell, step) in enumerate(zip(plan.stairwells, layout.stair_directions(plan), strict=True)):
-        model = read_model("hatch" if step is None else "stairwell")
+    hazards = plan.hazards.at(Where.OPENING)
+    for hazard, cell, step in zip(hazards, plan.stairwells, layout.stair_directions(plan), strict=True):
+        model = read_model("hatch" if step is None else hazard.kind.model)
         for geom in model.geoms:
             if geom.name != "trigger":  # what is seen fills the cell, whatever its size
                 stretch = plan.cell_size / DEFAULT_CELL_SIZE
                 geom.pos[:2] *= stretch
                 geom.size[:2] *= stretch
         down, right = step or (0, 1)
-        place_model(spec, model, f"stairwell_{i}", plan.position(cell), yaw=np.arctan2(-down, right))
+        place_model(spec, model, hazard.element, plan.position(cell), yaw=np.arctan2(-down, right))

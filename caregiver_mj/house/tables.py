@@ -12,6 +12,7 @@ import numpy as np
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.fittings import read_model
 from caregiver_mj.plans import layout
+from caregiver_mj.plans.hazards import TABLE
 
 LOWEST, HIGHEST = 0.45, 0.75  # metres; from a coffee table to a dining table, and within the arms' reach
 
@@ -21,7 +22,7 @@ _SHELF = "shelf"  # stays where it is
 
 def table_model(height: float) -> mujoco.MjSpec:
     """The model of a table whose top is at a height in metres."""
-    model = read_model("table")
+    model = read_model(TABLE.model)
     higher = height - layout.TABLE_HEIGHT
     for geom in model.geoms if higher else ():
         if geom.name in _ON_THE_FLOOR:

@@ -10,8 +10,10 @@ import numpy as np
 
 from caregiver_mj.house.robot_body import RobotBody
 from caregiver_mj.house.scene import child_prefix
+from caregiver_mj.plans.hazards import KINDS, Where, kinds_at
 
-_NUMBERED = ("table", "bin", "stairwell", "candle")  # kinds of things that stand several times in a house
+_OPENINGS = tuple(kind.name for kind in kinds_at(Where.OPENING))
+_NUMBERED = ("bin", *(kind.name for kind in KINDS))  # kinds of things that stand several times in a house
 
 
 @dataclasses.dataclass(frozen=True)
@@ -20,7 +22,7 @@ class Touch:
 
     Attributes:
         child: Its number.
-        kind: What it touches: "wall", "table", "bin", "stairwell", "candle" or "robot".
+        kind: What it touches: "wall", "bin", "robot", or the name of a `HazardKind`.
         index: Number of that thing in the floor plan, -1 for walls and the robot.
         direction: Unit vector from the child towards it, on the floor; (0, 0) where it is above or below.
         speed: How fast the touching part of the robot moves towards the child, m/s (0 for all else).
@@ -140,6 +142,6 @@ def _thing_of(geom: str) -> tuple[str, int]:
     """What a geom stands for, by its name in the scene (see `caregiver_mj.house.scene`)."""
     owner, _, part = geom.partition("/")
     kind, _, number = owner.rpartition("_")
-    if kind == "stairwell" and part != "trigger":
+    if kind in _OPENINGS and part != "trigger":
         return "wall", -1  # the panels beside the stairs
     return (kind, int(number)) if kind in _NUMBERED else (kind or owner, -1)

@@ -8,7 +8,7 @@ import numpy as np
 
 from caregiver_mj.interventions.verb import BLOCK, Intervention, Mark, Verb
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import HazardKind
+from caregiver_mj.plans.hazards import Where
 
 if TYPE_CHECKING:
     from caregiver_mj.caregivers.percept import Percept
@@ -21,19 +21,18 @@ class Block(Verb):
     """The hazard is a stairwell. It is done as soon as the caregiver stands on its landing."""
 
     name = BLOCK
-    about = HazardKind.STAIRWELL
 
     def describe(self, plan: FloorPlan, intervention: Intervention) -> str:
         return f"block {plan.hazards[intervention.hazard]}"
 
     def mark(self, plan: FloorPlan, intervention: Intervention) -> Mark:
-        return "cell", plan.stairwells[plan.hazards[intervention.hazard].index]
+        return "cell", plan.stairwells[plan.hazards.among(Where.OPENING, intervention.hazard)]
 
     def places(self, plan: FloorPlan) -> list[list[int]]:
         return [[plan.cell_index[cell]] for cell in plan.stairwells]
 
     def place(self, world: GridWorld, which: np.ndarray) -> np.ndarray:
-        return world.plan.hazards.stairwell(world.orders.hazard[which])
+        return world.plan.hazards.among(Where.OPENING, world.orders.hazard[which])
 
     def carry_out(self, world: GridWorld, which: np.ndarray, came: np.ndarray, stood: np.ndarray) -> None:
         arrived = which[came & ~world.done[which]]
@@ -44,5 +43,5 @@ class Block(Verb):
         from caregiver_mj.interventions.routine import Routine  # here, for the grid does without the robot
         from caregiver_mj.robot import skills
 
-        skill = skills.Block(means.navigator, means.plan.hazards.stairwell(intervention.hazard))
+        skill = skills.Block(means.navigator, means.plan.hazards.among(Where.OPENING, intervention.hazard))
         return Routine(means, intervention, skill, self.describe(means.plan, intervention), goes_on=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from caregiver_mj.interventions.verb import RELOCATE, Intervention, Mark, Verb
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING, HazardKind
+from caregiver_mj.plans.hazards import NOTHING, Where
 
 if TYPE_CHECKING:
     from caregiver_mj.caregivers.percept import Percept
@@ -25,24 +25,23 @@ class Relocate(Verb):
     """
 
     name = RELOCATE
-    about = HazardKind.CANDLE
 
     def describe(self, plan: FloorPlan, intervention: Intervention) -> str:
         return f"fetch {plan.hazards[intervention.hazard]}"
 
     def mark(self, plan: FloorPlan, intervention: Intervention) -> Mark:
-        return "candle", plan.hazards[intervention.hazard].index
+        return "candle", plan.hazards.among(Where.ON_TABLE, intervention.hazard)
 
     def places(self, plan: FloorPlan) -> list[list[int]]:
         return plan.graph.beside(plan.tables)
 
     def place(self, world: GridWorld, which: np.ndarray) -> np.ndarray:
-        table = world.candle_table[which, world.plan.hazards.candle(world.orders.hazard[which])]
+        table = world.candle_table[which, world.plan.hazards.among(Where.ON_TABLE, world.orders.hazard[which])]
         return np.where(world.holding[which] == NOTHING, table, world.orders.destination[which])
 
     def carry_out(self, world: GridWorld, which: np.ndarray, came: np.ndarray, stood: np.ndarray) -> None:
         here = which[stood]
-        candle = world.plan.hazards.candle(world.orders.hazard[here])
+        candle = world.plan.hazards.among(Where.ON_TABLE, world.orders.hazard[here])
         held = world.holding[here] != NOTHING
         world.candle_table[here, candle] = np.where(held, world.orders.destination[here], NOTHING)
         world.holding[here] = np.where(held, NOTHING, candle)

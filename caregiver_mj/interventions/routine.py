@@ -10,7 +10,7 @@ import numpy as np
 
 from caregiver_mj.interventions.verb import BLOCK, Intervention
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.hazards import NOTHING, Where
 from caregiver_mj.robot import skills
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
@@ -135,7 +135,7 @@ class Relocating(Routine):
     """
 
     def __init__(self, means: Means, intervention: Intervention, view: View, percept: Percept):
-        self.candle = means.plan.hazards.candle(intervention.hazard)
+        self.candle = means.plan.hazards.among(Where.ON_TABLE, intervention.hazard)
         super().__init__(means, intervention, *_fetching(means, self.candle, view, percept))
 
     def after(self, status: Status, view: View, see: Callable[[], Percept]) -> Status:
@@ -173,7 +173,7 @@ class Relocating(Routine):
         """
         if wanted.verb != BLOCK or self.means.takes_orders or not isinstance(self.skill, skills.Place):
             return
-        graph, stairwell = self.means.plan.graph, self.means.plan.hazards.stairwell(wanted.hazard)
+        graph, stairwell = self.means.plan.graph, self.means.plan.hazards.among(Where.OPENING, wanted.hazard)
         now = graph.stairwell_distances[percept.child_cell[0], stairwell]
         before = graph.stairwell_distances[percept.previous_cell[0], stairwell]
         if not (heads_there := (now <= _ALARM) & (now < before)).any():
@@ -200,7 +200,7 @@ class Relocating(Routine):
 
     def _place_on(self, table: int) -> None:
         self.skill = skills.Place(self.means.navigator, self.candle, table)
-        self.activity = f"carry candle {self.candle + 1} to table {table + 1}"
+        self.activity = f"carry {_name(self.means, self.candle)} to table {table + 1}"
 
     def _bare_tables(self, percept: Percept) -> list[int]:
         return sorted(set(range(len(self.means.plan.tables))) - set(percept.candle_table[0].tolist()))
@@ -230,5 +230,9 @@ def _fetching(means: Means, candle: int, view: View, percept: Percept) -> tuple[
     if table != NOTHING and view.stands_on_table(candle, table):
         pick = skills.Pick(means.navigator, candle, table)
         if pick.has_way(view):
-            return pick, f"fetch candle {candle + 1}"
-    return skills.Retrieve(means.navigator, means.retrievals, candle), f"pick up candle {candle + 1}"
+            return pick, f"fetch {_name(means, candle)}"
+    return skills.Retrieve(means.navigator, means.retrievals, candle), f"pick up {_name(means, candle)}"
+
+
+def _name(means: Means, candle: int) -> str:
+    return str(means.plan.hazards.at(Where.ON_TABLE)[candle])

@@ -11,7 +11,7 @@ import numpy as np
 
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING, HazardKind
+from caregiver_mj.plans.hazards import NOTHING
 
 if TYPE_CHECKING:
     from caregiver_mj.caregivers.percept import Percept
@@ -91,12 +91,10 @@ class Verb(abc.ABC):
     Attributes:
         name: What it is called in an `Intervention`.
         counts: Whether to begin it counts as an intervention, and interrupts another one.
-        about: The kind of hazard that it is about; None if that may be any, or none.
     """
 
     name: str
     counts = True
-    about: HazardKind | None = None
 
     # -- What it is called and drawn as ----------------------------------------------------------
 

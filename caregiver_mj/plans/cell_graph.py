@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans import hazards
+from caregiver_mj.plans.hazards import Where
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -24,7 +26,8 @@ ACTIONS: tuple[Cell, ...] = ((-1, 0), (0, 1), (1, 0), (0, -1))
 ACTION_NAMES = ("north", "east", "south", "west")
 UNREACHABLE = np.iinfo(np.int16).max  # the distance between cells that no path connects
 _AT_ONCE = 2**20  # distances that are worked out at a time, for what is worked out takes more memory than what is kept
-WALL, FREE, STAIRWELL, CANDLE, TABLE, BIN = "#.SCTB"
+WALL, FREE, BIN = "#.B"
+STAIRWELL, CANDLE, TABLE = (kind.symbol for kind in (hazards.STAIRWELL, hazards.CANDLE, hazards.TABLE))
 
 
 class Target(enum.IntEnum):
@@ -37,21 +40,14 @@ class Target(enum.IntEnum):
     BIN = 4
 
 
-_TARGETS = {
-    FREE: Target.FREE,
-    WALL: Target.WALL,
-    STAIRWELL: Target.STAIRWELL,
-    CANDLE: Target.TABLE,
-    TABLE: Target.TABLE,
-    BIN: Target.BIN,
+_TARGETS = {FREE: Target.FREE, WALL: Target.WALL, BIN: Target.BIN} | {
+    kind.symbol: Target.STAIRWELL if kind.where is Where.OPENING else Target.TABLE for kind in hazards.KINDS
 }
-LEGEND = {
-    WALL: "wall",
-    FREE: "free cell",
-    STAIRWELL: "stairwell",
-    CANDLE: "table with a candle",
-    TABLE: "bare table",
-    BIN: "toy bin",
+LEGEND = {  # what each symbol is called, one and several
+    WALL: ("wall", "walls"),
+    FREE: ("free cell", "free cells"),
+    **{kind.symbol: kind.cell for kind in hazards.KINDS},
+    BIN: ("toy bin", "toy bins"),
 }
 
 

@@ -21,15 +21,15 @@ import importlib.resources
 import numbers
 import os
 import pathlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib.resources.abc import Traversable
 from typing import Any
 
 import numpy as np
 
 from caregiver_mj.errors import CaregiverError, FloorPlanError, check_kind
-from caregiver_mj.plans.cell_graph import ACTIONS, BIN, CANDLE, FREE, LEGEND, STAIRWELL, TABLE, WALL, Cell, CellGraph
-from caregiver_mj.plans.hazards import DamageWeights, Hazards
+from caregiver_mj.plans.cell_graph import ACTIONS, BIN, FREE, LEGEND, TABLE, WALL, Cell, CellGraph
+from caregiver_mj.plans.hazards import KINDS, DamageWeights, Hazards, Where, kinds_at
 
 _LARGEST = 1_000_000  # bytes of a file with a plan, more than any house has cells
 DEFAULT_CELL_SIZE = 0.75  # metres; a toddler's timestep at 1.6 km/h is then 1.69 s
@@ -60,7 +60,7 @@ class FloorPlan:
         cls,
         name_or_path: str | os.PathLike[str],
         cell_size: float = DEFAULT_CELL_SIZE,
-        damage: DamageWeights = DamageWeights(),
+        damage: Mapping[str, float] | str = DamageWeights(),
     ) -> FloorPlan:
         """Gives a plan that comes with the package, a generated one, or one of your own from a file.
 
@@ -69,7 +69,7 @@ class FloorPlan:
                 `caregiver_mj.plans.generator`), that of a house in a set (`test-100/17`, see
                 `caregiver_mj.plans.sets`), or the path of a text file.
             cell_size: Side of a cell in metres.
-            damage: What a collision costs.
+            damage: What a collision costs, as `DamageWeights.of` takes it.
 
         Raises:
             FloorPlanError: There is no such plan, the file cannot be read, or the plan is malformed.
@@ -108,7 +108,7 @@ class FloorPlan:
         text: str,
         name: str = "house",
         cell_size: float = DEFAULT_CELL_SIZE,
-        damage: DamageWeights = DamageWeights(),
+        damage: Mapping[str, float] | str = DamageWeights(),
     ) -> FloorPlan:
         """Makes a plan of its text.
 
@@ -116,14 +116,13 @@ class FloorPlan:
             text: The rows, separated by newlines. Blank lines before and after them are ignored.
             name: What to call the plan.
             cell_size: Side of a cell in metres.
-            damage: What a collision costs.
+            damage: What a collision costs, as `DamageWeights.of` takes it.
 
         Raises:
             FloorPlanError: The text is not a valid plan. The message says what is wrong and where.
         """
         check_kind("the text of a floor plan", text, str)
         check_kind("the name of a floor plan", name, str)
-        check_kind("the damage", damage, DamageWeights)
         lines = [line.rstrip() for line in text.splitlines()]
         first = next((i for i, line in enumerate(lines) if line), None)
         if first is None:
@@ -131,7 +130,7 @@ class FloorPlan:
         last = max(i for i, line in enumerate(lines) if line)
         if not (isinstance(cell_size, numbers.Real) and np.isfinite(cell_size) and cell_size > 0):
             raise FloorPlanError(f"floor plan '{name}': the cell size must be a positive length, got {cell_size} m")
-        plan = cls(name, tuple(lines[first : last + 1]), float(cell_size), damage)
+        plan = cls(name, tuple(lines[first : last + 1]), float(cell_size), DamageWeights.of(damage))
         validate(plan, first_line=first + 1)
         return plan
 
@@ -170,17 +169,17 @@ class FloorPlan:
 
     @functools.cached_property
     def stairwells(self) -> tuple[Cell, ...]:
-        return self.cells_of(STAIRWELL)
+        return self._cells_at(Where.OPENING)
 
     @functools.cached_property
     def tables(self) -> tuple[Cell, ...]:
-        """All tables, with a candle or bare."""
-        return self.cells_of(CANDLE, TABLE)
+        """All tables, with something on them or bare."""
+        return self.cells_of(*(kind.symbol for kind in kinds_at(Where.ON_TABLE, Where.FURNITURE)))
 
     @functools.cached_property
     def candle_tables(self) -> tuple[int, ...]:
         """For each candle the index of the table on which it starts."""
-        return tuple(i for i, cell in enumerate(self.tables) if self[cell] == CANDLE)
+        return tuple(map(self.tables.index, self._cells_at(Where.ON_TABLE)))
 
     @functools.cached_property
     def bins(self) -> tuple[Cell, ...]:
@@ -189,7 +188,12 @@ class FloorPlan:
     @functools.cached_property
     def hazards(self) -> Hazards:
         """What a child can be hurt by and a caregiver can do something about."""
-        return Hazards(len(self.stairwells), len(self.candle_tables), self.damage)
+        kinds = kinds_at(Where.OPENING) + kinds_at(Where.ON_TABLE)
+        return Hazards(tuple(kind for kind in kinds for _ in self.cells_of(kind.symbol)), self.damage)
+
+    def _cells_at(self, where: Where) -> tuple[Cell, ...]:
+        """The cells of the hazards in one place, kind by kind."""
+        return tuple(cell for kind in kinds_at(where) for cell in self.cells_of(kind.symbol))
 
     @functools.cached_property
     def graph(self) -> CellGraph:
@@ -266,7 +270,7 @@ def _at(plan: FloorPlan, first_line: int, cell: Cell, problem: str) -> str:
 
 def _of_rows(plan: FloorPlan, first_line: int) -> Iterator[str]:
     ((width, _),) = collections.Counter(map(len, plan.rows)).most_common(1)
-    legend = ", ".join(f"{k} ({n})" for k, n in LEGEND.items())
+    legend = ", ".join(f"{k} ({n})" for k, (n, _) in LEGEND.items())
     for r, row in enumerate(plan.rows):
         wrong = [c for c, kind in enumerate(row) if kind not in LEGEND]
         if wrong:
@@ -284,7 +288,7 @@ def _of_border(plan: FloorPlan, first_line: int) -> Iterator[str]:
     for row in np.flatnonzero(open_.any(axis=1)).tolist():
         wrong = np.flatnonzero(open_[row]).tolist()
         kind = plan[row, wrong[0]]
-        problem = f"the border must be all wall (#), and here is a {LEGEND[kind]} ({kind}){_and_more(wrong)}"
+        problem = f"the border must be all wall (#), and here is a {LEGEND[kind][0]} ({kind}){_and_more(wrong)}"
         yield _at(plan, first_line, (row, wrong[0]), problem)
     if not plan.free_cells:
         yield _at(plan, first_line, (0, 0), "the plan has no free cell (.)")
@@ -302,13 +306,14 @@ def _of_cells(plan: FloorPlan, first_line: int) -> Iterator[str]:
         origin = f"line {start[0] + first_line}, column {start[1] + 1}"
         problem = f"this free cell is not connected to the one at {origin}{more}"
         yield _at(plan, first_line, plan.free_cells[cut_off[0]], problem)
-    for cell in plan.cells_of(STAIRWELL, CANDLE, TABLE, BIN):
+    for cell in plan.cells_of(*(kind.symbol for kind in KINDS), BIN):
         if not plan.free_neighbours(cell):
-            problem = f"this {LEGEND[plan[cell]]} ({plan[cell]}) cannot be reached: no free cell is beside it"
+            problem = f"this {LEGEND[plan[cell]][0]} ({plan[cell]}) cannot be reached: no free cell is beside it"
             yield _at(plan, first_line, cell, problem)
     height, width = plan.shape
     everywhere = f"in lines {first_line} to {first_line + height - 1}, columns 1 to {width}"
     if not plan.bins:
         yield f"floor plan '{plan.name}' has no toy bin (B) {everywhere}: the child has nowhere to go"
     if plan.candle_tables and len(plan.candle_tables) == len(plan.tables):
-        yield f"floor plan '{plan.name}' has no bare table (T) {everywhere}: there is nowhere to take a candle"
+        things = " or ".join(dict.fromkeys(hazard.kind.name for hazard in plan.hazards.at(Where.ON_TABLE)))
+        yield f"floor plan '{plan.name}' has no bare table ({TABLE}) {everywhere}: there is nowhere to take a {things}"

@@ -1,4 +1,4 @@
-"""Hazards: what a child can be hurt by and a caregiver can do something about, in one table and one order."""
+"""Hazards: what a child can be hurt by, one record a kind, and those of a house in one table and one order."""
 
 from __future__ import annotations
 
@@ -7,67 +7,154 @@ import enum
 import functools
 import math
 import numbers
-from collections.abc import Iterator, Sequence
-from typing import overload
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TypeVar
 
 import numpy as np
 
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.errors import CaregiverError, check_kind
 
 MOST_DAMAGE = 1e6  # of a collision: far from where sums of it are no numbers any more
 NOTHING = -1  # no hazard, no candle, no table, no action
+_Number = TypeVar("_Number", int, np.ndarray)
+
+
+class Where(enum.Enum):
+    """Where a hazard is. In the table of a house's hazards those in openings come first, then those on tables."""
+
+    OPENING = enum.auto()  # whoever enters the cell is hurt; who stands in it is in the way of others
+    ON_TABLE = enum.auto()  # whoever bumps into the table is hurt; it can be carried to another one
+    FURNITURE = enum.auto()  # the table itself
 
 
 @dataclasses.dataclass(frozen=True)
-class DamageWeights:
-    """Damage of one collision with each kind of thing (paper, section V.B). Walls, bins and the caregiver do none.
+class HazardKind:
+    """A kind of thing that hurts a child: all that is said of it, but for its model.
 
     Attributes:
-        stairwell: Of a fall down the stairs.
-        candle: Of a bump into a table with a candle; in the house also into a candle anywhere.
-        table: Of a bump into a bare table. It is no `Hazard`, because nobody can do anything about a table.
+        name: What it is called in sentences, in columns (`damage_candle`) and in the scene (`candle_0/...`).
+        symbol: Its character in floor plans, and in labels such as "C1".
+        where: Where it is.
+        damage: Damage of one collision with it, by default (paper, section V.B).
+        verb: Name of the verb that protects the children from it; None if nothing does, and it is no `Hazard`.
+        cell: What its cell is called, one and several.
+        at: Where the damage is done, in tables.
+        harm: What does it, in a sentence.
+        model: Its file in `models/`. The model's first geom is what is touched.
+        colour: What it is drawn in: red, green, blue, of 255.
     """
 
-    stairwell: float = 5.0
-    candle: float = 4.0
-    table: float = 1.0
-
-    def __post_init__(self) -> None:
-        for field in dataclasses.fields(self):
-            value = getattr(self, field.name)
-            if not (isinstance(value, numbers.Real) and math.isfinite(value) and float(value) >= 0):
-                raise CaregiverError(f"the damage of a {field.name} must be a number of at least 0, got {value!r}")
-            if float(value) > MOST_DAMAGE:
-                raise CaregiverError(f"the damage of a {field.name} must be at most {MOST_DAMAGE:g}, got {value!r}")
-
-    @classmethod
-    def parse(cls, text: str) -> DamageWeights:
-        """Reads `STAIRWELL:CANDLE:TABLE`, such as "5:4:1".
-
-        Raises:
-            CaregiverError: It is not three numbers of at least 0.
-        """
-        try:
-            stairwell, candle, table = map(float, text.split(":"))
-        except ValueError:
-            raise CaregiverError(f"damage must be STAIRWELL:CANDLE:TABLE, such as 5:4:1, got '{text}'") from None
-        return cls(stairwell, candle, table)
+    name: str
+    symbol: str
+    where: Where
+    damage: float
+    verb: str | None
+    cell: tuple[str, str]
+    at: str
+    harm: str
+    model: str
+    colour: tuple[int, int, int]
 
     def __str__(self) -> str:
-        """What `parse` makes the same weights of again."""
-        return ":".join(np.format_float_positional(getattr(self, f.name), trim="-") for f in dataclasses.fields(self))
+        return self.name
+
+
+_BUMPS = "bumps into tables with a candle, in the house also into a candle anywhere"
+STAIRWELL = HazardKind(
+    "stairwell", "S", Where.OPENING, 5.0, "block", ("stairwell", "stairwells"), "stairs", "falls down stairs",
+    model="stairwell", colour=(204, 121, 167),
+)  # fmt: skip
+CANDLE = HazardKind(
+    "candle", "C", Where.ON_TABLE, 4.0, "relocate", ("table with a candle", "tables with a candle"), "candles", _BUMPS,
+    model="candle", colour=(230, 159, 0),
+)  # fmt: skip
+TABLE = HazardKind(
+    "table", "T", Where.FURNITURE, 1.0, None, ("bare table", "bare tables"), "bare tables", "bumps into bare tables",
+    model="table", colour=(133, 100, 72),
+)  # fmt: skip
+KINDS = (STAIRWELL, CANDLE, TABLE)  # a kind of your own is a record here, and a model
+
+
+_IN_SHORT = tuple(kind.name for kind in (STAIRWELL, CANDLE, TABLE))  # of "5:4:1"
+
+
+def kinds_at(*where: Where) -> tuple[HazardKind, ...]:
+    """Return the kinds that are in some place, in the order of `KINDS`."""
+    return tuple(kind for kind in KINDS if kind.where in where)
+
+
+class DamageWeights(Mapping[str, float]):
+    """Damage of one collision with each kind of thing, by its name. Walls, bins and the caregiver do none.
+
+    `DamageWeights(stairwell=20)`, or in the order of `KINDS`, `DamageWeights(5, 4, 1)`. What is not given is as by
+    default.
+    """
+
+    def __init__(self, *in_order: float, **by_name: float):
+        """Take the weights.
+
+        Raises:
+            CaregiverError: One is of no kind, or no number in 0 to `MOST_DAMAGE`.
+        """
+        self._weights = {kind.name: kind.damage for kind in KINDS}
+        for name, value in (*zip(self._weights, in_order, strict=False), *by_name.items()):
+            if name not in self._weights:
+                raise CaregiverError(f"no kind of damage '{name}': there are {', '.join(self._weights)}")
+            if not (isinstance(value, numbers.Real) and math.isfinite(value) and float(value) >= 0):
+                raise CaregiverError(f"the damage of a {name} must be a number of at least 0, got {value!r}")
+            if float(value) > MOST_DAMAGE:
+                raise CaregiverError(f"the damage of a {name} must be at most {MOST_DAMAGE:g}, got {value!r}")
+            self._weights[name] = float(value)
+
+    @classmethod
+    def of(cls, damage: Mapping[str, float] | str) -> DamageWeights:
+        """Make them of "stairwell=5,candle=4", of "5:4:1" (stairwell, candle, table), or of `{"stairwell": 5}`.
+
+        Raises:
+            CaregiverError: It is none of these, or a number is out of range, or a kind unknown.
+        """
+        if isinstance(damage, Mapping):
+            return damage if isinstance(damage, cls) else cls(**damage)
+        check_kind("the damage, if no DamageWeights or mapping,", damage, str)
+        try:
+            if "=" not in damage:
+                return cls(**dict(zip(_IN_SHORT, map(float, damage.split(":")), strict=True)))
+            said = [(name.strip(), float(value)) for name, value in (part.split("=") for part in damage.split(","))]
+        except ValueError:
+            raise CaregiverError(
+                "damage must be KIND=NUMBER, such as stairwell=5,candle=4, or "
+                f"{':'.join(_IN_SHORT).upper()}, such as 5:4:1, got '{damage}'"
+            ) from None
+        if len(dict(said)) < len(said):
+            raise CaregiverError(f"damage must name each kind once, got '{damage}'")
+        return cls(**dict(said))
+
+    def __str__(self) -> str:
+        """What `of` makes the same weights of again, as short as can be."""
+        said = {name: np.format_float_positional(value, trim="-") for name, value in self.items()}
+        if self == DamageWeights(**{name: self[name] for name in _IN_SHORT}):
+            return ":".join(said[name] for name in _IN_SHORT)
+        return ",".join(f"{name}={value}" for name, value in said.items())
+
+    def __repr__(self) -> str:
+        return f"DamageWeights({', '.join(f'{name}={value!r}' for name, value in self.items())})"
+
+    def __getitem__(self, name: str) -> float:
+        return self._weights[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._weights)
+
+    def __len__(self) -> int:
+        return len(self._weights)
+
+    def __hash__(self) -> int:
+        return hash(tuple(self.values()))
 
     @property
     def worst(self) -> float:
         """The greatest of them."""
-        return max(self.stairwell, self.candle, self.table)
-
-
-class HazardKind(enum.StrEnum):
-    """What a hazard is."""
-
-    STAIRWELL = "stairwell"
-    CANDLE = "candle"
+        return max(self.values())
 
 
 @dataclasses.dataclass(frozen=True)
@@ -86,40 +173,42 @@ class Hazard:
 
     def __str__(self) -> str:
         """Its name in sentences, such as "stairwell 1"."""
-        return f"{self.kind} {self.index + 1}"
+        return f"{self.kind.name} {self.index + 1}"
 
     @property
     def label(self) -> str:
         """Its name where there is little room, such as "S1"."""
-        return f"{self.kind[0].upper()}{self.index + 1}"
+        return f"{self.kind.symbol}{self.index + 1}"
+
+    @property
+    def element(self) -> str:
+        """Its name in the scene, such as "stairwell_0", which its parts begin with."""
+        return f"{self.kind.name}_{self.index}"
 
 
 @dataclasses.dataclass(frozen=True)
 class Hazards(Sequence[Hazard]):
-    """All hazards of a house: first its stairwells, then its candles.
+    """All hazards of a house: first those in openings, then those on tables, kind by kind.
 
-    A number of a hazard is its place in this table. The methods take such numbers, or numbers among one kind, as
-    integers or as integer arrays of any shape, and leave NOTHING as it is.
+    A number of a hazard is its place in this table. The methods take such numbers, or numbers among those in one place,
+    as integers or as integer arrays of any shape, and leave NOTHING as it is.
 
     Attributes:
-        stairwells: How many stairwells there are.
-        candles: How many candles.
+        kinds: What each of them is.
         weights: Damage of a collision with each kind.
     """
 
-    stairwells: int
-    candles: int
+    kinds: tuple[HazardKind, ...]
     weights: DamageWeights = DamageWeights()
 
     def __len__(self) -> int:
-        return self.stairwells + self.candles
+        return len(self.kinds)
 
     def __getitem__(self, number: int) -> Hazard:  # type: ignore[override]  # no slices
         if not 0 <= number < len(self):
             raise IndexError(f"no hazard {number}: there are {len(self)}")
-        if number < self.stairwells:
-            return Hazard(HazardKind.STAIRWELL, int(number), self.weights.stairwell)
-        return Hazard(HazardKind.CANDLE, int(number) - self.stairwells, self.weights.candle)
+        kind = self.kinds[number]
+        return Hazard(kind, self.kinds[:number].count(kind), self.weights[kind.name])
 
     def __iter__(self) -> Iterator[Hazard]:
         return (self[number] for number in range(len(self)))
@@ -129,81 +218,57 @@ class Hazards(Sequence[Hazard]):
         """d_o of every hazard, (hazards,)."""
         return np.array([hazard.damage for hazard in self], float)
 
-    @overload
-    def of_stairwell(self, index: int) -> int: ...
-    @overload
-    def of_stairwell(self, index: np.ndarray) -> np.ndarray: ...
-    def of_stairwell(self, index: int | np.ndarray) -> int | np.ndarray:
-        """Return the number of the hazard that a stairwell is.
+    @functools.cached_property
+    def verb(self) -> np.ndarray:
+        """Name of the verb that protects from every hazard, (hazards,)."""
+        return np.array([kind.verb for kind in self.kinds], object)
+
+    @functools.cached_property
+    def _openings(self) -> int:
+        return sum(kind.where is Where.OPENING for kind in self.kinds)
+
+    def at(self, where: Where) -> list[Hazard]:
+        """Return those in one place."""
+        return list(self)[slice(*self._span(where))]
+
+    def worst(self, where: Where) -> float:
+        """Return the greatest damage of those in one place; 0 if there are none."""
+        return float(self.damage[slice(*self._span(where))].max(initial=0.0))
+
+    def number(self, where: Where, index: _Number) -> _Number:
+        """Return the numbers of hazards by their numbers among those in one place.
 
         Raises:
-            CaregiverError: There is no such stairwell.
+            CaregiverError: There is no such hazard there.
         """
-        _check_index("stairwell", index, self.stairwells)
-        return np.where(np.equal(index, NOTHING), NOTHING, index) if np.ndim(index) else int(index)
+        first, end = self._span(where)
+        wrong = np.less(index, NOTHING) | np.greater_equal(index, end - first)
+        if wrong.any():
+            words = " or ".join(kind.name for kind in kinds_at(where))
+            last = f"from 0 to {end - first - 1}, or NOTHING ({NOTHING})"
+            there = last if end > first else f"NOTHING ({NOTHING}), for there is none"
+            raise CaregiverError(f"the number of a {words} must be {there}, got {int(np.asarray(index)[wrong][0])}")
+        found = np.where(np.equal(index, NOTHING), NOTHING, np.add(index, first))
+        return found if isinstance(index, np.ndarray) else int(found)
 
-    @overload
-    def of_candle(self, index: int) -> int: ...
-    @overload
-    def of_candle(self, index: np.ndarray) -> np.ndarray: ...
-    def of_candle(self, index: int | np.ndarray) -> int | np.ndarray:
-        """Return the number of the hazard that a candle is.
+    def among(self, where: Where, number: _Number) -> _Number:
+        """Return the numbers of hazards among those in one place, NOTHING for those that are not there."""
+        found = np.where(self.are_at(where, number), np.subtract(number, self._span(where)[0]), NOTHING)
+        return found if isinstance(number, np.ndarray) else int(found)
 
-        Raises:
-            CaregiverError: There is no such candle.
-        """
-        _check_index("candle", index, self.candles)
-        if np.ndim(index):
-            return np.where(np.equal(index, NOTHING), NOTHING, np.add(index, self.stairwells))
-        return NOTHING if index == NOTHING else int(index) + self.stairwells
+    def are_at(self, where: Where, number: int | np.ndarray) -> np.ndarray:
+        """Return whether hazards are in one place."""
+        first, end = self._span(where)
+        return np.asarray(np.greater_equal(number, first) & np.less(number, end))
 
-    @overload
-    def stairwell(self, number: int) -> int: ...
-    @overload
-    def stairwell(self, number: np.ndarray) -> np.ndarray: ...
-    def stairwell(self, number: int | np.ndarray) -> int | np.ndarray:
-        """Which stairwell a hazard is, NOTHING if it is none."""
-        found = np.where(self.is_stairwell(number), number, NOTHING)
-        return found if np.ndim(number) else int(found)
-
-    @overload
-    def candle(self, number: int) -> int: ...
-    @overload
-    def candle(self, number: np.ndarray) -> np.ndarray: ...
-    def candle(self, number: int | np.ndarray) -> int | np.ndarray:
-        """Which candle a hazard is, NOTHING if it is none."""
-        found = np.where(self.is_candle(number), np.subtract(number, self.stairwells), NOTHING)
-        return found if np.ndim(number) else int(found)
-
-    @overload
-    def is_stairwell(self, number: int) -> np.bool: ...
-    @overload
-    def is_stairwell(self, number: np.ndarray) -> np.ndarray: ...
-    def is_stairwell(self, number: int | np.ndarray) -> np.bool | np.ndarray:
-        """Whether a hazard is a stairwell."""
-        return np.greater(number, NOTHING) & np.less(number, self.stairwells)
-
-    @overload
-    def is_candle(self, number: int) -> np.bool: ...
-    @overload
-    def is_candle(self, number: np.ndarray) -> np.ndarray: ...
-    def is_candle(self, number: int | np.ndarray) -> np.bool | np.ndarray:
-        """Whether a hazard is a candle."""
-        return np.greater_equal(number, self.stairwells) & np.less(number, len(self))
-
-    def join(self, stairwells: np.ndarray, candles: np.ndarray) -> np.ndarray:
-        """Values of stairwells (..., stairwells) and of candles (..., candles) as values of hazards (..., hazards)."""
-        return np.concatenate([stairwells, candles], axis=-1)
+    def join(self, openings: np.ndarray, on_tables: np.ndarray) -> np.ndarray:
+        """Values of hazards (..., hazards) of those of what is in openings and of what is on tables."""
+        return np.concatenate([openings, on_tables], axis=-1)
 
     def split(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The reverse of `join`."""
-        return values[..., : self.stairwells], values[..., self.stairwells :]
+        return values[..., : self._openings], values[..., self._openings :]
 
-
-def _check_index(kind: str, index: int | np.ndarray, count: int) -> None:
-    """Raises CaregiverError unless numbers among one kind are of so many, or NOTHING."""
-    wrong = np.less(index, NOTHING) | np.greater_equal(index, count)
-    if wrong.any():
-        first = int(np.asarray(index)[wrong][0])
-        there = f"from 0 to {count - 1}, or NOTHING ({NOTHING})" if count else f"NOTHING ({NOTHING}), for there is none"
-        raise CaregiverError(f"the number of a {kind} must be {there}, got {first}")
+    def _span(self, where: Where) -> tuple[int, int]:
+        """The numbers of those in one place: the first, and that after the last."""
+        return (0, self._openings) if where is Where.OPENING else (self._openings, len(self))

@@ -17,7 +17,7 @@ from xml.etree import ElementTree
 import numpy as np
 from scipy import ndimage
 
-from caregiver_mj.plans.cell_graph import ACTIONS, BIN, CANDLE, FREE, TABLE, WALL, Cell
+from caregiver_mj.plans.cell_graph import ACTIONS, BIN, FREE, WALL, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 WALL_THICKNESS = 0.25  # metres, as of a brick wall
@@ -170,7 +170,7 @@ def wall_places(plan: FloorPlan) -> list[tuple[np.ndarray, float]]:
     alcoves, no_place = _alcoves(plan), {cell for cell, _ in doorways(plan)}
     half_wall = wall_thickness(plan) / 2
     places = []
-    for cell in plan.cells_of(FREE, CANDLE, TABLE, BIN):
+    for cell in sorted((*plan.cells_of(FREE, BIN), *plan.tables)):
         for down, right in ((-1, 0), (0, 1), (0, -1)):
             wall = (cell[0] + down, cell[1] + right)
             beside = [(wall[0] + k * right, wall[1] + k * down) for k in (-1, 0, 1)]

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import collections
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from caregiver_mj.errors import FloorPlanError
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -75,12 +75,14 @@ def house_set(name: str) -> tuple[FloorPlan, ...]:
     return tuple(FloorPlan.load(one) for one in names)
 
 
-def houses_named(names: str | Iterable[str], damage: DamageWeights = DamageWeights()) -> tuple[FloorPlan, ...]:
+def houses_named(
+    names: str | Iterable[str], damage: Mapping[str, float] | str = DamageWeights()
+) -> tuple[FloorPlan, ...]:
     """The houses that several names stand for, in their order.
 
     Args:
         names: Of sets, or of single houses as `FloorPlan.load` takes them.
-        damage: What a collision costs.
+        damage: What a collision costs, as `DamageWeights.of` takes it.
 
     Raises:
         FloorPlanError: There is no such house or set, or two houses have the same name.

@@ -24,6 +24,7 @@ from caregiver_mj.house.sensing import Sensing
 from caregiver_mj.interventions.verb import BLOCK, RELOCATE, Intervention
 from caregiver_mj.plans.cell_graph import FREE
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house
+from caregiver_mj.plans.hazards import Where
 from caregiver_mj.policy.estimates import Senses, base_jumps, hand_error
 from caregiver_mj.policy.executive import Executive
 from caregiver_mj.policy.pace import robot_pace
@@ -301,6 +302,6 @@ def _check_start(caregiver: Caregiver, task: CareTask) -> None:
 def _orders(plan: FloorPlan, observation: dict[str, np.ndarray]) -> Intervention:
     """What a task's observation asks for."""
     if "goal_stairwell" in observation:
-        return Intervention(BLOCK, plan.hazards.of_stairwell(int(observation["goal_stairwell"].argmax())))
+        return Intervention(BLOCK, plan.hazards.number(Where.OPENING, int(observation["goal_stairwell"].argmax())))
     candle, table = (int(observation[f"goal_{what}"].argmax()) for what in ("candle", "table"))
-    return Intervention(RELOCATE, plan.hazards.of_candle(candle), table)
+    return Intervention(RELOCATE, plan.hazards.number(Where.ON_TABLE, candle), table)

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import KINDS
 from caregiver_mj.recording.record import COLUMNS, DAMAGE_THRESHOLD
 
-KINDS = ("stairwell", "candle", "table")  # of damage
 BLOCKED = ("stairwell", "free")  # what a move led to that the caregiver was in the way of
 MET = ("entered", "entered_blocked", "held_up")  # how else a move met the caregiver; see `EpisodeRecord`
 _CONTACTS = {column.name: int if column.type == "int" else float for column in COLUMNS if column.role == "contact"}
@@ -103,7 +103,7 @@ class Ledger:
         by_kind = self.harm.sum(axis=1).T
         return {
             "damage": self.damage,
-            **{f"damage_{kind}": damage for kind, damage in zip(KINDS, by_kind, strict=True)},
+            **{f"damage_{kind.name}": damage for kind, damage in zip(KINDS, by_kind, strict=True)},
             "damage_until_stop": self.damage_until_stop,
             "stopped": (self.stopped_at > 0).astype(int),
             "timesteps_to_threshold": np.where(self.stopped_at > 0, self.stopped_at, self._timesteps),

@@ -9,6 +9,8 @@ import dataclasses
 from collections.abc import Iterable
 from typing import Any
 
+from caregiver_mj.plans.hazards import KINDS
+
 # ruff: noqa: RUF009 - `_column` only describes a field
 DAMAGE_THRESHOLD = 15.0  # the paper ends an interaction as soon as the damage is above this (section V.E)
 
@@ -50,11 +52,8 @@ def _contact(unit: str, title: str, meaning: str) -> Any:
 
 
 @dataclasses.dataclass(frozen=True)
-class EpisodeRecord:
-    """One episode, as it stands in a row of `episodes.parquet`: an attribute a column, however many there are.
-
-    `COLUMNS` says what each of them is.
-    """
+class _Begun:
+    """The columns before the damage of each kind."""
 
     world: str = _column("", "world", "`house`, the physical one, or `grid`", "setting")
     house: str = _column("", "house", "name of the floor plan", "setting")
@@ -72,14 +71,30 @@ class EpisodeRecord:
     damage: float = _column(
         "damage", "damage", "all damage in 200 novice timesteps, of all children together", "damage"
     )
-    damage_stairwell: float = _column("damage", "at stairs", "of that, falls down stairs (by default 5 each)", "damage")
-    damage_candle: float = _column(
-        "damage",
-        "at candles",
-        "bumps into tables with a candle, in the house also into a candle anywhere (4 each)",
-        "damage",
-    )
-    damage_table: float = _column("damage", "at bare tables", "bumps into bare tables (1 each)", "damage")
+
+
+_Hurt: Any = dataclasses.make_dataclass(
+    "_Hurt",
+    [
+        (
+            f"damage_{kind.name}",
+            "float",
+            _column("damage", f"at {kind.at}", f"of that, {kind.harm} (by default {kind.damage:g} each)", "damage"),
+        )
+        for kind in KINDS
+    ],
+    bases=(_Begun,),
+    frozen=True,
+)
+
+
+@dataclasses.dataclass(frozen=True)
+class EpisodeRecord(_Hurt):
+    """One episode, as it stands in a row of `episodes.parquet`: an attribute a column, however many there are.
+
+    `COLUMNS` says what each of them is.
+    """
+
     damage_until_stop: float = _column(
         "damage",
         "damage until the stop",

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import Where
 from caregiver_mj.robot.embodiment import Embodiment
 
 _ELSEWHERE = 1e3  # metres; the child is left out, for it will be somewhere else
@@ -44,10 +45,11 @@ class PlanningScene:
         names = [model.geom(i).name for i in range(model.ngeom)]
         self._robot = np.array([name.startswith("robot/") for name in names])
         self._pads = np.array([name.endswith("_pad") for name in names])
-        self._wax = [names.index(f"candle_{i}/wax") for i in range(len(plan.candle_tables))]
+        things = [hazard.element for hazard in plan.hazards.at(Where.ON_TABLE)]
+        self._wax = [next(i for i, name in enumerate(names) if name.startswith(f"{one}/")) for one in things]
         joints = (robot.names.base, robot.names.arm, robot.names.fingers)
         self._base, self._arm, fingers = ([model.joint(f"robot/{name}").qposadr[0] for name in part] for part in joints)
-        candles = [model.joint(f"candle_{i}/joint").qposadr[0] for i in range(len(plan.candle_tables))]
+        candles = [model.joint(f"{one}/joint").qposadr[0] for one in things]
         self._candles = np.array(candles, int)[:, None] + np.arange(7)
         self._hand = self._data.body("robot/hand")
         self._data.qpos[model.joint("toddler/x").qposadr[0]] = _ELSEWHERE

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from caregiver_mj.plans.hazards import HazardKind
+from caregiver_mj.plans import hazards
 
 Colour = tuple[int, int, int]  # red, green, blue, of 255
 
 GROUND = (16, 20, 28)  # of dark cards
 TEXT = (242, 244, 247)  # on them
-WALL, FLOOR, TABLE, BIN = (120, 130, 146), (38, 45, 57), (133, 100, 72), (0, 158, 115)
-STAIRWELL, CANDLE = (204, 121, 167), (230, 159, 0)  # reddish purple, orange
+WALL, FLOOR, BIN = (120, 130, 146), (38, 45, 57), (0, 158, 115)
+STAIRWELL, CANDLE, TABLE = (kind.colour for kind in (hazards.STAIRWELL, hazards.CANDLE, hazards.TABLE))
 FLAME = (255, 236, 170)  # the bright middle of a candle's
 HARM = (222, 30, 96)  # that may be coming: crimson, which no floor or furniture has
 TODDLER, ROBOT, DAMAGE = (240, 228, 66), (86, 180, 233), (240, 120, 50)  # yellow, sky blue, vermillion
 
-HAZARDS = {HazardKind.STAIRWELL: STAIRWELL, HazardKind.CANDLE: CANDLE}
 # Of several children. Chosen to be far, in CIELAB, from one another and from all that they move among, as seen with
 # normal eyes and with each of the three dichromacies.
 CHILDREN = (TODDLER, (160, 96, 255), (216, 250, 250), (190, 60, 20))

@@ -8,6 +8,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.percept import Assessment
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING, Where
 from caregiver_mj.viz import colours
 
 SOON = 5  # timesteps in which a child may be somewhere; what may hurt it is told for `percept.HORIZON`
@@ -77,11 +78,17 @@ class Forecast:
             place = tuple(plan.position(plan.free_cells[cell]))
             found.append(Tile(place, half, _THICKNESS, colours.of_child(child), _DENSEST * opacity))
         for number in np.flatnonzero(self.harm >= LEAST).tolist():
-            stairwell = plan.hazards.stairwell(number)
-            here = candles[plan.hazards.candle(number)] if stairwell < 0 else plan.position(plan.stairwells[stairwell])
-            where = float(here[0]), float(here[1])
-            found.append(Tile(where, half, _PILLAR, colours.HARM, _DENSEST * strength(self.harm[number])))
+            x, y = place_of(plan, number, candles)[:2].tolist()
+            found.append(Tile((x, y), half, _PILLAR, colours.HARM, _DENSEST * strength(self.harm[number])))
         return found
+
+
+def place_of(plan: FloorPlan, hazard: int, candles: np.ndarray) -> np.ndarray:
+    """Where a hazard is, by its number and where the candles are, metres."""
+    stairwell = plan.hazards.among(Where.OPENING, hazard)
+    if stairwell != NOTHING:
+        return plan.position(plan.stairwells[stairwell])
+    return candles[plan.hazards.among(Where.ON_TABLE, hazard)]
 
 
 def strength(probability: float) -> float:

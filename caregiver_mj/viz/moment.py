@@ -16,7 +16,7 @@ from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.interventions.registry import verb_of
 from caregiver_mj.interventions.verb import Mark
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.hazards import KINDS, NOTHING
 from caregiver_mj.viz.hud.state import ChildState, HudState
 
 if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.house.rendering
@@ -66,11 +66,7 @@ def hud_state(
         children=_children(observation, assessment, trails, outcome["damage_by_child"]),
         candles=candle_positions(observation),
         damage=outcome["damage"],
-        damages={
-            "stairs": outcome["damage_stairwell"],
-            "candles": outcome["damage_candle"],
-            "tables": outcome["damage_table"],
-        },
+        damages={kind.at.split()[-1]: outcome[f"damage_{kind.name}"] for kind in KINDS},
         robot=observation.get("base_position"),
         danger=danger,
         unsafe_danger=unsafe_danger,

@@ -20,7 +20,7 @@ from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.experiments.settings import EPSILONS, episode_random
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.hazards import NOTHING, Where
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.tasks import load
 from study import Parser, Trial, make_console, make_table, mishaps, run_all, seeds, write_json
@@ -81,10 +81,10 @@ class Tour(Caregiver):
 
     def _is_done(self, hazard: int, percept: Percept) -> bool:
         hazards = self.plan.hazards
-        if hazards.is_stairwell(hazard):
-            landing = len(self.plan.free_cells) + hazards.stairwell(hazard)
+        if hazards.are_at(Where.OPENING, hazard):
+            landing = len(self.plan.free_cells) + hazards.among(Where.OPENING, hazard)
             return bool(percept.caregiver_cell[0] == landing)
-        candle = hazards.candle(hazard)
+        candle = hazards.among(Where.ON_TABLE, hazard)
         return percept.candle_table[0, candle] not in (NOTHING, self.plan.candle_tables[candle])
 
 

@@ -43,10 +43,9 @@ from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.settings import EPSILONS, Settings, episode_random, episode_seed, episode_tapes
 from caregiver_mj.grid.world import CAREGIVER_ACTIONS, GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.hazards import KINDS, NOTHING, Where
 from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.policy.policy import CaregiverPolicy
-from caregiver_mj.recording.ledger import KINDS
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.separation import FORESIGHT
@@ -332,8 +331,8 @@ class WatchedGrid(HandicappedGrid):
         super().act_caregiver(caregiver, acts, decides)
         for i in np.flatnonzero(np.broadcast_to(acts, len(held))):
             was_held = bool(held[i] != NOTHING)
-            hazard = self.plan.hazards.of_candle(held[i]) if was_held else int(self.orders.hazard[i])
-            candle = self.plan.hazards.candle(hazard)
+            hazard = self.plan.hazards.number(Where.ON_TABLE, held[i]) if was_held else int(self.orders.hazard[i])
+            candle = self.plan.hazards.among(Where.ON_TABLE, hazard)
             if hazard == NOTHING or (candle == NOTHING and blocked[i] and self._under_way[i] is None):
                 self._under_way[i] = None
                 continue
@@ -771,7 +770,7 @@ def page(results: Results, runs: Sequence[str] = ()) -> Page:
     alone_in = {world: rows.damage(world, "none") for world in ("grid", "house")}
     done = results.done.assign(extra=results.done.house - results.done.grid)
     named = {STEPS.get(name, name): whole for name, (_, whole) in found.items()}
-    columns = [f"damage_{kind}" for kind in KINDS]
+    columns = [f"damage_{kind.name}" for kind in KINDS]
     damage = own.groupby("world")[columns].mean()
     counts = results.phases.groupby(["phase", "end"]).size()
     unfinished = results.phases[results.phases.end != DONE][list(PARTS)].sum() / len(results.seconds)
@@ -785,7 +784,7 @@ def page(results: Results, runs: Sequence[str] = ()) -> Page:
         "number": number,
         "goal": 1 + GOAL,
         "ratio": ratio(*rows.cared),
-        "kinds": dict(zip(KINDS, damage.loc["house"] - damage.loc["grid"], strict=True)),
+        "kinds": dict(zip((kind.name for kind in KINDS), damage.loc["house"] - damage.loc["grid"], strict=True)),
         "lines": [_line(results, epsilon) for epsilon in [[e] for e in rows.epsilons] + [list(rows.epsilons)]],
         "aside": _aside(results.aside) if results.aside else None,
         "alike": int((alone_in["grid"] == alone_in["house"]).to_numpy().sum()),
@@ -813,7 +812,7 @@ def page(results: Results, runs: Sequence[str] = ()) -> Page:
         "timesteps": EPISODE_TIMESTEPS,
         "unfinished": unfinished,
         "means": own.groupby(["epsilon", "world"])[
-            [f"damage_{kind}" for kind in KINDS] + ["interventions_done"]
+            [f"damage_{kind.name}" for kind in KINDS] + ["interventions_done"]
         ].mean(),
     }
     drawn = {name: draw_houses(results), f"{name}_steps": draw_steps(results), f"{name}_time": draw_time(results)}

@@ -273,9 +273,9 @@ class Exact:
         for cell, move in itertools.product(range(cells), range(len(ACTIONS))):
             if target[cell, move] == Target.STAIRWELL:
                 is_open = np.arange(places) != cells + index[cell, move]
-                harm[cell, :, :, move] = damage.stairwell * is_open[:, None]
+                harm[cell, :, :, move] = damage["stairwell"] * is_open[:, None]
             elif target[cell, move] == Target.TABLE:
-                harm[cell, :, :, move] = np.where(self._bears[:, index[cell, move]], damage.candle, damage.table)
+                harm[cell, :, :, move] = np.where(self._bears[:, index[cell, move]], damage["candle"], damage["table"])
         return np.einsum("crlm,cgem->crlge", harm, self._chance)
 
     def _solve(self) -> tuple[np.ndarray, np.ndarray]:

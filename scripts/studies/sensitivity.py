@@ -115,8 +115,8 @@ CONDITIONS = tuple(dict.fromkeys((NONE, NEAREST, PAPER, STILL, LINEAR, *WEIGHTED
 
 
 def costs(weights: str) -> np.ndarray:
-    """Damage of a collision of each kind, in the order of `recording.ledger.KINDS`, (kinds,)."""
-    return np.array(dataclasses.astuple(DamageWeights.parse(weights)))
+    """Damage of a collision of each kind, in the order of `plans.hazards.KINDS`, (kinds,)."""
+    return np.array(list(DamageWeights.of(weights).values()))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -175,7 +175,7 @@ class Figures:
     """What is measured of every episode; episode i has the same novice under every condition.
 
     Attributes:
-        collisions: Of each kind, (episodes, kinds), in the order of `recording.ledger.KINDS`.
+        collisions: Of each kind, (episodes, kinds), in the order of `plans.hazards.KINDS`.
         toys: Toy bins reached, (episodes,).
         stop_above: Timestep in which the damage, as the caregiver takes it, came above 15, (episodes,); 200 if never.
         stop_at: That in which it came to 15, or above.
@@ -241,7 +241,7 @@ def first(reached: np.ndarray) -> np.ndarray:
 
 @functools.lru_cache(maxsize=4)  # jobs in one house follow each other, and plans keep what they have worked out
 def _load(house: str, weights: str) -> FloorPlan:
-    return FloorPlan.load(house, damage=DamageWeights.parse(weights))
+    return FloorPlan.load(house, damage=DamageWeights.of(weights))
 
 
 Measure = Callable[[Figures], np.ndarray]  # of the episodes of one job, (episodes,)
@@ -454,7 +454,7 @@ def cells_apart(plan: FloorPlan, candle_table: np.ndarray | None = None) -> np.n
     farthest = np.where(bare_tables(tables[None], len(plan.tables)), distances, 0.0).max(axis=1, initial=0.0)
     candles = distances[:, tables]
     candle = np.where(candles < farthest[:, None], candles, np.inf).min(axis=1, initial=np.inf)
-    return apart(stairwell, candle, plan.damage.stairwell, plan.damage.candle)
+    return apart(stairwell, candle, plan.damage["stairwell"], plan.damage["candle"])
 
 
 def first_apart(stairwell_damage: float, candle_damage: float, farthest: int) -> list[tuple[int, int]]:
@@ -466,7 +466,7 @@ def first_apart(stairwell_damage: float, candle_damage: float, farthest: int) ->
 
 def share_apart(house: str, weights: str) -> float:
     """Share of a child's cells in which the two protect from different hazards, with the candles where they begin."""
-    plan = dataclasses.replace(FloorPlan.load(house), damage=DamageWeights.parse(weights))
+    plan = dataclasses.replace(FloorPlan.load(house), damage=DamageWeights.of(weights))
     return float(cells_apart(plan).mean())
 
 

@@ -18,6 +18,7 @@ import numpy as np
 import caregiver_mj
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.interventions.verb import BLOCK, RELOCATE
+from caregiver_mj.plans.hazards import Where
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.tasks import load
 from study import Parser
@@ -45,7 +46,7 @@ def views(physics: Physics, policy: CaregiverPolicy) -> dict[str, tuple[Any, ...
     found: dict[str, tuple[Any, ...]] = {}
     if verb == RELOCATE and physics.is_gripping():
         if policy.activity.startswith("fetch"):
-            candle = physics.candle_poses()[policy.plan.hazards.candle(policy.target)]
+            candle = physics.candle_poses()[policy.plan.hazards.among(Where.ON_TABLE, policy.target)]
             found["picking"] = [*candle[:2], 0.6], 1.5, yaw, 115, -24
         elif policy.activity.startswith("carry") and near and speed > _DRIVES:
             found["carrying"] = [x, y, 0.45], 2.3, yaw, 140, -34

@@ -63,8 +63,8 @@ def test_safety_is_that_of_the_paper_and_danger_is_equation_2(caregiver):
         who.watch(see(CORRIDOR, 2, previous=1, action=EAST))
     found = caregiver.assess(see(CORRIDOR, 2))
     assert found.safe == pytest.approx(rule.assess(see(CORRIDOR, 2)).safe)
-    assert found.danger == pytest.approx((1 - found.safe[..., None]) * found.reach * CORRIDOR.damage.stairwell)
-    assert found.urgency == pytest.approx(found.reach[:, 0] * CORRIDOR.damage.stairwell)
+    assert found.danger == pytest.approx((1 - found.safe[..., None]) * found.reach * CORRIDOR.damage["stairwell"])
+    assert found.urgency == pytest.approx(found.reach[:, 0] * CORRIDOR.damage["stairwell"])
 
 
 def test_reach_in_a_timestep():

@@ -37,7 +37,7 @@ def touch(kind, index=-1, direction=(0.0, 1.0), speed=0.0) -> Touch:
 def timestep(child, *touches, candles=(), time=0.0):
     """One novice timestep in which the child touches something once; returns what is booked."""
     child.begin(0, RANDOM, NOTHING)
-    child.take_in(list(touches), lambda table: table in candles, time)
+    child.take_in(list(touches), lambda table: np.array([table in candles]), time)
     for _ in range(84):
         child.step(STEP)
         child.touched = ()
@@ -82,7 +82,7 @@ def test_harm_is_that_of_the_present_timestep():
     child = child_in((1, 3))
     assert child.move.harm == 0
     child.begin(0, RANDOM, NOTHING)
-    child.take_in([touch("candle", 0)], lambda table: False, 0.0)
+    child.take_in([touch("candle", 0)], lambda table: np.zeros(1, bool), 0.0)
     assert (child.move.harm, child.move.kind) == (4.0, "candle")
     child.end()
     assert child.move.harm == 0
@@ -160,7 +160,7 @@ def met(child, *touches):
     child.begin(0, RANDOM, NOTHING)
     for _ in range(84):
         child.step(STEP)
-        child.take_in(list(touches), lambda table: False, 0.0)
+        child.take_in(list(touches), lambda table: np.zeros(1, bool), 0.0)
     return child.end().blocked.tolist()
 
 
@@ -188,7 +188,7 @@ def test_strikes_are_contacts_faster_than_5_cm_a_second_and_half_a_second_apart(
     child.begin(0, RANDOM, NOTHING)
 
     def strikes(time, *speeds):
-        return child.take_in([touch("robot", speed=speed) for speed in speeds], lambda table: False, time)
+        return child.take_in([touch("robot", speed=speed) for speed in speeds], lambda table: np.zeros(1, bool), time)
 
     assert strikes(0.0, 0.04, -1.0) == 0
     assert strikes(0.1, 0.06, 0.3) == 1
@@ -248,7 +248,7 @@ def test_who_waits_makes_no_move_and_nothing_comes_of_it(physics):
         children.step(STEP, physics)
     # It has not moved at all; that something is beside it is no block, and no harm.
     assert waiting.position == tuple(CORRIDOR.position((1, 2)))
-    waiting.take_in([touch("robot", direction=(1.0, 0.0))], lambda table: False, 0.0)
+    waiting.take_in([touch("robot", direction=(1.0, 0.0))], lambda table: np.zeros(1, bool), 0.0)
     booking = children.end()[0]
     assert booking.begun == booking.ended
     assert not booking.blocked.any()

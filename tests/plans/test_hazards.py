@@ -7,13 +7,15 @@ from hypothesis import strategies as st
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING, DamageWeights, Hazard, HazardKind, Hazards
+from caregiver_mj.plans.hazards import CANDLE, NOTHING, STAIRWELL, DamageWeights, Hazard, Hazards, Where
 
 #: Two stairwells and three candles: hazards 0 and 1, and 2 to 4.
-FIVE = Hazards(2, 3)
+FIVE = Hazards((STAIRWELL,) * 2 + (CANDLE,) * 3)
 
 COUNTS = st.integers(0, 6)
-HAZARDS = st.builds(Hazards, COUNTS, COUNTS)
+HAZARDS = st.builds(
+    lambda stairwells, candles: Hazards((STAIRWELL,) * stairwells + (CANDLE,) * candles), COUNTS, COUNTS
+)
 
 
 # -- Damage --------------------------------------------------------------------------------------
@@ -21,26 +23,54 @@ HAZARDS = st.builds(Hazards, COUNTS, COUNTS)
 
 def test_damage_is_that_of_the_paper():
     weights = DamageWeights()
-    assert (weights.stairwell, weights.candle, weights.table) == (5.0, 4.0, 1.0)
+    assert weights == {"stairwell": 5.0, "candle": 4.0, "table": 1.0}
     assert weights.worst == 5.0
     assert DamageWeights(1, 2, 7).worst == 7
 
 
 def test_damage_is_read_as_it_is_written():
-    assert DamageWeights.parse("2:3.5:0") == DamageWeights(2.0, 3.5, 0.0)
+    assert DamageWeights.of("2:3.5:0") == DamageWeights(2.0, 3.5, 0.0)
     assert str(DamageWeights(2.0, 3.5, 0.0)) == "2:3.5:0"
     assert str(DamageWeights()) == "5:4:1"
 
 
+def test_damage_is_said_by_name_and_what_is_not_said_is_that_of_the_paper():
+    dear = DamageWeights(20, 4, 1)
+    assert (
+        dear == DamageWeights(stairwell=20) == DamageWeights.of("stairwell=20") == DamageWeights.of({"stairwell": 20})
+    )
+    assert DamageWeights.of(" table=0 , candle=.5") == DamageWeights.of("5:.5:0")
+    assert FloorPlan.load("paper", damage="stairwell=20") == FloorPlan.load("paper", damage=dear)
+    assert hash(DamageWeights.of("20:4:1")) == hash(dear)
+
+
+@pytest.mark.parametrize(
+    ("damage", "words"),
+    [
+        ("stove=3", "no kind of damage 'stove': there are stairwell, candle, table"),
+        ({"stove": 3}, "no kind of damage 'stove'"),
+        ("candle=3,candle=4", "must name each kind once, got 'candle=3,candle=4'"),
+        ("candle=3:4", "must be KIND=NUMBER, such as stairwell=5,candle=4, or .* got 'candle=3:4'"),
+        ("candle=-1", "the damage of a candle must be a number of at least 0, got -1"),
+        (5.0, "damage, if no DamageWeights or mapping, must be a str, got 5.0"),
+    ],
+)
+def test_damage_of_no_kind_or_no_number_is_refused(damage, words):
+    with pytest.raises(CaregiverError, match=words):
+        DamageWeights.of(damage)
+
+
 @given(st.tuples(*[st.integers(0, 10**4).map(lambda n: n / 100)] * 3))
 def test_damage_survives_writing_and_reading(values):
-    assert DamageWeights.parse(str(DamageWeights(*values))) == DamageWeights(*values)
+    assert DamageWeights.of(str(DamageWeights(*values))) == DamageWeights(*values)
 
 
 @pytest.mark.parametrize("text", ["", "5", "5:4", "5:4:1:0", "5:4:x", "5 4 1"])
 def test_damage_that_is_not_three_numbers_is_refused(text):
-    with pytest.raises(CaregiverError, match=rf"^damage must be STAIRWELL:CANDLE:TABLE, such as 5:4:1, got '{text}'$"):
-        DamageWeights.parse(text)
+    with pytest.raises(
+        CaregiverError, match=rf"^damage must be .* STAIRWELL:CANDLE:TABLE, such as 5:4:1, got '{text}'$"
+    ):
+        DamageWeights.of(text)
 
 
 @pytest.mark.parametrize(("kind", "value"), [("stairwell", -1.0), ("candle", float("nan")), ("table", float("inf"))])
@@ -54,11 +84,11 @@ def test_damage_is_finite_and_not_negative(kind, value):
 
 def test_stairwells_come_first_then_candles():
     assert list(FIVE) == [
-        Hazard(HazardKind.STAIRWELL, 0, 5.0),
-        Hazard(HazardKind.STAIRWELL, 1, 5.0),
-        Hazard(HazardKind.CANDLE, 0, 4.0),
-        Hazard(HazardKind.CANDLE, 1, 4.0),
-        Hazard(HazardKind.CANDLE, 2, 4.0),
+        Hazard(STAIRWELL, 0, 5.0),
+        Hazard(STAIRWELL, 1, 5.0),
+        Hazard(CANDLE, 0, 4.0),
+        Hazard(CANDLE, 1, 4.0),
+        Hazard(CANDLE, 2, 4.0),
     ]
     assert FIVE.damage.tolist() == [5, 5, 4, 4, 4]
     assert [hazard.label for hazard in FIVE] == ["S1", "S2", "C1", "C2", "C3"]
@@ -81,70 +111,72 @@ def test_a_plan_has_its_own_hazards_and_damage():
 
 
 def test_numbers_by_hand():
-    assert [FIVE.of_stairwell(i) for i in (NOTHING, 0, 1)] == [NOTHING, 0, 1]
-    assert [FIVE.of_candle(i) for i in (NOTHING, 0, 2)] == [NOTHING, 2, 4]
-    assert [FIVE.stairwell(n) for n in range(-1, 5)] == [NOTHING, 0, 1, NOTHING, NOTHING, NOTHING]
-    assert [FIVE.candle(n) for n in range(-1, 5)] == [NOTHING, NOTHING, NOTHING, 0, 1, 2]
-    assert [bool(FIVE.is_stairwell(n)) for n in range(-1, 5)] == [False, True, True, False, False, False]
-    assert [bool(FIVE.is_candle(n)) for n in range(-1, 5)] == [False, False, False, True, True, True]
+    assert [FIVE.number(Where.OPENING, i) for i in (NOTHING, 0, 1)] == [NOTHING, 0, 1]
+    assert [FIVE.number(Where.ON_TABLE, i) for i in (NOTHING, 0, 2)] == [NOTHING, 2, 4]
+    assert [FIVE.among(Where.OPENING, n) for n in range(-1, 5)] == [NOTHING, 0, 1, NOTHING, NOTHING, NOTHING]
+    assert [FIVE.among(Where.ON_TABLE, n) for n in range(-1, 5)] == [NOTHING, NOTHING, NOTHING, 0, 1, 2]
+    assert [bool(FIVE.are_at(Where.OPENING, n)) for n in range(-1, 5)] == [False, True, True, False, False, False]
+    assert [bool(FIVE.are_at(Where.ON_TABLE, n)) for n in range(-1, 5)] == [False, False, False, True, True, True]
+    assert (FIVE.worst(Where.OPENING), FIVE.worst(Where.ON_TABLE), Hazards(()).worst(Where.OPENING)) == (5.0, 4.0, 0.0)
 
 
 @pytest.mark.parametrize(
-    ("method", "index", "words"),
+    ("where", "index", "words"),
     [
-        ("of_stairwell", 7, r"the number of a stairwell must be from 0 to 1, or NOTHING \(-1\), got 7"),
-        ("of_stairwell", 2, "from 0 to 1, .* got 2"),
-        ("of_stairwell", -2, "from 0 to 1, .* got -2"),
-        ("of_stairwell", np.array([[0, NOTHING], [1, 3]]), "from 0 to 1, .* got 3"),
-        ("of_candle", 3, r"the number of a candle must be from 0 to 2, or NOTHING \(-1\), got 3"),
-        ("of_candle", np.array([0, -5]), "got -5"),
+        (Where.OPENING, 7, r"the number of a stairwell must be from 0 to 1, or NOTHING \(-1\), got 7"),
+        (Where.OPENING, 2, "from 0 to 1, .* got 2"),
+        (Where.OPENING, -2, "from 0 to 1, .* got -2"),
+        (Where.OPENING, np.array([[0, NOTHING], [1, 3]]), "from 0 to 1, .* got 3"),
+        (Where.ON_TABLE, 3, r"the number of a candle must be from 0 to 2, or NOTHING \(-1\), got 3"),
+        (Where.ON_TABLE, np.array([0, -5]), "got -5"),
     ],
 )
-def test_there_is_no_number_of_what_there_is_not(method, index, words):
+def test_there_is_no_number_of_what_there_is_not(where, index, words):
     with pytest.raises(CaregiverError, match=words):
-        getattr(FIVE, method)(index)
+        FIVE.number(where, index)
 
 
 def test_a_house_without_any_has_no_number_of_one():
-    bare = Hazards(0, 0)
-    assert (bare.of_stairwell(NOTHING), bare.of_candle(NOTHING)) == (NOTHING, NOTHING)
-    assert bare.of_candle(np.array([], int)).tolist() == []
+    bare = Hazards(())
+    assert [bare.number(where, NOTHING) for where in (Where.OPENING, Where.ON_TABLE)] == [NOTHING, NOTHING]
+    assert bare.number(Where.ON_TABLE, np.array([], int)).tolist() == []
     with pytest.raises(CaregiverError, match=r"stairwell must be NOTHING \(-1\), for there is none, got 0"):
-        bare.of_stairwell(0)
+        bare.number(Where.OPENING, 0)
 
 
 def test_a_single_number_stays_a_plain_one():
-    for number in (FIVE.of_stairwell(np.int64(1)), FIVE.of_candle(1), FIVE.stairwell(1), FIVE.candle(3)):
-        assert type(number) is int
+    for where in (Where.OPENING, Where.ON_TABLE):
+        assert type(FIVE.number(where, np.int64(1))) is type(FIVE.among(where, 3)) is int
 
 
 @given(HAZARDS, st.lists(st.lists(st.integers(-1, 11), min_size=2, max_size=2), min_size=1, max_size=4))
 def test_arrays_are_treated_number_by_number(hazards, rows):
     numbers = np.array(rows).clip(max=len(hazards) - 1)
-    for method in (hazards.stairwell, hazards.candle, hazards.is_stairwell, hazards.is_candle):
-        assert method(numbers).tolist() == [[method(int(n)) for n in row] for row in numbers]
-    for method, count in ((hazards.of_stairwell, hazards.stairwells), (hazards.of_candle, hazards.candles)):
-        indices = numbers.clip(max=count - 1)
-        assert method(indices).tolist() == [[method(int(i)) for i in row] for row in indices]
+    for where in (Where.OPENING, Where.ON_TABLE):
+        for method in (hazards.among, hazards.are_at):
+            assert method(where, numbers).tolist() == [[method(where, int(n)) for n in row] for row in numbers]
+        indices = numbers.clip(max=len(hazards.at(where)) - 1)
+        assert hazards.number(where, indices).tolist() == [
+            [hazards.number(where, int(i)) for i in row] for row in indices
+        ]
 
 
 @given(HAZARDS)
 def test_every_hazard_has_a_number_and_an_index_that_lead_to_each_other(hazards):
     for number, hazard in enumerate(hazards):
         assert hazards[number] == hazard
-        if hazard.kind is HazardKind.STAIRWELL:
-            assert (hazards.stairwell(number), hazards.candle(number)) == (hazard.index, NOTHING)
-            assert hazards.of_stairwell(hazard.index) == number
-        else:
-            assert (hazards.stairwell(number), hazards.candle(number)) == (NOTHING, hazard.index)
-            assert hazards.of_candle(hazard.index) == number
-        assert hazards.is_stairwell(number) != hazards.is_candle(number)
+        for where in (Where.OPENING, Where.ON_TABLE):
+            is_there = hazard.kind.where is where
+            assert hazards.among(where, number) == (hazard.index if is_there else NOTHING)
+            assert hazards.are_at(where, number) == is_there
+            assert hazards.number(where, hazards.among(where, number)) == (number if is_there else NOTHING)
+            assert (hazard in hazards.at(where)) == is_there
 
 
 @given(HAZARDS, st.integers(1, 3))
 def test_what_is_joined_can_be_split_again(hazards, worlds):
     values = np.arange(worlds * len(hazards)).reshape(worlds, len(hazards))
     stairwells, candles = hazards.split(values)
-    assert stairwells.shape == (worlds, hazards.stairwells)
-    assert candles.shape == (worlds, hazards.candles)
+    assert stairwells.shape == (worlds, len(hazards.at(Where.OPENING)))
+    assert candles.shape == (worlds, len(hazards.at(Where.ON_TABLE)))
     assert (hazards.join(stairwells, candles) == values).all()

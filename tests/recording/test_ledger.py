@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.recording.ledger import BLOCKED, KINDS, MET, Ledger
+from caregiver_mj.plans.hazards import KINDS
+from caregiver_mj.recording.ledger import BLOCKED, MET, Ledger
 from caregiver_mj.recording.record import names
 
 PLAN = FloorPlan.parse("#####\n#B..#\n#...#\n#T.S#\n#####", "small")  # six free cells
@@ -27,7 +28,7 @@ def book(ledger, begun, ended, harm, toys=None, blocked=None) -> None:
 
 
 def test_kinds_are_those_of_the_columns():
-    assert KINDS == ("stairwell", "candle", "table")
+    assert [kind.name for kind in KINDS] == ["stairwell", "candle", "table"]
 
 
 def test_an_episode_of_an_only_child():

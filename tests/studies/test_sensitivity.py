@@ -74,7 +74,7 @@ def choices(plan, candle_table):
 @settings(max_examples=25, deadline=None)
 @given(plan_texts(), st.sampled_from(["5:4:1", "20:4:1", "1:1:1", "4:5:1"]), st.randoms(use_true_random=False))
 def test_the_rules_differ_just_where_the_derivation_says(text, weights, random):
-    plan = FloorPlan.parse(text, damage=DamageWeights.parse(weights))
+    plan = FloorPlan.parse(text, damage=weights)
     tables = np.array(random.sample(range(len(plan.tables)), len(plan.candle_tables)), int)
     ours, theirs = choices(plan, tables)
     assert (ours != theirs).tolist() == cells_apart(plan, tables).tolist()

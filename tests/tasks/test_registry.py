@@ -7,7 +7,7 @@ from dm_control.rl import control
 import caregiver_mj.tasks
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import HazardKind
+from caregiver_mj.plans.hazards import CANDLE
 from caregiver_mj.tasks.base import CareTask
 
 PLAN = FloorPlan.parse("######\n#...B#\n#.C.T#\n######", "no_stairs")
@@ -16,7 +16,7 @@ PLAN = FloorPlan.parse("######\n#...B#\n#.C.T#\n######", "no_stairs")
 class StayCalm(CareTask):
     """Move as little as possible, near a candle."""
 
-    needs = HazardKind.CANDLE
+    needs = CANDLE
     needs_robot = True
     time_limit = 0.5  # seconds
 

@@ -9,13 +9,13 @@ import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.foresight.child_model import Travel, travel
-from caregiver_mj.caregivers.foresight.value_table import AllLayouts, count_stands
+from caregiver_mj.caregivers.foresight.value_table import AllLayouts, costs, count_stands
 from caregiver_mj.caregivers.percept import PAPER, Percept, bare_tables
 from caregiver_mj.caregivers.told import Future, ToldCaregiver, Truth
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.interventions.verb import BLOCK, RELOCATE, Interventions
+from caregiver_mj.interventions.verb import Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.hazards import NOTHING, Where
 
 LARGEST = 5_000  # stands of a house: as many fit into memory
 _SPAN = 60  # moves for which a plan holds; then it is made anew
@@ -77,8 +77,7 @@ class ClairvoyantCaregiver(ToldCaregiver, Caregiver):
         free = np.flatnonzero((percept.candle_table != NOTHING).all(axis=1) & (percept.holding == NOTHING))
         if free.size and len(self.plan.hazards):
             hazard, destination = self._best(percept, free)
-            is_stairwell, is_candle = self.plan.hazards.is_stairwell(hazard), self.plan.hazards.is_candle(hazard)
-            answer.verb[free] = np.where(is_stairwell, BLOCK, np.where(is_candle, RELOCATE, self.idle_verb))
+            answer.verb[free] = np.append(self.plan.hazards.verb, self.idle_verb)[hazard]
             answer.hazard[free], answer.destination[free] = hazard, destination
             self._begun[free] = hazard
         return answer
@@ -142,7 +141,7 @@ class ClairvoyantCaregiver(ToldCaregiver, Caregiver):
             carried += self._denied[got, source, target, worlds] + EFFORT
             carried += self._harm[placed, target, worlds] - self._harm[got, source, worlds]
             damage = np.concatenate([damage, carried.reshape(-1, len(worlds))])
-            candles = plan.hazards.of_candle(np.arange(tables.shape[1]))
+            candles = plan.hazards.number(Where.ON_TABLE, np.arange(tables.shape[1]))
             hazard = np.concatenate([hazard, np.repeat(candles, bare.shape[1])])
         goes_on = (hazard[:, None] == self._begun[worlds]) & (hazard[:, None] != NOTHING)
         option = (damage - np.where(goes_on, _GOES_ON, 0.0)).argmin(axis=0)
@@ -197,10 +196,10 @@ class Hindsight:
             Damage of open stairwells before each move, (T + 1, W), and more damage of a candle on each table than of
             the bare table from each move on, (T + 1, tables, W).
         """
-        damage, (length, _, worlds) = self._plan.damage, bumps.shape
-        falls = damage.stairwell * ((bumps >= 0) & (bumps < len(self._plan.stairwells))).sum(axis=1)
+        (fall, _, more), (length, _, worlds) = costs(self._plan), bumps.shape
+        falls = fall * ((bumps >= 0) & (bumps < len(self._plan.stairwells))).sum(axis=1)
         table = len(self._plan.stairwells) + np.arange(len(self._plan.tables))
-        harm = (damage.candle - damage.table) * (bumps[:, None] == table[:, None, None]).sum(axis=2)
+        harm = more * (bumps[:, None] == table[:, None, None]).sum(axis=2)
         nothing = np.zeros((1, len(table), worlds))
         before = np.concatenate([np.zeros((1, worlds)), np.cumsum(falls, axis=0)])
         after = np.concatenate([np.cumsum(harm[::-1], axis=0)[::-1].reshape(length, len(table), worlds), nothing])
@@ -236,7 +235,7 @@ class Hindsight:
         Returns:
             Array (span, stands, W).
         """
-        known = *self.costs(bumps), *carrying
+        known, (fall, _, _) = (*self.costs(bumps), *carrying), costs(self._plan)
         length, worlds = len(bumps), bumps.shape[2]
         posts, split = self.post_stand.shape[1], self.post_stand.size
         value = np.zeros((length + 1, self.stands, worlds), np.float32)
@@ -246,7 +245,7 @@ class Hindsight:
             here = np.minimum(stay, leave).reshape(-1, posts, worlds)
             for post in range(posts):
                 others = (bumps[move] >= 0) & (bumps[move] < len(self._plan.stairwells)) & (bumps[move] != post)
-                here[:, post] += self._plan.damage.stairwell * others.sum(axis=0)
+                here[:, post] += fall * others.sum(axis=0)
             value[move, :split] = here.reshape(split, worlds)
             value[move, split:] = self._from_tables.best(value, move, known, from_tables)
         return value[: min(span, length + 1)]

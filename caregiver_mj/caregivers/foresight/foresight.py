@@ -24,9 +24,9 @@ from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import HORIZON, Assessment, Outlook, Percept, bare_tables
 from caregiver_mj.caregivers.told import ToldCaregiver, Truth
 from caregiver_mj.danger.belief import Belief
-from caregiver_mj.interventions.verb import BLOCK, DO_NOTHING, RELOCATE, STAND_ASIDE, Interventions
+from caregiver_mj.interventions.verb import DO_NOTHING, STAND_ASIDE, Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.hazards import NOTHING, Where
 
 # By how much something else must be better than what it is about, as a share of all damage that is to come: so that it
 # does not turn round for a trifle. On 34 houses of train-100 and shapes-train-100 .001 was no better (damage by 0.0 %,
@@ -222,9 +222,10 @@ class ForesightCaregiver(Caregiver):
         stairwells = len(self.plan.stairwells)
         candle = option - stairwells - 2
         rest = np.where(option == stairwells, STAND_ASIDE, DO_NOTHING)
-        answer.verb[worlds] = np.where(option < stairwells, BLOCK, np.where(candle >= 0, RELOCATE, rest))
-        hazard = self.plan.hazards.of_candle(np.maximum(candle, NOTHING))
-        answer.hazard[worlds] = np.where(option < stairwells, option, hazard)
+        thing = self.plan.hazards.number(Where.ON_TABLE, np.maximum(candle, NOTHING))
+        hazard = np.where(option < stairwells, option, thing)
+        verb = np.append(self.plan.hazards.verb, "")[hazard]
+        answer.hazard[worlds], answer.verb[worlds] = hazard, np.where(hazard == NOTHING, rest, verb)
         answer.destination[worlds] = self._table[worlds] = table
         self._begun[worlds] = option
 

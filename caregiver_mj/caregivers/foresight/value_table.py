@@ -26,7 +26,7 @@ from caregiver_mj.caregivers.foresight.motion import motion
 from caregiver_mj.caregivers.percept import PAPER, Pace
 from caregiver_mj.danger.chain import ChildChain, expected_hits
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.hazards import NOTHING, TABLE, Where
 
 LARGEST, LAYOUTS = 40_000_000, 128  # states, layouts: where there are more, fewer candles are planned for at a time
 _BEGIN = 0.2  # share of the damage to a child alone to begin the iteration with: about what is left of it
@@ -94,6 +94,16 @@ def candles_at_a_time(plan: FloorPlan) -> int:
     return max((n for n, ways in layouts.items() if ways <= LAYOUTS and states * ways <= LARGEST), default=-1)
 
 
+def costs(plan: FloorPlan) -> tuple[float, float, float]:
+    """Return what a fall, a bump into a bare table, and more than that one into what stands on a table cost.
+
+    Hazards in one place count as if each were the worst of them.
+    """
+    falls, things = (plan.hazards.worst(where) for where in (Where.OPENING, Where.ON_TABLE))
+    bare = plan.damage[TABLE.name]
+    return falls, bare, things - bare
+
+
 def _possible(chain: ChildChain) -> np.ndarray:
     """Return the numbers g E + e of the goals and epsilons that a child can have, (J,)."""
     return np.flatnonzero(chain.prior)
@@ -123,9 +133,8 @@ class ValueTable:
         chain = child_chain(plan)
         self.possible = _possible(chain)
         self._cells, self._places, self._states = chain.shape[0], len(plan.caregiver_cells), len(self.possible)
-        stairwells, damage = len(plan.stairwells), plan.damage
-        harm = np.array([damage.stairwell] * stairwells + [damage.table] * len(plan.tables))
-        more = damage.candle - damage.table
+        stairwells, fall, bump, more = len(plan.stairwells), *costs(plan)
+        harm = np.array([fall] * stairwells + [bump] * len(plan.tables))
         among = (np.arange(self._cells)[:, None] * (chain.size // self._cells) + self.possible).ravel()
         forever, hits = expected_hits(chain, objective.discount)[among], chain.hits[among]
         by_table = (self._cells, self._states, len(plan.tables))
@@ -273,7 +282,7 @@ class ValueTable:
             (C R J, C R J); damage and price, (layouts, C R, J); and the price alone, (C R, J).
         """
         cells, places, states = self._cells, self._places, self._states
-        damage, posts = self.plan.damage, len(self.motion.posts)
+        (fall, bump, more), posts = costs(self.plan), len(self.motion.posts)
         goal, which = np.divmod(self.possible, chain.shape[2])
         epsilon, moves = chain.epsilons[which], chain.greedy.shape[-1]
         number = np.full(chain.shape[1:], -1)
@@ -296,10 +305,10 @@ class ValueTable:
             denial += denied * (wants * (1.0 - epsilon) * purpose + self._objective.random_price * epsilon / moves)
             falls = (met >= 0) & (met < posts)
             landing = np.array([*self.motion.posts, -1])[np.where(falls, met, -1)]
-            cost += damage.stairwell * (falls[:, None] & (landing[:, None] != here))[..., None] * chance
+            cost += fall * (falls[:, None] & (landing[:, None] != here))[..., None] * chance
             bumps = np.flatnonzero(met >= posts)
-            cost[bumps] += damage.table * chance[bumps]
-            candle[bumps, :, :, met[bumps] - posts] += (damage.candle - damage.table) * chance[bumps]
+            cost[bumps] += bump * chance[bumps]
+            candle[bumps, :, :, met[bumps] - posts] += more * chance[bumps]
             after = np.where(denied, state, state[there])
             ends = np.broadcast_to(chain.ends[:, move, goal][:, None], state.shape)
             goes_on = ~ends & (chance > 0)

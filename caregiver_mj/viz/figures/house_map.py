@@ -11,8 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch, Polygon, Rectangle
 
-from caregiver_mj.plans.cell_graph import BIN, CANDLE, STAIRWELL, TABLE, Cell
+from caregiver_mj.plans.cell_graph import BIN, CANDLE, TABLE, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import Where
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.colours import Colour, unit
 from caregiver_mj.viz.figures.style import STYLE, WIDTH
@@ -82,22 +83,22 @@ def _square(cell: Cell, colour: tuple[float, ...]) -> Rectangle:
 
 def _furnish(axes: Axes, plan: FloorPlan) -> None:
     """Draws what stands in the house at the start, as the films' display does."""
-    for row, column in plan.cells_of(STAIRWELL):
-        axes.add_patch(_square((row, column), unit(colours.mix(colours.STAIRWELL, colours.GROUND, 0.6))))
+    for hazard, (row, column) in zip(plan.hazards.at(Where.OPENING), plan.stairwells, strict=True):
+        axes.add_patch(_square((row, column), unit(colours.mix(hazard.kind.colour, colours.GROUND, 0.6))))
         for tread in range(4):
             y = row - 0.5 + (tread + 0.5) / 4
             ends = (column - 0.5, column + 0.5)
-            axes.plot(ends, (y, y), color=unit(colours.STAIRWELL), lw=2, solid_capstyle="butt")
+            axes.plot(ends, (y, y), color=unit(hazard.kind.colour), lw=2, solid_capstyle="butt")
     for cells, colour in ((plan.tables, colours.TABLE), (plan.cells_of(BIN), colours.BIN)):
         for row, column in cells:
             box = FancyBboxPatch(
                 (column - 0.26, row - 0.26), 0.52, 0.52, "round,pad=0.1", facecolor=unit(colour), linewidth=0
             )
             axes.add_patch(box)
-    for table in plan.candle_tables:
+    for hazard, table in zip(plan.hazards.at(Where.ON_TABLE), plan.candle_tables, strict=True):
         (y, x), r = plan.tables[table], 0.17
         y += 0.4 * r
         flame = [(x, y - 2.3 * r), (x + 0.95 * r, y - 0.3 * r), (x - 0.95 * r, y - 0.3 * r)]
-        axes.add_patch(Polygon(flame, facecolor=unit(colours.CANDLE), linewidth=0))
-        axes.add_patch(Circle((x, y), r, facecolor=unit(colours.CANDLE), linewidth=0))
+        axes.add_patch(Polygon(flame, facecolor=unit(hazard.kind.colour), linewidth=0))
+        axes.add_patch(Circle((x, y), r, facecolor=unit(hazard.kind.colour), linewidth=0))
         axes.add_patch(Circle((x, y + 0.1 * r), 0.45 * r, facecolor=unit(colours.FLAME), linewidth=0))

@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
+from caregiver_mj.plans import hazards
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.colours import unit
 from caregiver_mj.viz.figures.style import (
@@ -36,8 +37,8 @@ if TYPE_CHECKING:
 
 _SERIES = ((colours.ROBOT, "o"), (colours.BIN, "s"), (colours.STAIRWELL, "^"), (colours.CANDLE, "v"))
 _HIGHEST = 2.0  # share that an interval may take the axis to
-KINDS = {"damage_stairwell": "stairs", "damage_candle": "candles", "damage_table": "bare tables"}
-_COLOURS = dict(zip(KINDS, (colours.STAIRWELL, colours.CANDLE, colours.TABLE), strict=True))
+KINDS = {f"damage_{kind.name}": kind.at for kind in hazards.KINDS}
+_COLOURS = {f"damage_{kind.name}": kind.colour for kind in hazards.KINDS}
 _WIDTH = 0.37  # of a bar; a pair of bars takes twice that
 _OTHERS = ((colours.BIN, (0, (5, 1.5))), (colours.STAIRWELL, (0, (2, 1))), (colours.CANDLE, (0, (5, 1, 1, 1))))
 

@@ -7,11 +7,12 @@ import itertools
 import numpy as np
 from PIL import Image, ImageDraw
 
-from caregiver_mj.plans.cell_graph import BIN, STAIRWELL, WALL, Cell
+from caregiver_mj.plans.cell_graph import BIN, WALL, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import Where
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.colours import GROUND, TEXT, Colour, mix
-from caregiver_mj.viz.forecast import LEAST, Forecast, strength
+from caregiver_mj.viz.forecast import LEAST, Forecast, place_of, strength
 from caregiver_mj.viz.hud import cards
 from caregiver_mj.viz.hud.cards import FINE, SMALLEST_FONT, Scale, fit, width_of, write
 from caregiver_mj.viz.hud.state import ChildState, HudState
@@ -76,8 +77,9 @@ class Chart:
             canvas.rectangle(self._ground.square(where), outline=TEXT, width=max(FINE, round(0.12 * unit)))
         for number, child in enumerate(state.children):
             self._draw_trail(canvas, child, colours.of_child(number))
-        for index, position in enumerate(state.candles):
-            self._draw_candle(canvas, position, halo=(pointed_at, where) == ("candle", index))
+        things = state.plan.hazards.at(Where.ON_TABLE)
+        for index, (thing, position) in enumerate(zip(things, state.candles, strict=True)):
+            self._draw_candle(canvas, position, thing.kind.colour, halo=(pointed_at, where) == ("candle", index))
         if state.robot is not None:
             self._draw_robot(canvas, state.robot)
         r = 0.34 * unit
@@ -93,7 +95,7 @@ class Chart:
             shade = mix(colours.FLOOR, colours.of_child(child), strength(forecast.presence[child, cell]))
             canvas.rectangle(ground.square(plan.free_cells[cell]), shade)
         for number in np.flatnonzero(forecast.harm >= LEAST).tolist():
-            x, y = ground.pixel(self._place(state, number))
+            x, y = ground.pixel(place_of(state.plan, number, state.candles))
             r = 0.5 * ground.unit
             shade = mix(colours.FLOOR, colours.HARM, strength(forecast.harm[number]))
             canvas.rectangle((x - r, y - r, x + r, y + r), outline=shade, width=max(FINE, round(0.16 * ground.unit)))
@@ -109,7 +111,7 @@ class Chart:
             fresh = mix(colours.FLOOR, colour, 0.15 + 0.7 * (i + 1) / len(points))
             canvas.line((*start, *end), fresh, width=width)
 
-    def _draw_candle(self, canvas: ImageDraw.ImageDraw, position: np.ndarray, halo: bool) -> None:
+    def _draw_candle(self, canvas: ImageDraw.ImageDraw, position: np.ndarray, colour: Colour, halo: bool) -> None:
         """A flame: a drop with its tip up."""
         x, y = self._ground.pixel(position)
         r = 0.21 * self._ground.cell * FINE
@@ -117,8 +119,8 @@ class Chart:
             wide = 0.5 * self._ground.unit
             canvas.ellipse((x - wide, y - wide, x + wide, y + wide), outline=TEXT, width=max(FINE, round(0.4 * r)))
         y += 0.4 * r
-        canvas.polygon(((x, y - 2.3 * r), (x + 0.95 * r, y - 0.3 * r), (x - 0.95 * r, y - 0.3 * r)), colours.CANDLE)
-        canvas.ellipse((x - r, y - r, x + r, y + r), colours.CANDLE)
+        canvas.polygon(((x, y - 2.3 * r), (x + 0.95 * r, y - 0.3 * r), (x - 0.95 * r, y - 0.3 * r)), colour)
+        canvas.ellipse((x - r, y - r, x + r, y + r), colour)
         canvas.ellipse((x - 0.45 * r, y - 0.35 * r, x + 0.45 * r, y + 0.55 * r), colours.FLAME)
 
     def _draw_robot(self, canvas: ImageDraw.ImageDraw, pose: np.ndarray) -> None:
@@ -136,10 +138,9 @@ class Chart:
 
     def _write_names(self, chart: Image.Image, state: HudState) -> None:
         """Names the hazards where they are, and several children by their numbers."""
-        hazards = state.plan.hazards
-        for number, hazard in enumerate(hazards):
-            low = 0.3 if hazards.is_stairwell(number) else 0.85  # in the cell, or below the flame
-            self._write_at(chart, self._place(state, number), low, hazard.label, outline=GROUND)
+        for number, hazard in enumerate(state.plan.hazards):
+            low = 0.3 if hazard.kind.where is Where.OPENING else 0.85  # in the cell, or below the flame
+            self._write_at(chart, place_of(state.plan, number, state.candles), low, hazard.label, outline=GROUND)
         for number, child in enumerate(state.children if len(state.children) > 1 else ()):
             self._write_at(chart, child.position, 0.25, str(number + 1))
 
@@ -162,13 +163,6 @@ class Chart:
             room = right - self._pad - width_of(f"{name}  ", self._small)
             epsilons = fit((epsilons, state.family), self._small, room)
         write(chart, (right, self._caption), epsilons, self._small, cards.LABEL, align=1)
-
-    def _place(self, state: HudState, number: int) -> np.ndarray:
-        """Where a hazard is, metres."""
-        hazards, plan = state.plan.hazards, state.plan
-        if hazards.is_stairwell(number):
-            return plan.position(plan.stairwells[hazards.stairwell(number)])
-        return state.candles[hazards.candle(number)]
 
 
 class GroundPlan:
@@ -211,8 +205,8 @@ class GroundPlan:
         for cell in np.ndindex(plan.shape):
             square = self.square(cell)
             canvas.rectangle(square, colours.WALL if plan[cell] == WALL else colours.FLOOR)
-            if plan[cell] == STAIRWELL:
-                _draw_stairs(canvas, square)
+        for hazard, cell in zip(plan.hazards.at(Where.OPENING), plan.stairwells, strict=True):
+            _draw_stairs(canvas, self.square(cell), hazard.kind.colour)
         inner = 0.14 * self.unit
         for cells, colour in ((plan.tables, colours.TABLE), (plan.cells_of(BIN), colours.BIN)):
             for cell in cells:
@@ -222,9 +216,9 @@ class GroundPlan:
         return drawn
 
 
-def _draw_stairs(canvas: ImageDraw.ImageDraw, square: Square) -> None:
+def _draw_stairs(canvas: ImageDraw.ImageDraw, square: Square, colour: Colour) -> None:
     left, top, right, bottom = square
-    canvas.rectangle(square, mix(colours.STAIRWELL, GROUND, 0.6))
+    canvas.rectangle(square, mix(colour, GROUND, 0.6))
     for tread in range(_TREADS):
         y = top + (bottom - top) * (tread + 0.5) / _TREADS
-        canvas.line((left, y, right, y), colours.STAIRWELL, width=max(1, round((bottom - top) / _TREADS * 0.4)))
+        canvas.line((left, y, right, y), colour, width=max(1, round((bottom - top) / _TREADS * 0.4)))

@@ -141,7 +141,7 @@ class _Bars:
     def draw(self, place: int, hazard: Hazard, danger: float, unsafe: float, is_target: bool) -> None:
         """Draws a bar, and the outline of what it would be if the children were surely unsafe."""
         image, base = self._image, self._base
-        colour = colours.HAZARDS[hazard.kind]
+        colour = hazard.kind.colour
         colour = colour if is_target else mix(colour, GROUND, 0.4)
         left = round(self._area.left + self._pitch * place + (self._pitch - self._width) / 2)
         right = left + self._width

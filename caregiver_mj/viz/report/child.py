@@ -137,7 +137,7 @@ def why_all_timesteps() -> str:
     """Why damage is that of all timesteps, by the paper's own numbers."""
     timesteps, damage = (PUBLISHED[column][1.0][1] for column in ("timesteps_to_threshold", "damage_normalised"))
     stopped = 1 - timesteps / EPISODE_TIMESTEPS  # at least: those that are not stopped count as all timesteps
-    least, most = DAMAGE_THRESHOLD + 1, DAMAGE_THRESHOLD + max(DamageWeights().stairwell, DamageWeights().candle)
+    least, most = DAMAGE_THRESHOLD + 1, DAMAGE_THRESHOLD + DamageWeights().worst
     bound = math.floor(100 * stopped * least / most) / 100
     return (
         f"Damage is that of all {EPISODE_TIMESTEPS} timesteps and not that until the stop, for so it is in the paper: "

@@ -215,7 +215,7 @@ def _danger(state: HudState) -> str:
         value, name = float(state.danger[number]), str(hazard)
         if number == state.target:
             name = f"<b>{name}</b>"
-        rows.append(_row(name, value / full, f"{value:.2f}", colours.HAZARDS[hazard.kind], "danger"))
+        rows.append(_row(name, value / full, f"{value:.2f}", hazard.kind.colour, "danger"))
     return _head("Expected danger") + "".join(rows)
 
 

@@ -1,0 +1,120 @@
+"""A newcomer's errand: a kind of hazard that is neither stairs nor candle. It is a record and a model.
+
+The package is put together in a folder with both added, and is used from there.
+"""
+
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+ROOT = pathlib.Path(__file__).parents[2]
+RECORD = """
+MUG = HazardKind(
+    "mug", "M", Where.ON_TABLE, 3.0, "relocate", ("table with a mug", "tables with a mug"), "mugs", "bumps into mugs",
+    model="mug", colour=(0, 114, 178),
+)
+KINDS = (*KINDS, MUG)
+"""
+MODEL = """
+<mujoco model="mug">
+  <worldbody>
+    <body name="mug">
+      <freejoint name="joint"/>
+      <geom name="china" type="cylinder" size=".022 .08" pos="0 0 .08" mass=".25" contype="4" conaffinity="39"
+        condim="4" friction="1 .01 .002" solref=".004 1" solimp=".95 .99 .001"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+PLAN = "##########\n#S......B#\n#........#\n#M....C..#\n#...T....#\n##########"
+USE = f"""
+import json, sys
+import numpy as np
+import caregiver_mj
+from caregiver_mj.caregivers.registry import make_caregiver
+from caregiver_mj.children.tape import Tape
+from caregiver_mj.grid.world import GridWorld
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.viz.hud.display import draw_plan
+from caregiver_mj.viz.moment import grid_state
+
+plan = FloorPlan.parse({PLAN!r}, damage="mug=2.5")
+found = {{"names": [*map(str, plan.hazards)], "labels": [h.label for h in plan.hazards], "damage": str(plan.damage)}}
+try:
+    FloorPlan.parse(plan.text.replace("T", "."))
+except caregiver_mj.CaregiverError as error:
+    found["refused"] = str(error)
+seen = {{}}
+for name in ("none", "paper", "foresight", "wanderer", "clairvoyant"):
+    caregiver = None if name == "none" else make_caregiver(name, plan, 0)
+    world = GridWorld(plan, "1", caregiver)
+    world.run([Tape.draw_family(np.random.RandomState(seed), 1) for seed in range(20)])
+    seen[name] = {{key: values.sum() for key, values in world.ledger.totals().items() if key.startswith("damage")}}
+    seen[name]["moved"] = float((world.candle_table != plan.candle_tables).any(axis=0)[1])
+found["grid"] = seen
+picture = draw_plan(grid_state(world, "1"), 400, 300).reshape(-1, 3)
+found["drawn"] = int((picture == (0, 114, 178)).all(axis=1).sum())
+
+env = caregiver_mj.load("supervise", plan, 1.0, random=1, visuals=False)
+policy = caregiver_mj.CaregiverPolicy(env, "candles")
+step, activities = env.reset(), []
+for _ in range(4000):
+    step = env.step(policy(step))
+    activities += [policy.activity] if policy.activity not in activities else []
+    if policy.interventions_done and any(what.startswith("carry mug") for what in activities):
+        break
+found["activities"], found["done"] = activities, env.task.outcome()["interventions_done"]
+print(json.dumps(found))
+"""
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("mugs")
+    package = folder / "caregiver_mj"
+    shutil.copytree(ROOT / "caregiver_mj", package, ignore=shutil.ignore_patterns("__pycache__"))
+    (package / "tasks").symlink_to(ROOT / "tasks")
+    shutil.copytree(ROOT / "models", package / "models", ignore=shutil.ignore_patterns("__pycache__"))
+    with (package / "plans" / "hazards.py").open("a", encoding="utf-8") as file:
+        file.write(RECORD)
+    (package / "models" / "mug.xml").write_text(MODEL)
+    command = [sys.executable, "-c", USE]
+    ran = subprocess.run(
+        command, cwd=folder, env=os.environ | {"PYTHONPATH": str(folder)}, capture_output=True, text=True, check=False
+    )
+    assert ran.returncode == 0, ran.stderr
+    return json.loads(ran.stdout.splitlines()[-1])
+
+
+def test_it_is_numbered_named_and_costs_what_its_record_says(found):
+    assert found["names"] == ["stairwell 1", "candle 1", "mug 1"]
+    assert found["labels"] == ["S1", "C1", "M1"]
+    assert found["damage"] == "stairwell=5,candle=4,table=1,mug=2.5"
+    assert "no bare table" in found["refused"]
+    assert "a candle or mug" in found["refused"]
+
+
+def test_the_grid_books_it_in_a_column_of_its_own_and_every_caregiver_takes_it_away(found):
+    grid = found["grid"]
+    for row in grid.values():
+        assert row["damage_mug"] % 2.5 == 0
+        kinds = ("stairwell", "candle", "table", "mug")
+        assert row["damage"] == sum(row[f"damage_{kind}"] for kind in kinds)
+    alone = grid.pop("none")
+    assert alone["damage_mug"] > 0
+    assert all(row["moved"] and row["damage"] < alone["damage"] for row in grid.values())
+
+
+def test_it_is_drawn_in_its_colour(found):
+    assert found["drawn"] > 20
+
+
+def test_the_robot_carries_it(found):
+    assert "fetch mug 1" in found["activities"]
+    assert any(what.startswith("carry mug 1 to table") for what in found["activities"])
+    assert found["done"] >= 1
