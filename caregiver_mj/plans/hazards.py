@@ -27,6 +27,13 @@ class Where(enum.Enum):
     FURNITURE = enum.auto()  # the table itself
 
 
+class State(enum.IntEnum):
+    """What has become of a hazard. Verbs declare what they leave, and the worlds know what it means."""
+
+    AS_PLANNED = 0
+    SHUT = 1  # an opening that no child gets through
+
+
 @dataclasses.dataclass(frozen=True)
 class HazardKind:
     """A kind of thing that hurts a child: all that is said of it, but for its model.
@@ -59,22 +66,21 @@ class HazardKind:
         return self.name
 
 
-_BUMPS = "bumps into tables with a candle, in the house also into a candle anywhere"
 STAIRWELL = HazardKind(
-    "stairwell", "S", Where.OPENING, 5.0, "block", ("stairwell", "stairwells"), "stairs", "falls down stairs",
-    model="stairwell", colour=(204, 121, 167),
+    name="stairwell", symbol="S", where=Where.OPENING, damage=5.0, verb="block", cell=("stairwell", "stairwells"),
+    at="stairs", harm="falls down stairs", model="stairwell", colour=(204, 121, 167),
 )  # fmt: skip
 CANDLE = HazardKind(
-    "candle", "C", Where.ON_TABLE, 4.0, "relocate", ("table with a candle", "tables with a candle"), "candles", _BUMPS,
+    name="candle", symbol="C", where=Where.ON_TABLE, damage=4.0, verb="relocate",
+    cell=("table with a candle", "tables with a candle"), at="candles",
+    harm="bumps into tables with a candle, in the house also into a candle anywhere",
     model="candle", colour=(230, 159, 0),
 )  # fmt: skip
 TABLE = HazardKind(
-    "table", "T", Where.FURNITURE, 1.0, None, ("bare table", "bare tables"), "bare tables", "bumps into bare tables",
-    model="table", colour=(133, 100, 72),
+    name="table", symbol="T", where=Where.FURNITURE, damage=1.0, verb=None, cell=("bare table", "bare tables"),
+    at="bare tables", harm="bumps into bare tables", model="table", colour=(133, 100, 72),
 )  # fmt: skip
 KINDS = (STAIRWELL, CANDLE, TABLE)  # a kind of your own is a record here, and a model
-
-
 _IN_SHORT = tuple(kind.name for kind in (STAIRWELL, CANDLE, TABLE))  # of "5:4:1"
 
 
@@ -94,10 +100,13 @@ class DamageWeights(Mapping[str, float]):
         """Take the weights.
 
         Raises:
-            CaregiverError: One is of no kind, or no number in 0 to `MOST_DAMAGE`.
+            CaregiverError: One is of no kind, or given twice, or no number in 0 to `MOST_DAMAGE`.
         """
         self._weights = {kind.name: kind.damage for kind in KINDS}
-        for name, value in (*zip(self._weights, in_order, strict=False), *by_name.items()):
+        given = dict(zip(self._weights, in_order, strict=False))
+        if len(given) < len(in_order) or given.keys() & by_name:
+            raise CaregiverError(f"damage must be one number for each of {', '.join(self._weights)}")
+        for name, value in (given | by_name).items():
             if name not in self._weights:
                 raise CaregiverError(f"no kind of damage '{name}': there are {', '.join(self._weights)}")
             if not (isinstance(value, numbers.Real) and math.isfinite(value) and float(value) >= 0):
@@ -114,7 +123,7 @@ class DamageWeights(Mapping[str, float]):
             CaregiverError: It is none of these, or a number is out of range, or a kind unknown.
         """
         if isinstance(damage, Mapping):
-            return damage if isinstance(damage, cls) else cls(**damage)
+            return damage if isinstance(damage, cls) else cls(**{str(name): value for name, value in damage.items()})
         check_kind("the damage, if no DamageWeights or mapping,", damage, str)
         try:
             if "=" not in damage:

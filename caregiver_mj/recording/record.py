@@ -52,8 +52,11 @@ def _contact(unit: str, title: str, meaning: str) -> Any:
 
 
 @dataclasses.dataclass(frozen=True)
-class _Begun:
-    """The columns before the damage of each kind."""
+class EpisodeRecord:
+    """One episode, as it stands in a row of `episodes.parquet`: an attribute a column, however many there are.
+
+    `COLUMNS` says what each of them is.
+    """
 
     world: str = _column("", "world", "`house`, the physical one, or `grid`", "setting")
     house: str = _column("", "house", "name of the floor plan", "setting")
@@ -71,30 +74,12 @@ class _Begun:
     damage: float = _column(
         "damage", "damage", "all damage in 200 novice timesteps, of all children together", "damage"
     )
-
-
-_Hurt: Any = dataclasses.make_dataclass(
-    "_Hurt",
-    [
-        (
-            f"damage_{kind.name}",
-            "float",
-            _column("damage", f"at {kind.at}", f"of that, {kind.harm} (by default {kind.damage:g} each)", "damage"),
+    for _kind in KINDS:  # damage_stairwell and so on
+        __annotations__[f"damage_{_kind.name}"] = "float"
+        locals()[f"damage_{_kind.name}"] = _column(
+            "damage", f"at {_kind.at}", f"of that, {_kind.harm} (by default {_kind.damage:g} each)", "damage"
         )
-        for kind in KINDS
-    ],
-    bases=(_Begun,),
-    frozen=True,
-)
-
-
-@dataclasses.dataclass(frozen=True)
-class EpisodeRecord(_Hurt):
-    """One episode, as it stands in a row of `episodes.parquet`: an attribute a column, however many there are.
-
-    `COLUMNS` says what each of them is.
-    """
-
+    del _kind
     damage_until_stop: float = _column(
         "damage",
         "damage until the stop",

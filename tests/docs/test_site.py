@@ -15,7 +15,7 @@ from caregiver_mj.caregivers.registry import CAREGIVERS
 from caregiver_mj.children.behaviour import Sight
 from caregiver_mj.children.family import CHILDREN
 from caregiver_mj.experiments.settings import FLOOR
-from caregiver_mj.interventions.registry import VERBS
+from caregiver_mj.interventions.verb import VERBS
 from caregiver_mj.recording.record import COLUMNS
 
 DOCS = pathlib.Path(__file__).parents[2] / "docs"
@@ -67,7 +67,13 @@ def test_tables_are_as_the_code_is():
 def test_tables_name_everything_that_there_is():
     columns, options, tasks = (markdown(f"reference/{page}.md") for page in ("columns", "options", "tasks"))
     assert all(f"| `{column.name}` |" in columns and column.meaning in columns for column in COLUMNS)
-    for option in ("--houses SET\\|NAME ...", "--overlay danger", "--damage S:C:T", "--resume", "--still FILE.png"):
+    for option in (
+        "--houses SET\\|NAME ...",
+        "--overlay danger",
+        "--damage KIND=D,...",
+        "--resume",
+        "--still FILE.png",
+    ):
         assert f"| `{option}` |" in options
     assert "## caregiver-mj house make" in options
     assert "| `--seed SEED` | `0` | of the run" in options

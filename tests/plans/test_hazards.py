@@ -60,6 +60,12 @@ def test_damage_of_no_kind_or_no_number_is_refused(damage, words):
         DamageWeights.of(damage)
 
 
+@pytest.mark.parametrize(("in_order", "by_name"), [((5, 4, 1, 3), {}), ((5,), {"stairwell": 5})])
+def test_damage_is_one_number_for_each_kind(in_order, by_name):
+    with pytest.raises(CaregiverError, match="must be one number for each of stairwell, candle, table"):
+        DamageWeights(*in_order, **by_name)
+
+
 @given(st.tuples(*[st.integers(0, 10**4).map(lambda n: n / 100)] * 3))
 def test_damage_survives_writing_and_reading(values):
     assert DamageWeights.of(str(DamageWeights(*values))) == DamageWeights(*values)

@@ -15,8 +15,9 @@ import pytest
 ROOT = pathlib.Path(__file__).parents[2]
 RECORD = """
 MUG = HazardKind(
-    "mug", "M", Where.ON_TABLE, 3.0, "relocate", ("table with a mug", "tables with a mug"), "mugs", "bumps into mugs",
-    model="mug", colour=(0, 114, 178),
+    name="mug", symbol="M", where=Where.ON_TABLE, damage=3.0, verb="relocate",
+    cell=("table with a mug", "tables with a mug"), at="mugs", harm="bumps into mugs", model="mug",
+    colour=(0, 114, 178),
 )
 KINDS = (*KINDS, MUG)
 """
