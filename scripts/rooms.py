@@ -40,15 +40,13 @@ def assemble(folder: pathlib.Path) -> None:
 
 
 def graph() -> grimp.ImportGraph:
-    """Who imports whom; imports for type checkers alone do not count."""
+    """Who imports whom."""
     with tempfile.TemporaryDirectory() as folder:
         assemble(pathlib.Path(folder))
         sys.path.insert(0, folder)
         known = {name: sys.modules.pop(name) for name in list(sys.modules) if name.split(".")[0] == _PACKAGE}
         try:
-            return grimp.build_graph(
-                _PACKAGE, include_external_packages=True, exclude_type_checking_imports=True, cache_dir=None
-            )
+            return grimp.build_graph(_PACKAGE, include_external_packages=True, cache_dir=None)
         finally:
             sys.path.remove(folder)
             sys.modules.update(known)

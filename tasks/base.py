@@ -24,7 +24,7 @@ from caregiver_mj.house.sensing import Sensing, Sensor
 from caregiver_mj.house.tables import draw_heights
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import HazardKind
+from caregiver_mj.plans.hazards import HazardKind, State
 from caregiver_mj.recording.contacts import Contacts
 from caregiver_mj.recording.ledger import Ledger
 from caregiver_mj.robot.embodiment import Embodiment
@@ -167,6 +167,7 @@ class CareTask(base.Task):
         for child in range(1, len(self.children)):  # last, so that all else is as it is for an only child
             start(child)
         self.candles.reset(tables)
+        self.children.state[:] = State.AS_PLANNED
         self.ledger, self.contacts = Ledger(self.plan, cells, EPISODE_TIMESTEPS), Contacts()
         self._control_steps = 0
         if self._sensor:
@@ -262,10 +263,18 @@ class CareTask(base.Task):
             raise CaregiverError("no episode has begun of which there could be an outcome: call env.reset() first")
         return self.ledger.outcome() | self.contacts.outcome()
 
-    def note_interventions(self, begun: int, done: int) -> None:
-        """Takes note of how many interventions the caregiver has begun now, and how many it has completed."""
+    def note_interventions(self, begun: int, done: int, left: Mapping[int, State] | None = None) -> None:
+        """Takes note of how many interventions the caregiver has begun now, and how many it has completed.
+
+        Args:
+            begun: How many it has begun.
+            done: How many it has completed.
+            left: What has become of hazards by them so far, by their numbers.
+        """
         self.ledger.interventions[0] += begun
         self.ledger.interventions_done[0] += done
+        for hazard, state in (left or {}).items():
+            self.children.state[hazard] = state
 
     def is_standing(self, physics: Physics, candle: int) -> bool:
         """Whether a candle is upright, and no lower than a table."""

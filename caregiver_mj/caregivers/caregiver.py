@@ -14,9 +14,9 @@ import numpy as np
 from caregiver_mj.caregivers.followers import Followers
 from caregiver_mj.caregivers.percept import PAPER, Assessment, Pace, Percept, bare_tables
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.interventions.verb import DO_NOTHING, STAND_ASIDE, Interventions
+from caregiver_mj.interventions.verb import DO_NOTHING, STAND_ASIDE, VERBS, Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import KINDS, NOTHING, Hazards, Where
+from caregiver_mj.plans.hazards import NOTHING, Hazards, Where, kinds_at
 
 
 class Caregiver(abc.ABC):
@@ -183,20 +183,20 @@ def answer(caregiver: Caregiver, percept: Percept) -> Interventions:
     hazards = caregiver.plan.hazards
     _check(f"{who}: hazard", given.hazard, batch, len(hazards))
     _check_kinds(who, hazards, given)
-    own = np.append(hazards.verb, "")[given.hazard] == given.verb  # other verbs mean other things by a destination
-    moved = np.where(own & hazards.are_at(Where.ON_TABLE, given.hazard), given.destination, NOTHING)
+    to_table = np.any([np.asarray(given.verb) == name for name, verb in VERBS.items() if verb.to_table], axis=0)
+    moved = np.where(to_table, given.destination, NOTHING)
     _check(f"{who}: destination", moved, batch, len(caregiver.plan.tables))
     return given
 
 
 def _check_kinds(who: str, hazards: Hazards, given: Interventions) -> None:
-    """Raises CaregiverError unless the verb of a kind is for hazards that it protects from."""
-    for name in dict.fromkeys(kind.verb for kind in KINDS if kind.verb):
+    """Raises CaregiverError unless verbs are about hazards that they act on."""
+    for name, where in ((name, verb.where) for name, verb in VERBS.items() if verb.where):
         numbers = np.asarray(given.hazard)[np.asarray(given.verb) == name]
-        wrong = numbers[np.append(hazards.verb, "")[numbers] != name]
+        wrong = numbers[~hazards.are_at(where, numbers)]
         if wrong.size:
-            right = np.flatnonzero(hazards.verb == name).tolist() or "none"
-            kinds = " or ".join(kind.name for kind in KINDS if kind.verb == name)
+            right = hazards.number(where, np.arange(len(hazards.at(where)))).tolist() or "none"
+            kinds = " or ".join(kind.name for kind in kinds_at(where))
             raise CaregiverError(
                 f"{who}: '{name}' is for a {kinds}, of which there are {right}, not for hazard {wrong[0]}"
             )

@@ -49,8 +49,8 @@ class Percept:
         holding: Index of the candle in the caregiver's hand, or NOTHING, (B,).
         candle_cell: Index of the free cell on whose floor each candle is, (B, candles), or NOTHING. Left out where
             no candle can be on the floor, as in the grid.
-        out_of_reach: Whether a hazard is to be passed over because the caregiver could not get to it lately,
-            (B, hazards). Left out if there is none.
+        out_of_reach: Whether a hazard is to be passed over, because the caregiver could not get to it lately, or there
+            is nothing more to be done about it, (B, hazards). Left out if there is none.
         time_left: Share of a novice timestep until the children make their next moves, those of which `child_cell`
             does not know yet, (B,). Left out where all of it is left.
         clock: Novice timesteps since the start of the episode, with their fraction, (B,). Left out where nobody asks.

@@ -26,11 +26,11 @@ from caregiver_mj.children.behaviour import Sight
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import Tape, start_cells
 from caregiver_mj.errors import LARGEST_SEED, CaregiverError, check_integer, check_kind
-from caregiver_mj.interventions.registry import VERBS, verb_of
-from caregiver_mj.interventions.verb import Interventions
+from caregiver_mj.grid.verbs import GRID_VERBS
+from caregiver_mj.interventions.verb import Interventions, verb_of
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house
-from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, Where
+from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, State
 from caregiver_mj.plans.routes import STAY, routes
 from caregiver_mj.recording.ledger import BLOCKED, MET, Ledger
 
@@ -85,6 +85,7 @@ class GridWorld:
         time_left: Share of the timestep that the caregiver has left, (B,).
         candle_table: Table on which each candle is, or NOTHING, (B, candles).
         holding: Candle in the caregiver's hand, or NOTHING, (B,).
+        state: What has become of each hazard, a `State`, (B, hazards).
         orders: What the caregiver is about.
         done: Whether that has been counted as done already, (B,).
         ledger: What has happened to the children.
@@ -128,12 +129,12 @@ class GridWorld:
         self.meanwhile: float = meanwhile
         self.behaviours = list(Family.of(family).make(plan))
         self.caregiver = caregiver
-        self._caregiver_actions, self._stairs_shut = caregiver_actions, stairs_shut
+        self._caregiver_actions, self._stairs = caregiver_actions, State.SHUT if stairs_shut else State.AS_PLANNED
         self._next_cell, self._target, self._target_index = plan.graph.moves
         # What a collision with each hazard does, and, the last one, one with a bare table: (hazards + 1, kinds).
         kinds = [KINDS.index(kind) for kind in (*plan.hazards.kinds, TABLE)]
         self._harm = np.eye(len(KINDS))[kinds] * [plan.damage[kind.name] for kind in KINDS]
-        places = {name: verb.places(plan) for name, verb in VERBS.items()}
+        places = {name: verb.places(plan) for name, verb in GRID_VERBS.items()}
         offsets = np.cumsum([0, *map(len, places.values())]).tolist()
         self._offsets = dict(zip(places, offsets, strict=False))
         if caregiver:
@@ -160,6 +161,8 @@ class GridWorld:
         self.previous_cell = self.child_cell.copy()
         self.previous_action = np.full((batch, children), NOTHING)
         self.holding = np.full(batch, NOTHING)
+        self.state = np.full((batch, len(plan.hazards)), State.AS_PLANNED, np.int8)
+        self.state[:, : len(plan.stairwells)] = self._stairs
         self.time_left = np.ones(batch)
         self.orders = Interventions.idle(batch)
         self.done = np.zeros(batch, bool)
@@ -195,6 +198,7 @@ class GridWorld:
 
     def percept(self) -> Percept:
         """What the caregiver sees now."""
+        left = self.state != State.AS_PLANNED  # there is nothing more to be done about it
         return Percept(
             _shown(self.child_cell),
             _shown(self.previous_cell),
@@ -204,6 +208,7 @@ class GridWorld:
             _shown(self.holding),
             time_left=_shown(self.time_left),
             clock=np.full(len(self.holding), float(self.timestep)),
+            out_of_reach=left if left.any() else None,
             under_way=_shown(self.orders.hazard),
         )
 
@@ -291,13 +296,15 @@ class GridWorld:
         way, cell = self._ways[child], self.previous_cell[:, child]
         stairwell, table = way.leads_to(Target.STAIRWELL), way.leads_to(Target.TABLE)
         there = way.entered == self._seen_caregiver()
-        blocked = (way.entered != NOTHING) & (there | (stairwell & self._stairs_shut)) & ~way.waits
+        shut = stairwell
+        if stairwell.any():
+            shut = stairwell & (self.state[np.arange(len(cell)), np.where(stairwell, way.index, 0)] == State.SHUT)
+        blocked = (way.entered != NOTHING) & (there | shut) & ~way.waits
         next_cell = np.where(blocked | way.waits, cell, way.next_cell)
         bears = table[:, None] & (self.candle_table == way.index[:, None])  # (B, candles)
         hazard = np.where(stairwell, way.index, NOTHING)
         if bears.size:
-            thing = self.plan.hazards.number(Where.ON_TABLE, bears.argmax(axis=1))
-            hazard = np.where(bears.any(axis=1), thing, hazard)
+            hazard = np.where(bears.any(axis=1), len(self.plan.stairwells) + bears.argmax(axis=1), hazard)
         harm = self._harm[hazard] * ((stairwell & ~blocked) | table)[:, None]
         reached = way.leads_to(Target.BIN) & (way.index == self.goal[:, child])
         cut_off = blocked & there & ~way.met
@@ -338,9 +345,8 @@ class GridWorld:
         percept, acts = self.percept(), np.broadcast_to(acts, len(self.orders))
         carries_on = (self.holding != NOTHING) | ~(acts & decides)
         before, self.orders = self.orders, self.orders.where(carries_on, answer(caregiver, percept))
-        parties = [(verb, np.flatnonzero((self.orders.verb == name) & acts)) for name, verb in VERBS.items()]
-        if sum(which.size for _, which in parties) < acts.sum():
-            verb_of(next(name for name in self.orders.verb if name not in VERBS))  # raises
+        names = dict.fromkeys(self.orders.verb.tolist())
+        parties = [(verb_of(name), np.flatnonzero((self.orders.verb == name) & acts)) for name in names]
         begins = self.orders.begins_after(before)
         self.done &= ~begins
 
@@ -348,15 +354,22 @@ class GridWorld:
         for verb, which in parties:
             if which.size:
                 self.ledger.interventions[which] += begins[which] & verb.counts
-                there = verb.place(self, which)
+                there = GRID_VERBS[verb.name].place(self, which)
                 place[which] = np.where(there < 0, there, there + self._offsets[verb.name])
         distance, next_cell = self._routes.towards(place, percept.child_cell, percept.caregiver_cell, caregiver.yields)
         stood, moves = distance == 0, distance > 0
         self.caregiver_cell = np.where(moves, next_cell, self.caregiver_cell)
         came = stood | (moves & (distance == 1))
+        hazard = self.orders.hazard
         for verb, which in parties:
             if which.size:
-                verb.carry_out(self, which, came[which], stood[which])
+                ends = which[
+                    GRID_VERBS[verb.name].carry_out(self, which, came[which], stood[which]) & ~self.done[which]
+                ]
+                self.ledger.interventions_done[ends] += 1
+                self.done[ends] = True
+                if verb.leaves:
+                    self.state[ends, hazard[ends]] = verb.leaves
 
 
 def _shown(array: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ from caregiver_mj.children.walk import ToddlerWalk, Vector
 from caregiver_mj.house.touch import Touch
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, Where, kinds_at
+from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, State, Where, kinds_at
 from caregiver_mj.recording.contacts import STRIKE_PAUSE, STRIKE_SPEED
 from caregiver_mj.recording.ledger import BLOCKED, MET
 
@@ -51,14 +51,16 @@ class HouseChild:
         touched: Directions of all that it touches now and cannot push away, unit vectors (x, y).
     """
 
-    def __init__(self, plan: FloorPlan, behaviour: Behaviour, novice_timestep: float):
+    def __init__(self, plan: FloorPlan, behaviour: Behaviour, novice_timestep: float, state: np.ndarray | None = None):
         """Prepares a child.
 
         Args:
             plan: The house.
             behaviour: What decides its moves.
             novice_timestep: Seconds that a move takes.
+            state: What has become of each hazard, a `State`, (hazards,), at any time; as planned if left out.
         """
+        self._state = np.zeros(len(plan.hazards), int) if state is None else state
         self.behaviour, self.walk = behaviour, ToddlerWalk(novice_timestep)
         self._plan, self._moves = plan, plan.graph.moves
         self._damage, self._things = plan.damage, [hazard.kind for hazard in plan.hazards.at(Where.ON_TABLE)]
@@ -148,6 +150,8 @@ class HouseChild:
         self.touched = [touch.direction for touch in touches if touch.kind not in _ON_TABLES]
         strikes = 0
         for touch in touches:
+            if touch.kind in _OPENINGS and self._state[self._number(touch)] == State.SHUT:
+                continue
             if touch.kind in _OPENINGS + _ON_TABLES:
                 self._hurt(touch.kind)
                 self.move.fell |= touch.kind in _OPENINGS
@@ -164,6 +168,10 @@ class HouseChild:
                     strikes += 1
                     self._struck_at = time
         return strikes
+
+    def _number(self, touch: Touch) -> int:
+        """The number of the hazard that it touches."""
+        return [kind.name for kind in self._plan.hazards.kinds].index(touch.kind) + touch.index
 
     def _hurt(self, kind: str) -> None:
         self.move.hurt(kind, self._damage[kind])

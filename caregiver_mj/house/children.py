@@ -17,7 +17,7 @@ from caregiver_mj.house.child import SOFTNESS, Booking, CompliantBody, HouseChil
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.touch import Touch
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.hazards import NOTHING, State
 from caregiver_mj.recording.contacts import PRESSING, STRIKE_PAUSE, STRIKE_SPEED, Contacts, region_at
 
 _APART = 0.1  # seconds without touch that end a contact: one that lasts flickers as the two give way to each other
@@ -28,6 +28,7 @@ class Children(Sequence[HouseChild]):
 
     Attributes:
         harm: The worst damage that any of them has taken in the present novice timestep.
+        state: What has become of each hazard, a `State`, (hazards,).
     """
 
     harm = 0.0
@@ -44,7 +45,8 @@ class Children(Sequence[HouseChild]):
             compliant: Whether they give way to a push, see `child.CompliantBody`.
         """
         self._bodies = [CompliantBody() for _ in behaviours] if compliant else []
-        self._children = [HouseChild(plan, behaviour, novice_timestep) for behaviour in behaviours]
+        self.state = np.full(len(plan.hazards), State.AS_PLANNED)
+        self._children = [HouseChild(plan, behaviour, novice_timestep, self.state) for behaviour in behaviours]
         self._watches = [ContactWatch() for _ in behaviours]
         self._places = [tuple(plan.position(cell).tolist()) for cell in plan.caregiver_cells]
 

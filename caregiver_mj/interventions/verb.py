@@ -1,27 +1,22 @@
-"""Interventions, and what a verb has to say: how grid and robot carry it out, what it is called and drawn as."""
+"""Interventions and their verbs, as data: what a verb is called, what it acts on, and what state it leaves.
+
+How it is carried out its two worlds say: `grid/verbs.py`, and for the robot `policy/routines.py`.
+"""
 
 from __future__ import annotations
 
-import abc
 import dataclasses
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
+from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING
-
-if TYPE_CHECKING:
-    from caregiver_mj.caregivers.percept import Percept
-    from caregiver_mj.grid.world import GridWorld
-    from caregiver_mj.interventions.routine import Means, Routine
-    from caregiver_mj.robot.view import View
-
+from caregiver_mj.plans.hazards import NOTHING, State, Where
 
 Mark = tuple[Literal["cell", "candle"], Cell | int]  # what a display points at: a cell, or a candle by its index
-# Names of the verbs that come with the package; each is a module of its own beside this one.
 BLOCK, RELOCATE, STAND_ASIDE, DO_NOTHING = "block", "relocate", "stand aside", "nothing"
 
 
@@ -85,66 +80,55 @@ class Interventions(Sequence[Intervention]):
         return (self.verb != other.verb) | (self.hazard != other.hazard)
 
 
-class Verb(abc.ABC):
-    """Something that a caregiver can do. It holds no state: that is the world's, or the routine's.
+@dataclasses.dataclass(frozen=True)
+class Verb:
+    """Something that a caregiver can do.
 
     Attributes:
         name: What it is called in an `Intervention`.
+        activity: What is being done, in words; `{hazard}` stands for the hazard.
+        where: Where the hazards are that it acts on; None if that may be anywhere, or there is none.
+        to_table: Whether its destination is a table.
         counts: Whether to begin it counts as an intervention, and interrupts another one.
+        leaves: What it leaves its hazard as, for good.
     """
 
     name: str
-    counts = True
+    activity: str
+    where: Where | None = None
+    to_table: bool = False
+    counts: bool = True
+    leaves: State = State.AS_PLANNED
 
-    # -- What it is called and drawn as ----------------------------------------------------------
-
-    @abc.abstractmethod
     def describe(self, plan: FloorPlan, intervention: Intervention) -> str:
         """What is being done, in words: "block stairwell 1"."""
+        return self.activity.format(hazard="" if intervention.hazard == NOTHING else plan.hazards[intervention.hazard])
 
     def mark(self, plan: FloorPlan, intervention: Intervention) -> Mark | None:
         """What a display points at while it is being done."""
-        return None
+        if self.where is None or intervention.hazard == NOTHING:
+            return None
+        index = plan.hazards.among(self.where, intervention.hazard)
+        return ("cell", plan.stairwells[index]) if self.where is Where.OPENING else ("candle", index)
 
-    # -- In the grid -----------------------------------------------------------------------------
 
-    def places(self, plan: FloorPlan) -> list[list[int]]:
-        """Where in the grid one stands to do it: groups of caregiver cells, any of which will do."""
-        return []
+VERBS = {
+    verb.name: verb
+    for verb in (
+        Verb(BLOCK, "block {hazard}", Where.OPENING),
+        Verb(RELOCATE, "fetch {hazard}", Where.ON_TABLE, to_table=True),
+        Verb(STAND_ASIDE, "keep out of the way", counts=False),
+        Verb(DO_NOTHING, "watch", counts=False),
+    )
+}
 
-    @abc.abstractmethod
-    def place(self, world: GridWorld, which: np.ndarray) -> np.ndarray:
-        """Where some of a grid's worlds must go for it now.
 
-        Args:
-            world: The grid.
-            which: Indices of the worlds, (n,).
+def verb_of(name: str) -> Verb:
+    """The verb of a name.
 
-        Returns:
-            Indices into `places`, ASIDE or STAY, (n,).
-        """
-
-    def carry_out(  # noqa: B027 (some are done by standing there)
-        self, world: GridWorld, which: np.ndarray, came: np.ndarray, stood: np.ndarray
-    ) -> None:
-        """Does what there is to do in the place, in some of a grid's worlds, after the caregiver's move.
-
-        Args:
-            world: The grid, whose state it changes.
-            which: Indices of the worlds, (n,).
-            came: Whether the caregiver is in the place now, (n,).
-            stood: Whether it has been there already, and so has its action left, (n,).
-        """
-
-    # -- In the house ----------------------------------------------------------------------------
-
-    @abc.abstractmethod
-    def routine(self, means: Means, intervention: Intervention, view: View, percept: Percept) -> Routine:
-        """How the robot does it.
-
-        Args:
-            means: What there is to do it with.
-            intervention: What to do.
-            view: What the robot sees at the beginning.
-            percept: What the caregiver sees then.
-        """
+    Raises:
+        CaregiverError: There is none.
+    """
+    if name not in VERBS:
+        raise CaregiverError(f"no verb '{name}': there are {', '.join(VERBS)}")
+    return VERBS[name]

@@ -9,11 +9,10 @@ import numpy as np
 from caregiver_mj.caregivers.caregiver import Caregiver, answer
 from caregiver_mj.caregivers.percept import Assessment, Percept
 from caregiver_mj.caregivers.told import ToldCaregiver, Truth
-from caregiver_mj.interventions.registry import verb_of
-from caregiver_mj.interventions.routine import LEFT_LYING, PASSED_OVER, Means, PassedOver, Routine
-from caregiver_mj.interventions.verb import Intervention
+from caregiver_mj.interventions.verb import Intervention, verb_of
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.hazards import NOTHING, State
+from caregiver_mj.policy.routines import LEFT_LYING, PASSED_OVER, ROUTINES, Means, PassedOver, Routine
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.retrieval import RetrievalPlanner
@@ -31,6 +30,7 @@ class Executive:
         assessment: The numbers behind the last decision, if the caregiver has such.
         begun: Interventions begun in this episode.
         done: Interventions completed.
+        left: What has become of hazards by them, for good.
     """
 
     def __init__(
@@ -69,6 +69,7 @@ class Executive:
         self.routine: Routine | None = None
         self.assessment: Assessment | None = None
         self.begun = self.done = 0
+        self.left: dict[int, State] = {}
         self._means.passed_over.forget()
         self._was_done = False  # the present intervention, which goes on nevertheless
 
@@ -127,9 +128,8 @@ class Executive:
         return int(self._caregiver.destination(percept, np.array([candle]))[0])
 
     def _begin(self, wanted: Intervention, view: View, percept: Percept) -> None:
-        verb = verb_of(wanted.verb)
-        self.routine = verb.routine(self._means, wanted, view, percept)
-        self.begun += verb.counts
+        self.begun += verb_of(wanted.verb).counts
+        self.routine = ROUTINES[wanted.verb](self._means, wanted, view, percept)
         self._was_done = False
 
     def _note(self, status: Status, view: View) -> None:
@@ -139,8 +139,12 @@ class Executive:
         intervention = self.routine.intervention
         if status is Status.DONE:
             self._means.passed_over.succeed(intervention.hazard)
-            self.done += not self._was_done and verb_of(intervention.verb).counts
+            verb = verb_of(intervention.verb)
+            self.done += not self._was_done and verb.counts
             self._was_done = True
+            if verb.leaves:
+                self.left[intervention.hazard] = verb.leaves
+                self._means.passed_over.leave(intervention.hazard)
             if self.routine.goes_on:
                 return
         elif status in (Status.FAILED, Status.OUT_OF_REACH) and intervention.hazard != NOTHING:

@@ -41,8 +41,6 @@ if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.house.r
     import dm_env
     from dm_control.rl import control
 
-    from caregiver_mj.tasks.base import CareTask
-
 # Seconds between actions beyond which the robot no longer keeps what it promises: in 1,020 s of three houses with a
 # child that heads for it half the time, none struck and no candle dropped at 0.06 s, three strikes at 0.08, four drops
 # at 0.15, 55 strikes at 0.2.
@@ -174,7 +172,7 @@ class CaregiverPolicy:
         begun, done = executive.begun, executive.done
         executive.act(view, self.robot, lambda *known: self._perception.percept(view, *known), new_move, all_known)
         if begun != executive.begun or done != executive.done:
-            self._task.note_interventions(executive.begun - begun, executive.done - done)
+            self._task.note_interventions(executive.begun - begun, executive.done - done, executive.left)
         at_hand = separation.is_child_at_hand(view, self.robot.robot, self.robot.reached)
         self.robot.giving_way.yields = at_hand
         if not self.robot.is_watched:  # by a skill that does not drive, but the one before it may have had it turn
@@ -274,7 +272,7 @@ def _make_scene(plan: FloorPlan, embodiment: Embodiment, heights: tuple[float, .
     return PlanningScene(build_house(plan, embodiment, visuals=False, table_heights=tables), plan, embodiment)
 
 
-def _caregiver(caregiver: str | Caregiver, task: CareTask, seed: int) -> Caregiver:
+def _caregiver(caregiver: str | Caregiver, task: Any, seed: int) -> Caregiver:
     made: Caregiver | None
     if not isinstance(caregiver, str):
         check_kind("a caregiver", caregiver, str, Caregiver)
@@ -289,7 +287,7 @@ def _caregiver(caregiver: str | Caregiver, task: CareTask, seed: int) -> Caregiv
     return made
 
 
-def _check_start(caregiver: Caregiver, task: CareTask) -> None:
+def _check_start(caregiver: Caregiver, task: Any) -> None:
     """Raises CaregiverError if the episode has not begun as the caregiver's does."""
     wanted, found = starting_tables(task.plan, caregiver)[0].tolist(), task.candles.starting_tables
     if found != wanted:

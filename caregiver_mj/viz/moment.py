@@ -13,8 +13,7 @@ import numpy as np
 from caregiver_mj.caregivers.percept import Assessment
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
-from caregiver_mj.interventions.registry import verb_of
-from caregiver_mj.interventions.verb import Mark
+from caregiver_mj.interventions.verb import Mark, verb_of
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS, NOTHING
 from caregiver_mj.viz.hud.state import ChildState, HudState

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.interventions.registry import VERBS, verb_of
-from caregiver_mj.interventions.verb import BLOCK, RELOCATE, STAND_ASIDE, Intervention, Interventions
+from caregiver_mj.interventions.verb import BLOCK, RELOCATE, STAND_ASIDE, VERBS, Intervention, Interventions, verb_of
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 PLAN = FloorPlan.parse("########\n#S....B#\n##T#CT##\n########")

@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from caregiver_mj.interventions.verb import BLOCK, Intervention
+from caregiver_mj.caregivers.percept import Percept
+from caregiver_mj.interventions.verb import (
+    BLOCK,
+    DO_NOTHING,
+    RELOCATE,
+    STAND_ASIDE,
+    Intervention,
+    verb_of,
+)
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, Where
 from caregiver_mj.robot import skills
@@ -18,10 +25,6 @@ from caregiver_mj.robot.retrieval import RetrievalPlanner
 from caregiver_mj.robot.skills import Skill
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
-
-if TYPE_CHECKING:
-    from caregiver_mj.caregivers.percept import Percept
-
 
 # Seconds for which a hazard is passed over after the robot has failed to protect the children from it: three steps of
 # a toddler, in which it can do something else and the way may open. After each further failure twice as many, up to
@@ -50,6 +53,10 @@ class PassedOver:
         """Has a hazard, at which the robot has failed, passed over for some seconds from now on."""
         self._until[hazard] = now + max(least, self._wait[hazard])
         self._wait[hazard] = min(LEFT_LYING, 2 * self._wait[hazard])
+
+    def leave(self, hazard: int) -> None:
+        """Has a hazard passed over for the rest of the episode, because there is nothing more to be done about it."""
+        self._until[hazard] = np.inf
 
     def succeed(self, hazard: int) -> None:
         """Takes note that the robot has got something done about a hazard."""
@@ -96,9 +103,12 @@ class Routine:
 
     holding = NOTHING
 
-    def __init__(self, means: Means, intervention: Intervention, skill: Skill, activity: str, goes_on: bool = False):
+    def __init__(
+        self, means: Means, intervention: Intervention, skill: Skill, activity: str | None = None, goes_on: bool = False
+    ):
         self.means, self.intervention = means, intervention
-        self.skill, self.activity, self.goes_on = skill, activity, goes_on
+        self.skill, self.goes_on = skill, goes_on
+        self.activity = activity or verb_of(intervention.verb).describe(means.plan, intervention)
 
     @property
     def interruptible(self) -> bool:
@@ -236,3 +246,25 @@ def _fetching(means: Means, candle: int, view: View, percept: Percept) -> tuple[
 
 def _name(means: Means, candle: int) -> str:
     return str(means.plan.hazards.at(Where.ON_TABLE)[candle])
+
+
+def _block(means: Means, intervention: Intervention, view: View, percept: Percept) -> Routine:
+    stairwell = means.plan.hazards.among(Where.OPENING, intervention.hazard)
+    return Routine(means, intervention, skills.Block(means.navigator, stairwell), goes_on=True)
+
+
+def _stand_aside(means: Means, intervention: Intervention, view: View, percept: Percept) -> Routine:
+    return Routine(means, intervention, skills.StandAside(means.navigator))
+
+
+def _rest(means: Means, intervention: Intervention, view: View, percept: Percept) -> Routine:
+    return Routine(means, intervention, skills.Rest(means.navigator))
+
+
+# The robot's half of each verb: makes a routine by what the robot sees at the beginning, and the caregiver.
+ROUTINES: dict[str, Callable[[Means, Intervention, View, Percept], Routine]] = {
+    BLOCK: _block,
+    RELOCATE: Relocating,
+    STAND_ASIDE: _stand_aside,
+    DO_NOTHING: _rest,
+}

@@ -1,0 +1,107 @@
+"""How the grid carries out verbs: where one stands for each, and what is done there."""
+
+from __future__ import annotations
+
+import abc
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from caregiver_mj.interventions.verb import BLOCK, DO_NOTHING, RELOCATE, STAND_ASIDE
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING, Where
+from caregiver_mj.plans.routes import ASIDE, STAY
+
+if TYPE_CHECKING:
+    from caregiver_mj.grid.world import GridWorld
+
+
+class GridVerb(abc.ABC):
+    """The grid's half of a verb. It holds no state: that is the world's."""
+
+    def places(self, plan: FloorPlan) -> list[list[int]]:
+        """Where one stands to do it: groups of caregiver cells, any of which will do."""
+        return []
+
+    @abc.abstractmethod
+    def place(self, world: GridWorld, which: np.ndarray) -> np.ndarray:
+        """Where some worlds must go for it now.
+
+        Args:
+            world: The grid.
+            which: Indices of the worlds, (n,).
+
+        Returns:
+            Indices into `places`, ASIDE or STAY, (n,).
+        """
+
+    def carry_out(self, world: GridWorld, which: np.ndarray, came: np.ndarray, stood: np.ndarray) -> np.ndarray:
+        """Do what there is to do in the place, in some worlds, after the caregiver's move.
+
+        Args:
+            world: The grid, whose state it changes.
+            which: Indices of the worlds, (n,).
+            came: Whether the caregiver is in the place now, (n,).
+            stood: Whether it has been there already, and so has its action left, (n,).
+
+        Returns:
+            Whether it is done now, (n,).
+        """
+        return came
+
+
+class InOpening(GridVerb):
+    """Done as soon as the caregiver stands in the opening."""
+
+    def places(self, plan: FloorPlan) -> list[list[int]]:
+        return [[plan.cell_index[cell]] for cell in plan.stairwells]
+
+    def place(self, world: GridWorld, which: np.ndarray) -> np.ndarray:
+        return world.plan.hazards.among(Where.OPENING, world.orders.hazard[which])
+
+
+class Carrying(GridVerb):
+    """Done when what was on a table is put down on another one.
+
+    The destination is the one that was decided when it is taken; what is decided while it is in the hand waits until it
+    has been put down.
+    """
+
+    def places(self, plan: FloorPlan) -> list[list[int]]:
+        return plan.graph.beside(plan.tables)
+
+    def place(self, world: GridWorld, which: np.ndarray) -> np.ndarray:
+        table = world.candle_table[which, world.plan.hazards.among(Where.ON_TABLE, world.orders.hazard[which])]
+        return np.where(world.holding[which] == NOTHING, table, world.orders.destination[which])
+
+    def carry_out(self, world: GridWorld, which: np.ndarray, came: np.ndarray, stood: np.ndarray) -> np.ndarray:
+        here = which[stood]
+        candle = world.plan.hazards.among(Where.ON_TABLE, world.orders.hazard[here])
+        held = world.holding[here] != NOTHING
+        world.candle_table[here, candle] = np.where(held, world.orders.destination[here], NOTHING)
+        world.holding[here] = np.where(held, NOTHING, candle)
+        world.forget_orders(here[held])  # to take the same candle again is another intervention
+        put_down = stood.copy()
+        put_down[stood] = held
+        return put_down
+
+
+class Idle(GridVerb):
+    """Never done."""
+
+    def __init__(self, place: int):
+        self._place = place
+
+    def place(self, world: GridWorld, which: np.ndarray) -> np.ndarray:
+        return np.full(len(which), self._place)
+
+    def carry_out(self, world: GridWorld, which: np.ndarray, came: np.ndarray, stood: np.ndarray) -> np.ndarray:
+        return np.zeros(len(which), bool)
+
+
+GRID_VERBS: dict[str, GridVerb] = {
+    BLOCK: InOpening(),
+    RELOCATE: Carrying(),
+    STAND_ASIDE: Idle(ASIDE),
+    DO_NOTHING: Idle(STAY),
+}
