@@ -27,7 +27,7 @@ from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import Tape, start_cells
 from caregiver_mj.errors import LARGEST_SEED, CaregiverError, check_integer, check_kind
 from caregiver_mj.grid.verbs import GRID_VERBS
-from caregiver_mj.interventions.verb import Interventions, verb_of
+from caregiver_mj.interventions.verb import Interventions, half_of, verb_of
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house
 from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, State
@@ -354,7 +354,7 @@ class GridWorld:
         for verb, which in parties:
             if which.size:
                 self.ledger.interventions[which] += begins[which] & verb.counts
-                there = GRID_VERBS[verb.name].place(self, which)
+                there = half_of(verb.name, GRID_VERBS, "grid.verbs.GRID_VERBS").place(self, which)
                 place[which] = np.where(there < 0, there, there + self._offsets[verb.name])
         distance, next_cell = self._routes.towards(place, percept.child_cell, percept.caregiver_cell, caregiver.yields)
         stood, moves = distance == 0, distance > 0

@@ -6,8 +6,8 @@ How it is carried out its two worlds say: `grid/verbs.py`, and for the robot `po
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
-from typing import Literal
+from collections.abc import Mapping, Sequence
+from typing import Literal, TypeVar
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, State, Where
 
+Half = TypeVar("Half")
 Mark = tuple[Literal["cell", "candle"], Cell | int]  # what a display points at: a cell, or a candle by its index
 BLOCK, RELOCATE, STAND_ASIDE, DO_NOTHING = "block", "relocate", "stand aside", "nothing"
 
@@ -132,3 +133,14 @@ def verb_of(name: str) -> Verb:
     if name not in VERBS:
         raise CaregiverError(f"no verb '{name}': there are {', '.join(VERBS)}")
     return VERBS[name]
+
+
+def half_of(name: str, halves: Mapping[str, Half], table: str) -> Half:
+    """The half of a verb that stands in a table.
+
+    Raises:
+        CaregiverError: There is no such verb, or it has none there.
+    """
+    if verb_of(name).name not in halves:
+        raise CaregiverError(f"verb '{name}' must have its half in {table} to be carried out, got {', '.join(halves)}")
+    return halves[name]

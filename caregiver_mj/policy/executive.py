@@ -9,7 +9,7 @@ import numpy as np
 from caregiver_mj.caregivers.caregiver import Caregiver, answer
 from caregiver_mj.caregivers.percept import Assessment, Percept
 from caregiver_mj.caregivers.told import ToldCaregiver, Truth
-from caregiver_mj.interventions.verb import Intervention, verb_of
+from caregiver_mj.interventions.verb import Intervention, half_of, verb_of
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, State
 from caregiver_mj.policy.routines import LEFT_LYING, PASSED_OVER, ROUTINES, Means, PassedOver, Routine
@@ -129,7 +129,7 @@ class Executive:
 
     def _begin(self, wanted: Intervention, view: View, percept: Percept) -> None:
         self.begun += verb_of(wanted.verb).counts
-        self.routine = ROUTINES[wanted.verb](self._means, wanted, view, percept)
+        self.routine = half_of(wanted.verb, ROUTINES, "policy.routines.ROUTINES")(self._means, wanted, view, percept)
         self._was_done = False
 
     def _note(self, status: Status, view: View) -> None:

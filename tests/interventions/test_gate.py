@@ -121,6 +121,18 @@ def test_without_its_registration_it_is_refused_by_name():
 
 
 @pytest.mark.usefixtures("_registered")
+def test_a_verb_with_one_half_is_refused_where_it_has_none(monkeypatch):
+    monkeypatch.delitem(GRID_VERBS, "shut")
+    monkeypatch.delitem(ROUTINES, "shut")
+    with pytest.raises(CaregiverError, match=r"'shut' must have its half in grid.verbs.GRID_VERBS"):
+        GridWorld(HOUSE, "0.5", Gatekeeper(HOUSE)).run(tapes(1, 2))
+    env = caregiver_mj.load("supervise", HOUSE, 0.5, random=0, visuals=False)
+    policy = caregiver_mj.CaregiverPolicy(env, Gatekeeper(HOUSE))
+    with pytest.raises(CaregiverError, match=r"'shut' must have its half in policy.routines.ROUTINES"):
+        policy(env.reset())
+
+
+@pytest.mark.usefixtures("_registered")
 def test_it_is_for_stairwells():
     class Confused(Gatekeeper):
         def decide(self, percept):
