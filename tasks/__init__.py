@@ -8,17 +8,13 @@ import os
 from collections.abc import Callable, Sequence
 from typing import Any
 
-# Comes before dm_control, which would otherwise bring up GLFW and complain that there is no display.
-import caregiver_mj.house.rendering  # noqa: F401
-
-# isort: split
 import numpy as np
-from dm_control.rl import control
 
 from caregiver_mj.children.family import Who
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.errors import LARGEST_SEED, CaregiverError, UnknownOptionError, check_integer, check_kind
 from caregiver_mj.house.physics import Physics
+from caregiver_mj.house.rendering import control
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.tasks.base import CareTask
 from caregiver_mj.tasks.block_stairs import BlockStairs

@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from dm_control.suite import base
 from dm_env import specs
 
 from caregiver_mj.caregivers.caregiver import Caregiver, starting_tables
@@ -20,6 +19,7 @@ from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.house.candles import Candles, watch_candle
 from caregiver_mj.house.children import Children
 from caregiver_mj.house.physics import Physics
+from caregiver_mj.house.rendering import Task
 from caregiver_mj.house.sensing import Sensing, Sensor
 from caregiver_mj.house.tables import draw_heights
 from caregiver_mj.plans import layout
@@ -34,7 +34,7 @@ CONTROL_TIMESTEP = 0.02  # seconds; a prototype's grasps held at 50 Hz as well a
 _CANDLE_OFFSET = 0.02  # metres off the table's centre at the start, at most, in x and in y
 
 
-class CareTask(base.Task):
+class CareTask(Task):
     """An episode in a house: children walk about, a robot acts. Tasks add a goal and a reward.
 
     It has more attributes than most classes because dm_control hands one object through the whole episode: what is

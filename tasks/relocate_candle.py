@@ -5,9 +5,9 @@ from __future__ import annotations
 import collections
 
 import numpy as np
-from dm_control.utils import rewards
 
 from caregiver_mj.house.physics import Physics
+from caregiver_mj.house.rendering import rewards
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.hazards import CANDLE
 from caregiver_mj.tasks import base

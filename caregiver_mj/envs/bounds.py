@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-import caregiver_mj.house.rendering  # noqa: F401 (comes before dm_control)
-
-# isort: split
 import numpy as np
-from dm_control.rl import control
 from dm_env import specs
 from gymnasium import spaces
 
 from caregiver_mj.errors import check_kind
+from caregiver_mj.house.rendering import control
 from caregiver_mj.robot.embodiment import Layout
 
 # What a child or a robot does that moves as it should lies well within these; what wild actions do is cut off.

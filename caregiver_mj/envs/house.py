@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import caregiver_mj.house.rendering  # noqa: F401 (comes before dm_control)
-
-# isort: split
 import copy
 import os
 from collections.abc import Sequence
@@ -12,7 +9,6 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-from dm_control.rl import control
 from gymnasium import spaces
 
 from caregiver_mj.caregivers.target_observation import Observations
@@ -21,6 +17,7 @@ from caregiver_mj.envs.bounds import BoundedObservations
 from caregiver_mj.envs.spaces import CostMeter, episode_seed
 from caregiver_mj.errors import CaregiverError, check_integer
 from caregiver_mj.house.physics import Physics
+from caregiver_mj.house.rendering import control
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.tasks import load
 

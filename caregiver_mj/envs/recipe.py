@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import caregiver_mj.house.rendering  # noqa: F401 (comes before dm_control)
-
-# isort: split
 import copy
 import dataclasses
 import functools
@@ -15,10 +12,7 @@ import sys
 from typing import Any, BinaryIO
 
 import gymnasium
-import mujoco
 import numpy as np
-from dm_control.mujoco import engine
-from dm_control.rl import control
 from gymnasium import spaces
 from gymnasium.envs.registration import EnvSpec
 
@@ -30,6 +24,7 @@ from caregiver_mj.envs.actors import Actor, HouseCaregiver, RandomActor, TargetC
 from caregiver_mj.envs.house import HouseEnv
 from caregiver_mj.envs.targets import TargetsEnv, make_targets
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.house.rendering import control, engine, mujoco
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.recording.steps import About, Steps, frames_file, new_episode

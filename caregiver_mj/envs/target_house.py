@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import caregiver_mj.house.rendering  # noqa: F401 (comes before dm_control)
-
-# isort: split
 import os
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from dm_control.rl import control
 
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.target_observation import Lookout, Observations, Slots
 from caregiver_mj.children.family import Who
 from caregiver_mj.envs.spaces import CostMeter
+from caregiver_mj.house.rendering import control
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.tasks import load

@@ -124,7 +124,7 @@ def _run_in_grid(settings: Settings, plan: FloorPlan, block: Block, seeds: list[
 
 def _run_in_house(settings: Settings, plan: FloorPlan, block: Block, seeds: list[int]) -> _Measured:
     (family,) = block.families
-    from dm_control.rl.control import PhysicsError  # here, for the grid does without MuJoCo
+    from caregiver_mj.house.rendering import control  # here, for the grid does without MuJoCo
 
     env, policy = _house(plan, family, block.caregiver, settings.seed, settings.embodiment)
     nothing = np.zeros(env.action_spec().shape)
@@ -136,7 +136,7 @@ def _run_in_house(settings: Settings, plan: FloorPlan, block: Block, seeds: list
         try:
             while not timestep.last():
                 timestep = env.step(policy(timestep) if policy else nothing)
-        except PhysicsError:
+        except control.PhysicsError:
             raise CaregiverError(
                 f"the actions of '{block.caregiver}' made the simulation diverge at {env.physics.time():.1f} s of "
                 f"{block}: there is no telling what would have come of the rest"

@@ -8,29 +8,24 @@ from collections.abc import Iterable
 
 import mujoco
 import numpy as np
-
-from caregiver_mj.house.rendering import OffscreenRendering  # comes before dm_control, see there
-from caregiver_mj.plans.hazards import Where, kinds_at
-
-# isort: split
-from dm_control import mujoco as dm_mujoco
-from dm_control.mujoco import wrapper
 from dm_env import specs
 
 from caregiver_mj.children.walk import ToddlerWalk, Vector
 from caregiver_mj.errors import CaregiverError, RenderingError
 from caregiver_mj.house.fittings import FLOOR
+from caregiver_mj.house.rendering import OffscreenRendering, engine, wrapper
 from caregiver_mj.house.robot_body import RampState, RobotBody, joint_views
 from caregiver_mj.house.scene import build_house, child_joints
 from caregiver_mj.house.touch import Touch, TouchReader
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import Where, kinds_at
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.embodiments import find_embodiment
 
 _AWAKE = ("ntree_awake", "nbody_awake", "nparent_awake", "nv_awake")
 
 
-class Physics(OffscreenRendering, dm_mujoco.Physics):
+class Physics(OffscreenRendering, engine.Physics):
     """The house's simulation.
 
     Attributes:

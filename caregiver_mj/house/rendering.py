@@ -1,8 +1,8 @@
 """Offscreen rendering without a display: EGL, then OSMesa, chosen at the first frame and never at import.
 
-dm_control chooses its OpenGL backend when it is imported, and GLFW first, which needs a display. Import this module
-before it: it imports dm_control with rendering switched off, and brings up a backend when the first frame is asked
-for. What the user says in the environment variable `MUJOCO_GL` wins.
+dm_control chooses its OpenGL backend when it is imported, and GLFW first, which needs a display. This module imports
+it with rendering switched off, and brings up a backend when the first frame is asked for; the package takes dm_control
+from here and nowhere else. What the user says in the environment variable `MUJOCO_GL` wins.
 
 The contexts speak to the libraries through ctypes. dm_control's own go through PyOpenGL, which binds to one library
 for good at its first import, leaving no way back from EGL to OSMesa, and which needs a libGL that EGL alone does not
@@ -48,6 +48,12 @@ except Exception:  # it brings up OpenGL at import if MUJOCO_GL is set, and fail
 with _rendering_off():
     from dm_control import _render
     from dm_control._render import base, executor
+    from dm_control.mujoco import engine, wrapper
+    from dm_control.rl import control
+    from dm_control.suite.base import Task
+    from dm_control.utils import rewards
+
+__all__ = ["OffscreenRendering", "Task", "control", "engine", "make_context", "mujoco", "rewards", "wrapper"]
 
 
 class _Egl:
@@ -244,8 +250,6 @@ class OffscreenRendering:
             self._free_rendering_contexts()
 
     def _make_rendering_contexts(self) -> None:
-        from dm_control.mujoco import engine, wrapper
-
         class Renderer(wrapper.MjrContext):
             _ptr = staticmethod(lambda: None)  # its destructor wants it, even if its constructor has failed
 

@@ -9,13 +9,13 @@ import numpy as np
 
 from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.house.rendering import control
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.registry import check_call, errors_of
 
 if TYPE_CHECKING:
     import dm_env
-    from dm_control.rl import control
 
 
 class OwnPolicy:
@@ -41,9 +41,6 @@ class OwnPolicy:
         Raises:
             CaregiverError: There is no robot, or what is made is no policy.
         """
-        from dm_control.rl.control import PhysicsError  # here, see above
-
-        self._diverged = PhysicsError  # whoever runs the episode deals with that
         if not env.task.has_robot:
             raise CaregiverError(f"there is no robot in this environment for '{name}' to act with")
         check_call(f"'{name}'", make, env)
@@ -64,7 +61,7 @@ class OwnPolicy:
         if timestep.first() and (reset := getattr(self._policy, "reset", None)):
             reset(self._task.caregiver_seed)
         where = f"in house '{self._task.plan.name}' (is it a policy for another one?)"
-        with errors_of(f"'{self.name}'", where, but=self._diverged):
+        with errors_of(f"'{self.name}'", where, but=control.PhysicsError):
             action = self._policy(timestep)
         try:
             numbers = np.asarray(action, float)

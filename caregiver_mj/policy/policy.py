@@ -37,9 +37,10 @@ from caregiver_mj.robot.planning_scene import PlanningScene
 from caregiver_mj.robot.retrieval import RetrievalPlanner
 from caregiver_mj.robot.separation import restrain
 
-if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.house.rendering
+if TYPE_CHECKING:
     import dm_env
-    from dm_control.rl import control
+
+    from caregiver_mj.house.rendering import control
 
 # Seconds between actions beyond which the robot no longer keeps what it promises: in 1,020 s of three houses with a
 # child that heads for it half the time, none struck and no candle dropped at 0.06 s, three strikes at 0.08, four drops

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import caregiver_mj.house.rendering  # noqa: F401 (comes before dm_control)
-
-# isort: split
 import contextlib
 import math
 from collections.abc import Iterator, Sequence
 
-import mujoco
 import numpy as np
-from dm_control.mujoco import engine
 
+from caregiver_mj.house.rendering import engine, mujoco
 from caregiver_mj.viz.forecast import Tile
 
 _HIDDEN = 3  # the first group of geoms that MuJoCo does not draw

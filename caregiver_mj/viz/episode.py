@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import caregiver_mj.house.rendering  # noqa: F401 (comes before dm_control)
-
-# isort: split
 import dataclasses
 import math
 import os
 
 import numpy as np
-from dm_control.rl import control
 
 from caregiver_mj.caregivers.percept import Assessment
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError, check_integer
 from caregiver_mj.experiments.settings import episode_random, episode_seed
+from caregiver_mj.house.rendering import control
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.policy.own import OwnPolicy, make_policy
 from caregiver_mj.policy.policy import CaregiverPolicy

@@ -18,7 +18,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS, NOTHING
 from caregiver_mj.viz.hud.state import ChildState, HudState
 
-if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.house.rendering
+if TYPE_CHECKING:
     from caregiver_mj.grid.world import GridWorld
     from caregiver_mj.policy.own import OwnPolicy
     from caregiver_mj.policy.policy import CaregiverPolicy

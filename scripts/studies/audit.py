@@ -29,9 +29,10 @@ from caregiver_mj.robot.limits import Limits
 from caregiver_mj.tasks import load
 from study import Parser, load_house, make_console, make_table, run_all
 
-if TYPE_CHECKING:  # dm_control must not be imported before caregiver_mj.house.rendering
+if TYPE_CHECKING:
     import dm_env
-    from dm_control.rl import control
+
+    from caregiver_mj.house.rendering import control
 
 _FAR = 1.0  # metres from the child beyond which distances are not measured
 _REACH = 1.2  # metres from the base's centre within which all of the robot is

@@ -24,7 +24,6 @@ import mink
 import mujoco
 import numpy as np
 import pandas as pd
-from dm_control.rl import control
 from rich.console import Console
 from ruckig import ControlInterface, InputParameter, Ruckig, Synchronization, Trajectory
 
@@ -38,6 +37,7 @@ from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.workers import Executor, LocalExecutor, run_jobs
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.house.physics import Physics
+from caregiver_mj.house.rendering import control
 from caregiver_mj.house.scene import child_joints
 from caregiver_mj.house.touch import Touch
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -317,7 +317,7 @@ def _print_loops(console: Console, figures: dict[str, Any]) -> None:
 
 def _suite_task(domain: str, task: str) -> Callable[[float], float]:
     """One of dm_control's tasks with zero action: a function from simulated seconds to the real-time factor."""
-    from dm_control import suite  # after caregiver_mj.house.rendering, which has been imported by now
+    from dm_control import suite  # here, for it loads all of them
 
     env = suite.load(domain, task, task_kwargs={"random": 0})
     action = np.zeros(env.action_spec().shape)

@@ -17,14 +17,12 @@ import numpy as np
 
 import caregiver_mj
 from caregiver_mj.house.physics import Physics
+from caregiver_mj.house.rendering import engine
 from caregiver_mj.interventions.verb import BLOCK, RELOCATE
 from caregiver_mj.plans.hazards import Where
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.tasks import load
 from study import Parser
-
-# isort: split
-from dm_control.mujoco import engine  # after caregiver_mj.house.rendering, which those above import
 
 _NEAR = 1.3  # metres from the toddler
 _DRIVES, _RESTS = 0.5, 0.01  # m/s above which the base is on its way, and below which it stands

@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.house.rendering import engine
 from caregiver_mj.viz.cameras import StillCamera
 from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.film import Studio
-
-# isort: split
-from dm_control.mujoco import engine
 
 
 @pytest.fixture

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import caregiver_mj.house.rendering  # noqa: F401 (comes before dm_control)
-
-# isort: split
 import copy
 import dataclasses
 import math
