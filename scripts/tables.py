@@ -41,13 +41,14 @@ def _environment(name: str) -> gymnasium.Env:
 
 def _of_task(task: str) -> gymnasium.Env:
     """The environment of a task, which has that of dm_control within."""
-    return _environment(f"caregiver_mj/{task.title().replace('_', '')}-v0")
+    return _environment(TASKS[task].id)
 
 
 def tasks() -> str:
     """The tasks of the package, in their own words."""
     rows = []
-    for name, kind in TASKS.items():
+    for name, task in TASKS.items():
+        kind = task.find_kind()
         env = _of_task(name).dm_env
         goal = (inspect.getdoc(inspect.getmodule(kind)) or "").splitlines()[0].partition(": ")[2]
         times = (env.task.time_limit, env.control_timestep(), env.physics.timestep())
@@ -60,11 +61,12 @@ def observation() -> str:
     """What the tasks show, with the shapes that it has in a house, and the bounds that Gymnasium's have there."""
     spaces = {key: box for name in reversed(TASKS) for key, box in _of_task(name).observation_space.items()}
     rows = []
-    for key, seen in OBSERVED.items():
+    shown = {key: (name, seen) for name in TASKS for key, seen in TASKS[name].find_kind().observed.items()}
+    for key, (name, seen) in sorted(shown.items(), key=lambda one: one[0] not in OBSERVED):
         shape, bounds = "", ""
         if (box := spaces.pop(key, None)) is not None:  # else it is only there if it is asked for
             shape, bounds = box.shape, f"{box.low.min():.4g} to {box.high.max():.4g}"
-        of = f" (`{seen.of}` only)" if seen.of else ""
+        of = "" if key in OBSERVED else f" (`{name}` only)"
         rows.append([f"`{key}`", seen.shape, shape, seen.unit, bounds, seen.meaning + of])
     if spaces:
         raise ValueError(f"tasks.observed does not say what {', '.join(spaces)} is")

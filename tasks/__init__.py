@@ -1,32 +1,68 @@
-"""dm-control tasks of the caregiver, and their registry."""
+"""dm-control tasks of the caregiver: the table of them, which needs no MuJoCo, and `load`."""
 
 from __future__ import annotations
 
+import contextlib
+import dataclasses
 import inspect
 import numbers
 import os
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from caregiver_mj.children.family import Who
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.errors import LARGEST_SEED, CaregiverError, UnknownOptionError, check_integer, check_kind
-from caregiver_mj.house.physics import Physics
-from caregiver_mj.house.rendering import control
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.tasks.base import CareTask
-from caregiver_mj.tasks.block_stairs import BlockStairs
-from caregiver_mj.tasks.relocate_candle import RelocateCandle
-from caregiver_mj.tasks.supervise import Supervise
+from caregiver_mj.registry import named_object
 
-# A task of your own is a class in a module of its own, and a line here.
-TASKS: dict[str, type[CareTask]] = {
-    "supervise": Supervise,
-    "relocate_candle": RelocateCandle,
-    "block_stairs": BlockStairs,
-}
+if TYPE_CHECKING:
+    from caregiver_mj.children.family import Who
+    from caregiver_mj.house.rendering import control
+    from caregiver_mj.tasks.base import CareTask
+
+
+@dataclasses.dataclass(frozen=True)
+class TaskSpec:
+    """A task by name. All else is said by its class, which is imported when the task is loaded.
+
+    Attributes:
+        name: What `load` and the command line call it.
+        kind: Its class, or where that is, `module:class`.
+        version: That of its Gymnasium environment.
+    """
+
+    name: str
+    kind: str | type[CareTask]
+    version: int = 0
+
+    @property
+    def id(self) -> str:
+        """The name of its Gymnasium environment."""
+        return f"caregiver_mj/{self.name.title().replace('_', '')}-v{self.version}"
+
+    def find_kind(self) -> type[CareTask]:
+        """The class of the task."""
+        found: type[CareTask] = named_object(self.kind) if isinstance(self.kind, str) else self.kind
+        return found
+
+
+TASKS: dict[str, TaskSpec] = {}
+
+
+def register(task: TaskSpec) -> None:
+    """Registers a task, and its Gymnasium environment where Gymnasium is installed."""
+    TASKS[task.name] = task
+    with contextlib.suppress(ImportError):
+        import gymnasium
+
+        gymnasium.register(task.id, "caregiver_mj.envs.house:HouseEnv", kwargs={"task": task.name})
+
+
+register(TaskSpec("supervise", "caregiver_mj.tasks.supervise:Supervise"))
+register(TaskSpec("relocate_candle", "caregiver_mj.tasks.relocate_candle:RelocateCandle"))
+register(TaskSpec("block_stairs", "caregiver_mj.tasks.block_stairs:BlockStairs"))
 
 ALL_TASKS = tuple(TASKS)
 
@@ -61,6 +97,9 @@ def load(
         CaregiverError: There is no such task or robot, the house is not valid or not fit for the task, epsilon or the
             seed out of range, or a further argument is unknown or of no use.
     """
+    from caregiver_mj.house.physics import Physics  # here, so that the table of tasks needs no MuJoCo
+    from caregiver_mj.house.rendering import control
+
     if not isinstance(task, str) or task not in TASKS:
         raise CaregiverError(f"no task '{task}': there are {', '.join(TASKS)}")
     plan = house if isinstance(house, FloorPlan) else FloorPlan.load(house)
@@ -68,7 +107,7 @@ def load(
         check_kind(what, kwargs, dict, type(None))
     if random is not None and "random" in (task_kwargs or {}):
         raise CaregiverError("random is given twice, also in task_kwargs")
-    kind, options = TASKS[task], {"family": epsilon, "random": random, **(task_kwargs or {})}
+    kind, options = TASKS[task].find_kind(), {"family": epsilon, "random": random, **(task_kwargs or {})}
     if not isinstance(options["random"], np.random.RandomState | None):
         check_integer("random, if no numpy.random.RandomState,", options["random"], 0, LARGEST_SEED)
     if kind.needs and kind.needs not in plan.hazards.kinds:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import collections
+import dataclasses
 import numbers
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, ClassVar
 
 import numpy as np
 from dm_env import specs
@@ -22,6 +23,7 @@ from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.rendering import Task
 from caregiver_mj.house.sensing import Sensing, Sensor
 from caregiver_mj.house.tables import draw_heights
+from caregiver_mj.interventions.verb import Intervention
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import HazardKind, State
@@ -29,9 +31,39 @@ from caregiver_mj.recording.contacts import Contacts
 from caregiver_mj.recording.ledger import Ledger
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.tasks.observed import OBSERVED, Observed
 
 CONTROL_TIMESTEP = 0.02  # seconds; a prototype's grasps held at 50 Hz as well as at 100 Hz
 _CANDLE_OFFSET = 0.02  # metres off the table's centre at the start, at most, in x and in y
+
+
+@dataclasses.dataclass(frozen=True)
+class TaskInfo:
+    """What a policy may know of a task beside its observations.
+
+    Attributes:
+        plan: The house.
+        family: Who the children are.
+        embodiment: The robot; None if there is none.
+        sensing: How well observations show what there is.
+        novice_timestep: Seconds of a novice timestep.
+        table_heights: How high the tables' tops are, (tables,), metres, if observations show it; else None.
+        orders: From an observation to what the task asks for; None if it leaves that to the caregiver.
+        caregiver_seed: This episode's seed for a caregiver that draws lots.
+        starting_tables: Index of the table on which each candle stood when this episode began.
+        truth: What a `ToldCaregiver` is told, and nobody else.
+    """
+
+    plan: FloorPlan
+    family: Family
+    embodiment: Embodiment | None
+    sensing: Sensing
+    novice_timestep: float
+    table_heights: np.ndarray | None
+    orders: Callable[[Mapping[str, np.ndarray]], Intervention | None] | None
+    caregiver_seed: int
+    starting_tables: tuple[int, ...]
+    truth: Callable[[], Truth]
 
 
 class CareTask(Task):
@@ -61,7 +93,7 @@ class CareTask(Task):
     needs: HazardKind | None = None  # what must be in the house
     needs_robot = False
     time_limit: float | None = None  # seconds of an episode, if not 200 novice timesteps
-    goal_given = False  # whether the observation names what to do; else the caregiver has to find out
+    observed: ClassVar[Mapping[str, Observed]] = OBSERVED  # what stands in its observations
 
     def __init__(
         self,
@@ -120,6 +152,7 @@ class CareTask(Task):
         tables = np.column_stack([rectangles, self.candles.table_heights])
         self._sensor = None if self.sensing.is_exact else Sensor(self.sensing, control_timestep, tables)
         self.caregiver: Caregiver | None = None
+        self.caregiver_seed = 0
         self._shown = 0 if len(self.children) == 1 else slice(None)  # an only child without a dimension of its own
         self._candle_offset = candle_offset
         self._steps_a_move = round(self.novice_timestep / control_timestep)
@@ -200,7 +233,7 @@ class CareTask(Task):
             self.ledger.candles_dropped[0] += self.candles.count_fallen(physics)
 
     def get_observation(self, physics: Physics) -> collections.OrderedDict[str, np.ndarray]:
-        """What there is to see, enough to run the caregiver on; every key is in `tasks.observed`."""
+        """What there is to see, enough to run the caregiver on; every key is in `observed`."""
         observation = collections.OrderedDict()
         observation["clock"] = np.array(self._control_steps / self._steps_a_move)
         seen = self._all_there_is(physics)
@@ -228,6 +261,26 @@ class CareTask(Task):
 
     def get_termination(self, physics: Physics) -> float | None:
         return None
+
+    def orders(self, observation: Mapping[str, np.ndarray]) -> Intervention | None:
+        """What an observation asks for. A task that leaves that to the caregiver does not override this."""
+        return None
+
+    @property
+    def info(self) -> TaskInfo:
+        """What a policy may know beside observations."""
+        return TaskInfo(
+            plan=self.plan,
+            family=self.family,
+            embodiment=self.embodiment if self.has_robot else None,
+            sensing=self.sensing,
+            novice_timestep=self.novice_timestep,
+            table_heights=self.table_heights.copy() if self._shows_heights and self.plan.tables else None,
+            orders=None if type(self).orders is CareTask.orders else self.orders,
+            caregiver_seed=self.caregiver_seed,
+            starting_tables=tuple(self.candles.starting_tables),
+            truth=self.truth,
+        )
 
     # -- For bounds only --------------------------------------------------------------------------
 

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import collections
+from collections.abc import Mapping
+from typing import ClassVar
 
 import numpy as np
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.rendering import rewards
-from caregiver_mj.plans.hazards import STAIRWELL
+from caregiver_mj.interventions.verb import BLOCK, Intervention
+from caregiver_mj.plans.hazards import STAIRWELL, Where
 from caregiver_mj.tasks import base
+from caregiver_mj.tasks.observed import OBSERVED, Observed
 
 _FAR = 3.0  # metres from the landing at which the reward is 0.1
 
@@ -25,7 +29,11 @@ class BlockStairs(base.CareTask):
     needs = STAIRWELL
     needs_robot = True
     time_limit = 60.0  # seconds
-    goal_given = True
+    observed: ClassVar[Mapping[str, Observed]] = {
+        **OBSERVED,
+        "goal_stairwell": Observed("(stairwells,)", "", "the stairwell that is asked for, one-hot", "share"),
+        "base_to_goal": Observed("(2,)", "m", "the way that is left for the base", "way"),
+    }
 
     goal_stairwell = 0
     _landing = np.zeros(2)
@@ -49,6 +57,9 @@ class BlockStairs(base.CareTask):
         observation["goal_stairwell"] = np.eye(len(self.plan.stairwells))[self.goal_stairwell]
         observation["base_to_goal"] = self._landing - observation["base_position"][:2]
         return observation
+
+    def orders(self, observation: Mapping[str, np.ndarray]) -> Intervention:
+        return Intervention(BLOCK, self.plan.hazards.number(Where.OPENING, int(observation["goal_stairwell"].argmax())))
 
     def get_reward(self, physics: Physics) -> float:
         """1 while the whole base is in the landing's cell, less the farther it is from there."""

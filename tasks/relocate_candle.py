@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import collections
+from collections.abc import Mapping
+from typing import ClassVar
 
 import numpy as np
 
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.rendering import rewards
+from caregiver_mj.interventions.verb import RELOCATE, Intervention
 from caregiver_mj.plans import layout
-from caregiver_mj.plans.hazards import CANDLE
+from caregiver_mj.plans.hazards import CANDLE, Where
 from caregiver_mj.tasks import base
+from caregiver_mj.tasks.observed import OBSERVED, Observed
 
 _NEAR, _FAR = 0.10, 3.0  # metres from the goal at which the reward for nearness is 1, and 0.1
 
@@ -26,7 +30,12 @@ class RelocateCandle(base.CareTask):
     needs = CANDLE
     needs_robot = True
     time_limit = 60.0  # seconds
-    goal_given = True
+    observed: ClassVar[Mapping[str, Observed]] = {
+        **OBSERVED,
+        "goal_candle": Observed("(candles,)", "", "the candle that is asked for, one-hot", "share"),
+        "goal_table": Observed("(tables,)", "", "the table that it shall go to, one-hot", "share"),
+        "candle_to_goal": Observed("(3,)", "m", "the way that is left for the candle", "way"),
+    }
 
     goal_candle = goal_table = 0
     _goal = np.zeros(3)
@@ -45,6 +54,10 @@ class RelocateCandle(base.CareTask):
         observation["goal_table"] = np.eye(len(self.plan.tables))[self.goal_table]
         observation["candle_to_goal"] = self._goal - observation["candle_position"][self.goal_candle]
         return observation
+
+    def orders(self, observation: Mapping[str, np.ndarray]) -> Intervention:
+        candle, table = (int(observation[f"goal_{what}"].argmax()) for what in ("candle", "table"))
+        return Intervention(RELOCATE, self.plan.hazards.number(Where.ON_TABLE, candle), table)
 
     def get_reward(self, physics: Physics) -> float:
         """Half for how near the candle is to the table while upright, half for standing on it, let go."""

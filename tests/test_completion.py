@@ -15,7 +15,7 @@ import caregiver_mj
 from caregiver_mj import FloorPlan, cli
 from caregiver_mj.caregivers.registry import CAREGIVERS, find_caregiver
 from caregiver_mj.cli import completion
-from caregiver_mj.envs.recipe import ENVIRONMENTS, RANDOM
+from caregiver_mj.envs.recipe import RANDOM, TARGETS
 from caregiver_mj.experiments.settings import FLOOR, Settings
 from caregiver_mj.robot.embodiments import EMBODIMENTS
 
@@ -90,7 +90,7 @@ def test_the_caregivers_that_a_command_takes_are_offered(bash, command):
 
 
 def test_the_tasks_and_cameras_that_can_be_recorded_are_offered(bash):
-    assert bash("record", "--task", "") == set(ENVIRONMENTS)
+    assert bash("record", "--task", "") == {*caregiver_mj.ALL_TASKS, TARGETS}
     assert bash("render", "--task", "") == set(caregiver_mj.ALL_TASKS)
     physics = caregiver_mj.load("supervise").physics
     assert bash("record", "--camera", "") == set(physics.camera_names())
@@ -163,7 +163,6 @@ def test_neither_help_nor_completion_needs_the_simulator(arguments):
 
 
 def test_what_is_listed_without_the_simulator_is_what_there_is():
-    assert caregiver_mj.ALL_TASKS == completion.TASKS
     assert tuple(EMBODIMENTS) == completion.ROBOTS
 
 

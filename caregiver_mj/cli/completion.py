@@ -10,10 +10,10 @@ from caregiver_mj.children.family import CHILDREN
 from caregiver_mj.experiments.settings import FLOOR, WORLDS
 from caregiver_mj.plans.floor_plan import house_names
 from caregiver_mj.plans.shapes import SHAPES
+from caregiver_mj.tasks import TASKS
 
 SHELLS = ("bash", "zsh")
-TASKS = ("supervise", "relocate_candle", "block_stairs")  # `ALL_TASKS`, which take a second to import, and MuJoCo
-ROBOTS = ("mobile_fr3", "mobile_ur5e")  # likewise
+ROBOTS = ("mobile_fr3", "mobile_ur5e")  # `EMBODIMENTS`, which take a second to import, and MuJoCo
 CAMERAS = ("overview", "follow", "wrist")  # likewise
 # Of `record`: in the place of a task and of a caregiver.
 TARGETS = "targets"  # likewise

@@ -30,6 +30,7 @@ from caregiver_mj.experiments.workers import LocalExecutor, WorkerError
 from caregiver_mj.plans import sets
 from caregiver_mj.plans.floor_plan import house_names
 from caregiver_mj.recording.steps import Store
+from caregiver_mj.tasks import TASKS
 from caregiver_mj.viz import progress_bar
 
 if TYPE_CHECKING:
@@ -52,9 +53,7 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
         formatter_class=HelpFormatter,
     )
     command.add_argument("--format", choices=FORMATS, required=True, help="whose data set it shall be")
-    command.add_argument(
-        "--task", default="supervise", help="supervise, relocate_candle, block_stairs, or targets: interventions alone"
-    )
+    command.add_argument("--task", default="supervise", help=f"{', '.join(TASKS)}, or targets: interventions alone")
     command.add_argument("--world", choices=("house", "grid"), default="house", help="the grid has targets only")
     add_house(command)
     command.add_argument(

@@ -10,15 +10,11 @@ try:
 except ImportError as error:
     raise MissingExtraError(f"caregiver_mj.envs needs gymnasium ({error}): pip install 'caregiver_mj[gym]'") from None
 
-for _name, _task in (
-    ("Supervise", "supervise"),
-    ("RelocateCandle", "relocate_candle"),
-    ("BlockStairs", "block_stairs"),
-):
-    gymnasium.register(f"caregiver_mj/{_name}-v0", "caregiver_mj.envs.house:HouseEnv", kwargs={"task": _task})
+import caregiver_mj.tasks  # noqa: F401 (registers the tasks)
 
+TARGETS_ID = "caregiver_mj/Supervise-Targets-v0"
 gymnasium.register(
-    "caregiver_mj/Supervise-Targets-v0",
+    TARGETS_ID,
     "caregiver_mj.envs.targets:make_targets",
     vector_entry_point="caregiver_mj.envs.target_grid:GridTargetsVector",
 )

@@ -19,7 +19,6 @@ _ARM_SLACK, _FINGER_SLACK = 0.1, 0.03  # rad and m by which a stop gives way
 _ARM_SPEED = 50.0  # rad/s, as random actions make it, which ask for the other end of the range fifty times a second
 _LOWEST, _HIGHEST = -1.0, 2.0  # metres, of a candle
 _UNKNOWN = 1e6  # of what somebody's own task observes, and of the clock of an endless one
-_YAWS = ("toddler_position", "base_position")  # whose last number is an angle, which has no bounds of its own
 
 Bounds = tuple[np.ndarray | float, np.ndarray | float]
 
@@ -47,10 +46,12 @@ class BoundedObservations:
         """
         check_kind("flat", flat, bool)
         bounds = _bounds(env)
+        within = {key: seen.within for key, seen in env.task.observed.items()}
         self._boxes: dict[str, spaces.Space[Any]] = {
-            key: _box(*bounds.get(key, (-_UNKNOWN, _UNKNOWN)), spec.shape or (1,))
+            key: _box(*bounds.get(within.get(key, ""), (-_UNKNOWN, _UNKNOWN)), spec.shape or (1,))
             for key, spec in env.observation_spec().items()
         }
+        self._poses = {key for key in within if within[key] == "pose"}
         self.keys = spaces.Dict(self._boxes)
         self.space: spaces.Space[Any] = spaces.flatten_space(self.keys) if flat else self.keys
 
@@ -61,7 +62,7 @@ class BoundedObservations:
             box = self._boxes[key]
             assert isinstance(box, spaces.Box)
             value = np.array(observation[key], float).reshape(box.shape)
-            if key in _YAWS:
+            if key in self._poses:
                 value[..., 2] = np.remainder(value[..., 2] + np.pi, 2 * np.pi) - np.pi
             within[key] = np.clip(value, box.low, box.high, out=value)
         if self.space is self.keys:
@@ -70,13 +71,13 @@ class BoundedObservations:
 
 
 def _box(low: np.ndarray | float, high: np.ndarray | float, shape: tuple[int, ...]) -> spaces.Box:
-    """A box of a shape, whose bounds may be given for the last dimension alone."""
-    low, high = (np.broadcast_to(np.asarray(bound, float), shape).copy() for bound in (low, high))
+    """A box of a shape, whose bounds may be given for the last dimension alone, and for more of it than there is."""
+    low, high = (np.broadcast_to(np.atleast_1d(bound)[: shape[-1]], shape).astype(float) for bound in (low, high))
     return spaces.Box(low, high, shape, np.float64)
 
 
 def _bounds(env: control.Environment) -> dict[str, Bounds]:
-    """Bounds of what the tasks of the package observe, by its key."""
+    """Bounds by what `Observed.within` calls them."""
     task = env.task
     rows, columns = task.plan.shape
     x, y = (columns / 2 + 1) * task.plan.cell_size, (rows / 2 + 1) * task.plan.cell_size
@@ -85,22 +86,19 @@ def _bounds(env: control.Environment) -> dict[str, Bounds]:
     way = np.array([2 * x, 2 * y, _HIGHEST - _LOWEST])
     bounds: dict[str, Bounds] = {
         "clock": (0.0, min(task.time_limit / task.novice_timestep + 1, _UNKNOWN)),
-        "toddler_position": (-pose, pose),
-        "toddler_velocity": (-rates, rates),
-        "candle_position": place,
-        "candle_orientation": (-1.0, 1.0),
-        "table_height": (0.0, _HIGHEST),
-        "base_position": (-pose, pose),
-        "base_velocity": (-rates, rates),
-        "arm_velocity": (-_ARM_SPEED, _ARM_SPEED),
-        **{f"goal_{what}": (0.0, 1.0) for what in ("candle", "table", "stairwell")},
-        "candle_to_goal": (-way, way),
-        "base_to_goal": (-way[:2], way[:2]),
+        "pose": (-pose, pose),  # the last number is an angle, which has no bounds of its own
+        "rates": (-rates, rates),
+        "place": place,
+        "way": (-way, way),
+        "height": (0.0, _HIGHEST),
+        "quaternion": (-1.0, 1.0),
+        "share": (0.0, 1.0),
+        "arm speed": (-_ARM_SPEED, _ARM_SPEED),
     }
     if task.has_robot:
         action, layout = env.action_spec(), task.embodiment.layout
-        bounds["arm_position"] = _within(action, layout, "arm", _ARM_SLACK)
-        bounds["finger_position"] = _within(action, layout, "gripper", _FINGER_SLACK)
+        bounds["arm"] = _within(action, layout, "arm", _ARM_SLACK)
+        bounds["fingers"] = _within(action, layout, "gripper", _FINGER_SLACK)
     return bounds
 
 

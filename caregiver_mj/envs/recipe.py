@@ -16,10 +16,10 @@ import numpy as np
 from gymnasium import spaces
 from gymnasium.envs.registration import EnvSpec
 
-from caregiver_mj import tasks
 from caregiver_mj.caregivers.registry import needs_pictures
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.walk import WALKING_SPEED
+from caregiver_mj.envs import TARGETS_ID
 from caregiver_mj.envs.actors import Actor, HouseCaregiver, RandomActor, TargetCaregiver
 from caregiver_mj.envs.house import HouseEnv
 from caregiver_mj.envs.targets import TargetsEnv, make_targets
@@ -30,15 +30,10 @@ from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.recording.steps import About, Steps, frames_file, new_episode
 from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.tasks import TASKS
 
 TARGETS = "targets"  # in the place of a task: `Supervise-Targets`
 RANDOM = "random-actions"  # in the place of a caregiver: actions drawn from all that there are
-ENVIRONMENTS = {
-    "supervise": "caregiver_mj/Supervise-v0",
-    "relocate_candle": "caregiver_mj/RelocateCandle-v0",
-    "block_stairs": "caregiver_mj/BlockStairs-v0",
-    TARGETS: "caregiver_mj/Supervise-Targets-v0",
-}
 _TARGET_TASK = "Targets: say once a novice timestep what to protect the children from, to keep them from harm."
 
 
@@ -47,7 +42,7 @@ class Recipe:
     """What episodes of a data set depend on, their seeds aside.
 
     Attributes:
-        task: One of `ENVIRONMENTS`.
+        task: One of `tasks.TASKS`, or TARGETS.
         plan: The house.
         family: The children.
         caregiver: Name of who acts, or RANDOM.
@@ -72,8 +67,8 @@ class Recipe:
 
     def check(self) -> None:
         """Raises CaregiverError unless this can be recorded."""
-        if self.task not in ENVIRONMENTS:
-            raise CaregiverError(f"no task '{self.task}' to record: there are {', '.join(ENVIRONMENTS)}")
+        if self.task != TARGETS and self.task not in TASKS:
+            raise CaregiverError(f"no task '{self.task}' to record: there are {', '.join([*TASKS, TARGETS])}")
         find_embodiment(self.embodiment)
         if self.world == "grid" and self.task != TARGETS:
             raise CaregiverError(f"the grid has no task '{self.task}', only --task {TARGETS}")
@@ -118,7 +113,7 @@ class Recipe:
             house: A name of the house that is known wherever the package is; None if it has none. Then, and where
                 collisions do not cost what they do by default, of which a name says nothing, it holds the whole plan.
         """
-        spec = copy.deepcopy(gymnasium.spec(ENVIRONMENTS[self.task]))
+        spec = copy.deepcopy(gymnasium.spec(TARGETS_ID if self.task == TARGETS else TASKS[self.task].id))
         spec.kwargs = {**spec.kwargs, **self.kwargs, "house": house}
         if house is None or self.plan.damage != DamageWeights():
             plan = self.plan
@@ -162,7 +157,7 @@ def make_recorded(house: Any, task: str = TARGETS, **options: Any) -> HouseEnv |
 
     Args:
         house: What it says of the house; or another one, as `HouseEnv` takes it.
-        task: One of `ENVIRONMENTS`.
+        task: One of `tasks.TASKS`, or TARGETS.
         options: Further arguments, of `HouseEnv` or `make_targets`.
 
     Raises:
@@ -194,7 +189,7 @@ def house_of(env: HouseEnv | TargetsEnv) -> control.Environment:
 
 def _purpose(task: str) -> str:
     """What a task is about, in a sentence."""
-    return (inspect.getdoc(sys.modules[tasks.TASKS[task].__module__]) or task).partition("\n")[0]
+    return (inspect.getdoc(sys.modules[TASKS[task].find_kind().__module__]) or task).partition("\n")[0]
 
 
 def collect(recipe: Recipe, store: pathlib.Path, which: tuple[int, int]) -> None:

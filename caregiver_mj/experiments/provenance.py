@@ -17,6 +17,7 @@ from typing import Any
 from caregiver_mj.caregivers.registry import find_caregiver
 from caregiver_mj.children.family import CHILDREN, ChildSpec, Family
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.tasks import TASKS
 
 _DIGITS = 16  # of a hash: more than enough to tell versions apart
 OWN = __name__.partition(".")[0]  # the package itself
@@ -171,6 +172,8 @@ def source_digest(world: str = "house", modules: tuple[str, ...] = ()) -> str:
         modules: Full names of more modules that do so, and all that they import.
     """
     found = {name: path for name, path in _package_files().items() if path.suffix in _MODELS and world != "grid"}
+    if world != "grid":
+        modules = (*modules, *(str(task.kind).partition(":")[0] for task in TASKS.values()))
     found |= _imported_by((*_EPISODES, *modules), _SHOW if world != "grid" else _SHOW | _NOT_IN_GRID)
     return _digest(found)
 

@@ -17,6 +17,8 @@ from caregiver_mj.registry import check_call, errors_of
 if TYPE_CHECKING:
     import dm_env
 
+    from caregiver_mj.tasks.base import TaskInfo
+
 
 class OwnPolicy:
     """Calls somebody's policy, and is to whoever looks on what a `CaregiverPolicy` is.
@@ -41,11 +43,12 @@ class OwnPolicy:
         Raises:
             CaregiverError: There is no robot, or what is made is no policy.
         """
-        if not env.task.has_robot:
+        info: TaskInfo = env.task.info
+        if info.embodiment is None:
             raise CaregiverError(f"there is no robot in this environment for '{name}' to act with")
         check_call(f"'{name}'", make, env)
         self.name, self._task, self._policy = name, env.task, make(env)
-        self._size = env.task.embodiment.layout.size
+        self._size = info.embodiment.layout.size
         if not callable(self._policy):
             raise CaregiverError(
                 f"'{name}' must make a policy of an environment, which answers a time step with an action; "
@@ -59,8 +62,8 @@ class OwnPolicy:
             CaregiverError: The policy's answer is none.
         """
         if timestep.first() and (reset := getattr(self._policy, "reset", None)):
-            reset(self._task.caregiver_seed)
-        where = f"in house '{self._task.plan.name}' (is it a policy for another one?)"
+            reset(self._task.info.caregiver_seed)
+        where = f"in house '{self._task.info.plan.name}' (is it a policy for another one?)"
         with errors_of(f"'{self.name}'", where, but=control.PhysicsError):
             action = self._policy(timestep)
         try:

@@ -21,10 +21,9 @@ from caregiver_mj.caregivers.told import ToldCaregiver
 from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.house.sensing import Sensing
-from caregiver_mj.interventions.verb import BLOCK, RELOCATE, Intervention
+from caregiver_mj.interventions.verb import Intervention
 from caregiver_mj.plans.cell_graph import FREE
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house
-from caregiver_mj.plans.hazards import Where
 from caregiver_mj.policy.estimates import Senses, base_jumps, hand_error
 from caregiver_mj.policy.executive import Executive
 from caregiver_mj.policy.pace import robot_pace
@@ -41,6 +40,7 @@ if TYPE_CHECKING:
     import dm_env
 
     from caregiver_mj.house.rendering import control
+    from caregiver_mj.tasks.base import CareTask, TaskInfo
 
 # Seconds between actions beyond which the robot no longer keeps what it promises: in 1,020 s of three houses with a
 # child that heads for it half the time, none struck and no candle dropped at 0.06 s, three strikes at 0.08, four drops
@@ -82,29 +82,30 @@ class CaregiverPolicy:
                 to take candles.
         """
         task: Any = getattr(env, "task", None)
-        if not hasattr(task, "has_robot"):
+        if not hasattr(task, "info"):
             raise CaregiverError(
                 "env must be an environment of `caregiver_mj.load`, as is `env.unwrapped.dm_env` of "
                 f"Gymnasium's, got {type(env).__name__}"
             )
-        if not task.has_robot:
+        info: TaskInfo = task.info
+        embodiment = info.embodiment
+        if embodiment is None:
             raise CaregiverError("there is no robot in this environment for a caregiver to act with")
         if env.control_timestep() > LONGEST_TIMESTEP + 1e-9:
             raise CaregiverError(
                 f"control_timestep must be at most {LONGEST_TIMESTEP} s for a caregiver's policy to control the robot, "
                 f"got {env.control_timestep():.3g}"
             )
-        self.plan: FloorPlan = task.plan
-        self.caregiver = _caregiver(caregiver, task, seed)
-        # To be told how the episode begins, and to tell it what has been done; never to look at.
-        self._task = task
+        self.plan: FloorPlan = info.plan
+        self.caregiver = _caregiver(caregiver, info, seed)
+        # To be asked for its `info` when an episode begins, and told who is in charge and what has been done.
+        self._task: CareTask = task
         task.caregiver = self.caregiver
-        truth = task.truth if isinstance(self.caregiver, ToldCaregiver) else None
+        truth = info.truth if isinstance(self.caregiver, ToldCaregiver) else None
         self._timestep, self._has_begun = env.control_timestep(), False
         spec = env.observation_spec()
         self._shapes = {key: array.shape for key, array in spec.items()} if "base_position" in spec else {}
-        embodiment = task.embodiment
-        self._sensing = task.sensing if sensing is None else Sensing.of(sensing)
+        self._sensing = info.sensing if sensing is None else Sensing.of(sensing)
         delay = self._sensing.delay_steps(self._timestep) * self._timestep
         error = hand_error(self._sensing, embodiment) if self.plan.candle_tables else 0.0
         self.robot = RobotMotion(embodiment, self._timestep, delay, error, base_jumps(self._sensing.base))
@@ -116,11 +117,11 @@ class CaregiverPolicy:
         )
         make_scene = functools.partial(_planning_scene, self.plan, embodiment, self._perception)
         self._retrievals = retrievals = RetrievalPlanner(navigator, make_scene)
-        self.caregiver.pace = robot_pace(navigator, task.novice_timestep, self._timestep)
-        self.executive = Executive(self.plan, self.caregiver, navigator, retrievals, task.novice_timestep, truth)
+        self.caregiver.pace = robot_pace(navigator, info.novice_timestep, self._timestep)
+        self.executive = Executive(self.plan, self.caregiver, navigator, retrievals, info.novice_timestep, truth)
         self._heights_prepared: tuple[float, ...] | None = None
-        if "table_height" in spec:  # as it will be seen: what takes so long must not wait for the first observation
-            self._perception.table_heights = task.table_heights.copy()
+        # As it will be seen: what takes so long must not wait for the first observation.
+        self._perception.table_heights = info.table_heights
         self._prepare_retrievals()
 
     def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
@@ -198,11 +199,12 @@ class CaregiverPolicy:
         self._senses.reset()
         self._perception.reset(observation)
         children = len(np.atleast_2d(observation["toddler_position"]))
-        self.caregiver.reset(1, [self._task.caregiver_seed], children)
+        info = self._task.info
+        self.caregiver.reset(1, [info.caregiver_seed], children)
         self._serves = self.caregiver.serves = object()
-        _check_start(self.caregiver, self._task)
-        if isinstance(self.caregiver, InstructedCaregiver):
-            self.caregiver.orders = _orders(self.plan, observation)
+        _check_start(self.caregiver, info)
+        if isinstance(self.caregiver, InstructedCaregiver) and info.orders:
+            self.caregiver.orders = info.orders(observation) or Intervention()
         self.executive.reset()
         self._prepare_retrievals()
 
@@ -222,7 +224,7 @@ class CaregiverPolicy:
             alien = plan.cell_at(base) not in plan.cell_index or any(plan[plan.cell_at(c)] != FREE for c in children)
         if alien:
             raise CaregiverError(
-                f"this policy is for another environment, that of {self._task.family} in house "
+                f"this policy is for another environment, that of {self._task.info.family} in house "
                 f"'{plan.name}': each environment needs a policy of its own"
             )
 
@@ -273,14 +275,14 @@ def _make_scene(plan: FloorPlan, embodiment: Embodiment, heights: tuple[float, .
     return PlanningScene(build_house(plan, embodiment, visuals=False, table_heights=tables), plan, embodiment)
 
 
-def _caregiver(caregiver: str | Caregiver, task: Any, seed: int) -> Caregiver:
+def _caregiver(caregiver: str | Caregiver, info: TaskInfo, seed: int) -> Caregiver:
     made: Caregiver | None
     if not isinstance(caregiver, str):
         check_kind("a caregiver", caregiver, str, Caregiver)
-        check_house(caregiver, task.plan)
+        check_house(caregiver, info.plan)
         made = caregiver
     else:
-        made = InstructedCaregiver(task.plan) if task.goal_given else make_caregiver(caregiver, task.plan, seed)
+        made = InstructedCaregiver(info.plan) if info.orders else make_caregiver(caregiver, info.plan, seed)
     if made is None:
         raise CaregiverError(
             f"caregiver '{caregiver}' takes no actions, so it is no policy: leave the robot out instead"
@@ -288,19 +290,11 @@ def _caregiver(caregiver: str | Caregiver, task: Any, seed: int) -> Caregiver:
     return made
 
 
-def _check_start(caregiver: Caregiver, task: Any) -> None:
+def _check_start(caregiver: Caregiver, info: TaskInfo) -> None:
     """Raises CaregiverError if the episode has not begun as the caregiver's does."""
-    wanted, found = starting_tables(task.plan, caregiver)[0].tolist(), task.candles.starting_tables
+    wanted, found = starting_tables(info.plan, caregiver)[0].tolist(), list(info.starting_tables)
     if found != wanted:
         raise CaregiverError(
             f"the candles stood on tables {found} at the start, and {type(caregiver).__name__} wants them on {wanted}: "
             "make its policy before env.reset(), and no other one in between"
         )
-
-
-def _orders(plan: FloorPlan, observation: dict[str, np.ndarray]) -> Intervention:
-    """What a task's observation asks for."""
-    if "goal_stairwell" in observation:
-        return Intervention(BLOCK, plan.hazards.number(Where.OPENING, int(observation["goal_stairwell"].argmax())))
-    candle, table = (int(observation[f"goal_{what}"].argmax()) for what in ("candle", "table"))
-    return Intervention(RELOCATE, plan.hazards.number(Where.ON_TABLE, candle), table)

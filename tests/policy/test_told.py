@@ -6,6 +6,7 @@ import pytest
 import caregiver_mj
 from caregiver_mj.caregivers.baselines import NearestCaregiver
 from caregiver_mj.caregivers.told import ToldCaregiver
+from caregiver_mj.tasks import TaskSpec
 from caregiver_mj.tasks.supervise import Supervise
 
 HOUSE = "house-200000"
@@ -64,7 +65,7 @@ class Secretive(Supervise):
 
 @pytest.mark.parametrize(("name", "may_hear"), [("paper", False), ("foresight", False), ("knows-goal", True)])
 def test_nobody_else_can_hear_it(name, may_hear, monkeypatch):
-    monkeypatch.setitem(caregiver_mj.tasks.TASKS, "supervise", Secretive)
+    monkeypatch.setitem(caregiver_mj.tasks.TASKS, "supervise", TaskSpec("supervise", Secretive))
     env = caregiver_mj.load("supervise", HOUSE, 0.5, random=3)
     policy = caregiver_mj.CaregiverPolicy(env, name)
     assert not any("goal" in key or "epsilon" in key for key in env.observation_spec())

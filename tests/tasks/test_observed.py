@@ -19,9 +19,9 @@ def test_every_key_is_as_it_is_said_to_be(task, children):
         "children": 2,
     }
     seen = {key: spec.shape for key, spec in env.observation_spec().items()}
-    assert set(seen) == {key for key, observed in OBSERVED.items() if observed.of in ("", task) and not observed.asked}
+    assert set(seen) == {key for key, observed in env.task.observed.items() if not observed.asked}
     for key, shape in seen.items():
-        one, _, several = OBSERVED[key].shape.partition(", of several children ")
+        one, _, several = env.task.observed[key].shape.partition(", of several children ")
         assert shape == eval(several if several and children == "1,.25" else one, counts)
 
 

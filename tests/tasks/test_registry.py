@@ -1,4 +1,6 @@
-"""A fourth task takes one class and one line."""
+"""A fourth task takes one class and one line, and has all that the others have."""
+
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -6,9 +8,12 @@ from dm_control.rl import control
 
 import caregiver_mj.tasks
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.interventions.verb import BLOCK, Intervention
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import CANDLE
+from caregiver_mj.plans.hazards import CANDLE, STAIRWELL, Where
+from caregiver_mj.tasks import TaskSpec, register
 from caregiver_mj.tasks.base import CareTask
+from caregiver_mj.tasks.observed import OBSERVED, Observed
 
 PLAN = FloorPlan.parse("######\n#...B#\n#.C.T#\n######", "no_stairs")
 
@@ -24,9 +29,60 @@ class StayCalm(CareTask):
         return float(np.exp(-np.abs(physics.base_velocity()).max()))
 
 
+class GuardStairs(CareTask):
+    """Stand in the last stairwell, to which the observation has the way."""
+
+    needs = STAIRWELL
+    needs_robot = True
+    time_limit = 20.0  # seconds
+    observed: ClassVar = {**OBSERVED, "last_stairwell": Observed("(2,)", "m", "the way to the last landing", "way")}
+
+    def _way(self, physics):
+        return self.plan.position(self.plan.stairwells[-1]) - physics.base_position()[:2]
+
+    def get_observation(self, physics):
+        return super().get_observation(physics) | {"last_stairwell": self._way(physics)}
+
+    def orders(self, observation):
+        place = observation["base_position"][:2] + observation["last_stairwell"]
+        return Intervention(BLOCK, self.plan.hazards.number(Where.OPENING, self.plan.stairwells.index(self.plan.cell_at(place))))
+
+    def get_reward(self, physics):
+        return float(np.abs(self._way(physics)).max() < 0.1)
+
+
 @pytest.fixture
 def stay_calm(monkeypatch):
-    monkeypatch.setitem(caregiver_mj.tasks.TASKS, "stay_calm", StayCalm)
+    monkeypatch.setitem(caregiver_mj.tasks.TASKS, "stay_calm", TaskSpec("stay_calm", StayCalm))
+
+
+@pytest.fixture
+def guard_stairs():
+    gymnasium = pytest.importorskip("gymnasium")
+    task = TaskSpec("guard_stairs", f"{__name__}:GuardStairs", version=2)
+    register(task)
+    yield task.id
+    del gymnasium.registry[task.id], caregiver_mj.tasks.TASKS[task.name]
+
+
+def test_a_fourth_task_has_a_gymnasium_environment_and_a_scripted_policy(guard_stairs):
+    import gymnasium
+
+    assert guard_stairs == "caregiver_mj/GuardStairs-v2"
+    plan = FloorPlan.parse("######\n#S..S#\n#....#\n#B...#\n######", "two")
+    env = gymnasium.make(guard_stairs, house=plan, epsilon=1.0)
+    widths = 2 * 0.75 * np.array([6 / 2 + 1, 5 / 2 + 1])  # of the house, and a cell on either side
+    assert env.observation_space["last_stairwell"].high == pytest.approx(widths)
+    house = env.unwrapped
+    policy = caregiver_mj.CaregiverPolicy(house.dm_env)
+    env.reset(seed=1)
+    ended, reward = False, 0.0
+    while not ended:
+        observation, reward, *ends, _ = env.step(policy(house.timestep))
+        assert env.observation_space.contains(observation)
+        ended = any(ends)
+    assert reward == 1.0
+    assert policy.intervention.verb == BLOCK
 
 
 @pytest.mark.usefixtures("stay_calm")
