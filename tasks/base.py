@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import collections
-import dataclasses
 import numbers
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -23,6 +22,7 @@ from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.rendering import Task
 from caregiver_mj.house.sensing import Sensing, Sensor
 from caregiver_mj.house.tables import draw_heights
+from caregiver_mj.house.task_info import TaskInfo
 from caregiver_mj.interventions.verb import Intervention
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -35,35 +35,6 @@ from caregiver_mj.tasks.observed import OBSERVED, Observed
 
 CONTROL_TIMESTEP = 0.02  # seconds; a prototype's grasps held at 50 Hz as well as at 100 Hz
 _CANDLE_OFFSET = 0.02  # metres off the table's centre at the start, at most, in x and in y
-
-
-@dataclasses.dataclass(frozen=True)
-class TaskInfo:
-    """What a policy may know of a task beside its observations.
-
-    Attributes:
-        plan: The house.
-        family: Who the children are.
-        embodiment: The robot; None if there is none.
-        sensing: How well observations show what there is.
-        novice_timestep: Seconds of a novice timestep.
-        table_heights: How high the tables' tops are, (tables,), metres, if observations show it; else None.
-        orders: From an observation to what the task asks for; None if it leaves that to the caregiver.
-        caregiver_seed: This episode's seed for a caregiver that draws lots.
-        starting_tables: Index of the table on which each candle stood when this episode began.
-        truth: What a `ToldCaregiver` is told, and nobody else.
-    """
-
-    plan: FloorPlan
-    family: Family
-    embodiment: Embodiment | None
-    sensing: Sensing
-    novice_timestep: float
-    table_heights: np.ndarray | None
-    orders: Callable[[Mapping[str, np.ndarray]], Intervention | None] | None
-    caregiver_seed: int
-    starting_tables: tuple[int, ...]
-    truth: Callable[[], Truth]
 
 
 class CareTask(Task):

@@ -12,14 +12,13 @@ from caregiver_mj.caregivers.told import ToldCaregiver, Truth
 from caregiver_mj.interventions.verb import Intervention, half_of, verb_of
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, State
+from caregiver_mj.policy.perception import Perception
 from caregiver_mj.policy.routines import LEFT_LYING, PASSED_OVER, ROUTINES, Means, PassedOver, Routine
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.retrieval import RetrievalPlanner
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
-
-See = Callable[[int, np.ndarray, int], Percept]  # by the candle in the hand, what is passed over, what is under way
 
 
 class Executive:
@@ -37,6 +36,7 @@ class Executive:
         self,
         plan: FloorPlan,
         caregiver: Caregiver,
+        perception: Perception,
         navigator: Navigator,
         retrievals: RetrievalPlanner,
         novice_timestep: float,
@@ -47,12 +47,13 @@ class Executive:
         Args:
             plan: The house.
             caregiver: Who decides.
+            perception: Makes the caregiver's percepts.
             navigator: Plans the base's paths.
             retrievals: Plans how to pick up what has fallen.
             novice_timestep: Seconds of a novice timestep.
             truth: Asked what a `ToldCaregiver` is told after every move of the children; None for any other one.
         """
-        self._plan, self._caregiver, self._truth = plan, caregiver, truth
+        self._plan, self._caregiver, self._perception, self._truth = plan, caregiver, perception, truth
         self._means = Means(
             plan=plan,
             navigator=navigator,
@@ -83,26 +84,25 @@ class Executive:
         """The number of the hazard that is being protected from now, or NOTHING."""
         return self.routine.intervention.hazard if self.routine else NOTHING
 
-    def act(self, view: View, robot: RobotMotion, see: See, new_move: bool, all_known: bool) -> None:
+    def act(self, view: View, robot: RobotMotion, new_move: bool, all_known: bool) -> None:
         """Acts for one control timestep.
 
         Args:
             view: What the robot sees.
             robot: The robot's references.
-            see: Makes the caregiver's percept of this moment.
             new_move: Whether it has just become clear what a child is about to do.
             all_known: Whether that is now clear of all of them.
         """
         if new_move and self.routine:
             self.routine.skill.replan()
         if new_move or view.now == 0.0 or self.routine is None:
-            self._decide(view, self.percept(view, see), observed=all_known)
+            self._decide(view, self.percept(view), observed=all_known)
         if self.routine:
-            self._note(self.routine.step(view, robot, lambda: self.percept(view, see)), view)
+            self._note(self.routine.step(view, robot, lambda: self.percept(view)), view)
 
-    def percept(self, view: View, see: See) -> Percept:
+    def percept(self, view: View) -> Percept:
         """What the caregiver sees now, with what only the executive knows: in the hand, passed over, under way."""
-        return see(self.holding, self._means.passed_over.now(view.now), self.target)
+        return self._perception.percept(view, self.holding, self._means.passed_over.now(view.now), self.target)
 
     def _decide(self, view: View, percept: Percept, observed: bool) -> None:
         """Asks the caregiver what to do, and sets about it unless the robot's hands are full."""

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import dm_env
 import numpy as np
 
 from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.rendering import control
+from caregiver_mj.house.task_info import TaskInfo
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.registry import check_call, errors_of
-
-if TYPE_CHECKING:
-    import dm_env
-
-    from caregiver_mj.tasks.base import TaskInfo
 
 
 class OwnPolicy:

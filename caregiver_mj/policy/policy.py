@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import dm_env
 import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver, starting_tables
@@ -19,8 +20,10 @@ from caregiver_mj.caregivers.percept import Assessment, Percept
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.caregivers.told import ToldCaregiver
 from caregiver_mj.errors import CaregiverError, check_kind
+from caregiver_mj.house.rendering import control
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.house.sensing import Sensing
+from caregiver_mj.house.task_info import TaskInfo
 from caregiver_mj.interventions.verb import Intervention
 from caregiver_mj.plans.cell_graph import FREE
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house
@@ -35,12 +38,6 @@ from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
 from caregiver_mj.robot.retrieval import RetrievalPlanner
 from caregiver_mj.robot.separation import restrain
-
-if TYPE_CHECKING:
-    import dm_env
-
-    from caregiver_mj.house.rendering import control
-    from caregiver_mj.tasks.base import CareTask, TaskInfo
 
 # Seconds between actions beyond which the robot no longer keeps what it promises: in 1,020 s of three houses with a
 # child that heads for it half the time, none struck and no candle dropped at 0.06 s, three strikes at 0.08, four drops
@@ -99,7 +96,7 @@ class CaregiverPolicy:
         self.plan: FloorPlan = info.plan
         self.caregiver = _caregiver(caregiver, info, seed)
         # To be asked for its `info` when an episode begins, and told who is in charge and what has been done.
-        self._task: CareTask = task
+        self._task = task
         task.caregiver = self.caregiver
         truth = info.truth if isinstance(self.caregiver, ToldCaregiver) else None
         self._timestep, self._has_begun = env.control_timestep(), False
@@ -118,7 +115,9 @@ class CaregiverPolicy:
         make_scene = functools.partial(_planning_scene, self.plan, embodiment, self._perception)
         self._retrievals = retrievals = RetrievalPlanner(navigator, make_scene)
         self.caregiver.pace = robot_pace(navigator, info.novice_timestep, self._timestep)
-        self.executive = Executive(self.plan, self.caregiver, navigator, retrievals, info.novice_timestep, truth)
+        self.executive = Executive(
+            self.plan, self.caregiver, self._perception, navigator, retrievals, info.novice_timestep, truth
+        )
         self._heights_prepared: tuple[float, ...] | None = None
         # As it will be seen: what takes so long must not wait for the first observation.
         self._perception.table_heights = info.table_heights
@@ -172,7 +171,7 @@ class CaregiverPolicy:
         view, new_move, all_known = self._seen
         executive = self.executive
         begun, done = executive.begun, executive.done
-        executive.act(view, self.robot, lambda *known: self._perception.percept(view, *known), new_move, all_known)
+        executive.act(view, self.robot, new_move, all_known)
         if begun != executive.begun or done != executive.done:
             self._task.note_interventions(executive.begun - begun, executive.done - done, executive.left)
         at_hand = separation.is_child_at_hand(view, self.robot.robot, self.robot.reached)
@@ -192,7 +191,7 @@ class CaregiverPolicy:
     def percept(self) -> Percept:
         """What has been seen, as a caregiver sees it, of a batch of one."""
         view, *_ = self._seen
-        return self.executive.percept(view, lambda *known: self._perception.percept(view, *known))
+        return self.executive.percept(view)
 
     def _reset(self, observation: dict[str, np.ndarray]) -> None:
         self.robot.reset(observation["base_position"].tolist())
