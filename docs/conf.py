@@ -4,7 +4,7 @@ import pathlib
 import sys
 
 import caregiver_mj
-import caregiver_mj.tasks  # dm_control logs what it imports: now, and not among Sphinx's warnings
+import caregiver_mj.house  # dm_control logs what it imports: now, and not among Sphinx's warnings
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent / "_ext"))
 

@@ -31,13 +31,12 @@ from caregiver_mj.policy.estimates import Senses, base_jumps, hand_error
 from caregiver_mj.policy.executive import Executive
 from caregiver_mj.policy.pace import robot_pace
 from caregiver_mj.policy.perception import Perception
-from caregiver_mj.robot import separation
 from caregiver_mj.robot.embodiment import Embodiment
+from caregiver_mj.robot.governor import govern
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
 from caregiver_mj.robot.retrieval import RetrievalPlanner
-from caregiver_mj.robot.separation import restrain
 
 # Seconds between actions beyond which the robot no longer keeps what it promises: in 1,020 s of three houses with a
 # child that heads for it half the time, none struck and no candle dropped at 0.06 s, three strikes at 0.08, four drops
@@ -174,17 +173,7 @@ class CaregiverPolicy:
         executive.act(view, self.robot, new_move, all_known)
         if begun != executive.begun or done != executive.done:
             self._task.note_interventions(executive.begun - begun, executive.done - done, executive.left)
-        at_hand = separation.is_child_at_hand(view, self.robot.robot, self.robot.reached)
-        self.robot.giving_way.yields = at_hand
-        if not self.robot.is_watched:  # by a skill that does not drive, but the one before it may have had it turn
-            reference = self.robot.base_reference()[1]
-            self.robot.bound_turning(separation.allowed_turning(view, self.robot.robot, reference, self.robot.turning))
-        near = 0.0 if at_hand else separation.gap(view, self.robot.robot) - view.unsure
-        self.robot.catch_up = separation.catch_up_speed(near)
-        restraint = functools.partial(
-            restrain, view, self.robot.robot, self._clearance, self._timestep, self.robot.closes
-        )
-        action = self.robot.action(view.base, view.arm, restraint)
+        action = govern(view, self.robot, self._clearance, self._timestep)
         self.robot.now += self._timestep
         return action
 

@@ -14,7 +14,7 @@ import sys
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.robot import geometry
+from caregiver_mj.robot import geometry, governor
 from caregiver_mj.robot.geometry import Vector
 from caregiver_mj.robot.kinematics import hand_offset
 from caregiver_mj.robot.motion import RobotMotion
@@ -22,8 +22,6 @@ from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.scalar_motion import PathError
 from caregiver_mj.robot.separation import (
     BESIDE,
-    allowed_rate,
-    allowed_turning,
     child_cells,
     comes,
     gap,
@@ -107,13 +105,13 @@ class Driver:
             self.replan()
         if (moved or self.looks_again(view.now)) and robot.hand_out <= self._may_drive:
             self._plan(view, robot, goal, cell)
-        robot.bound_turning(allowed_turning(view, self._embodiment, robot.base_reference()[1], robot.turning))
+        governor.bound_turning(view, robot)
         may_turn = self._may_turn(view, robot, yaw)
         if may_turn and robot.hand_out <= self._embodiment.approach.turn:
             robot.turn_to(yaw)
         # Where the drive is shorter than the turn, the base sets off later: it would have to wait at the goal instead.
         waits = self._stops or (may_turn and not robot.moving and robot.time_left < robot.turn_left(yaw))
-        robot.set_rate(0.0 if waits else self._allowed_rate(view, robot))
+        robot.set_rate(0.0 if waits else governor.path_rate(view, robot))
         off = math.dist(goal, view.base[:2])
         turn = abs(math.remainder(yaw - view.base[2], math.tau))
         if off < ARRIVED and turn < ARRIVED_YAW and not robot.moving:
@@ -149,9 +147,6 @@ class Driver:
     def replan(self) -> None:
         """Has the way looked at again, because the world has changed."""
         self._replan_at = 0.0
-
-    def _allowed_rate(self, view: View, robot: RobotMotion) -> float:
-        return allowed_rate(view, self._embodiment, *robot.planned(), robot.base_reference()[1])
 
     def _leads_to(self, goal: Vector, within: float = 1e-3) -> bool:
         """Whether the present path ends there, within so many metres."""
@@ -233,7 +228,7 @@ class Driver:
         """Takes a way to a goal, or stops first if the base cannot turn into it; goes on if it is on that way."""
         if self._leads_to(goal) and robot.time_left > 0.0 and _are_the_same(points[1:], _rest(self._way, points[0])):
             return
-        self._stops = robot.moving and self._allowed_rate(view, robot) < _SWITCHING_RATE
+        self._stops = robot.moving and governor.path_rate(view, robot) < _SWITCHING_RATE
         if not self._stops:
             try:
                 robot.drive_along(points, functools.partial(self._navigator.clearance.has_room, hand=self._hand))

@@ -6,8 +6,8 @@ import pytest
 
 import caregiver_mj
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.policy import policy as module
 from caregiver_mj.recording.contacts import STRIKE_SPEED
+from caregiver_mj.robot import separation
 from caregiver_mj.robot.separation import GENTLE_GAP, catch_up_speed, slide_speed
 
 ROOM = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.......#\n#########", "room")
@@ -18,13 +18,13 @@ TOUCHING = 0.27 + 0.12  # metres between the middles of base and child
 def told(monkeypatch):
     """What `restrain` has been told at each control step: whether there is a candle in the hand, and of which base."""
     calls = []
-    restrain = module.restrain
+    restrain = separation.restrain
 
     def listen(view, robot, clearance, seconds, is_loaded, velocity, before):
         calls.append((is_loaded, view.base, seconds))
         return restrain(view, robot, clearance, seconds, is_loaded, velocity, before)
 
-    monkeypatch.setattr(module, "restrain", listen)
+    monkeypatch.setattr(separation, "restrain", listen)
     return calls
 
 

@@ -1,0 +1,46 @@
+"""The governor: all that bounds how fast the robot may be beside a child, applied in one place.
+
+How fast that is `robot.separation` works out. A driver asks here at what rate its path may be driven; when the skill
+has set its goals, `govern` bounds what comes of them and makes the action.
+"""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+
+from caregiver_mj.robot import separation
+from caregiver_mj.robot.clearance import Clearance
+from caregiver_mj.robot.motion import RobotMotion
+from caregiver_mj.robot.view import View
+
+
+def bound_turning(view: View, robot: RobotMotion) -> None:
+    """Bound how fast the base turns."""
+    velocity = robot.base_reference()[1]
+    robot.bound_turning(separation.allowed_turning(view, robot.robot, velocity, robot.turning))
+
+
+def path_rate(view: View, robot: RobotMotion) -> float:
+    """Return the share of its planned velocity at which the base may drive along its path."""
+    return separation.allowed_rate(view, robot.robot, *robot.planned(), robot.base_reference()[1])
+
+
+def govern(view: View, robot: RobotMotion, clearance: Clearance, control_timestep: float) -> np.ndarray:
+    """Return the action for the coming control timestep, bounded for the sake of the children.
+
+    Args:
+        view: What is seen.
+        robot: The robot's references, as the skill has left them.
+        clearance: How much room there is.
+        control_timestep: Seconds until the next action.
+    """
+    at_hand = separation.is_child_at_hand(view, robot.robot, robot.reached)
+    robot.giving_way.yields = at_hand
+    if not robot.is_watched:  # by a skill that does not drive, but the one before it may have had it turn
+        bound_turning(view, robot)
+    near = 0.0 if at_hand else separation.gap(view, robot.robot) - view.unsure
+    robot.catch_up = separation.catch_up_speed(near)
+    restrain = functools.partial(separation.restrain, view, robot.robot, clearance, control_timestep, robot.closes)
+    return robot.action(view.base, view.arm, restrain)
