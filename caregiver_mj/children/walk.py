@@ -10,7 +10,8 @@ from caregiver_mj.plans.floor_plan import DEFAULT_CELL_SIZE
 Vector = tuple[float, float]
 
 WALKING_SPEED = 1.6 / 3.6  # m/s, of 1 to 2 year olds (paper, section V.C)
-_BUMP_SPEED = 0.62  # m/s; there and back to the farthest wall fits into a timestep
+# m/s, the fastest that a toddler walks towards something; there and back to the farthest wall fits into a timestep.
+BUMP_SPEED = 0.62
 _FASTEST = 1.0  # m/s, when it must turn back late
 _TURN_RATE = 8.0  # 1/s, from the error of the heading to the rate of turning
 _FRONTAL = 0.2  # cosine between motion and contact above which something is in the way
@@ -115,7 +116,7 @@ class ToddlerWalk:
             return 0.0, 0.0
         speed = distance / self._left
         if self._bumps or self._returns:
-            speed = max(speed, min(_BUMP_SPEED, distance / min(self._left, 0.02)))
+            speed = max(speed, min(BUMP_SPEED, distance / min(self._left, 0.02)))
         speed = min(speed, _FASTEST)
         return speed * dx / distance, speed * dy / distance
 

@@ -10,14 +10,14 @@ import numpy as np
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans import layout
 from caregiver_mj.recording.contacts import FAR, Contacts
-from caregiver_mj.robot.view import CHILD_RADIUS
+from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, CHILD_RADIUS
 
 _STANDING_COSINE = math.cos(math.radians(30))  # of a candle's tilt, beyond which it counts as fallen
 _BELOW = 0.05  # metres below the top of a table from which on a candle counts as fallen down
 _ABOVE = 0.03  # metres above or below the top of a table up to which a candle is on it
 # The candle as in models/candle.xml: spheres along its axis, by their height above its foot, metres.
-WAX_RADIUS, FLAME_RADIUS = 0.022, 0.016
-_WAX = np.linspace(WAX_RADIUS, 0.16 - WAX_RADIUS, 8)
+WAX_RADIUS, FLAME_RADIUS = CANDLE_RADIUS, 0.016
+_WAX = np.linspace(WAX_RADIUS, CANDLE_HEIGHT - WAX_RADIUS, 8)
 _FLAME = np.linspace(0.170 + FLAME_RADIUS, 0.246 - FLAME_RADIUS, 3)
 _SPHERES = np.concatenate([_WAX, _FLAME])
 _BODY = 0.15, 0.68  # metres above the floor between which the axis of a child's body is, as in models/toddler.xml

@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from caregiver_mj.children.walk import BUMP_SPEED
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.sensing import Blur, Sensing
 from caregiver_mj.plans.hazards import NOTHING
@@ -22,7 +23,7 @@ from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS
 
 _SIGMAS = 2.0  # of errors that count
 _SIGMAS_BESIDE = 2.5  # of errors for which there is room beside a candle in the open hand
-_STRAYS = 0.62  # m/s by which a child may be elsewhere than was foretold: it has stopped, or turned
+_STRAYS = BUMP_SPEED  # m/s by which a child may be elsewhere than was foretold: it has stopped, or turned
 Observation = dict[str, np.ndarray]
 Posture = tuple[np.ndarray, np.ndarray]  # pose of the base (3,), joint positions (joints,)
 _JUMP = 0.05  # metres that a reference moves within a control timestep only if it is set anew

@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from caregiver_mj.caregivers.percept import Percept
+from caregiver_mj.children.walk import BUMP_SPEED
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -24,7 +25,7 @@ _LATEST = 0.5  # ... or the share of a novice timestep after which it will not g
 _SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to; ...
 _SMALLEST_SEEN = 0.03  # ... the same where it is not seen exactly
 _AS_USUAL, _SIGMAS = 0.02, 4.0  # metres that a candle on a table may seem off its usual height; and of its noise
-_STRAYS = 0.62  # m/s by which a child may be elsewhere than was foretold: it has stopped, or turned
+_STRAYS = BUMP_SPEED  # m/s by which a child may be elsewhere than was foretold: it has stopped, or turned
 _NO_CANDLES, _NO_ORIENTATIONS = np.zeros((0, 3)), np.zeros((0, 4))
 
 

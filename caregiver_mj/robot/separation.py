@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
+from caregiver_mj.children.walk import BUMP_SPEED
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import geometry
@@ -24,7 +25,6 @@ from caregiver_mj.robot.view import CHILD_RADIUS, ChildView, View
 BESIDE, LEAVING = 0.15, -0.8
 FORESIGHT = 2.2  # metres within which paths are planned round a child: one farther away will be elsewhere by then
 # The base must be able to stop before a child that walks towards it.
-_CHILD_SPEED = 0.62  # m/s, the fastest that a toddler walks towards something
 FOLLOWING_SPEED = 1.0  # m/s, the fastest of one that follows: it makes up for time
 _REACTION = 0.04  # seconds of control and servo until the base begins to brake
 _SEPARATION = 0.08  # metres that shall remain
@@ -236,7 +236,7 @@ def _sliding_rate(
 
 def _walking_speed(child: ChildView) -> float:
     """How fast a child may come, m/s: as toddlers do, and one that runs as fast as it does."""
-    return max(_CHILD_SPEED, min(FOLLOWING_SPEED, math.hypot(*child.velocity)))
+    return max(BUMP_SPEED, min(FOLLOWING_SPEED, math.hypot(*child.velocity)))
 
 
 def slide_speed(gap: float) -> float:
