@@ -45,7 +45,8 @@ class GuardStairs(CareTask):
 
     def orders(self, observation):
         place = observation["base_position"][:2] + observation["last_stairwell"]
-        return Intervention(BLOCK, self.plan.hazards.number(Where.OPENING, self.plan.stairwells.index(self.plan.cell_at(place))))
+        stairwell = self.plan.stairwells.index(self.plan.cell_at(place))
+        return Intervention(BLOCK, self.plan.hazards.number(Where.OPENING, stairwell))
 
     def get_reward(self, physics):
         return float(np.abs(self._way(physics)).max() < 0.1)
