@@ -56,6 +56,7 @@ def bash(tmp_path_factory):
         (["house", ""], {"show", "check", "make"}),
         (["evaluate", "--caregiver", "fo"], {"foresight"}),
         (["evaluate", "--caregiver", "none", "paper-a"], {"paper-alike"}),
+        (["render", "--caregiver", "exp"], {"expected-danger"}),
         (["evaluate", "--caregiver", "none", "--ep"], {"--epsilon", "--episodes"}),
         (["evaluate", "--world", "g"], {"grid"}),
         (["evaluate", "--houses", "te"], {"test-100", "tenement", "terrace"}),

@@ -39,7 +39,8 @@ CAREGIVERS: Registry[type[Caregiver] | None] = Registry(
         "random": RandomCaregiver,
         "nearest": NearestCaregiver,
         "guard": GuardCaregiver,
-        "paper": PaperCaregiver,
+        "expected-danger": PaperCaregiver,
+        "paper": PaperCaregiver,  # an alias, and what the rows of earlier runs have
         "paper-max": PaperMaxCaregiver,
         "paper-alike": PaperAlikeCaregiver,
         "paper-max-alike": PaperMaxAlikeCaregiver,
@@ -62,6 +63,8 @@ class _Policies(Registry[Any]):
     def check(self, name: str, value: str, found: Any) -> None:
         _check(f"{self.what} '{name}' ({value})", found)
 
+
+RULE = ("expected-danger", "paper")  # the names of the paper's own caregiver
 
 POLICIES: Registry[Any] = _Policies("policy", "caregiver_mj.policies", "", {})
 

@@ -42,7 +42,7 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
     command.add_argument("--world", default="house", help="house (physical) or grid (the paper's)")
     add_houses(command)
     command.add_argument(
-        "--caregiver", nargs="+", default=["none", "paper"], metavar="NAME", help=f"{FLOOR}, {caregivers()}"
+        "--caregiver", nargs="+", default=["none", "expected-danger"], metavar="NAME", help=f"{FLOOR}, {caregivers()}"
     )
     command.add_argument(
         "--epsilon",

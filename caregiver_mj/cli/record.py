@@ -62,7 +62,7 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
     add_children(command)
     command.add_argument(
         "--caregiver",
-        default="paper",
+        default="expected-danger",
         metavar="NAME",
         help=f"who acts: random-actions, {caregivers()}",
     )

@@ -37,7 +37,7 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
         help="the share of the child's moves that are random; of several children that of each, such as 1,.25",
     )
     add_children(command)
-    command.add_argument("--caregiver", default="paper", metavar="NAME", help=caregivers())
+    command.add_argument("--caregiver", default="expected-danger", metavar="NAME", help=caregivers())
     add_embodiment(command)
     add_seed(command, "of the run to which the episode belongs")
     command.add_argument("--episode", type=int, default=0, metavar="N", help="its number in that run")

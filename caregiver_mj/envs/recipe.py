@@ -57,7 +57,7 @@ class Recipe:
     task: str
     plan: FloorPlan
     family: Family
-    caregiver: str = "paper"
+    caregiver: str = "expected-danger"
     seed: int = 0
     world: str = "house"
     embodiment: str = DEFAULT

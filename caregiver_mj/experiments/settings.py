@@ -47,7 +47,7 @@ class Settings:
 
     plans: tuple[FloorPlan, ...]
     world: str = "house"
-    caregivers: tuple[str, ...] = ("none", "paper")
+    caregivers: tuple[str, ...] = ("none", "expected-danger")
     families: tuple[Family, ...] = EPSILONS  # type: ignore[assignment]  # made families of, as what is given
     episodes: int = 20
     seed: int = 0
@@ -61,7 +61,7 @@ class Settings:
             self,
             plans: FloorPlan | Sequence[FloorPlan],
             world: str = "house",
-            caregivers: Sequence[str] = ("none", "paper"),
+            caregivers: Sequence[str] = ("none", "expected-danger"),
             families: Sequence[Who] = EPSILONS,
             episodes: int = 20,
             seed: int = 0,

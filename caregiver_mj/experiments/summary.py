@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from caregiver_mj.caregivers.registry import RULE
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import harm
 from caregiver_mj.experiments.intervals import of_ratio
@@ -31,7 +32,7 @@ def summarise(settings: Settings, episodes: pd.DataFrame, houses: pd.DataFrame) 
 
     ran = settings.caregivers
     against_none = [(caregiver, "none") for caregiver in ran if caregiver != "none"] if "none" in ran else []
-    others = [("paper", other) for other in ran if other not in ("none", "paper", FLOOR)] if "paper" in ran else []
+    others = [(rule, other) for rule in RULE if rule in ran for other in ran if other not in ("none", *RULE, FLOOR)]
     return {
         "harm": harm(houses),
         "rows": statistics.mean_rows(episodes, [column for column in MEASURES if column in episodes]),

@@ -59,7 +59,7 @@ class CaregiverPolicy:
     def __init__(
         self,
         env: control.Environment,
-        caregiver: str | Caregiver = "paper",
+        caregiver: str | Caregiver = "expected-danger",
         seed: int = 0,
         sensing: Sensing | Mapping[str, Any] | None = None,
     ):

@@ -71,7 +71,7 @@ class Episode:
         children: Family | float | str = 0.5,
         seed: int = 0,
         number: int | None = 0,
-        caregiver: str = "paper",
+        caregiver: str = "expected-danger",
         embodiment: str = DEFAULT,
         foresees: bool = False,
     ) -> Episode:

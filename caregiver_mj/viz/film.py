@@ -100,7 +100,7 @@ def render_episode(
     seed: int = 0,
     episode: int | None = 0,
     seconds: float = 30.0,
-    caregiver: str = "paper",
+    caregiver: str = "expected-danger",
     embodiment: str = DEFAULT,
     width: int = DEFAULT_SIZE[0],
     height: int = DEFAULT_SIZE[1],

@@ -219,3 +219,16 @@ def test_the_floor_is_that_of_a_child_alone(world):
     assert (floor.damage == alone.damage_table + alone.damage_candle / 4).all()
     assert floor.damage.sum() > 0
     assert (floor.moves_blocked_stairwell == alone.damage_stairwell / 5).all()
+
+
+def test_the_rule_of_the_paper_goes_by_either_name():
+    found = evaluate(Settings(PAPER, "grid", ("none", "nearest", "expected-danger", "paper"), (1.0,), 5))
+    ours, theirs = (
+        found.episodes[found.episodes.caregiver == name]
+        .drop(columns=["caregiver", "wall_seconds"])
+        .reset_index(drop=True)
+        for name in ("expected-danger", "paper")
+    )
+    pd.testing.assert_frame_equal(ours, theirs)
+    compared = {(row["caregiver"], row["baseline"]) for row in found.summary["comparisons"]}
+    assert {("expected-danger", "nearest"), ("paper", "nearest")} <= compared

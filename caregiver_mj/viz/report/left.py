@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from caregiver_mj.caregivers.registry import RULE
 from caregiver_mj.experiments.verdicts import MARGINS, Verdict
 from caregiver_mj.viz import figures
 from caregiver_mj.viz.report import published
@@ -135,7 +136,7 @@ def verdicts(run: Run) -> list[tuple[bool, str]]:
             told["less"] = [f"every {run.nouns.group}"]
         parts = [f"{_FINDINGS[finding][0]} with {', '.join(which)}" for finding, which in told.items() if which]
         found.append((all(_finding(row) == "less" for _, row in rows), f"Against {baseline}: {'; '.join(parts)}."))
-    return found if run.caregiver == "paper" else []  # the summary compares no other one with baselines
+    return found if run.caregiver in RULE else []  # the summary compares no other one with baselines
 
 
 def _finding(row: dict[str, Any]) -> str:

@@ -11,6 +11,7 @@ from typing import Any
 import jinja2
 import numpy as np
 
+from caregiver_mj.caregivers.registry import RULE
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.run_folder import StorageError
@@ -44,8 +45,8 @@ EPSILON = (
     "V.B) writes epsilon for the other share."
 )
 SAME_RULE = (
-    "`nearest` and `paper` are the same rule but where every hazard left is four or more moves away: with one child "
-    "1 - P(safe) and what normalises distances are common to all hazards and cancel, and 5 (stairwell) against 4 "
+    "`nearest` and the rule of the paper are the same but where every hazard left is four or more moves away: with one "
+    "child 1 - P(safe) and what normalises distances are common to all hazards and cancel, and 5 (stairwell) against 4 "
     "(candle) decides only between distances such as 5 and 4."
 )
 
@@ -259,5 +260,5 @@ def disclosures(runs: Sequence[Run]) -> list[str]:
 
 
 def _same_rule(run: Run) -> bool:
-    rules = {"paper", "nearest"} <= set(run.settings.caregivers)
+    rules = "nearest" in run.settings.caregivers and run.caregiver in RULE
     return rules and run.settings.plans[0].damage == DamageWeights() and not run.several

@@ -10,6 +10,7 @@ from typing import Any
 
 import pandas as pd
 
+from caregiver_mj.caregivers.registry import RULE
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.finished import Finished, read_finished
 from caregiver_mj.experiments.settings import FLOOR, Settings
@@ -33,7 +34,7 @@ class Run:
         episodes: A row an episode.
         summary: What matters of the content of summary.json.
         maps: A row for each caregiver, family and free cell.
-        caregiver: The caregiver that the report is about: `paper` if it ran.
+        caregiver: The caregiver that the report is about: the paper's if it ran.
         by_house: Of several houses, a row for each of them, caregiver and family, as `summary.by_house` has it.
         seeds: Its seed and how many episodes there are of it; of pooled runs those of each.
     """
@@ -181,7 +182,7 @@ def read_run(folder: str | os.PathLike[str]) -> Run:
         episodes=found.episodes,
         summary={key: found.summary.get(key, {}) for key in ("harm", "rows", "comparisons", "versions")},
         maps=found.maps,
-        caregiver="paper" if "paper" in acting else acting[0],
+        caregiver=next((name for name in RULE if name in acting), acting[0]),
         by_house=_houses(found) if len(found.settings.plans) > 1 else None,
         seeds=tuple(found.seeds),
     )
