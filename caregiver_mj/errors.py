@@ -40,14 +40,14 @@ class MissingExtraError(CaregiverError, ImportError):
 
 
 def check_integer(what: str, value: Any, least: int, most: int | None = None) -> None:
-    """Raises CaregiverError unless a value is an integer from least to most, if there is a most."""
+    """Raise CaregiverError unless a value is an integer from least to most, if there is a most."""
     if not isinstance(value, numbers.Integral) or int(value) < least or (most is not None and int(value) > most):
         room = f"of at least {least}" if most is None else f"from {least} to {most}"
         raise CaregiverError(f"{what} must be an integer {room}, got {value!r}")
 
 
 def check_kind(what: str, value: Any, *kinds: type, advice: str = "") -> None:
-    """Raises CaregiverError unless a value is of one of some types."""
+    """Raise CaregiverError unless a value is of one of some types."""
     if not isinstance(value, kinds):
         names = " or ".join("None" if kind is type(None) else kind.__name__ for kind in kinds)
         raise CaregiverError(f"{what} must be a {names}, got {value!r}{advice}")

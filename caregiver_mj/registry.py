@@ -24,7 +24,7 @@ class Registry(Mapping[str, Kind], Generic[Kind]):
     """
 
     def __init__(self, what: str, group: str, base: str, own: Mapping[str, Kind]):
-        """Prepares a registry.
+        """Prepare a registry.
 
         Args:
             what: What is registered, in messages: "caregiver".
@@ -61,14 +61,14 @@ class Registry(Mapping[str, Kind], Generic[Kind]):
         return [entry for entry in importlib.metadata.entry_points(group=self.group) if entry.name == name]
 
     def tell_of_namesakes(self, name: str, why: str) -> None:
-        """Warns, once, of entry points of a name, for they count for nothing, and says why."""
+        """Warn, once, of entry points of a name, for they count for nothing, and say why."""
         if name not in self._told:
             self._told.add(name)
             for entry in self._offered(name):
                 warnings.warn(f"entry point {entry.value} is not used: {why}", stacklevel=3)
 
     def check(self, name: str, value: str, found: Any) -> None:
-        """Raises CaregiverError unless what was found can be used.
+        """Raise CaregiverError unless what was found can be used.
 
         Args:
             name: What was asked for.
@@ -76,7 +76,7 @@ class Registry(Mapping[str, Kind], Generic[Kind]):
             found: What is there.
         """
         if not (isinstance(found, type) and any(_name(base) == self._base for base in found.__mro__)):
-            raise CaregiverError(f"{self.what} '{name}' ({value}) is not a subclass of {self._base}")
+            raise CaregiverError(f"{self.what} '{name}' ({value}) must be a subclass of {self._base}, got {found!r}")
         _check_whole(f"{self.what} '{name}'", found)
 
     def __contains__(self, name: object) -> bool:
@@ -92,7 +92,7 @@ class Registry(Mapping[str, Kind], Generic[Kind]):
 
 @contextlib.contextmanager
 def modules_of_the_folder() -> Iterator[None]:
-    """Has modules found that lie in the present folder, after all others, for what is said as `module:object`."""
+    """Have modules found that lie in the present folder, after all others, for what is said as `module:object`."""
     before = list(sys.path)
     with contextlib.suppress(FileNotFoundError):  # the folder may be gone
         sys.path.append(os.getcwd())
@@ -103,14 +103,14 @@ def modules_of_the_folder() -> Iterator[None]:
 
 
 def named_object(name: str) -> Any:
-    """What stands at a place in somebody's module, as `module:object`.
+    """Load an object of somebody's module, as `module:object`.
 
     Raises:
         CaregiverError: There is no such module, it fails, or there is no such thing in it.
     """
     entry = importlib.metadata.EntryPoint(name, name, "")
     if entry.pattern.match(name) is None or entry.extras:
-        raise CaregiverError(f"'{name}' is not module:object")
+        raise CaregiverError(f"a name must be module:object, got '{name}'")
     try:
         return entry.load()
     except (Exception, SystemExit) as error:  # whatever somebody else's module raises
@@ -120,7 +120,7 @@ def named_object(name: str) -> Any:
 
 
 def check_call(what: str, found: Any, *given: Any) -> None:
-    """Raises CaregiverError if somebody's class or function cannot be called with what it is to be given.
+    """Raise CaregiverError if somebody's class or function cannot be called with what it is to be given.
 
     Args:
         what: What it is, in the message.
@@ -139,7 +139,7 @@ def check_call(what: str, found: Any, *given: Any) -> None:
 
 @contextlib.contextmanager
 def errors_of(what: str, where: str, but: type[Exception] = CaregiverError) -> Iterator[None]:
-    """Has whatever somebody's code raises within, save a CaregiverError, become one that says whose it is.
+    """Have whatever somebody's code raises within, save a CaregiverError, become one that says whose it is.
 
     Args:
         what: What is called, in the message.
@@ -159,7 +159,7 @@ def errors_of(what: str, where: str, but: type[Exception] = CaregiverError) -> I
 
 
 def _check_whole(what: str, found: Any) -> None:
-    """Raises CaregiverError if it is a class that lacks methods."""
+    """Raise CaregiverError if it is a class that lacks methods."""
     if inspect.isabstract(found):
         raise CaregiverError(f"{what} lacks {', '.join(sorted(found.__abstractmethods__))}")
 

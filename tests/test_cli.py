@@ -77,7 +77,7 @@ def fails(capsys, argv):
         (["render", "--out", "film.mp4", "--epsilon", "2"], ["epsilon", "2"]),
         (["render", "--out", "film.mp4", "--epsilon", "1,.5", "--children", "3"], ["1,.5", "2 children", "3"]),
         (["render", "--out", "film.mp4", "--child", "angel"], ["angel"]),
-        (["render", "--out", "film.mp4", "--child", "adversary:0"], ["a name alone", "say --epsilon adversary:0"]),
+        (["render", "--out", "film.mp4", "--child", "adversary:0"], ["a name alone", "use --epsilon adversary:0"]),
         (["render", "--out", "film.mp4", "--damage", "1"], ["STAIRWELL:CANDLE:TABLE"]),
         (["render", "--out", "film.mp4", "--overlay", "rain"], ["--overlay", "rain", "danger"]),
         (["render", "--out", "film.mp4", "--seconds", "0"], ["seconds", "0"]),
@@ -330,9 +330,9 @@ def test_a_house_is_made_as_asked_for(capsys):
 def test_a_house_that_cannot_be_written(capsys, tmp_path):
     mine = tmp_path / "mine.py"
     mine.write_text("text")
-    assert f"'{mine}' is there already" in fails(capsys, ["house", "make", "--out", mine])
+    assert f"got '{mine}', which exists" in fails(capsys, ["house", "make", "--out", mine])
     assert mine.read_text() == "text"
-    assert "is there already" in fails(capsys, ["house", "make", "--out", tmp_path])
+    assert "which exists" in fails(capsys, ["house", "make", "--out", tmp_path])
     assert "cannot be written" in fails(capsys, ["house", "make", "--out", mine / "plan.txt"])
 
 
@@ -360,7 +360,7 @@ def test_help_lists_the_commands(capsys):
     ("argv", "message"),
     [
         ([*GRID, "--episodes", "0"], "episodes must be an integer of at least 1, got 0"),
-        (["render", "--out", "film.gif"], "'film.gif' must be called FILE.mp4"),
+        (["render", "--out", "film.gif"], "the file must be called FILE.mp4, got 'film.gif'"),
         (["render", "--task", "fly", "--out", "film.mp4"], "no task 'fly': there are "),
     ],
 )

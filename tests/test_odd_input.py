@@ -175,16 +175,16 @@ ODD = {
         (lambda: GridWorld("paper", 0.5, None), "house must be a FloorPlan, .* FloorPlan.load makes one"),
         (lambda: GridWorld(TINY, 0.5, "paper"), "must be a Caregiver or None, .* make_caregiver makes one"),
         (lambda: run([]), "at least one episode"),
-        (lambda: GridWorld(TINY, 0.5, None).move_children(), "no episode is under way: call reset first"),
-        (lambda: GridWorld(TINY, 0.5, None).step(), "no episode is under way: call reset first"),
-        (move_after_the_end, "no episode is under way: call reset first"),
-        (lambda: run(ONE, "1,1"), "a tape for each of 2 children"),
+        (lambda: GridWorld(TINY, 0.5, None).move_children(), "no episode has begun: call reset() first"),
+        (lambda: GridWorld(TINY, 0.5, None).step(), "no episode has begun: call reset() first"),
+        (move_after_the_end, "no episode has begun: call reset() first"),
+        (lambda: run(ONE, "1,1"), "tapes must be 2 in each"),
         (lambda: run_episodes(TINY, 0.5, None, [-1]), "seed of an episode must be an integer from 0"),
         (lambda: run_episodes(TINY, 0.5, None, ["a"]), "seed of an episode must be an integer from 0"),
         (lambda: Family.of(None), "children must be an epsilon"),
         (
             lambda: GridWorld(TINY, 0.5, make_caregiver("paper", caregiver_mj.FloorPlan.load("paper"))),
-            "PaperCaregiver was made for house 'paper', and this is 'tiny'",
+            "PaperCaregiver must be made for house 'tiny', got one for 'paper'",
         ),
     ],
     "run": [
@@ -199,7 +199,7 @@ ODD = {
         *((lambda p=p: render_episode(p), "a file must be a str or PathLike") for p in (None, 3)),
         (lambda: render_episode("a.mp4", width="a"), "width must be an even number of pixels"),
         (lambda: render_episode("a.mp4", fps="a"), "fps must be in"),
-        (lambda: render_episode("a.mp4", seconds="a"), "seconds must be a positive length"),
+        (lambda: render_episode("a.mp4", seconds="a"), "seconds must be a positive number"),
         (lambda: render_episode("a.mp4", seconds=1e9), "seconds must be at most 86,400"),
         (lambda: render_episode("a.mp4", seed="a"), "seed must be an integer"),
     ],
@@ -233,9 +233,12 @@ ODD = {
             (lambda f=f: GridHousesVector([TINY], 2, families=f), "families must be several, such as")
             for f in (0.5, "0.5", Family.of(0.5), None)
         ),
-        (lambda: GridHousesVector([TINY], 2, families=("1", "1,.5")), "as many children in each family, got 1, 2"),
+        (
+            lambda: GridHousesVector([TINY], 2, families=("1", "1,.5")),
+            "families must have equally many children, got 1, 2",
+        ),
         (lambda: GridHousesVector([TINY], 3, 2), "at_once, .* must be an integer from 1 to 1, got 2"),
-        (lambda: GridHousesVector([TINY, "paper"], 3), "3 episodes, cannot be shared out to 2 houses at once"),
+        (lambda: GridHousesVector([TINY, "paper"], 3), "must be a multiple of 2 houses at once x 1 families, got 3"),
     ],
 }
 

@@ -38,7 +38,7 @@ class Sight:
     bumped: np.ndarray
 
     def of(self, share: slice) -> Sight:
-        """That of a part of the batch."""
+        """Return that of a part of the batch."""
         return Sight(self.cell[share], self.goal[share], self.caregiver_cell[share], self.bumped[share])
 
 
@@ -49,14 +49,14 @@ class Behaviour(abc.ABC):
     """
 
     def __init_subclass__(cls, **options: Any) -> None:
-        """Has the moves looked at that a class of another package chooses, whatever world asks for them."""
+        """Have the moves looked at that a class of another package chooses, whatever world asks for them."""
         super().__init_subclass__(**options)
         act = cls.__dict__.get("act")
         if inspect.isfunction(act) and cls.__module__.partition(".")[0] != _OWN:
             cls.act = _checked(act)  # type: ignore[method-assign]
 
     def __init__(self, plan: FloorPlan, epsilon: float):
-        """Prepares a behaviour.
+        """Prepare a behaviour.
 
         Args:
             plan: The house.
@@ -69,11 +69,11 @@ class Behaviour(abc.ABC):
         self.epsilon = check_epsilon(epsilon)
 
     def reset(self, batch: int) -> None:  # noqa: B027 (most remember nothing)
-        """Begins B new episodes."""
+        """Begin B new episodes."""
 
     @abc.abstractmethod
     def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
-        """Chooses the moves.
+        """Choose the moves.
 
         Args:
             sight: What the children know.
@@ -84,11 +84,11 @@ class Behaviour(abc.ABC):
         """
 
     def epsilons(self, batch: int) -> np.ndarray:
-        """Share of random moves in each of B episodes, (B,): that of the next move, if it changes."""
+        """Return the share of random moves in each of B episodes, (B,): that of the next move, if it changes."""
         return np.full(batch, self.epsilon)
 
     def reconsider(self, goal: np.ndarray, draw: np.ndarray) -> np.ndarray:
-        """Bins that the children go to now, asked before every move: a child may want another one before it arrives.
+        """Return the bins to go to now, asked before every move: a child may want another one before it arrives.
 
         Args:
             goal: Those that they were going to, (B,).
@@ -97,7 +97,7 @@ class Behaviour(abc.ABC):
         return goal
 
     def next_bin(self, draw: np.ndarray) -> np.ndarray:
-        """Bins to go to next (B,), uniform over all bins, from uniform draws (B,)."""
+        """Return bins to go to next (B,), uniform over all bins, from uniform draws (B,)."""
         return pick(draw, len(self.plan.bins))
 
 
@@ -120,7 +120,7 @@ def _checked(act: Callable[..., Any]) -> Callable[..., np.ndarray]:
 
 
 def check_epsilon(epsilon: float) -> float:
-    """Returns epsilon, or raises CaregiverError unless it lies in [0, 1]."""
+    """Return epsilon, or raises CaregiverError unless it lies in [0, 1]."""
     if not isinstance(epsilon, numbers.Real) or not 0.0 <= epsilon <= 1.0:  # also refuses NaN
         raise CaregiverError(f"epsilon must be in [0, 1], got {epsilon}")
     return float(epsilon)

@@ -50,7 +50,7 @@ class Explorer(Novice):
         return closer.sum(axis=1), (~closer).argsort(axis=1, kind="stable")  # those that lead closer come first
 
     def _learn(self, sight: Sight, action: np.ndarray) -> None:
-        """Remembers what the move that it makes now leads into; it will know when it makes the next one."""
+        """Remember what the move that it makes now leads into; it will know when it makes the next one."""
         target, index = self._target[sight.cell, action], self._index[sight.cell, action]
         guarded = (target == Target.STAIRWELL) & (len(self._free) + index == sight.caregiver_cell)
         worlds = np.flatnonzero((target != Target.FREE) & ~guarded)
@@ -61,7 +61,7 @@ class Explorer(Novice):
 
     @staticmethod
     def _distances(closed: np.ndarray, goal: np.ndarray) -> np.ndarray:
-        """Moves to a cell by way of those that are not closed.
+        """Move to a cell by way of those that are not closed.
 
         Args:
             closed: Closed cells of n houses, (n, rows, columns).

@@ -51,12 +51,12 @@ class ChildSpec:
     behaviour: str = NOVICE
 
     def check(self) -> None:
-        """Raises CaregiverError unless there can be such a child."""
+        """Raise CaregiverError unless there can be such a child."""
         check_epsilon(self.epsilon)
         CHILDREN[self.behaviour]  # there may be none, and one that comes from another package may fail to load
 
     def make(self, plan: FloorPlan) -> Behaviour:
-        """Makes what decides its moves.
+        """Make what decides its moves.
 
         Raises:
             CaregiverError: There can be no such child, or it cannot be made of a house and an epsilon.
@@ -67,7 +67,7 @@ class ChildSpec:
         return maker(plan, self.epsilon)
 
     def __str__(self) -> str:
-        """Its name in tables and files, of which `Family.parse` makes the same child again."""
+        """Return its name in tables and files, of which `Family.parse` makes the same child again."""
         share = np.format_float_positional(self.epsilon, trim="-")
         return share if self.behaviour == NOVICE else f"{self.behaviour}:{share}"
 
@@ -89,7 +89,7 @@ class Family:
 
     @classmethod
     def of(cls, who: Who | Sequence[Who]) -> Family:
-        """Makes a family of what a user may say for one.
+        """Make a family of what a user may say for one.
 
         Args:
             who: An epsilon, a text for `parse`, a child or a family that is made already, or several of these.
@@ -112,7 +112,7 @@ class Family:
 
     @classmethod
     def parse(cls, text: str, behaviour: str = NOVICE) -> Family:
-        """Reads a family: the epsilon of each child, separated by commas, such as "0.5" or "1,.25".
+        """Read a family: the epsilon of each child, separated by commas, such as "0.5" or "1,.25".
 
         Args:
             text: The children; one that has another behaviour has its name before it, as in "adversary:0.5".
@@ -135,7 +135,7 @@ class Family:
         return cls(tuple(children))
 
     def check(self) -> None:
-        """Raises CaregiverError unless there can be such a family."""
+        """Raise CaregiverError unless there can be such a family."""
         if not self.children:
             raise CaregiverError("a family must have at least 1 child, got none")
         if len(self.children) > MOST_CHILDREN:
@@ -145,7 +145,7 @@ class Family:
                 child.check()
 
     def make(self, plan: FloorPlan) -> tuple[Behaviour, ...]:
-        """Makes what decides the moves of each child.
+        """Make what decides the moves of each child.
 
         Raises:
             CaregiverError: There can be no such family, or not in this house.
@@ -158,9 +158,9 @@ class Family:
         return made
 
     def times(self, count: int) -> Family:
-        """A family with every child so many times; the draws, and so the moves, of each are its own."""
+        """Return a family with every child so many times; the draws, and so the moves, of each are its own."""
         if count < 1:
-            raise CaregiverError(f"there must be at least 1 child, got {count}")
+            raise CaregiverError(f"a family must have at least 1 child, got {count}")
         if count * len(self) > MOST_CHILDREN:
             raise CaregiverError(f"a family must have at most {MOST_CHILDREN} children, got {count * len(self)}")
         return Family(self.children * count)
@@ -178,7 +178,7 @@ class Family:
 
 
 def check_different(families: Iterable[Family]) -> None:
-    """Raises CaregiverError if one object is to be two children: they would share what it remembers."""
+    """Raise CaregiverError if one object is to be two children: they would share what it remembers."""
     seen: set[int] = set()
     for child in (child for family in families for child in family.children):
         if isinstance(child, Behaviour):

@@ -32,7 +32,7 @@ class Novice(Behaviour):
         return np.where(at_random, pick(draws[:, 1], len(ACTIONS)), greedy)
 
     def ways(self, sight: Sight) -> tuple[np.ndarray, np.ndarray]:
-        """The moves among which the children draw when they make none at random.
+        """Return the moves among which the children draw when they make none at random.
 
         Returns:
             How many there are, (B,), and which, (B, 4), padded with anything.
@@ -40,7 +40,7 @@ class Novice(Behaviour):
         return self._greedy_count[sight.cell, sight.goal], self._greedy_actions[sight.cell, sight.goal]
 
     def action_probabilities(self) -> np.ndarray:
-        """How probable each move is, (free cells, bins, 4); the last dimension sums to 1."""
+        """Return how probable each move is, (free cells, bins, 4); the last dimension sums to 1."""
         cells, bins = self._greedy_count.shape
         greedy = np.zeros((cells, bins, len(ACTIONS)))
         for number in range(len(ACTIONS)):
@@ -58,7 +58,7 @@ class Expert(Novice):
 
 
 def shortest_path_actions(plan: FloorPlan, distance: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """The first moves of all shortest paths from every cell to every bin.
+    """Return the first moves of all shortest paths from every cell to every bin.
 
     Args:
         plan: The house.
@@ -84,7 +84,7 @@ def shortest_path_actions(plan: FloorPlan, distance: np.ndarray | None = None) -
 def expert_trajectories(
     plan: FloorPlan, random: np.random.Generator, timesteps: int = EXPERT_TIMESTEPS
 ) -> list[list[tuple[int, int]]]:
-    """Shortest collision-free routes from random cells to toy bins (paper, section V.C).
+    """Return shortest collision-free routes from random cells to toy bins (paper, section V.C).
 
     Args:
         plan: The house.

@@ -17,7 +17,7 @@ class SideBySide(Behaviour):
     """Behaviours each of which decides for its own share of the batch, the first one for the first episodes."""
 
     def __init__(self, plan: FloorPlan, parts: Sequence[Behaviour], sizes: Sequence[int]):
-        """Puts them together.
+        """Put them together.
 
         Args:
             plan: The house.
@@ -53,14 +53,14 @@ class SideBySide(Behaviour):
 
 
 def side_by_side(plan: FloorPlan, families: Sequence[Family], episodes: int) -> Family:
-    """One family that stands for several with as many children each: so many episodes of the first, and so on.
+    """Return one family that stands for several with as many children each: so many episodes of the first, and so on.
 
     Raises:
         CaregiverError: One has more children than another, or the same object for one; or as of `Family.make`.
     """
     if len({len(family) for family in families}) > 1:
         raise CaregiverError(
-            f"there must be as many children in each family, got {', '.join(str(len(family)) for family in families)}"
+            f"families must have equally many children, got {', '.join(str(len(family)) for family in families)}"
         )
     check_different(families)
     sizes = [episodes] * len(families)

@@ -29,7 +29,7 @@ class Tape:
 
     @classmethod
     def draw(cls, random: np.random.RandomState, timesteps: int = EPISODE_TIMESTEPS) -> Tape:
-        """Draws the tape of an only child."""
+        """Draw the tape of an only child."""
         draws = random.random_sample((timesteps + 1, 3))
         return cls(draws[0], draws[1:], int(random.randint(2**31 - 1)))
 
@@ -37,7 +37,7 @@ class Tape:
     def draw_family(
         cls, random: np.random.RandomState, children: int, timesteps: int = EPISODE_TIMESTEPS
     ) -> tuple[Tape, ...]:
-        """Draws the tapes of several children. The first one is that of an only child, whoever else there is."""
+        """Draw the tapes of several children. The first one is that of an only child, whoever else there is."""
         first = cls.draw(random, timesteps)
         others = (np.random.SeedSequence([first.caregiver_seed, child]) for child in range(1, children))
         draw = (cls.draw(np.random.RandomState(np.random.MT19937(seed)), timesteps) for seed in others)
@@ -45,12 +45,12 @@ class Tape:
 
 
 def pick(draw: np.ndarray | np.float64, count: np.ndarray | int) -> np.ndarray:
-    """Uniform choices out of `count` from uniform draws in [0, 1)."""
+    """Return uniform choices out of `count` from uniform draws in [0, 1)."""
     return (draw * count).astype(int)
 
 
 def start_cells(free_cells: int, landings: int, draws: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Where children and caregiver are at first: each uniform over the free cells that are left.
+    """Return where children and caregiver are at first: each uniform over the free cells that are left.
 
     Args:
         free_cells: How many free cells there are.

@@ -78,7 +78,7 @@ class Toddler(Novice):
 
 
 def bout_steps(draw: np.ndarray) -> np.ndarray:
-    """How many steps bouts have, from uniform draws in [0, 1), of any shape."""
+    """Return how many steps bouts have, from uniform draws in [0, 1), of any shape."""
     longer = 1.0 - draw  # share of bouts that are at least as long
     early = np.ceil(np.log(longer) / np.log(1.0 - STOP_EARLY))
     later = np.ceil(np.log(longer / (1.0 - SHARE_OF_SHORT_BOUTS)) / np.log(1.0 - STOP_LATER))
@@ -87,6 +87,6 @@ def bout_steps(draw: np.ndarray) -> np.ndarray:
 
 
 def mean_bout() -> float:
-    """How many steps a bout has on average: the sum, over all n, of the share of bouts with more than n steps."""
+    """Return the mean steps of a bout: the sum, over all n, of the share of bouts with more than n steps."""
     at_first = sum((1.0 - STOP_EARLY) ** step for step in range(SHORT_BOUT))
     return at_first + (1.0 - SHARE_OF_SHORT_BOUTS) / STOP_LATER

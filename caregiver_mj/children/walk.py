@@ -19,7 +19,7 @@ _HALF_WAY = 0.5  # share of the way up to which a blocked toddler turns back
 
 
 def novice_timestep(control_timestep: float, cell_size: float = DEFAULT_CELL_SIZE) -> float:
-    """Seconds in which a toddler walks the length of a cell, rounded to whole control timesteps."""
+    """Return the seconds in which a toddler walks the length of a cell, rounded to whole control timesteps."""
     return round(cell_size / WALKING_SPEED / control_timestep) * control_timestep
 
 
@@ -35,7 +35,7 @@ class ToddlerWalk:
     """
 
     def __init__(self, duration: float):
-        """Prepares a toddler.
+        """Prepare a toddler.
 
         Args:
             duration: Seconds a move takes, there or there and back.
@@ -48,7 +48,7 @@ class ToddlerWalk:
         return self._returns
 
     def reset(self, position: Vector, yaw: float) -> None:
-        """Puts the toddler somewhere, at rest."""
+        """Put the toddler somewhere, at rest."""
         self.position, self.yaw = position, yaw
         self.velocity, self.yaw_rate = (0.0, 0.0), 0.0
         self._home = self._goal = position
@@ -57,7 +57,7 @@ class ToddlerWalk:
         self._left = 0.0
 
     def begin(self, home: Vector, goal: Vector, bump: bool) -> None:
-        """Begins a move.
+        """Begin a move.
 
         Args:
             home: Centre of the toddler's cell, to which it comes back if it has to.
@@ -70,15 +70,15 @@ class ToddlerWalk:
         self._length = math.dist(self.position, goal)
 
     def carry(self, x: float, y: float) -> None:
-        """Puts its feet elsewhere, metres from where they were, for it has been pushed."""
+        """Put its feet elsewhere, metres from where they were, for it has been pushed."""
         self.position = self.position[0] + x, self.position[1] + y
 
     def stay(self) -> None:
-        """Begins a move of standing still."""
+        """Begin a move of standing still."""
         self.begin(self.position, self.position, bump=False)
 
     def step(self, timestep: float, touched: Iterable[Vector]) -> None:
-        """Moves on.
+        """Move on.
 
         Args:
             timestep: Seconds to move.

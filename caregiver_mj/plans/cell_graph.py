@@ -106,7 +106,7 @@ class CellGraph:
         return tuple(tuple(int(n) for n in around if n >= 0) for around in self._around)
 
     def beside(self, objects: Sequence[Cell]) -> list[list[int]]:
-        """For each object the free cells beside it, north, east, south and west of it."""
+        """Return for each object the free cells beside it, north, east, south and west of it."""
         return [[self._plan.cell_index[cell] for cell in self._plan.free_neighbours(place)] for place in objects]
 
     # -- Distances -------------------------------------------------------------------------------
@@ -114,7 +114,7 @@ class CellGraph:
     def distances_from(
         self, goals: Sequence[int | Sequence[int] | np.ndarray], closed: int | Collection[int] = ()
     ) -> np.ndarray:
-        """Walking distances of the caregiver, in moves, optionally round closed cells.
+        """Return the walking distances of the caregiver, in moves, optionally round closed cells.
 
         Args:
             goals: Cells, or groups of them, in which the nearest one counts.
@@ -129,7 +129,7 @@ class CellGraph:
         return self._distances(goals, self._open_edges(closed), self._cells, closed)
 
     def bump_distances(self, objects: Sequence[Cell]) -> np.ndarray:
-        """Moves that a child needs to bump into each object: to a free neighbour, and one more.
+        """Return the moves that a child needs to bump into each object: to a free neighbour, and one more.
 
         Args:
             objects: Cells of objects.
@@ -140,7 +140,7 @@ class CellGraph:
         return self._distances(self.beside(objects), self._child_edges, self._free).T.astype(int) + 1
 
     def child_distances_from(self, cells: Sequence[int]) -> np.ndarray:
-        """Walking distances of a child from free cells, (cells, free cells). Landings are no way through for it."""
+        """Return a child's walking distances from free cells, (cells, free cells). It does not cross landings."""
         return self._distances(cells, self._child_edges, self._free).astype(int)
 
     @functools.cached_property
@@ -159,7 +159,7 @@ class CellGraph:
         return self.bump_distances(self._plan.stairwells)
 
     def breadth_first(self, start: int, closed: Collection[int] = ()) -> dict[int, int]:
-        """Searches from a cell: for every cell that can be reached, the one before it, nearest cells first.
+        """Search from a cell: for every cell that can be reached, the one before it, nearest cells first.
 
         Args:
             start: The cell to begin with, which is its own predecessor, even if it is closed.
@@ -177,16 +177,16 @@ class CellGraph:
         return before
 
     def parts(self, closed: int | Collection[int] = ()) -> np.ndarray:
-        """Numbers the parts into which closed cells divide the caregiver's cells: (caregiver cells,)."""
+        """Number the parts into which closed cells divide the caregiver's cells: (caregiver cells,)."""
         return _components(_as_graph(self._open_edges(closed), self._cells))
 
     def is_connected(self) -> np.ndarray:
-        """Whether a child can walk from the first free cell to each, bool (free cells,)."""
+        """Return whether a child can walk from the first free cell to each, bool (free cells,)."""
         part = _components(_as_graph(self._child_edges, self._free))
         return part == part[0]
 
     def downhill(self, height: np.ndarray) -> np.ndarray:
-        """For every caregiver cell the lowest among itself and its neighbours; itself if none is lower.
+        """Return for every caregiver cell the lowest among itself and its neighbours; itself if none is lower.
 
         Args:
             height: A number for each cell, such as a distance, (..., caregiver cells).
@@ -230,7 +230,9 @@ class CellGraph:
         distances = distances[:, :cells] - 1
         finite = np.isfinite(distances)
         if distances.max(initial=0, where=finite) >= UNREACHABLE:
-            raise CaregiverError(f"floor plan '{self._plan.name}' has ways of more than {UNREACHABLE - 1} moves")
+            raise CaregiverError(
+                f"floor plan '{self._plan.name}' must have ways of at most {UNREACHABLE - 1} moves, got more"
+            )
         return np.where(finite, distances, UNREACHABLE)
 
     # -- Edges -----------------------------------------------------------------------------------

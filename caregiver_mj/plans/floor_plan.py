@@ -62,7 +62,7 @@ class FloorPlan:
         cell_size: float = DEFAULT_CELL_SIZE,
         damage: Mapping[str, float] | str = DamageWeights(),
     ) -> FloorPlan:
-        """Gives a plan that comes with the package, a generated one, or one of your own from a file.
+        """Give a plan that comes with the package, a generated one, or one of your own from a file.
 
         Args:
             name_or_path: One of `house_names()`, the name of a generated house (`house-17`, see
@@ -88,7 +88,7 @@ class FloorPlan:
             with path.open("rb") as file:
                 content = file.read(_LARGEST + 1)
             if len(content) > _LARGEST:
-                raise FloorPlanError(f"floor plan '{name_or_path}' cannot be read: it has more than {_LARGEST:,} bytes")
+                raise FloorPlanError(f"floor plan '{name_or_path}' must have at most {_LARGEST:,} bytes, got more")
             text = content.decode("utf-8-sig")  # some editors begin with a byte order mark
         except FileNotFoundError:
             raise FloorPlanError(
@@ -96,7 +96,7 @@ class FloorPlan:
                 "nor generated as house-17 or test-100/17 are"
             ) from None
         except UnicodeDecodeError as error:
-            raise FloorPlanError(f"floor plan '{name_or_path}' is not saved as UTF-8: {error}") from None
+            raise FloorPlanError(f"floor plan '{name_or_path}' must be UTF-8, got other bytes: {error}") from None
         except (OSError, ValueError) as error:
             raise FloorPlanError(f"floor plan '{name_or_path}' cannot be read: {error}") from None
         name = path.stem.encode(errors="replace").decode()  # of files whose names are no text, too
@@ -110,7 +110,7 @@ class FloorPlan:
         cell_size: float = DEFAULT_CELL_SIZE,
         damage: Mapping[str, float] | str = DamageWeights(),
     ) -> FloorPlan:
-        """Makes a plan of its text.
+        """Make a plan of its text.
 
         Args:
             text: The rows, separated by newlines. Blank lines before and after them are ignored.
@@ -135,7 +135,7 @@ class FloorPlan:
         return plan
 
     def __getstate__(self) -> dict[str, Any]:
-        """What is pickled: nothing that can be worked out again, which would be a hundred times as much."""
+        """Return what is pickled: nothing that can be worked out again, which would be a hundred times as much."""
         return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
 
     # -- What stands where -----------------------------------------------------------------------
@@ -159,7 +159,7 @@ class FloorPlan:
         return np.array([list(row) for row in self.rows])
 
     def cells_of(self, *kinds: str) -> tuple[Cell, ...]:
-        """All cells that bear one of the characters, in reading order."""
+        """Return all cells that bear one of the characters, in reading order."""
         return tuple((row, column) for row, column in np.argwhere(np.isin(self.symbols, kinds)).tolist())
 
     @functools.cached_property
@@ -213,36 +213,38 @@ class FloorPlan:
     # -- Where the cells lie in the house --------------------------------------------------------
 
     def position(self, cell: Cell) -> np.ndarray:
-        """Centre of a cell, (2,), in metres: x to the east, y to the north, origin in the plan's middle."""
+        """Return the centre of a cell, (2,), in metres: x to the east, y to the north, origin in the plan's middle."""
         height, width = self.shape
         return np.array([cell[1] - (width - 1) / 2, (height - 1) / 2 - cell[0]]) * self.cell_size
 
     def cell_at(self, position: np.ndarray | Sequence[float]) -> Cell:
-        """The cell that holds a point (2,) in metres; points outside count to the nearest cell."""
+        """Return the cell that holds a point (2,) in metres; points outside count to the nearest cell."""
         height, width = self.shape
         column = round(float(position[0]) / self.cell_size + (width - 1) / 2)
         row = round((height - 1) / 2 - float(position[1]) / self.cell_size)
         return min(max(row, 0), height - 1), min(max(column, 0), width - 1)
 
     def free_neighbours(self, cell: Cell) -> list[Cell]:
-        """The free cells north, east, south and west of a cell."""
+        """Return the free cells north, east, south and west of a cell."""
         around = [(cell[0] + down, cell[1] + right) for down, right in ACTIONS]
         height, width = self.shape
         return [n for n in around if 0 <= n[0] < height and 0 <= n[1] < width and self[n] == FREE]
 
 
 def check_house(made: Any, plan: FloorPlan) -> None:
-    """Raises CaregiverError unless something with a `plan`, a caregiver or a child, was made for this house."""
+    """Raise CaregiverError unless something with a `plan`, a caregiver or a child, was made for this house."""
     if not hasattr(made, "plan"):
         raise CaregiverError(
             f"{type(made).__name__} has no plan: its __init__ must call super().__init__ with the house, which keeps it"
         )
     if made.plan.rows != plan.rows:
-        raise CaregiverError(f"{type(made).__name__} was made for house '{made.plan.name}', and this is '{plan.name}'")
+        raise CaregiverError(
+            f"{type(made).__name__} must be made for house '{plan.name}', got one for '{made.plan.name}'"
+        )
 
 
 def house_names() -> tuple[str, ...]:
-    """Names of the floor plans that come with the package."""
+    """Return the names of the floor plans that come with the package."""
     return tuple(sorted(f.name.removesuffix(".txt") for f in _houses_folder().iterdir() if f.name.endswith(".txt")))
 
 
@@ -251,7 +253,7 @@ def _houses_folder() -> Traversable:
 
 
 def validate(plan: FloorPlan, first_line: int) -> None:
-    """Raises FloorPlanError, with all that is wrong with a plan, if anything is.
+    """Raise FloorPlanError, with all that is wrong with a plan, if anything is.
 
     Args:
         plan: What has been read.

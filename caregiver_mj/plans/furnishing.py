@@ -35,7 +35,7 @@ _HABITS = {
 
 
 def furnish(random: np.random.RandomState, shell: Shell, counts: dict[str, int]) -> np.ndarray | None:
-    """Puts things into a house such that none of them divides a room, and a free cell remains beside each thing.
+    """Put things into a house such that none of them divides a room, and a free cell remains beside each thing.
 
     Args:
         random: Where the chance comes from.
@@ -79,7 +79,7 @@ class _Furnished:
         self._near_doorway = ndimage.binary_dilation(doorway, iterations=_NEAR_DOORWAY, mask=~(self.grid == WALL))
 
     def find(self, random: np.random.RandomState, kind: str) -> Cell | None:
-        """Draws a cell for a thing, None if there is none."""
+        """Draw a cell for a thing, None if there is none."""
         possible = self._possible(kind)
         habits = _HABITS.get(kind, _HABITS[TABLE])
         first = pick(random, list(habits), list(habits.values()))
@@ -116,7 +116,7 @@ class _Furnished:
         return self._near_doorway
 
     def _draw_cell(self, random: np.random.RandomState, cells: np.ndarray) -> Cell:
-        """Draws a room, the emptier the rather, and one of the cells in it."""
+        """Draw a room, the emptier the rather, and one of the cells in it."""
         rooms = [room for room in self._rooms if cells[room.inside].any()]
         weights = [1 + 1000 * room.area // (1 + self._things(room)) ** 2 for room in rooms]
         room = pick(random, rooms, weights)

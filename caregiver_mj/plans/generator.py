@@ -35,7 +35,7 @@ def generate(
     tables: int | None = None,
     bins: int | None = None,
 ) -> FloorPlan:
-    """Makes a house. What is not given is drawn from the seed.
+    """Make a house. What is not given is drawn from the seed.
 
     Args:
         seed: Where all chance comes from.
@@ -56,7 +56,7 @@ def generate(
 
 
 def design(request: Request) -> tuple[FloorPlan, Shell]:
-    """Makes a house; see `generate`.
+    """Make a house; see `generate`.
 
     Returns:
         The floor plan, and its walls with their rooms and doorways.
@@ -84,7 +84,7 @@ def design(request: Request) -> tuple[FloorPlan, Shell]:
 
 
 def is_drivable(plan: FloorPlan) -> bool:
-    """Whether the robot gets everywhere in a house: to every free cell, landing and table, and away again.
+    """Return whether the robot gets everywhere in a house: to every free cell, landing and table, and away again.
 
     Worked out from the shapes in `layout` alone, exactly, by the clearances that the robot's own navigation keeps.
     """
@@ -123,7 +123,7 @@ def _tables_within_reach(plan: FloorPlan, tall: np.ndarray, low: np.ndarray) -> 
 
 
 def _legs(plan: FloorPlan, obstacles: np.ndarray) -> np.ndarray:
-    """Moves between neighbouring caregiver cells that the base has room for, (moves, 2)."""
+    """Return the moves between neighbouring caregiver cells that the base has room for, (moves, 2)."""
     neighbours = enumerate(plan.graph.neighbours)
     pairs = [(cell, neighbour) for cell, around in neighbours for neighbour in around if cell < neighbour]
     legs = np.array(pairs, int).reshape(-1, 2)

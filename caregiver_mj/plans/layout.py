@@ -25,7 +25,7 @@ WALL_HEIGHT = 0.90  # metres; cut low like a doll's house, so that cameras see i
 
 
 def __getattr__(name: str) -> float:
-    """Sizes of the furniture in metres, read from its models when they are first asked for and not at import."""
+    """Return sizes of the furniture in metres, read from its models when they are first asked for and not at import."""
     if name == "TABLE_HALF_SIZE":
         value = table().half_size
     elif name == "TABLE_HEIGHT":
@@ -39,47 +39,47 @@ def __getattr__(name: str) -> float:
 
 
 def wall_thickness(plan: FloorPlan) -> float:
-    """Thickness of a plan's walls in metres: at most a third of a cell."""
+    """Return the thickness of a plan's walls in metres: at most a third of a cell."""
     return min(WALL_THICKNESS, plan.cell_size / 3)
 
 
 def wall_rectangles(plan: FloorPlan) -> np.ndarray:
-    """The solid parts of all walls, (n, 4), disjoint. Openings for stairs are left out."""
+    """Return the solid parts of all walls, (n, 4), disjoint. Openings for stairs are left out."""
     return _rectangles(_solid(plan), *_part_edges(plan))
 
 
 def table_rectangles(plan: FloorPlan) -> np.ndarray:
-    """Footprints of all tables in the order of `plan.tables`, (n, 4)."""
+    """Return the footprints of all tables in the order of `plan.tables`, (n, 4)."""
     return _squares(plan, plan.tables, table().half_size)
 
 
 def bin_rectangles(plan: FloorPlan) -> np.ndarray:
-    """Footprints of all toy bins in the order of `plan.bins`, (n, 4)."""
+    """Return the footprints of all toy bins in the order of `plan.bins`, (n, 4)."""
     return _squares(plan, plan.bins, toy_bin().half_size)
 
 
 def furniture_rectangles(plan: FloorPlan) -> np.ndarray:
-    """Footprints of all tables, then all toy bins, (n, 4)."""
+    """Return the footprints of all tables, then all toy bins, (n, 4)."""
     return np.concatenate([table_rectangles(plan), bin_rectangles(plan)])
 
 
 def stair_rectangles(plan: FloorPlan) -> np.ndarray:
-    """The openings in which stairs go down, (n, 4); nothing on wheels may enter them."""
+    """Return the openings in which stairs go down, (n, 4); nothing on wheels may enter them."""
     return _squares(plan, _alcoves(plan), plan.cell_size / 2)
 
 
 def obstacle_rectangles(plan: FloorPlan) -> np.ndarray:
-    """Everything that a wheeled base must keep clear of, (n, 4): walls, furniture and stairs."""
+    """Return everything that a wheeled base must keep clear of, (n, 4): walls, furniture and stairs."""
     return np.concatenate([wall_rectangles(plan), furniture_rectangles(plan), stair_rectangles(plan)])
 
 
 def floor_rectangles(plan: FloorPlan) -> np.ndarray:
-    """The floor of the house, also under its walls and furniture, (n, 4), disjoint. Stairs are holes in it."""
+    """Return the floor of the house, also under its walls and furniture, (n, 4), disjoint. Stairs are holes in it."""
     return _rectangles(~_outside(plan) & ~_at_alcove(plan), *_part_edges(plan))
 
 
 def ground_rectangles(plan: FloorPlan, margin: float) -> np.ndarray:
-    """The ground outside of the house as far as `margin` metres from the plan's border, (n, 4), disjoint."""
+    """Return the ground outside of the house as far as `margin` metres from the plan's border, (n, 4), disjoint."""
     x, y = (np.concatenate([[e[0]], e, [e[-1]]]) for e in _part_edges(plan))
     x[[0, -1]] += [-margin, margin]
     y[[0, -1]] += [margin, -margin]
@@ -87,7 +87,7 @@ def ground_rectangles(plan: FloorPlan, margin: float) -> np.ndarray:
 
 
 def stair_directions(plan: FloorPlan) -> tuple[Cell | None, ...]:
-    """Where the stairs of each stairwell go down: the step (row, column) from its landing into a wall.
+    """Return where the stairs of each stairwell go down: the step (row, column) from its landing into a wall.
 
     The wall cell must have walls to both sides and none but wall behind it, so that the stairs do not break into a
     room; being deeper than a wall is thick, they would stick out of its other face. A wall opposite to
@@ -117,7 +117,7 @@ def stair_directions(plan: FloorPlan) -> tuple[Cell | None, ...]:
 
 
 def doorways(plan: FloorPlan) -> tuple[tuple[Cell, Cell], ...]:
-    """Free cells that lead through a wall, each with the step (row, column) along which one passes it.
+    """Return free cells that lead through a wall, each with the step (row, column) along which one passes it.
 
     Walls are on two opposite sides, none on the others. The cells of a narrow corridor are no doorways.
     """
@@ -138,7 +138,7 @@ def doorways(plan: FloorPlan) -> tuple[tuple[Cell, Cell], ...]:
 
 
 def rooms(plan: FloorPlan) -> tuple[np.ndarray, ...]:
-    """The rooms between walls and doorways, each a mask (rows, columns) of its cells, furnished or not."""
+    """Return the rooms between walls and doorways, each a mask (rows, columns) of its cells, furnished or not."""
     inside = ~_wall_mask(plan)
     for cell, _ in doorways(plan):
         inside[cell] = False
@@ -147,7 +147,7 @@ def rooms(plan: FloorPlan) -> tuple[np.ndarray, ...]:
 
 
 def largest_rectangle(mask: np.ndarray) -> tuple[Cell, Cell]:
-    """The first and the last cell of a largest rectangle within a mask (rows, columns) that has a true cell."""
+    """Return the first and the last cell of a largest rectangle within a mask (rows, columns) that has a true cell."""
     best_size, best = 0, ((0, 0), (0, 0))
     for top in range(len(mask)):
         columns = np.ones(mask.shape[1], bool)
@@ -162,7 +162,7 @@ def largest_rectangle(mask: np.ndarray) -> tuple[Cell, Cell]:
 
 
 def wall_places(plan: FloorPlan) -> list[tuple[np.ndarray, float]]:
-    """Places for decorations: points (2,) at the foot of a wall, in metres, and the yaw that faces the room.
+    """Return places for decorations: points (2,) at the foot of a wall, in metres, and the yaw that faces the room.
 
     Each has (cell - wall) / 2 of depth before the cell of the room begins, and is a cell wide. Walls to the south
     of a room have none, as the overview camera sees only their backs.
@@ -309,26 +309,26 @@ class Box:
 
 @functools.cache
 def candle() -> Candle:
-    """The candle of `models/candle.xml`."""
+    """Return the candle of `models/candle.xml`."""
     radius, half_height = _size("candle", "wax")
     return Candle(radius, 2 * half_height)
 
 
 @functools.cache
 def table() -> Box:
-    """The table of `models/table.xml`."""
+    """Return the table of `models/table.xml`."""
     return _box("table", "top")
 
 
 @functools.cache
 def toy_bin() -> Box:
-    """The toy bin of `models/toy_bin.xml`."""
+    """Return the toy bin of `models/toy_bin.xml`."""
     return _box("toy_bin", "box")
 
 
 @functools.cache
 def toddler_radius() -> float:
-    """Radius of the toddler of `models/toddler.xml`, metres."""
+    """Return the radius of the toddler of `models/toddler.xml`, metres."""
     return _size("toddler", "body")[0]
 
 

@@ -75,7 +75,7 @@ class Request:
 
     @classmethod
     def from_name(cls, name: str) -> Request | None:
-        """Reads the name of a generated house; None if it is no such name."""
+        """Read the name of a generated house; None if it is no such name."""
         counts = "".join(rf"(?:-{field}(?P<{field}>\d+))?" for field in _USUAL)
         found = re.fullmatch(rf"house-(?P<seed>\d+)(?:-(?P<width>\d+)x(?P<height>\d+))?{counts}", name, re.ASCII)
         if found is None:
@@ -85,7 +85,7 @@ class Request:
         return cls(int(found["seed"]), size, **wishes)
 
     def check(self) -> None:
-        """Raises FloorPlanError if there can be no such house."""
+        """Raise FloorPlanError if there can be no such house."""
         if not isinstance(self.seed, Integral):
             raise self.error(f"the seed must be an integer, got {self.seed!r}")
         if not 0 <= self.seed < SEEDS:
@@ -100,18 +100,22 @@ class Request:
             if count is not None and (not isinstance(count, Integral) or count < least):
                 raise self.error(f"{field} must be at least {least}, got {count}")
         if self.stairwells == self.candles == 0:
-            raise self.error("without a stairwell and without a candle there is nothing to protect a child from")
+            raise self.error(
+                "stairwells and candles must be at least 1 together, got none: there is nothing to protect a child from"
+            )
         if self.candles and self.tables == 0:
-            raise self.error("without a bare table there is nowhere to take a candle")
+            raise self.error("tables must be at least 1 with a candle, got none: there is nowhere to take it")
         if self.stairwells == self.tables == 0:
-            raise self.error("without a stairwell and without a bare table there is nothing to protect a child from")
+            raise self.error(
+                "stairwells and tables must be at least 1 together, got none: there is nothing to protect a child from"
+            )
 
     def error(self, problem: str) -> FloorPlanError:
-        """An error about it."""
+        """Return an error about it."""
         return FloorPlanError(f"floor plan '{self.name}' cannot be made: {problem}")
 
     def settled(self) -> Settled:
-        """The same request with everything drawn that was left open."""
+        """Return the same request with everything drawn that was left open."""
         random = np.random.RandomState(self.seed)
         drawn = [_SIDES[0] + draw(random, _SIDES[1] - _SIDES[0] + 1) for _ in range(2)]
         size = self.size or (drawn[0], drawn[1])
@@ -134,7 +138,7 @@ def _between(area: int, small: int, large: int) -> int:
 
 
 def draw(random: np.random.RandomState, below: int) -> int:
-    """A whole number from 0 on, below another one, the same on every machine.
+    """Return a whole number from 0 on, below another one, the same on every machine.
 
     NumPy promises that the stream of a `RandomState` never changes, and whole numbers are rounded nowhere.
     """
@@ -142,6 +146,6 @@ def draw(random: np.random.RandomState, below: int) -> int:
 
 
 def pick(random: np.random.RandomState, things: Sequence[Thing], weights: Sequence[int]) -> Thing:
-    """One of several things, by whole weights."""
+    """Return one of several things, by whole weights."""
     totals = np.cumsum(weights)
     return things[int(np.searchsorted(totals, draw(random, int(totals[-1])), side="right"))]

@@ -45,7 +45,7 @@ class Room:
         return slice(self.top, self.bottom + 1), slice(self.left, self.right + 1)
 
     def part(self, axis: int, first: int, length: int, is_corridor: bool = False) -> Room:
-        """A part of it.
+        """Return a part of it.
 
         Args:
             axis: 0 for some of its rows, 1 for some of its columns.
@@ -59,7 +59,7 @@ class Room:
 
 
 def split(random: np.random.RandomState, shape: tuple[int, int], count: int, smallest: int) -> list[Room] | None:
-    """Divides a house into rooms with walls of one cell between them.
+    """Divide a house into rooms with walls of one cell between them.
 
     Args:
         random: Where the chance comes from.
@@ -84,7 +84,7 @@ def split(random: np.random.RandomState, shape: tuple[int, int], count: int, sma
 
 
 def _halves(random: np.random.RandomState, room: Room, smallest: int) -> list[Room]:
-    """Splits a room by a wall across its longer side (of two that are about as long, either)."""
+    """Split a room by a wall across its longer side (of two that are about as long, either)."""
     rows, columns = room.sides
     axis = int(columns > rows)
     if abs(rows - columns) <= 1 and min(rows, columns) > 2 * smallest:
@@ -96,7 +96,7 @@ def _halves(random: np.random.RandomState, room: Room, smallest: int) -> list[Ro
 
 
 def _with_corridor(random: np.random.RandomState, house: Room, rooms: int, smallest: int) -> list[Room] | None:
-    """Lays a corridor along a house, with rooms to both sides, or to one if the house is narrow; None without space."""
+    """Lay a corridor along a house, with rooms to both sides, or to one if the house is narrow; None without space."""
     axis = int(house.sides[0] > house.sides[1])  # across the corridor
     beyond = []
     if rooms > 4 and house.sides[1 - axis] > 4 * smallest and draw(random, 100) < _BEYOND_SHARE:
@@ -136,7 +136,7 @@ class Shell:
     things: tuple[tuple[Cell, str], ...] = ()
 
     def symbols(self) -> np.ndarray:
-        """Its floor plan, characters (rows, columns)."""
+        """Return its floor plan, characters (rows, columns)."""
         grid = np.full(self.shape, WALL)
         for room in self.rooms:
             grid[room.inside] = FREE
@@ -153,7 +153,7 @@ class Shell:
 
 
 def build_shell(random: np.random.RandomState, shape: tuple[int, int], rooms: int, smallest: int) -> Shell | None:
-    """Draws the walls of a house.
+    """Draw the walls of a house.
 
     Args:
         random: Where the chance comes from.
@@ -169,7 +169,7 @@ def build_shell(random: np.random.RandomState, shape: tuple[int, int], rooms: in
 
 
 def _doorways(random: np.random.RandomState, shape: tuple[int, int], rooms: list[Room]) -> tuple[tuple[Cell, ...], ...]:
-    """Opens walls so that there is a way to every room, most of them from the corridor or the largest room."""
+    """Open walls so that there is a way to every room, most of them from the corridor or the largest room."""
     walls = _walls_between(shape, rooms)
     hub = max(range(len(rooms)), key=lambda i: (rooms[i].is_corridor, rooms[i].area))
     costs = {pair: draw(random, 100) + _DETOUR * (hub not in pair) for pair in sorted(walls)}

@@ -29,7 +29,7 @@ DRAWN = (
 
 
 def house(name: str) -> FloorPlan | None:
-    """Makes the house that a name such as `house-17` or `test-100/17` stands for; None if it is no such name.
+    """Make the house that a name such as `house-17` or `test-100/17` stands for; None if it is no such name.
 
     Raises:
         FloorPlanError: It is one, but there is no such house.
@@ -57,7 +57,7 @@ def shape_of(name: str) -> str:
 
 
 def house_set(name: str) -> tuple[FloorPlan, ...]:
-    """Makes all houses of a set.
+    """Make all houses of a set.
 
     Args:
         name: `train-N`, `test-N`, `shapes-train-N` or `shapes-test-N`, with N from 1 to 1000, or `drawn-N`, with N
@@ -100,12 +100,12 @@ def houses_named(
             if other := next((one for one, another in others if another != plan), None):
                 raise FloorPlanError(f"'{first}' and '{other}' are two houses of one name, '{name}': rename a file")
         several = f"{len(twice)} houses are named twice, such as '{twice[0]}'"
-        raise FloorPlanError(several if len(twice) > 1 else f"house '{twice[0]}' is named twice")
+        raise FloorPlanError(several if len(twice) > 1 else f"houses must be different, got '{twice[0]}' twice")
     return tuple(plan for _, plan in plans)
 
 
 def _names(name: str) -> list[str] | None:
-    """Names of the houses of a set; None if it is no name of one."""
+    """Return the names of the houses of a set; None if it is no name of one."""
     found = isinstance(name, str) and re.fullmatch(r"((?:shapes-)?(?:train|test)|drawn)-(\d+)", name, re.ASCII)
     if not found:
         return None

@@ -15,7 +15,7 @@ _SAMPLES = 32  # cells of a part of the house that are looked at before all of i
 
 @functools.lru_cache(maxsize=16)
 def yielding(plan: FloorPlan) -> Yielding:
-    """What there is to know of a floor plan; made once."""
+    """Return what there is to know of a floor plan; made once."""
     return Yielding(plan)
 
 
@@ -26,7 +26,7 @@ class Yielding:
         self._plan = plan
 
     def routes_over(self, child_cell: int) -> np.ndarray:
-        """How much a caregiver would be in a child's way in each cell.
+        """Return how much a caregiver would be in a child's way in each cell.
 
         Args:
             child_cell: Index of the child's free cell.
@@ -40,7 +40,7 @@ class Yielding:
         return routes
 
     def in_the_way(self, child_cells: Iterable[int]) -> np.ndarray:
-        """How bad each cell is for whoever wants to be out of the way of some children: integers (caregiver cells,).
+        """Return how much each cell is in the way of some children: integers (caregiver cells,).
 
         What counts first is `routes_over`; among equals, that a child which comes after the caregiver is not `exposed`.
         """
@@ -143,7 +143,7 @@ class Division:
 
 
 def divisions(neighbours: Sequence[Sequence[int]]) -> list[Division]:
-    """All parts that single cells of a connected graph cut off from each other, in time linear in its size.
+    """Return all parts that single cells of a connected graph cut off from each other, in time linear in its size.
 
     These are the cut vertices of Hopcroft and Tarjan (1973): what hangs below a cell in a depth-first search is cut off
     by it unless something there has a neighbour above the cell.

@@ -604,7 +604,7 @@ def test_an_offer_of_two_packages_is_refused(monkeypatch):
     [
         ("nowhere.to.be:found", r"caregiver 'nanny' \(nowhere.to.be:found\) cannot be loaded: No module"),
         (f"{__name__}:missing", "cannot be loaded: .*missing"),
-        (f"{__name__}:CORRIDOR", "is not a subclass of caregiver_mj.caregivers.caregiver.Caregiver"),
+        (f"{__name__}:CORRIDOR", "must be a subclass of caregiver_mj.caregivers.caregiver.Caregiver"),
     ],
 )
 def test_a_broken_offer_is_an_error_of_ours_and_only_when_used(offered, value, problem):

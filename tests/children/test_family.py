@@ -43,7 +43,7 @@ def test_a_behaviour_of_ones_own_may_stand_for_a_child():
 
 def test_a_behaviour_is_for_the_house_that_it_was_made_for():
     other = FloorPlan.parse("#####\n#B..#\n#####", "hall")
-    with pytest.raises(CaregiverError, match=r"^Scripted was made for house 'hall', and this is 'closet'$"):
+    with pytest.raises(CaregiverError, match=r"^Scripted must be made for house 'closet', got one for 'hall'$"):
         Family.of([1.0, Scripted(other)]).make(PLAN)
     like = FloorPlan.parse("####\n#B.#\n####", "wardrobe")
     assert Family.of(Scripted(like)).make(PLAN)
@@ -73,7 +73,7 @@ def test_children_without_a_name_have_the_behaviour_that_is_given():
         ("1.5", r"epsilon must be in \[0, 1\], got 1.5"),
         ("0.5,nan", r"epsilon must be in \[0, 1\], got nan"),
         ("mine:Child:0.5", "'mine:Child' cannot be loaded: ModuleNotFoundError"),
-        ("json:loads:0.5", r"child 'json:loads' \(yours\) is not a subclass of caregiver_mj.children.behaviour"),
+        ("json:loads:0.5", r"child 'json:loads' \(yours\) must be a subclass of caregiver_mj.children.behaviour"),
         ("caregiver_mj.children.behaviour:Behaviour:0.5", "child '.*:Behaviour' lacks act"),
         ("angel:0.5", "no child 'angel': there are novice, expert, adversary, .* and yours as module:object"),
     ],

@@ -90,13 +90,13 @@ def test_gymnasiums_wrappers_take_it():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"num_envs": 5, "at_once": 2}, "5 episodes, cannot be shared out to 2 houses at once and 1 families"),
+        ({"num_envs": 5, "at_once": 2}, "must be a multiple of 2 houses at once x 1 families, got 5"),
         (
             {"num_envs": 2, "families": (1, 0.5), "at_once": 2},
-            "2 episodes, cannot be shared out to 2 houses at once and 2 families",
+            "must be a multiple of 2 houses at once x 2 families, got 2",
         ),
         ({"num_envs": 4, "at_once": 4}, "at_once, .* must be an integer from 1 to 3, got 4"),
-        ({"num_envs": 2, "at_once": 2, "slots": (1, 1)}, r"slots \(1, 1\) are too few for house 'other'"),
+        ({"num_envs": 2, "at_once": 2, "slots": (1, 1)}, r"for house 'other', got \(1, 1\)"),
     ],
 )
 def test_bad_input_is_named(options, message):

@@ -103,7 +103,7 @@ def test_a_scheduler_that_goes_away_ends_the_run():
         running = executor.run(_square, range(2000))
         next(running)
         cluster.close()
-        with pytest.raises(WorkerError, match=f"the scheduler at '{cluster.scheduler_address}' is gone"):
+        with pytest.raises(WorkerError, match=f"the scheduler at '{cluster.scheduler_address}' has stopped"):
             list(running)
 
 
@@ -122,12 +122,12 @@ def test_command(cluster, capsys):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--scheduler", NOWHERE], "--scheduler is of a cluster: add --executor dask"),
+        (["--scheduler", NOWHERE], "--scheduler must be with --executor dask"),
         (["--executor", "dask"], "--executor dask needs --scheduler ADDRESS"),
         (["--executor", "dask", "--scheduler", NOWHERE, "--jobs", "2"], "--jobs is of this machine"),
         (["--executor", "dask", "--scheduler", "no-scheme://x:1"], "no scheduler at 'no-scheme://x:1': "),
         (["--executor", "dask", "--scheduler", "nonsense"], "no scheduler at 'nonsense': missing port number"),
-        (["--executor", "dask", "--scheduler", ""], "no scheduler at '': an address is such as tcp://"),
+        (["--executor", "dask", "--scheduler", ""], "no scheduler at '': an address must be such as tcp://"),
         (["--executor", "dask", "--scheduler", "http://x:1"], "no scheduler at 'http://x:1': unknown address scheme"),
         (["--executor", "cloud"], "invalid choice: 'cloud'"),
     ],
@@ -166,9 +166,7 @@ def test_no_worker():
 def test_worker_of_several_threads():
     with (
         start_cluster(1, processes=False, threads_per_worker=2) as cluster,
-        pytest.raises(
-            CaregiverError, match=r"has 2 threads, and a job needs a process to itself: start .*--nthreads 1"
-        ),
+        pytest.raises(CaregiverError, match=r"must have 1 thread, got 2: start .*--nthreads 1"),
     ):
         DaskExecutor(cluster.scheduler_address)
 

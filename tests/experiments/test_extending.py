@@ -294,9 +294,9 @@ def test_one_caregiver_against_another(runs):
     [
         (("seed0", "seed1"), (), "no episode of 'none' in common: seed 0 in the first, 1 in the second"),
         (("seed0", "other"), (), "no episode of 'none' in common: epsilon|no episode of .* in common"),
-        (("seed0", "more"), ("nanny",), "no episodes with the caregiver 'nanny': there are none, nearest"),
-        (("seed0", "more"), ("guard", "none"), "no episodes with the caregiver 'guard'"),
-        (("seed0", "more"), ("none", "none", "none"), "caregivers to compare must be two, got 3"),
+        (("seed0", "more"), ("nanny",), "no caregiver 'nanny' in the run: there are none, nearest"),
+        (("seed0", "more"), ("guard", "none"), "no caregiver 'guard' in the run"),
+        (("seed0", "more"), ("none", "none", "none"), "caregivers to compare must be 1 or 2, got 3"),
     ],
 )
 def test_runs_that_cannot_be_compared(runs, names, who, words):
@@ -326,7 +326,7 @@ def test_seeds_are_pooled(runs, tmp_path, capsys):
     page = (out / "report.html").read_text()
     assert "--seed 0\n" in page
     assert "--episodes 8 --seed 1" in page
-    with pytest.raises(CaregiverError, match="several runs that were pooled: go on with each of them"):
+    with pytest.raises(CaregiverError, match="holds pooled runs: resume each of them"):
         run(out, dataclasses.replace(pooled.settings, episodes=20))
 
 
@@ -371,7 +371,7 @@ def test_the_commands_say_what_is_wrong_in_a_line(runs, tmp_path, capsys):
     for argv, words in (
         (["compare", runs / "seed0", tmp_path], "holds no run"),
         (["compare", runs / "seed0"], "required: DIR"),
-        (["pool", runs / "seed0", "--out", tmp_path / "out"], "at least two runs"),
+        (["pool", runs / "seed0", "--out", tmp_path / "out"], "at least 2, got 1"),
         (["report", runs / "seed0", runs / "seed1"], "there are `compare`, and `pool`"),
     ):
         assert cli.main([str(part) for part in argv]) == 2

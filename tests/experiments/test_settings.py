@@ -39,14 +39,17 @@ def test_families_may_be_said_by_their_epsilon():
         ({"caregivers": ("nanny",)}, "no caregiver 'nanny': there are none, .*, clairvoyant, floor, and yours"),
         ({"caregivers": ()}, "caregivers must be one or more"),
         ({"families": ()}, "epsilons must be one or more"),
-        ({"families": (0.5, 0.5)}, "each of them once"),
-        ({"families": ("1,.5", "1.0,0.50")}, "each of them once"),
+        ({"families": (0.5, 0.5)}, "all different"),
+        ({"families": ("1,.5", "1.0,0.50")}, "all different"),
         ({"families": (float("nan"),)}, "epsilon must be in"),
         ({"families": (Family((ChildSpec(0.5, "angel"),)),)}, "no child 'angel'"),
         ({"episodes": 0}, "episodes must be an integer of at least 1, got 0"),
         ({"seed": -1}, "the seed must be an integer of at least 0, got -1"),
-        ({"plans": (PAPER, PAPER)}, "houses must be one or more, each of them once"),
-        ({"plans": (PAPER, FloorPlan.load("house-3", damage=DamageWeights(1, 1, 1)))}, "cost the same in all houses"),
+        ({"plans": (PAPER, PAPER)}, "houses must be at least 1, all different"),
+        (
+            {"plans": (PAPER, FloorPlan.load("house-3", damage=DamageWeights(1, 1, 1)))},
+            "damage must be the same in all houses, got 1:1:1 and 5:4:1",
+        ),
         ({"embodiment": "butler"}, "no robot 'butler': there are mobile_fr3, mobile_ur5e"),
         ({"world": "grid", "embodiment": "butler"}, "no robot 'butler': there are mobile_fr3, mobile_ur5e"),
     ],
@@ -138,7 +141,7 @@ def test_blocks_of_several_houses_say_which():
     assert [block.house for block in blocks] == ["paper"] * 4 + ["house-3"] * 4
     assert len({str(block) for block in blocks}) == 8
     assert settings.plan_of["house-3"] is settings.plans[1]
-    with pytest.raises(CaregiverError, match="there are 2 houses"):
+    with pytest.raises(CaregiverError, match="houses must be 1, got 2"):
         _ = settings.plan
 
 

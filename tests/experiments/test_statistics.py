@@ -128,9 +128,9 @@ def test_margins_that_are_told_together_are_corrected_for_their_number():
 
 
 def test_what_does_not_pair_is_refused():
-    with pytest.raises(CaregiverError, match="1 episodes of 'paper' or 'none' have no counterpart"):
+    with pytest.raises(CaregiverError, match="got 1 of 'paper' or 'none' without a counterpart"):
         statistics.comparison_rows(frame(none=[1, 2], paper=[1]), "paper", "none")
-    with pytest.raises(CaregiverError, match="no episodes with the caregiver 'nanny': there are none, paper"):
+    with pytest.raises(CaregiverError, match="no caregiver 'nanny' in the run: there are none, paper"):
         statistics.comparison_rows(frame(none=[1], paper=[1]), "nanny", "none")
 
 
@@ -248,5 +248,5 @@ def test_houses_with_other_numbers_of_episodes_or_without_damage():
 
 
 def test_houses_whose_episodes_do_not_pair():
-    with pytest.raises(CaregiverError, match="episodes of 'paper' or 'none' in house 'h' have no counterpart"):
+    with pytest.raises(CaregiverError, match="got some of 'paper' or 'none' in house 'h' without a counterpart"):
         by_house(frame(none=[1, 2], paper=[1]))

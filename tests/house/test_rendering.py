@@ -91,7 +91,7 @@ def test_user_can_switch_rendering_off():
 def test_a_wish_that_is_none_is_named():
     printed = run(f"from caregiver_mj.house import rendering{RENDER}", MUJOCO_GL="nonsense")
     words = "egl, osmesa, glfw, glx, off"
-    assert printed == f"CaregiverError the environment variable MUJOCO_GL is 'nonsense', which is none of {words}"
+    assert printed == f"CaregiverError the environment variable MUJOCO_GL must be one of {words}, got 'nonsense'"
 
 
 @pytest.mark.parametrize("wish", ["glfw", "glx"])

@@ -210,7 +210,7 @@ def test_it_can_be_written_as_a_dictionary():
         ({"child": {"dropout": 1.0}}, "child.dropout must be in 0 to 0.95, got 1.0"),
         ({"delay": 2.0}, "delay must be in 0 to 1, got 2.0"),
         (Sensing(delay=-1.0), "delay must be in 0 to 1, got -1.0"),
-        ({"candle": {"velocity_noise": 0.1}}, "candle.velocity_noise is of no use"),
+        ({"candle": {"velocity_noise": 0.1}}, "candle.velocity_noise must be left out"),
     ],
 )
 def test_what_makes_no_sense_is_refused(sensing, words):

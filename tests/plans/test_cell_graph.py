@@ -152,7 +152,7 @@ def test_ways_too_long_for_their_numbers_are_refused_in_one_line():
     lane[2:-1:4, -2] = lane[4:-1:4, 1] = "."
     lane[1, 1] = "B"
     plan = FloorPlan.parse("\n".join(map("".join, lane)), "lane")
-    with pytest.raises(CaregiverError, match=r"^floor plan 'lane' has ways of more than 32766 moves$"):
+    with pytest.raises(CaregiverError, match=r"^floor plan 'lane' must have ways of at most 32766 moves, got more$"):
         _ = plan.graph.bin_distances
 
 

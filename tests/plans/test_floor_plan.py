@@ -149,7 +149,7 @@ def test_a_missing_file_is_named_together_with_the_houses_there_are(tmp_path):
 def test_an_unreadable_file_is_an_error_of_ours(tmp_path, content):
     path = tmp_path / "house"
     path.mkdir() if content is None else path.write_bytes(content)
-    with pytest.raises(FloorPlanError, match="cannot be read" if content is None else "is not saved as UTF-8"):
+    with pytest.raises(FloorPlanError, match="cannot be read" if content is None else "must be UTF-8"):
         FloorPlan.load(path)
 
 

@@ -294,7 +294,7 @@ def test_other_names_are_files(name):
         (Request(0, candles=-2), "candles must be at least 0, got -2"),
         (Request(0, stairwells=0, candles=0), "there is nothing to protect a child from"),
         (Request(0, stairwells=0, tables=0), "there is nothing to protect a child from"),
-        (Request(0, candles=2, tables=0), "there is nowhere to take a candle"),
+        (Request(0, candles=2, tables=0), "there is nowhere to take it"),
         (Request(0, (9, 9), rooms=30), "no way was found to fit rooms 30, .* into 9 x 9 cells"),
         (Request(0, (9, 9), rooms=12), "no way was found"),
         (Request(0, (9, 9), candles=15, tables=15), "no way was found"),

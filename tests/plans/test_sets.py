@@ -68,7 +68,7 @@ def test_houses_by_several_names():
 
 
 def test_a_house_twice_is_refused():
-    with pytest.raises(FloorPlanError, match=r"^house 'house-200001' is named twice$"):
+    with pytest.raises(FloorPlanError, match=r"^houses must be different, got 'house-200001' twice$"):
         houses_named(["test-2", "test-100/1"])
     with pytest.raises(FloorPlanError, match="2 houses are named twice, such as 'house-200000'"):
         houses_named(["test-2", "test-2"])
@@ -82,7 +82,7 @@ def test_two_files_of_one_name_are_told_from_one_house_that_is_named_twice(tmp_p
     words = f"^'{files[0]}' and '{files[1]}' are two houses of one name, 'mine': rename a file$"
     with pytest.raises(FloorPlanError, match=words):
         houses_named(["paper", *map(str, files)])
-    with pytest.raises(FloorPlanError, match=r"^house 'mine' is named twice$"):
+    with pytest.raises(FloorPlanError, match=r"^houses must be different, got 'mine' twice$"):
         houses_named([str(files[0])] * 2)
 
 

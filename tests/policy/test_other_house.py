@@ -11,7 +11,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 def test_another_environment_is_refused(house, children):
     policy = caregiver_mj.CaregiverPolicy(caregiver_mj.load("supervise", "paper", random=0))
     other = caregiver_mj.load("supervise", house, children, random=0)
-    message = "another environment, that of 0.5 in house 'paper': each environment needs a policy of its own"
+    message = "must be that of 0.5 in house 'paper', got another: make a policy for each environment"
     with pytest.raises(caregiver_mj.CaregiverError, match=message):
         policy(other.reset())
 
@@ -19,7 +19,7 @@ def test_another_environment_is_refused(house, children):
 def test_a_caregiver_of_another_house_is_refused():
     env = caregiver_mj.load("supervise", "paper", random=0)
     alien = make_caregiver("paper", FloorPlan.load("house-3"))
-    with pytest.raises(caregiver_mj.CaregiverError, match="was made for house 'house-3', and this is 'paper'"):
+    with pytest.raises(caregiver_mj.CaregiverError, match="must be made for house 'paper', got one for 'house-3'"):
         caregiver_mj.CaregiverPolicy(env, alien)
 
 

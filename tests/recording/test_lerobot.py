@@ -213,5 +213,5 @@ def test_what_breaks_off_leaves_no_data_set(tmp_path, episodes):
 
 @pytest.mark.parametrize("rate", [0.59, 50.5])
 def test_whole_steps_a_second_are_needed(rate):
-    with pytest.raises(CaregiverError, match="whole steps a second"):
+    with pytest.raises(CaregiverError, match="steps a second must be a whole number"):
         check_rate(rate)

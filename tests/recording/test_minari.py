@@ -118,7 +118,7 @@ def test_a_specification_without_a_name_has_the_whole_plan(task):
 
 @pytest.mark.parametrize("name", ["short", "short-v", "a b-v0", ""])
 def test_names(name):
-    with pytest.raises(CaregiverError, match=r"is called NAME-vNUMBER or GROUP/NAME-vNUMBER"):
+    with pytest.raises(CaregiverError, match=r"must be NAME-vNUMBER or GROUP/NAME-vNUMBER"):
         check_name(name)
 
 

@@ -113,9 +113,9 @@ def test_a_recording_that_breaks_off_is_gone_on_with(tmp_path, monkeypatch, caps
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--format", "minari", "--name", "short"], "is called NAME-vNUMBER or GROUP/NAME-vNUMBER, of letters"),
-        (["--format", "minari", "--name", "x/y-v0"], "(of which a group has two or more), not 'x/y-v0'"),
-        (["--format", "lerobot", "--name", "a-v0"], "--name is of a Minari data set"),
+        (["--format", "minari", "--name", "short"], "must be NAME-vNUMBER or GROUP/NAME-vNUMBER, of letters"),
+        (["--format", "minari", "--name", "x/y-v0"], "(two or more in a group), got 'x/y-v0'"),
+        (["--format", "lerobot", "--name", "a-v0"], "--name must be left out with --format lerobot"),
         (["--format", "lerobot", "--camera", "hall"], "no camera 'hall'"),
         (["--format", "lerobot", "--size", "big"], "--size must be WIDTHxHEIGHT"),
         (["--format", "lerobot", "--size", "33x40"], "must be even"),
@@ -123,7 +123,7 @@ def test_a_recording_that_breaks_off_is_gone_on_with(tmp_path, monkeypatch, caps
         (["--format", "lerobot", "--episodes", "99999999999999"], "1,000,000 at most, got 99999999999999"),
         (["--format", "lerobot", "--seconds", "1e9"], "3600 at most, got 1000000000.0"),
         (["--format", "lerobot", "--seed", "-1"], "seed must be at least 0"),
-        (["--format", "lerobot", "--seconds", "0"], "seconds must be a positive length"),
+        (["--format", "lerobot", "--seconds", "0"], "seconds must be a positive number"),
         (["--format", "lerobot", "--caregiver", "nanny"], "no caregiver 'nanny'"),
         (["--format", "lerobot", "--caregiver", "none"], "caregiver 'none' takes no actions"),
         (["--format", "lerobot", "--jobs", "0"], "jobs must be an integer of at least 1"),
@@ -265,27 +265,25 @@ def test_a_recording_killed_before_there_is_an_episode_is_resumed_with_other_cod
 
 def test_decisions_are_too_rare_for_lerobot(tmp_path, capsys):
     assert cli.main([*GRID[:2], "lerobot", *GRID[3:], "--out", str(tmp_path / "set")]) == 2
-    assert "LeRobot wants whole steps a second" in capsys.readouterr().err
+    assert "steps a second must be a whole number for LeRobot" in capsys.readouterr().err
 
 
 def test_a_folder_without_a_name(capsys):
     assert cli.main([*HOUSE, "--format", "minari", "--out", ""]) == 2
-    assert "the output folder's name is empty" in capsys.readouterr().err
+    assert "--out must be a folder, got an empty name" in capsys.readouterr().err
 
 
 def test_a_policy_of_actions_chooses_no_targets(own, tmp_path, capsys):
     argv = ["record", "--format", "minari", "--task", "targets", "--caregiver", f"{own}:slow", "--out", "set"]
     assert cli.main(argv) == 2
-    assert (
-        "'of_my_own:slow' is a policy of the robot's actions, and so it chooses no targets" in capsys.readouterr().err
-    )
+    assert "must choose targets, got 'of_my_own:slow', a policy of the robot's actions" in capsys.readouterr().err
     assert not (tmp_path / "set").exists()
 
 
 def test_nothing_is_written_over(tmp_path, capsys):
     (tmp_path / "set").mkdir()
     assert cli.main([*HOUSE, "--format", "lerobot", "--out", str(tmp_path / "set")]) == 2
-    assert "is there already" in capsys.readouterr().err
+    assert "which exists" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("module", "extra"), [("minari", "minari"), ("h5py", "minari"), ("gymnasium", "gym")])

@@ -103,7 +103,7 @@ def test_robots_of_other_packages(monkeypatch):
     assert find_embodiment(f"{__name__}:make_another").name == "another"
     with pytest.raises(CaregiverError, match="'make_nothing' must be an Embodiment, got str"):
         find_embodiment("make_nothing")
-    with pytest.raises(CaregiverError, match=r"'not_a_maker' .* is not a function that makes an Embodiment"):
+    with pytest.raises(CaregiverError, match=r"'not_a_maker' .* must be a function that makes an Embodiment"):
         find_embodiment("not_a_maker")
     with pytest.raises(CaregiverError, match=r"robot '.*:needs_more' cannot be called with \(\): missing"):
         find_embodiment(f"{__name__}:needs_more")
@@ -117,7 +117,7 @@ def test_model_without_a_joint_is_refused():
 
 def test_model_whose_actuators_are_in_another_order_is_refused():
     names = dataclasses.replace(find_embodiment().names, base=("base_y", "base_x", "base_yaw"))
-    with pytest.raises(CaregiverError, match=r"not in the order of base_y, base_x, base_yaw"):
+    with pytest.raises(CaregiverError, match=r"must be in the order of base_y, base_x, base_yaw"):
         RobotModel(own_model("mobile_fr3"), names).actuators()
 
 

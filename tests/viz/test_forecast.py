@@ -124,7 +124,7 @@ def test_a_film_shows_what_the_caregiver_believes(house):
 
 @pytest.mark.parametrize("caregiver", ["paper", "none"])
 def test_who_believes_nothing_shows_nothing(house, tmp_path, caregiver):
-    with pytest.raises(CaregiverError, match="does not predict"):
+    with pytest.raises(CaregiverError, match="must predict"):
         render_episode(tmp_path / "film.mp4", house=house, caregiver=caregiver, overlay="danger", quiet=True)
     with pytest.raises(CaregiverError, match="no overlay 'rain': there is danger"):
         render_episode(tmp_path / "film.mp4", house=house, caregiver=caregiver, overlay="rain", quiet=True)

@@ -361,12 +361,12 @@ def test_refused(tmp_path, capsys):
     (begun / "summary.json").unlink()
     assert "is not finished" in fails(capsys, ["report", begun])
     whole = write_run(tmp_path / "whole")
-    assert "same world and house" in fails(capsys, ["report", whole, whole])
+    assert "different worlds or houses" in fails(capsys, ["report", whole, whole])
     for name in ("none", "paper"):
-        words = f"compares `none` with a caregiver that acts, and the run in '{tmp_path / name}' has only {name}:"
+        words = f"must be of `none` and a caregiver that acts, got only {name} in '{tmp_path / name}':"
         assert words in fails(capsys, ["report", write_run(tmp_path / name, caregivers=(name,))])
     assert "no such file" in fails(capsys, ["report", whole, "--video", tmp_path / "no.mp4"]).lower()
-    assert "not a film" in fails(capsys, ["report", whole, "--video", whole / "summary.json"])
+    assert "must be an MP4" in fails(capsys, ["report", whole, "--video", whole / "summary.json"])
     (whole / "maps.parquet").write_bytes(b"PAR1")
     assert "cannot be read" in fails(capsys, ["report", whole])
     (whole / "maps.parquet").unlink()
@@ -378,7 +378,7 @@ def test_larger_film_is_refused(tmp_path):
     path.write_bytes(b"\0\0\0\x18ftypisom" + bytes(2000))
     film = Film(path, "a film")
     assert film.data().startswith("data:video/mp4;base64,")
-    with pytest.raises(CaregiverError, match="too large a page"):
+    with pytest.raises(CaregiverError, match=r"at most .* MB"):
         film.data(largest=0.001)
 
 

@@ -227,7 +227,7 @@ def test_without_a_display_a_line_says_what_there_is(capsys, monkeypatch, house)
     monkeypatch.setattr(sys, "platform", "linux")
     assert cli.main(["view", "--house", house]) == 1
     assert capsys.readouterr().err == (
-        "caregiver-mj: there is no display for a window: use `caregiver-mj view --web`, and a browser\n"
+        "caregiver-mj: no display for a window: use `caregiver-mj view --web` and a browser\n"
     )
 
 
