@@ -97,7 +97,7 @@ class ChildproofCaregiver(GuardCaregiver):
 
 
 def table_exposure(plan: FloorPlan, epsilon: float = EPSILON, timesteps: int = EPISODE_TIMESTEPS) -> np.ndarray:
-    """Expected bumps of a novice into each table in an episode, if nobody is in its way: exact, (tables,).
+    """Return the expected bumps of a novice into each table in an episode, if nobody is in its way: exact, (tables,).
 
     The novice is a Markov chain on pairs of its cell and its bin. It starts in any of them with equal probability.
     """

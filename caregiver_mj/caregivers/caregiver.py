@@ -55,7 +55,7 @@ class Caregiver(abc.ABC):
     def reset(  # noqa: B027 (most remember nothing)
         self, batch: int, seeds: Sequence[int] | None = None, children: int = 1
     ) -> None:
-        """Begins B new episodes.
+        """Begin B new episodes.
 
         Args:
             batch: B.
@@ -64,7 +64,7 @@ class Caregiver(abc.ABC):
         """
 
     def prepare(self, candle_table: np.ndarray) -> np.ndarray:
-        """Makes the house safe before the children come in; asked after `reset`, at the start of every episode.
+        """Make the house safe before the children come in; asked after `reset`, at the start of every episode.
 
         Args:
             candle_table: Index of the table on which each candle stands in the floor plan, (B, candles).
@@ -75,18 +75,18 @@ class Caregiver(abc.ABC):
         return candle_table
 
     def watch(self, percept: Percept) -> None:  # noqa: B027
-        """Takes in the children's last moves. Called once a novice timestep."""
+        """Take in the children's last moves. Called once a novice timestep."""
 
     @abc.abstractmethod
     def choose(self, percept: Percept) -> np.ndarray:
-        """Chooses the hazard to protect the children from now, (B,), or NOTHING."""
+        """Choose the hazard to protect the children from now, (B,), or NOTHING."""
 
     def decide(self, percept: Percept) -> Interventions:
-        """Says what to do now. Called as often as the world likes."""
+        """Say what to do now. Called as often as the world likes."""
         return self.protect(percept, self.choose(percept))
 
     def assess(self, percept: Percept) -> Assessment | None:
-        """The numbers behind a decision; None for a caregiver that has no such numbers."""
+        """Return the numbers behind a decision; None for a caregiver that has no such numbers."""
         return None
 
     # -- What most caregivers share --------------------------------------------------------------
@@ -97,7 +97,7 @@ class Caregiver(abc.ABC):
         return STAND_ASIDE if self.yields else DO_NOTHING
 
     def protect(self, percept: Percept, hazard: np.ndarray) -> Interventions:
-        """The interventions that protect the children from hazards (B,); to make room, or stay, where it is NOTHING."""
+        """Return interventions that protect the children from hazards (B,); make room, or stay, where it is NOTHING."""
         hazards = self.plan.hazards
         hazard = self._checked(hazard, len(percept.child_cell))
         if self.followers is not None:
@@ -118,7 +118,7 @@ class Caregiver(abc.ABC):
         return hazard
 
     def destination(self, percept: Percept, candle: np.ndarray) -> np.ndarray:
-        """Chooses where a candle shall go: the bare table farthest, on foot, from the child that is nearest to it.
+        """Choose where a candle shall go: the bare table farthest, on foot, from the child that is nearest to it.
 
         Args:
             percept: What is seen at the moment of the choice.
@@ -131,7 +131,7 @@ class Caregiver(abc.ABC):
         return np.where(bare_tables(percept.candle_table, len(self.plan.tables)), distance, -np.inf).argmax(axis=1)
 
     def worth_protecting(self, percept: Percept) -> np.ndarray:
-        """Which hazards the caregiver can do something about, bool (B, hazards).
+        """Return which hazards the caregiver can do something about, bool (B, hazards).
 
         Every stairwell, and every candle that would be farther from the nearest child on a bare table than where it
         is; but none that is out of reach.
@@ -144,7 +144,7 @@ class Caregiver(abc.ABC):
         return worth if percept.out_of_reach is None else worth & ~percept.out_of_reach
 
     def hazard_distances(self, percept: Percept) -> np.ndarray:
-        """Novice timesteps to a collision of each child with each hazard, (B, K, hazards); infinite for one carried.
+        """Return the novice timesteps from each child to each hazard, (B, K, hazards); infinite for one carried.
 
         A child collides with a candle on the floor by stepping into its cell, if it is not in there already.
         """
@@ -158,7 +158,7 @@ class Caregiver(abc.ABC):
 
 
 def first_of_greatest(score: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The first hazard of the greatest score (NOTHING if there are none), and that score, both (B,).
+    """Return the first hazard of the greatest score (NOTHING if there are none), and that score, both (B,).
 
     Scores that only rounding tells apart count as equal.
 
@@ -172,7 +172,7 @@ def first_of_greatest(score: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def answer(caregiver: Caregiver, percept: Percept) -> Interventions:
-    """What a caregiver decides.
+    """Return what a caregiver decides, checked.
 
     Raises:
         CaregiverError: It is nothing that could be done in B worlds of its house.
@@ -203,7 +203,7 @@ def _check_kinds(who: str, hazards: Hazards, given: Interventions) -> None:
 
 
 def _check(what: str, numbers: np.ndarray, batch: int, count: int) -> None:
-    """Raises CaregiverError unless these are numbers (B,) of so many things, or NOTHING."""
+    """Raise CaregiverError unless these are numbers (B,) of so many things, or NOTHING."""
     numbers = np.asarray(numbers)
     if numbers.shape != (batch,) or not np.issubdtype(numbers.dtype, np.integer):
         raise CaregiverError(f"{what} must be {batch} integers, got {numbers!r}")
@@ -212,7 +212,7 @@ def _check(what: str, numbers: np.ndarray, batch: int, count: int) -> None:
 
 
 def starting_tables(plan: FloorPlan, caregiver: Caregiver | None, batch: int = 1) -> np.ndarray:
-    """Where the candles stand at first: where the floor plan has them, or where the caregiver has put them before.
+    """Return where the candles stand at first: as in the floor plan, or where the caregiver has put them before.
 
     Args:
         plan: The house.

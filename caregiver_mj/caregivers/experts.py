@@ -19,7 +19,7 @@ class Experts(abc.ABC):
 
     @abc.abstractmethod
     def action_prior(self, plan: FloorPlan, random: np.random.Generator, draws: bool) -> np.ndarray:
-        """theta_s(a) in a house.
+        """Return theta_s(a) in a house.
 
         Args:
             plan: The house.
@@ -35,7 +35,7 @@ class InPlace(Experts):
     """Experts who walk about the caregiver's own house, as in the paper (section V.C)."""
 
     def __init__(self, timesteps: int = EXPERT_TIMESTEPS, hyperprior: float = safety.HYPERPRIOR):
-        """Takes how long their trajectories are together, and alpha^0."""
+        """Take how long their trajectories are together, and alpha^0."""
         self._timesteps, self._hyperprior = timesteps, hyperprior
 
     def action_prior(self, plan: FloorPlan, random: np.random.Generator, draws: bool) -> np.ndarray:
@@ -47,7 +47,7 @@ class Nobody(Experts):
     """No experts at all: nothing but the hyperprior."""
 
     def __init__(self, hyperprior: float = safety.HYPERPRIOR):
-        """Takes alpha^0."""
+        """Take alpha^0."""
         self._hyperprior = hyperprior
 
     def action_prior(self, plan: FloorPlan, random: np.random.Generator, draws: bool) -> np.ndarray:
@@ -72,7 +72,7 @@ class Elsewhere(Experts):
         timesteps: int = EXPERT_TIMESTEPS,
         hyperprior: float = safety.HYPERPRIOR,
     ) -> Elsewhere:
-        """Learns from experts.
+        """Learn from experts.
 
         Args:
             plans: The houses that they walk about.
@@ -94,7 +94,7 @@ class Elsewhere(Experts):
 
 
 def surroundings(plan: FloorPlan) -> tuple[np.ndarray, np.ndarray]:
-    """What stands around every free cell, (free cells, 4), and the sector of every bin from it, (free cells, bins)."""
+    """Return what is around every free cell, (free cells, 4), and each bin's sector from it, (free cells, bins)."""
     cells, bins = np.array(plan.free_cells), np.array(plan.bins)
     down, right = np.moveaxis(bins - cells[:, None], 2, 0)
     return plan.graph.moves[1], sector(down, right)
@@ -103,7 +103,7 @@ def surroundings(plan: FloorPlan) -> tuple[np.ndarray, np.ndarray]:
 def routes(
     plan: FloorPlan, random: np.random.Generator, timesteps: int = EXPERT_TIMESTEPS
 ) -> list[tuple[np.ndarray, np.ndarray, int]]:
-    """Expert trajectories that end in a bin: the cells of each, its moves, and the bin."""
+    """Return expert trajectories that end in a bin: the cells of each, its moves, and the bin."""
     _, target, index = plan.graph.moves
     found = []
     for trajectory in expert_trajectories(plan, random, timesteps):

@@ -39,7 +39,7 @@ class PaperCaregiver(Caregiver):
         weighs_safety: bool = True,
         experts: Experts | None = None,
     ):
-        """Learns the action prior from experts.
+        """Learn the action prior from experts.
 
         Args:
             plan: The house.
@@ -86,7 +86,7 @@ class PaperCaregiver(Caregiver):
         return self.weigh(self.reach(percept))
 
     def weigh(self, reach: np.ndarray) -> Assessment:
-        """P(safe|tau) and expected danger as they stand now, with P(reach|tau) (B, K, hazards)."""
+        """Return P(safe|tau) and expected danger as they stand now, with P(reach|tau) (B, K, hazards)."""
         safe, damage = safety.probability_safe(self._log_ratio), self.plan.hazards.damage
         danger = safety.expected_danger(safe, reach, damage)
         # 1 - P(safe) may round to 0 after a long safe walk. What tells between children is how they compare, so it is
@@ -98,7 +98,7 @@ class PaperCaregiver(Caregiver):
         return Assessment(safe, reach, danger, urgency)
 
     def reach(self, percept: Percept) -> np.ndarray:
-        """P(reach_o|tau) of every hazard by every child, (B, K, hazards), normalised over hazards, not bare tables."""
+        """Return P(reach_o|tau) of each hazard by each child, (B, K, hazards), normalised over hazards, not tables."""
         distance = self.hazard_distances(percept)
         if self._reach == "inverse":
             return safety.reach_inverse(distance)

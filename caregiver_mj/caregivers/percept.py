@@ -94,7 +94,7 @@ class Assessment:
 
 
 def bare_tables(candle_table: np.ndarray, tables: int) -> np.ndarray:
-    """Which tables bear no candle, bool (B, tables), by the table of each candle, (B, candles)."""
+    """Return which tables bear no candle, bool (B, tables), by the table of each candle, (B, candles)."""
     bare = np.ones((len(candle_table), tables), bool)
     worlds, candles = np.nonzero(candle_table != NOTHING)
     bare[worlds, candle_table[worlds, candles]] = False
@@ -131,7 +131,7 @@ class Outlook:
         return self.probability.sum(axis=2)
 
     def reach(self, plan: FloorPlan, percept: Percept, timesteps: int = HORIZON) -> np.ndarray:
-        """Probability that each child runs into each hazard within some timesteps, (B, K, hazards).
+        """Return the probability that each child runs into each hazard within some timesteps, (B, K, hazards).
 
         Of a candle on the floor nothing is known but how far it is, and one over that is taken.
         """
@@ -150,7 +150,7 @@ class Outlook:
         return plan.hazards.join(stairwells, candles)
 
     def presence(self, timesteps: int) -> np.ndarray:
-        """Probability that each child comes to be in each free cell within some timesteps, (B, K, free cells)."""
+        """Return the probability of each child in each free cell within some timesteps, (B, K, free cells)."""
         cells = self.chain.shape[0]
         found = np.empty((*self.cell.shape, cells))
         for child in np.ndindex(self.cell.shape):

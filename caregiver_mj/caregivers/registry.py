@@ -70,7 +70,7 @@ POLICIES: Registry[Any] = _Policies("policy", "caregiver_mj.policies", "", {})
 
 
 def find_caregiver(name: str, others: Sequence[str] = ()) -> type[Caregiver] | PolicyMaker | None:
-    """What goes by a name: a caregiver's class, what makes a policy of the robot's actions, or nothing for "none".
+    """Find a caregiver's class by name, or what makes a policy of the robot's actions; None for "none".
 
     Args:
         name: One of `CAREGIVERS` or `POLICIES`, or where such a thing is, as `module:object`.
@@ -94,7 +94,7 @@ def find_caregiver(name: str, others: Sequence[str] = ()) -> type[Caregiver] | P
 
 
 def is_caregiver(found: type[Caregiver] | PolicyMaker) -> TypeGuard[type[Caregiver]]:
-    """Whether it is a caregiver's class."""
+    """Return whether it is a caregiver's class."""
     return isinstance(found, type) and issubclass(found, Caregiver)
 
 
@@ -108,15 +108,15 @@ def needs_pictures(name: str) -> bool:
 
 
 def _check(what: str, found: Any) -> None:
-    """Raises CaregiverError unless it can be a caregiver or make a policy."""
+    """Raise CaregiverError unless it can be a caregiver or make a policy."""
     if not callable(found):
         raise CaregiverError(
-            f"{what} is neither a subclass of Caregiver nor something that makes a policy of an environment"
+            f"{what} must be a subclass of Caregiver or a function that makes a policy of an environment, got {found!r}"
         )
 
 
 def make_caregiver(name: str, plan: FloorPlan, seed: int = 0) -> Caregiver | None:
-    """Makes a caregiver by name, as of `find_caregiver`; "none" gives None.
+    """Make a caregiver by name, as of `find_caregiver`; "none" gives None.
 
     Raises:
         CaregiverError: There is none of that name, it cannot be loaded or made, or is a policy of the robot's actions.
@@ -127,6 +127,8 @@ def make_caregiver(name: str, plan: FloorPlan, seed: int = 0) -> Caregiver | Non
     if maker is None:
         return None
     if not is_caregiver(maker):
-        raise CaregiverError(f"'{name}' is a policy of the robot's actions, which acts in the house only")
+        raise CaregiverError(
+            f"caregiver must be a subclass of Caregiver, got '{name}', a policy: it acts in the house only"
+        )
     check_call(f"caregiver '{name}'", maker, plan, seed)
     return maker(plan, seed)

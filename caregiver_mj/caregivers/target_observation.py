@@ -33,7 +33,7 @@ class Lookout:
     def __init__(
         self, caregiver: Caregiver, children: int, slots: Slots, flat: bool, timesteps: float = EPISODE_TIMESTEPS
     ):
-        """Prepares to look.
+        """Prepare to look.
 
         Args:
             caregiver: Who is told what to do; it knows what can be done, and how far it is.
@@ -64,7 +64,7 @@ class Lookout:
         }
 
     def observe(self, percept: Percept, mask: np.ndarray) -> Observations:
-        """Gives an observation of each world out, in new arrays.
+        """Give an observation of each world out, in new arrays.
 
         Args:
             percept: What the caregiver sees, with its clock and what is under way.
@@ -94,7 +94,7 @@ class Lookout:
         return np.concatenate([value.reshape(batch, -1) for value in found.values()], axis=1)
 
     def mask(self, percept: Percept) -> np.ndarray:
-        """Which actions do something, int8 (B, actions).
+        """Return which actions do something, int8 (B, actions).
 
         Nothing always does, and so do the hazards that the caregiver can do something about; but with a candle in the
         hand only to go on with that does, and stairwells where it takes notice of them.
@@ -115,7 +115,7 @@ class Lookout:
         which[carries, self._caregiver.plan.hazards.number(Where.ON_TABLE, percept.holding[carries])] = True
 
     def _walks(self, percept: Percept) -> np.ndarray:
-        """Moves of the caregiver to where it does something about each hazard, (B, hazards)."""
+        """Return the caregiver's moves to where it does something about each hazard, (B, hazards)."""
         plan, cell, table = self._caregiver.plan, percept.caregiver_cell, percept.candle_table
         candles = np.where(table == NOTHING, 0.0, self._to_table[cell[:, None], table])
         if percept.candle_cell is not None:
@@ -133,7 +133,7 @@ class Slots:
     """
 
     def __init__(self, plan: FloorPlan, slots: tuple[int, int] | None = None):
-        """Lays the places out.
+        """Lay the places out.
 
         Args:
             plan: The house.
@@ -149,9 +149,7 @@ class Slots:
         if slots is not None and max(slots) > _MOST:
             raise CaregiverError(f"slots must be at most {_MOST:,} of a kind, got {slots}")
         if places[0] < stairwells or places[1] < candles:
-            raise CaregiverError(
-                f"slots {slots} are too few for house '{plan.name}', which needs {(stairwells, candles)}"
-            )
+            raise CaregiverError(f"slots must be at least {(stairwells, candles)} for house '{plan.name}', got {slots}")
         self.of_hazard = np.concatenate([np.arange(stairwells), places[0] + np.arange(candles)])
         self.hazard = np.full(sum(places), NOTHING)
         self.hazard[self.of_hazard] = np.arange(len(plan.hazards))
@@ -160,13 +158,13 @@ class Slots:
         return len(self.hazard)
 
     def spread(self, values: np.ndarray) -> np.ndarray:
-        """Values of hazards (..., hazards) as values of slots (..., slots), 0 in those that are empty."""
+        """Return the values of hazards (..., hazards) as values of slots (..., slots), 0 in those that are empty."""
         spread = np.zeros((*values.shape[:-1], len(self)), np.float32)
         spread[..., self.of_hazard] = values
         return spread
 
     def targets(self, actions: ArrayLike, batch: int) -> np.ndarray:
-        """The hazards that B actions (B,) are about: NOTHING for 0 and for an empty slot, else what is in the slot.
+        """Return the hazards that actions (B,) are about: NOTHING for 0 and an empty slot, else what is in the slot.
 
         Raises:
             CaregiverError: They are of another shape, or out of range.
@@ -179,5 +177,5 @@ class Slots:
         return np.concatenate([[NOTHING], self.hazard])[actions]
 
     def actions(self, hazards: np.ndarray) -> np.ndarray:
-        """The reverse, (B,)."""
+        """Return the reverse of `targets`, (B,)."""
         return np.concatenate([self.of_hazard + 1, [0]])[hazards]  # the last one is for NOTHING

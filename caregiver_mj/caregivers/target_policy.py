@@ -40,7 +40,7 @@ class TargetPolicy(CommandedCaregiver, abc.ABC):
 
     @abc.abstractmethod
     def act(self, observations: Observations, masks: np.ndarray) -> np.ndarray:
-        """Chooses what to protect the children from.
+        """Choose what to protect the children from.
 
         Args:
             observations: Of each world: a dictionary of arrays (B, ...), or one array (B, numbers).

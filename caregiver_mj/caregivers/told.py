@@ -45,4 +45,4 @@ class ToldCaregiver(abc.ABC):
 
     @abc.abstractmethod
     def hear(self, truth: Truth) -> None:
-        """Takes in the truth as it is after the children's last moves: called once a novice timestep, after `watch`."""
+        """Take in the truth as it is after the children's last moves: called once a novice timestep, after `watch`."""

@@ -32,7 +32,7 @@ class Belief:
     """
 
     def __init__(self, chain: ChildChain, batch: int = 1, children: int = 1, change: float = 0.0):
-        """Begins with the prior.
+        """Begin with the prior.
 
         Args:
             chain: How the children are thought to move.
@@ -48,7 +48,7 @@ class Belief:
         self._surprise = np.zeros((batch, children))
 
     def watch(self, cell: np.ndarray, move: np.ndarray, caregiver_cell: np.ndarray | None = None) -> None:
-        """Takes in a move of every child.
+        """Take in a move of every child.
 
         Args:
             cell: The cell in which it was made, (B, K).

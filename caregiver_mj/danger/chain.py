@@ -101,7 +101,7 @@ class ChildChain:
 
 
 def first_passage(chain: ChildChain, timesteps: int, groups: np.ndarray | None = None) -> np.ndarray:
-    """Probability of bumping into each object at least once within some timesteps: one backward pass for all states.
+    """Return the probability of bumping into each object within some timesteps: one backward pass for all states.
 
     Args:
         chain: How the child moves.
@@ -121,7 +121,7 @@ def first_passage(chain: ChildChain, timesteps: int, groups: np.ndarray | None =
 
 
 def expected_hits(chain: ChildChain, discount: float) -> np.ndarray:
-    """Expected number of bumps into each object from now on, those in t moves counting discount^t (0 for the next).
+    """Return the expected bumps into each object from now on, those in t moves counting discount^t (0: the next).
 
     Args:
         chain: How the child moves.
@@ -135,7 +135,7 @@ def expected_hits(chain: ChildChain, discount: float) -> np.ndarray:
 
 
 def presence(chain: ChildChain, now: np.ndarray, timesteps: int) -> np.ndarray:
-    """Probability of being in each cell after at least one of the next moves: where a child may be soon.
+    """Return the probability of being in each cell after at least one of the next moves: where a child may be soon.
 
     Args:
         chain: How the child moves.
@@ -164,7 +164,7 @@ def presence(chain: ChildChain, now: np.ndarray, timesteps: int) -> np.ndarray:
 
 
 def expected_visits(transition: csr_array, start: np.ndarray, timesteps: int) -> np.ndarray:
-    """Expected number of timesteps that a Markov chain begins in each state.
+    """Return the expected number of timesteps that a Markov chain begins in each state.
 
     Args:
         transition: Probabilities from each state (row) to each (column), (states, states).

@@ -40,7 +40,7 @@ CONTEXTS = KINDS**ACTION_COUNT * SECTORS
 def action_counts(
     trajectories: Sequence[Sequence[tuple[int, int]]], states: int, hyperprior: float = HYPERPRIOR
 ) -> np.ndarray:
-    """alpha_s(a): the number of expert trajectories that take a in s, plus the hyperprior (section II).
+    """Return alpha_s(a): the number of expert trajectories that take a in s, plus the hyperprior (section II).
 
     A trajectory counts once for a pair (s, a), however often it passes there.
 
@@ -65,12 +65,12 @@ def action_counts(
 
 
 def action_prior_mean(alpha: np.ndarray) -> np.ndarray:
-    """theta_s(a) as the mean of Dir(alpha_s): (states, 4), rows sum to 1."""
+    """Return theta_s(a) as the mean of Dir(alpha_s): (states, 4), rows sum to 1."""
     return alpha / alpha.sum(axis=1, keepdims=True)
 
 
 def action_prior_draw(alpha: np.ndarray, random: np.random.Generator) -> np.ndarray:
-    """theta_s ~ Dir(alpha_s) for every state (section II): (states, 4), rows sum to 1.
+    """Return theta_s ~ Dir(alpha_s) for every state (section II): (states, 4), rows sum to 1.
 
     It is made in log space, where small alpha do not make all gamma variables of a state underflow to 0. A
     probability that does so would declare an action impossible for ever; it is raised to the smallest normal number.
@@ -82,7 +82,7 @@ def action_prior_draw(alpha: np.ndarray, random: np.random.Generator) -> np.ndar
 
 
 def log_likelihood_ratio(theta: np.ndarray, state: np.ndarray, action: np.ndarray) -> np.ndarray:
-    """log theta_s(a) - log rho_s(a), what one observed move adds to the log-odds of safe behaviour.
+    """Return log theta_s(a) - log rho_s(a), what one observed move adds to the log-odds of safe behaviour.
 
     rho is the unsafe agent of section III, for whom every action is equally likely: rho_s(a) = 1/4.
 
@@ -98,7 +98,7 @@ def log_likelihood_ratio(theta: np.ndarray, state: np.ndarray, action: np.ndarra
 
 
 def probability_safe(log_ratio: np.ndarray, prior: float = PRIOR_SAFE) -> np.ndarray:
-    """P(safe|tau), equation (1), in log space.
+    """Return P(safe|tau), equation (1), in log space.
 
     Dividing numerator and denominator by the unsafe product leaves the logistic function of
     log(prior / (1 - prior)) + sum_k [log theta(a^k) - log rho(a^k)].
@@ -114,7 +114,7 @@ def probability_safe(log_ratio: np.ndarray, prior: float = PRIOR_SAFE) -> np.nda
 
 
 def log_probability_unsafe(log_ratio: np.ndarray, prior: float = PRIOR_SAFE) -> np.ndarray:
-    """log(1 - P(safe|tau)), (...), which stays exact where P(safe) has long rounded to 1; as `probability_safe`."""
+    """Return log(1 - P(safe|tau)), (...), exact where P(safe) has long rounded to 1; as `probability_safe`."""
     return -np.logaddexp(0.0, _log_odds(log_ratio, prior))
 
 
@@ -123,7 +123,7 @@ def _log_odds(log_ratio: np.ndarray, prior: float) -> np.ndarray:
 
 
 def reach_inverse(distance: np.ndarray) -> np.ndarray:
-    """P(reach_o|tau) as inverse distance, normalised over the objects that are given (section IV, first reading).
+    """Return P(reach_o|tau) as inverse distance, normalised over the given objects (section IV, first reading).
 
     The sum is common to all objects of one novice, so which others are among them changes no order between two.
 
@@ -140,7 +140,7 @@ def reach_inverse(distance: np.ndarray) -> np.ndarray:
 
 
 def reach_linear(distance: np.ndarray, largest: float) -> np.ndarray:
-    """P(reach_o|tau) as 1 - d/d_max (section IV, second reading of "normalised distance").
+    """Return P(reach_o|tau) as 1 - d/d_max (section IV, second reading of "normalised distance").
 
     Args:
         distance: As for `reach_inverse`.
@@ -153,7 +153,7 @@ def reach_linear(distance: np.ndarray, largest: float) -> np.ndarray:
 
 
 def expected_danger(safe: np.ndarray, reach: np.ndarray, damage: np.ndarray) -> np.ndarray:
-    """E(d_o|tau) = (1 - P(safe|tau)) P(reach_o|tau) d_o, equation (2).
+    """Return E(d_o|tau) = (1 - P(safe|tau)) P(reach_o|tau) d_o, equation (2).
 
     The first factor is common to all objects of one novice: it never changes which of them is the most dangerous, only
     how that danger compares with a threshold, or with the danger that another novice is in.
@@ -170,7 +170,7 @@ def expected_danger(safe: np.ndarray, reach: np.ndarray, damage: np.ndarray) -> 
 
 
 def sector(down: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """The sector of a place so many cells down and to the right, not both 0: integers of the same shape.
+    """Return the sector of a place so many cells down and to the right, not both 0: integers of the same shape.
 
     Only the signs count. Sectors of 45 degrees told less of where experts go (on houses of `train-40`).
     """
@@ -178,7 +178,7 @@ def sector(down: np.ndarray, right: np.ndarray) -> np.ndarray:
 
 
 def context(around: np.ndarray, goal_sector: np.ndarray) -> np.ndarray:
-    """Numbers of contexts.
+    """Return numbers of contexts.
 
     Args:
         around: What stands north, east, south and west, below `KINDS`, (..., 4).
@@ -193,7 +193,7 @@ def context(around: np.ndarray, goal_sector: np.ndarray) -> np.ndarray:
 def context_counts(
     around: np.ndarray, goal_sector: np.ndarray, action: np.ndarray, hyperprior: float = HYPERPRIOR
 ) -> np.ndarray:
-    """alpha_phi(a), of n moves of experts; each belongs to another cell, or another trajectory.
+    """Return alpha_phi(a), of n moves of experts; each belongs to another cell, or another trajectory.
 
     Args:
         around: What stood around them, (n, 4), as for `context`.
@@ -221,7 +221,7 @@ def context_counts(
 
 
 def carried_prior(theta: np.ndarray, contexts: np.ndarray) -> np.ndarray:
-    """theta_s(a) in a house.
+    """Return theta_s(a) in a house.
 
     Args:
         theta: theta_phi(a) of every context, (`CONTEXTS`, 4), rows sum to 1.

@@ -41,9 +41,9 @@ class ClairvoyantCaregiver(ToldCaregiver, Caregiver):
         super().__init__(plan, seed)
         if count_stands(plan) > LARGEST:  # before any of them is made
             raise CaregiverError(
-                f"floor plan '{plan.name}' has too many layouts of candles for 'clairvoyant': with {len(plan.tables)} "
-                f"tables, {len(plan.candle_tables)} candles and {len(plan.stairwells)} stairwells it would have to "
-                f"know more than {LARGEST:,} stands"
+                f"floor plan '{plan.name}' must have at most {LARGEST:,} combinations of places for 'clairvoyant', got "
+                f"more with {len(plan.tables)} tables, {len(plan.candle_tables)} candles and {len(plan.stairwells)} "
+                "stairwells"
             )
         self._ways, self._programme = travel(plan), _programme(plan)
         self.reset(1)
@@ -85,7 +85,7 @@ class ClairvoyantCaregiver(ToldCaregiver, Caregiver):
     # -- What comes ------------------------------------------------------------------------------
 
     def _foresee(self, future: Future, worlds: np.ndarray) -> None:
-        """Plans anew for some worlds."""
+        """Plan anew for some worlds."""
         length, batch, children = future.cell.shape
         if self._cells is None:
             tables, keep = len(self.plan.tables), _SPAN + MOVES + self._ways.longest + 1
@@ -173,7 +173,7 @@ class Hindsight:
     """
 
     def __init__(self, plan: FloorPlan):
-        """Finds the ways."""
+        """Find the ways."""
         self._plan, ways = plan, travel(plan)
         self.layouts = layouts = AllLayouts(len(plan.tables), len(plan.candle_tables))
         posts, count = len(ways.posts), len(layouts)
@@ -187,7 +187,7 @@ class Hindsight:
         self._from_posts, self._from_tables = (_Ways(self, plan, *here) for here in (at_posts, at_tables))
 
     def costs(self, bumps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """What comes, as damage.
+        """Return what comes, as damage.
 
         Args:
             bumps: What the moves of the children bump into, (T, K, W), as `Future.object`.
@@ -206,7 +206,7 @@ class Hindsight:
         return before.astype(np.float32), after.astype(np.float32)
 
     def carrying(self, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """How long it takes to carry a candle from one table to another.
+        """Return how long it takes to carry a candle from one table to another.
 
         Args:
             cells: The first child's cell before each move and after the last one, (T + 1, W).
@@ -224,7 +224,7 @@ class Hindsight:
     def to_come(
         self, cells: np.ndarray, bumps: np.ndarray, carrying: tuple[np.ndarray, np.ndarray], span: int
     ) -> np.ndarray:
-        """Least damage from each move on if the caregiver is in each stand then.
+        """Return the least damage from each move on if the caregiver is in each stand then.
 
         Args:
             cells: As for `carrying`.
@@ -255,7 +255,7 @@ class _Ways:
     """Everything to which one can set out from some stands."""
 
     def __init__(self, programme: Hindsight, plan: FloorPlan, layout: np.ndarray, cell: np.ndarray, left: int):
-        """Finds it.
+        """Find it.
 
         Args:
             programme: The programme.
@@ -313,7 +313,7 @@ def _rounds(ways: Travel, cells: np.ndarray, here: np.ndarray, left: int) -> tup
 
 
 def round_the_child(ways: Travel, cells: np.ndarray, cell: np.ndarray, left: int) -> tuple[np.ndarray, np.ndarray]:
-    """How the caregiver gets about if it is known where the child will be.
+    """Return how the caregiver gets about if it is known where the child will be.
 
     Args:
         ways: The ways.

@@ -212,7 +212,7 @@ class ForesightCaregiver(Caregiver):
         return _first_of_least(damage - goes_on * self._hysteresis * damage.min(axis=1, keepdims=True))
 
     def destination(self, percept: Percept, candle: np.ndarray) -> np.ndarray:
-        """The table that was chosen with the candle, as long as it is bare; else the farthest one."""
+        """Return the table that was chosen with the candle, as long as it is bare; else the farthest one."""
         chosen = np.where(self._begun == len(self.plan.stairwells) + 2 + candle, self._table, NOTHING)
         bare = bare_tables(percept.candle_table, len(self.plan.tables))[np.arange(len(chosen)), chosen]
         return np.where(bare & (chosen != NOTHING), chosen, super().destination(percept, candle))
@@ -245,7 +245,7 @@ def _first_of_least(damage: np.ndarray) -> np.ndarray:
 
 
 def each_on_a_table(plan: FloorPlan, percept: Percept) -> Percept:
-    """The percept in which a candle that lies on the floor, or shares a table, is on the nearest bare one instead.
+    """Return the percept with a candle that lies on the floor, or shares a table, on the nearest bare one.
 
     That happens in the house only, and seldom. Those in the hand stay there.
     """
@@ -296,7 +296,7 @@ class PaperPredictiveCaregiver(PaperCaregiver):
     """
 
     def __init__(self, plan: FloorPlan, seed: int = 0, *, horizon: int = HORIZON):
-        """Looks ahead.
+        """Look ahead.
 
         Args:
             plan: The house.

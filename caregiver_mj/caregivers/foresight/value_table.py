@@ -440,7 +440,7 @@ def _single(matrix: csr_array) -> csr_array:
 
 
 def count_stands(plan: FloorPlan) -> int:
-    """How many layouts there are with a post of the caregiver, or with a table that bears a candle in it."""
+    """Return how many layouts there are with a post of the caregiver, or with a table that bears a candle in it."""
     tables, candles = len(plan.tables), len(plan.candle_tables)
     return math.comb(tables, candles) * (max(1, len(plan.stairwells)) + candles)
 
@@ -475,5 +475,5 @@ class AllLayouts:
         return len(self.bears)
 
     def now(self, tables: np.ndarray) -> np.ndarray:
-        """The layout in which the house is now, (...), by the table of each candle, (..., candles)."""
+        """Return the layout in which the house is now, (...), by the table of each candle, (..., candles)."""
         return self._find((np.int64(1) << tables).sum(axis=-1))
