@@ -101,7 +101,7 @@ class GridWorld:
         stairs_shut: bool = False,
         meanwhile: int = 0,
     ):
-        """Prepares the episodes.
+        """Prepare the episodes.
 
         Args:
             plan: The house.
@@ -142,11 +142,11 @@ class GridWorld:
             self._routes = routes(plan, tuple(tuple(place) for group in places.values() for place in group))
 
     def reset(self, tapes: Sequence[Sequence[Tape]]) -> None:
-        """Begins one episode for each family of tapes, which has one for each child."""
+        """Begin one episode for each family of tapes, which has one for each child."""
         batch, children = len(tapes), len(self.behaviours)
         if not batch or any(len(family) != children for family in tapes):
             raise CaregiverError(
-                f"there must be at least one episode, and in each a tape for each of {children} children"
+                f"tapes must be {children} in each of at least 1 episode, got {[len(family) for family in tapes]}"
             )
         start = np.array([[tape.start for tape in family] for family in tapes])  # (B, K, 3)
         steps = np.array([[tape.steps for tape in family] for family in tapes])  # (B, K, timesteps, 3)
@@ -172,7 +172,7 @@ class GridWorld:
         self.candle_table = starting_tables(plan, self.caregiver, batch)
 
     def step(self) -> None:
-        """One novice timestep: the children's moves, then the caregiver's actions."""
+        """Run one novice timestep: the children's moves, then the caregiver's actions."""
         self.move_children()
         if self.caregiver:
             self.caregiver.watch(self.percept())
@@ -181,7 +181,7 @@ class GridWorld:
             self.care(self.caregiver)
 
     def run(self, tapes: Sequence[Sequence[Tape]], progress: Callable[[], None] = lambda: None) -> Ledger:
-        """Runs whole episodes, one for each family of tapes.
+        """Run whole episodes, one for each family of tapes.
 
         Args:
             tapes: The children's chance.
@@ -213,12 +213,12 @@ class GridWorld:
         )
 
     def truth(self) -> Truth:
-        """What no caregiver can see."""
+        """Return what no caregiver can see."""
         epsilons = [behaviour.epsilons(len(self.goal)) for behaviour in self.behaviours]
         return Truth(_shown(self.goal), np.stack(epsilons, axis=1), self.future)
 
     def future(self) -> Future:
-        """What will come to the end of the episode if the caregiver is nowhere."""
+        """Return what will come to the end of the episode if the caregiver is nowhere."""
         alone = copy.copy(self)
         alone.caregiver, alone.goal, alone.bumped = None, self.goal.copy(), self.bumped.copy()
         alone.behaviours = copy.deepcopy(self.behaviours, {id(self.plan): self.plan})
@@ -233,7 +233,7 @@ class GridWorld:
         return Future(np.reshape(cells, shape).astype(int), np.reshape(objects, shape).astype(int))
 
     def forget_orders(self, which: np.ndarray) -> None:
-        """Has the caregiver be about nothing in some worlds, (n,), so that whatever comes next is begun anew."""
+        """Have the caregiver be about nothing in some worlds, (n,), so that whatever comes next is begun anew."""
         mask = np.zeros(len(self.holding), bool)
         mask[which] = True
         self.orders = Interventions.idle(len(mask)).where(mask, self.orders)
@@ -241,7 +241,7 @@ class GridWorld:
     # -- The children ----------------------------------------------------------------------------
 
     def move_children(self) -> None:
-        """The first half of a novice timestep: every child makes a move or stays, and what comes of it is booked.
+        """Run the first half of a novice timestep: every child makes a move or stays, and what comes of it is booked.
 
         With `meanwhile` they only set out, and get there while the caregiver acts.
 
@@ -249,7 +249,7 @@ class GridWorld:
             CaregiverError: No episode has begun, or it is over.
         """
         if self.timestep >= len(self._draws):
-            raise CaregiverError("no episode is under way: call reset first")
+            raise CaregiverError("no episode has begun: call reset() first")
         draws = self._draws[self.timestep]
         self.timestep += 1
         # New arrays, for a caregiver may have kept what it was shown.
@@ -260,7 +260,7 @@ class GridWorld:
             self.arrive()
 
     def arrive(self) -> None:
-        """Has the children get where they have set out for, or be blocked; books what comes of it."""
+        """Have the children get where they have set out for, or be blocked; book what comes of it."""
         begun, draws = self.previous_cell, self._draws[self.timestep - 1]
         self.child_cell = self.child_cell.copy()
         harm = np.zeros((*begun.shape, len(KINDS)))
@@ -272,7 +272,7 @@ class GridWorld:
         self.ledger.book(begun, self.child_cell, harm, toys, blocked, met)
 
     def _set_out(self, child: int, draws: np.ndarray) -> _Way:
-        """Has a child choose a move, and puts it where that takes it as far as can be seen now."""
+        """Have a child choose a move, and put it where that takes it as far as can be seen now."""
         cell, behaviour, caregiver_cell = self.child_cell[:, child], self.behaviours[child], self._seen_caregiver()
         goal = _shown(self.goal[:, child])
         self.goal[:, child] = behaviour.reconsider(goal, draws[:, 2])
@@ -292,7 +292,7 @@ class GridWorld:
         return _Way(target, index, ~stays, waits, entered, next_cell, met)
 
     def _arrive(self, child: int, draws: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Ends a child's move; returns the harm of each kind that it takes, its toys, what it is denied, and `MET`."""
+        """End a child's move; return the harm of each kind that it takes, its toys, what it is denied, and `MET`."""
         way, cell = self._ways[child], self.previous_cell[:, child]
         stairwell, table = way.leads_to(Target.STAIRWELL), way.leads_to(Target.TABLE)
         there = way.entered == self._seen_caregiver()
@@ -322,7 +322,7 @@ class GridWorld:
     # -- The caregiver ---------------------------------------------------------------------------
 
     def care(self, caregiver: Caregiver) -> None:
-        """The caregiver's actions in one novice timestep. A subclass can allow it others."""
+        """Run the caregiver's actions in one novice timestep. A subclass can allow it others."""
         actions = self._caregiver_actions
         for done in range(actions):
             if self.meanwhile and done == self.meanwhile:
@@ -335,7 +335,7 @@ class GridWorld:
     def act_caregiver(
         self, caregiver: Caregiver, acts: np.ndarray | bool = True, decides: np.ndarray | bool = True
     ) -> None:
-        """One action of the caregiver. A subclass can look on from here, before and after.
+        """Run one action of the caregiver. A subclass can look on from here, before and after.
 
         Args:
             caregiver: The caregiver.
@@ -386,7 +386,7 @@ def run_episodes(
     seeds: Sequence[int],
     progress: Callable[[], None] = lambda: None,
 ) -> Ledger:
-    """Runs one episode for every seed."""
+    """Run one episode for every seed."""
     for seed in seeds:
         check_integer("the seed of an episode", seed, 0, LARGEST_SEED)
     family = Family.of(family)
