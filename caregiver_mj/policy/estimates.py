@@ -43,7 +43,7 @@ _NEAR = 0.25  # metres about the hand in which it may have touched something
 
 
 def hand_error(sensing: Sensing, robot: Embodiment) -> float:
-    """By how much the hand may be off a candle, one sigma along each axis, metres; 0 if observations are exact.
+    """Return by how much the hand may be off a candle, one sigma along each axis, metres; 0 if observations are exact.
 
     Raises:
         CaregiverError: It is too much to take a candle in the hand.
@@ -64,7 +64,7 @@ class Senses:
     """Estimates, from observation to observation, in one episode after the other."""
 
     def __init__(self, sensing: Sensing, robot: RobotMotion, control_timestep: float):
-        """Prepares them.
+        """Prepare them.
 
         Args:
             sensing: How well observations show what there is.
@@ -89,7 +89,7 @@ class Senses:
         return late * _STRAYS + _SIGMAS * math.hypot(lasting, *white)
 
     def reset(self) -> None:
-        """Begins an episode, when the robot's references have begun it."""
+        """Begin an episode, when the robot's references have begun it."""
         if self._exact:
             return
         self._self = SelfEstimate(self._sensing.base, self._robot, self._steps)
@@ -97,7 +97,7 @@ class Senses:
         self._children = ChildEstimates(self._sensing.child, self._timestep, self.age)
 
     def now(self, observation: Observation) -> Observation:
-        """What an observation would be if it were exact and of this moment, as well as that is known."""
+        """Return what an observation would be if it were exact and of this moment, as well as that is known."""
         if self._exact:
             return observation
         then, now = self._self.update(observation["base_position"], observation["arm_position"])
@@ -115,7 +115,7 @@ class Senses:
 
 
 def gain(noise: float, change: float, least: float = _SLOWEST) -> float:
-    """What share of a measurement counts whose white error is so large, of what changes by so much in between."""
+    """Return the gain for a measurement with so large a white error, of what changes by so much in between."""
     return max(least, change / (change + noise))
 
 
@@ -126,7 +126,7 @@ def _error(noise: float, change: float) -> float:
 
 
 def base_jumps(blur: Blur) -> float:
-    """By how much the base's estimate changes from one control timestep to the next, one sigma, metres."""
+    """Return by how much the base's estimate changes from one control timestep to the next, one sigma, metres."""
     return blur.noise * gain(blur.noise, _STEADY[0])
 
 
@@ -144,7 +144,7 @@ class SelfEstimate:
         self._history: collections.deque[Posture] = collections.deque(maxlen=delay_steps + 1)
 
     def update(self, base: np.ndarray, arm: np.ndarray) -> tuple[Posture, Posture]:
-        """Takes in what has been measured.
+        """Take in what has been measured.
 
         Args:
             base: Pose (3,) of the base, as late as observations are.
@@ -183,7 +183,7 @@ class ChildEstimates:
         self._seen: np.ndarray | None = None  # poses and velocities
 
     def update(self, poses: np.ndarray, velocities: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Takes in what has been seen: poses x, y, yaw (..., 3) and velocities (..., 3); returns those of now."""
+        """Take in what has been seen: poses x, y, yaw (..., 3) and velocities (..., 3); return those of now."""
         seen = np.concatenate([poses, velocities], axis=-1)
         if self._position is None:
             self._position, self._velocity = poses.copy(), velocities.copy()
@@ -214,7 +214,7 @@ class CandleEstimates:
     def update(
         self, positions: np.ndarray, orientations: np.ndarray, fingers: float, then: Posture, now: Posture
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Takes in what has been seen.
+        """Take in what has been seen.
 
         Args:
             positions: Of each candle's foot, (candles, 3).
@@ -245,7 +245,7 @@ class CandleEstimates:
         self._count = np.ones(len(positions))
 
     def _average(self, told: np.ndarray, positions: np.ndarray, orientations: np.ndarray) -> None:
-        """Takes in where candles are seen, as if nobody held them, and tells of them."""
+        """Take in where candles are seen, as if nobody held them, and return them."""
         blur = self._blur
         new = (positions != self._seen).any(axis=1) if blur.dropout else np.ones(len(positions), bool)
         latest = _LATEST if blur.noise else 1.0
@@ -263,7 +263,7 @@ class CandleEstimates:
         told[tell] = self._mean[tell]
 
     def _follow_hand(self, told: np.ndarray, positions: np.ndarray, fingers: float, then: Posture) -> None:
-        """Takes in which candle is in the hand, and where in it."""
+        """Take in which candle is in the hand, and where in it."""
         grips = is_round_candle(fingers)
         if not grips and self._held != NOTHING:
             self._let_go(told, then)

@@ -42,7 +42,7 @@ class Executive:
         novice_timestep: float,
         truth: Callable[[], Truth] | None = None,
     ):
-        """Puts the caregiver in charge.
+        """Put the caregiver in charge.
 
         Args:
             plan: The house.
@@ -66,7 +66,7 @@ class Executive:
         self.reset()
 
     def reset(self) -> None:
-        """Begins an episode; the caregiver is reset by whoever knows the episode's seed."""
+        """Begin an episode; the caregiver is reset by whoever knows the episode's seed."""
         self.routine: Routine | None = None
         self.assessment: Assessment | None = None
         self.begun = self.done = 0
@@ -105,7 +105,7 @@ class Executive:
         return self._perception.percept(view, self.holding, self._means.passed_over.now(view.now), self.target)
 
     def _decide(self, view: View, percept: Percept, observed: bool) -> None:
-        """Asks the caregiver what to do, and sets about it unless the robot's hands are full."""
+        """Ask the caregiver what to do, and set about it unless the robot's hands are full."""
         if observed:
             self._caregiver.watch(percept)
             if self._truth and isinstance(self._caregiver, ToldCaregiver):
@@ -133,7 +133,7 @@ class Executive:
         self._was_done = False
 
     def _note(self, status: Status, view: View) -> None:
-        """Takes note of how the present intervention has ended, if it has."""
+        """Take note of how the present intervention has ended, if it has."""
         if self.routine is None or not status.ended:
             return
         intervention = self.routine.intervention

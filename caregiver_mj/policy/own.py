@@ -29,7 +29,7 @@ class OwnPolicy:
     target = NOTHING
 
     def __init__(self, name: str, make: Callable[[Any], Any], env: control.Environment):
-        """Makes the policy.
+        """Make the policy.
 
         Args:
             name: What it goes by.
@@ -49,11 +49,11 @@ class OwnPolicy:
         if not callable(self._policy):
             raise CaregiverError(
                 f"'{name}' must make a policy of an environment, which answers a time step with an action; "
-                f"it has made {type(self._policy).__name__}"
+                f"got {type(self._policy).__name__}"
             )
 
     def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
-        """Answers an observation with an action.
+        """Answer an observation with an action.
 
         Raises:
             CaregiverError: The policy's answer is none.
@@ -78,7 +78,7 @@ class OwnPolicy:
 
 
 def make_policy(env: control.Environment, name: str, seed: int = 0) -> CaregiverPolicy | OwnPolicy:
-    """Makes the policy of a name for an environment.
+    """Make the policy of a name for an environment.
 
     Args:
         env: An environment of this package, with the robot in it.

@@ -25,7 +25,7 @@ _STEP = 0.005  # seconds
 
 
 def robot_pace(navigator: Navigator, novice_timestep: float, control_timestep: float) -> Pace:
-    """The pace of a robot in a house.
+    """Return the pace of a robot in a house.
 
     Args:
         navigator: Of the house and the robot.
@@ -59,7 +59,7 @@ def _ways(plan: FloorPlan) -> list[tuple[Cell, Cell]]:
 
 
 def handling_times(robot: Embodiment) -> tuple[float, float]:
-    """Seconds for which the hand keeps the base waiting at a table: to get a candle, and to place it."""
+    """Return the seconds for which the hand keeps the base waiting at a table: to get a candle, and to place it."""
     grasp, approach = robot.grasp, robot.approach
     reach = reach_path(arm_of(robot), round(1e4 * (layout.TABLE_HEIGHT + grasp.height))).limits
     down = _time(reach, approach.hover, 1.0, 1.0) - approach.last_time  # the base still drives meanwhile

@@ -56,7 +56,7 @@ class Perception:
     def __init__(
         self, plan: FloorPlan, is_exact: bool = True, age: float = 0.0, candle_noise: float = 0.0, unsure: float = 0.0
     ):
-        """Prepares it.
+        """Prepare it.
 
         Args:
             plan: The house.
@@ -77,7 +77,7 @@ class Perception:
         self._children: list[_Sighting] = []
 
     def reset(self, observation: dict[str, np.ndarray]) -> None:
-        """Begins an episode with its first observation."""
+        """Begin an episode with its first observation."""
         self._begun, self._all_clear, self._gone, self._clock = 0, False, 0.0, 0.0
         self._children = []
         self.table_heights = _table_heights(observation, self._tables, self._as_usual)
@@ -86,7 +86,7 @@ class Perception:
             self._children.append(_Sighting((x, y), False, cell, (cell, NOTHING)))
 
     def look(self, observation: dict[str, np.ndarray], now: float) -> View:
-        """The robot's view, from an observation at a time in seconds since the episode's start."""
+        """Return the robot's view, from an observation at a time in seconds since the episode's start."""
         poses, rates = observation["toddler_position"], observation["toddler_velocity"]
         if poses.ndim == 1:  # the same as below, and quicker
             (x, y, _), (vx, vy, _) = poses.tolist(), rates.tolist()
@@ -109,7 +109,7 @@ class Perception:
         )
 
     def watch(self, view: View, clock: float) -> tuple[bool, bool]:
-        """Follows the children, at a time in novice timesteps.
+        """Follow the children, at a time in novice timesteps.
 
         Returns:
             Whether it has just become clear what the present move of a child is; and whether that of the last one has,
@@ -131,7 +131,7 @@ class Perception:
         return new, new and self._all_clear
 
     def _make_out(self, sighting: _Sighting, child: ChildView, late: bool) -> bool:
-        """Takes in where a child is heading, if that is clear by now."""
+        """Take in where a child is heading, if that is clear by now."""
         dx, dy = child.position[0] - sighting.origin[0], child.position[1] - sighting.origin[1]
         distance = math.hypot(dx, dy)
         if distance < self._clear_distance and not late:
@@ -146,7 +146,7 @@ class Perception:
         return True
 
     def percept(self, view: View, holding: int, out_of_reach: np.ndarray, under_way: int = NOTHING) -> Percept:
-        """The world as the caregiver knows it.
+        """Return the world as the caregiver knows it.
 
         Args:
             view: What the robot sees.
@@ -176,7 +176,7 @@ class Perception:
         return 1.0 - self._gone if any(child.is_clear for child in self._children) else 0.0
 
     def free_cell(self, position: Vector) -> int:
-        """Index of the free cell at, or nearest to, a position."""
+        """Return the index of the free cell at, or nearest to, a position."""
         return self._plan.cell_index[self._nearest(position, self._plan.free_cells)]
 
     def _nearest(self, position: Vector, cells: tuple[Cell, ...]) -> Cell:

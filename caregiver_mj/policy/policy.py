@@ -63,7 +63,7 @@ class CaregiverPolicy:
         seed: int = 0,
         sensing: Sensing | Mapping[str, Any] | None = None,
     ):
-        """Prepares a caregiver for a task.
+        """Prepare a caregiver for a task.
 
         Args:
             env: An environment of this package, with the robot in it.
@@ -123,7 +123,7 @@ class CaregiverPolicy:
         self._prepare_retrievals()
 
     def __call__(self, timestep: dm_env.TimeStep) -> np.ndarray:
-        """Answers an observation with an action.
+        """Answer an observation with an action.
 
         Raises:
             CaregiverError: As of `see`.
@@ -132,7 +132,7 @@ class CaregiverPolicy:
         return self.act()
 
     def see(self, timestep: dm_env.TimeStep) -> bool:
-        """Takes an observation in, which is the first half of answering it.
+        """Take an observation in, which is the first half of answering it.
 
         Returns:
             Whether it has just become clear where all children are heading: once a novice timestep.
@@ -148,7 +148,7 @@ class CaregiverPolicy:
             )
         observation = timestep.observation
         if "base_position" not in observation:
-            raise CaregiverError("the caregiver needs the observation as a dictionary, not flattened")
+            raise CaregiverError("the observation must be a dictionary, got a flattened one")
         if timestep.first():
             self._check_house(observation)
             self._reset(observation)
@@ -166,7 +166,7 @@ class CaregiverPolicy:
         return all_known
 
     def act(self) -> np.ndarray:
-        """Answers what has been seen with an action, the second half."""
+        """Answer what has been seen with an action, the second half."""
         view, new_move, all_known = self._seen
         executive = self.executive
         begun, done = executive.begun, executive.done
@@ -178,7 +178,7 @@ class CaregiverPolicy:
         return action
 
     def percept(self) -> Percept:
-        """What has been seen, as a caregiver sees it, of a batch of one."""
+        """Return what has been seen, as a caregiver sees it, of a batch of one."""
         view, *_ = self._seen
         return self.executive.percept(view)
 
@@ -197,14 +197,14 @@ class CaregiverPolicy:
         self._prepare_retrievals()
 
     def _prepare_retrievals(self) -> None:
-        """Has the planning scene made for tables as high as they seem, unless it is: before the robot moves."""
+        """Have the planning scene made for tables as high as they seem, unless it is: before the robot moves."""
         if self.plan.candle_tables:
             heights, before = _as_tuple(self._perception.table_heights), self._heights_prepared
             self._heights_prepared = heights
             self._retrievals.prepare(anew=heights != before)
 
     def _check_house(self, observation: dict[str, np.ndarray]) -> None:
-        """Raises CaregiverError if an episode begins as none can in this house: it is that of another one."""
+        """Raise CaregiverError if an episode begins as none can in this house: it is that of another one."""
         plan = self.plan
         alien = any(np.shape(np.asarray(observation.get(key))) != shape for key, shape in self._shapes.items())
         base, children = observation["base_position"], np.atleast_2d(observation["toddler_position"])
@@ -272,9 +272,7 @@ def _caregiver(caregiver: str | Caregiver, info: TaskInfo, seed: int) -> Caregiv
     else:
         made = InstructedCaregiver(info.plan) if info.orders else make_caregiver(caregiver, info.plan, seed)
     if made is None:
-        raise CaregiverError(
-            f"caregiver '{caregiver}' takes no actions, so it is no policy: leave the robot out instead"
-        )
+        raise CaregiverError(f"caregiver must be one that acts, got '{caregiver}': leave the robot out instead")
     return made
 
 
@@ -283,6 +281,6 @@ def _check_start(caregiver: Caregiver, info: TaskInfo) -> None:
     wanted, found = starting_tables(info.plan, caregiver)[0].tolist(), list(info.starting_tables)
     if found != wanted:
         raise CaregiverError(
-            f"the candles stood on tables {found} at the start, and {type(caregiver).__name__} wants them on {wanted}: "
+            f"candles must start on tables {wanted} with {type(caregiver).__name__}, got {found}: "
             "make its policy before env.reset(), and no other one in between"
         )
