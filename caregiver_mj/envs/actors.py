@@ -22,10 +22,10 @@ class Actor(Protocol):
     """Acts in one environment."""
 
     def begin(self, seed: int) -> None:
-        """Begins the episode of a seed, which the environment has begun."""
+        """Begin the episode of a seed, which the environment has begun."""
 
     def act(self) -> Any:
-        """The next action, as the environment takes it."""
+        """Return the next action, as the environment takes it."""
 
     @property
     def intervention(self) -> int:
@@ -60,7 +60,7 @@ class HouseCaregiver:
         self._env, self._policy = env, make_policy(env.dm_env, caregiver, seed)
 
     def begin(self, seed: int) -> None:
-        """Nothing: the first time step tells it."""
+        """Do nothing: the first time step tells it."""
 
     def act(self) -> np.ndarray:
         return self._policy(self._env.timestep)
@@ -78,7 +78,7 @@ class TargetCaregiver:
     """
 
     def __init__(self, env: TargetsEnv, caregiver: str, seed: int):
-        """Prepares it.
+        """Prepare it.
 
         Raises:
             CaregiverError: It does nothing, has no targets or does more than choose them, or must be told more than an
@@ -87,16 +87,17 @@ class TargetCaregiver:
         self._world = env.world
         found = find_caregiver(caregiver)
         if found is not None and not is_caregiver(found):
-            raise CaregiverError(f"'{caregiver}' is a policy of the robot's actions, and so it chooses no targets")
+            raise CaregiverError(f"caregiver must choose targets, got '{caregiver}', a policy of the robot's actions")
         made = make_caregiver(caregiver, env.world.caregiver.plan, seed)
         if made is None:
             raise CaregiverError(f"caregiver '{caregiver}' takes no actions to record")
         if isinstance(made, ToldCaregiver):
-            raise CaregiverError(f"caregiver '{caregiver}' needs privileged information, so it chooses no targets")
+            raise CaregiverError(
+                f"caregiver must choose targets from what it sees, got '{caregiver}', which is privileged"
+            )
         if more := _beside_targets(made):
             raise CaregiverError(
-                f"caregiver '{caregiver}' does more than choose targets (it has its own {', '.join(more)}), so its "
-                "episodes cannot be recorded as targets"
+                f"caregiver must do no more than choose targets, got '{caregiver}', which has its own {', '.join(more)}"
             )
         made.pace = env.world.caregiver.pace
         self._caregiver, self._target = made, NOTHING

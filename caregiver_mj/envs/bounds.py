@@ -35,7 +35,7 @@ class BoundedObservations:
     """
 
     def __init__(self, env: control.Environment, flat: bool):
-        """Prepares the spaces.
+        """Prepare the spaces.
 
         Args:
             env: The environment.
@@ -56,7 +56,7 @@ class BoundedObservations:
         self.space: spaces.Space[Any] = spaces.flatten_space(self.keys) if flat else self.keys
 
     def __call__(self, observation: Mapping[str, np.ndarray]) -> dict[str, np.ndarray] | np.ndarray:
-        """Gives an observation out, in new arrays."""
+        """Give an observation out, in new arrays."""
         within = {}
         for key in self.keys:
             box = self._boxes[key]

@@ -51,7 +51,7 @@ class HouseEnv(gymnasium.Env):
         height: int = 480,
         camera: str = "overview",
     ):
-        """Makes an environment.
+        """Make an environment.
 
         Args:
             task: One of `ALL_TASKS`.
@@ -85,7 +85,7 @@ class HouseEnv(gymnasium.Env):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observations, dict[str, Any]]:
-        """Begins the episode of a seed, which is that of `evaluate` and `render`; without one it draws a seed."""
+        """Begin the episode of a seed, which is that of `evaluate` and `render`; without one it draws a seed."""
         super().reset(seed=seed)
         seed = episode_seed(seed, self.np_random)
         self.dm_env.task.reseed(seed)
@@ -122,7 +122,7 @@ class HouseEnv(gymnasium.Env):
 
 
 def picture(physics: Physics, width: int, height: int, camera: str) -> dict[str, Any]:
-    """What `Physics.render` is to draw.
+    """Return what `Physics.render` is to draw.
 
     Raises:
         CaregiverError: There is no such camera, or no picture of that size.

@@ -47,7 +47,7 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         flat: bool = False,
         slots: tuple[int, int] | None = None,
     ):
-        """Makes an environment.
+        """Make an environment.
 
         Args:
             houses: Floor plans, or their names, as `FloorPlan.load` takes them.
@@ -70,14 +70,14 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
             raise CaregiverError(f"families must be several, such as (0.5,) or ('1', '0.5'), got {families!r}")
         self._families, self._flat = tuple(map(Family.of, families)), flat
         if not self.plans:
-            raise CaregiverError("there must be a house at least")
+            raise CaregiverError("houses must be at least 1, got none")
         at_once = min(_AT_ONCE, len(self.plans)) if at_once is None else at_once
         check_integer("at_once, how many of the houses the episodes are in,", at_once, 1, len(self.plans))
         shares = at_once * len(self._families)
         if not shares or num_envs % shares:
             raise CaregiverError(
-                f"num_envs, {num_envs} episodes, cannot be shared out to {at_once} houses at once and "
-                f"{len(self._families)} families"
+                f"num_envs must be a multiple of {at_once} houses at once x {len(self._families)} families, "
+                f"got {num_envs}"
             )
         needed = ((len(plan.stairwells), len(plan.candle_tables)) for plan in self.plans)
         stairwells, candles = map(max, zip(*needed, strict=True))
@@ -97,7 +97,7 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observations, dict[str, Any]]:
-        """Begins episodes in houses that are drawn, of the seeds from one on or of seeds that are drawn, too.
+        """Begin episodes in houses that are drawn, of the seeds from one on or of seeds that are drawn, too.
 
         After a reset with a seed, all that is drawn depends on it alone.
 
@@ -105,7 +105,7 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
             CaregiverError: The options ask for only some of them.
         """
         if options and not np.all(options.get("reset_mask", True)):
-            raise CaregiverError("all episodes of the batch begin together; leave reset_mask out")
+            raise CaregiverError("reset_mask must be left out: all episodes of the batch begin together")
         super().reset(seed=seed)
         self._ended = False
         at_once = len(self.now)

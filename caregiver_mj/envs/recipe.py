@@ -71,15 +71,15 @@ class Recipe:
             raise CaregiverError(f"no task '{self.task}' to record: there are {', '.join([*TASKS, TARGETS])}")
         find_embodiment(self.embodiment)
         if self.world == "grid" and self.task != TARGETS:
-            raise CaregiverError(f"the grid has no task '{self.task}', only --task {TARGETS}")
+            raise CaregiverError(f"task must be {TARGETS} in the grid, got '{self.task}'")
         if self.world == "grid" and (self.cameras or self.seconds is not None):
-            raise CaregiverError("the grid has neither cameras nor seconds")
+            raise CaregiverError("cameras and seconds must be left out in the grid, which has neither")
         if len(set(self.cameras)) < len(self.cameras):
-            raise CaregiverError(f"cameras must be named once each, got {' '.join(self.cameras)}")
+            raise CaregiverError(f"cameras must be different, got {' '.join(self.cameras)}")
         if any(side % 2 or not 32 <= side <= 2160 for side in self.size):
             raise CaregiverError(f"a picture's sides must be even, from 32 to 2160 pixels, got {self.size}")
         if self.seconds is not None and self.task == TARGETS:
-            raise CaregiverError("an episode of targets has its own length: leave out the seconds")
+            raise CaregiverError("seconds must be left out with targets: their episodes have a length of their own")
 
     @property
     def kwargs(self) -> dict[str, Any]:
@@ -95,7 +95,7 @@ class Recipe:
         return given | ({"world": self.world} if self.task == TARGETS else {})
 
     def make(self) -> HouseEnv | TargetsEnv:
-        """Makes the environment.
+        """Make the environment.
 
         Raises:
             CaregiverError: It cannot be made.
@@ -107,7 +107,7 @@ class Recipe:
         return make_targets(**kwargs) if self.task == TARGETS else HouseEnv(self.task, **kwargs)
 
     def spec(self, house: str | None = None) -> EnvSpec:
-        """Gymnasium's specification of the environment, of which it can be made on any machine.
+        """Return Gymnasium's specification of the environment, of which it can be made on any machine.
 
         Args:
             house: A name of the house that is known wherever the package is; None if it has none. Then, and where
@@ -128,7 +128,7 @@ class Recipe:
         return spec
 
     def about(self) -> About:
-        """What a data set of it says of itself."""
+        """Return what a data set of it says of itself."""
         env, _ = prepared(self)
         if isinstance(env, HouseEnv):
             rate, names = 1 / env.dm_env.control_timestep(), env.dm_env.action_spec().name.split("\t")
@@ -146,14 +146,14 @@ class Recipe:
         )
 
     def spaces(self) -> tuple[spaces.Dict, spaces.Space[Any]]:
-        """Those of observations and of actions."""
+        """Return those of observations and of actions."""
         env, _ = prepared(self)
         assert isinstance(env.observation_space, spaces.Dict)  # as it is where it is not asked to be flat
         return env.observation_space, env.action_space
 
 
 def make_recorded(house: Any, task: str = TARGETS, **options: Any) -> HouseEnv | TargetsEnv:
-    """Makes an environment of what `Recipe.spec` says, with the whole plan of its house.
+    """Make an environment of what `Recipe.spec` says, with the whole plan of its house.
 
     Args:
         house: What it says of the house; or another one, as `HouseEnv` takes it.
@@ -171,7 +171,7 @@ def make_recorded(house: Any, task: str = TARGETS, **options: Any) -> HouseEnv |
 
 @functools.lru_cache(maxsize=1)  # episodes of one recipe follow each other, and a house takes a second to build
 def prepared(recipe: Recipe) -> tuple[HouseEnv | TargetsEnv, Actor]:
-    """The environment of a recipe, and who acts in it."""
+    """Return the environment of a recipe, and who acts in it."""
     env = recipe.make()
     if recipe.cameras:
         house_of(env).physics.check_cameras(recipe.cameras)
@@ -183,7 +183,7 @@ def prepared(recipe: Recipe) -> tuple[HouseEnv | TargetsEnv, Actor]:
 
 
 def house_of(env: HouseEnv | TargetsEnv) -> control.Environment:
-    """The environment in MuJoCo that is within."""
+    """Return the environment in MuJoCo that is within."""
     return env.world.dm_env if isinstance(env, TargetsEnv) else env.dm_env
 
 
@@ -193,7 +193,7 @@ def _purpose(task: str) -> str:
 
 
 def collect(recipe: Recipe, store: pathlib.Path, which: tuple[int, int]) -> None:
-    """Runs an episode and puts it into a store.
+    """Run an episode, and put it into a store.
 
     Args:
         recipe: What is recorded.
@@ -257,7 +257,7 @@ class _Cameras:
             file.close()
 
     def look(self) -> None:
-        """Takes a picture with each."""
+        """Take a picture with each."""
         for name, file in self._files.items():
             file.write(np.ascontiguousarray(self._cameras[name].render()).tobytes())
         self._count += 1

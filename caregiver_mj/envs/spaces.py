@@ -28,7 +28,7 @@ OBSERVED_OF_TARGETS = {
 
 
 def observation_space(lookout: Lookout) -> spaces.Space[Any]:
-    """The space of the observations of one world: a dictionary, or a plain box where they are flat.
+    """Return the space of the observations of one world: a dictionary, or a plain box where they are flat.
 
     Raises:
         CaregiverError: It is not said by a bool whether they are.
@@ -39,7 +39,7 @@ def observation_space(lookout: Lookout) -> spaces.Space[Any]:
 
 
 def action_space(lookout: Lookout) -> spaces.Discrete:
-    """The space of what it is told."""
+    """Return the space of what it is told."""
     return spaces.Discrete(lookout.actions)
 
 
@@ -70,11 +70,11 @@ class CostMeter:
         self._strikes: int | np.ndarray
 
     def reset(self) -> None:
-        """Begins an episode."""
+        """Begin an episode."""
         self._damage, self._strikes = 0.0, 0
 
     def read(self) -> dict[str, Any]:
-        """What has come since it was last read: `cost`, and of that `damage` and the number of `strikes`."""
+        """Return what has come since it was last read: `cost`, and of that `damage` and the number of `strikes`."""
         damage, strikes = self._harmed.damage - self._damage, self._harmed.strikes - self._strikes
         self._damage, self._strikes = self._harmed.damage, self._harmed.strikes
         return {"cost": damage + STRIKE_COST * strikes, "damage": damage, "strikes": strikes}
@@ -94,7 +94,7 @@ class SixValueStep(gymnasium.Wrapper):
 
 
 def episode_seed(seed: int | None, random: np.random.Generator) -> int:
-    """The seed of the next episode: the one that is asked for, or else one that is drawn.
+    """Return the seed of the next episode: the one that is asked for, or else one that is drawn.
 
     What is drawn depends on what was drawn before, but not on what happened in these episodes.
 

@@ -58,14 +58,14 @@ class TargetGrid:
         self.ended = False
 
     def begin(self, seeds: Sequence[int]) -> None:
-        """Begins the episodes of some seeds, with the children's first moves."""
+        """Begin the episodes of some seeds, with the children's first moves."""
         self.world.reset([Tape.draw_family(np.random.RandomState(seed), self.children) for seed in seeds])
         self._cost.reset()
         self.ended = False
         self.world.move_children()
 
     def act(self, actions: np.ndarray) -> None:
-        """The caregiver's half of a novice timestep, then the children's half of the next one, if there is one."""
+        """Run the caregiver's half of a novice timestep, then the children's half of the next one, if there is one."""
         self.caregiver.targets = self.lookout.slots.targets(actions, len(self.caregiver.targets))
         self.world.care(self.caregiver)
         self.ended = self.world.timestep >= EPISODE_TIMESTEPS
@@ -73,11 +73,11 @@ class TargetGrid:
             self.world.move_children()
 
     def percept(self) -> Percept:
-        """What a caregiver sees."""
+        """Return what a caregiver sees."""
         return self.world.percept()
 
     def look(self) -> tuple[Observations, np.ndarray]:
-        """What is observed of each world, and which actions do something there, (B, actions)."""
+        """Return what is observed of each world, and which actions do something there, (B, actions)."""
         percept = self.percept()
         mask = self.lookout.mask(percept)
         return self.lookout.observe(percept, mask), mask
@@ -93,15 +93,15 @@ class TargetGrid:
         return self.world.ledger.strikes.copy()
 
     def cost(self) -> dict[str, np.ndarray]:
-        """What the last decision has cost in each world, as of `CostMeter`."""
+        """Return what the last decision has cost in each world, as of `CostMeter`."""
         return self._cost.read()
 
     def outcome(self) -> dict[str, Any]:
-        """What is measured of the first world."""
+        """Return what is measured of the first world."""
         return self.world.ledger.outcome()
 
     def painter(self, width: int, height: int) -> Callable[..., np.ndarray]:
-        """What draws one of the worlds, by its number, uint8 (height, width, 3).
+        """Return what draws one of the worlds, by its number, uint8 (height, width, 3).
 
         Raises:
             CaregiverError: There is no picture of that size.
@@ -142,14 +142,14 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
         width: int = 640,
         height: int = 480,
     ):
-        """Makes an environment; see `make_targets` for the arguments.
+        """Make an environment; see `make_targets` for the arguments.
 
         Raises:
             CaregiverError: The world is not the grid, or there are too many episodes; or as of `make_targets`.
         """
         if world != "grid":
             raise CaregiverError(
-                f"only the grid has its episodes in one batch, not '{world}': ask for vectorization_mode='sync'"
+                f"world must be 'grid' for one batch of episodes, got '{world}': use vectorization_mode='sync'"
             )
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise CaregiverError(f"no render mode '{render_mode}': there is rgb_array")
@@ -166,13 +166,13 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observations, dict[str, Any]]:
-        """Begins episodes: of the seeds from one on, of a seed for each, or of seeds that are drawn.
+        """Begin episodes: of the seeds from one on, of a seed for each, or of seeds that are drawn.
 
         Raises:
             CaregiverError: The options ask for only some of them, or the seeds are not integers, or not as many.
         """
         if options and not np.all(options.get("reset_mask", True)):
-            raise CaregiverError("all episodes of the batch begin together; leave reset_mask out")
+            raise CaregiverError("reset_mask must be left out: all episodes of the batch begin together")
         seeds = _seeds(seed, self.num_envs)
         super().reset(seed=seeds[0])
         drawn = []
@@ -203,7 +203,7 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
         return observations, 0.0 - cost["damage"], none, np.full(self.num_envs, self.grid.ended), info
 
     def render(self) -> tuple[np.ndarray, ...] | None:
-        """A picture of each world."""
+        """Return a picture of each world."""
         return tuple(map(self._paint, range(self.num_envs))) if self._paint else None
 
     def _outcome(self) -> dict[str, np.ndarray]:

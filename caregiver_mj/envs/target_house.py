@@ -54,7 +54,7 @@ class TargetHouse:
         self._cost = CostMeter(task)
 
     def begin(self, seeds: Sequence[int]) -> None:
-        """Begins the episode of a seed, up to the first decision; until then the robot keeps out of the way."""
+        """Begin the episode of a seed, up to the first decision; until then the robot keeps out of the way."""
         (seed,) = seeds
         self.dm_env.task.reseed(seed)
         self.ended = self.diverged = False
@@ -64,7 +64,7 @@ class TargetHouse:
             self._go_on()
 
     def act(self, actions: np.ndarray) -> None:
-        """Goes on to the next decision, or to the end."""
+        """Go on to the next decision, or to the end."""
         self.caregiver.targets = self.lookout.slots.targets(actions, 1)
         self._go_on()
 
@@ -79,19 +79,19 @@ class TargetHouse:
             decides, self.ended = self.policy.see(timestep), timestep.last()
 
     def percept(self) -> Percept:
-        """What a caregiver sees, of a batch of one."""
+        """Return what a caregiver sees, of a batch of one."""
         return self.policy.percept()
 
     def look(self) -> tuple[Observations, np.ndarray]:
-        """What is observed, and which actions do something, (1, actions)."""
+        """Return what is observed, and which actions do something, (1, actions)."""
         percept = self.percept()
         mask = self.lookout.mask(percept)
         return self.lookout.observe(percept, mask), mask
 
     def cost(self) -> dict[str, np.ndarray]:
-        """What the last decision has cost, as of `CostMeter`, (1,) each."""
+        """Return what the last decision has cost, as of `CostMeter`, (1,) each."""
         return {key: np.array([value]) for key, value in self._cost.read().items()}
 
     def outcome(self) -> dict[str, Any]:
-        """What is measured of the episode."""
+        """Return what is measured of the episode."""
         return self.dm_env.task.outcome()

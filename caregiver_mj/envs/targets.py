@@ -37,7 +37,7 @@ class TargetsEnv(gymnasium.Env):
     metadata = {"render_modes": ["rgb_array"], "render_fps": _FRAME_RATE}  # noqa: RUF012 (Gymnasium's own manner)
 
     def __init__(self, world: Any, draw: Callable[[], np.ndarray] | None = None):
-        """Makes an environment.
+        """Make an environment.
 
         Args:
             world: A `TargetGrid` or a `TargetHouse`.
@@ -51,7 +51,7 @@ class TargetsEnv(gymnasium.Env):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observations, dict[str, Any]]:
-        """Begins the episode of a seed, which is that of `evaluate` and `render`; without one it draws a seed."""
+        """Begin the episode of a seed, which is that of `evaluate` and `render`; without one it draws a seed."""
         super().reset(seed=seed)
         seed = episode_seed(seed, self.np_random)
         self.world.begin([seed])
@@ -81,7 +81,7 @@ class TargetsEnv(gymnasium.Env):
             self.world.dm_env.close()
 
     def action_masks(self) -> np.ndarray:
-        """Which actions do something now, bool (actions,); by the name that sb3-contrib's MaskablePPO asks for."""
+        """Return which actions do something now, bool (actions,); sb3-contrib's MaskablePPO asks for this name."""
         return self._look()[1].astype(bool)
 
     def _look(self) -> tuple[Observations, np.ndarray]:
@@ -104,7 +104,7 @@ def make_targets(
     height: int = 480,
     camera: str = OVERVIEW,
 ) -> TargetsEnv:
-    """Makes an environment whose actions are targets.
+    """Make an environment whose actions are targets.
 
     Args:
         world: "grid", or "house", in which the robot carries them out.
@@ -129,7 +129,9 @@ def make_targets(
         raise CaregiverError(f"no render mode '{render_mode}': there is rgb_array")
     if world == "grid":
         if task_kwargs or camera != OVERVIEW:
-            raise CaregiverError("the grid has neither a task nor cameras: leave out task_kwargs and camera")
+            raise CaregiverError(
+                "task_kwargs and camera must be left out in the grid, which has neither a task nor cameras"
+            )
         grid = TargetGrid(house, epsilon, flat, slots)
         return TargetsEnv(grid, grid.painter(width, height) if render_mode else None)
     from caregiver_mj.envs.target_house import TargetHouse  # here, for the grid does without MuJoCo
