@@ -57,7 +57,7 @@ _LARGEST = 2.0**53  # from which on a number in a table is none that was counted
 
 @functools.lru_cache(maxsize=1)  # asked before a folder is made, and again by whoever runs them
 def try_all(settings: Settings) -> None:
-    """Makes every caregiver and all children in each house, and every policy of the robot's actions in the first one.
+    """Make every caregiver and all children in each house, and every policy of the robot's actions in the first one.
 
     So that a mistake in somebody's own shows before the others have run for hours. It takes milliseconds for each of
     the package's own, and a second for a policy of actions.
@@ -77,7 +77,7 @@ def try_all(settings: Settings) -> None:
 
 
 def run_block(settings: Settings, block: Block) -> Result:
-    """Runs the episodes of a block: their rows, with the columns of `EpisodeRecord` as keys, and each family's maps."""
+    """Run the episodes of a block: their rows, with the columns of `EpisodeRecord` as keys, and each family's maps."""
     plan = settings.plan_of[block.house] if block.house else settings.plan
     run = _run_in_grid if settings.world == "grid" or block.caregiver == FLOOR else _run_in_house
     seeds = [episode_seed(settings.seed, episode) for episode in block.numbers]
@@ -139,7 +139,7 @@ def _run_in_house(settings: Settings, plan: FloorPlan, block: Block, seeds: list
         except control.PhysicsError:
             raise CaregiverError(
                 f"the actions of '{block.caregiver}' made the simulation diverge at {env.physics.time():.1f} s of "
-                f"{block}: there is no telling what would have come of the rest"
+                f"{block}"
             ) from None
         times = {"sim_seconds": env.physics.time(), "wall_seconds": time.perf_counter() - start}
         measured.append(env.task.outcome() | times)
@@ -161,7 +161,7 @@ class Tables(NamedTuple):
 
 
 def tables_of(settings: Settings, block: Block, result: Result) -> Tables:
-    """The tables of one block."""
+    """Return the tables of one block."""
     import pandas as pd
 
     episodes = pd.DataFrame(result["rows"])
@@ -178,7 +178,7 @@ def tables_of(settings: Settings, block: Block, result: Result) -> Tables:
 
 
 def belongs(settings: Settings, block: Block, result: Result) -> bool:
-    """Whether a result that was found in a folder is one of this block: all its rows, and a map for each family."""
+    """Return whether a result found in a folder is one of this block: all its rows, and a map for each family."""
     plan = settings.plan_of[block.house] if block.house else settings.plan
     try:
         found = [tuple(row[key] for key in _WHICH) for row in result["rows"]]
@@ -212,7 +212,7 @@ def _fits(value: Any, kind: str) -> bool:
 
 
 def put_together(settings: Settings, blocks: Sequence[Tables]) -> Tables:
-    """Those of a run: house by house, family by family, caregiver by caregiver."""
+    """Return those of a run: house by house, family by family, caregiver by caregiver."""
     import pandas as pd
 
     episodes = pd.concat([block.episodes for block in blocks], ignore_index=True)

@@ -40,7 +40,7 @@ class DaskExecutor:
     """
 
     def __init__(self, address: str, timeout: float = TIMEOUT, ahead: int = AHEAD):
-        """Connects.
+        """Connect.
 
         Args:
             address: Of the scheduler, as `dask scheduler` prints it, such as `tcp://10.0.0.1:8786`.
@@ -73,7 +73,7 @@ class DaskExecutor:
             raise
 
     def _check_workers(self, timeout: float) -> None:
-        """Raises CaregiverError unless there are workers, and all of them fit."""
+        """Raise CaregiverError unless there are workers, and all of them fit."""
         start = f"start workers with `{_WORKERS.format(self.address)}`"
         with contextlib.suppress(TimeoutError):
             self._client.wait_for_workers(1, timeout)
@@ -82,9 +82,7 @@ class DaskExecutor:
             raise CaregiverError(f"the scheduler at '{self.address}' has no worker: {start}")
         for worker, count in threads.items():
             if count != 1:
-                raise CaregiverError(
-                    f"worker {worker} has {count} threads, and a job needs a process to itself: {start}"
-                )
+                raise CaregiverError(f"worker {worker} must have 1 thread, got {count}: {start}")
         wanted = fingerprint()
         installed = self._client.get_versions(packages=list(wanted))["workers"]
         for worker, found in installed.items():
@@ -148,14 +146,14 @@ class DaskExecutor:
                 raise WorkerError(f"{job}: {failure}")
             return result
         if future.status != "error":
-            raise WorkerError(f"the scheduler at '{self.address}' is gone, or has given the jobs up")
+            raise WorkerError(f"the scheduler at '{self.address}' has stopped or cancelled the jobs")
         _, error, _ = answer
         if isinstance(error, self._distributed.KilledWorker):
             raise WorkerError(f"{job}: its worker process died {error.allowed_failures + 1} times")
         raise WorkerError(f"{job}: {''.join(traceback.format_exception(error))}")
 
     def close(self) -> None:
-        """Takes leave of the scheduler."""
+        """Take leave of the scheduler."""
         self._client.close()
 
     def __enter__(self) -> DaskExecutor:
@@ -166,9 +164,9 @@ class DaskExecutor:
 
 
 def _check_address(distributed: Any, address: str) -> None:
-    """Raises ValueError unless it can be the address of a scheduler: Dask would make a cluster of its own, or wait."""
+    """Raise ValueError unless it can be the address of a scheduler: Dask would make a cluster of its own, or wait."""
     if not address.strip():
-        raise ValueError("an address is such as tcp://10.0.0.1:8786")
+        raise ValueError("an address must be such as tcp://10.0.0.1:8786")
     scheme, where = distributed.comm.parse_address(address)
     distributed.comm.registry.get_backend(scheme)
     if scheme in ("tcp", "tls"):  # else a client would find out too late to be cleared away
@@ -188,7 +186,7 @@ def _tell(code: Code) -> tuple[str | None, dict[str, str] | None]:
 def _do(
     function: Callable[[Job], Result], wanted: dict[str, str], code: Code, job: Job
 ) -> tuple[str | None, Result | None]:
-    """Does a job in a worker, which may have come since the run began."""
+    """Do a job in a worker, which may have come since the run began."""
     with _one_at_a_time, modules_of_the_folder():
         failure, found = attempt(_loaded, code)
         if found is None:

@@ -49,7 +49,7 @@ def evaluate(
     progress: Callable[[int], None] = lambda episodes: None,
     grid_block: int = GRID_BLOCK,
 ) -> Evaluation:
-    """Runs every combination of caregiver and family.
+    """Run every combination of caregiver and family.
 
     Args:
         settings: What to run.

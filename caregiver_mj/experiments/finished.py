@@ -61,7 +61,7 @@ class Finished:
 
 
 def read_finished(folder: str | os.PathLike[str]) -> Finished:
-    """Reads a finished run.
+    """Read a finished run.
 
     Raises:
         CaregiverError: There is none in the folder, it is not finished, or something in it is not as it was written.
@@ -90,7 +90,7 @@ def read_finished(folder: str | os.PathLike[str]) -> Finished:
 
 
 def _check_files(path: pathlib.Path) -> None:
-    """Raises CaregiverError unless there are the files of a finished run."""
+    """Raise CaregiverError unless there are the files of a finished run."""
     try:
         if not (path / "run.json").is_file():
             raise CaregiverError(f"'{path}' holds no run: `caregiver-mj evaluate --out DIR` makes one")
@@ -208,7 +208,7 @@ def _has_numbers(row: dict[str, Any], names: list[str]) -> bool:
 
 
 def pool_runs(runs: Sequence[Finished], out: str | os.PathLike[str]) -> dict[str, Any]:
-    """Writes a folder with the episodes of all runs, one run's after the other's; each keeps its seed.
+    """Write a folder with the episodes of all runs, one run's after the other's; each keeps its seed.
 
     Args:
         runs: Finished runs of the same settings and versions, but each of a seed of its own, in any order.
@@ -221,13 +221,13 @@ def pool_runs(runs: Sequence[Finished], out: str | os.PathLike[str]) -> dict[str
         CaregiverError: The runs are of one seed, or of different settings; or the folder cannot be written.
     """
     if os.path.exists(os.path.join(out, "run.json")):
-        raise CaregiverError(f"'{out}' already holds a run: take another folder for those that are pooled")
+        raise CaregiverError(f"the output folder must hold no run, got '{out}': take another folder")
     first, *others = runs
     for other in others:
         both = _in_any_order(first.record), _in_any_order(other.record)
         if keys := unlike(*both, _EACH):
             raise CaregiverError(
-                f"'{first.path}' and '{other.path}' are not the same but for the seed: "
+                f"runs to be pooled must differ in their seeds alone, got '{first.path}' and '{other.path}': "
                 + "; ".join(told(keys, *both, ("in the first", "in the second")))
             )
     runs = sorted(runs, key=lambda run: run.seeds)  # for intervals depend on the order of what they are resampled from
@@ -255,7 +255,7 @@ def _in_any_order(record: dict[str, Any]) -> dict[str, Any]:
 
 
 def compare_runs(first: Finished, second: Finished, caregivers: Sequence[str] = ()) -> dict[str, Any]:
-    """What comes of the second run less what comes of the first, in the episodes that both have.
+    """Return what comes of the second run less what comes of the first, in the episodes that both have.
 
     Args:
         first: A run.
@@ -272,11 +272,11 @@ def compare_runs(first: Finished, second: Finished, caregivers: Sequence[str] = 
     ours, theirs = first.settings, second.settings
     if ours.world != theirs.world:
         raise CaregiverError(
-            f"one run is in the {ours.world}, the other in the {theirs.world}: `report` sets both beside"
+            f"runs to compare must be of one world, got {ours.world} and {theirs.world}: `report` shows both"
         )
     for name in ours.plan_of.keys() & theirs.plan_of.keys():
         if ours.plan_of[name].rows != theirs.plan_of[name].rows:
-            raise CaregiverError(f"house '{name}' is another one in the second run")
+            raise CaregiverError(f"house '{name}' must be the same in both runs, got two floor plans")
     rows = []
     for pair in _pairs(ours.caregivers, theirs.caregivers, caregivers):
         ours_, theirs_ = (
@@ -309,11 +309,11 @@ def _nothing_in_common(pair: tuple[str, str], ours: Settings, theirs: Settings) 
 
 def _pairs(ours: Sequence[str], theirs: Sequence[str], wanted: Sequence[str]) -> list[tuple[str, str]]:
     if len(wanted) > 2:
-        raise CaregiverError(f"caregivers to compare must be two, got {len(wanted)}")
+        raise CaregiverError(f"caregivers to compare must be 1 or 2, got {len(wanted)}")
     pairs = [(wanted[0], wanted[-1])] if wanted else [(name, name) for name in ours if name in theirs]
     for name, there in ((name, there) for pair in pairs for name, there in zip(pair, (ours, theirs), strict=True)):
         if name not in there:
-            raise CaregiverError(f"no episodes with the caregiver '{name}': there are {', '.join(there)}")
+            raise CaregiverError(f"no caregiver '{name}' in the run: there are {', '.join(there)}")
     if not pairs:
         raise CaregiverError(f"no caregiver is in both runs: there are {', '.join(ours)} and {', '.join(theirs)}")
     return pairs

@@ -35,7 +35,7 @@ COLUMNS = (
 
 
 def of_cells(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
-    """What a caregiver does in each cell.
+    """Return what a caregiver does in each cell.
 
     Args:
         ours: Damage with the caregiver, (episodes, cells).
@@ -52,7 +52,7 @@ def of_cells(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
 
 
 def judge_cells(cells: pd.DataFrame) -> pd.DataFrame:
-    """`harm_p_holm` and `harm_verdict`, "more" or "no verdict", of each cell, "" where there is nothing to judge.
+    """Return `harm_p_holm` and `harm_verdict` of each cell: "more", "no verdict", or "" with nothing to judge.
 
     Args:
         cells: A row a cell, with `caregiver` and `COLUMNS`.
@@ -64,7 +64,7 @@ def judge_cells(cells: pd.DataFrame) -> pd.DataFrame:
 
 
 def harm(cells: pd.DataFrame) -> list[dict[str, Any]]:
-    """How much harm each caregiver does: the `harm` of summary.json.
+    """Return how much harm each caregiver does: the `harm` of summary.json.
 
     Args:
         cells: A row for each house, caregiver and family, as `by_house` has them.

@@ -48,12 +48,12 @@ class Estimate(NamedTuple, Generic[Value]):
     high: Value
 
     def column(self, i: int) -> Estimate[float]:
-        """One of several."""
+        """Return the estimate of one of several."""
         return Estimate(*(float(np.asarray(part)[i]) for part in self))
 
 
 def of_mean(data: np.ndarray, confidence: float = CONFIDENCE, least: float = -np.inf) -> Estimate[Any]:
-    """The mean of a sample (n,), or of several, (n, columns).
+    """Return the mean of a sample (n,), or of several, (n, columns).
 
     A sample whose units are all the same has an interval without width.
 
@@ -68,12 +68,12 @@ def of_mean(data: np.ndarray, confidence: float = CONFIDENCE, least: float = -np
 
 
 def of_difference(ours: np.ndarray, theirs: np.ndarray, confidence: float = CONFIDENCE) -> Estimate[Any]:
-    """The mean of ours less theirs, over paired samples (n,) or (n, columns)."""
+    """Return the mean of ours less theirs, over paired samples (n,) or (n, columns)."""
     return of_mean(np.asarray(ours, float) - theirs, confidence)
 
 
 def of_ratio(ours: np.ndarray, theirs: np.ndarray, confidence: float = CONFIDENCE) -> Estimate[Any]:
-    """The mean of ours over the mean of theirs, such as the damage left, over paired samples (n,) or (n, columns).
+    """Return the mean of ours over that of theirs, such as damage left, over paired samples (n,) or (n, columns).
 
     Where theirs are all zero there is no ratio. Where ours are, the ratio is 0 and has no upper bound. Where all pairs
     have the same ratio, and at least four of them have any, the interval has no width.
@@ -82,8 +82,8 @@ def of_ratio(ours: np.ndarray, theirs: np.ndarray, confidence: float = CONFIDENC
         ValueError: A number is negative.
     """
     above, below = _columns(ours), _columns(theirs)
-    if min(above.min(initial=0), below.min(initial=0)) < 0:
-        raise ValueError("a ratio of means is for quantities that cannot be negative")
+    if (least := min(above.min(initial=0), below.min(initial=0))) < 0:
+        raise ValueError(f"quantities of a ratio of means must be at least 0, got {least}")
     x, y = below.mean(axis=1), above.mean(axis=1)
     value = np.divide(y, x, out=np.full_like(x, np.nan), where=x > 0)
     low, high = _bounds(above, below, confidence)
@@ -96,7 +96,7 @@ def of_ratio(ours: np.ndarray, theirs: np.ndarray, confidence: float = CONFIDENC
 
 
 def of_mean_ratio(ours: np.ndarray, theirs: np.ndarray, confidence: float = CONFIDENCE) -> Estimate[float]:
-    """The mean over columns of the ratio of means, over paired samples (n, columns): a bootstrap-t interval.
+    """Return the mean over columns of the ratio of means, over paired samples (n, columns): a bootstrap-t interval.
 
     For columns that share their units, such as episode i with novices of several epsilons, and whose means below are
     well above zero. It has no bounds of fewer than four units, and no estimate where a column has no ratio.
@@ -125,7 +125,7 @@ def of_mean_ratio(ours: np.ndarray, theirs: np.ndarray, confidence: float = CONF
 
 
 def _bounds(above: np.ndarray, below: np.ndarray, confidence: float) -> tuple[np.ndarray, np.ndarray]:
-    """Ends of the intervals of ratios of means; samples are (columns, n)."""
+    """Return the ends of the intervals of ratios of means; samples are (columns, n)."""
     size = above.shape[1]
     x, y = below.mean(axis=1), above.mean(axis=1)
     if size < 2:
@@ -160,7 +160,7 @@ def _shaped(value: np.ndarray, low: np.ndarray, high: np.ndarray, dimensions: in
 
 
 def resamples(size: int) -> int:
-    """How many resamples a sample gets: fewer of a large one, whose interval is narrow anyway.
+    """Return how many resamples a sample gets: fewer of a large one, whose interval is narrow anyway.
 
     One more of them is a multiple of 40, so that the 2.5 % quantiles are resamples.
     """
@@ -168,7 +168,7 @@ def resamples(size: int) -> int:
 
 
 def shares(size: int, count: int | None = None) -> Iterator[np.ndarray]:
-    """The same resamples of so many units at every call: blocks of the share of each unit in each, (some, size)."""
+    """Yield the same resamples of so many units at every call: blocks of each unit's share in each, (some, size)."""
     count = resamples(size) if count is None else count
     if count * size <= _BLOCK:
         yield _few_shares(size, count)
@@ -192,7 +192,7 @@ def _draw_shares(random: np.random.Generator, size: int, count: int) -> np.ndarr
 
 
 def pivots(mean: np.ndarray, square: np.ndarray, size: int | np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """t of resampled errors.
+    """Return t of resampled errors.
 
     Args:
         mean: Mean errors of resamples, (columns, resamples).
@@ -214,7 +214,7 @@ def pivots(mean: np.ndarray, square: np.ndarray, size: int | np.ndarray, scale: 
 
 
 def quantiles(t: np.ndarray, confidence: float = CONFIDENCE) -> tuple[np.ndarray, np.ndarray]:
-    """The two between which t lies with a confidence, (columns,) each; those that tell nothing lie beyond both."""
+    """Return the two between which t lies with a confidence, (columns,) each; what tells nothing is beyond both."""
     count = t.shape[-1]
     tail = max(1, round((count + 1) * (1 - confidence) / 2))
     if np.isnan(t).any():
@@ -225,7 +225,7 @@ def quantiles(t: np.ndarray, confidence: float = CONFIDENCE) -> tuple[np.ndarray
 
 
 def solve(above: np.ndarray, below: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The ratios R with low <= t(R) <= high.
+    """Return the ratios R with low <= t(R) <= high.
 
     Args:
         above: Samples of the numerator, (columns, n).

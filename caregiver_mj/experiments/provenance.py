@@ -32,7 +32,7 @@ _LIBRARIES = ("numpy", "mujoco", "dm_control", "mink", "ruckig")
 
 
 def origins(caregivers: Iterable[str], families: Iterable[Family], embodiment: str | None = None) -> dict[str, str]:
-    """Where the code of others comes from that episodes depend on, by what it is: see `origin`.
+    """Return where the code of others comes from that episodes depend on, by what it is: see `origin`.
 
     Args:
         caregivers: Names, as `find_caregiver` takes them.
@@ -52,7 +52,7 @@ def origins(caregivers: Iterable[str], families: Iterable[Family], embodiment: s
 
 
 def origin(found: Any) -> str:
-    """Where somebody's class or function comes from, and a hash of all that it depends on.
+    """Return where somebody's class or function comes from, and a hash of all that it depends on.
 
     That is its module's own file, every source file of the package that it is in, and what these import from beside
     it, in folders without an `__init__.py` as well. What else its answers depend on, such as weights, it may name in an
@@ -117,7 +117,7 @@ def _files(folder: pathlib.Path, name: str) -> set[pathlib.Path]:
 
 
 def imported(folder: pathlib.Path, source: pathlib.Path) -> Iterator[str]:
-    """Full names of what a source file imports, wherever in it, seen from a folder."""
+    """Return the full names of what a source file imports, wherever in it, seen from a folder."""
     if source.suffix != ".py":
         return
     try:
@@ -154,7 +154,7 @@ def fingerprint() -> dict[str, str]:
 
 
 def difference(found: Mapping[str, str | None], wanted: Mapping[str, str]) -> str:
-    """What is not as wanted, in words; nothing if all is."""
+    """Return what is not as wanted, in words; nothing if all is."""
     return ", ".join(
         f"{key} {found.get(key)} and not {value}" for key, value in wanted.items() if found.get(key) != value
     )
@@ -218,6 +218,6 @@ def _package_files() -> dict[str, pathlib.Path]:
 
 
 def versions() -> dict[str, str]:
-    """The versions by name."""
+    """Return the versions by name."""
     packages = {name: importlib.metadata.version(name) for name in ("caregiver_mj", *_LIBRARIES)}
     return {"caregiver_mj": packages.pop("caregiver_mj"), "python": platform.python_version(), **packages}

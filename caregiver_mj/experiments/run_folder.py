@@ -51,7 +51,7 @@ class RunFolder:
     """
 
     def __init__(self, path: str | os.PathLike[str], settings: dict[str, Any], *, resume: bool = False):
-        """Creates the folder, or opens the one of an earlier run.
+        """Create the folder, or open the one of an earlier run.
 
         Args:
             path: Where it is, or shall be.
@@ -65,7 +65,7 @@ class RunFolder:
         self.path = pathlib.Path(path)
         self._episodes = self.path / "episodes"
         if not os.fspath(path):
-            raise CaregiverError("the output folder's name is empty")
+            raise CaregiverError("the output folder must have a name, got an empty one")
         record = self.path / "run.json"
         try:
             self._episodes.mkdir(parents=True, exist_ok=True)
@@ -96,7 +96,7 @@ class RunFolder:
         self.extended_at: list[int] = found.get("extended_at", [])
 
     def _go_on(self, found: dict[str, Any], wanted: dict[str, Any]) -> dict[str, Any]:
-        """Makes the folder that of a run with what is wanted; its record."""
+        """Make the folder that of a run with what is wanted, and return its record."""
         try:
             new = continued(found, wanted)
         except CaregiverError as error:
@@ -110,7 +110,7 @@ class RunFolder:
         return new
 
     def read(self, block: str) -> Result | None:
-        """What a finished block came to, or None."""
+        """Return what a finished block came to, or None."""
         try:
             result = read_json(self._file(block))
         except (OSError, ValueError):
@@ -118,7 +118,7 @@ class RunFolder:
         return result if isinstance(result, dict) else None  # before there were maps, it was the rows alone
 
     def write(self, block: str, result: Result) -> None:
-        """Puts a finished block on disk at once."""
+        """Put a finished block on disk at once."""
         _write(self._file(block), _as_json(result, indent=None))
 
     def _file(self, block: str) -> pathlib.Path:
@@ -128,7 +128,7 @@ class RunFolder:
         return self._episodes / f"{block}.json"
 
     def finish(self, episodes: pd.DataFrame, summary: dict[str, Any], maps: pd.DataFrame, houses: pd.DataFrame) -> None:
-        """Writes the results of the whole run; the summary comes last, for it says that the run is finished."""
+        """Write the results of the whole run; the summary comes last, for it says that the run is finished."""
         _write(self.path / "houses.parquet", houses.to_parquet(index=False))
         _write(self.path / "episodes.parquet", episodes.to_parquet(index=False, schema=_schema(episodes)))
         _write(self.path / "maps.parquet", maps.to_parquet(index=False))
@@ -136,7 +136,7 @@ class RunFolder:
 
 
 def read_json(path: pathlib.Path) -> Any:
-    """Reads a file; whatever is wrong with what is in it is a ValueError."""
+    """Read a file; whatever is wrong with what is in it is a ValueError."""
     try:
         return json.loads(path.read_text("utf-8"))
     except RecursionError:
@@ -157,7 +157,7 @@ def _as_json(value: Any, indent: int | None = 1) -> bytes:
 
 
 def _write(path: pathlib.Path, content: bytes) -> None:
-    """Writes a file whole or not at all: to a file beside it, flushed to disk, then renamed."""
+    """Write a file whole or not at all: to a file beside it, flushed to disk, then renamed."""
     temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
     try:
         with open(temporary, "wb") as file:
@@ -177,7 +177,7 @@ def _reason(error: Exception) -> str:
 
 
 def continued(found: Record, wanted: Record) -> Record:
-    """The record of a run that is gone on with: with the same settings, or more episodes, or more caregivers.
+    """Return the record of a run that is gone on with: with the same settings, or more episodes, or more caregivers.
 
     Args:
         found: What is in the folder.
@@ -198,7 +198,7 @@ def continued(found: Record, wanted: Record) -> Record:
     if "caregivers" not in found:
         raise CaregiverError("its run.json is no record of a run: take another folder")
     if "pooled" in found:
-        raise CaregiverError("it is of several runs that were pooled: go on with each of them, and pool them anew")
+        raise CaregiverError("it holds pooled runs: resume each of them, and pool them again")
     there, here = found.get("caregivers"), wanted["caregivers"]
     if not isinstance(there, list) or not all(name in here for name in there):
         keys.append("caregivers")
@@ -213,21 +213,21 @@ def continued(found: Record, wanted: Record) -> Record:
         extended = [*extended, episodes]
     steps = [0, *extended, wanted["episodes"]]
     if not all(isinstance(step, int) for step in steps) or steps != sorted(set(steps)):
-        raise CaregiverError(f"extended_at cannot be {extended}")
+        raise CaregiverError(f"extended_at must be increasing numbers of episodes, got {extended}")
     if there == here and episodes == wanted["episodes"]:
         return found
     return {**wanted, **({"extended_at": extended} if extended else {})}
 
 
 def unlike(one: Record, other: Record, but: Sequence[str]) -> list[str]:
-    """Keys of what is not the same in two records, save some; where both are in the grid nothing depends on a robot."""
+    """Return the keys in which two records differ, save some; where both are of the grid none is of a robot."""
     if one.get("world") == other.get("world") == "grid":
         but = (*but, "embodiment")
     return [key for key in {**one, **other} if key not in but and one.get(key) != other.get(key)]
 
 
 def told(keys: Sequence[str], found: Record, wanted: Record, where: tuple[str, str] = ("there", "here")) -> list[str]:
-    """What is to be said of what is not the same in two records, and what to call them."""
+    """Return what is to be said of what is not the same in two records, and what to call them."""
     lines = []
     for key in keys:
         there, here = found.get(key), wanted.get(key)

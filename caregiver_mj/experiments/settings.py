@@ -104,7 +104,7 @@ class Settings:
             CaregiverError: There are several.
         """
         if len(self.plans) > 1:
-            raise CaregiverError(f"there are {len(self.plans)} houses")
+            raise CaregiverError(f"houses must be 1, got {len(self.plans)}")
         return self.plans[0]
 
     @property
@@ -118,7 +118,7 @@ class Settings:
         return {plan.name: plan for plan in self.plans}
 
     def check(self) -> None:
-        """Raises CaregiverError unless this can be run."""
+        """Raise CaregiverError unless this can be run."""
         if self.world not in WORLDS:
             raise CaregiverError(f"no world '{self.world}': there are {', '.join(WORLDS)}")
         if self.world == "house" or self.embodiment != DEFAULT:
@@ -135,23 +135,23 @@ class Settings:
                 continue
             found = find_caregiver(name, others=(FLOOR,))
             if self.world == "grid" and not (found is None or is_caregiver(found)):
-                raise CaregiverError(f"'{name}' is a policy of the robot's actions: it needs --world house")
+                raise CaregiverError(f"world must be house for '{name}', a policy of the robot's actions, got grid")
         for family in self.families:
             family.check()
         names, houses = tuple(map(str, self.families)), tuple(plan.name for plan in self.plans)
         for what, values in (("caregivers", self.caregivers), ("epsilons", names), ("houses", houses)):
             if not values or len(set(values)) < len(values):
-                raise CaregiverError(f"{what} must be one or more, each of them once, got {values}")
-        if len({plan.damage for plan in self.plans}) > 1:
-            raise CaregiverError("collisions must cost the same in all houses")
+                raise CaregiverError(f"{what} must be at least 1, all different, got {values}")
+        if len(damages := {str(plan.damage) for plan in self.plans}) > 1:
+            raise CaregiverError(f"damage must be the same in all houses, got {' and '.join(sorted(damages))}")
         check_integer("episodes", self.episodes, 1)
         rows = len(self.plans) * len(self.caregivers) * len(self.families) * self.episodes
         if rows > MOST_ROWS:
-            raise CaregiverError(f"episodes would be {rows:,} in all, and a run has {MOST_ROWS:,} at most")
+            raise CaregiverError(f"episodes must be at most {MOST_ROWS:,} in all, got {rows:,}")
         check_integer("the seed", self.seed, 0)
 
     def record(self) -> dict[str, Any]:
-        """The settings and versions as JSON, to tell whether two runs can be one."""
+        """Return the settings and versions as JSON, to tell whether two runs can be one."""
         return {
             "world": self.world,
             "houses": self.houses,
@@ -170,12 +170,12 @@ class Settings:
         }
 
     def code(self) -> dict[str, str]:
-        """Where the code of others that the results depend on comes from, by what it is: see `origins`."""
+        """Return where the code of others that the results depend on comes from, by what it is: see `origins`."""
         caregivers = (name for name in self.caregivers if name != FLOOR)
         return origins(caregivers, self.families, self.embodiment if self.world == "house" else None)
 
     def blocks(self, grid_block: int = GRID_BLOCK, extended_at: Sequence[int] = ()) -> list[Block]:
-        """The work in pieces, each of which is done as a whole: one episode in the house, at most so many in the grid.
+        """Return the work in pieces, each done as a whole: one episode in the house, at most so many in the grid.
 
         In the grid children of all epsilons go side by side, as long as there are as many of them in the house.
 
@@ -214,7 +214,7 @@ class Block:
         return len(self.families) * len(self.numbers)
 
     def __str__(self) -> str:
-        """Says which, in messages and file names."""
+        """Say which, in messages and file names."""
         house, families = self.house and f"{self.house}_", "+".join(map(str, self.families))
         episodes = f"{self.first:06d}" + (f"-{self.end - 1:06d}" if len(self.numbers) > 1 else "")
         return f"{house}{self.caregiver}_epsilon_{families}_episode_{episodes}"
@@ -230,15 +230,15 @@ def _alike(families: tuple[Family, ...]) -> list[tuple[Family, ...]]:
 
 
 def episode_seed(seed: int, episode: int) -> int:
-    """The seed of an episode, by the run's seed and the episode's number alone."""
+    """Return the seed of an episode, by the run's seed and the episode's number alone."""
     return int(np.random.SeedSequence([seed, episode]).generate_state(1)[0])
 
 
 def episode_random(seed: int) -> np.random.RandomState:
-    """The source of all chance in the episode of a seed; the house draws more from it than the grid."""
+    """Return the source of all chance in the episode of a seed; the house draws more from it than the grid."""
     return np.random.RandomState(seed)
 
 
 def episode_tapes(seed: int, children: int) -> tuple[Tape, ...]:
-    """What is drawn of it first in both worlds: the chance of the children."""
+    """Return what is drawn of it first in both worlds: the chance of the children."""
     return Tape.draw_family(episode_random(seed), children)

@@ -42,7 +42,7 @@ CELL = ["world", "family", "epsilon"]  # episodes that differ in one of these ar
 
 
 def mean_rows(episodes: pd.DataFrame, columns: Sequence[str]) -> list[dict[str, Any]]:
-    """One row for each world, caregiver and family, in order of appearance.
+    """Return one row for each world, caregiver and family, in order of appearance.
 
     Args:
         episodes: A row an episode.
@@ -69,7 +69,7 @@ def mean_rows(episodes: pd.DataFrame, columns: Sequence[str]) -> list[dict[str, 
 
 
 def comparison_rows(episodes: pd.DataFrame, caregiver: str, baseline: str) -> list[dict[str, Any]]:
-    """Sets a caregiver against another one, episode by episode: episode i has the same children under both.
+    """Set a caregiver against another one, episode by episode: episode i has the same children under both.
 
     Args:
         episodes: A row an episode.
@@ -106,7 +106,7 @@ def comparison_rows(episodes: pd.DataFrame, caregiver: str, baseline: str) -> li
 
 
 def judged_together(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Comparisons that are told together, judged with Holm's correction for their number.
+    """Return comparisons that are told together, judged with Holm's correction for their number.
 
     Args:
         rows: Rows of `comparison_rows`, of one pair of caregivers or of several.
@@ -191,24 +191,24 @@ class Sample:
         return intervals if self.houses == 1 else two_level
 
     def values(self, columns: Sequence[str]) -> np.ndarray | list[np.ndarray]:
-        """What was measured in each episode, (episodes, columns); of several houses a list of that."""
+        """Return what was measured in each episode, (episodes, columns); of several houses a list of that."""
         data = self.rows[list(columns)].to_numpy(float)
         return data if self.houses == 1 else np.split(data, self._starts)
 
     def units(self, columns: Sequence[str]) -> np.ndarray:
-        """What chance is over: each episode in one house, else the mean of each house; (units, columns)."""
+        """Return what chance is over: each episode in one house, else the mean of each house; (units, columns)."""
         values = self.values(columns)
         return values if isinstance(values, np.ndarray) else two_level.house_means(values)
 
 
 def samples(episodes: pd.DataFrame) -> Iterator[tuple[dict[str, object], str, Sample]]:
-    """What makes a cell, the name of a caregiver, and its sample; all in order of appearance."""
+    """Return what makes a cell, the name of a caregiver, and its sample; all in order of appearance."""
     for (*values, caregiver), rows in episodes.groupby([*CELL, "caregiver"], sort=False):
         yield dict(zip(CELL, values, strict=True)), caregiver, Sample(rows)
 
 
 def pairs(episodes: pd.DataFrame, caregiver: str, baseline: str) -> Iterator[tuple[dict[str, object], Sample, Sample]]:
-    """What makes a cell, and the samples of two caregivers, unit i of one belonging to unit i of the other.
+    """Return what makes a cell, and the samples of two caregivers, unit i of one belonging to unit i of the other.
 
     Raises:
         CaregiverError: There is no such caregiver, or an episode of one has no counterpart with the other.
@@ -216,7 +216,7 @@ def pairs(episodes: pd.DataFrame, caregiver: str, baseline: str) -> Iterator[tup
     names = episodes["caregiver"].unique()
     for name in (caregiver, baseline):
         if name not in names:
-            raise CaregiverError(f"no episodes with the caregiver '{name}': there are {', '.join(names)}")
+            raise CaregiverError(f"no caregiver '{name}' in the run: there are {', '.join(names)}")
     for values, rows in episodes[episodes.caregiver.isin((caregiver, baseline))].groupby(CELL, sort=False):
         ours, theirs = (Sample(rows[rows.caregiver == name]) for name in (caregiver, baseline))
         key = dict(zip(CELL, values, strict=True))
@@ -230,4 +230,4 @@ def _check_paired(ours: pd.DataFrame, theirs: pd.DataFrame, who: str, key: dict[
         return
     lone = int((pd.concat([ours[keys], theirs[keys]]).value_counts() != 2).sum())
     which = ", ".join(f"{name} {value}" for name, value in key.items())
-    raise CaregiverError(f"{lone} episodes of {who} have no counterpart ({which})")
+    raise CaregiverError(f"episodes must be paired, got {lone} of {who} without a counterpart ({which})")

@@ -20,7 +20,7 @@ _KEYS = ["world", "house", "caregiver", "family", "epsilon"]
 
 
 def summarise(settings: Settings, episodes: pd.DataFrame, houses: pd.DataFrame) -> dict[str, Any]:
-    """The content of summary.json: every caregiver against none, and the paper's against every other one.
+    """Return the content of summary.json: every caregiver against none, and the paper's against every other one.
 
     Args:
         settings: What ran.
@@ -49,7 +49,7 @@ def summarise(settings: Settings, episodes: pd.DataFrame, houses: pd.DataFrame) 
 
 
 def by_house(episodes: pd.DataFrame) -> pd.DataFrame:
-    """What each caregiver comes to in each house.
+    """Return what each caregiver comes to in each house.
 
     Args:
         episodes: A row an episode.
@@ -86,7 +86,9 @@ def _alike(groups: pd.api.typing.DataFrameGroupBy) -> Iterator[tuple[list[tuple[
         if caregiver == "none" or theirs is None:
             continue
         if not ours.index.equals(theirs.index):
-            raise CaregiverError(f"episodes of '{caregiver}' or 'none' in house '{house}' have no counterpart")
+            raise CaregiverError(
+                f"episodes must be paired, got some of '{caregiver}' or 'none' in house '{house}' without a counterpart"
+            )
         sizes.setdefault(len(ours), []).append(key)
     for keys in sizes.values():
         alone = [(world, house, "none", *who) for world, house, _, *who in keys]

@@ -33,12 +33,12 @@ _BANK = 999  # resamples of the episodes of each house, to draw from
 
 
 def house_means(houses: Houses) -> np.ndarray:
-    """The mean of each house, (houses,) or (houses, columns)."""
+    """Return the mean of each house, (houses,) or (houses, columns)."""
     return np.stack([np.mean(house, axis=0, dtype=float) for house in houses])
 
 
 def of_mean(houses: Houses, confidence: float = CONFIDENCE, least: float = -np.inf) -> Estimate[Any]:
-    """The mean over houses; see `intervals.of_mean`."""
+    """Return the mean over houses; see `intervals.of_mean`."""
 
     def one(bank: np.ndarray) -> Estimate[float]:
         found = _interval(bank[0], np.ones(bank.shape[1]), _again(bank) - bank[0].mean(), confidence)
@@ -48,12 +48,12 @@ def of_mean(houses: Houses, confidence: float = CONFIDENCE, least: float = -np.i
 
 
 def of_difference(ours: Houses, theirs: Houses, confidence: float = CONFIDENCE) -> Estimate[Any]:
-    """The mean over houses of ours less theirs; see `intervals.of_difference`."""
+    """Return the mean over houses of ours less theirs; see `intervals.of_difference`."""
     return of_mean([np.asarray(y, float) - x for y, x in zip(ours, theirs, strict=True)], confidence)
 
 
 def of_ratio(ours: Houses, theirs: Houses, confidence: float = CONFIDENCE) -> Estimate[Any]:
-    """The mean over houses of ours, over that of theirs; see `intervals.of_ratio`."""
+    """Return the mean over houses of ours, over that of theirs; see `intervals.of_ratio`."""
 
     def one(bank: np.ndarray) -> Estimate[float]:
         (y, again_y), (x, again_x) = ((part[0], _again(part)) for part in bank)
@@ -64,7 +64,7 @@ def of_ratio(ours: Houses, theirs: Houses, confidence: float = CONFIDENCE) -> Es
 
 
 def of_mean_ratio(ours: Houses, theirs: Houses, confidence: float = CONFIDENCE) -> Estimate[Any]:
-    """The mean of the ratios of those houses that have one: in which theirs are not all zero.
+    """Return the mean of the ratios of those houses that have one: in which theirs are not all zero.
 
     In a house where little happens the ratio of a few episodes is too high on average, and so is this; the ratio of
     the means over houses (`of_ratio`) does not suffer from that.

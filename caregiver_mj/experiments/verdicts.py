@@ -54,19 +54,19 @@ class Comparison(NamedTuple):
 
 
 def compare_means(ours: np.ndarray, theirs: np.ndarray) -> Comparison:
-    """Whether ours are less or more than theirs on average, over paired samples (n,)."""
+    """Return whether ours are less or more than theirs on average, over paired samples (n,)."""
     difference = np.asarray(ours, float) - theirs
     return judge(of_difference(ours, theirs), difference)
 
 
 def judge(estimate: Estimate[float], difference: np.ndarray) -> Comparison:
-    """The same where the interval of the mean of differences (n,) is known already, such as one over houses."""
+    """Return the same where the interval of the mean of differences (n,) is known already, such as one over houses."""
     columns = Estimate(*(np.array([value]) for value in estimate))
     return judge_columns(columns, np.asarray(difference, float)[:, None])[0]
 
 
 def judge_columns(estimates: Estimate[np.ndarray], differences: np.ndarray) -> list[Comparison]:
-    """The same for several kinds of differences of the same pairs, (n, columns); a comparison for each."""
+    """Return the same for several kinds of differences of the same pairs, (n, columns); a comparison for each."""
     found = []
     for i, (difference, p) in enumerate(zip(differences.T, _p_of_columns(np.asarray(differences, float)), strict=True)):
         estimate, p = estimates.column(i), p if enough(difference) else np.nan
@@ -75,18 +75,18 @@ def judge_columns(estimates: Estimate[np.ndarray], differences: np.ndarray) -> l
 
 
 def verdict(p: float, low: float, high: float) -> Verdict:
-    """The verdict on a mean difference with a p, NaN for none, and an interval: it needs both."""
+    """Return the verdict on a mean difference with a p, NaN for none, and an interval: it needs both."""
     below, above = high < 0, low > 0
     return (Verdict.LESS if below else Verdict.MORE) if p <= LEVEL and (below or above) else Verdict.NONE
 
 
 def enough(difference: np.ndarray) -> bool:
-    """Whether there are pairs enough, of those that differ, for a p of 5 %."""
+    """Return whether there are pairs enough, of those that differ, for a p of 5 %."""
     return bool(2.0 ** (1 - np.count_nonzero(difference)) <= LEVEL)
 
 
 def holm(p: np.ndarray) -> np.ndarray:
-    """The p of tests (n,) told together, after Holm's correction for their number (Scand. J. Statist. 6, 1979).
+    """Return the p of tests (n,) told together, after Holm's correction for their number (Scand. J. Statist. 6, 1979).
 
     The least is multiplied by n, the next by n - 1 and so on; none is less than one before it, or more than 1. With
     them, the chance to find anything where there is nothing is 5 % for all tests together. NaN, a test that could not
@@ -102,7 +102,7 @@ def holm(p: np.ndarray) -> np.ndarray:
 def not_inferior(
     ours: np.ndarray, theirs: np.ndarray, margin: float, *, more_is_better: bool, ratio: Estimate[float] | None = None
 ) -> Verdict:
-    """Whether ours are worse than theirs by less than a margin: a one-sided test at 2.5 % by the interval of the ratio.
+    """Test, one-sided at 2.5 %, by the interval of the ratio, whether ours are worse by less than a margin.
 
     Args:
         ours: A sample (n,) that is not negative.
@@ -120,7 +120,7 @@ def not_inferior(
 
 
 def equivalent(ours: np.ndarray, theirs: np.ndarray, margin: float, ratio: Estimate[float] | None = None) -> Verdict:
-    """Whether neither is less than the other by a margin: two one-sided tests at 2.5 % by the interval of the ratio.
+    """Test, twice one-sided at 2.5 %, by the interval of the ratio, whether neither is less by a margin.
 
     Args:
         ours: A sample (n,) that is not negative.
@@ -138,7 +138,7 @@ def equivalent(ours: np.ndarray, theirs: np.ndarray, margin: float, ratio: Estim
 
 
 def margin_p(ours: np.ndarray, theirs: np.ndarray, margin: float, *, both: bool = False) -> float:
-    """The p of ours being at the margin: two-sided, by sign flips; NaN where no p could be small enough.
+    """Return the p of ours being at the margin: two-sided, by sign flips; NaN where no p could be small enough.
 
     Args:
         ours: A sample (n,) that is not negative.
@@ -157,7 +157,7 @@ def _decides(ours: np.ndarray, theirs: np.ndarray, least: float) -> bool:
 
 
 def sign_flip_p(difference: np.ndarray) -> np.ndarray | float:
-    """Two-sided p of a mean of zero, if each of the differences could as well have the other sign.
+    """Return Two-sided p of a mean of zero, if each of the differences could as well have the other sign.
 
     The square of their sum is compared with that under other signs: all of them for 20 differences that are not zero
     or fewer, else many drawn ones, which are the same every time. Student's t would order the signs alike.
@@ -170,7 +170,7 @@ def sign_flip_p(difference: np.ndarray) -> np.ndarray | float:
 
 
 def sign_flip_p_more(difference: np.ndarray) -> np.ndarray:
-    """One-sided p of a mean that is not above zero, by the same flips; of several kinds (n, columns), (columns,).
+    """Return the one-sided p of a mean not above zero, by the same flips; of several kinds (n, columns), (columns,).
 
     Sums under flipped signs are as often above zero as below, so it is half of the two-sided p. It is 1 where the mean
     is not above zero.
@@ -183,7 +183,7 @@ def sign_flip_p_more(difference: np.ndarray) -> np.ndarray:
 
 
 def least_p_more(difference: np.ndarray) -> np.ndarray:
-    """The least that `sign_flip_p_more` can be with so many pairs that differ, (columns,)."""
+    """Return the least that `sign_flip_p_more` can be with so many pairs that differ, (columns,)."""
     differing = np.count_nonzero(difference, axis=0)
     drawn = 1 / (2 * _flips(len(difference)))
     return np.where(differing > _EXACT_PAIRS, drawn, 0.5 ** np.minimum(differing, _EXACT_PAIRS))

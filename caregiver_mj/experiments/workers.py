@@ -30,7 +30,7 @@ class WorkerError(CaregiverError):
 def run_jobs(
     function: Callable[[Job], Result], jobs: Sequence[Job], processes: int, deaths: int = DEATHS
 ) -> Generator[tuple[Job, Result]]:
-    """Runs a function over jobs in worker processes.
+    """Run a function over jobs in worker processes.
 
     Args:
         function: What to run, as importable from a new process. Its result must depend on the job alone.
@@ -85,7 +85,7 @@ def run_jobs(
 
 
 def attempt(function: Callable[[Job], Result], job: Job) -> tuple[str | None, Result | None]:
-    """Runs a job in a worker: what has gone wrong, in words that need no class to be understood, or the result."""
+    """Run a job in a worker: what has gone wrong, in words that need no class to be understood, or the result."""
     try:
         return None, function(job)
     except CaregiverError as error:
@@ -118,7 +118,7 @@ class _Worker:
 
 
 def _serve(function: Callable[[Any], Any], connection: multiprocessing.connection.Connection) -> None:
-    """Runs jobs until the pipe closes."""
+    """Run jobs until the pipe closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent deals with it
     try:
         while True:
@@ -131,12 +131,12 @@ class Executor(Protocol):
     """Does jobs, in whatever order. A job whose worker dies is done again, so what comes out depends on no worker."""
 
     def check(self, code: Code) -> None:
-        """Raises CaregiverError unless the code of others is the same wherever jobs are done."""
+        """Raise CaregiverError unless the code of others is the same wherever jobs are done."""
 
     def run(
         self, function: Callable[[Job], Result], jobs: Sequence[Job], code: Code = dict
     ) -> Generator[tuple[Job, Result]]:
-        """Runs a function over jobs.
+        """Run a function over jobs.
 
         Args:
             function: What to run, as importable elsewhere. Its result must depend on the job alone.
@@ -164,7 +164,7 @@ class LocalExecutor:
         self._processes: int = int(processes)
 
     def check(self, code: Code) -> None:
-        """Nothing: they all read the same files."""
+        """Do nothing: they all read the same files."""
 
     def run(
         self, function: Callable[[Job], Result], jobs: Sequence[Job], code: Code = dict
@@ -176,4 +176,4 @@ class LocalExecutor:
         return self
 
     def __exit__(self, *error: Any) -> None:
-        """Workers end with the iterator that they work for."""
+        """Do nothing: workers end with the iterator that they work for."""

@@ -82,7 +82,7 @@ class Contacts:
     wax_seconds: float = 0.0
 
     def press(self, forces: dict[str, float], seconds: float) -> None:
-        """Takes in the forces on each region of one child, N, in a physics step."""
+        """Take in the forces on each region of one child, N, in a physics step."""
         force = sum(forces.values())
         self.contact_seconds += seconds
         self.contact_impulse += force * seconds
@@ -92,16 +92,16 @@ class Contacts:
             setattr(self, column, max(getattr(self, column), part))
 
     def carry(self, flame: float, wax: float, seconds: float) -> None:
-        """Takes in how far flame and wax of a candle in the hand were from the nearest child, metres."""
+        """Take in how far flame and wax of a candle in the hand were from the nearest child, metres."""
         self.flame_distance, self.wax_distance = min(self.flame_distance, flame), min(self.wax_distance, wax)
         self.flame_seconds += seconds * (flame < FLAME_CLEAR)
         self.wax_seconds += seconds * (wax < WAX_CLEAR)
 
     def outcome(self) -> dict[str, float]:
-        """The columns of the record."""
+        """Return the columns of the record."""
         return dataclasses.asdict(self)
 
 
 def region_at(height: float) -> str:
-    """Which region of a child something touches at a height above the floor, metres."""
+    """Return which region of a child something touches at a height above the floor, metres."""
     return next(region for region, top in REGIONS.items() if height < top)

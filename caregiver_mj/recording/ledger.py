@@ -36,7 +36,7 @@ class Ledger:
     """
 
     def __init__(self, plan: FloorPlan, cells: np.ndarray, timesteps: int):
-        """Begins B episodes.
+        """Begin B episodes.
 
         Args:
             plan: The house.
@@ -67,7 +67,7 @@ class Ledger:
         blocked: np.ndarray,
         met: np.ndarray | int = 0,
     ) -> None:
-        """Books one novice timestep.
+        """Book one novice timestep.
 
         Args:
             begun: Free cells in which the children began it, (B, K).
@@ -99,7 +99,7 @@ class Ledger:
         return self.harm.sum(axis=(1, 2))
 
     def totals(self) -> dict[str, np.ndarray]:
-        """What is measured of every episode so far, over all its children, (B,) each; named as in `EpisodeRecord`."""
+        """Return what is measured of every episode so far, over its children, (B,), named as in `EpisodeRecord`."""
         by_kind = self.harm.sum(axis=1).T
         return {
             "damage": self.damage,
@@ -121,10 +121,10 @@ class Ledger:
         }
 
     def by_child(self) -> dict[str, np.ndarray]:
-        """What is measured of each child of every episode so far, (B, children) each; named as in `EpisodeRecord`."""
+        """Return what is measured of each child so far, (B, children) each, named as in `EpisodeRecord`."""
         return {"damage_by_child": self.harm.sum(axis=2), "toys_by_child": self.toys.astype(float)}
 
     def outcome(self, episode: int = 0) -> dict[str, Any]:
-        """What is measured of one episode so far, also of each child; named as in `EpisodeRecord`."""
+        """Return what is measured of one episode so far, also of each child; named as in `EpisodeRecord`."""
         totals = {name: values[episode].item() for name, values in self.totals().items()}
         return totals | {name: values[episode].tolist() for name, values in self.by_child().items()}

@@ -23,7 +23,7 @@ _ROOT = "MINARI_DATASETS_PATH"  # where Minari looks for data sets
 
 
 def check_name(name: str) -> None:
-    """Raises CaregiverError unless Minari is there, and a data set can have this name."""
+    """Raise CaregiverError unless Minari is there, and a data set can have this name."""
     try:
         import h5py  # noqa: F401
         import minari
@@ -34,8 +34,8 @@ def check_name(name: str) -> None:
     match = minari.dataset.minari_dataset.DATASET_ID_RE.fullmatch(name)
     if match is None or match["version"] is None:
         raise CaregiverError(
-            "a Minari data set is called NAME-vNUMBER or GROUP/NAME-vNUMBER, of letters, digits, - and _ (of which a "
-            f"group has two or more), not '{name}'"
+            "the name of a Minari data set must be NAME-vNUMBER or GROUP/NAME-vNUMBER, of letters, digits, - and _ "
+            f"(two or more in a group), got '{name}'"
         )
 
 
@@ -47,7 +47,7 @@ def write_minari(
     spaces: tuple[gymnasium.spaces.Dict, gymnasium.Space[Any]],
     spec: Any = None,
 ) -> None:
-    """Writes a data set; it is there when it is whole, and only then.
+    """Write a data set; it is there when it is whole, and only then.
 
     Frames become observations, by the camera's name, and JPEG on disk, as is Minari's manner.
 
@@ -129,7 +129,7 @@ def _buffer(episode: Steps) -> Any:
 
 @contextlib.contextmanager
 def _root(path: pathlib.Path) -> Iterator[None]:
-    """Has Minari look there for a while."""
+    """Have Minari look there for a while."""
     before = os.environ.get(_ROOT)
     os.environ[_ROOT] = str(path)
     try:

@@ -162,7 +162,7 @@ COLUMNS: tuple[Column, ...] = tuple(
 
 
 def names(*roles: str) -> tuple[str, ...]:
-    """Names of the columns that have one of some roles, in their order."""
+    """Return the names of the columns that have one of some roles, in their order."""
     return tuple(column.name for column in COLUMNS if column.role in roles)
 
 
@@ -170,7 +170,7 @@ MEASURES = names("damage", "count", "contact", "time")  # numbers that can be av
 
 
 def markdown(columns: Iterable[Column] = COLUMNS) -> str:
-    """The columns as a table in Markdown."""
+    """Return the columns as a table in Markdown."""
     rows = ["| column | unit | is |", "|---|---|---|"]
     for one in columns:
         where = f" ({one.world} only)" if one.world else ""

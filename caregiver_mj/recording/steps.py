@@ -55,7 +55,7 @@ class Steps:
         return len(self.rewards)
 
     def save(self, folder: pathlib.Path) -> None:
-        """Writes all but the frames, which are there already: `frames_file`."""
+        """Write all but the frames, which are there already: `frames_file`."""
         arrays = {f"observations/{key}": values for key, values in self.observations.items()}
         rest: dict[str, Any] = {"frames": {name: values.shape for name, values in self.frames.items()}}
         for field in dataclasses.fields(self):
@@ -69,7 +69,7 @@ class Steps:
 
     @classmethod
     def load(cls, folder: pathlib.Path) -> Steps:
-        """Reads what `save` has written; frames stay on disk until they are looked at."""
+        """Read what `save` has written; frames stay on disk until they are looked at."""
         rest = json.loads((folder / _REST).read_text("utf-8"))
         with np.load(folder / _ARRAYS) as file:
             arrays = dict(file)
@@ -82,7 +82,7 @@ class Steps:
 
 
 def frames_file(folder: pathlib.Path, camera: str) -> pathlib.Path:
-    """Where the frames of a camera are, one after the other."""
+    """Return where the frames of a camera are, one after the other."""
     return folder / f"{camera}.frames"
 
 
@@ -90,7 +90,7 @@ class Store:
     """Finished episodes on disk, until there is a data set of them. One that was broken off leaves nothing."""
 
     def __init__(self, path: pathlib.Path, asked: dict[str, Any], resume: bool = False):
-        """Creates the store, or opens the one that was left.
+        """Create the store, or open the one that was left.
 
         Args:
             path: Its folder.
@@ -130,13 +130,13 @@ class Store:
         return (_folder(self.path, number) / _REST).exists()
 
     def numbers(self) -> list[int]:
-        """Those of the episodes that are there."""
+        """Return those of the episodes that are there."""
         folders = (file.parent.name for file in self.path.glob(f"*/{_REST}"))
         return [int(name) for name in folders if name.isdigit()]  # which an unfinished one's is not
 
     @contextlib.contextmanager
     def gone_if_empty(self) -> Iterator[None]:
-        """Removes the store if what is done fails before there is an episode, for nothing could be gone on with."""
+        """Remove the store if what is done fails before there is an episode, for nothing could be gone on with."""
         try:
             yield
         except BaseException:
@@ -145,7 +145,7 @@ class Store:
             raise
 
     def check_none_beyond(self, episodes: int) -> None:
-        """Raises CaregiverError if there are episodes beyond so many, for they would be thrown away."""
+        """Raise CaregiverError if there are episodes beyond so many, for they would be thrown away."""
         beyond = sum(number >= episodes for number in self.numbers())
         if beyond:
             raise CaregiverError(
@@ -153,17 +153,17 @@ class Store:
             )
 
     def load(self, number: int) -> Steps:
-        """An episode that is there."""
+        """Return an episode that is there."""
         return Steps.load(_folder(self.path, number))
 
     def remove(self) -> None:
-        """Throws everything away."""
+        """Remove everything."""
         shutil.rmtree(self.path)
 
 
 @contextlib.contextmanager
 def new_episode(store: pathlib.Path, number: int) -> Iterator[pathlib.Path]:
-    """Gives a folder to put an episode into; it is in the store once that has gone well."""
+    """Give a folder to put an episode into; it is in the store once that has gone well."""
     folder, unfinished = _folder(store, number), store / f"{number:06d}.tmp"
     shutil.rmtree(unfinished, ignore_errors=True)
     unfinished.mkdir(parents=True)

@@ -29,7 +29,7 @@ def write_lerobot(
     about: About,
     megabytes: tuple[float, float] = (layout.DATA_MEGABYTES, layout.VIDEO_MEGABYTES),
 ) -> None:
-    """Writes a data set; it is there when it is whole, and only then.
+    """Write a data set; it is there when it is whole, and only then.
 
     Args:
         folder: Its folder, which must not exist.
@@ -50,9 +50,9 @@ def write_lerobot(
 
 
 def check_rate(rate: float) -> None:
-    """Raises CaregiverError unless there are whole steps a second."""
+    """Raise CaregiverError unless there are whole steps a second."""
     if rate < 1 or abs(rate - round(rate)) > 1e-9:
-        raise CaregiverError(f"LeRobot wants whole steps a second, and there are {rate:.3g}: take another format")
+        raise CaregiverError(f"steps a second must be a whole number for LeRobot, got {rate:.3g}: take another format")
 
 
 class _Writer:
@@ -69,7 +69,7 @@ class _Writer:
         self._data: pq.ParquetWriter | None = None
 
     def add(self, episode: Steps) -> None:
-        """Writes an episode."""
+        """Write an episode."""
         if not self._features:
             self._features = features(episode, self._about)
             self._films = {
@@ -99,7 +99,7 @@ class _Writer:
         self._count += len(episode)
 
     def _add_rows(self, rows: pa.Table) -> None:
-        """Writes the rows of an episode, together, to the present file, or to another if that has become large."""
+        """Write the rows of an episode, together, to the present file, or to another if that has become large."""
         if self._data is not None and self._bytes > self._most_bytes:
             self._data.close()
             self._data, self._shard, self._bytes = None, self._shard.next(), 0
@@ -109,7 +109,7 @@ class _Writer:
         self._bytes += rows.nbytes
 
     def close(self) -> None:
-        """Writes what is said of all episodes."""
+        """Write what is said of all episodes."""
         for film in self._films.values():
             film.close()
         if self._data is None:
@@ -164,7 +164,7 @@ class Film:
         self._writer: Any = None
 
     def add(self, frames: np.ndarray) -> dict[str, float]:
-        """Appends the frames (n, height, width, 3) of an episode; returns where they are, as columns."""
+        """Append the frames (n, height, width, 3) of an episode; return where they are, as columns."""
         height, width = frames.shape[1:3]
         if self._frames * height * width * _BYTES_A_PIXEL > self._most_bytes:
             self.close()
@@ -183,14 +183,14 @@ class Film:
         }
 
     def close(self) -> None:
-        """Finishes the present film."""
+        """Finish the present film."""
         if self._writer is not None:
             self._writer.close()
             self._writer = None
 
 
 def _writer(path: pathlib.Path, width: int, height: int, rate: int) -> Any:
-    """Takes frames for a file. Every other frame can be understood by itself, and none needs a later one."""
+    """Take frames for a file. Every other frame can be understood by itself, and none needs a later one."""
     writer = imageio_ffmpeg.write_frames(
         str(path),
         (width, height),

@@ -55,22 +55,22 @@ class Shard:
         return {"chunk_index": chunk, "file_index": file}
 
     def path(self, root: pathlib.Path, template: str, **names: str) -> pathlib.Path:
-        """Where it is; its folder is made."""
+        """Return where it is; its folder is made."""
         path = root / template.format(**self.place, **names)
         path.parent.mkdir(parents=True, exist_ok=True)
         return path
 
     def columns(self, what: str) -> dict[str, int]:
-        """How the table of the episodes names it."""
+        """Return how the table of the episodes names it."""
         return {f"{what}/{key}": value for key, value in self.place.items()}
 
     def next(self) -> Shard:
-        """The one after it."""
+        """Return the one after it."""
         return Shard(self.number + 1)
 
 
 def features(episode: Steps, about: About) -> dict[str, dict[str, Any]]:
-    """Describes the columns, as `meta/info.json` has them."""
+    """Describe the columns, as `meta/info.json` has them."""
     state = [
         name
         for key, values in episode.observations.items()
@@ -103,7 +103,7 @@ def features(episode: Steps, about: About) -> dict[str, dict[str, Any]]:
 
 
 def columns(episode: Steps, first: int, rate: float) -> dict[str, np.ndarray]:
-    """The values of an episode's rows, films aside: (n,) or (n, values) each.
+    """Return the values of an episode's rows, films aside: (n,) or (n, values) each.
 
     Args:
         episode: The episode.
@@ -135,7 +135,7 @@ def columns(episode: Steps, first: int, rate: float) -> dict[str, np.ndarray]:
 
 
 def table(values: dict[str, np.ndarray]) -> pa.Table:
-    """The same as a table."""
+    """Return the same as a table."""
     arrays = {}
     for name, column in values.items():
         kind = _TYPES[str(column.dtype)]
@@ -147,13 +147,13 @@ def table(values: dict[str, np.ndarray]) -> pa.Table:
 
 
 def of_values(values: np.ndarray) -> Stats:
-    """Of a column (n,) or (n, values), over its rows."""
+    """Return those of a column (n,) or (n, values), over its rows."""
     values = values.reshape(len(values), -1).astype(float)
     return _stats(values, len(values))
 
 
 def of_frames(frames: np.ndarray) -> Stats:
-    """Of each colour of a film (n, height, width, 3), from 0 to 1, in the shape (3, 1, 1); of some of its frames."""
+    """Return those of a film's colours (n, height, width, 3), from 0 to 1, (3, 1, 1) each, from some of its frames."""
     which = np.unique(np.linspace(0, len(frames) - 1, _FRAMES).astype(int))
     pixels = frames[which].reshape(-1, frames.shape[-1]) / 255.0
     found = _stats(pixels, len(which))
@@ -161,7 +161,7 @@ def of_frames(frames: np.ndarray) -> Stats:
 
 
 def together(parts: Sequence[Stats]) -> Stats:
-    """Of several episodes; quantiles are means of theirs, as LeRobot makes them, and so only nearly right."""
+    """Return those of several episodes; quantiles are means of theirs, as LeRobot makes them, so only nearly right."""
     counts = np.array([part["count"][0] for part in parts])
     share = counts / counts.sum()
 
