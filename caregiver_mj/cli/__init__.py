@@ -27,7 +27,7 @@ _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # when there is no
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs the command.
+    """Run the command.
 
     Args:
         argv: Arguments without the program's name; those of the process by default.
@@ -63,7 +63,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 @contextlib.contextmanager
 def _terminated_in_order() -> Iterator[None]:
-    """Has SIGTERM end the command as Ctrl-C does, in order and with a word, where it would end it without."""
+    """Have SIGTERM end the command as Ctrl-C does, in order and with a word, where it would end it without."""
     ours = threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
     if ours:
         signal.signal(signal.SIGTERM, _terminate)
@@ -82,12 +82,12 @@ def _terminate(number: int, frame: object) -> NoReturn:
 
 
 def _silence() -> None:
-    """Makes of standard output, which fails, one that does not, for Python writes what is left of it at its end."""
+    """Make of standard output, which fails, one that does not, for Python writes what is left of it at its end."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def make_parser() -> Parser:
-    """The parser of the whole command line."""
+    """Return the parser of the whole command line."""
     from caregiver_mj.cli import completion, evaluate, house, record, render, report, runs, view
     from caregiver_mj.cli.parsing import Parser
 

@@ -30,7 +30,7 @@ _HOUSE_FUNCTIONS = {
 
 
 def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command."""
+    """Add the command."""
     command = commands.add_parser(
         "completion",
         help="print what makes a shell complete this command line",
@@ -48,7 +48,7 @@ def _run(arguments: argparse.Namespace) -> None:
 
 
 def script(parser: argparse.ArgumentParser, shell: str) -> str:
-    """What makes a shell complete a command line.
+    """Return what makes a shell complete a command line.
 
     Args:
         parser: Of that command line; nothing can be parsed with it afterwards, for it is told what there is.

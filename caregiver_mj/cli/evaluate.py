@@ -31,7 +31,7 @@ from caregiver_mj.viz import progress_bar
 
 
 def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command."""
+    """Add the command."""
     command = commands.add_parser(
         "evaluate",
         help="run caregivers with children and print the table",
@@ -98,7 +98,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
     )
     settings.check()
     if arguments.resume and arguments.out is None:
-        raise CaregiverError("--resume needs the folder of the run: --out DIR")
+        raise CaregiverError("--resume must be with --out DIR, the folder of the run")
     try_all(settings)
     return settings
 
@@ -106,7 +106,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
 def _evaluate(
     settings: Settings, folder: RunFolder | None, executor: Executor, arguments: argparse.Namespace
 ) -> evaluation.Evaluation:
-    """Runs it, with a progress bar on standard error; a run that breaks off says how to go on."""
+    """Run it, with a progress bar on standard error; a run that breaks off says how to go on."""
     finished = 0
     total = len(settings.plans) * len(settings.caregivers) * len(settings.families) * settings.episodes
     try:

@@ -27,7 +27,7 @@ _MOST_PROBLEMS = 20  # that `house check` tells of one file
 
 
 def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the commands."""
+    """Add the commands."""
     house = commands.add_parser("house", help="look at a floor plan, or make one")
     plans = house.add_subparsers(metavar="show|check|make", required=True)
     for name, run, text in (
@@ -116,7 +116,7 @@ def _make(arguments: argparse.Namespace) -> None:
         with open(arguments.out, "x", encoding="utf-8") as file:
             file.write(f"{plan.text}\n")
     except FileExistsError:
-        raise CaregiverError(f"house make: '{arguments.out}' is there already: nothing is written over") from None
+        raise CaregiverError(f"house make: --out must be a new file, got '{arguments.out}', which exists") from None
     except OSError as error:
         raise CaregiverError(f"house make: '{arguments.out}' cannot be written: {error.strerror}") from None
     print(arguments.out)

@@ -44,19 +44,19 @@ class Parser(argparse.ArgumentParser):
         raise CaregiverError(f"{command}: {message}" if command else message)
 
     def exit(self, status: int = 0, message: str | None = None) -> NoReturn:
-        """Ends once the help, or the version, has been written."""
+        """End once the help, or the version, has been written."""
         if sys.stdout is not None:  # as it is if it was closed
             sys.stdout.flush()
         super().exit(status, message)
 
     def _print_message(self, message: str, file: SupportsWrite[str] | None = None) -> None:
-        """Writes it, as the one of argparse does, which has nothing to say where that fails."""
+        """Write it, as the one of argparse does, which has nothing to say where that fails."""
         if (stream := file or sys.stderr) is not None:
             stream.write(message)
 
 
 def add_house(command: argparse.ArgumentParser) -> None:
-    """Adds the options that say which house it is, for `read_house`."""
+    """Add the options that say which house it is, for `read_house`."""
     _add_house(command)
     _add_damage(command)
 
@@ -80,7 +80,7 @@ def read_house(arguments: argparse.Namespace) -> FloorPlan:
 
 
 def add_houses(command: argparse.ArgumentParser) -> None:
-    """Adds the options that say which houses they are, for `read_houses`."""
+    """Add the options that say which houses they are, for `read_houses`."""
     either = command.add_mutually_exclusive_group()
     _add_house(either)
     either.add_argument(
@@ -94,53 +94,53 @@ def add_houses(command: argparse.ArgumentParser) -> None:
 
 
 def read_houses(arguments: argparse.Namespace) -> tuple[FloorPlan, ...]:
-    """The houses that `add_houses`'s options say."""
+    """Return the houses that `add_houses`'s options say."""
     if arguments.houses is None:
         return (read_house(arguments),)
     return houses_named(arguments.houses, arguments.damage)
 
 
 def add_embodiment(command: argparse.ArgumentParser) -> None:
-    """Adds which robot it is."""
+    """Add which robot it is."""
     command.add_argument("--embodiment", default=DEFAULT, metavar="NAME", help="the robot in the house")
 
 
 def houses() -> str:
-    """What may be said for a house."""
+    """Return what may be said for a house."""
     return f"{', '.join(floor_plan.house_names())}, house-SEED, SHAPE-SEED, SET/I (such as test-100/17), or a text file"
 
 
 def caregivers() -> str:
-    """What may be said for a caregiver."""
+    """Return what may be said for a caregiver."""
     return f"{' '.join(dict.fromkeys([*CAREGIVERS, *POLICIES]))}, or a caregiver or policy of yours as module:object"
 
 
 def add_seed(command: argparse.ArgumentParser, text: str = "all chance comes from it") -> None:
-    """Adds the seed, and says what it is of."""
+    """Add the seed, and say what it is of."""
     command.add_argument("--seed", type=int, default=0, help=text)
 
 
 def add_executor(command: argparse.ArgumentParser) -> None:
-    """Adds the options that say where the work is done, for `make_executor`."""
+    """Add the options that say where the work is done, for `make_executor`."""
     command.add_argument("--jobs", type=int, metavar="N", help="worker processes of this machine (default: 1)")
     command.add_argument("--executor", choices=EXECUTORS, default="local", help="this machine, or a Dask cluster")
     command.add_argument("--scheduler", metavar="ADDRESS", help="of the cluster, such as tcp://10.0.0.1:8786")
 
 
 def make_executor(arguments: argparse.Namespace) -> Executor:
-    """What `add_executor`'s options say.
+    """Return what `add_executor`'s options say.
 
     Raises:
         CaregiverError: They do not fit together, or the cluster cannot be worked with.
     """
     if arguments.executor == "local":
         if arguments.scheduler is not None:
-            raise CaregiverError("--scheduler is of a cluster: add --executor dask")
+            raise CaregiverError("--scheduler must be with --executor dask")
         return LocalExecutor(1 if arguments.jobs is None else arguments.jobs)
     if arguments.scheduler is None:
-        raise CaregiverError("--executor dask needs --scheduler ADDRESS, as `dask scheduler` prints it")
+        raise CaregiverError("--executor dask must be with --scheduler ADDRESS, as `dask scheduler` prints it")
     if arguments.jobs is not None:
-        raise CaregiverError("--jobs is of this machine, and a cluster has as many workers as it has: leave it out")
+        raise CaregiverError("--jobs must be left out with --executor dask: a cluster has as many workers as it has")
     from caregiver_mj.experiments.cluster import DaskExecutor  # here, for it takes a second to import
 
     executor = DaskExecutor(arguments.scheduler)
@@ -150,7 +150,7 @@ def make_executor(arguments: argparse.Namespace) -> Executor:
 
 
 def add_children(command: argparse.ArgumentParser) -> None:
-    """Adds the options that say who the children are, for `read_family`, save --epsilon itself."""
+    """Add the options that say who the children are, for `read_family`, save --epsilon itself."""
     command.add_argument(
         "--children",
         type=int,
@@ -167,7 +167,7 @@ def add_children(command: argparse.ArgumentParser) -> None:
 
 
 def read_family(epsilon: str, arguments: argparse.Namespace) -> Family:
-    """The children of one value of --epsilon.
+    """Return the children of one value of --epsilon.
 
     Args:
         epsilon: The epsilon of every child, or a list with that of each, as in "1,.25"; a name may stand before one.
@@ -182,7 +182,7 @@ def read_family(epsilon: str, arguments: argparse.Namespace) -> Family:
     name, _, share = arguments.child.rpartition(":")
     if name in CHILDREN and not share.isidentifier():  # as an object in a module of that name would be
         raise CaregiverError(
-            f"--child {arguments.child}: it is a name alone; with a share say --epsilon {name}:{share or 0.5}"
+            f"--child must be a name alone, got {arguments.child}: use --epsilon {name}:{share or 0.5}"
         )
     CHILDREN[arguments.child]  # there may be none, which counts for nothing where all have names
     try:
@@ -192,11 +192,11 @@ def read_family(epsilon: str, arguments: argparse.Namespace) -> Family:
     if count in (None, len(family)):
         return family
     if len(family) > 1:
-        raise CaregiverError(f"--epsilon {epsilon} is {len(family)} children, but there are to be {count} (--children)")
+        raise CaregiverError(f"--epsilon must be of {count} children, as --children says, got {epsilon}")
     return family.times(count)
 
 
 def warn_of_no_room(plan: FloorPlan) -> None:
-    """Writes a line to standard error if the robot cannot do all of its work in a house."""
+    """Write a line to standard error if the robot cannot do all of its work in a house."""
     if not is_drivable(plan):
         print(f"{PROGRAM}: warning: the robot has no room to get to all that it needs in {plan.name}", file=sys.stderr)

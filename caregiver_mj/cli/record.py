@@ -43,7 +43,7 @@ _MOST_SECONDS = 3600  # of an episode, which has to fit into memory
 
 
 def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command."""
+    """Add the command."""
     command = commands.add_parser(
         "record",
         help="write episodes as a data set to learn from",
@@ -85,13 +85,13 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
 
 def _run(arguments: argparse.Namespace) -> None:
     if not 1 <= arguments.episodes <= _MOST_EPISODES:
-        raise CaregiverError(f"episodes must be at least 1, and {_MOST_EPISODES:,} at most, got {arguments.episodes}")
+        raise CaregiverError(f"episodes must be 1 to {_MOST_EPISODES:,}, got {arguments.episodes}")
     if arguments.seed < 0:
         raise CaregiverError(f"seed must be at least 0, got {arguments.seed}")
     if arguments.seconds is not None and not 0 < arguments.seconds <= _MOST_SECONDS:
-        raise CaregiverError(f"seconds must be a positive length, and {_MOST_SECONDS} at most, got {arguments.seconds}")
+        raise CaregiverError(f"seconds must be a positive number of at most {_MOST_SECONDS}, got {arguments.seconds}")
     if not arguments.out:
-        raise CaregiverError("the output folder's name is empty")
+        raise CaregiverError("--out must be a folder, got an empty name")
     plan, family = read_house(arguments), read_family(arguments.epsilon, arguments)
     from caregiver_mj.envs.recipe import RANDOM, Recipe  # here, for it needs an extra, and MuJoCo
 
@@ -158,16 +158,18 @@ def _size(text: str) -> tuple[int, int]:
 
 
 def check(arguments: argparse.Namespace, recipe: Recipe, name: str, target: pathlib.Path) -> None:
-    """Raises CaregiverError, before anything is run, where the data set could not be written or not be made."""
+    """Raise CaregiverError, before anything is run, where the data set could not be written or not be made."""
     if arguments.format == "minari":
         from caregiver_mj.recording.minari_dataset import check_name
 
         check_name(name)
     elif arguments.name is not None:
-        raise CaregiverError("--name is of a Minari data set; that of a LeRobot one is its folder, --out")
+        raise CaregiverError(
+            "--name must be left out with --format lerobot: its data set has the name of its folder, --out"
+        )
     try:
         if target.exists():
-            raise CaregiverError(f"'{target}' is there already: a data set is not written over")
+            raise CaregiverError(f"the data set must be new, got '{target}', which exists")
     except OSError as error:
         raise CaregiverError(f"'{target}' cannot be written: {error.strerror}") from None
     if arguments.format == "lerobot":
@@ -178,7 +180,7 @@ def check(arguments: argparse.Namespace, recipe: Recipe, name: str, target: path
 
 
 def _collect_all(arguments: argparse.Namespace, recipe: Recipe, store: Store, executor: LocalExecutor) -> None:
-    """Runs the episodes that are not there yet, with a progress bar; a recording that breaks off says how to go on."""
+    """Run the episodes that are not there yet, with a progress bar; a recording that breaks off says how to go on."""
     from caregiver_mj.envs.recipe import collect
 
     jobs = [(i, episode_seed(recipe.seed, i)) for i in range(arguments.episodes) if i not in store]
@@ -205,7 +207,7 @@ def _collect_all(arguments: argparse.Namespace, recipe: Recipe, store: Store, ex
 
 
 def write(arguments: argparse.Namespace, recipe: Recipe, store: Store, name: str, target: pathlib.Path) -> None:
-    """Makes the data set of the episodes."""
+    """Make the data set of the episodes."""
     episodes = (store.load(i) for i in range(arguments.episodes))
     try:
         if arguments.format == "minari":

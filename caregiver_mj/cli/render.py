@@ -21,7 +21,7 @@ from caregiver_mj.viz import OVERLAYS
 
 
 def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command."""
+    """Add the command."""
     command = commands.add_parser(
         "render",
         help="film an episode in the physical house",
@@ -58,7 +58,7 @@ def _run(arguments: argparse.Namespace) -> None:
     if arguments.seed < 0 or arguments.episode < 0:
         raise CaregiverError(f"seed and episode must be at least 0, got {arguments.seed} and {arguments.episode}")
     if not (arguments.seconds > 0 and math.isfinite(arguments.seconds)):
-        raise CaregiverError(f"seconds must be a positive length, got {arguments.seconds}")
+        raise CaregiverError(f"seconds must be a positive number, got {arguments.seconds}")
 
     from caregiver_mj.viz import film  # here, for it takes seconds to import
 

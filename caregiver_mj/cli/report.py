@@ -6,7 +6,7 @@ import argparse
 
 
 def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command."""
+    """Add the command."""
     command = commands.add_parser(
         "report",
         help="make a page of a finished run: tables, figures, maps, film",

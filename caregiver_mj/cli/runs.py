@@ -31,7 +31,7 @@ _COLUMNS = ("timesteps_to_threshold", "cells_visited", "toys_reached", "moves_bl
 
 
 def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the commands."""
+    """Add the commands."""
     text = "compare two finished runs of one world, episode by episode"
     command = commands.add_parser(
         "compare",
@@ -77,7 +77,7 @@ def _told(value: Any) -> str:
 
 
 def print_comparison(found: dict[str, Any], folders: list[str], console: rich.console.Console) -> None:
-    """Prints what `compare_runs` has found in two folders: as many columns as there is room for, and none cut short."""
+    """Print what `compare_runs` has found in two folders: as many columns as there is room for, and none cut short."""
     shapes = [(_COMPARED, False), *((_without(_LESS_NEEDED[:i]), True) for i in range(len(_LESS_NEEDED) + 1))]
     _print_widest((_comparison(found, folders, columns, narrow) for columns, narrow in shapes), console)
 
@@ -132,7 +132,7 @@ def _pool(arguments: argparse.Namespace) -> None:
     )
 
     if len(arguments.folders) < 2:
-        raise CaregiverError("pool needs at least two runs, got fewer")
+        raise CaregiverError(f"runs to be pooled must be at least 2, got {len(arguments.folders)}")
     summary = pool_runs([read_finished(folder) for folder in arguments.folders], arguments.out)
     console = output(arguments.json)
     print_table(summary, console)
@@ -142,7 +142,7 @@ def _pool(arguments: argparse.Namespace) -> None:
 
 
 def output(aside: bool) -> rich.console.Console:
-    """Where a table for people goes: aside to standard error, where standard output is for a program."""
+    """Return where a table for people goes: aside to standard error, where standard output is for a program."""
     console = rich.console.Console(stderr=aside)
     if not console.is_terminal:
         console.width = 120  # a pipe or a file has no width to fit
@@ -150,13 +150,13 @@ def output(aside: bool) -> rich.console.Console:
 
 
 def print_table(summary: dict[str, Any], console: rich.console.Console) -> None:
-    """Prints a row for each caregiver and family: as many columns as there is room for, and none cut short."""
+    """Print a row for each caregiver and family: as many columns as there is room for, and none cut short."""
     shapes = [(list(_TITLES), False), *((list(_TITLES)[:count], True) for count in range(len(_TITLES), 0, -1))]
     _print_widest((_table(summary, columns, narrow, console) for columns, narrow in shapes), console)
 
 
 def print_harm(summary: dict[str, Any], console: rich.console.Console) -> None:
-    """Prints for each caregiver where it does harm; or, in a line, why nobody knows."""
+    """Print for each caregiver where it does harm; or, in a line, why nobody knows."""
     rows = summary["harm"]
     if rows:
         shapes = [(_HARM, False), *((_HARM[:count], True) for count in range(len(_HARM), 0, -1))]
@@ -215,7 +215,7 @@ def _with_ends(value: float, low: float | None, high: float | None) -> str:
 
 
 def _print_widest(tables: Iterable[rich.table.Table], console: rich.console.Console) -> None:
-    """Prints the first of some tables, the widest before, that there is room for; or the last of them."""
+    """Print the first of some tables, the widest before, that there is room for; or the last of them."""
     room = console.options.update(width=_WIDEST)
     for table in tables:
         width = console.measure(table, options=room).maximum

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command."""
+    """Add the command."""
     command = commands.add_parser(
         "view",
         help="watch an episode in the physical house while it runs",
@@ -102,7 +102,7 @@ def _open_window(start: Callable[[], Session], arguments: argparse.Namespace) ->
 
 
 def _watch(viewer: WebViewer | Window) -> None:
-    """Runs a viewer until somebody closes or interrupts it: that is how one ends it, and no failure."""
+    """Run a viewer until somebody closes or interrupts it: that is how one ends it, and no failure."""
     try:
         viewer.run()
     except KeyboardInterrupt:
@@ -126,6 +126,6 @@ def _deaf() -> Iterator[None]:
 
 
 def _check_display() -> None:
-    """Raises RenderingError where there can be no window."""
+    """Raise RenderingError where there can be no window."""
     if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        raise RenderingError("there is no display for a window: use `caregiver-mj view --web`, and a browser")
+        raise RenderingError("no display for a window: use `caregiver-mj view --web` and a browser")
