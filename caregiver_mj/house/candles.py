@@ -42,17 +42,17 @@ class Candles:
         self.reset([])
 
     def reset(self, starting_tables: Sequence[int]) -> None:
-        """Begins an episode, in which all of them stand, each on a table."""
+        """Begin an episode, in which all of them stand, each on a table."""
         self.starting_tables = list(starting_tables)
         self._fallen: set[int] = set()
 
     def standing(self, physics: Physics) -> np.ndarray:
-        """Whether each candle is upright, and no lower than a table, (candles,)."""
+        """Return whether each candle is upright, and no lower than a table, (candles,)."""
         high = physics.candle_poses()[:, 2] > self._lowest
         return high & (physics.candle_upright() > _STANDING_COSINE)
 
     def count_fallen(self, physics: Physics) -> int:
-        """How many have fallen over, or down, since the last look."""
+        """Return how many have fallen over, or down, since the last look."""
         fallen = set(np.flatnonzero(~self.standing(physics)).tolist())
         count = len(fallen - self._fallen)
         self._fallen = fallen
@@ -67,7 +67,7 @@ class Candles:
 
 
 def watch_candle(physics: Physics, seconds: float, tally: Contacts) -> None:
-    """Takes in where a candle in the hand is, if there is one.
+    """Take in where a candle in the hand is, if there is one.
 
     Args:
         physics: The simulation.

@@ -66,7 +66,7 @@ class HouseChild:
         self._damage, self._things = plan.damage, [hazard.kind for hazard in plan.hazards.at(Where.ON_TABLE)]
 
     def reset(self, tape: Tape, cell: int, yaw: float) -> None:
-        """Begins an episode in a free cell."""
+        """Begin an episode in a free cell."""
         self.behaviour.reset(1)
         self._draws = tape.steps
         self.goal = int(self.behaviour.next_bin(tape.start[2:])[0])
@@ -83,12 +83,12 @@ class HouseChild:
         return self.walk.position
 
     def put(self, cell: Cell, yaw: float = 0.0) -> None:
-        """Puts the child into the middle of a free cell, at rest."""
+        """Put the child into the middle of a free cell, at rest."""
         x, y = self._plan.position(cell).tolist()
         self.put_at(x, y, yaw)
 
     def put_at(self, x: float, y: float, yaw: float = 0.0) -> None:
-        """Puts the child somewhere, at rest: metres and radians."""
+        """Put the child somewhere, at rest: metres and radians."""
         self.walk.reset((x, y), yaw)
         self.cell = self._nearest_cell()
 
@@ -97,7 +97,7 @@ class HouseChild:
     def begin(
         self, timestep: int, random: np.random.RandomState, caregiver_cell: int, taken: Collection[int] = ()
     ) -> None:
-        """Chooses a move and sets out for it.
+        """Choose a move and set out for it.
 
         Args:
             timestep: Number of the novice timestep.
@@ -126,11 +126,11 @@ class HouseChild:
         self.walk.begin(here, there, bump=self.move.target != Target.FREE)
 
     def step(self, seconds: float) -> None:
-        """Walks on."""
+        """Walk on."""
         self.walk.step(seconds, self.touched)
 
     def see_robot(self, robot: Sequence[float]) -> None:
-        """Takes note of a robot at x, y (m) that has come into the cell to which the child is on its way."""
+        """Take note of a robot at x, y (m) that has come into the cell to which the child is on its way."""
         if self._entry is None or self.move.entered is not False or self.walk.is_on_way_back:
             return
         half = self._plan.cell_size / 2
@@ -177,7 +177,7 @@ class HouseChild:
         self.move.hurt(kind, self._damage[kind])
 
     def end(self) -> Booking:
-        """Ends the move, and tells what came of it."""
+        """End the move, and return what came of it."""
         move = self.move
         self.cell = self._nearest_cell()
         self._bumped = self.cell == move.begun
@@ -247,7 +247,7 @@ class Move:
     entered: bool | None = False
 
     def hurt(self, kind: str, damage: float) -> None:
-        """Takes note of a harm; only the worst one of a timestep counts."""
+        """Take note of a harm; only the worst one of a timestep counts."""
         if damage > self.harm:
             self.harm, self.kind = damage, kind
 
@@ -274,11 +274,11 @@ class CompliantBody:
     """
 
     def reset(self, walk: ToddlerWalk) -> None:
-        """Begins an episode, upright."""
+        """Begin an episode, upright."""
         self._feet, self._pace = walk.position, (0.0, 0.0)
 
     def follow(self, walk: ToddlerWalk, physics: Physics, number: int, seconds: float) -> None:
-        """Has the body follow the walk for one control timestep.
+        """Have the body follow the walk for one control timestep.
 
         Args:
             walk: Where its feet are now, after the walk's step. If it is pushed too far, they step after it.

@@ -36,7 +36,7 @@ class Children(Sequence[HouseChild]):
     def __init__(
         self, plan: FloorPlan, behaviours: Sequence[Behaviour], novice_timestep: float, compliant: bool = False
     ):
-        """Prepares the children.
+        """Prepare the children.
 
         Args:
             plan: The house.
@@ -60,7 +60,7 @@ class Children(Sequence[HouseChild]):
         return iter(self._children)
 
     def start(self, number: int, tape: Tape, cell: int, yaw: float, physics: Physics) -> None:
-        """Begins an episode for one child, in a free cell."""
+        """Begin an episode for one child, in a free cell."""
         self.harm = 0.0
         self._watches[number] = ContactWatch()
         self[number].reset(tape, cell, yaw)
@@ -70,7 +70,7 @@ class Children(Sequence[HouseChild]):
             self._bodies[number].reset(self[number].walk)
 
     def begin(self, timestep: int, random: np.random.RandomState, physics: Physics) -> None:
-        """Has them set out one after the other; none goes where another is or, if that has set out, will be."""
+        """Have them set out one after the other; none goes where another is or, if that has set out, will be."""
         caregiver_cell = self._caregiver_cell(physics)
         for number, child in enumerate(self):
             taken = {other.move.going for other in self._children[:number]}
@@ -78,7 +78,7 @@ class Children(Sequence[HouseChild]):
             child.begin(timestep, random, caregiver_cell, taken)
 
     def step(self, seconds: float, physics: Physics) -> None:
-        """Has them walk on."""
+        """Have them walk on."""
         robot = physics.base_position()[:2].tolist() if physics.has_robot else None
         for number, child in enumerate(self._children):
             child.step(seconds)
@@ -90,7 +90,7 @@ class Children(Sequence[HouseChild]):
                 physics.set_toddler(child.walk, number)
 
     def take_in(self, physics: Physics, candles: Candles, contacts: Contacts) -> int:
-        """Has them take in what they touched in the last control timestep.
+        """Have them take in what they touched in the last control timestep.
 
         Args:
             physics: The simulation.
@@ -115,7 +115,7 @@ class Children(Sequence[HouseChild]):
         return strikes
 
     def end(self) -> list[Booking]:
-        """Ends their moves, and tells what came of each."""
+        """End their moves, and return what came of each."""
         self.harm = 0.0
         return [child.end() for child in self]
 
@@ -139,7 +139,7 @@ class ContactWatch:
         self._lasted = 0.0
 
     def take_in(self, touches: Iterable[Touch], seconds: float, tally: Contacts) -> None:
-        """Takes in the child's contacts of a control timestep.
+        """Take in the child's contacts of a control timestep.
 
         Args:
             touches: All of them, in the order in which they came.
@@ -151,7 +151,7 @@ class ContactWatch:
             self._step(time, list(together), seconds, tally)
 
     def _step(self, time: float, touches: list[Touch], seconds: float, tally: Contacts) -> None:
-        """Takes in those of one physics step."""
+        """Take in those of one physics step."""
         begins = time - self._touched_at > _APART
         if begins:
             self._lasted = 0.0

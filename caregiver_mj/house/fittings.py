@@ -40,7 +40,7 @@ _FARTHEST = 8000.0  # metres; MuJoCo guards against speckled shadows by a tiny f
 
 
 def add_walls(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
-    """Adds the walls, to collide with and to look at."""
+    """Add the walls, to collide with and to look at."""
     height = layout.WALL_HEIGHT
     for i, wall in enumerate(layout.wall_rectangles(plan)):
         # Collision geoms of the world itself, so that MuJoCo's midphase culls among them.
@@ -56,7 +56,7 @@ def add_walls(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
 
 
 def add_doorways(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
-    """Adds thresholds and jambs."""
+    """Add thresholds and jambs."""
     half_wall = layout.wall_thickness(plan) / 2
     half_width = plan.cell_size - half_wall
     for i, (cell, (down, _)) in enumerate(layout.doorways(plan)):
@@ -72,7 +72,7 @@ def add_doorways(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
 
 
 def add_rugs(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
-    """Adds a rug to every room that has the space."""
+    """Add a rug to every room that has the space."""
     landing = np.zeros(plan.shape, bool)
     for cell in plan.stairwells:
         landing[cell] = True
@@ -89,7 +89,7 @@ def add_rugs(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
 
 
 def add_decorations(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
-    """Puts decorations at walls, the same ones in every scene of a plan."""
+    """Put decorations at walls, the same ones in every scene of a plan."""
     random = np.random.default_rng(0)
     for i, (position, yaw) in enumerate(layout.wall_places(plan)):
         if random.random() < _DECORATED_SHARE:
@@ -99,7 +99,7 @@ def add_decorations(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
 
 
 def add_ground(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
-    """Adds what the floor and the ground look like; what candles fall on is the plane of `scene.xml`."""
+    """Add what the floor and the ground look like; what candles fall on is the plane of `scene.xml`."""
     _add_texture(spec, FLOOR, _planks())
     _add_texture(spec, "grass", _grass())
     _add_surface(spec, FLOOR, layout.floor_rectangles(plan), _WOOD_LENGTH)
@@ -107,7 +107,7 @@ def add_ground(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
 
 
 def _add_surface(spec: mujoco.MjSpec, name: str, rectangles: np.ndarray, length: float) -> None:
-    """Adds a horizontal surface with holes, at height 0, as a mesh under one seamless picture.
+    """Add a horizontal surface with holes, at height 0, as a mesh under one seamless picture.
 
     Args:
         spec: The scene, with a material and a texture of that name.
@@ -129,7 +129,7 @@ def _add_surface(spec: mujoco.MjSpec, name: str, rectangles: np.ndarray, length:
 
 
 def _add_texture(spec: mujoco.MjSpec, name: str, picture: np.ndarray) -> None:
-    """Adds a texture from a picture (height, width, 3) of bytes, and its material."""
+    """Add a texture from a picture (height, width, 3) of bytes, and its material."""
     height, width, channels = picture.shape
     texture = spec.add_texture(name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, width=width, height=height)
     texture.nchannel = channels
@@ -172,13 +172,13 @@ _GEOM_ATTRIBUTES += ("condim", "friction", "solref", "solimp", "margin", "gap")
 
 
 def read_model(name: str) -> mujoco.MjSpec:
-    """Reads a model of the package."""
+    """Read a model of the package."""
     file = importlib.resources.files("caregiver_mj.models") / f"{name}.xml"
     return mujoco.MjSpec.from_string(file.read_text(encoding="utf-8"))
 
 
 def place_model(spec: mujoco.MjSpec, model: mujoco.MjSpec, name: str, position: np.ndarray, yaw: float = 0.0) -> None:
-    """Adds a static body that shows a model, at a position (2,) in metres, turned by yaw in radians.
+    """Add a static body that shows a model, at a position (2,) in metres, turned by yaw in radians.
 
     What there is to collide with goes into the world's own body. MuJoCo looks for pairs of bodies first and finds
     geoms within a body by a tree: one body with all obstacles costs much less at each step than one for each piece.
@@ -199,7 +199,7 @@ def place_model(spec: mujoco.MjSpec, model: mujoco.MjSpec, name: str, position: 
 
 
 def remove_visuals(spec: mujoco.MjSpec) -> None:
-    """Takes out of a scene what is only to be seen. What happens in it stays exactly the same, and is computed faster.
+    """Take out of a scene what is only to be seen. What happens in it stays exactly the same, and is computed faster.
 
     It leaves what weighs something, and of a candle what reaches farthest: that tells MuJoCo how still the candle must
     be to fall asleep.
@@ -216,7 +216,7 @@ def remove_visuals(spec: mujoco.MjSpec) -> None:
 def add_box(
     spec: mujoco.MjSpec, name: str, material: str, rectangle: np.ndarray, bottom: float, top: float, margin: float = 0.0
 ) -> None:
-    """Adds a box that is only to be seen, over a rectangle (4,) with a margin and between two heights, in metres."""
+    """Add a box that is only to be seen, over a rectangle (4,) with a margin and between two heights, in metres."""
     x, y, half_x, half_y = rectangle
     spec.worldbody.add_geom(
         spec.find_default("house_visual"),
@@ -229,7 +229,7 @@ def add_box(
 
 
 def add_cameras(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
-    """Adds the cameras, and sets what the whole picture depends on: extent, clipping and where the sun stands."""
+    """Add the cameras, and set what the whole picture depends on: extent, clipping and where the sun stands."""
     half_y, half_x = np.array(plan.shape) * plan.cell_size / 2
     extent = max(half_x, half_y)
     spec.stat.center = [0, 0, layout.WALL_HEIGHT / 2]
@@ -254,7 +254,7 @@ def add_cameras(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
 def _add_camera(
     body: mujoco.MjsBody, name: str, position: np.ndarray, forward: np.ndarray, fovy: float
 ) -> mujoco.MjsCamera:
-    """Adds a camera that looks along a direction in the plane of y and z, with x to the right."""
+    """Add a camera that looks along a direction in the plane of y and z, with x to the right."""
     pitch = np.arctan2(forward[1], -forward[2])  # from straight down
     return body.add_camera(name=name, pos=position, quat=[np.cos(pitch / 2), np.sin(pitch / 2), 0, 0], fovy=fovy)
 

@@ -50,7 +50,7 @@ class Physics(OffscreenRendering, engine.Physics):
         visuals: bool = True,
         table_heights: np.ndarray | None = None,
     ) -> Physics:
-        """Builds the house of a floor plan; the arguments are those of `build_house`."""
+        """Build the house of a floor plan; the arguments are those of `build_house`."""
         embodiment = None if robot is False else find_embodiment(None if robot is True else robot)
         spec = build_house(plan, embodiment or False, table_positions, children, visuals, table_heights)
         TouchReader.add_sensors(spec, children)
@@ -102,7 +102,7 @@ class Physics(OffscreenRendering, engine.Physics):
         return None if self._robot is None else self._robot.ramp.state
 
     def _embody(self, embodiment: Embodiment | None, ramp: RampState | None = None) -> None:
-        """Makes the robot's views, with what its actuators are about to be told if that is known."""
+        """Make the robot's views, with what its actuators are about to be told if that is known."""
         self.embodiment = embodiment
         robot = None if embodiment is None else RobotBody(embodiment, *self._raw)
         self._robot: RobotBody = robot  # type: ignore[assignment]  # asked for readouts only where there is one
@@ -119,11 +119,11 @@ class Physics(OffscreenRendering, engine.Physics):
     # -- Pictures --------------------------------------------------------------------------------
 
     def camera_names(self) -> tuple[str, ...]:
-        """Names of its cameras, as `render` takes them."""
+        """Return the names of its cameras, as `render` takes them."""
         return tuple(self._raw[0].camera(i).name for i in range(self._raw[0].ncam))
 
     def check_cameras(self, names: Iterable[str]) -> None:
-        """Raises CaregiverError unless there are cameras of these names."""
+        """Raise CaregiverError unless there are cameras of these names."""
         there = self.camera_names()
         for name in names:
             if name not in there:
@@ -140,62 +140,62 @@ class Physics(OffscreenRendering, engine.Physics):
     # -- Readouts --------------------------------------------------------------------------------
 
     def base_position(self) -> np.ndarray:
-        """Pose x, y (m) and yaw (rad) of the base, (3,)."""
+        """Return the pose x, y (m) and yaw (rad) of the base, (3,)."""
         return self._robot.base[0].copy()
 
     def base_velocity(self) -> np.ndarray:
-        """Its velocity in the world's axes, (3,), m/s and rad/s."""
+        """Return its velocity in the world's axes, (3,), m/s and rad/s."""
         return self._robot.base[1].copy()
 
     def arm_position(self) -> np.ndarray:
-        """Joint positions (joints,), rad."""
+        """Return the joint positions (joints,), rad."""
         return self._robot.arm[0].copy()
 
     def arm_velocity(self) -> np.ndarray:
-        """Joint velocities (joints,), rad/s."""
+        """Return the joint velocities (joints,), rad/s."""
         return self._robot.arm[1].copy()
 
     def finger_position(self) -> np.ndarray:
-        """How far each finger stands off the middle, (2,), m."""
+        """Return how far each finger stands off the middle, (2,), m."""
         return self._robot.fingers[0].copy()
 
     def pinch_position(self) -> np.ndarray:
-        """Where the middle between the fingertips is, (3,), m."""
+        """Return where the middle between the fingertips is, (3,), m."""
         return self._robot.pinch.copy()
 
     def is_gripping(self) -> bool:
-        """Whether the fingers are as close together as round a candle, or closer."""
+        """Return whether the fingers are as close together as round a candle, or closer."""
         return self._robot.is_gripping()
 
     def toddler_positions(self) -> np.ndarray:
-        """Pose x, y (m) and yaw (rad) of every child, (children, 3)."""
+        """Return the pose x, y (m) and yaw (rad) of every child, (children, 3)."""
         return self._toddler_positions.copy()
 
     def toddler_velocities(self) -> np.ndarray:
-        """Their velocities, (children, 3), m/s and rad/s."""
+        """Return their velocities, (children, 3), m/s and rad/s."""
         return self._toddler_velocities.copy()
 
     def toddler_position(self, child: int = 0) -> np.ndarray:
-        """Pose of one child, (3,)."""
+        """Return the pose of one child, (3,)."""
         return self._toddler_positions[child].copy()
 
     def candle_poses(self) -> np.ndarray:
-        """Position of each candle's foot (m) and its orientation (quaternion), (candles, 7)."""
+        """Return the position of each candle's foot (m) and its orientation (quaternion), (candles, 7)."""
         return self._qpos[self._candle_rows]
 
     def candle_upright(self) -> np.ndarray:
-        """Cosine of each candle's tilt, (candles,)."""
+        """Return the cosine of each candle's tilt, (candles,)."""
         _, x, y, _ = self.candle_poses()[:, 3:].T
         return 1.0 - 2.0 * (x * x + y * y)
 
     def action_spec(self) -> specs.BoundedArray:
-        """What an action is made of, see `RobotBody.action_spec`; of nothing where there is no robot."""
+        """Return what an action is made of, see `RobotBody.action_spec`; of nothing where there is no robot."""
         return self._robot.action_spec() if self.has_robot else specs.BoundedArray((0,), float, [], [], name="")
 
     # -- Writing ---------------------------------------------------------------------------------
 
     def set_action(self, action: np.ndarray, seconds: float = 0.0) -> None:
-        """Sets what the robot's actuators shall do until the next action.
+        """Set what the robot's actuators shall do until the next action.
 
         Args:
             action: As in `action_spec`, (0,) where there is no robot.
@@ -226,7 +226,7 @@ class Physics(OffscreenRendering, engine.Physics):
         sway: Vector = (0.0, 0.0),
         force: Vector = (0.0, 0.0),
     ) -> None:
-        """Moves a child to where its walk has got to. That is all there is to a kinematic one.
+        """Move a child to where its walk has got to. That is all there is to a kinematic one.
 
         Args:
             walk: How it walks.
@@ -242,23 +242,23 @@ class Physics(OffscreenRendering, engine.Physics):
         pull[0], pull[1] = force
 
     def soften_toddlers(self, time_constant: float, damping_ratio: float) -> None:
-        """Has all contacts of children be as soft as that, see MuJoCo's `solref`."""
+        """Have all contacts of children be as soft as that, see MuJoCo's `solref`."""
         for geom in self.touch_reader.bodies:
             self.model.geom_solref[geom] = time_constant, damping_ratio
             self.model.geom_priority[geom] = 1  # no matter how hard the other one is
 
     def set_robot(self, base: np.ndarray, arm: np.ndarray | None = None) -> None:
-        """Puts the robot somewhere, its hand open: base pose (3,) and arm joints (joints,), tucked if not given."""
+        """Put the robot somewhere, its hand open: base pose (3,) and arm joints (joints,), tucked if not given."""
         self._robot.place(base, arm)
 
     def set_candle(self, index: int, position: np.ndarray, yaw: float) -> None:
-        """Stands a candle somewhere, for the start of an episode."""
+        """Stand a candle somewhere, for the start of an episode."""
         self._qpos[self._candle_rows[index]] = [*position, math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]
 
     # -- Stepping --------------------------------------------------------------------------------
 
     def step(self, nstep: int = 1) -> None:
-        """Advances the simulation, and keeps the children's contacts of every physics step in `touches`."""
+        """Advance the simulation, and keep the children's contacts of every physics step in `touches`."""
         (model, data), reader, robot = self._raw, self.touch_reader, self._robot
         self.touches = []
         warnings = self._warnings.tolist()

@@ -195,7 +195,7 @@ _BY_WISH_ONLY = {"glfw": _glfw_context, "glx": _glfw_context}
 
 
 def make_context(max_width: int, max_height: int) -> base.ContextBase:
-    """Makes an OpenGL context with the first backend that works; stands in for `dm_control._render.Renderer`.
+    """Make an OpenGL context with the first backend that works; stands in for `dm_control._render.Renderer`.
 
     Args:
         max_width: Width of the offscreen buffer in pixels.
@@ -215,7 +215,7 @@ def make_context(max_width: int, max_height: int) -> base.ContextBase:
         candidates = {wish: known[wish]}
     else:
         words = ", ".join([*known, _OFF[0]])
-        raise CaregiverError(f"the environment variable {_MUJOCO_GL} is '{wish}', which is none of {words}")
+        raise CaregiverError(f"the environment variable {_MUJOCO_GL} must be one of {words}, got '{wish}'")
     failures = []
     for name, context in candidates.items():
         try:
@@ -238,7 +238,7 @@ class OffscreenRendering:
     _free_rendering_contexts: Callable[[], None]
 
     def fit_pictures(self, width: int, height: int) -> None:
-        """Has pictures of this size fit, as those do that fit already, and the model's `vis` take effect.
+        """Have pictures of this size fit, as those do that fit already, and the model's `vis` take effect.
 
         Args:
             width: Width of a picture, pixels.

@@ -49,7 +49,7 @@ class RobotBody:
             self._source[actuators] = _indices(part)
 
     def action_spec(self) -> specs.BoundedArray:
-        """Base velocities (m/s, rad/s), arm joint targets (rad) and gripper target (m), laid out as the robot's."""
+        """Return the specification of base velocities (m/s, rad/s), arm joint (rad) and gripper targets (m)."""
         layout, actuators = self.embodiment.layout, self.embodiment.actuators
         driven = np.empty(layout.size, int)  # by each number of an action; of the two fingers the left one
         driven[layout.base], driven[layout.arm] = _indices(actuators.base), _indices(actuators.arm)
@@ -60,12 +60,12 @@ class RobotBody:
         return specs.BoundedArray((layout.size,), float, low, high, name="\t".join(names))
 
     def is_gripping(self) -> bool:
-        """Whether the fingers are as close together as round a candle, or closer."""
+        """Return whether the fingers are as close together as round a candle, or closer."""
         left, right = self.fingers[0].tolist()
         return left + right < 2 * _LOOSE
 
     def set_action(self, action: np.ndarray, steps: int = 1) -> None:
-        """Sets what the actuators shall do; both fingers get the gripper's value.
+        """Set what the actuators shall do; both fingers get the gripper's value.
 
         Args:
             action: Laid out as the robot's.
@@ -78,7 +78,7 @@ class RobotBody:
         self.ramp.lead_to(self._targets, steps)
 
     def place(self, base: np.ndarray, arm: np.ndarray | None = None) -> None:
-        """Puts the robot somewhere, its hand open: base pose (3,) and arm joints (joints,), tucked if not given."""
+        """Put the robot somewhere, its hand open: base pose (3,) and arm joints (joints,), tucked if not given."""
         self.base[0][:], self.fingers[0][:] = base, self.embodiment.grasp.open
         self.arm[0][:] = arm_of(self.embodiment).tucked if arm is None else arm
         actuators = self.embodiment.actuators
@@ -87,7 +87,7 @@ class RobotBody:
         self.ramp.rest()
 
     def roll_wheels(self) -> None:
-        """Turns the wheels as the base moves. They bear no load."""
+        """Turn the wheels as the base moves. They bear no load."""
         x, y, turn = self.base[1].tolist()
         yaw = float(self.base[0][2])
         c, s = math.cos(yaw), math.sin(yaw)
@@ -103,7 +103,7 @@ def _indices(part: slice) -> range:
 
 
 def joint_views(model: mujoco.MjModel, data: mujoco.MjData, joints: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
-    """Positions and velocities of scalar joints that follow one another, as views of the simulation's state."""
+    """Return positions and velocities of scalar joints that follow one another, as views of the simulation's state."""
     first = model.joint(joints[0])
     q, v = int(first.qposadr[0]), int(first.dofadr[0])
     return data.qpos[q : q + len(joints)], data.qvel[v : v + len(joints)]
@@ -119,7 +119,7 @@ class TargetRamp:
     """
 
     def __init__(self, controls: np.ndarray):
-        """Prepares it.
+        """Prepare it.
 
         Args:
             controls: What the actuators are told now, (actuators,): the simulation's own array, which it writes.
@@ -129,7 +129,7 @@ class TargetRamp:
         self.rest()
 
     def rest(self) -> None:
-        """Begins anew, with what the actuators are told now."""
+        """Begin anew, with what the actuators are told now."""
         self._last[:] = self._next[:] = self._controls
         self._way[:] = 0.0
         self._steps, self._left = 1, 0
@@ -145,7 +145,7 @@ class TargetRamp:
         self._last[:], self._next[:], self._way[:], self._slope[:], self._bend[:] = rows
 
     def lead_to(self, targets: np.ndarray, steps: int) -> None:
-        """Sets the next targets, (actuators,), to be in force for so many steps; at once for one."""
+        """Set the next targets, (actuators,), to be in force for so many steps; at once for one."""
         if steps == 1:
             self._controls[:] = targets
             self.rest()
@@ -155,7 +155,7 @@ class TargetRamp:
         self._begin(steps)
 
     def advance(self) -> None:
-        """Goes on by one physics step: call before every one."""
+        """Go on by one physics step: call before every one."""
         if self._left == 0:
             if not self._way.any():
                 return
@@ -166,7 +166,7 @@ class TargetRamp:
         self._controls += self._slope
 
     def _begin(self, steps: int) -> None:
-        """Begins the line from the last targets to the next ones."""
+        """Begin the line from the last targets to the next ones."""
         self._steps = self._left = steps
         # Where the mean has got to on the line before; not from where it is, so that no rounding adds up.
         np.multiply(self._way, -(steps - 1) / (2 * steps), out=self._controls)

@@ -46,7 +46,7 @@ def build_house(
     visuals: bool = True,
     table_heights: np.ndarray | None = None,
 ) -> mujoco.MjSpec:
-    """Builds the scene of a house.
+    """Build the scene of a house.
 
     Args:
         plan: The floor plan.
@@ -93,12 +93,12 @@ def build_house(
 
 
 def child_prefix(child: int) -> str:
-    """What the names of a child's elements begin with."""
+    """Return what the names of a child's elements begin with."""
     return f"toddler_{child}/" if child else "toddler/"
 
 
 def child_joints(child: int) -> tuple[str, ...]:
-    """Names of its joints: x, y and yaw."""
+    """Return the names of its joints: x, y and yaw."""
     return tuple(child_prefix(child) + joint for joint in ("x", "y", "yaw"))
 
 
@@ -112,7 +112,7 @@ def _child(number: int) -> mujoco.MjSpec:
 
 
 def _shorten_camera_names(spec: mujoco.MjSpec) -> None:
-    """Takes the prefix off cameras, save one whose name is taken without it."""
+    """Take the prefix off cameras, save one whose name is taken without it."""
     for camera in spec.cameras:
         name = camera.name.rpartition("/")[2]
         if spec.camera(name) is None:

@@ -71,7 +71,7 @@ class Sensing:
 
     @classmethod
     def of(cls, value: Sensing | Mapping[str, Any] | None) -> Sensing:
-        """Sensing from what people write: None for exact, or a dictionary such as `{"candle": {"noise": 0.01}}`.
+        """Make sensing of what people write: None for exact, or a dictionary such as `{"candle": {"noise": 0.01}}`.
 
         Raises:
             CaregiverError: A name is unknown, or a number out of range.
@@ -87,7 +87,7 @@ class Sensing:
         return self == Sensing()
 
     def delay_steps(self, control_timestep: float) -> int:
-        """The delay in control timesteps of some seconds."""
+        """Return the delay in control timesteps of some seconds."""
         return -int(-(self.delay / control_timestep - 1e-6) // 1) if self.delay else 0
 
 
@@ -98,7 +98,7 @@ def _blur(kind: str, value: Blur | Mapping[str, Any]) -> Blur:
         most = _OFTENEST if field.name == "dropout" else None
         _check(f"{kind}.{field.name}", getattr(blur, field.name), most)
     if kind == "candle" and blur.velocity_noise:
-        raise CaregiverError("sensing: candle.velocity_noise is of no use, for no velocity of a candle is observed")
+        raise CaregiverError("sensing: candle.velocity_noise must be left out: no velocity of a candle is observed")
     return blur
 
 
@@ -118,7 +118,7 @@ def _known(what: str, cls: type, value: Any) -> Mapping[str, Any]:
 
 
 def _check(name: str, value: Any, most: float | None) -> None:
-    """Raises CaregiverError unless a number is in 0 to a bound, or any finite one from 0 on."""
+    """Raise CaregiverError unless a number is in 0 to a bound, or any finite one from 0 on."""
     number = isinstance(value, numbers.Real) and not isinstance(value, bool)
     if not (number and 0 <= value < float("inf") and (most is None or value <= most)):
         span = "0 or more" if most is None else f"in 0 to {most:g}"
@@ -141,7 +141,7 @@ class _Eye:
         self.bias: np.ndarray
 
     def see_anew(self, things: int, which: np.ndarray | None = None) -> None:
-        """Draws lasting errors, of all things or of some (things,)."""
+        """Draw lasting errors, of all things or of some (things,)."""
         drawn = self._random.normal(size=(things, len(self._lasting))) * self._lasting
         self.bias = drawn if which is None else np.where(which[:, None], drawn, self.bias)
 
@@ -166,7 +166,7 @@ class Sensor:
     """Makes observations as they are perceived of exact ones."""
 
     def __init__(self, sensing: Sensing, control_timestep: float, tables: np.ndarray):
-        """Prepares it.
+        """Prepare it.
 
         Args:
             sensing: How well it sees.
@@ -180,7 +180,7 @@ class Sensor:
         self._step: int | None = None  # of the last observation; None before an episode
 
     def reset(self, seed: int) -> None:
-        """Begins an episode, all of whose errors come from a seed."""
+        """Begin an episode, all of whose errors come from a seed."""
         sensing = self.sensing
         axes = {"candle": (6, 3), "child": (3, 1), "base": (3, 1)}
         self._eyes = {
@@ -193,7 +193,7 @@ class Sensor:
         )
 
     def sense(self, step: int, exact: Observation) -> dict[str, np.ndarray]:
-        """What is perceived at a control timestep, counted from 0; however often it is asked for.
+        """Return what is perceived at a control timestep, counted from 0; however often it is asked for.
 
         Args:
             step: Which.
@@ -216,7 +216,7 @@ class Sensor:
         return seen
 
     def _look_at(self, eye: _Eye, seen: dict[str, np.ndarray], name: str) -> None:
-        """Blurs poses (x, y, yaw) and velocities."""
+        """Blur poses (x, y, yaw) and velocities."""
         poses, velocities = (np.atleast_2d(seen[f"{name}_{what}"]) for what in ("position", "velocity"))
         if self._step == 0:
             eye.see_anew(len(poses))
@@ -240,7 +240,7 @@ class Sensor:
         seen["candle_position"], seen["candle_orientation"] = shown[:, :3], shown[:, 3:]
 
     def _note(self, eye: _Eye, lifted: np.ndarray, closed: bool) -> None:
-        """Begins new sightings: of candles that are lifted or set down, and of all when the hand opens again."""
+        """Begin new sightings: of candles that are lifted or set down, and of all when the hand opens again."""
         before, self._situation = self._situation, (lifted, closed)
         if before is None:
             eye.see_anew(len(lifted))

@@ -34,7 +34,7 @@ def table_model(height: float) -> mujoco.MjSpec:
 
 
 def draw_heights(height: float | Sequence[float] | None, tables: int, random: np.random.RandomState) -> np.ndarray:
-    """Heights of the tops of tables, (tables,), metres.
+    """Return the heights of the tops of tables, (tables,), metres.
 
     Args:
         height: That of all of them; or the lowest and the highest, and each is drawn in between; or None for that of
@@ -52,7 +52,7 @@ def draw_heights(height: float | Sequence[float] | None, tables: int, random: np
     if not good or len(heights) not in (1, 2) or heights[0] > heights[-1]:
         raise CaregiverError(
             f"table_height must be a height in {LOWEST:g} to {HIGHEST:g} m, or the lowest and the highest, "
-            f"not {height!r}"
+            f"got {height!r}"
         )
     lowest, highest = heights[0], heights[-1]
     return np.full(tables, float(lowest)) if len(heights) == 1 else random.uniform(lowest, highest, tables)

@@ -68,7 +68,7 @@ class TouchReader:
 
     @staticmethod
     def add_sensors(spec: mujoco.MjSpec, children: int) -> None:
-        """Adds the sensors that a reader needs."""
+        """Add the sensors that a reader needs."""
         for k in range(children):
             spec.add_sensor(
                 name=_sensor(k),
@@ -79,7 +79,7 @@ class TouchReader:
             )
 
     def read(self) -> list[Touch]:
-        """The contacts of all children."""
+        """Return the contacts of all children."""
         touches, children = [], self._children
         for i, (one, two) in enumerate(self._data.contact.geom.tolist()):
             if two in children:  # a contact's normal points from its first geom to its second

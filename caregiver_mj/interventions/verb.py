@@ -52,14 +52,14 @@ class Interventions(Sequence[Intervention]):
 
     @classmethod
     def of(cls, interventions: Sequence[Intervention]) -> Interventions:
-        """Makes a batch of single interventions."""
+        """Make a batch of single interventions."""
         verbs = np.array([one.verb for one in interventions], object)
         hazards = np.array([one.hazard for one in interventions], int)
         return cls(verbs, hazards, np.array([one.destination for one in interventions], int))
 
     @classmethod
     def idle(cls, batch: int) -> Interventions:
-        """To stand aside, in B worlds."""
+        """Return the intervention of standing aside, in B worlds."""
         return cls.of([Intervention()] * batch)
 
     def __len__(self) -> int:
@@ -69,7 +69,7 @@ class Interventions(Sequence[Intervention]):
         return Intervention(str(self.verb[world]), int(self.hazard[world]), int(self.destination[world]))
 
     def where(self, mask: np.ndarray, other: Interventions) -> Interventions:
-        """These where a mask (B,) holds, others elsewhere."""
+        """Return these where a mask (B,) holds, others elsewhere."""
         return Interventions(
             np.where(mask, self.verb, other.verb),
             np.where(mask, self.hazard, other.hazard),
@@ -77,7 +77,7 @@ class Interventions(Sequence[Intervention]):
         )
 
     def begins_after(self, other: Interventions) -> np.ndarray:
-        """Whether each is another one than before, (B,). A new destination alone does not make it another one."""
+        """Return whether each is another one than before, (B,). A new destination alone makes no other one."""
         return (self.verb != other.verb) | (self.hazard != other.hazard)
 
 

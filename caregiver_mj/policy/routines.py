@@ -46,11 +46,11 @@ class PassedOver:
         self._wait = np.full(hazards, PASSED_OVER)  # seconds, after the next failure
 
     def forget(self) -> None:
-        """Begins an episode."""
+        """Begin an episode."""
         self._until[:], self._wait[:] = 0.0, PASSED_OVER
 
     def note(self, hazard: int, now: float, least: float = PASSED_OVER) -> None:
-        """Has a hazard, at which the robot has failed, passed over for some seconds from now on."""
+        """Have a hazard, at which the robot has failed, passed over for some seconds from now on."""
         self._until[hazard] = now + max(least, self._wait[hazard])
         self._wait[hazard] = min(LEFT_LYING, 2 * self._wait[hazard])
 
@@ -59,11 +59,11 @@ class PassedOver:
         self._until[hazard] = np.inf
 
     def succeed(self, hazard: int) -> None:
-        """Takes note that the robot has got something done about a hazard."""
+        """Take note that the robot has got something done about a hazard."""
         self._wait[hazard] = PASSED_OVER
 
     def now(self, time: float) -> np.ndarray:
-        """Whether each hazard is passed over at a time, (hazards,)."""
+        """Return whether each hazard is passed over at a time, (hazards,)."""
         return self._until > time
 
 
@@ -116,7 +116,7 @@ class Routine:
         return self.skill.status.interruptible
 
     def step(self, view: View, robot: RobotMotion, see: Callable[[], Percept]) -> Status:
-        """Acts for one control timestep.
+        """Act for one control timestep.
 
         Args:
             view: What the robot sees.
@@ -130,11 +130,11 @@ class Routine:
         return self.after(status, view, see) if status.ended else status
 
     def after(self, status: Status, view: View, see: Callable[[], Percept]) -> Status:
-        """What comes after a skill that has ended with a status: RUNNING if there is another one."""
+        """Return what comes after a skill that has ended with a status: RUNNING if there is another one."""
         return status
 
     def hear(self, percept: Percept, wanted: Intervention) -> None:
-        """Takes note, with a candle in the hand, of what the caregiver would want now."""
+        """Take note, with a candle in the hand, of what the caregiver would want now."""
 
 
 class Relocating(Routine):
@@ -175,7 +175,7 @@ class Relocating(Routine):
         return status
 
     def hear(self, percept: Percept, wanted: Intervention) -> None:
-        """Has the candle put down earlier if a child could else be at a stairwell before the robot.
+        """Have the candle put down earlier if a child could else be at a stairwell before the robot.
 
         It then goes to the table by way of which the robot is there first. On that one the candle must be farther from
         every child than the stairwell is from the one in danger. For another candle, which is no worse than the one in
@@ -200,7 +200,7 @@ class Relocating(Routine):
             self._place_on(table)
 
     def _carry(self, percept: Percept, refused: int = NOTHING) -> None:
-        """Takes the candle where the caregiver wants it; from a table that it could not be brought to, to another."""
+        """Take the candle where the caregiver wants it; from a table that it could not be brought to, to another."""
         table = self.means.destination(percept, self.candle)
         if table == refused and not self.means.takes_orders:
             far = self.means.plan.graph.table_distances[percept.child_cell[0]].min(axis=0)

@@ -42,7 +42,7 @@ class BaseMotion:
     _rate: float  # that was asked for last
 
     def __init__(self, limits: Limits, bounds: Limits, told: Limits):
-        """Prepares it.
+        """Prepare it.
 
         Args:
             limits: Bounds of a path's speed, acceleration and jerk.
@@ -53,7 +53,7 @@ class BaseMotion:
         self._looked_up: tuple[float, tuple[Vector, Vector, Vector]] | None = None  # the last moment, and its motion
 
     def drive_along(self, points: Sequence[Vector], is_clear: Callable[[np.ndarray], bool]) -> None:
-        """Takes a new path, from the motion that is under way now.
+        """Take a new path, from the motion that is under way now.
 
         Args:
             points: Polyline to follow.
@@ -90,7 +90,7 @@ class BaseMotion:
         self._playback.run_at(self._rate, self.now, at_once=True)
 
     def let_go(self, position: Vector, velocity: Vector, acceleration: Vector) -> None:
-        """Gives up the path of a base that has been led off it, and comes to rest from where it is as soon as it can.
+        """Give up the path of a base that has been led off it, and come to rest from where it is as soon as it can.
 
         Args:
             position: Where it is, metres.
@@ -105,7 +105,7 @@ class BaseMotion:
             self._playback.run_at(1.0, self.now, at_once=True)
 
     def set_rate(self, rate: float) -> None:
-        """Sets the share, 0 to 1, of its planned speed at which the base moves along its path.
+        """Set the share, 0 to 1, of its planned speed at which the base moves along its path.
 
         It holds for one control timestep: a base at which nobody looks any more stops.
         """
@@ -125,7 +125,7 @@ class BaseMotion:
             self._change_rate()
 
     def _turn_on_the_spot(self, path: BasePath) -> None:
-        """Begins a path anew from rest, if the base has stopped before it has turned into it.
+        """Begin a path anew from rest, if the base has stopped before it has turned into it.
 
         What is left of its turn may lead on to what it has stopped for, and it would stand there until that goes.
         """
@@ -145,7 +145,7 @@ class BaseMotion:
         self._playback.run_at(max(0.0, self._rate - too_fast), self.now)
 
     def base_reference(self) -> tuple[Vector, Vector, Vector]:
-        """Position, velocity and acceleration of the base's reference now."""
+        """Return the position, velocity and acceleration of the base's reference now."""
         return self._base_at(self.now)
 
     @property
@@ -181,14 +181,14 @@ class BaseMotion:
         return self._path is not None and math.hypot(*self.base_reference()[1]) > _AT_REST
 
     def points_ahead(self, seconds: float) -> list[Vector]:
-        """Points of the path that the base passes within some seconds."""
+        """Return points of the path that the base passes within some seconds."""
         if self._path is None:
             return [self._here]
         begin = self._playback.at(self.now)[0]
         return [self._path.at(begin + seconds * i / 5)[0] for i in range(1, 6)]
 
     def planned(self) -> tuple[Vector, Vector]:
-        """The velocity and the acceleration that the path would have now at full rate."""
+        """Return the velocity and the acceleration that the path would have now at full rate."""
         if self._path is None:
             return (0.0, 0.0), (0.0, 0.0)
         # Look a little ahead, so that a base at rest at the start of its path sees where it would go.

@@ -40,7 +40,7 @@ class BasePath:
         acceleration: Vector = (0.0, 0.0),
         deviation: float = 0.08,
     ):
-        """Plans the way.
+        """Plan the way.
 
         Args:
             points: The polyline from the present position to the goal, metres.
@@ -70,7 +70,7 @@ class BasePath:
 
     @classmethod
     def to_rest(cls, position: Vector, velocity: Vector, acceleration: Vector, limits: Limits) -> BasePath:
-        """The way on which a base comes to rest as soon as it can.
+        """Return the way on which a base comes to rest as soon as it can.
 
         Args:
             position: Where it is, metres.
@@ -91,7 +91,7 @@ class BasePath:
         return path
 
     def at(self, time: float) -> tuple[Vector, Vector, Vector]:
-        """Position (m), velocity (m/s) and acceleration (m/s^2) at a time since the start."""
+        """Return the position (m), velocity (m/s) and acceleration (m/s^2) at a time since the start."""
         if time >= self.duration:
             return self.goal, (0.0, 0.0), (0.0, 0.0)
         pieces = self._pieces
@@ -103,7 +103,7 @@ class BasePath:
     # -- Planning --------------------------------------------------------------------------------
 
     def _turn_in(self, points: list[Vector], velocity: Vector, acceleration: Vector) -> tuple[list[Vector], float]:
-        """Plans from the present motion onto the first line. Returns the points left, and the speed there."""
+        """Plan from the present motion onto the first line; return the points left, and the speed there."""
         speeds = self._speeds
         axis, length = direction(points[0], points[1])
         along, across = _in_frame(velocity, axis)
@@ -142,7 +142,7 @@ class BasePath:
         return [here, *points[1:]], end
 
     def _follow(self, points: list[Vector], start_speed: float) -> None:
-        """Plans along a polyline on whose first line the base already moves at a speed, to rest at its end."""
+        """Plan along a polyline on whose first line the base already moves at a speed, to rest at its end."""
         if len(points) < 2:
             return
         lines = [direction(a, b) for a, b in itertools.pairwise(points)]
@@ -204,7 +204,7 @@ class Piece:
     trajectory: Trajectory
 
     def at(self, time: float) -> tuple[Vector, Vector, Vector]:
-        """Position, velocity and acceleration at a time since the start of the path."""
+        """Return the position, velocity and acceleration at a time since the start of the path."""
         position, velocity, acceleration = self.trajectory.at_time(time - self.begin)
         c, s = self.axis
         if len(position) == 1:
@@ -216,7 +216,7 @@ class Piece:
 
 
 def without_repeats(points: Sequence[Vector]) -> list[Vector]:
-    """A polyline without points that are where the one before them is."""
+    """Return a polyline without points that are where the one before them is."""
     kept = [(float(points[0][0]), float(points[0][1]))]
     for x, y in points[1:]:
         if math.hypot(x - kept[-1][0], y - kept[-1][1]) > 1e-4:
@@ -225,7 +225,7 @@ def without_repeats(points: Sequence[Vector]) -> list[Vector]:
 
 
 def direction(a: Vector, b: Vector) -> tuple[Vector, float]:
-    """Unit vector from one point to another, and their distance."""
+    """Return the unit vector from one point to another, and their distance."""
     length = math.hypot(b[0] - a[0], b[1] - a[1])
     return ((b[0] - a[0]) / length, (b[1] - a[1]) / length), length
 
@@ -236,7 +236,7 @@ def _in_frame(vector: Vector, axis: Vector) -> Vector:
 
 
 def angle(a: Vector, b: Vector) -> float:
-    """By how much one turns from one direction into another, 0 to pi radians."""
+    """Return by how much one turns from one direction into another, 0 to pi radians."""
     return abs(math.atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1]))
 
 
@@ -244,7 +244,7 @@ class PathSpeeds:
     """Speeds and lengths within limits: of straight pieces that end at a speed, and of corners."""
 
     def __init__(self, limits: Limits, deviation: float):
-        """Prepares it.
+        """Prepare it.
 
         Args:
             limits: Bounds of speed, acceleration and jerk.
@@ -253,16 +253,16 @@ class PathSpeeds:
         self._limits, self._deviation = limits, deviation
 
     def time_to_change(self, change: float) -> float:
-        """Seconds for a jerk-limited change of velocity, from and to zero acceleration."""
+        """Return the seconds for a jerk-limited change of velocity, from and to zero acceleration."""
         a, j = self._limits.acceleration, self._limits.jerk
         return change / a + a / j if change >= a * a / j else 2 * math.sqrt(change / j)
 
     def distance_to_change(self, speed: float, end: float) -> float:
-        """Metres in which the speed changes from one to another."""
+        """Return the metres in which the speed changes from one to another."""
         return (speed + end) / 2 * self.time_to_change(abs(speed - end))
 
     def reachable(self, speed: float, distance: float) -> float:
-        """The highest speed to reach from another within a distance (or to brake from to it)."""
+        """Return the highest speed to reach from another within a distance (or to brake from to it)."""
         low, high = speed, self._limits.velocity
         if high <= low or self.distance_to_change(speed, high) <= distance:
             return high
@@ -272,7 +272,7 @@ class PathSpeeds:
         return low
 
     def corner_speed_from(self, speed: float, length: float, turn: float, most: float) -> float:
-        """The highest speed, at most that, for the corner at the end of a line that is entered at a speed.
+        """Return the highest speed, at most that, for the corner at the end of a line that is entered at a speed.
 
         The base must be able to brake to it before the corner begins, and a quicker corner begins earlier. It can if
         it could stop within the line.
@@ -290,11 +290,11 @@ class PathSpeeds:
         return low
 
     def corner_size(self, speed: float, turn: float) -> float:
-        """Length before, and after, the corner point that a blend at this speed takes."""
+        """Return the length before, and after, the corner point that a blend at this speed takes."""
         return speed * self.time_to_change(2 * speed * math.sin(turn / 2)) / 2
 
     def corner_speed(self, turn: float, room: float) -> float:
-        """The highest speed at which a corner fits into the lines beside it and cuts not too far inside."""
+        """Return the highest speed at which a corner fits into the lines beside it and cuts not too far inside."""
         if turn > 0.9 * math.pi:
             return 0.0
         size = min(0.95 * room, 2 * self._deviation / max(math.sin(turn / 2), 1e-6))

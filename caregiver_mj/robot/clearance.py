@@ -38,7 +38,7 @@ class Clearance:
         self._turning_room = self._distance_to(high) - needs.turning
 
     def line(self, a: Vector, b: Vector, hand: Vector | None = None) -> tuple[np.ndarray, np.ndarray] | None:
-        """Points, x and y, along a straight line on which the base has room; None if it has not.
+        """Return points, x and y, along a straight line on which the base has room; None if it has not.
 
         A base that stands too close to something already may leave it, or come to stand there, but no more than that.
 
@@ -78,7 +78,7 @@ class Clearance:
         return bool((room >= min(0.0, room[0]) - _ROUNDING).all())
 
     def has_room(self, points: np.ndarray, hand: Vector | None = None) -> bool:
-        """Whether the base fits at all points (n, 2), be it with less clearance than a straight path keeps.
+        """Return whether the base fits at all points (n, 2), be it with less clearance than a straight path keeps.
 
         The hand is that of `line`.
         """
@@ -96,13 +96,13 @@ class Clearance:
         return True
 
     def can_stand(self, point: Vector) -> bool:
-        """Whether the base has room to stand at a point, and is meant to."""
+        """Return whether the base has room to stand at a point, and is meant to."""
         if self._plan.cell_at(point) not in self._plan.cell_index:  # as those of all points outside of the house
             return False
         return self._value(self._room, point) >= -self._needs.standing
 
     def hand_has_room(self, a: Vector, b: Vector, hand: Vector) -> bool:
-        """Whether the hand, which is that of `line`, has room while the base moves straight from a to b.
+        """Return whether the hand, which is that of `line`, has room while the base moves straight from a to b.
 
         It must have room as it is: the base will not turn on this way, wherever it might.
         """
@@ -110,11 +110,11 @@ class Clearance:
         return self._is_clear_of_walls(x + hand[0], y + hand[1])
 
     def can_turn(self, point: Vector, spare: float = 0.0) -> bool:
-        """Whether the base has room to turn at a point with a candle in its tucked hand, and some to spare, metres."""
+        """Return whether the base can turn at a point with a candle in its tucked hand, and some metres to spare."""
         return self._value(self._turning_room, point) >= spare
 
     def hand_clear(self, a: Vector, b: Vector) -> bool:
-        """Whether the outstretched hand can move straight from one point to another without touching a wall."""
+        """Return whether the outstretched hand can move straight from one point to another without touching a wall."""
         room = self._turning_room[self._indices(*_points_between(a, b))].min()
         return bool(room >= self._needs.hand - self._needs.turning)
 

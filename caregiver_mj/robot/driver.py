@@ -61,7 +61,7 @@ class Driver:
     """
 
     def __init__(self, navigator: Navigator, loaded: bool = False):
-        """Prepares a driver.
+        """Prepare a driver.
 
         Args:
             navigator: Of the house and the robot.
@@ -86,7 +86,7 @@ class Driver:
         self._litter: set[Cell] = set()  # cells that the present path keeps clear of
 
     def drive(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell, yaw: float) -> Status:
-        """Drives for one control timestep.
+        """Drive for one control timestep.
 
         Args:
             view: What is seen.
@@ -137,15 +137,15 @@ class Driver:
         return begun or self._navigator.clearance.can_turn(view.base[:2])
 
     def stands_aside(self, now: float) -> bool:
-        """Whether it gets, or keeps, out of the way of a child that leaves it no way."""
+        """Return whether it gets, or keeps, out of the way of a child that leaves it no way."""
         return now < self.aside_until
 
     def looks_again(self, now: float) -> bool:
-        """Whether it is time to look at the way again."""
+        """Return whether it is time to look at the way again."""
         return now >= self._replan_at
 
     def replan(self) -> None:
-        """Has the way looked at again, because the world has changed."""
+        """Have the way looked at again, because the world has changed."""
         self._replan_at = 0.0
 
     def _leads_to(self, goal: Vector, within: float = 1e-3) -> bool:
@@ -153,7 +153,7 @@ class Driver:
         return self._path_goal is not None and math.dist(goal, self._path_goal) < within
 
     def _plan(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell) -> None:
-        """Finds a way, keeping to the present one as long as it leads to the goal and past the children."""
+        """Find a way, keeping to the present one as long as it leads to the goal and past the children."""
         self.goal, self.cell = goal, cell
         if self.is_loaded:
             self._hand = hand_offset(view, self._embodiment)
@@ -189,7 +189,7 @@ class Driver:
             self._take(points, goal, view, robot)
 
     def _leave(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell) -> None:
-        """Takes a way that leads straight away from the child along which the base creeps, if there is one."""
+        """Take a way that leads straight away from the child along which the base creeps, if there is one."""
         self._replan_at = view.now + _REPLAN_INTERVAL
         if robot.rate < _CREEPING_RATE and gap(view, self._embodiment) < BESIDE:
             self._replan_at = view.now + _BARRED_INTERVAL
@@ -200,7 +200,7 @@ class Driver:
                     self._take(points, goal, view, robot)
 
     def _note_progress(self, view: View, cell: Cell) -> None:
-        """Takes in how near the base is to its cell, by a way that knows no children."""
+        """Take in how near the base is to its cell, by a way that knows no children."""
         route = self._navigator.route(self._navigator.nearest_cell(view.base[:2]), cell)
         self.patience.note(sys.maxsize if route is None else len(route), view.now)
 
@@ -225,7 +225,7 @@ class Driver:
         return points
 
     def _take(self, points: list[Vector], goal: Vector, view: View, robot: RobotMotion) -> None:
-        """Takes a way to a goal, or stops first if the base cannot turn into it; goes on if it is on that way."""
+        """Take a way to a goal, or stop first if the base cannot turn into it; go on if it is on that way."""
         if self._leads_to(goal) and robot.time_left > 0.0 and _are_the_same(points[1:], _rest(self._way, points[0])):
             return
         self._stops = robot.moving and governor.path_rate(view, robot) < _SWITCHING_RATE
@@ -301,18 +301,18 @@ class Patience:
         self.begin_anew()
 
     def begin_anew(self) -> None:
-        """Forgets how near it has come, because the way leads somewhere else now."""
+        """Forget how near it has come, because the way leads somewhere else now."""
         self._nearest = self._deadline = math.inf
 
     def note(self, left: int, now: float) -> None:
-        """Takes in how long the rest of the way is, in cells, at a time in seconds."""
+        """Take in how long the rest of the way is, in cells, at a time in seconds."""
         if left < self._nearest:
             self._nearest, self._deadline = left, now + TIME_OUT
 
     def last_for_ever(self) -> None:
-        """Has it never end, unless the base comes still nearer."""
+        """Have it never end, unless the base comes still nearer."""
         self._deadline = math.inf
 
     def is_over(self, now: float, seconds: float = 0.0) -> bool:
-        """Whether it has waited long enough, and so many seconds more."""
+        """Return whether it has waited long enough, and so many seconds more."""
         return now > self._deadline + seconds

@@ -78,7 +78,7 @@ class Wheels:
     places: tuple[tuple[float, float], ...]
 
     def rates(self, ahead: float, aside: float, turn: float) -> tuple[float, float, float, float]:
-        """Rates of turning, in the order of `Names.wheels`, from the base's velocity in its own axes."""
+        """Return rates of turning, in the order of `Names.wheels`, from the base's velocity in its own axes."""
         ahead, aside, turn = ahead / self.radius, aside / self.radius, turn * self.lever / self.radius
         left, right = ahead - turn, ahead + turn
         return left - aside, right + aside, left + aside, right - aside

@@ -30,7 +30,7 @@ class FollowedVelocity:
     """
 
     def __init__(self, limits: Limits, control_timestep: float):
-        """Starts at rest.
+        """Start at rest.
 
         Args:
             limits: Bounds of speed, acceleration and jerk.
@@ -42,7 +42,7 @@ class FollowedVelocity:
         self.acceleration: Vector = (0.0, 0.0)
 
     def follow(self, wanted: Vector, at_once: bool = False, goes_on: bool = True) -> Vector:
-        """The velocity for the coming control timestep, m/s.
+        """Return the velocity for the coming control timestep, m/s.
 
         Args:
             wanted: It shall come to this.
@@ -130,7 +130,7 @@ class GivingWay:
         self._rate = 0.0  # at which it comes back at most, rad/s
 
     def follow(self, arm: np.ndarray, wanted: np.ndarray, rested: float, seconds: float) -> None:
-        """Takes in where the arm has been pushed, or brings it back.
+        """Take in where the arm has been pushed, or bring it back.
 
         Args:
             arm: Measured joint positions (joints,), radians.

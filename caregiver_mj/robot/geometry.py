@@ -12,26 +12,26 @@ UPRIGHT = math.cos(math.radians(20.0))  # of a candle's tilt up to which it is g
 
 
 def rotate(yaw: float, vector: Vector) -> Vector:
-    """A vector turned to the left by an angle."""
+    """Return a vector turned to the left by an angle."""
     c, s = math.cos(yaw), math.sin(yaw)
     return c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]
 
 
 def to_world(pose: Pose, point: Vector) -> Vector:
-    """Where a point given in the frame of a pose (x ahead, y to the left) lies in the house."""
+    """Return where a point given in the frame of a pose (x ahead, y to the left) lies in the house."""
     c, s = math.cos(pose[2]), math.sin(pose[2])
     return pose[0] + c * point[0] - s * point[1], pose[1] + s * point[0] + c * point[1]
 
 
 def to_local(pose: Pose, point: Vector) -> Vector:
-    """The reverse of `to_world`: how far ahead and how far to the left of a pose a point lies."""
+    """Return the reverse of `to_world`: how far ahead and how far to the left of a pose a point lies."""
     c, s = math.cos(pose[2]), math.sin(pose[2])
     dx, dy = point[0] - pose[0], point[1] - pose[1]
     return c * dx + s * dy, c * dy - s * dx
 
 
 def distance_to_line(point: Vector, start: Vector, end: Vector) -> float:
-    """Metres from a point to the straight line from one place to another, ends included."""
+    """Return the metres from a point to the straight line from one place to another, ends included."""
     dx, dy = end[0] - start[0], end[1] - start[1]
     length = dx * dx + dy * dy
     share = ((point[0] - start[0]) * dx + (point[1] - start[1]) * dy) / length if length else 0.0
@@ -40,7 +40,7 @@ def distance_to_line(point: Vector, start: Vector, end: Vector) -> float:
 
 
 def hand_rotation(heading: float, pitch: float) -> np.ndarray:
-    """Rotation (3, 3) of the hand that points along a heading, and below the horizontal by a pitch, in radians.
+    """Return rotation (3, 3) of the hand that points along a heading, and below the horizontal by a pitch, in radians.
 
     Its fingers open sideways, level.
     """
@@ -51,7 +51,7 @@ def hand_rotation(heading: float, pitch: float) -> np.ndarray:
 
 
 def upright_grip(axis: np.ndarray, pitch: float) -> np.ndarray:
-    """Rotation (3, 3) of the hand for a grip in which a candle stands upright once the arm is tucked.
+    """Return the rotation (3, 3) of the hand for a grip in which a candle stands upright once the arm is tucked.
 
     Where the candle is tilted from upright, the hand is tilted alike from its usual pitch; it comes from above one
     that lies.

@@ -68,7 +68,7 @@ class Arm:
         return arm_of, (self.embodiment,)  # a pickle finds the arm of its own process; there is one for each robot
 
     def solve(self, x: float, z: float, guess: np.ndarray | None = None) -> np.ndarray:
-        """Inverse kinematics of the hand in the base's middle plane, as for a candle that stands.
+        """Solve the inverse kinematics of the hand in the base's middle plane, as for a candle that stands.
 
         Args:
             x: Distance of the pinch point before the base's centre in metres.
@@ -85,7 +85,7 @@ class Arm:
         return self.solve_pose(np.array([x, 0.0, z]), hand_rotation(0.0, self.embodiment.postures.hand_pitch), guess)
 
     def solve_pose(self, position: np.ndarray, rotation: np.ndarray, guess: np.ndarray) -> np.ndarray:
-        """Inverse kinematics of any pose of the hand.
+        """Solve the inverse kinematics of any pose of the hand.
 
         Args:
             position: Of the pinch point, (3,), metres.
@@ -121,7 +121,7 @@ class Arm:
         raise CaregiverError(f"the arm cannot reach {position[0]:.3f} m ahead at a height of {position[2]:.3f} m")
 
     def pinch(self, q: np.ndarray) -> np.ndarray:
-        """Forward kinematics: the pinch point (3,) in metres for joint positions (joints,) in radians."""
+        """Return, by forward kinematics, the pinch point (3,) in metres for joint positions (joints,) in radians."""
         with self._lock:
             self._data.qpos[self._arm] = q
             mujoco.mj_kinematics(self._model, self._data)
@@ -135,7 +135,7 @@ class Arm:
         return joints
 
     def clears_itself(self, joints: np.ndarray) -> bool:
-        """Whether no part of the robot comes near another one, neighbours apart, with joints (joints,) in radians."""
+        """Return whether the robot's parts, save neighbours, keep clear of each other, with joints (joints,), rad."""
         model, data, apart = self._own_shapes
         with self._lock:
             data.qpos[self._arm] = joints
@@ -159,7 +159,7 @@ class Arm:
         return model, mujoco.MjData(model), np.abs(depths[:, None] - depths) > _NEIGHBOURS
 
     def may_reach(self, point: np.ndarray, rotation: np.ndarray) -> bool:
-        """Whether a pose of the hand, as for `solve_pose`, is near enough to be worth a try."""
+        """Return whether a pose of the hand, as for `solve_pose`, is near enough to be worth a try."""
         shoulder, longest, hand = self._lengths
         return math.dist(point - hand * rotation[:, 2], shoulder) < longest
 
@@ -180,34 +180,34 @@ def _depth(model: mujoco.MjModel, body: int) -> int:
 
 @functools.cache
 def arm_of(embodiment: Embodiment) -> Arm:
-    """The arm of a robot, one for everyone: it is costly to make and remembers nothing between calls."""
+    """Return the arm of a robot, one for everyone: it is costly to make and remembers nothing between calls."""
     return Arm(embodiment)
 
 
 def hand_position(view: View, robot: Embodiment) -> np.ndarray:
-    """The pinch point between a robot's fingers, in the house, (3,)."""
+    """Return the pinch point between a robot's fingers, in the house, (3,)."""
     x, y, z = arm_of(robot).pinch(view.arm).tolist()
     return np.array([*geometry.to_world(view.base, (x, y)), z])
 
 
 def hand_offset(view: View, robot: Embodiment) -> Vector:
-    """Where that is from the base's middle, along the house's axes, (x, y)."""
+    """Return where that is from the base's middle, along the house's axes, (x, y)."""
     x, y, _ = hand_position(view, robot).tolist()
     return x - view.base[0], y - view.base[1]
 
 
 def has_in_hand(view: View, robot: Embodiment, candle: int) -> bool:
-    """Whether a candle is between the fingers, and they have closed on it."""
+    """Return whether a candle is between the fingers, and they have closed on it."""
     if hand_is_empty(view):
         return False
     return math.dist(view.candles[candle].tolist(), hand_position(view, robot).tolist()) < CANDLE_HEIGHT
 
 
 def is_round_candle(fingers: float) -> bool:
-    """Whether fingers, so far off the middle both together, have closed on a candle."""
+    """Return whether fingers, so far off the middle both together, have closed on a candle."""
     return 2 * CANDLE_RADIUS - _GIVES <= fingers < 2 * CANDLE_RADIUS + _LOOSE
 
 
 def hand_is_empty(view: View) -> bool:
-    """Whether the fingers have closed on nothing: they are nearer to the middle than they can be round a candle."""
+    """Return whether the fingers have closed on nothing: they are closer than they can be round a candle."""
     return view.fingers < 2 * CANDLE_RADIUS - _GIVES

@@ -30,7 +30,7 @@ class Limits:
     jerk: float
 
     def slowing(self, seconds: float) -> float:
-        """By how much a steady velocity can be brought down to another steady one within a time; 0 in none."""
+        """Return by how much a steady velocity can be brought down to another steady one within a time; 0 in none."""
         seconds = max(0.0, seconds)
         if seconds < 2 * self.acceleration / self.jerk:
             return self.jerk * seconds**2 / 4
@@ -54,7 +54,7 @@ class NearEnds:
     offset: np.ndarray
 
     def velocity(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-        """Bounds of the joints' speeds at positions, in the directions of velocities (..., joints), rad/s."""
+        """Return bounds of the joints' speeds at positions, in the directions of velocities (..., joints), rad/s."""
         left = np.where(velocity > 0, self.high - position, position - self.low)
         return np.maximum(0.0, np.sqrt(self.slope * np.maximum(0.0, left)) - self.offset)
 
@@ -84,7 +84,7 @@ class ArmLimits:
     near_ends: NearEnds | None = None
 
     def velocity_at(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-        """Bounds of the joints' speeds at positions, in the directions of velocities (..., joints), rad/s."""
+        """Return bounds of the joints' speeds at positions, in the directions of velocities (..., joints), rad/s."""
         if self.near_ends is None:
             return np.broadcast_to(self.velocity, position.shape)
         return np.minimum(self.velocity, self.near_ends.velocity(position, velocity))
@@ -138,7 +138,7 @@ class RobotLimits:
         return Limits(_TOP_SHARE * self.base_speed, acceleration, jerk)
 
     def braking(self, velocity: tuple[float, float], acceleration: tuple[float, float]) -> tuple[float, float]:
-        """How a base can brake on a path.
+        """Return how a base can brake on a path.
 
         Args:
             velocity: Planned there, m/s, not zero.
@@ -156,5 +156,5 @@ class RobotLimits:
         return left, (left + max(0.0, ahead)) / together.jerk + _DELAYED + _CORNER_DELAYS * (1.0 - left / most)
 
     def slowing(self, seconds: float) -> float:
-        """By how much a base on its way can slow down within a time, m/s."""
+        """Return by how much a base on its way can slow down within a time, m/s."""
         return self.together.slowing(seconds - _DELAYED)

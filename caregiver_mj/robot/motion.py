@@ -72,7 +72,7 @@ class RobotMotion(BaseMotion):
         hand_error: float = 0.0,
         base_jumps: float = 0.0,
     ):
-        """Prepares it.
+        """Prepare it.
 
         Args:
             robot: The robot.
@@ -92,7 +92,7 @@ class RobotMotion(BaseMotion):
         self._timestep, self._lead = control_timestep, (1.0 + _SMOOTHING) * control_timestep
 
     def reset(self, base: Sequence[float]) -> None:
-        """Begins an episode at rest, with the arm tucked and the gripper open.
+        """Begin an episode at rest, with the arm tucked and the gripper open.
 
         Args:
             base: Pose (x, y, yaw) of the base.
@@ -118,20 +118,20 @@ class RobotMotion(BaseMotion):
     # -- Goals -----------------------------------------------------------------------------------
 
     def turn_to(self, yaw: float) -> None:
-        """Sets the heading, by the shorter way round."""
+        """Set the heading, by the shorter way round."""
         here = self._yaw.at(self.now)[0]
         self._yaw.move_to(here + math.remainder(yaw - here, math.tau), self.now)
 
     def stop_turning(self) -> None:
-        """Stops the heading as soon as it can, until the next `turn_to`."""
+        """Stop the heading as soon as it can, until the next `turn_to`."""
         self._yaw.stop(self.now)
 
     def turn_gently(self) -> None:
-        """Has the base turn slowly, from its next goal on and until the gripper opens: a candle slips in the hand."""
+        """Have the base turn slowly, from its next goal on and until the gripper opens: a candle slips in the hand."""
         self._turn_within(self.robot.limits.yaw_gentle)
 
     def bound_turning(self, rate: float) -> None:
-        """Has the base turn no faster than this from now on, rad/s: the child may come near."""
+        """Have the base turn no faster than this from now on, rad/s: the child may come near."""
         full, present = self._turning.velocity, self._yaw.limits.velocity
         rate = min(full, max(rate, _LEAST_TURN))
         # The solver is asked for worthwhile changes only. What slows down goes on doing so until there is room again.
@@ -144,21 +144,21 @@ class RobotMotion(BaseMotion):
             self._yaw.change_limits(self._yaw.limits, self.now)
 
     def _turn_within(self, limits: Limits) -> None:
-        """Has the base turn within limits from its next goal on, and within the bound that is in force."""
+        """Have the base turn within limits from its next goal on, and within the bound that is in force."""
         self._turning = limits
         self._yaw.set_limits(dataclasses.replace(limits, velocity=min(limits.velocity, self._turn_bound)))
 
     def plan_reach(self, height: float) -> None:
-        """Aims the arm at a height above the floor, for the next time that it reaches out."""
+        """Aim the arm at a height above the floor, for the next time that it reaches out."""
         self.reach_along(reach_path(arm_of(self.robot), round(1e4 * height)))
 
     def reach_along(self, path: ReachPath) -> None:
-        """Gives the arm, which is tucked, the path for the next time that it reaches out."""
+        """Give the arm, which is tucked, the path for the next time that it reaches out."""
         self.reach_path = path
         self._reach.set_limits(path.limits)
 
     def reach(self, s: float, creeps: bool = False) -> None:
-        """Sets how far the hand reaches out: 0 tucked, 1 at the goal, or more where the path has more poses.
+        """Set how far the hand reaches out: 0 tucked, 1 at the goal, or more where the path has more poses.
 
         Args:
             s: So far.
@@ -183,13 +183,13 @@ class RobotMotion(BaseMotion):
         self._reach.move_to(s, self.now)
 
     def stop_reaching(self) -> None:
-        """Stops the hand where it is, until the next `reach`."""
+        """Stop the hand where it is, until the next `reach`."""
         self._lands_at = None
         if not self._reach.stops:
             self._reach.run_at(0.0, self.now)
 
     def grip(self, width: float) -> None:
-        """Sets how far each finger stands off the middle."""
+        """Set how far each finger stands off the middle."""
         limits, closes = self.robot.limits.gripper, width == self.robot.grasp.closed
         share = _GRIPS if closes and self.may_be_off else 1.0
         self._gripper.set_limits(dataclasses.replace(limits, velocity=share * limits.velocity))
@@ -251,11 +251,11 @@ class RobotMotion(BaseMotion):
         return self._yaw.at(self.now)[1:]
 
     def turns_to(self, yaw: float) -> bool:
-        """Whether the heading is on its way to this one, or there."""
+        """Return whether the heading is on its way to this one, or there."""
         return abs(math.remainder(yaw - self._yaw.target, math.tau)) < 1e-6
 
     def turn_left(self, yaw: float) -> float:
-        """Seconds until the heading is this one; at most that many if its turn has not begun yet."""
+        """Return the seconds until the heading is this one; at most that many if its turn has not begun yet."""
         angle = abs(math.remainder(yaw - self.yaw, math.tau))
         if angle < 1e-3:
             return 0.0
@@ -269,7 +269,7 @@ class RobotMotion(BaseMotion):
     def action(
         self, base: Sequence[float], arm: np.ndarray | None = None, restrain: Restrain | None = None
     ) -> np.ndarray:
-        """The action for the coming control timestep.
+        """Return the action for the coming control timestep.
 
         Args:
             base: Measured pose (x, y, yaw) of the base.
@@ -299,7 +299,7 @@ class RobotMotion(BaseMotion):
         return action.copy()
 
     def _let_go_at(self, position: Vector, moved: float) -> None:
-        """Lets go of a path off which the base has been led, or on which it is held up.
+        """Let go of a path off which the base has been led, or on which it is held up.
 
         Args:
             position: Where it is, metres.

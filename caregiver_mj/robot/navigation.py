@@ -34,7 +34,7 @@ class Routes:
     """
 
     def __init__(self, plan: FloorPlan, landings: bool = True):
-        """Prepares routes.
+        """Prepare routes.
 
         Args:
             plan: The house's floor plan.
@@ -52,14 +52,14 @@ class Routes:
         vars(self).update(state, _search=_search(state["plan"]))
 
     def nearest_cell(self, position: Vector) -> Cell:
-        """The cell on which a base stands (the nearest one that it can stand on)."""
+        """Return the cell on which a base stands (the nearest one that it can stand on)."""
         cell = self.plan.cell_at(position)
         if cell in self.centres:
             return cell
         return min(self.centres, key=lambda c: math.dist(self.centres[c], position))
 
     def route(self, start: Cell, goal: Cell, closed: Collection[Cell] = ()) -> list[Cell] | None:
-        """The cells of a shortest 4-connected route, ends included, or None. Landings are no thoroughfares."""
+        """Return the cells of a shortest 4-connected route, ends included, or None. Landings are no thoroughfares."""
         if goal in closed:
             return None
         index, cells = self.plan.cell_index, self.plan.caregiver_cells
@@ -74,7 +74,7 @@ class Routes:
         return route
 
     def refuge(self, start: Cell, children: Iterable[Cell], closed: Collection[Cell]) -> Cell | None:
-        """The nearest of the cells in which the robot is least in the children's way, without entering closed cells.
+        """Return the nearest cell, not through closed ones, of those where the robot is least in the children's way.
 
         Args:
             start: Where the robot is.
@@ -116,7 +116,7 @@ class Navigator(Routes):
         is_loaded: bool = False,
         clearance: Clearance | None = None,
     ):
-        """Prepares a navigator.
+        """Prepare a navigator.
 
         Args:
             plan: The house's floor plan.
@@ -149,7 +149,7 @@ class Navigator(Routes):
         closed: Collection[Cell] = (),
         hand: Vector | None = None,
     ) -> list[Vector] | None:
-        """Plans a polyline.
+        """Plan a polyline.
 
         Args:
             start: Present position of the base, metres.
@@ -170,7 +170,7 @@ class Navigator(Routes):
         return path
 
     def brushes(self, path: list[Vector], children: Sequence[Vector]) -> bool:
-        """Whether a path begins so close along a child that the base would have to creep, and does not lead away."""
+        """Return whether a path begins so close to a child that the base would creep, and does not lead away."""
         if len(path) < 2:
             return False
         (x, y), (ahead_x, ahead_y) = path[:2]
@@ -191,7 +191,7 @@ class Navigator(Routes):
         closed: Collection[Cell],
         hand: Vector | None = None,
     ) -> list[Vector] | None:
-        """Plans a polyline along a shortest route over cells; the arguments are those of `path`."""
+        """Plan a polyline along a shortest route over cells; the arguments are those of `path`."""
         start_cell = self.nearest_cell(start)
         cells = self.route(start_cell, goal_cell, closed)
         if cells is None:
@@ -215,7 +215,7 @@ class Navigator(Routes):
         shut: np.ndarray | None = None,
         hand: Vector | None = None,
     ) -> bool:
-        """Whether the base can go straight from one point to another.
+        """Return whether the base can go straight from one point to another.
 
         Args:
             a: A point, metres.
@@ -239,7 +239,7 @@ class Navigator(Routes):
     def _pull_tight(
         self, points: Sequence[Vector], children: Sequence[Vector], shut: np.ndarray, hand: Vector | None
     ) -> list[Vector] | None:
-        """Leaves out the points between which one can go straight; None if a child stands in between, or no room is."""
+        """Leave out the points between which one can go straight; None if a child stands in between, or no room is."""
         kept = [points[0]]
         i = 0
         while i < len(points) - 1:
@@ -256,7 +256,7 @@ class Navigator(Routes):
     def ways_out(
         self, start: Vector, children: Sequence[Vector], closed: Collection[Cell], hand: Vector | None = None
     ) -> list[Vector]:
-        """Where a base beside a child can go straight away from it: one place in each cell round about.
+        """Return where a base beside a child can go straight away from it: one place in each cell round about.
 
         Args:
             start: Where the base is, metres. Routes over cells are no help where it shares a cell with a child.

@@ -26,7 +26,7 @@ class PlanningScene:
     """
 
     def __init__(self, spec: mujoco.MjSpec, plan: FloorPlan, robot: Embodiment):
-        """Compiles the scene.
+        """Compile the scene.
 
         Args:
             spec: The house with robot, toddler and candles, named as in the simulation. It becomes the scene's own.
@@ -58,7 +58,7 @@ class PlanningScene:
     def is_free(
         self, base: Sequence[float], arm: Iterable[np.ndarray], candles: np.ndarray, between: int, held: bool = False
     ) -> bool:
-        """Whether the robot touches nothing.
+        """Return whether the robot touches nothing.
 
         Args:
             base: Pose (x, y, yaw) of its base, metres and radians.
@@ -97,7 +97,7 @@ class PlanningScene:
         return place, orientation
 
     def _carry(self, candle: int, place: np.ndarray, orientation: np.ndarray) -> None:
-        """Moves a candle, whose pose in the hand's frame is given, to where the hand is now."""
+        """Move a candle, whose pose in the hand's frame is given, to where the hand is now."""
         position, quaternion = np.empty(3), np.empty(4)
         mujoco.mju_mulPose(position, quaternion, self._hand.xpos, self._hand.xquat, place, orientation)
         self._data.qpos[self._candles[candle]] = [*position, *quaternion]

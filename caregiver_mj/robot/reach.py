@@ -32,7 +32,7 @@ class ReachPath:
     """
 
     def __init__(self, poses: Sequence[np.ndarray], arm: ArmLimits):
-        """Plans the way.
+        """Plan the way.
 
         Args:
             poses: Joint positions (joints,) in radians, two or more of them, the tucked arm first.
@@ -51,12 +51,12 @@ class ReachPath:
         )
 
     def joints(self, s: float) -> np.ndarray:
-        """Joint positions (joints,) in radians at s."""
+        """Return the joint positions (joints,) in radians at s."""
         i = min(int(s), self.goal - 1)
         return self._poses[i] + (s - i) * self._ways[i]
 
     def longest(self, arm: Arm) -> float:
-        """Metres that the hand goes for each unit of s, where these are most."""
+        """Return the metres that the hand goes for each unit of s, where these are most."""
         shares = np.linspace(0.0, self.goal, _CHECKS * self.goal)
         places = np.array([arm.pinch(self.joints(s)) for s in shares])
         return float(np.linalg.norm(np.diff(places, axis=0), axis=1).max() / shares[1])
@@ -64,7 +64,7 @@ class ReachPath:
 
 @functools.cache
 def reach_path(arm: Arm, height_in_tenths_of_mm: int) -> ReachPath:
-    """The way to a point as far ahead as the arm reaches, at a height in units of 0.1 mm (so that paths can be shared).
+    """Return the way to a point as far ahead as the arm reaches, at a height in 0.1 mm (so that paths are shared).
 
     Raises:
         CaregiverError: The arm cannot reach there.
@@ -76,7 +76,7 @@ def reach_path(arm: Arm, height_in_tenths_of_mm: int) -> ReachPath:
 
 @functools.cache
 def as_high(arm: Arm, usual: int, other: int, share: float) -> float:
-    """How far out on the way to another height the hand is as high over its goal as on the way to the usual one.
+    """Return how far out on the way to another height the hand is as high over its goal as on the way to the usual one.
 
     Args:
         arm: The arm.
@@ -91,7 +91,7 @@ def as_high(arm: Arm, usual: int, other: int, share: float) -> float:
 
 
 def retrieval_paths(arm: Arm, point: np.ndarray, rotation: np.ndarray, lift: float = 0.0) -> Iterator[ReachPath | None]:
-    """Ways to something that lies about: to a pose over it, then straight down to it.
+    """Return ways to something that lies about: to a pose over it, then straight down to it.
 
     Args:
         arm: The arm.

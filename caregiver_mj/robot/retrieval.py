@@ -59,7 +59,7 @@ class RetrievalPlanner:
     """
 
     def __init__(self, navigator: Navigator, make_scene: Callable[[], PlanningScene]):
-        """Prepares a planner.
+        """Prepare a planner.
 
         Args:
             navigator: Of the house and the robot.
@@ -76,13 +76,13 @@ class RetrievalPlanner:
         return self._make_scene()
 
     def prepare(self, anew: bool) -> None:
-        """Makes the planning scene now, where there is time for it, if there is none or another one is asked for."""
+        """Make the planning scene now, where there is time for it, if there is none or another one is asked for."""
         if anew:
             vars(self).pop("_scene", None)
         self._scene  # noqa: B018 (kept once asked for)
 
     def to_pick_up(self, view: View, candle: int) -> Work[Stance | None]:
-        """Searches for the nearest stance from which the arm gets at a candle; finds None if there is none.
+        """Search for the nearest stance from which the arm gets at a candle; return None if there is none.
 
         If there is one from which the candle can be gripped such that it stands upright in the tucked hand, it is of
         these. Else it is one from which it can be taken along level, or if it stands on its head, with its head down.
@@ -110,7 +110,7 @@ class RetrievalPlanner:
         return None
 
     def to_lay_down(self, view: View, candle: int, pitch: float) -> Work[Stance | None]:
-        """Searches for the nearest stance to lay the candle in the hand on open floor, away from children.
+        """Search for the nearest stance to lay the candle in the hand on open floor, away from children.
 
         Args:
             view: What is seen.
@@ -234,7 +234,7 @@ class Search(Generic[Found]):
     found: Found
 
     def __init__(self, begin: Callable[[], Work[Found]]):
-        """Begins a search.
+        """Begin a search.
 
         Args:
             begin: Makes the generator; it must make the same one again, for pickles.
@@ -251,7 +251,7 @@ class Search(Generic[Found]):
             next(self._work)
 
     def go_on(self, milliseconds: float = _AT_ONCE) -> bool:
-        """Searches for a while; returns whether it has come to its end."""
+        """Search for a while; return whether it has come to its end."""
         while not self.ended and milliseconds > 0.0:
             try:
                 milliseconds -= next(self._work)

@@ -15,12 +15,12 @@ from caregiver_mj.robot.embodiment import Layout, Names, Wheels
 
 
 def own_model(name: str) -> Traversable:
-    """The file of a robot that comes with the package."""
+    """Return the file of a robot that comes with the package."""
     return importlib.resources.files("caregiver_mj.models") / "robots" / f"{name}.xml"
 
 
 def read_spec(file: Traversable) -> mujoco.MjSpec:
-    """Reads a model file, which may name others beside it."""
+    """Read a model file, which may name others beside it."""
     with importlib.resources.as_file(file) as path:
         return mujoco.MjSpec.from_file(str(path))
 
@@ -29,7 +29,7 @@ class RobotModel:
     """A robot's model, to read from it what need not be written down again."""
 
     def __init__(self, file: Traversable, names: Names):
-        """Reads the model.
+        """Read the model.
 
         Raises:
             CaregiverError: It has not got the parts of that name.
@@ -42,19 +42,19 @@ class RobotModel:
             raise CaregiverError(f"robot {self._file} has no joint {', '.join(missing)}: it has {', '.join(joints)}")
 
     def actuators(self) -> Layout:
-        """Where the actuators of base, arm and fingers are."""
+        """Return where the actuators of base, arm and fingers are."""
         names = self._names
         base, arm, fingers = (self._driven(joints) for joints in (names.base, names.arm, names.fingers))
         return Layout(base, arm, fingers, size=self._model.nu)
 
     def action(self) -> Layout:
-        """Where base, arm and gripper are in an action: as in the actuators, but for the fingers, which share one."""
+        """Return where base, arm and gripper are in an action: as in the actuators, but the fingers share one."""
         actuators = self.actuators()
         gripper = slice(actuators.gripper.start, actuators.gripper.start + 1)
         return Layout(actuators.base, actuators.arm, gripper, size=gripper.stop)
 
     def footprint(self) -> float:
-        """Radius of the circle about the base's middle that its hull fits in, metres."""
+        """Return the radius of the circle about the base's middle that its hull fits in, metres."""
         hull = self._model.geom("base_hull")
         x, y = np.abs(hull.pos[:2])
         if mujoco.mjtGeom(int(hull.type[0])) in (mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_CAPSULE):
@@ -62,7 +62,7 @@ class RobotModel:
         return float(math.hypot(x + hull.size[0], y + hull.size[1]))
 
     def sides(self) -> tuple[float, float]:
-        """Half the length and half the width of a box-shaped base, about its middle, metres; (0, 0) of a round one."""
+        """Return half the length and width of a box-shaped base, about its middle, metres; (0, 0) of a round one."""
         hull = self._model.geom("base_hull")
         if mujoco.mjtGeom(int(hull.type[0])) != mujoco.mjtGeom.mjGEOM_BOX:
             return 0.0, 0.0
@@ -70,7 +70,7 @@ class RobotModel:
         return x, y
 
     def wheels(self) -> Wheels:
-        """The wheels' size and place, and along which way they go; all four are alike."""
+        """Return the wheels' size and place, and along which way they go; all four are alike."""
         joint = self._model.joint(self._names.wheels[0])
         body = self._model.body(int(joint.bodyid[0]))
         tyre = self._model.geom(int(body.geomadr[0]))
@@ -85,11 +85,11 @@ class RobotModel:
         return Wheels(float(radius), round(float(np.abs(body.pos[:2]).sum()), 9), places)
 
     def torque(self) -> np.ndarray:
-        """What the arm's motors can do, of each joint, (joints,), N m."""
+        """Return what the arm's motors can do, of each joint, (joints,), N m."""
         return self._model.jnt_actfrcrange[[self._model.joint(name).id for name in self._names.arm], 1]
 
     def lag(self, joint: str, arm: np.ndarray) -> float:
-        """By how much the velocity servo of a joint follows later: mass (or inertia) over gain, seconds.
+        """Return by how much the velocity servo of a joint follows later: mass (or inertia) over gain, seconds.
 
         Args:
             joint: Name of the joint.
@@ -110,5 +110,7 @@ class RobotModel:
         driven = [model.joint(int(i)).name for i in model.actuator_trnid[:, 0]]
         first = driven.index(joints[0]) if joints[0] in driven else 0
         if driven[first : first + len(joints)] != list(joints):
-            raise CaregiverError(f"the actuators of robot {self._file} are not in the order of {', '.join(joints)}")
+            raise CaregiverError(
+                f"actuators of robot {self._file} must be in the order of {', '.join(joints)}, got {', '.join(driven)}"
+            )
         return slice(first, first + len(joints))

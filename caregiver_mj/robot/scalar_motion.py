@@ -27,7 +27,7 @@ class ScalarMotion:
     """A single quantity that moves to a position, or at a velocity, within limits."""
 
     def __init__(self, limits: Limits, position: float, brakes: bool = False):
-        """Starts at rest.
+        """Start at rest.
 
         Args:
             limits: Bounds of velocity, acceleration and jerk.
@@ -50,17 +50,17 @@ class ScalarMotion:
         vars(self).update(state, _solver=Ruckig(1))
 
     def set_limits(self, limits: Limits) -> None:
-        """Changes the limits; a motion under way keeps the old ones until its next goal."""
+        """Change the limits; a motion under way keeps the old ones until its next goal."""
         self.limits = limits
 
     def change_limits(self, limits: Limits, now: float) -> None:
-        """Changes the limits of a motion under way to a position, too."""
+        """Change the limits of a motion under way to a position, too."""
         self.limits = limits
         if self._rest is None and self._ends and now < self.arrival:
             self._solve(now, self.at(now), ControlInterface.Position)
 
     def at(self, now: float) -> tuple[float, float, float]:
-        """Position, velocity and acceleration at a time not before the last goal was set."""
+        """Return the position, velocity and acceleration at a time not before the last goal was set."""
         if self._rest is not None:
             return self._rest, 0.0, 0.0
         if now != self._sampled_at:  # many ask for the same moment
@@ -68,7 +68,7 @@ class ScalarMotion:
         return self._sample
 
     def move_to(self, target: float, now: float) -> None:
-        """Sets a position to come to rest at."""
+        """Set a position to come to rest at."""
         if target == self.target and (self._rest is not None or self._ends):
             return
         state = self.at(now)
@@ -79,7 +79,7 @@ class ScalarMotion:
         self._solve(now, state, ControlInterface.Position)
 
     def run_at(self, velocity: float, now: float, at_once: bool = False) -> None:
-        """Sets a velocity to keep up from then on.
+        """Set a velocity to keep up from then on.
 
         Args:
             velocity: The velocity.
@@ -92,18 +92,18 @@ class ScalarMotion:
         self._solve(now, state, ControlInterface.Velocity)
 
     def begin_anew(self, now: float) -> None:
-        """Of one told to run at a velocity: goes on as it does, but counts its position from nothing."""
+        """Count the position from nothing, of one told to run at a velocity; it goes on as it does."""
         _, velocity, acceleration = self.at(now)
         self._solve(now, (0.0, velocity, acceleration), ControlInterface.Velocity)
 
     def stop(self, now: float) -> None:
-        """Comes to rest as soon as it can; `target` is then where."""
+        """Come to rest as soon as it can; `target` is then where."""
         if self._rest is None:
             self.run_at(0.0, now)
             self.target = self._state_at(self._duration)[0]
 
     def highest(self) -> float:
-        """The highest position of the present motion, which may swing out before it turns back."""
+        """Return the highest position of the present motion, which may swing out before it turns back."""
         if self._rest is not None:
             return self._rest
         if self._highest is None:
@@ -151,7 +151,7 @@ class PathError(Exception):
 def parameters(
     position: list[float], velocity: list[float], acceleration: list[float], limits: Limits
 ) -> InputParameter:
-    """A state to start from, and limits that hold along every axis."""
+    """Return a state to start from, and limits that hold along every axis."""
     asked = InputParameter(len(position))
     asked.current_position = position
     asked.current_velocity = velocity
@@ -173,7 +173,7 @@ class Solution(Trajectory):
 
 
 def solve(solver: Ruckig, asked: InputParameter) -> Solution:
-    """The quickest trajectory.
+    """Return the quickest trajectory.
 
     Raises:
         PathError: There is none.
@@ -201,6 +201,6 @@ def _solve_again(axes: int, asked: dict[str, Any]) -> Solution:
 
 
 def extremes(trajectory: Trajectory) -> tuple[float, float]:
-    """The highest speed of a trajectory in two dimensions and its farthest first coordinate, from samples."""
+    """Return the highest speed of a trajectory in two dimensions and its farthest first coordinate, from samples."""
     states = [trajectory.at_time(trajectory.duration * i / SAMPLES) for i in range(SAMPLES + 1)]
     return max(math.hypot(*velocity) for _, velocity, _ in states), max(position[0] for position, _, _ in states)

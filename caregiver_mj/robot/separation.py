@@ -70,7 +70,7 @@ _RUNS_ON = tuple(0.04 * i for i in range(8))
 
 
 def gap(view: View, robot: Embodiment) -> float:
-    """Metres between the robot's base and the nearest child."""
+    """Return the metres between the robot's base and the nearest child."""
     nearest = math.inf
     for child in view.children:  # a plain loop: this is asked at every control timestep
         nearest = min(nearest, gap_to(view.base, robot, child))
@@ -78,7 +78,7 @@ def gap(view: View, robot: Embodiment) -> float:
 
 
 def catch_up_speed(gap: float) -> float:
-    """How fast a base that is off its reference may return to it, m/s, with a child so many metres away.
+    """Return how fast a base that is off its reference may return to it, m/s, with a child so many metres away.
 
     The child may be in between, or come there.
     """
@@ -86,7 +86,7 @@ def catch_up_speed(gap: float) -> float:
 
 
 def is_child_at_hand(view: View, robot: Embodiment, reached: float) -> bool:
-    """Whether a child is so near to the hand, or to the arm that is out, that it might walk into it.
+    """Return whether a child is so near to the hand, or to the arm that is out, that it might walk into it.
 
     Args:
         view: What is seen.
@@ -100,24 +100,24 @@ def is_child_at_hand(view: View, robot: Embodiment, reached: float) -> bool:
 
 
 def comes(view: View, robot: Embodiment) -> bool:
-    """Whether a child walks towards the robot, or has just run into it."""
+    """Return whether a child walks towards the robot, or has just run into it."""
     return any(_comes(view.base, robot, child) for child in view.children)
 
 
 def is_in_the_way(view: View, robot: Embodiment, points: Iterable[Vector]) -> bool:
-    """Whether a child stands, or will stand shortly, where the base would pass through some points."""
+    """Return whether a child stands, or will stand shortly, where the base would pass through some points."""
     near = robot.footprint + CHILD_RADIUS + _IN_THE_WAY_GAP
     places = child_places(view.children)
     return any(math.dist(point, place) < near for point in points for place in places)
 
 
 def near_children(view: View, place: Vector) -> tuple[ChildView, ...]:
-    """The children round whom a base at a place plans its way."""
+    """Return the children round whom a base at a place plans its way."""
     return tuple(child for child in view.children if math.dist(child.position, place) < FORESIGHT)
 
 
 def child_places(children: Iterable[ChildView]) -> list[Vector]:
-    """Where children are, and where each will be shortly if it walks on."""
+    """Return where children are, and where each will be shortly if it walks on."""
     places = []
     for child in children:
         (x, y), (vx, vy) = child.position, child.velocity
@@ -126,7 +126,7 @@ def child_places(children: Iterable[ChildView]) -> list[Vector]:
 
 
 def distance_from_line(view: View, start: Vector, end: Vector, within: float) -> float:
-    """Metres from a line, along which the arm is or moves, to the nearest child's middle.
+    """Return the metres from a line, along which the arm is or moves, to the nearest child's middle.
 
     Args:
         view: What is seen.
@@ -142,7 +142,7 @@ def distance_from_line(view: View, start: Vector, end: Vector, within: float) ->
 
 
 def child_cells(children: Iterable[ChildView], plan: FloorPlan) -> set[Cell]:
-    """The cells of these places."""
+    """Return the cells of these places."""
     return {plan.cell_at(place) for place in child_places(children)}
 
 
@@ -153,7 +153,7 @@ def allowed_rate(
     acceleration: Vector = (0.0, 0.0),
     present: Vector = (0.0, 0.0),
 ) -> float:
-    """The share of its planned velocity, m/s, at which the base can still stop before it touches any child.
+    """Return the share of its planned velocity, m/s, at which the base can still stop before it touches any child.
 
     Its planned acceleration, m/s^2, tells what the path leaves it to brake with, see `RobotLimits.braking`; its present
     velocity, m/s, how fast it leaves a child already.
@@ -240,12 +240,12 @@ def _walking_speed(child: ChildView) -> float:
 
 
 def slide_speed(gap: float) -> float:
-    """How fast the surface of a base may be along a child so many metres away, however soon that comes, m/s."""
+    """Return how fast the surface of a base may be along a child so many metres away, however soon that comes, m/s."""
     return _SLIDE_TOUCHING if gap < _TOUCHING_GAP else _SLIDE_SPEED
 
 
 def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tuple[float, float]) -> float:
-    """How fast the base may turn, rad/s, to turn no faster than at a creep when a child comes to touch it.
+    """Return how fast the base may turn, rad/s, to turn no faster than at a creep when a child comes to touch it.
 
     Args:
         view: What is seen.
@@ -285,13 +285,13 @@ def _gap_however_turned(base: Pose, robot: Embodiment, child: ChildView) -> floa
 
 
 def gap_to(base: Pose, robot: Embodiment, child: ChildView) -> float:
-    """Metres between base and child."""
+    """Return the metres between base and child."""
     offset = child.position[0] - base[0], child.position[1] - base[1]
     return math.hypot(*outwards(robot, base[2], offset)) - robot.rounding - CHILD_RADIUS
 
 
 def outwards(robot: Embodiment, yaw: float, offset: Vector) -> Vector:
-    """The vector to a place from the nearest point within the base's sides: square to the surface that touches there.
+    """Return the vector to a place from the nearest point within the base's sides: square to its surface there.
 
     Of a round base it is that from its middle; that of a box-shaped one is square to a side, except at its corners.
 
@@ -318,7 +318,7 @@ def restrain(
     velocity: Vector,
     before: Vector,
 ) -> tuple[Vector, bool]:
-    """Takes from a velocity of the base what leads towards a child that is at it, or fast along one nearby.
+    """Take from a velocity of the base what leads towards a child that is at it, or fast along one nearby.
 
     What the base is told is more than its planned velocity: feedback takes it back to where it should be, and so
     towards a child that has pushed it off.

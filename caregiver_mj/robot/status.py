@@ -33,7 +33,7 @@ class Status:
     OVERTAKEN: ClassVar[Status]  # the world has changed, and its aim with it
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Copies are the constant itself."""
+        """Reduce to the constant, so that copies are the constant itself."""
         return getattr, (Status, self.name)
 
 

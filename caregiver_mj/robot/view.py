@@ -58,7 +58,7 @@ class View:
     unsure: float = 0.0
 
     def child_distance(self, place: Vector | np.ndarray) -> float:
-        """Metres from a place to the middle of the nearest child."""
+        """Return the metres from a place to the middle of the nearest child."""
         nearest = math.inf
         for child in self.children:  # a plain loop: this is asked at every control timestep
             nearest = min(nearest, math.dist(child.position, place))
@@ -70,15 +70,15 @@ class View:
         return np.concatenate([self.candles, self.candle_orientations], axis=1)
 
     def candle_axis(self, candle: int) -> np.ndarray:
-        """Unit vector (3,) from a candle's foot to its top, in the house."""
+        """Return the unit vector (3,) from a candle's foot to its top, in the house."""
         w, x, y, z = self.candle_orientations[candle].tolist()
         return np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
 
     def table_height(self, table: int) -> float:
-        """How high a table's top is."""
+        """Return how high a table's top is."""
         return layout.TABLE_HEIGHT if self.table_heights is None else float(self.table_heights[table])
 
     def stands_on_table(self, candle: int, table: int) -> bool:
-        """Whether a candle is upright and as high as a table, so that it can be gripped from the front."""
+        """Return whether a candle is upright and as high as a table, so that it can be gripped from the front."""
         height = self.candles[candle, 2]
         return bool(abs(height - self.table_height(table)) < _OFF_TABLE and self.candle_axis(candle)[2] > UPRIGHT)

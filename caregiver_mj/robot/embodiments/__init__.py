@@ -18,7 +18,9 @@ class _Makers(Registry[Callable[[], Embodiment]]):
 
     def check(self, name: str, value: str, found: Any) -> None:
         if not callable(found):
-            raise CaregiverError(f"{self.what} '{name}' ({value}) is not a function that makes an Embodiment")
+            raise CaregiverError(
+                f"{self.what} '{name}' ({value}) must be a function that makes an Embodiment, got {found!r}"
+            )
         check_call(f"{self.what} '{name}'", found)
 
 
@@ -31,7 +33,7 @@ EMBODIMENTS = _Makers(
 
 
 def find_embodiment(which: Embodiment | str | None = None) -> Embodiment:
-    """A robot: the one of a name, made once; the default without one; or what is one already.
+    """Return a robot: the one of a name, made once; the default without one; or what is one already.
 
     Raises:
         CaregiverError: There is no such robot, or it cannot be made.

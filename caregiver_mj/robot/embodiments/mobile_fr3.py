@@ -94,7 +94,7 @@ CLEARANCES = Clearances(
 
 
 def mobile_fr3() -> Embodiment:
-    """Makes it."""
+    """Make it."""
     file = own_model("mobile_fr3")
     model = RobotModel(file, NAMES)
     return Embodiment(

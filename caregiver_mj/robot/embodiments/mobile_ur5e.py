@@ -81,7 +81,7 @@ CLEARANCES = Clearances(
 
 
 def mobile_ur5e() -> Embodiment:
-    """Makes it."""
+    """Make it."""
     file = own_model("mobile_ur5e")
     model = RobotModel(file, NAMES)
     # The servos' lags, as the model has them with the arm tucked.

@@ -68,7 +68,7 @@ class AtTable(Skill):
         return self._stage(view, robot)
 
     def _drive(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell, yaw: float) -> Status:
-        """Drives on for one control timestep; it gets no farther out of a child's way than that comes after it.
+        """Drive on for one control timestep; it gets no farther out of a child's way than that comes after it.
 
         The way past a toddler is often open for the time of one of its steps only.
 

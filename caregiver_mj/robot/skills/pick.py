@@ -31,7 +31,7 @@ class Pick(AtTable):
         self._misses = 0
 
     def has_way(self, view: View) -> bool:
-        """Whether the hand gets at the candle from any side of the table without knocking another one over."""
+        """Return whether the hand gets at the candle from any side of the table without knocking another one over."""
         return not all(self._is_barred_by_candle(view, stand) for stand in self._stands(view))
 
     def _stands(self, view: View) -> list[Cell]:

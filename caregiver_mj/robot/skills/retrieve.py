@@ -42,7 +42,7 @@ class Retrieve(Skill):
     """
 
     def __init__(self, navigator: Navigator, planner: RetrievalPlanner, candle: int, pitch_down: float | None = None):
-        """Prepares it.
+        """Prepare it.
 
         Args:
             navigator: Of the house and the robot.
@@ -69,7 +69,7 @@ class Retrieve(Skill):
         return not self._steps
 
     def still_holds(self, view: View) -> bool:
-        """Whether, having failed, it has got a candle in the hand that must be laid down."""
+        """Return whether, having failed, it has got a candle in the hand that must be laid down."""
         return self.pitch_down is not None and has_in_hand(view, self.embodiment, self.candle)
 
     def _act(self, view: View, robot: RobotMotion) -> Status:
@@ -90,7 +90,7 @@ class Retrieve(Skill):
         return Status.COMMITTED if self._steps else self._end(holds)
 
     def _approach(self, view: View, robot: RobotMotion, still: bool, holds: bool) -> Status:
-        """Drives to where the candle can be picked up (or put down), and begins to reach there."""
+        """Drive to where the candle can be picked up (or put down), and begin to reach there."""
         robot.reach(0.0)
         if not holds:
             robot.grip(self.embodiment.grasp.open)
@@ -111,7 +111,7 @@ class Retrieve(Skill):
         return _unless_in_hand(holds)
 
     def _choose_stance(self, view: View, still: bool, holds: bool) -> Status:
-        """Looks for a place to pick the candle up, or to lay it down; not all the time, for it takes long."""
+        """Look for a place to pick the candle up, or to lay it down; not all the time, for it takes long."""
         self._stance = None
         if self.driver.is_loaded != holds:
             self.driver = Driver(self._navigator, loaded=holds)
@@ -140,7 +140,7 @@ class Retrieve(Skill):
         return Status.OUT_OF_REACH if self._stance is None and not holds else _unless_in_hand(holds)
 
     def _end(self, holds: bool) -> Status:
-        """Decides what to do when the arm is back."""
+        """Decide what to do when the arm is back."""
         assert self._stance is not None  # the one at which it began to reach
         if not self._withdraws:
             self.pitch_down, self._stance = self._stance.pitch_down, None
@@ -152,13 +152,13 @@ class Retrieve(Skill):
         return Status.FAILED if self._failures == ATTEMPTS else _unless_in_hand(holds)
 
     def _withdraw(self, view: View, robot: RobotMotion) -> None:
-        """Has the hand come back by the poses that it went out by, before a child walks into it."""
+        """Have the hand come back by the poses that it went out by, before a child walks into it."""
         last = max(0, math.ceil(robot.reached) - 1)
         self._steps = [(float(pose), None) for pose in range(last, -1, -1)]
         self._withdraws, self._since = True, view.now
 
     def _reach(self, view: View, robot: RobotMotion, pose: float) -> bool:
-        """Moves the hand on, unless a child is near it; returns whether it is there."""
+        """Move the hand on, unless a child is near it; return whether it is there."""
         comes_back, creeps = pose < robot.reached, view.now > self._since + TIME_OUT
         if comes_back:
             waits = self._child_within(view, _CHILD_BESIDE, _BESIDE_SOON)

@@ -26,7 +26,7 @@ class Skill(abc.ABC):
     """
 
     def __init__(self, navigator: Navigator, loaded: bool = False):
-        """Prepares a skill.
+        """Prepare a skill.
 
         Args:
             navigator: Of the house and the robot.
@@ -38,12 +38,12 @@ class Skill(abc.ABC):
         self._navigator = navigator
 
     def step(self, view: View, robot: RobotMotion) -> Status:
-        """Acts for one control timestep. What has ended is not stepped any more, except for `Block`."""
+        """Act for one control timestep. What has ended is not stepped any more, except for `Block`."""
         self.status = self._act(view, robot)
         return self.status
 
     def replan(self) -> None:
-        """Has the way looked at again, because the world has changed."""
+        """Have the way looked at again, because the world has changed."""
         self.driver.replan()
 
     @property
@@ -53,7 +53,7 @@ class Skill(abc.ABC):
 
     @abc.abstractmethod
     def _act(self, view: View, robot: RobotMotion) -> Status:
-        """Sets goals for one control timestep."""
+        """Set goals for one control timestep."""
 
 
 class Rest(Skill):
