@@ -7,7 +7,7 @@ OVERLAYS = ("danger",)  # that films have
 
 
 def progress_bar(quiet: bool = False) -> Progress:
-    """A progress bar on standard error, or none."""
+    """Return a progress bar on standard error, or none."""
     said, bar, count = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()
     times = TimeElapsedColumn(), TimeRemainingColumn()
     return Progress(said, bar, count, *times, console=rich.console.Console(stderr=True), disable=quiet)

@@ -47,13 +47,13 @@ class Camera:
         self._sunlight = self._data.light_xdir[suns]  # (suns, 3); nothing else in the house throws shadows
 
     def render(self) -> np.ndarray:
-        """Draws the picture (height, width, 3)."""
+        """Draw the picture (height, width, 3)."""
         with self.only_seen_in(0, 0, self.width, self.height):
             return self.view.render()
 
     @contextlib.contextmanager
     def only_seen_in(self, left: int, top: int, right: int, bottom: int) -> Iterator[None]:
-        """Within, scenes are made only of what lies, or throws a shadow, in a part of the picture."""
+        """Make scenes, within, only of what lies, or throws a shadow, in a part of the picture."""
         boxes = self.boxes(self._data.geom_xpos[self.geoms], self.radius)
         seen = (boxes[:, :2] < (right, bottom)).all(axis=1) & (boxes[:, 2:] > (left, top)).all(axis=1)
         unseen, groups = self.geoms[~seen], self._model.geom_group
@@ -65,7 +65,7 @@ class Camera:
             groups[unseen] = before
 
     def boxes(self, centres: np.ndarray, radius: np.ndarray) -> np.ndarray:
-        """Where in the picture balls and their shadows on the floor are.
+        """Return where in the picture balls and their shadows on the floor are.
 
         Args:
             centres: Their centres, (n, 3), metres.
@@ -101,7 +101,7 @@ class StillCamera(Camera):
         self._owner = self._model.body_rootid[self._model.geom_bodyid[self.geoms]]  # the body that each moves with
 
     def render(self) -> np.ndarray:
-        """Draws the picture (height, width, 3), which stays the camera's."""
+        """Draw the picture (height, width, 3), which stays the camera's."""
         poses = self._read_poses()
         moved = (np.abs(poses - self._poses) > _MOVED).any(axis=1)
         if self._picture is None:
@@ -114,11 +114,11 @@ class StillCamera(Camera):
         return self._picture
 
     def forget(self) -> None:
-        """Has the whole picture drawn anew the next time."""
+        """Have the whole picture drawn anew the next time."""
         self._picture = None
 
     def set_scene(self) -> None:
-        """Makes the scene that is drawn."""
+        """Make the scene that is drawn."""
         self.view.update()
 
     def _changed_parts(self, poses: np.ndarray, moved: np.ndarray) -> list[Part]:
@@ -147,7 +147,7 @@ class StillCamera(Camera):
         return np.concatenate([self._data.geom_xpos[self.geoms], self._data.geom_xmat[self.geoms]], axis=1)
 
     def _redraw(self, left: int, top: int, right: int, bottom: int) -> None:
-        """Draws a part of the picture anew, through the part of the frustum that belongs to it."""
+        """Draw a part of the picture anew, through the part of the frustum that belongs to it."""
         with self.only_seen_in(left, top, right, bottom):
             self.set_scene()
         for eye in self.view.scene.camera:
@@ -180,7 +180,7 @@ class TileLayer(StillCamera):
     """
 
     def __init__(self, physics: engine.Physics, name: str, width: int, height: int, still: bool = True):
-        """Sets the camera up.
+        """Set the camera up.
 
         Args:
             physics: The house.
@@ -197,7 +197,7 @@ class TileLayer(StillCamera):
         flags[flag.mjRND_SKYBOX] = flags[flag.mjRND_REFLECTION] = False
 
     def lay(self, picture: np.ndarray, tiles: Sequence[Tile]) -> None:
-        """Lays tiles over a picture, (height, width, 3), of the present moment."""
+        """Lay tiles over a picture, (height, width, 3), of the present moment."""
         if list(tiles) != list(self._tiles) or not self._still:
             self.forget()
         self._tiles = tiles
@@ -211,13 +211,13 @@ class TileLayer(StillCamera):
         picture[seen] = (picture[seen] * (1.0 - opacity) + colour * opacity).round()
 
     def set_scene(self) -> None:
-        """Makes the scene that is drawn, with the tiles."""
+        """Make the scene that is drawn, with the tiles."""
         super().set_scene()
         draw_tiles(self.view.scene.ptr, self._tiles, first=_FIRST)
 
 
 def draw_tiles(scene: mujoco.MjvScene, tiles: Sequence[Tile], first: int | None = None) -> None:
-    """Adds tiles to what a scene has; those for which there is room.
+    """Add tiles to what a scene has; those for which there is room.
 
     Args:
         scene: The scene.

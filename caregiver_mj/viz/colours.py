@@ -20,17 +20,17 @@ CHILDREN = (TODDLER, (160, 96, 255), (216, 250, 250), (190, 60, 20))
 
 
 def of_child(number: int) -> Colour:
-    """The colour of a child, by its number from 0; beyond those there are, colours come again."""
+    """Return the colour of a child, by its number from 0; beyond those there are, colours come again."""
     return CHILDREN[number % len(CHILDREN)]
 
 
 def mix(colour: Colour, other: Colour, share: float) -> Colour:
-    """A colour with a share of another."""
+    """Return a colour with a share of another."""
     red, green, blue = (round(a + (b - a) * share) for a, b in zip(colour, other, strict=True))
     return red, green, blue
 
 
 def unit(colour: Colour) -> tuple[float, float, float]:
-    """A colour in shares of 1, as Matplotlib takes it."""
+    """Return a colour in shares of 1, as Matplotlib takes it."""
     red, green, blue = colour
     return red / 255, green / 255, blue / 255

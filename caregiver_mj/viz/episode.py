@@ -42,7 +42,7 @@ class Episode:
         family: Family,
         foresees: bool = False,
     ):
-        """Begins an episode.
+        """Begin an episode.
 
         Args:
             env: An environment of this package.
@@ -61,7 +61,9 @@ class Episode:
         self._trails: list[np.ndarray] = []  # a look each, (children, 2)
         self._forecast: tuple[Assessment | None, Forecast | None] = None, None  # the last one, and what it is of
         if foresees and self.forecast is None:
-            raise CaregiverError("this caregiver does not predict where children may be, as 'foresight' does")
+            raise CaregiverError(
+                "caregiver must predict where children may be, as 'foresight' does, got one that does not"
+            )
 
     @classmethod
     def load(
@@ -75,7 +77,7 @@ class Episode:
         embodiment: str = DEFAULT,
         foresees: bool = False,
     ) -> Episode:
-        """Begins an episode of a run: the same, step for step, as an evaluation with this seed has.
+        """Begin an episode of a run: the same, step for step, as an evaluation with this seed has.
 
         Args:
             task: One of `caregiver_mj.ALL_TASKS`; evaluations are of "supervise".
@@ -101,7 +103,7 @@ class Episode:
         return cls(env, policy, family, foresees)
 
     def run_until(self, seconds: float) -> bool:
-        """Runs the simulation up to a time and looks at the children; whether the episode lasts so long."""
+        """Run the simulation up to a time and look at the children; return whether the episode lasts so long."""
         period = self.env.control_timestep()
         while (self._steps + 0.5) * period < seconds:
             if self._timestep.last():
@@ -129,18 +131,18 @@ class Episode:
         return self._forecast[1]
 
     def tiles(self) -> list[Tile]:
-        """The same, to be laid on the floor."""
+        """Return it as tiles, to be laid on the floor."""
         return self.forecast.tiles(self.env.task.plan, self._candles()) if self.forecast else []
 
     def child_to_carried_candle(self) -> float:
-        """Least distance (m) of a child from a candle that is in the robot's hand; infinite if none is."""
+        """Return the least distance (m) of a child from a candle that is in the robot's hand; infinite if none is."""
         candles = self._candles()
         carried = candles[candles[:, 2] > self._candle_rest + _LIFTED, :2]
         offset = carried[:, None] - moment.child_positions(self._timestep.observation)  # (candles, children, 2)
         return float(np.linalg.norm(offset, axis=2).min(initial=math.inf))
 
     def hud_state(self, trail_length: int) -> HudState:
-        """What the display shows of this moment, with so many of the latest looks at the children as their trails."""
+        """Return what the display shows now, with so many of the latest looks at the children as their trails."""
         trails = self._trails[-trail_length:]
         shown = moment.hud_state(self.env.task, self.policy, self._timestep.observation, self.family, trails)
         return dataclasses.replace(shown, forecast=self.forecast)

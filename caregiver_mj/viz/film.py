@@ -39,14 +39,14 @@ class Films(Protocol):
     """What makes pictures of an episode."""
 
     def frame(self) -> np.ndarray:
-        """The present moment, uint8 (height, width, 3)."""
+        """Return the present moment, uint8 (height, width, 3)."""
 
 
 class Studio:
     """Films an episode."""
 
     def __init__(self, episode: Episode, width: int, height: int, camera: str, trail_length: int):
-        """Sets the cameras up.
+        """Set the cameras up.
 
         Args:
             episode: What to film.
@@ -83,7 +83,7 @@ class Studio:
                     self._insets.append((captions[name], inset))
 
     def frame(self) -> np.ndarray:
-        """Renders the present moment, (height, width, 3)."""
+        """Render the present moment, (height, width, 3)."""
         self._main[:] = self._camera.render()
         if self._tiles:
             self._tiles.lay(self._main, self._episode.tiles())
@@ -111,7 +111,7 @@ def render_episode(
     quiet: bool = False,
     studio: Callable[[Episode, int, int, str, int], Films] = Studio,
 ) -> None:
-    """Films an episode, with what the caregiver knows and does on display.
+    """Film an episode, with what the caregiver knows and does on display.
 
     It is the episode that an evaluation with the same seed runs: the same children, and the same chance in the
     caregiver.
@@ -178,14 +178,14 @@ def _check_picture(width: int, height: int, fps: float, seconds: float) -> None:
     if not (isinstance(fps, numbers.Real) and 1.0 <= fps <= 120.0):
         raise CaregiverError(f"fps must be in 1 to 120, got {fps}")
     if not (isinstance(seconds, numbers.Real) and math.isfinite(seconds) and seconds > 0):
-        raise CaregiverError(f"seconds must be a positive length, got {seconds}")
+        raise CaregiverError(f"seconds must be a positive number, got {seconds}")
     if seconds > LONGEST:
         raise CaregiverError(f"seconds must be at most {LONGEST:,}, a day, got {seconds:g}")
 
 
 @contextlib.contextmanager
 def film_writer(path: pathlib.Path, width: int, height: int, fps: float) -> Iterator[Callable[[np.ndarray], None]]:
-    """Gives a function to hand frames (height, width, 3) to. The file appears when the film is complete, and only then.
+    """Give a function to hand frames (height, width, 3) to. The file appears when the film is complete, and only then.
 
     Raises:
         CaregiverError: It could not be written.
@@ -202,7 +202,7 @@ def film_writer(path: pathlib.Path, width: int, height: int, fps: float) -> Iter
     try:
         yield write
         if writer is None:
-            raise CaregiverError(f"'{path}' would be a film without a picture")
+            raise CaregiverError(f"a film must have at least 1 picture, got none for '{path}'")
         writer.close()
         unfinished.replace(path)
     except OSError as error:
@@ -214,7 +214,7 @@ def film_writer(path: pathlib.Path, width: int, height: int, fps: float) -> Iter
 
 
 def _writer(path: pathlib.Path, width: int, height: int, fps: float) -> Generator[None, np.ndarray, None]:
-    """Takes frames for a file."""
+    """Take frames for a file."""
     writer = imageio_ffmpeg.write_frames(
         str(path),
         (width, height),
@@ -243,7 +243,7 @@ def _writable(path: str | os.PathLike[str], suffix: str) -> pathlib.Path:
     check_kind("a file", path, str, os.PathLike)
     path = pathlib.Path(path)
     if path.suffix.lower() != suffix:
-        raise CaregiverError(f"'{path}' must be called FILE{suffix}")
+        raise CaregiverError(f"the file must be called FILE{suffix}, got '{path}'")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path.parent):

@@ -56,7 +56,7 @@ class Forecast:
 
     @classmethod
     def of(cls, assessment: Assessment | None) -> Forecast | None:
-        """What follows from a caregiver's beliefs, None if it has none, for a batch of one."""
+        """Return what follows from a caregiver's beliefs, None if it has none, for a batch of one."""
         if assessment is None or (outlook := assessment.outlook) is None:
             return None
         harm = 1.0 - np.prod(1.0 - assessment.reach[0], axis=0)
@@ -64,7 +64,7 @@ class Forecast:
         return cls(outlook.presence(SOON)[0], harm, outlook.toy_bin[0], epsilon)
 
     def tiles(self, plan: FloorPlan, candles: np.ndarray) -> list[Tile]:
-        """Tiles where the children may be, and pillars where hazards may hurt them, the denser the more probable.
+        """Return tiles where children may be, and pillars where hazards may hurt them, the denser the more probable.
 
         Args:
             plan: The house.
@@ -92,5 +92,5 @@ def place_of(plan: FloorPlan, hazard: int, candles: np.ndarray) -> np.ndarray:
 
 
 def strength(probability: float) -> float:
-    """How strong the colour is that stands for a probability: its root, so that small ones can be told from none."""
+    """Return a probability's strength of colour: its root, so that small ones can be told from none."""
     return float(np.sqrt(probability))

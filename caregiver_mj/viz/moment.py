@@ -30,12 +30,12 @@ Observation = Mapping[str, np.ndarray]
 
 
 def child_positions(observation: Observation) -> np.ndarray:
-    """Where the children are, (children, 2), metres."""
+    """Return where the children are, (children, 2), metres."""
     return np.atleast_2d(observation["toddler_position"])[:, :2].copy()
 
 
 def candle_positions(observation: Observation) -> np.ndarray:
-    """Where the candles are, (candles, 3), metres."""
+    """Return where the candles are, (candles, 3), metres."""
     return observation.get("candle_position", np.empty((0, 3)))
 
 
@@ -46,7 +46,7 @@ def hud_state(
     family: Family,
     trails: Sequence[np.ndarray],
 ) -> HudState:
-    """What the display shows.
+    """Return what the display shows.
 
     Args:
         task: The task, for what has happened.
@@ -76,7 +76,7 @@ def hud_state(
 
 
 def grid_state(world: GridWorld, family: Family, number: int = 0) -> HudState:
-    """What the display shows of the grid.
+    """Return what the display shows of the grid.
 
     Args:
         world: The grid.

@@ -24,7 +24,7 @@ HURT = (colours.FLOOR, (116, 44, 42), colours.DAMAGE, (255, 226, 150))
 
 
 def heat_map(plan: FloorPlan, values: np.ndarray, scale: Sequence[Colour], top: float, quantity: str) -> Figure:
-    """The house from above, its free cells coloured by a number.
+    """Return the house from above, its free cells coloured by a number.
 
     Args:
         plan: The house.

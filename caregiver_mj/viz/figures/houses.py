@@ -32,7 +32,7 @@ def houses(
     floor: str = "floor",
     columns: int = 1,
 ) -> Figure:
-    """Damage left in every house by every caregiver: a panel for each family, a row for each caregiver.
+    """Return the damage left in every house by every caregiver: a panel for each family, a row for each caregiver.
 
     Args:
         by_house: A row for each house, `caregiver` and `family`, with `damage_left`, NaN where there is no damage;
@@ -70,7 +70,7 @@ def houses(
 def _panel(
     axes: Axes, points: pd.DataFrame, means: pd.DataFrame, caregivers: list[str], main: str, limit: float
 ) -> dict[str, Any]:
-    """Draws a family's points and means; what to explain of them."""
+    """Draw a family's points and means; return what to explain of them."""
     keys: dict[str, Any] = {}
     for row, name in enumerate(caregivers):
         colour = unit(GUARDED) if name == main else MUTED

@@ -44,7 +44,7 @@ _OTHERS = ((colours.BIN, (0, (5, 1.5))), (colours.STAIRWELL, (0, (2, 1))), (colo
 
 
 def damage_left(novices: Sequence[str], series: Sequence[Series], floor: Series | None = None) -> Figure:
-    """Damage as a share of that without a caregiver, a marker with its interval for each novice or family.
+    """Return the damage as a share of that without a caregiver, a marker with its interval for each novice or family.
 
     Args:
         novices: Their names.
@@ -70,7 +70,7 @@ def damage_left(novices: Sequence[str], series: Sequence[Series], floor: Series 
 
 
 def toys_kept(novices: Sequence[str], series: Sequence[Series], margin: float) -> Figure:
-    """Toys as a share of those without a caregiver, likewise.
+    """Return toys as a share of those without a caregiver, likewise.
 
     Args:
         novices: Their names.
@@ -91,7 +91,7 @@ def toys_kept(novices: Sequence[str], series: Sequence[Series], margin: float) -
 
 
 def _markers(axes: Axes, series: Sequence[Series], top: float, bottom: float = 0.0) -> dict[str, Any]:
-    """Draws means and intervals side by side; what to explain of them."""
+    """Draw means and intervals side by side; return what to explain of them."""
     places = np.arange(len(series[0].mean))
     published = next((s.published for s in series if s.published is not None), np.full(len(places), np.nan))
     count = len(series) + bool(np.isfinite(published).any())
@@ -117,7 +117,7 @@ def _name(axes: Axes, novices: Sequence[str], quantity: str) -> None:
 
 
 def bars(novices: Sequence[str], alone: Series, guarded: Series, quantity: str, top: float | None = None) -> Figure:
-    """Grouped bars of every novice or family without and with the caregiver, in the form of the paper's figures.
+    """Return grouped bars of every novice or family without and with the caregiver, in the form of the paper's figures.
 
     Args:
         novices: Their names.
@@ -154,7 +154,7 @@ def bars(novices: Sequence[str], alone: Series, guarded: Series, quantity: str, 
 
 
 def kinds(means: pd.DataFrame, names: Mapping[str, str], *, caregiver: str = "paper", floor: str = "floor") -> Figure:
-    """Stacked bars of the damage by what did it, without and with a caregiver, as shares of all damage without.
+    """Return stacked bars of the damage by what did it, without and with a caregiver, as shares of all damage without.
 
     Args:
         means: A row for each `caregiver` and `family`, with `damage_mean` and that of each of `KINDS`.
@@ -203,7 +203,7 @@ def survival(
     floor: str = "floor",
     columns: int = 3,
 ) -> Figure:
-    """The share of episodes that are not yet stopped, over time; a panel for each family.
+    """Return the share of episodes that are not yet stopped, over time; a panel for each family.
 
     Args:
         episodes: A row an episode, with `caregiver`, `family`, `timesteps_to_threshold` and `stopped`.
@@ -237,6 +237,6 @@ def survival(
 
 
 def going(episodes: pd.DataFrame, time: np.ndarray) -> np.ndarray:
-    """The share of episodes that are not stopped at or before some timesteps, (timesteps,)."""
+    """Return the share of episodes that are not stopped at or before some timesteps, (timesteps,)."""
     stop = np.where(episodes["stopped"] > 0, episodes["timesteps_to_threshold"], np.inf)
     return (stop[:, None] > time).mean(axis=0)

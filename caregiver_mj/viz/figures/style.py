@@ -59,7 +59,7 @@ _HANDLE = 4  # letters that a key's handle takes
 
 
 def as_bytes(figure: Figure, kind: str) -> bytes:
-    """The file of a figure, "svg" or "png"."""
+    """Return the file of a figure, "svg" or "png"."""
     file = io.BytesIO()
     with mpl.rc_context(STYLE):
         figure.savefig(file, format=kind, dpi=200, metadata={"Date": None} if kind == "svg" else None)
@@ -67,13 +67,13 @@ def as_bytes(figure: Figure, kind: str) -> bytes:
 
 
 def single(height: float = HEIGHT) -> tuple[Figure, Axes]:
-    """A figure with one panel, of a height in inches."""
+    """Return a figure with one panel, of a height in inches."""
     figure = Figure((WIDTH, height), layout="constrained", facecolor="white")
     return figure, figure.add_subplot()
 
 
 def panels(titles: Mapping[str, str], columns: int, width: float, height: float) -> tuple[Figure, dict[str, Axes]]:
-    """A figure with a panel for each of some keys, row by row, on the same axes.
+    """Return a figure with a panel for each of some keys, row by row, on the same axes.
 
     Args:
         titles: What stands over each panel.
@@ -96,7 +96,7 @@ def panels(titles: Mapping[str, str], columns: int, width: float, height: float)
 
 
 def explain(figure: Figure, keys: Mapping[str, Any], most: int = 3) -> None:
-    """Explains the keys above the axes, at most so many in a row, which Matplotlib fills column by column."""
+    """Explain the keys above the axes, at most so many in a row, which Matplotlib fills column by column."""
     columns = min(most, len(keys))
     while columns > 1 and _letters(list(keys), columns) > _LETTERS * figure.get_figwidth():
         columns -= 1

@@ -20,14 +20,14 @@ _DESIGN_HEIGHT = 720  # pixels; lengths of the design are for a frame this high
 
 
 def card(size: tuple[int, int], radius: int, opacity: int) -> tuple[Image.Image, Image.Image]:
-    """A dark card with round corners, and its opacity (of 255)."""
+    """Return a dark card with round corners, and its opacity (of 255)."""
     mask = Image.new("L", (size[0] * FINE, size[1] * FINE))
     ImageDraw.Draw(mask).rounded_rectangle((0, 0, mask.width - 1, mask.height - 1), radius * FINE, fill=opacity)
     return Image.new("RGB", size, GROUND), mask.reduce(FINE)
 
 
 def put(frame: np.ndarray, box: Box, paint: Callable[[Image.Image], None]) -> None:
-    """Lets `paint` draw on a part of the frame."""
+    """Let `paint` draw on a part of the frame."""
     left, top, right, bottom = box
     region = Image.fromarray(frame[top:bottom, left:right])
     paint(region)
@@ -35,7 +35,7 @@ def put(frame: np.ndarray, box: Box, paint: Callable[[Image.Image], None]) -> No
 
 
 def side(width: int, height: int) -> float:
-    """How wide, in pixels, something at the left or right edge of a frame may be."""
+    """Return how wide, in pixels, something at the left or right edge of a frame may be."""
     return width * (0.2 if width > 1.5 * height else 0.24)
 
 
@@ -47,7 +47,7 @@ class Scale:
 
     @classmethod
     def of(cls, height: int) -> Scale:
-        """That of a frame this high, in pixels."""
+        """Return that of a frame this high, in pixels."""
         return cls(height / _DESIGN_HEIGHT)
 
     def px(self, length: float) -> int:
@@ -59,7 +59,7 @@ class Scale:
 
 @functools.lru_cache(maxsize=2048)
 def width_of(text: str, size: int) -> int:
-    """Width of a line in pixels, rounded up."""
+    """Return the width of a line in pixels, rounded up."""
     return math.ceil(_font(size * FINE).getlength(text) / FINE) + 1
 
 
@@ -72,7 +72,7 @@ def write(
     align: float = 0.0,
     outline: Colour | None = None,
 ) -> None:
-    """Writes a line with its baseline at a point that is its left end (align 0), middle (0.5) or right end (1)."""
+    """Write a line with its baseline at a point that is its left end (align 0), middle (0.5) or right end (1)."""
     x, y = round(at[0] - align * width_of(text, size)), round(at[1]) - size
     if outline:
         image.paste(outline, (x - 1, y), _mask(text, size, 1))
@@ -81,7 +81,7 @@ def write(
 
 @functools.lru_cache(maxsize=512)
 def fit(texts: tuple[str, ...], size: int, width: int) -> str:
-    """The first of some texts that fits into a width, or as much of the last as does."""
+    """Return the first of some texts that fits into a width, or as much of the last as does."""
     for text in texts:
         if width_of(text, size) <= width:
             return text

@@ -32,7 +32,7 @@ class Chart:
     """
 
     def __init__(self, plan: FloorPlan, width: int, height: int, alone: bool = False):
-        """Draws what stands still.
+        """Draw what stands still.
 
         Args:
             plan: The house.
@@ -147,7 +147,7 @@ class Chart:
     def _write_at(
         self, chart: Image.Image, position: np.ndarray, low: float, text: str, outline: Colour | None = None
     ) -> None:
-        """Writes with the baseline some share of a cell below a point."""
+        """Write with the baseline some share of a cell below a point."""
         x, y = (coordinate / FINE for coordinate in self._ground.pixel(position))
         ink = GROUND if outline is None else TEXT
         write(chart, (x, y + low * self._ground.cell), text, SMALLEST_FONT, ink, align=0.5, outline=outline)
@@ -175,7 +175,7 @@ class GroundPlan:
     """
 
     def __init__(self, plan: FloorPlan, cell: int, pad: int):
-        """Prepares a drawing.
+        """Prepare a drawing.
 
         Args:
             plan: The house.
@@ -186,20 +186,20 @@ class GroundPlan:
         self._pad = pad
 
     def pixel(self, position: np.ndarray) -> tuple[float, float]:
-        """Where a point in metres, of which the first two numbers count, lies in the fine drawing."""
+        """Return where a point in metres, of which the first two numbers count, lies in the fine drawing."""
         rows, columns = self.plan.shape
         x = float(position[0]) / self.plan.cell_size + columns / 2
         y = rows / 2 - float(position[1]) / self.plan.cell_size
         return (x * self.cell + self._pad) * FINE, (y * self.cell + self._pad) * FINE
 
     def square(self, cell: Cell) -> Square:
-        """What a cell covers in the fine drawing."""
+        """Return what a cell covers in the fine drawing."""
         x, y = self.pixel(self.plan.position(cell))
         r = self.cell * FINE / 2
         return x - r, y - r, x + r - 1, y + r - 1
 
     def draw(self, card: Image.Image) -> Image.Image:
-        """A fine drawing of the house on a card."""
+        """Return a fine drawing of the house on a card."""
         drawn = card.resize((card.width * FINE, card.height * FINE))
         canvas, plan = ImageDraw.Draw(drawn), self.plan
         for cell in np.ndindex(plan.shape):

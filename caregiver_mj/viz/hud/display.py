@@ -26,7 +26,7 @@ _PERCENT = (2, 10, 50, 100)  # that are named
 
 
 def draw(frame: np.ndarray, state: HudState, insets: Sequence[tuple[str, np.ndarray]] = ()) -> np.ndarray:
-    """Draws the display on a copy of a frame.
+    """Draw the display on a copy of a frame.
 
     Args:
         frame: uint8 array (height, width, 3).
@@ -55,7 +55,7 @@ def draw(frame: np.ndarray, state: HudState, insets: Sequence[tuple[str, np.ndar
 
 
 def draw_plan(state: HudState, width: int, height: int) -> np.ndarray:
-    """Draws the floor plan alone, with what moves on it.
+    """Draw the floor plan alone, with what moves on it.
 
     Args:
         state: What to show.
@@ -75,12 +75,12 @@ def draw_plan(state: HudState, width: int, height: int) -> np.ndarray:
 
 
 def strip_top(width: int, height: int) -> int:
-    """The row of pixels below which the card along the lower edge covers a frame of this size."""
+    """Return the row of pixels below which the card along the lower edge covers a frame of this size."""
     return _strip(width, height).box[1]
 
 
 def inset_size(width: int, height: int) -> tuple[int, int]:
-    """Width and height in pixels of an inset that leaves a frame of this size its middle."""
+    """Return the width and height in pixels of an inset that leaves a frame of this size its middle."""
     inset_width = round(cards.side(width, height))
     return inset_width, round(inset_width * 0.72)
 

@@ -51,7 +51,7 @@ class Strip:
 
 
 def _draw_gauges(image: Image.Image, area: Area, state: HudState) -> None:
-    """Draws the timestep above P(safe), which is that of each child."""
+    """Draw the timestep above P(safe), which is that of each child."""
     elapsed = state.timestep / EPISODE_TIMESTEPS
     _gauge(image, area, area.top, "TIMESTEP", f"{state.timestep} / {EPISODE_TIMESTEPS}", elapsed, LABEL)
     lower = area.top + area.row
@@ -103,7 +103,7 @@ def _bar(image: Image.Image, area: Area, line: int, left: int, right: int, share
 
 
 def _draw_bars(image: Image.Image, area: Area, state: HudState) -> None:
-    """Draws the bars of all hazards, or of the greatest ones if there is not room for all."""
+    """Draw the bars of all hazards, or of the greatest ones if there is not room for all."""
     danger = np.empty(0) if state.danger is None else np.asarray(state.danger, float)
     unsafe = danger if state.unsafe_danger is None else np.asarray(state.unsafe_danger, float)
     shown = _shown(area, unsafe, state.target)
@@ -139,7 +139,7 @@ class _Bars:
         self._width = min(round(self._pitch * 0.62), px(38))
 
     def draw(self, place: int, hazard: Hazard, danger: float, unsafe: float, is_target: bool) -> None:
-        """Draws a bar, and the outline of what it would be if the children were surely unsafe."""
+        """Draw a bar, and the outline of what it would be if the children were surely unsafe."""
         image, base = self._image, self._base
         colour = hazard.kind.colour
         colour = colour if is_target else mix(colour, GROUND, 0.4)
@@ -158,7 +158,7 @@ class _Bars:
         write(image, (middle, self._area.bottom), hazard.label, self._area.small, ink, align=0.5)
 
     def _emphasise(self, middle: float, top: int, name: str, danger: float) -> None:
-        """Writes the value above a bar, and makes the ground of its name bright."""
+        """Write the value above a bar, and make the ground of its name bright."""
         area, px = self._area, self._area.scale.px
         write(self._image, (middle, top - px(3)), _few_digits(danger), area.small, TEXT, align=0.5)
         half = width_of(name, area.small) // 2 + px(4)
@@ -173,7 +173,7 @@ def _few_digits(danger: float) -> str:
 
 
 def _draw_deeds(image: Image.Image, area: Area, state: HudState) -> None:
-    """Draws the caregiver's intervention above the damage: the sum, that of each child, and that of each kind."""
+    """Draw the caregiver's intervention above the damage: the sum, that of each child, and that of each kind."""
     small, medium, px = area.small, area.medium, area.scale.px
     who = "CAREGIVER" if state.robot is not None else "NO CAREGIVER"
     line = area.top + small
@@ -193,7 +193,7 @@ def _draw_deeds(image: Image.Image, area: Area, state: HudState) -> None:
 
 
 def _write_children(image: Image.Image, area: Area, x: int, state: HudState) -> int:
-    """Writes the damage of each child, in its colour; returns where that ends."""
+    """Write the damage of each child, in its colour; return where that ends."""
     for number, child in enumerate(state.children):
         text = f"{number + 1}: {child.damage:g}"
         if x + width_of(text, area.small) > area.right:
@@ -205,7 +205,7 @@ def _write_children(image: Image.Image, area: Area, x: int, state: HudState) -> 
 
 
 def _write_kinds(image: Image.Image, area: Area, x: int, damages: Mapping[str, float], several: bool) -> None:
-    """Writes the damage of each kind from the right: in words, or else by their first letters."""
+    """Write the damage of each kind from the right: in words, or else by their first letters."""
     wordings = tuple(
         "   ".join(f"{kind[:letters].capitalize()} {value:g}" for kind, value in damages.items()) for letters in (9, 1)
     )

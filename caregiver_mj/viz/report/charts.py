@@ -37,7 +37,7 @@ class Picture:
 
 
 def charts(run: Run) -> list[Picture]:
-    """The paper's figures 2 to 4."""
+    """Return the paper's figures 2 to 4."""
     names = [in_lines(family) for family in run.families]
     pictures = []
     timesteps, cells = "timesteps_to_threshold", "cells_visited"
@@ -61,12 +61,12 @@ def charts(run: Run) -> list[Picture]:
 
 
 def bounded(run: Run) -> bool:
-    """Whether there are intervals in them: where an episode is the only one, nothing bounds its mean."""
+    """Return whether there are intervals in them: where an episode is the only one, nothing bounds its mean."""
     return any(row["damage_ci_high"] is not None for row in run.summary["rows"])
 
 
 def left_series(run: Run, caregiver: str, label: str, families: Sequence[str], of: str = "damage") -> Series:
-    """The share of the damage, or of the toys reached, that a caregiver leaves with each of some families."""
+    """Return the share of the damage, or of the toys reached, that a caregiver leaves with each of some families."""
     rows = [run.comparison(caregiver, "none", family) or {} for family in families]
     mean, low, high = (
         np.array([row.get(f"{of}_left{part}") for row in rows], float) for part in ("", "_ci_low", "_ci_high")
@@ -85,7 +85,7 @@ def _series(run: Run, caregiver: str, column: str) -> Series:
 
 
 def maps(run: Run) -> list[Picture]:
-    """Pictures of both, without and with the caregiver, on one scale."""
+    """Return pictures of both, without and with the caregiver, on one scale."""
     pictures = []
     for column, quantity, scale, caption in (
         ("visits", "timesteps an episode", figures.WENT, f"Where {run.nouns.whom} went"),
@@ -102,7 +102,7 @@ def maps(run: Run) -> list[Picture]:
 
 
 def mean_map(run: Run, caregiver: str, column: str) -> np.ndarray:
-    """What an episode adds to a map's column on average, over all families, for each free cell."""
+    """Return what an episode adds to a map's column on average, over all families, for each free cell."""
     cells = run.maps[run.maps.caregiver == caregiver].groupby(["row", "column"])[column].sum()
     values = cells / (run.settings.episodes * len(run.families))
     return values.loc[list(run.plan.free_cells)].to_numpy()

@@ -22,7 +22,7 @@ _NEEDED = ("stopped", "damage_until_stop", "moves_blocked_stairwell", "moves_blo
 
 
 def child(run: Run) -> dict[str, Any] | None:
-    """Figures and tables; None of a run of an older version, which did not measure it."""
+    """Return figures and tables; None of a run of an older version, which did not measure it."""
     if not set(_NEEDED) <= set(run.episodes):
         return None
     shown = (run.caregiver, *run.rivals(_RIVALS))
@@ -54,7 +54,7 @@ def _toys_verdicts(run: Run) -> str:
 
 
 def child_table(run: Run) -> Table:
-    """Toys kept, moves denied and the share that is stopped."""
+    """Return toys kept, moves denied and the share that is stopped."""
     alone, guarded, compared = _rows(run)
     stopped = (
         f"{100 * before['stopped_mean']:.0f} → {100 * after['stopped_mean']:.0f}"
@@ -134,7 +134,7 @@ def _denied(row: dict[str, Any]) -> str:
 
 
 def why_all_timesteps() -> str:
-    """Why damage is that of all timesteps, by the paper's own numbers."""
+    """Return why damage is that of all timesteps, by the paper's own numbers."""
     timesteps, damage = (PUBLISHED[column][1.0][1] for column in ("timesteps_to_threshold", "damage_normalised"))
     stopped = 1 - timesteps / EPISODE_TIMESTEPS  # at least: those that are not stopped count as all timesteps
     least, most = DAMAGE_THRESHOLD + 1, DAMAGE_THRESHOLD + DamageWeights().worst

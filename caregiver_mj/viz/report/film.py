@@ -27,7 +27,7 @@ class Film:
     caption: str
 
     def data(self, largest: float = LARGEST_FILM) -> str:
-        """The film as part of a page.
+        """Return the film as part of a page.
 
         Args:
             largest: How large it may be, MB.
@@ -40,23 +40,23 @@ class Film:
         except OSError as error:
             raise CaregiverError(f"the film '{self.path}' cannot be read: {error.strerror}") from None
         if content[4:8] != b"ftyp":  # how every MP4 file begins
-            raise CaregiverError(f"'{self.path}' is not a film in MP4")
+            raise CaregiverError(f"the film must be an MP4, got '{self.path}'")
         if len(content) > largest * 1e6:
             size = round(len(content) / 1e6)
             raise CaregiverError(
-                f"the film '{self.path}' has {size} MB, which makes too large a page: {largest:g} at most"
+                f"the film must have at most {largest:g} MB, to be part of a page, got {size} MB in '{self.path}'"
             )
         return f"data:video/mp4;base64,{base64.b64encode(content).decode()}"
 
 
 def found_film(folders: Sequence[str | os.PathLike[str]]) -> Film | None:
-    """The first film in some folders, if there is one."""
+    """Return the first film in some folders, if there is one."""
     paths = (path for folder in folders for path in sorted(pathlib.Path(folder).glob("*.mp4")))
     return next((Film(path, path.name) for path in paths), None)
 
 
 def make_film(runs: Sequence[Run], folder: str | os.PathLike[str], render: Callable[..., None] | None = None) -> Film:
-    """Films the first episode of a run.
+    """Film the first episode of a run.
 
     Args:
         runs: The runs of a report.

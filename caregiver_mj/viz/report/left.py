@@ -46,7 +46,7 @@ _OF_ALL = "left by tables"
 
 
 def left(run: Run) -> dict[str, Any]:
-    """Everything that the page shows of it."""
+    """Return everything that the page shows of it."""
     return {
         "table": left_table(run),
         "pictures": _pictures(run),
@@ -57,7 +57,7 @@ def left(run: Run) -> dict[str, Any]:
 
 
 def left_table(run: Run) -> Table:
-    """Caregivers by families, in the run's order."""
+    """Return caregivers by families, in the run's order."""
     caregivers = [caregiver for caregiver in run.settings.caregivers if caregiver != "none"]
     rows = [(c, *(left_cell(run, c, family) for family in run.families)) for c in caregivers]
     note = f"Share of the damage without a caregiver that is left{if_bracketed(rows, ', and its 95 % interval')}"
@@ -70,7 +70,7 @@ def left_table(run: Run) -> Table:
 
 
 def left_cell(run: Run, caregiver: str, family: str) -> str:
-    """The share of the damage that is left, with its interval, and of how much damage how much that is."""
+    """Return the share of the damage that is left, with its interval, and of how much damage how much that is."""
     row = run.comparison(caregiver, "none", family)
     share = with_interval(row, "damage_left", 2, between="\n")
     if row is None:
@@ -80,7 +80,7 @@ def left_cell(run: Run, caregiver: str, family: str) -> str:
 
 
 def wins_table(run: Run) -> Table | None:
-    """In how many houses the caregiver has less damage than each other one, and in how many more."""
+    """Return in how many houses the caregiver has less damage than each other one, and in how many more."""
     if run.by_house is None or not run.baselines:
         return None
     damage = run.by_house.pivot_table(index=["family", "house"], columns="caregiver", values="damage")
@@ -124,7 +124,7 @@ def _pictures(run: Run) -> list[Picture]:
 
 
 def verdicts(run: Run) -> list[tuple[bool, str]]:
-    """For each baseline whether the caregiver has less damage with every family, and a sentence of what is shown."""
+    """Return, for each baseline, whether the caregiver has less damage with every family, and what is shown."""
     found = []
     for baseline in run.baselines:
         rows = [(f, row) for f in run.families if (row := run.comparison(run.caregiver, baseline, f)) is not None]
@@ -156,7 +156,7 @@ def _told(family: str, row: dict[str, Any]) -> str:
 
 
 def side_by_side(runs: Sequence[Run]) -> dict[str, Any] | None:
-    """What the caregiver leaves of the damage in each run, and how far apart that is; None of a single run."""
+    """Return what the caregiver leaves of the damage in each run, and how far apart that is; None of a single run."""
     if len(runs) < 2:
         return None
     families = _all_families(runs)
@@ -216,7 +216,7 @@ def _on_average(families: Sequence[str], apart: np.ndarray) -> str:
 
 
 def kinds(run: Run) -> dict[str, Any]:
-    """A figure and a table."""
+    """Return a figure and a table."""
     names = {family: in_lines(family) for family in run.families}
     figure = figures.kinds(pd.DataFrame(run.summary["rows"]), names, caregiver=run.caregiver)
     caption = f"What did the damage, as shares of that without a caregiver; on the bars, damage — {run.title}"
@@ -225,7 +225,7 @@ def kinds(run: Run) -> dict[str, Any]:
 
 
 def short_table(run: Run) -> Table:
-    """Means alone, without and with the caregiver."""
+    """Return means alone, without and with the caregiver."""
 
     def cells(column: str) -> tuple[str, ...]:
         rows = ([run.row(caregiver, family) for caregiver in ("none", run.caregiver)] for family in run.families)
@@ -241,7 +241,7 @@ def short_table(run: Run) -> Table:
 
 
 def kinds_table(run: Run) -> Table:
-    """Damage by what did it, without and with the caregiver, and the floor of it."""
+    """Return the damage by what did it, without and with the caregiver, and the floor of it."""
     who = {"none": "without", run.caregiver: "with"} | dict.fromkeys(run.floor, "floor")
     rows = []
     for kind, name in figures.KINDS.items():

@@ -57,7 +57,7 @@ def write_report(
     *,
     render: bool = False,
 ) -> pathlib.Path:
-    """Writes report.html, tables.md and figures/ into the first of some folders.
+    """Write report.html, tables.md and figures/ into the first of some folders.
 
     Whatever the order of the folders, runs over several houses come first, and house `paper` last.
 
@@ -76,13 +76,13 @@ def write_report(
     """
     folders = [folders] if isinstance(folders, str | os.PathLike) else folders
     if not folders:
-        raise CaregiverError("a report needs at least one run, got none")
+        raise CaregiverError("a report must be of at least 1 run, got none")
     given = [read_run(folder) for folder in folders]
     places = [(run.settings.world, *(plan.name for plan in run.settings.plans)) for run in given]
     if len(set(places)) < len(places):
         raise CaregiverError(
-            "the runs are of the same world and house, and a report is of different ones; there are `compare`, and "
-            "`pool` for runs of different seeds"
+            "runs of a report must be of different worlds or houses, got the same twice: use `compare`, or `pool` for "
+            "runs of different seeds"
         )
     runs = sorted(given, key=lambda run: run.rank)
     shown: Film | None
@@ -145,7 +145,7 @@ def _write(folder: pathlib.Path, page: str, tables_text: str, pictures: Sequence
 
 
 def section(run: Run) -> dict[str, Any]:
-    """The parts by name; `pictures` are all that are in them."""
+    """Return the parts by name; `pictures` are all that are in them."""
     parts = {
         "left": left(run),
         "kinds": kinds(run),
@@ -173,7 +173,7 @@ def section(run: Run) -> dict[str, Any]:
 
 
 def headline(run: Run) -> dict[str, Any]:
-    """What the page begins with: `avoided`, the share of all families' damage that the caregiver avoids, and more."""
+    """Return what the page begins with: `avoided`, the share of all families' damage that is avoided, and more."""
     # Families of the same episode share their chance, so it is episodes that are drawn again, all families together.
     damage = run.episodes.groupby(["caregiver", "house", "episode"])["damage"].sum().reset_index()
     ours, theirs = (Sample(damage[damage.caregiver == name]) for name in (run.caregiver, "none"))
@@ -209,7 +209,7 @@ def _avoided_in_paper(run: Run) -> str | None:
 
 
 def markdown(sections: Sequence[dict[str, Any]], beside: dict[str, Any] | None) -> str:
-    """The content of tables.md: all tables, with the figures that belong to them."""
+    """Return the content of tables.md: all tables, with the figures that belong to them."""
     parts = ["# Tables\n", "## Harm\n"]
     for section in sections:
         parts += [f"{section['run'].title}. {section['harm']['sentence']}\n", section["harm"]["table"].markdown()]
@@ -253,7 +253,7 @@ def _figures(pictures: Sequence[Picture]) -> list[str]:
 
 
 def disclosures(runs: Sequence[Run]) -> list[str]:
-    """Those that concern some runs."""
+    """Return those that concern some runs."""
     said = [FITTED] if any(published.compares_with(run) for run in runs) else []
     said += [EPSILON]
     return said + ([SAME_RULE] if any(map(_same_rule, runs)) else [])

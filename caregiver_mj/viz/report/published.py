@@ -33,7 +33,7 @@ _NEITHER = (float("nan"), float("nan"))
 
 
 def compares_with(run: Run) -> bool:
-    """Whether the paper's numbers mean anything for a run.
+    """Return whether the paper's numbers mean anything for a run.
 
     They are of one novice, in a house of the paper's own that is not published. House `paper` stands in for it, and
     no other does.
@@ -44,7 +44,7 @@ def compares_with(run: Run) -> bool:
 
 
 def means(run: Run, column: str, family: str) -> tuple[float, float] | None:
-    """The paper's means without and with the caregiver, if it has them for such children."""
+    """Return the paper's means without and with the caregiver, if it has them for such children."""
     only, *others = words.members(family)
     if others or only[0] or not compares_with(run):
         return None
@@ -52,11 +52,11 @@ def means(run: Run, column: str, family: str) -> tuple[float, float] | None:
 
 
 def series(run: Run, column: str, families: Sequence[str], with_caregiver: bool) -> np.ndarray:
-    """The means of several families, NaN where there are none, (families,)."""
+    """Return the means of several families, NaN where there are none, (families,)."""
     return np.array([(means(run, column, family) or _NEITHER)[with_caregiver] for family in families])
 
 
 def left(run: Run, families: Sequence[str]) -> np.ndarray:
-    """Shares of the damage that are left with the caregiver, likewise."""
+    """Return shares of the damage that are left with the caregiver, likewise."""
     alone, guarded = (series(run, "damage_normalised", families, caregiver) for caregiver in (False, True))
     return guarded / alone

@@ -104,32 +104,32 @@ class Run:
         return tuple(c for c in self.settings.caregivers if c == FLOOR)
 
     def rivals(self, most: int) -> tuple[str, ...]:
-        """Those of the other caregivers that leave the least damage, in the run's order."""
+        """Return those of the other caregivers that leave the least damage, in the run's order."""
         best = sorted(self.baselines, key=lambda caregiver: self.mean(caregiver, "damage"))[:most]
         return tuple(c for c in self.baselines if c in best)
 
     def row(self, caregiver: str, family: str) -> dict[str, Any]:
-        """The summary's row of a caregiver and a family."""
+        """Return the summary's row of a caregiver and a family."""
         return next(r for r in self.summary["rows"] if (r["caregiver"], r["family"]) == (caregiver, family))
 
     def comparison(self, caregiver: str, baseline: str, family: str) -> dict[str, Any] | None:
-        """The summary's comparison of two caregivers with a family, if it has one."""
+        """Return the summary's comparison of two caregivers with a family, if it has one."""
         wanted = (caregiver, baseline, family)
         rows = self.summary["comparisons"]
         return next((r for r in rows if (r["caregiver"], r["baseline"], r["family"]) == wanted), None)
 
     def compared(self, caregiver: str, baseline: str, family: str) -> dict[str, Any]:
-        """The same, where there has to be one."""
+        """Return the same, where there has to be one."""
         row = self.comparison(caregiver, baseline, family)
         assert row is not None
         return row
 
     def mean(self, caregiver: str, column: str) -> float:
-        """Mean over all episodes of all families."""
+        """Return the mean over all episodes of all families."""
         return float(self.episodes.loc[self.episodes.caregiver == caregiver, column].mean())
 
     def command(self) -> str:
-        """The command that gives the same rows again; of pooled runs those that do."""
+        """Return the command that gives the same rows again; of pooled runs those that do."""
         settings = self.settings
         command = ["caregiver-mj", "evaluate", "--world", settings.world, *self._asked_houses()]
         damage = settings.plans[0].damage
@@ -163,7 +163,7 @@ def _asked_house(plan: FloorPlan) -> str:
 
 
 def read_run(folder: str | os.PathLike[str]) -> Run:
-    """Reads a finished run.
+    """Read a finished run.
 
     Raises:
         CaregiverError: There is none in the folder, or none that a report can be made of.
@@ -173,8 +173,8 @@ def read_run(folder: str | os.PathLike[str]) -> Run:
     acting = [caregiver for caregiver in caregivers if caregiver not in ("none", FLOOR)]
     if not acting or "none" not in caregivers:
         raise CaregiverError(
-            f"a report compares `none` with a caregiver that acts, and the run in '{folder}' has only "
-            f"{' and '.join(caregivers)}: add what it lacks with `caregiver-mj evaluate --resume`"
+            f"a report must be of `none` and a caregiver that acts, got only {' and '.join(caregivers)} in '{folder}': "
+            "add what it lacks with `caregiver-mj evaluate --resume`"
         )
     return Run(
         settings=found.settings,

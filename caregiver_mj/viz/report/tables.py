@@ -57,7 +57,7 @@ _SOURCE = "DGUV 2011, as reprinted in Buxbaum and Sen, table 1.4 (in: Bendel, Pf
 
 
 def damage_table(run: Run) -> Table:
-    """The paper's Table I: normalised damage, and how much of it is left."""
+    """Return the paper's Table I: normalised damage, and how much of it is left."""
     rows = []
     for family in run.families:
         alone, guarded = run.row("none", family), run.row(run.caregiver, family)
@@ -81,7 +81,7 @@ def damage_table(run: Run) -> Table:
 
 
 def timesteps_table(run: Run) -> Table:
-    """The paper's Table II: timesteps until the threshold of damage."""
+    """Return the paper's Table II: timesteps until the threshold of damage."""
     column, rows = "timesteps_to_threshold", []
     for family in run.families:
         cited = published.means(run, column, family)
@@ -107,7 +107,7 @@ def _beside_published(
 
 
 def comparison_table(run: Run) -> Table:
-    """The differences that the caregiver makes, with intervals and tests."""
+    """Return the differences that the caregiver makes, with intervals and tests."""
     found = {family: run.compared(run.caregiver, "none", family) for family in run.families}
     compared = [column for column in statistics.COMPARED if all(f"{column}_p" in row for row in found.values())]
     rows = []
@@ -129,7 +129,7 @@ def comparison_table(run: Run) -> Table:
 
 
 def measures_tables(run: Run) -> list[Table]:
-    """The mean of every measure with every caregiver, a table for each family."""
+    """Return the mean of every measure with every caregiver, a table for each family."""
     measured = [c for c in COLUMNS if c.role in ("damage", "count") and c.world in ("", run.settings.world)]
     note = "Means of an episode. Standard deviations and intervals are in summary.json."
     tables = []
@@ -145,7 +145,7 @@ def measures_tables(run: Run) -> list[Table]:
 
 
 def children_table(run: Run) -> Table | None:
-    """What happened to each of several children, or None where each is alone."""
+    """Return what happened to each of several children, or None where each is alone."""
     if not run.several:
         return None
     episodes, rows = run.episodes, []
@@ -166,7 +166,7 @@ def children_table(run: Run) -> Table | None:
 
 
 def harm(run: Run) -> dict[str, Any]:
-    """A sentence on the caregiver that the report is about, and a table of all."""
+    """Return a sentence on the caregiver that the report is about, and a table of all."""
     rows = run.summary["harm"]
     ours = next(row for row in rows if row["caregiver"] == run.caregiver)
     return {"shown": bool(ours["cells_harmed"]), "sentence": _sentence(ours), "table": _harm_table(run)}
@@ -213,7 +213,7 @@ def _difference(worst: dict[str, Any]) -> str:
 
 
 def contacts(run: Run) -> dict[str, Any] | None:
-    """Two tables of a run in the house; None of one in the grid, or of an older version, which did not count this."""
+    """Return two tables of a run in the house; None of one in the grid, or of a version that did not count this."""
     if run.settings.world != "house" or not set(Contacts().outcome()) <= set(run.episodes):
         return None
     own = run.episodes[run.episodes.caregiver == run.caregiver]
@@ -222,7 +222,7 @@ def contacts(run: Run) -> dict[str, Any] | None:
 
 
 def counts_table(groups: Mapping[str, pd.DataFrame], where: str = "") -> Table:
-    """What was counted in several groups of episodes in the house."""
+    """Return what was counted in several groups of episodes in the house."""
     rows = []
     for column, how, digits in _SHOWN:
         unit = f", {UNITS[column]}" if UNITS[column] else ""
@@ -241,7 +241,7 @@ def counts_table(groups: Mapping[str, pd.DataFrame], where: str = "") -> Table:
 
 
 def limits_table(episodes: pd.DataFrame, where: str = "", compliant: bool = False) -> Table:
-    """The greatest force on each part of a child, who is compliant or else kinematic, beside what adults bear there."""
+    """Return the greatest force on each part of a compliant or kinematic child, beside what adults bear there."""
     rows = []
     for limit in BODY_LIMITS:
         force = float(episodes[f"contact_force_{limit.region}"].max())

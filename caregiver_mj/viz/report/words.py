@@ -45,13 +45,13 @@ SEVERAL = Nouns("family", "families", "children", "the children", "they were", "
 
 
 def members(family: str) -> list[tuple[str, float]]:
-    """The behaviour ("" for a novice) of each child of a family, and its share of random moves."""
+    """Return the behaviour ("" for a novice) of each child of a family, and its share of random moves."""
     parts = (part.rpartition(":") for part in family.split(","))
     return [(behaviour, float(epsilon)) for behaviour, _, epsilon in parts]
 
 
 def family_name(family: str) -> str:
-    """What a family is called; a single novice as in the paper."""
+    """Return what a family is called; a single novice as in the paper."""
     if members(family) == [("", 1.0)]:
         return "random motion"
     counts = collections.Counter(f"{behaviour} {100 * epsilon:g} %".lstrip() for behaviour, epsilon in members(family))
@@ -60,7 +60,7 @@ def family_name(family: str) -> str:
 
 
 def in_lines(family: str) -> str:
-    """The name of a family as it stands under its bars."""
+    """Return the name of a family as it stands under its bars."""
     first, _, last = family_name(family).rpartition(" ")
     if len(members(family)) > 1:
         tied = first.replace(" %", "\N{NO-BREAK SPACE}%")
@@ -70,7 +70,7 @@ def in_lines(family: str) -> str:
 
 # -- Numbers -----------------------------------------------------------------------------------------
 def number(value: float, digits: int = 1, sign: str = "-") -> str:
-    """A number with a true minus, and none before a zero."""
+    """Return a number with a true minus, and none before a zero."""
     text = f"{value:{sign}.{digits}f}"
     if not float(text):
         text = text.lstrip("+-")
@@ -80,7 +80,7 @@ def number(value: float, digits: int = 1, sign: str = "-") -> str:
 def with_interval(
     row: dict[str, Any] | None, key: str, digits: int = 1, sign: str = "-", between: str = " ", scale: float = 1.0
 ) -> str:
-    """A number of the summary with its interval in brackets, whose open ends are infinite."""
+    """Return a number of the summary with its interval in brackets, whose open ends are infinite."""
     if row is None or row[key] is None:
         return NONE
     stem = key.removesuffix("_mean")
@@ -93,12 +93,12 @@ def with_interval(
 
 
 def if_bracketed(rows: Sequence[tuple[str, ...]], told: str) -> str:
-    """What is told of intervals in brackets below a table, where there are any."""
+    """Return what is told of intervals in brackets below a table, where there are any."""
     return told if any("[" in cell for row in rows for cell in row[1:]) else ""
 
 
 def p_value(value: float | None) -> str:
-    """A p, as exactly as it is worth, if there is one."""
+    """Return a p, as exactly as it is worth, if there is one."""
     if value is None:
         return "no p"
     if value < 0.001:
@@ -107,7 +107,7 @@ def p_value(value: float | None) -> str:
 
 
 def percent(share: float) -> str:
-    """A change as a percentage, with its sign."""
+    """Return a change as a percentage, with its sign."""
     return f"{number(100 * share, 0, '+')} %" if np.isfinite(share) else NONE
 
 

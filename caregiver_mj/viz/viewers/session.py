@@ -46,7 +46,7 @@ class Watched:
     embodiment: str = DEFAULT
 
     def plan(self) -> FloorPlan:
-        """Reads the floor plan.
+        """Read the floor plan.
 
         Raises:
             CaregiverError: There is none, or it is not valid.
@@ -54,7 +54,7 @@ class Watched:
         return FloorPlan.load(self.house, damage=self.damage)
 
     def begin(self) -> Episode:
-        """Begins the episode.
+        """Begin the episode.
 
         Raises:
             CaregiverError: There can be no such episode.
@@ -71,7 +71,7 @@ class Watched:
         return episode
 
     def options(self) -> str:
-        """The options that say the same on the command line."""
+        """Return the options that say the same on the command line."""
         said = {
             "house": self.house,
             "epsilon": str(self.family),
@@ -107,7 +107,7 @@ class Session:
         begin: Callable[[Watched], Episode] = Watched.begin,
         clock: Callable[[], float] = time.monotonic,
     ):
-        """Begins an episode.
+        """Begin an episode.
 
         Args:
             watched: Which one.
@@ -141,35 +141,35 @@ class Session:
         self._speed = float(speed)
 
     def play(self) -> None:
-        """Lets it run on from here."""
+        """Let it run on from here."""
         self.skip_time()
         self.playing = not self.over
 
     def skip_time(self) -> None:
-        """Lets the time since the last call of `advance` pass without running on."""
+        """Let the time since the last call of `advance` pass without running on."""
         self._last = self._clock()
 
     def pause(self) -> None:
-        """Halts it."""
+        """Halt it."""
         self.playing = False
 
     def step(self, seconds: float | None = None) -> None:
-        """Pauses, and runs on for so long: one step of control by default."""
+        """Pause, and run on for so long: one step of control by default."""
         self.pause()
         env = self.episode.env
         self._run_until(self.episode.seconds + (env.control_timestep() if seconds is None else seconds))
 
     def next_move(self) -> None:
-        """Pauses, and runs on until the children's next moves begin."""
+        """Pause, and run on until the children's next moves begin."""
         move = self.episode.env.task.novice_timestep
         self.step((math.floor(self.episode.seconds / move + 1e-6) + 1) * move - self.episode.seconds)
 
     def restart(self) -> None:
-        """Begins the same episode once more."""
+        """Begin the same episode once more."""
         self._begin(self.watched)
 
     def change(self, **settings: object) -> None:
-        """Begins another episode, which differs in some attributes of `Watched`.
+        """Begin another episode, which differs in some attributes of `Watched`.
 
         Raises:
             CaregiverError: There can be no such episode; the present one goes on.
@@ -179,7 +179,7 @@ class Session:
     # -- Time ------------------------------------------------------------------------------------
 
     def advance(self) -> None:
-        """Runs on for as long as has passed since the last call, at the speed that is asked for."""
+        """Run on for as long as has passed since the last call, at the speed that is asked for."""
         now = self._clock()
         passed, self._last = now - self._last, now
         self.behind = self.playing and passed > _LONGEST

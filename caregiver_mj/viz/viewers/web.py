@@ -44,7 +44,7 @@ class Server(viser.ViserServer):
     """A server that stays where it is."""
 
     def request_share_url(self, verbose: bool = True) -> str | None:
-        """Does nothing: any page could ask for it, and it would make this one public."""
+        """Do nothing: any page could ask for it, and it would make this one public."""
         return None
 
 
@@ -58,7 +58,7 @@ class WebViewer:
     """
 
     def __init__(self, session: Session, host: str = HOST, port: int = PORT, rate: float = RATE, plain: bool = False):
-        """Begins to serve.
+        """Begin to serve.
 
         Args:
             session: What to show.
@@ -83,7 +83,7 @@ class WebViewer:
         self._scene = WebScene(self.server, session.episode, plain)
 
     def run(self, until: Callable[[], bool] = lambda: False) -> None:
-        """Runs the session until somebody interrupts it, or until something is true."""
+        """Run the session until somebody interrupts it, or until something is true."""
         due = time.monotonic()
         while not until():
             due = max(due + self._period, time.monotonic())
@@ -92,7 +92,7 @@ class WebViewer:
             self.show()
 
     def show(self) -> None:
-        """Shows the present moment."""
+        """Show the present moment."""
         episode = self.session.episode
         if not self._scene.fits(episode):
             self._scene = WebScene(self.server, episode, self._plain)
@@ -101,7 +101,7 @@ class WebViewer:
         self._scene.show(episode, self._panel.foreseen)
 
     def close(self) -> None:
-        """Ends the server."""
+        """End the server."""
         with contextlib.redirect_stdout(io.StringIO()):
             self.server.stop()
 
@@ -112,7 +112,7 @@ class WebViewer:
         self.close()
 
     def _take_wishes(self, until: float) -> None:
-        """Does what browsers ask for, up to a time."""
+        """Do what browsers ask for, up to a time."""
         while True:
             try:
                 wish = self._wishes.get(timeout=max(until - time.monotonic(), 0.0))
@@ -122,7 +122,7 @@ class WebViewer:
 
 
 def check_address(host: str, port: int) -> None:
-    """Raises CaregiverError unless one can listen there: the server itself would try other ports, without an end."""
+    """Raise CaregiverError unless one can listen there: the server itself would try other ports, without an end."""
     try:
         kind, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         with socket.socket(kind, socket.SOCK_STREAM) as listener:
@@ -138,7 +138,7 @@ class WebScene:
     """The house of an episode, in all browsers that look at a server."""
 
     def __init__(self, server: viser.ViserServer, episode: Episode, plain: bool = False):
-        """Sends the house.
+        """Send the house.
 
         Args:
             server: What browsers are connected to; what it shows already goes.
@@ -163,11 +163,11 @@ class WebScene:
         self._look(episode)
 
     def fits(self, episode: Episode) -> bool:
-        """Whether another episode has the same things in the same house."""
+        """Return whether another episode has the same things in the same house."""
         return self._kind == _kind(episode)
 
     def show(self, episode: Episode, foreseen: bool) -> None:
-        """Shows the present moment, and on wish what the caregiver foresees."""
+        """Show the present moment, and on wish what the caregiver foresees."""
         tiles = episode.tiles() if foreseen else []
         with self._server.atomic():
             if tiles != self._shown:
@@ -211,7 +211,7 @@ class WebScene:
     # -- The eye ---------------------------------------------------------------------------------
 
     def _look(self, episode: Episode) -> None:
-        """Puts the eye of browsers that come where the overview camera is."""
+        """Put the eye of browsers that come where the overview camera is."""
         overview = episode.env.physics.model.ptr.camera("overview")
         camera = self._server.initial_camera
         place, ahead = overview.pos, -overview.mat0.reshape(3, 3)[:, 2]

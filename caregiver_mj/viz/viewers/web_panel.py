@@ -39,7 +39,7 @@ class Panel:
     """
 
     def __init__(self, server: viser.ViserServer, session: Session, do: Do):
-        """Lays the panel out.
+        """Lay the panel out.
 
         Args:
             server: What browsers are connected to.
@@ -60,7 +60,7 @@ class Panel:
         return self._floor.value
 
     def show(self) -> None:
-        """Shows the present moment."""
+        """Show the present moment."""
         session = self._session
         self._play.label = "Pause" if session.playing else "Play"
         self._readout.content = readout(session.episode.hud_state(trail_length=1))
@@ -74,14 +74,14 @@ class Panel:
             self.tell("")
 
     def tell(self, text: str, wrong: bool = False) -> None:
-        """Says something below the form; what is wrong stays until the next episode begins."""
+        """Say something below the form; what is wrong stays until the next episode begins."""
         if wrong or not self._wrong:
             colour = "color:#c92a2a;" if wrong else ""
             self._told.content = f'<div class="told" style="{colour}{_NOTE}">{html.escape(text)}</div>'
             self._wrong = wrong
 
     def fill_in(self) -> None:
-        """Enters into the form what is shown now."""
+        """Enter into the form what is shown now."""
         self._wrong = False
         watched = self._session.watched
         alike = set(map(str, watched.family.children))
@@ -175,7 +175,7 @@ class Panel:
 
 
 def readout(state: HudState) -> str:
-    """The whole, as HTML. Every value has a class, for whoever looks for it."""
+    """Return the whole, as HTML. Every value has a class, for whoever looks for it."""
     parts = [_deeds(state), _safety(state), _danger(state), _foreseen(state)]
     return f'<div style="{_STYLE}">{"".join(parts)}</div>'
 

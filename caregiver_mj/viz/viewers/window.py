@@ -48,7 +48,7 @@ class Window:
     """
 
     def __init__(self, session: Session):
-        """Opens the window.
+        """Open the window.
 
         Raises:
             RenderingError: There can be none.
@@ -60,7 +60,7 @@ class Window:
         self._model.vis.global_.fovy = self._model.camera(_CAMERA).fovy[0]
         self._data = mujoco.MjData(self._model)
         if not glfw.init():  # else the viewer would wait for ever for a window
-            raise RenderingError("no window can be opened: use `caregiver-mj view --web`, and a browser")
+            raise RenderingError("no window can be opened: use `caregiver-mj view --web` and a browser")
         before = set(threading.enumerate())
         try:
             self._viewer = mujoco.viewer.launch_passive(
@@ -74,7 +74,7 @@ class Window:
             _look(self._viewer.cam, session.episode)
 
     def run(self) -> None:
-        """Runs the session until somebody closes the window or interrupts it."""
+        """Run the session until somebody closes the window or interrupts it."""
         while self._viewer.is_running():
             due = time.monotonic() + _PERIOD
             while not self._pressed.empty():
@@ -84,7 +84,7 @@ class Window:
             time.sleep(max(due - time.monotonic(), 0.0))
 
     def show(self) -> None:
-        """Shows the present moment."""
+        """Show the present moment."""
         episode = self.session.episode
         with self._viewer.lock():
             mujoco.mj_copyData(self._data, self._model, episode.env.physics.data.ptr)
@@ -97,14 +97,14 @@ class Window:
         self._viewer.sync()
 
     def close(self) -> None:
-        """Closes the window, and waits for its last picture: to end the process within it would hang."""
+        """Close the window, and wait for its last picture: to end the process within it would hang."""
         self._viewer.close()
         for thread in self._drawing:
             thread.join(_LAST_PICTURE)
 
 
 def press(session: Session, key: int) -> None:
-    """Does what a key, as GLFW numbers them, stands for."""
+    """Do what a key, as GLFW numbers them, stands for."""
     match _KEYS.get(key):
         case "pause":
             session.pause() if session.playing else session.play()
@@ -123,7 +123,7 @@ def press(session: Session, key: int) -> None:
 
 
 def texts(state: HudState, session: Session) -> tuple[str, str]:
-    """What stands in a corner of the window, in two columns."""
+    """Return what stands in a corner of the window, in two columns."""
     rows = [
         ("caregiver", state.intervention or "none"),
         ("timestep", str(state.timestep)),
@@ -152,7 +152,7 @@ def _bar(value: float, full: float = 1.0) -> str:
 
 
 def _look(camera: mujoco.MjvCamera, episode: Episode) -> None:
-    """Puts the eye where the overview camera is."""
+    """Put the eye where the overview camera is."""
     overview = episode.env.physics.model.ptr.camera(_CAMERA)
     place, ahead = overview.pos, -overview.mat0.reshape(3, 3)[:, 2]
     distance = -place[2] / ahead[2]
