@@ -76,7 +76,7 @@ def load(
     environment_kwargs: dict[str, Any] | None = None,
     visuals: bool = True,
 ) -> control.Environment:
-    """Makes an environment.
+    """Make an environment.
 
     Args:
         task: One of `ALL_TASKS`.
@@ -122,7 +122,7 @@ def load(
     environment_kwargs = environment_kwargs or {}
     for own in ("time_limit", "control_timestep"):
         if own in environment_kwargs:
-            raise CaregiverError(f"environment_kwargs: {own} is the task's own, so say it in task_kwargs")
+            raise CaregiverError(f"environment_kwargs must be without {own}: give it in task_kwargs")
     _check_arguments("environment_kwargs", control.Environment, (None, made), environment_kwargs)
     robot = made.has_robot and made.embodiment
     physics = Physics.from_plan(plan, robot, made.table_positions, len(made.children), visuals, made.table_heights)
@@ -142,7 +142,7 @@ def _time_limit(seconds: float | None) -> float | None:
 
 
 def _check_arguments(what: str, taker: Callable[..., Any], given: tuple[Any, ...], further: dict[str, Any]) -> None:
-    """Raises UnknownOptionError unless something takes these arguments."""
+    """Raise UnknownOptionError unless something takes these arguments."""
     try:
         inspect.signature(taker).bind(*given, **further)
     except TypeError as error:

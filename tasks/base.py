@@ -80,7 +80,7 @@ class CareTask(Task):
         table_height: float | Sequence[float] | None = None,
         sensing: Sensing | Mapping[str, Any] | None = None,
     ):
-        """Prepares the episodes.
+        """Prepare the episodes.
 
         Args:
             plan: The house.
@@ -131,7 +131,7 @@ class CareTask(Task):
         self._check_house()
 
     def _check_house(self) -> None:
-        """Raises CaregiverError unless the house is fit for the task and its robot."""
+        """Raise CaregiverError unless the house is fit for the task and its robot."""
 
     @property
     def table_positions(self) -> np.ndarray:
@@ -144,7 +144,7 @@ class CareTask(Task):
         return self.candles.table_heights
 
     def reseed(self, random: np.random.RandomState | int) -> None:
-        """Makes the next episode that of a seed, whatever ran before."""
+        """Make the next episode that of a seed, whatever ran before."""
         self._random = random if isinstance(random, np.random.RandomState) else np.random.RandomState(random)
 
     # -- dm_control's interface ------------------------------------------------------------------
@@ -256,7 +256,7 @@ class CareTask(Task):
     # -- For bounds only --------------------------------------------------------------------------
 
     def truth(self) -> Truth:
-        """What no caregiver can see, of a batch of one, as it will be after the children's present moves."""
+        """Return what no caregiver can see, of a batch of one, as it will be after the children's present moves."""
         goals, behaviours = zip(*((child.next_goal, child.behaviour) for child in self.children), strict=True)
         return Truth(np.array([goals]), np.stack([behaviour.epsilons(1) for behaviour in behaviours], axis=1))
 
@@ -278,13 +278,13 @@ class CareTask(Task):
         return int(self.ledger.strikes[0])
 
     def outcome(self) -> dict[str, Any]:
-        """What has been measured in the episode so far, named as the columns of `EpisodeRecord`.
+        """Return what has been measured in the episode so far, named as the columns of `EpisodeRecord`.
 
         Raises:
             CaregiverError: None has begun.
         """
         if not hasattr(self, "ledger"):
-            raise CaregiverError("no episode has begun of which there could be an outcome: call env.reset() first")
+            raise CaregiverError("no episode has begun: call env.reset() first")
         return self.ledger.outcome() | self.contacts.outcome()
 
     def note_interventions(self, begun: int, done: int, left: Mapping[int, State] | None = None) -> None:
@@ -301,7 +301,7 @@ class CareTask(Task):
             self.children.state[hazard] = state
 
     def is_standing(self, physics: Physics, candle: int) -> bool:
-        """Whether a candle is upright, and no lower than a table."""
+        """Return whether a candle is upright, and no lower than a table."""
         return bool(self.candles.standing(physics)[candle])
 
     def bears_candle(self, physics: Physics, table: int) -> bool:
@@ -310,7 +310,7 @@ class CareTask(Task):
 
 
 def _check_timestep(seconds: float, plan: FloorPlan) -> None:
-    """Raises CaregiverError unless there can be actions so often. Whether physics steps fit in, dm_control says."""
+    """Raise CaregiverError unless there can be actions so often. Whether physics steps fit in, dm_control says."""
     move = plan.cell_size / WALKING_SPEED
     if not (isinstance(seconds, numbers.Real) and 0 < seconds <= move):
         raise CaregiverError(
@@ -319,6 +319,6 @@ def _check_timestep(seconds: float, plan: FloorPlan) -> None:
 
 
 def _check_offset(name: str, metres: float, most: float) -> None:
-    """Raises CaregiverError unless a candle stays on its table, and a table in its cell."""
+    """Raise CaregiverError unless a candle stays on its table, and a table in its cell."""
     if not (isinstance(metres, numbers.Real) and 0 <= metres <= most):
         raise CaregiverError(f"{name} must be in 0 to {most:.3g} m, got {metres!r}")

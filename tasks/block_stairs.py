@@ -42,8 +42,8 @@ class BlockStairs(base.CareTask):
         width = 2 * self.embodiment.footprint
         if self.plan.cell_size < width:
             raise CaregiverError(
-                f"block_stairs needs landings as wide as the robot, {width:g} m, and in floor plan '{self.plan.name}' "
-                f"cells have {self.plan.cell_size:g} m"
+                f"block_stairs must have cells of at least {width:g} m, as wide as the robot, got "
+                f"{self.plan.cell_size:g} m in floor plan '{self.plan.name}'"
             )
 
     def initialize_episode(self, physics: Physics) -> None:
@@ -52,7 +52,7 @@ class BlockStairs(base.CareTask):
         self._landing = self.plan.position(self.plan.stairwells[self.goal_stairwell])
 
     def get_observation(self, physics: Physics) -> collections.OrderedDict[str, np.ndarray]:
-        """As in all tasks, and what is asked for."""
+        """Return what all tasks observe, and what is asked for."""
         observation = super().get_observation(physics)
         observation["goal_stairwell"] = np.eye(len(self.plan.stairwells))[self.goal_stairwell]
         observation["base_to_goal"] = self._landing - observation["base_position"][:2]
@@ -62,7 +62,7 @@ class BlockStairs(base.CareTask):
         return Intervention(BLOCK, self.plan.hazards.number(Where.OPENING, int(observation["goal_stairwell"].argmax())))
 
     def get_reward(self, physics: Physics) -> float:
-        """1 while the whole base is in the landing's cell, less the farther it is from there."""
+        """Return 1 while the whole base is in the landing's cell, less the farther it is from there."""
         inside = self.plan.cell_size / 2 - self.embodiment.footprint
         distance = float(np.abs(self._landing - physics.base_position()[:2]).max())
         return float(rewards.tolerance(distance, bounds=(0, inside), margin=_FAR))

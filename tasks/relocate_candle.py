@@ -48,7 +48,7 @@ class RelocateCandle(base.CareTask):
         self._goal = np.array([*self.table_positions[self.goal_table], self.table_heights[self.goal_table]])
 
     def get_observation(self, physics: Physics) -> collections.OrderedDict[str, np.ndarray]:
-        """As in all tasks, and what is asked for."""
+        """Return what all tasks observe, and what is asked for."""
         observation = super().get_observation(physics)
         observation["goal_candle"] = np.eye(len(self.plan.candle_tables))[self.goal_candle]
         observation["goal_table"] = np.eye(len(self.plan.tables))[self.goal_table]
@@ -60,14 +60,14 @@ class RelocateCandle(base.CareTask):
         return Intervention(RELOCATE, self.plan.hazards.number(Where.ON_TABLE, candle), table)
 
     def get_reward(self, physics: Physics) -> float:
-        """Half for how near the candle is to the table while upright, half for standing on it, let go."""
+        """Return half for how near the candle is to the table while upright, half for standing on it, let go."""
         offset = self._goal - physics.candle_poses()[self.goal_candle, :3]
         upright = max(0.0, float(physics.candle_upright()[self.goal_candle]))
         near = rewards.tolerance(float(np.linalg.norm(offset)), bounds=(0, _NEAR), margin=_FAR)
         return 0.5 * float(near) * upright + 0.5 * self.is_placed(physics)
 
     def is_placed(self, physics: Physics) -> bool:
-        """Whether the candle stands on the table, out of the robot's hand."""
+        """Return whether the candle stands on the table, out of the robot's hand."""
         offset = self._goal - physics.candle_poses()[self.goal_candle, :3]
         on_table = np.abs(offset[:2]).max() < layout.TABLE_HALF_SIZE and abs(offset[2]) < 0.01
         return bool(on_table and self.is_standing(physics, self.goal_candle) and not physics.is_gripping())
