@@ -236,9 +236,9 @@ def test_json_stands_alone_on_standard_output(capsys):
     summary = json.loads(out, parse_constant=pytest.fail)  # NaN is no JSON
     assert [(row["epsilon"], row["caregiver"]) for row in summary["rows"]] == [
         (1.0, "none"),
-        (1.0, "paper"),
+        (1.0, "expected-danger"),
         (0.5, "none"),
-        (0.5, "paper"),
+        (0.5, "expected-danger"),
     ]
     assert "normalised" in err
 
@@ -248,7 +248,7 @@ def test_table(capsys):
     out, _ = capsys.readouterr()
     none, paper = (line.split() for line in out.splitlines() if line.split()[:1] == ["1"])
     assert none[1] == "none"
-    assert paper[1] == "paper"
+    assert paper[1] == "expected-danger"
     assert none[6] == "1.00"  # left: epsilon, name, mean, ±, sd, normalised, left
     assert float(paper[6]) == pytest.approx(float(paper[2]) / float(none[2]), abs=0.01)
 
@@ -340,7 +340,7 @@ def test_help_says_defaults_as_one_types_them(capsys):
     with pytest.raises(SystemExit):
         cli.main(["evaluate", "--help"])
     said = " ".join(capsys.readouterr().out.split())
-    assert "(default: none paper)" in said
+    assert "(default: none expected-danger)" in said
     assert "(default: 1.0 0.75 0.5 0.25 0.05)" in said
     assert "comes from it (default: 0)" in said  # which is no None
     assert "(default: None)" not in said

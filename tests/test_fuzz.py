@@ -148,7 +148,7 @@ _SAFE = {
 
 
 @st.composite
-def lines(draw):
+def lines(draw):  # noqa: C901 a branch for each option
     """A command with options that belong to it or do not."""
     folders = st.sampled_from(["RUN", "NOWHERE", "EMPTY", "FILE", "", "\0"])
     commands = ["evaluate", "render", "view", "record", "house", "report", "compare", "pool", "completion", "fly", ""]

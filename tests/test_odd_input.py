@@ -174,10 +174,10 @@ ODD = {
     "grid": [
         (lambda: GridWorld("paper", 0.5, None), "house must be a FloorPlan, .* FloorPlan.load makes one"),
         (lambda: GridWorld(TINY, 0.5, "paper"), "must be a Caregiver or None, .* make_caregiver makes one"),
-        (lambda: run([]), "at least one episode"),
-        (lambda: GridWorld(TINY, 0.5, None).move_children(), "no episode has begun: call reset() first"),
-        (lambda: GridWorld(TINY, 0.5, None).step(), "no episode has begun: call reset() first"),
-        (move_after_the_end, "no episode has begun: call reset() first"),
+        (lambda: run([]), "at least 1 episode"),
+        (lambda: GridWorld(TINY, 0.5, None).move_children(), "no episode has begun: call reset"),
+        (lambda: GridWorld(TINY, 0.5, None).step(), "no episode has begun: call reset"),
+        (move_after_the_end, "no episode has begun: call reset"),
         (lambda: run(ONE, "1,1"), "tapes must be 2 in each"),
         (lambda: run_episodes(TINY, 0.5, None, [-1]), "seed of an episode must be an integer from 0"),
         (lambda: run_episodes(TINY, 0.5, None, ["a"]), "seed of an episode must be an integer from 0"),
@@ -192,7 +192,7 @@ ODD = {
         *((lambda n=n: settings(episodes=n), "episodes must be an integer of at least 1") for n in ("a", 1.5, 0)),
         *((lambda s=s: settings(seed=s), "seed must be an integer of at least 0") for s in ("a", 0.5, -1)),
         (lambda: evaluate(Settings(TINY, "grid", episodes=1), jobs="a"), "jobs must be an integer of at least 1"),
-        (lambda: write_report([]), "at least one run"),
+        (lambda: write_report([]), "at least 1 run"),
         (lambda: write_report("nowhere"), "'nowhere' holds no run"),
     ],
     "film": [
@@ -215,8 +215,8 @@ ODD = {
             (lambda s=s: GridTargetsVector(1, house=TINY, slots=s), "slots must be at most 1,000 of a kind, got")
             for s in ((1001, 2), (2, 1001))
         ),
-        (lambda: GridHousesVector([]), "a house at least"),
-        (lambda: load().task.outcome(), "no episode has begun .* call env.reset"),
+        (lambda: GridHousesVector([]), "houses must be at least 1"),
+        (lambda: load().task.outcome(), "no episode has begun: call env.reset"),
         *((lambda a=a: act(a), "an action must be one integer, got") for a in (np.array([1]), [1, 2])),
         *(
             (lambda a=a: step_vector(a), "actions must be 3 integers, one for each episode")

@@ -77,7 +77,7 @@ def _terminated_in_order() -> Iterator[None]:
             signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
-def _terminate(number: int, frame: object) -> NoReturn:
+def _terminate(_number: int, _frame: object) -> NoReturn:
     raise KeyboardInterrupt("terminated")
 
 

@@ -95,7 +95,7 @@ def _serve(start: Callable[[], Session], arguments: argparse.Namespace) -> None:
     _watch(viewer)
 
 
-def _open_window(start: Callable[[], Session], arguments: argparse.Namespace) -> None:
+def _open_window(start: Callable[[], Session], _arguments: argparse.Namespace) -> None:
     from caregiver_mj.viz.viewers.window import Window
 
     _watch(Window(start()))

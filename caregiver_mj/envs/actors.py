@@ -93,7 +93,8 @@ class TargetCaregiver:
             raise CaregiverError(f"caregiver '{caregiver}' takes no actions to record")
         if isinstance(made, ToldCaregiver):
             raise CaregiverError(
-                f"caregiver must choose targets from what it sees, got '{caregiver}', which is privileged"
+                f"caregiver must choose targets from what it sees, got '{caregiver}', which "
+                "needs privileged information"
             )
         if more := _beside_targets(made):
             raise CaregiverError(

@@ -46,7 +46,7 @@ def evaluate(
     *,
     jobs: int = 1,
     executor: Executor | None = None,
-    progress: Callable[[int], None] = lambda episodes: None,
+    progress: Callable[[int], None] = lambda _: None,
     grid_block: int = GRID_BLOCK,
 ) -> Evaluation:
     """Run every combination of caregiver and family.

@@ -202,21 +202,27 @@ def continued(found: Record, wanted: Record) -> Record:
     there, here = found.get("caregivers"), wanted["caregivers"]
     if not isinstance(there, list) or not all(name in here for name in there):
         keys.append("caregivers")
-    episodes, extended = found.get("episodes"), found.get("extended_at", [])
-    if not isinstance(episodes, int) or not isinstance(extended, list) or episodes > wanted["episodes"]:
+    episodes = found.get("episodes")
+    if not isinstance(episodes, int) or episodes > wanted["episodes"]:
         keys.append("episodes")
     wrong = told(keys, found, wanted) or [*_other_source(found, wanted), *_other_code(found, wanted)]
     if wrong:
         less = "; a run can be added to, but not cut" if keys and {*keys} <= {"caregivers", "episodes"} else ""
         raise CaregiverError("; ".join(wrong) + less)
-    if episodes < wanted["episodes"]:
-        extended = [*extended, episodes]
-    steps = [0, *extended, wanted["episodes"]]
-    if not all(isinstance(step, int) for step in steps) or steps != sorted(set(steps)):
-        raise CaregiverError(f"extended_at must be increasing numbers of episodes, got {extended}")
+    extended = _extended_at(found, wanted["episodes"])
     if there == here and episodes == wanted["episodes"]:
         return found
     return {**wanted, **({"extended_at": extended} if extended else {})}
+
+
+def _extended_at(found: Record, wanted: int) -> list[int]:
+    """Numbers of episodes that a run has had before it has those that are wanted."""
+    before = found.get("extended_at", [])
+    if isinstance(before, list) and all(isinstance(step, int) for step in before):
+        steps = [0, *before, *sorted({found["episodes"], wanted})]
+        if steps == sorted(set(steps)):
+            return steps[1:-1]
+    raise CaregiverError(f"extended_at must be increasing numbers of episodes, got {before}")
 
 
 def unlike(one: Record, other: Record, but: Sequence[str]) -> list[str]:

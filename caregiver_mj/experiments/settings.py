@@ -130,12 +130,7 @@ class Settings:
         for plan in self.plans:
             check_kind("a house", plan, FloorPlan, advice=": FloorPlan.load makes one")
         for name in self.caregivers:
-            if name == FLOOR:
-                CAREGIVERS.tell_of_namesakes(FLOOR, f"'{FLOOR}' is what bare tables alone do")
-                continue
-            found = find_caregiver(name, others=(FLOOR,))
-            if self.world == "grid" and not (found is None or is_caregiver(found)):
-                raise CaregiverError(f"world must be house for '{name}', a policy of the robot's actions, got grid")
+            _check_caregiver(name, self.world)
         for family in self.families:
             family.check()
         names, houses = tuple(map(str, self.families)), tuple(plan.name for plan in self.plans)
@@ -193,6 +188,16 @@ class Settings:
             for start, end in itertools.pairwise([0, *extended_at, self.episodes])
             for first in range(start, end, size)
         ]
+
+
+def _check_caregiver(name: str, world: str) -> None:
+    """Raise CaregiverError unless there is one of that name that acts in the world."""
+    if name == FLOOR:
+        CAREGIVERS.tell_of_namesakes(FLOOR, f"'{FLOOR}' is what bare tables alone do")
+        return
+    found = find_caregiver(name, others=(FLOOR,))
+    if world == "grid" and not (found is None or is_caregiver(found)):
+        raise CaregiverError(f"world must be house for '{name}', a policy of the robot's actions, got grid")
 
 
 @dataclasses.dataclass(frozen=True)

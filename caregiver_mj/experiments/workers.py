@@ -45,8 +45,7 @@ def run_jobs(
         WorkerError: The function raised an exception in a worker, or a job has killed too many.
     """
     if processes == 1:
-        for job in jobs:
-            yield job, function(job)
+        yield from ((job, function(job)) for job in jobs)
         return
     waiting = collections.deque(jobs)
     killed: collections.Counter[Job] = collections.Counter()

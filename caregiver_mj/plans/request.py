@@ -86,10 +86,8 @@ class Request:
 
     def check(self) -> None:
         """Raise FloorPlanError if there can be no such house."""
-        if not isinstance(self.seed, Integral):
-            raise self.error(f"the seed must be an integer, got {self.seed!r}")
-        if not 0 <= self.seed < SEEDS:
-            raise self.error(f"the seed must be between 0 and {SEEDS - 1}, got {self.seed}")
+        if not isinstance(self.seed, Integral) or not 0 <= self.seed < SEEDS:
+            raise self.error(f"the seed must be an integer from 0 to {SEEDS - 1}, got {self.seed!r}")
         if self.size is not None and not (isinstance(self.size, Sequence) and len(self.size) == 2):
             raise self.error(f"size must be columns and rows, such as (14, 12), got {self.size!r}")
         for side in self.size or ():

@@ -152,7 +152,7 @@ def generate_shape(shape: str, seed: int) -> FloorPlan:
         raise FloorPlanError(f"the shape must be one of {', '.join(SHAPES)}, got '{shape}'")
     if not 0 <= seed < SEEDS:
         raise FloorPlanError(
-            f"floor plan '{shape}-{seed}' cannot be made: the seed must be between 0 and {SEEDS - 1}, got {seed}"
+            f"floor plan '{shape}-{seed}' cannot be made: the seed must be an integer from 0 to {SEEDS - 1}, got {seed}"
         )
     for attempt in range(_TRIES):
         random = np.random.RandomState([SHAPES.index(shape), seed, attempt])

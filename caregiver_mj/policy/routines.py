@@ -148,7 +148,7 @@ class Relocating(Routine):
         self.candle = means.plan.hazards.among(Where.ON_TABLE, intervention.hazard)
         super().__init__(means, intervention, *_fetching(means, self.candle, view, percept))
 
-    def after(self, status: Status, view: View, see: Callable[[], Percept]) -> Status:
+    def after(self, status: Status, view: View, see: Callable[[], Percept]) -> Status:  # noqa: PLR0911 one a case
         if isinstance(self.skill, skills.Retrieve) and status is Status.FAILED and self.skill.still_holds(view):
             navigator, retrievals, pitch = self.means.navigator, self.means.retrievals, self.skill.pitch_down
             self.skill = skills.Retrieve(navigator, retrievals, self.candle, pitch)

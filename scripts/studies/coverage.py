@@ -199,13 +199,13 @@ def run_pool(plan: FloorPlan, epsilon: float, episodes: int, seed: int) -> Pool:
 Ends = tuple[np.ndarray, np.ndarray]
 
 
-def studentised(ours: np.ndarray, theirs: np.ndarray, random: np.random.Generator) -> Ends:
+def studentised(ours: np.ndarray, theirs: np.ndarray, _random: np.random.Generator) -> Ends:
     """The one in use, with the resamples that it always has."""
     found = of_ratio(ours.T, theirs.T)
     return found.low, found.high
 
 
-def fieller(ours: np.ndarray, theirs: np.ndarray, random: np.random.Generator) -> Ends:
+def fieller(ours: np.ndarray, theirs: np.ndarray, _random: np.random.Generator) -> Ends:
     """Fieller's interval, of normal theory."""
     t = np.full(len(ours), stats.t.ppf(_TAILS[1], ours.shape[1] - 1))
     return solve(ours, theirs, -t, t)

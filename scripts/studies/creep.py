@@ -98,7 +98,7 @@ def add_options(parser: Parser) -> None:
     """Declare the options, of which there are none."""
 
 
-def run(options: argparse.Namespace) -> None:
+def run(_options: argparse.Namespace) -> None:
     """Print the table."""
     held = hold()
     table = make_table(

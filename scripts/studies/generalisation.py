@@ -215,12 +215,12 @@ def run_job(job: Job) -> Found:
         theta = experts(whose, elsewhere).action_prior(plan, np.random.default_rng(0), how == HOW[0])
         telling[whose, how] = tell(plan, theta, seen)
     guards: dict[str, Callable[[FloorPlan], Caregiver | None]] = {
-        NONE: lambda plan: None,
+        NONE: lambda _: None,
         **{whose: functools.partial(PaperCaregiver, experts=experts(whose, elsewhere)) for whose in WHOSE},
         ALIKE: functools.partial(PaperCaregiver, weighs_safety=False),
     }
     watchers: dict[str, Callable[[FloorPlan], Caregiver | None]] = {
-        NONE: lambda plan: None,
+        NONE: lambda _: None,
         RULE: PaperCaregiver,
         **{foresight(change): functools.partial(ForesightCaregiver, change=change) for change in CHANGES},
         KNOWS: KnowsGoalCaregiver,

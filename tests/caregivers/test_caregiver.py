@@ -516,7 +516,7 @@ def test_a_candle_on_the_floor_is_as_near_as_its_cell(child_cell, moves):
 
 
 def test_caregivers_are_made_by_name():
-    assert list(CAREGIVERS)[:5] == ["none", "random", "nearest", "guard", "paper"]
+    assert list(CAREGIVERS)[:5] == ["none", "random", "nearest", "guard", "expected-danger"]
     assert {"wanderer", "stairs", "candles", "childproof", "paper-still"} < set(BY_NAME)
     assert make_caregiver("none", CORRIDOR) is None
     for name in BY_NAME:
@@ -526,7 +526,9 @@ def test_caregivers_are_made_by_name():
 
 
 def test_an_unknown_name_lists_those_there_are():
-    with pytest.raises(CaregiverError, match="no caregiver 'nanny': there are none, random, nearest, guard, paper"):
+    with pytest.raises(
+        CaregiverError, match="no caregiver 'nanny': there are none, random, nearest, guard, expected-danger, paper"
+    ):
         make_caregiver("nanny", CORRIDOR)
 
 

@@ -39,7 +39,7 @@ def test_another_number_of_episodes_is_refused():
 
 
 def test_families_are_alike_in_number_and_share_no_object():
-    with pytest.raises(CaregiverError, match="as many children in each family, got 1, 2"):
+    with pytest.raises(CaregiverError, match="families must have equally many children, got 1, 2"):
         side_by_side(PLAN, [Family.of("1"), Family.of("1,.5")], 3)
     child = Novice(PLAN, 0.5)
     with pytest.raises(CaregiverError, match="got the same Novice twice"):

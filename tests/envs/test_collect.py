@@ -130,7 +130,7 @@ def test_other_tasks(task, tmp_path):
         ({"task": "targets"}, "seconds must be left out with targets"),
         ({"cameras": ("overview", "overview")}, "cameras must be different"),
         ({"size": (65, 48)}, "a picture's sides must be even, from 32 to 2160 pixels"),
-        ({"caregiver": "none"}, "caregiver 'none' takes no actions"),
+        ({"caregiver": "none"}, "caregiver must be one that acts, got 'none'"),
         ({"task": "targets", "seconds": None, "caregiver": "knows-goal"}, "needs privileged information"),
     ],
 )

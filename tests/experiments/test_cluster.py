@@ -123,8 +123,8 @@ def test_command(cluster, capsys):
     ("options", "message"),
     [
         (["--scheduler", NOWHERE], "--scheduler must be with --executor dask"),
-        (["--executor", "dask"], "--executor dask needs --scheduler ADDRESS"),
-        (["--executor", "dask", "--scheduler", NOWHERE, "--jobs", "2"], "--jobs is of this machine"),
+        (["--executor", "dask"], "--executor dask must be with --scheduler ADDRESS"),
+        (["--executor", "dask", "--scheduler", NOWHERE, "--jobs", "2"], "--jobs must be left out with --executor dask"),
         (["--executor", "dask", "--scheduler", "no-scheme://x:1"], "no scheduler at 'no-scheme://x:1': "),
         (["--executor", "dask", "--scheduler", "nonsense"], "no scheduler at 'nonsense': missing port number"),
         (["--executor", "dask", "--scheduler", ""], "no scheduler at '': an address must be such as tcp://"),

@@ -213,7 +213,7 @@ def test_one_accident_in_twenty_episodes_bounds_nothing_from_above():
 
 
 def test_a_ratio_is_of_what_cannot_be_negative():
-    with pytest.raises(ValueError, match="negative"):
+    with pytest.raises(ValueError, match="must be at least 0"):
         of_ratio(np.array([1.0, -1.0]), np.array([1.0, 1.0]))
 
 

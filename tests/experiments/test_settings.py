@@ -37,8 +37,8 @@ def test_families_may_be_said_by_their_epsilon():
     [
         ({"world": "mars"}, "no world 'mars': there are house, grid"),
         ({"caregivers": ("nanny",)}, "no caregiver 'nanny': there are none, .*, clairvoyant, floor, and yours"),
-        ({"caregivers": ()}, "caregivers must be one or more"),
-        ({"families": ()}, "epsilons must be one or more"),
+        ({"caregivers": ()}, "caregivers must be at least 1"),
+        ({"families": ()}, "epsilons must be at least 1"),
         ({"families": (0.5, 0.5)}, "all different"),
         ({"families": ("1,.5", "1.0,0.50")}, "all different"),
         ({"families": (float("nan"),)}, "epsilon must be in"),

@@ -157,7 +157,7 @@ class PlainWorld:
         self.lasted, self.toys, self.begun, self.done = len(tape.steps), 0, 0, 0
         self.blocked, self.series, self.longest, self.until_stop = {"S": 0, ".": 0}, 0, 0, 0
 
-    def step(self):
+    def step(self):  # noqa: C901, PLR0912 one timestep, written out
         chance, which, toy = self.tape.steps[self.time]
         self.time += 1
         if chance < self.epsilon:

@@ -285,7 +285,7 @@ def test_other_names_are_files(name):
 @pytest.mark.parametrize(
     ("request_", "problem"),
     [
-        (Request(-1), "the seed must be between 0 and 4294967295, got -1"),
+        (Request(-1), "the seed must be an integer from 0 to 4294967295, got -1"),
         (Request(SEEDS), "got 4294967296"),
         (Request(0, (4, 10)), "rows and columns must be 5 to 100, got 4"),
         (Request(0, (10, LARGEST + 1)), "got 101"),
