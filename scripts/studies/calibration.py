@@ -19,8 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.caregivers.foresight.child_model import EPSILONS, child_chain
-from caregiver_mj.caregivers.foresight.foresight import CHANGE
+from caregiver_mj.caregivers.foresight.child_model import CHANGE, EPSILONS, child_chain
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.children.family import CHILDREN, NOVICE, Family

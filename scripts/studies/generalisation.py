@@ -21,7 +21,8 @@ from scipy.stats import rankdata
 
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.experts import Elsewhere, Experts, InPlace, Nobody, routes
-from caregiver_mj.caregivers.foresight.foresight import CHANGE, ForesightCaregiver, KnowsGoalCaregiver
+from caregiver_mj.caregivers.foresight.child_model import CHANGE
+from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, KnowsGoalCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.side_by_side import side_by_side
