@@ -52,7 +52,8 @@ def tasks() -> str:
         env = _of_task(name).dm_env
         goal = (inspect.getdoc(inspect.getmodule(kind)) or "").splitlines()[0].partition(": ")[2]
         times = (env.task.time_limit, env.control_timestep(), env.physics.timestep())
-        rows.append([f"`{name}`", goal, inspect.getdoc(kind.get_reward), *map("{:g}".format, times), kind.needs or ""])
+        reward = (inspect.getdoc(kind.get_reward) or "").removeprefix("Return ")
+        rows.append([f"`{name}`", goal, reward, *map("{:g}".format, times), kind.needs or ""])
     lengths = ("episode, s", "control timestep, s", "physics timestep, s")
     return table(["task", "goal", "reward, at every control timestep", *lengths, "needs in the house"], rows)
 

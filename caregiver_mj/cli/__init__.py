@@ -93,7 +93,7 @@ def make_parser() -> Parser:
 
     parser = Parser(prog=PROGRAM, description="A robot caregiver, toddlers, and a house with stairs and candles.")
     version = importlib.metadata.version("caregiver_mj")
-    parser.add_argument("--version", action="version", version=f"{PROGRAM} {version}", help="say which version it is")
+    parser.add_argument("--version", action="version", version=f"{PROGRAM} {version}", help="print the version")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for command in (evaluate, render, view, report, runs, record, house, completion):
         command.add_to(commands)

@@ -33,9 +33,9 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
     """Add the command."""
     command = commands.add_parser(
         "completion",
-        help="print what makes a shell complete this command line",
-        description="Prints a script for the shell, with the names of caregivers, children and houses that there are "
-        "now, those of other packages included.",
+        help="print a completion script for the shell",
+        description="Print a completion script for the shell, with the names of the caregivers, children and houses "
+        "that there are now, those of other packages included.",
     )
     command.add_argument("shell", choices=SHELLS, help="for which shell")
     command.set_defaults(run=_run)

@@ -35,11 +35,11 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
     command = commands.add_parser(
         "evaluate",
         help="run caregivers with children and print the table",
-        description="Runs every caregiver with every child, or family of children, in every house. Episode i has "
+        description="Run every caregiver with every child, or family of children, in every house. Episode i has "
         "the same children under all caregivers.",
         formatter_class=HelpFormatter,
     )
-    command.add_argument("--world", default="house", help="house (physical) or grid (the paper's)")
+    command.add_argument("--world", default="house", help="the physical house, or the grid of the paper")
     add_houses(command)
     command.add_argument(
         "--caregiver", nargs="+", default=["none", "expected-danger"], metavar="NAME", help=f"{FLOOR}, {caregivers()}"
@@ -49,17 +49,19 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
         nargs="+",
         default=EPSILONS,
         metavar="E[,E...]",
-        help="shares of the children's moves that are random, to run one after the other; a list such as 1,.25 is of "
-        "children that are in the house together",
+        help="share of random moves, one value or more; a list such as 1,.25 is of children that are in the house "
+        "together",
     )
     add_children(command)
     add_embodiment(command)
-    command.add_argument("--episodes", type=int, default=20, metavar="N", help="for each caregiver and epsilon")
+    command.add_argument(
+        "--episodes", type=int, default=20, metavar="N", help="number of episodes for each caregiver and epsilon"
+    )
     add_seed(command)
     add_executor(command)
-    command.add_argument("--out", metavar="DIR", help="where to keep the episodes and the table")
-    command.add_argument("--resume", action="store_true", help="continue the run that is in DIR, if there is one")
-    command.add_argument("--json", action="store_true", help="print the table as JSON, and it alone")
+    command.add_argument("--out", metavar="DIR", help="folder for the episodes and the table")
+    command.add_argument("--resume", action="store_true", help="continue the run in DIR")
+    command.add_argument("--json", action="store_true", help="print the table as JSON only")
     command.set_defaults(run=_run)
 
 

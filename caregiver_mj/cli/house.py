@@ -43,14 +43,14 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
     command.add_argument("--shape", metavar="NAME", help=f"a house of another shape: {', '.join(SHAPES)}")
     command.add_argument("--size", metavar="WxH", help="columns and rows, outer walls included")
     for option, what in (
-        ("--rooms", "how many rooms, a corridor included"),
-        ("--stairwells", "how many stairwells"),
+        ("--rooms", "number of rooms, a corridor included"),
+        ("--stairwells", "number of stairwells"),
         ("--candles", "how many tables with a candle"),
         ("--tables", "how many bare tables"),
         ("--bins", "how many toy bins"),
     ):
         command.add_argument(option, type=int, metavar=option[2].upper(), help=what)
-    command.add_argument("--out", metavar="FILE", help="write it to a new file instead")
+    command.add_argument("--out", metavar="FILE", help="new file to write it to")
     command.set_defaults(run=_make)
 
 

@@ -87,7 +87,7 @@ def add_houses(command: argparse.ArgumentParser) -> None:
         "--houses",
         nargs="+",
         metavar="SET|NAME",
-        help="several houses instead: test-N or train-N, the first N of two lists that share none, shapes-test-N or "
+        help="several houses: test-N or train-N, the first N of two disjoint lists, shapes-test-N or "
         "shapes-train-N, of other shapes too, drawn-10, drawn by hand, or names and files",
     )
     _add_damage(command)
@@ -122,9 +122,13 @@ def add_seed(command: argparse.ArgumentParser, text: str = "all chance comes fro
 
 def add_executor(command: argparse.ArgumentParser) -> None:
     """Add the options that say where the work is done, for `make_executor`."""
-    command.add_argument("--jobs", type=int, metavar="N", help="worker processes of this machine (default: 1)")
-    command.add_argument("--executor", choices=EXECUTORS, default="local", help="this machine, or a Dask cluster")
-    command.add_argument("--scheduler", metavar="ADDRESS", help="of the cluster, such as tcp://10.0.0.1:8786")
+    command.add_argument("--jobs", type=int, metavar="N", help="number of worker processes (default: 1)")
+    command.add_argument(
+        "--executor", choices=EXECUTORS, default="local", help="where jobs run: on this machine, or on a Dask cluster"
+    )
+    command.add_argument(
+        "--scheduler", metavar="ADDRESS", help="address of the cluster's scheduler, such as tcp://10.0.0.1:8786"
+    )
 
 
 def make_executor(arguments: argparse.Namespace) -> Executor:
@@ -155,7 +159,7 @@ def add_children(command: argparse.ArgumentParser) -> None:
         "--children",
         type=int,
         metavar="K",
-        help="how many children there are: a single epsilon is then that of each of them, and a list must have K",
+        help="number of children: a single epsilon is then that of each, and a list must have K",
     )
     command.add_argument(
         "--child",

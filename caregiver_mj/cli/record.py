@@ -47,7 +47,7 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
     command = commands.add_parser(
         "record",
         help="write episodes as a data set to learn from",
-        description="Runs episodes and writes them step by step: observations, actions, reward, cost, interventions, "
+        description="Run episodes, and write them step by step: observations, actions, reward, cost, interventions, "
         "and what cameras see, as a Minari or a LeRobot data set. Episode i is that of `evaluate` with the same seed, "
         "house, children and caregiver; of targets only as long as those do not change within a novice timestep.",
         formatter_class=HelpFormatter,
@@ -56,9 +56,7 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
     command.add_argument("--task", default="supervise", help=f"{', '.join(TASKS)}, or targets: interventions alone")
     command.add_argument("--world", choices=("house", "grid"), default="house", help="the grid has targets only")
     add_house(command)
-    command.add_argument(
-        "--epsilon", default="0.5", metavar="E[,E...]", help="the share of the children's moves that are random"
-    )
+    command.add_argument("--epsilon", default="0.5", metavar="E[,E...]", help="share of random moves")
     add_children(command)
     command.add_argument(
         "--caregiver",
@@ -68,18 +66,20 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
     )
     add_embodiment(command)
     add_seed(command)
-    command.add_argument("--episodes", type=int, default=10, metavar="N", help="how many")
-    command.add_argument("--seconds", type=float, metavar="S", help="longest episode; the task's own if not given")
+    command.add_argument("--episodes", type=int, default=10, metavar="N", help="number of episodes")
     command.add_argument(
-        "--camera", nargs="+", default=[], metavar="NAME", help="also record these: overview, follow, wrist"
+        "--seconds", type=float, metavar="S", help="length of an episode at most (default: the task's)"
     )
-    command.add_argument("--size", default="128x96", metavar="WxH", help="of their pictures, pixels")
-    command.add_argument("--jobs", type=int, default=1, metavar="N", help="worker processes")
     command.add_argument(
-        "--out", required=True, metavar="DIR", help="the LeRobot data set, or the folder of all of Minari's"
+        "--camera", nargs="+", default=[], metavar="NAME", help="cameras to record: overview, follow, wrist"
     )
-    command.add_argument("--name", help="of a Minari data set, as GROUP/NAME-v0; made of the settings if not given")
-    command.add_argument("--resume", action="store_true", help="go on with an interrupted recording")
+    command.add_argument("--size", default="128x96", metavar="WxH", help="size of their pictures, pixels")
+    command.add_argument("--jobs", type=int, default=1, metavar="N", help="number of worker processes")
+    command.add_argument(
+        "--out", required=True, metavar="DIR", help="folder of the LeRobot data set, or of all of Minari's"
+    )
+    command.add_argument("--name", help="name of a Minari data set, as GROUP/NAME-v0 (default: from the settings)")
+    command.add_argument("--resume", action="store_true", help="continue an interrupted recording")
     command.set_defaults(run=_run)
 
 

@@ -25,7 +25,7 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
     command = commands.add_parser(
         "render",
         help="film an episode in the physical house",
-        description="Films an episode of the run that `evaluate` does with the same seed, children and caregiver.",
+        description="Film an episode of the run that `evaluate` does with the same seed, children and caregiver.",
         formatter_class=HelpFormatter,
     )
     command.add_argument("--task", default="supervise", help="name of the task")
@@ -34,21 +34,21 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
         "--epsilon",
         default="0.5",
         metavar="E[,E...]",
-        help="the share of the child's moves that are random; of several children that of each, such as 1,.25",
+        help="share of random moves; of several children one each, such as 1,.25",
     )
     add_children(command)
     command.add_argument("--caregiver", default="expected-danger", metavar="NAME", help=caregivers())
     add_embodiment(command)
-    add_seed(command, "of the run to which the episode belongs")
-    command.add_argument("--episode", type=int, default=0, metavar="N", help="its number in that run")
+    add_seed(command, "seed of the run that the episode belongs to")
+    command.add_argument("--episode", type=int, default=0, metavar="N", help="number of the episode in that run")
     command.add_argument("--seconds", type=float, default=30.0, help="length of the film at most")
     command.add_argument(
         "--overlay",
         choices=OVERLAYS,
-        help="laid over the floor: where the caregiver thinks that the child may be soon, and what may hurt it",
+        help="drawn on the floor: where the caregiver predicts the child soon, and what may hurt it",
     )
-    command.add_argument("--out", required=True, metavar="FILE.mp4", help="the film")
-    command.add_argument("--still", metavar="FILE.png", help="also a picture of a telling moment")
+    command.add_argument("--out", required=True, metavar="FILE.mp4", help="film to write")
+    command.add_argument("--still", metavar="FILE.png", help="picture to write of a telling moment")
     command.set_defaults(run=_run)
 
 

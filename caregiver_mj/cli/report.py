@@ -9,12 +9,17 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
     """Add the command."""
     command = commands.add_parser(
         "report",
-        help="make a page of a finished run: tables, figures, maps, film",
-        description="Writes report.html, tables.md and figures/ into DIR.",
+        help="write a page about finished runs: tables, figures, maps, film",
+        description="Write report.html, tables.md and figures/ into DIR.",
     )
-    command.add_argument("folders", nargs="+", metavar="DIR", help="of a run; more, of other worlds, are set beside it")
+    command.add_argument(
+        "folders",
+        nargs="+",
+        metavar="DIR",
+        help="folder of a run; more, of other worlds or houses, are shown beside it",
+    )
     film = command.add_mutually_exclusive_group()
-    film.add_argument("--video", metavar="FILE.mp4", help="the film to show; else the first in a DIR, if there is one")
+    film.add_argument("--video", metavar="FILE.mp4", help="film to show (default: the first in a DIR)")
     film.add_argument("--render", action="store_true", help="film episode 0 of the run in the house: DIR/report.mp4")
     command.set_defaults(run=_run)
 

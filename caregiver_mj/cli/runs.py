@@ -36,23 +36,25 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
     command = commands.add_parser(
         "compare",
         help=text,
-        description="What comes of the second run less what comes of the first, paired by episode.",
+        description="Print the results of the second run less those of the first, paired by episode.",
     )
-    command.add_argument("folders", nargs=2, metavar="DIR", help="of a run")
+    command.add_argument("folders", nargs=2, metavar="DIR", help="folder of a run")
     command.add_argument(
         "--caregiver",
         nargs="+",
         default=(),
         metavar="NAME",
-        help="in the first run, and in the second if it is another",
+        help="caregiver in the first run, and in the second if it is another",
     )
-    command.add_argument("--json", action="store_true", help="print the table as JSON, and it alone")
+    command.add_argument("--json", action="store_true", help="print the table as JSON only")
     command.set_defaults(run=_compare)
     text = "put finished runs together that differ in their seed alone"
-    command = commands.add_parser("pool", help=text, description="Makes a run with the episodes of several.")
-    command.add_argument("folders", nargs="+", metavar="DIR", help="of runs with the same settings but their seed")
-    command.add_argument("--out", required=True, metavar="DIR", help="where to keep the episodes and the table")
-    command.add_argument("--json", action="store_true", help="print the table as JSON, and it alone")
+    command = commands.add_parser("pool", help=text, description="Make one run of the episodes of several.")
+    command.add_argument(
+        "folders", nargs="+", metavar="DIR", help="folder of a run; all settings but the seed must be the same"
+    )
+    command.add_argument("--out", required=True, metavar="DIR", help="folder for the episodes and the table")
+    command.add_argument("--json", action="store_true", help="print the table as JSON only")
     command.set_defaults(run=_pool)
 
 

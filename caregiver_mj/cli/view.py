@@ -35,7 +35,7 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
     command = commands.add_parser(
         "view",
         help="watch an episode in the physical house while it runs",
-        description="Shows an episode of the run that `evaluate` does with the same seed, children and caregiver: in "
+        description="Show an episode of the run that `evaluate` does with the same seed, children and caregiver: in "
         "a window of MuJoCo's, or in a browser. Ctrl-C ends it.",
         formatter_class=HelpFormatter,
     )
@@ -44,18 +44,18 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
         "--epsilon",
         default="0.5",
         metavar="E[,E...]",
-        help="the share of the child's moves that are random; of several children that of each, such as 1,.25",
+        help="share of random moves; of several children one each, such as 1,.25",
     )
     add_children(command)
     command.add_argument("--caregiver", default="foresight", metavar="NAME", help=caregivers())
     add_embodiment(command)
-    add_seed(command, "of the run to which the episode belongs")
-    command.add_argument("--episode", type=int, default=0, metavar="N", help="its number in that run")
-    command.add_argument("--speed", type=float, default=1.0, help="times that of the simulated world")
-    command.add_argument("--paused", action="store_true", help="wait at the beginning")
-    command.add_argument("--web", action="store_true", help="serve it to a browser (needs the extra `web`)")
-    command.add_argument("--host", default="127.0.0.1", metavar="ADDRESS", help="where to serve it: to this machine")
-    command.add_argument("--port", type=int, default=8080, help="at which port, 0 for any that is free")
+    add_seed(command, "seed of the run that the episode belongs to")
+    command.add_argument("--episode", type=int, default=0, metavar="N", help="number of the episode in that run")
+    command.add_argument("--speed", type=float, default=1.0, help="simulated seconds a second")
+    command.add_argument("--paused", action="store_true", help="begin paused")
+    command.add_argument("--web", action="store_true", help="show it in a browser (needs the extra `web`)")
+    command.add_argument("--host", default="127.0.0.1", metavar="ADDRESS", help="address to serve it at")
+    command.add_argument("--port", type=int, default=8080, help="port to serve it at, 0 for any that is free")
     command.add_argument("--rate", type=float, default=20.0, metavar="N", help="updates of the page a second")
     command.add_argument(
         "--plain", action="store_true", help="no shadows in the browser: quicker without a graphics card"
