@@ -153,7 +153,7 @@ def test_floor_plan_with_a_byte_order_mark(capsys, tmp_path):
 
 
 def test_floor_plan_without_an_end(capsys):
-    assert "more than 1,000,000 bytes" in fails(capsys, ["house", "check", "/dev/zero"])
+    assert "at most 1,000,000 bytes" in fails(capsys, ["house", "check", "/dev/zero"])
 
 
 def test_floor_plan_whose_name_is_no_text(capsys, tmp_path):

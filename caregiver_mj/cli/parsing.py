@@ -196,7 +196,9 @@ def read_family(epsilon: str, arguments: argparse.Namespace) -> Family:
     if count in (None, len(family)):
         return family
     if len(family) > 1:
-        raise CaregiverError(f"--epsilon must be of {count} children, as --children says, got {epsilon}")
+        raise CaregiverError(
+            f"--epsilon must be of {count} children, got {epsilon}, which is of {len(family)} children"
+        )
     return family.times(count)
 
 
