@@ -197,7 +197,7 @@ def read_family(epsilon: str, arguments: argparse.Namespace) -> Family:
         return family
     if len(family) > 1:
         raise CaregiverError(
-            f"--epsilon must be of {count} children, got {epsilon}, which is of {len(family)} children"
+            f"--epsilon must be of --children {count}, got {epsilon}, which is of {len(family)} children"
         )
     return family.times(count)
 
