@@ -46,7 +46,7 @@ def test_it_is_found_by_its_name(dataset, root):
     assert not list(root.glob(".*"))  # nothing unfinished
     assert (dataset.total_episodes, dataset.total_steps) == (2, 100)
     said = dataset.storage.metadata
-    assert said["algorithm_name"] == "caregiver 'paper'"
+    assert said["algorithm_name"] == "caregiver 'expected-danger'"
     assert "50 steps a second" in said["description"]
     assert "0 stairwell 1" in said["description"]
 
