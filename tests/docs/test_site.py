@@ -76,7 +76,7 @@ def test_tables_name_everything_that_there_is():
     ):
         assert f"| `{option}` |" in options
     assert "## caregiver-mj house make" in options
-    assert "| `--seed SEED` | `0` | of the run" in options
+    assert "| `--seed SEED` | `0` | seed of the run" in options
     for task in caregiver_mj.ALL_TASKS:
         env = caregiver_mj.load(task, visuals=False)
         names = [task, *env.observation_spec(), *env.action_spec().name.split("\t")]
