@@ -106,7 +106,7 @@ def load(
     for what, kwargs in (("task_kwargs", task_kwargs), ("environment_kwargs", environment_kwargs)):
         check_kind(what, kwargs, dict, type(None))
     if random is not None and "random" in (task_kwargs or {}):
-        raise CaregiverError("random is given twice, also in task_kwargs")
+        raise CaregiverError("random must be given once, got it in task_kwargs, too")
     kind, options = TASKS[task].find_kind(), {"family": epsilon, "random": random, **(task_kwargs or {})}
     if not isinstance(options["random"], np.random.RandomState | None):
         check_integer("random, if no numpy.random.RandomState,", options["random"], 0, LARGEST_SEED)

@@ -204,7 +204,7 @@ class CareTask(Task):
             self.ledger.candles_dropped[0] += self.candles.count_fallen(physics)
 
     def get_observation(self, physics: Physics) -> collections.OrderedDict[str, np.ndarray]:
-        """What there is to see, enough to run the caregiver on; every key is in `observed`."""
+        """Return what there is to see, enough to run the caregiver on; every key is in `observed`."""
         observation = collections.OrderedDict()
         observation["clock"] = np.array(self._control_steps / self._steps_a_move)
         seen = self._all_there_is(physics)
@@ -234,7 +234,7 @@ class CareTask(Task):
         return None
 
     def orders(self, observation: Mapping[str, np.ndarray]) -> Intervention | None:
-        """What an observation asks for. A task that leaves that to the caregiver does not override this."""
+        """Return what an observation asks for. A task that leaves that to the caregiver does not override this."""
         return None
 
     @property
@@ -288,7 +288,7 @@ class CareTask(Task):
         return self.ledger.outcome() | self.contacts.outcome()
 
     def note_interventions(self, begun: int, done: int, left: Mapping[int, State] | None = None) -> None:
-        """Takes note of how many interventions the caregiver has begun now, and how many it has completed.
+        """Take note of how many interventions the caregiver has begun now, and how many it has completed.
 
         Args:
             begun: How many it has begun.
@@ -305,7 +305,7 @@ class CareTask(Task):
         return bool(self.candles.standing(physics)[candle])
 
     def bears_candle(self, physics: Physics, table: int) -> bool:
-        """Whether a candle stands (or lies) on a table."""
+        """Return whether a candle stands (or lies) on a table."""
         return bool(self.candles.are_on(physics, table).any())
 
 

@@ -190,7 +190,7 @@ def answer(caregiver: Caregiver, percept: Percept) -> Interventions:
 
 
 def _check_kinds(who: str, hazards: Hazards, given: Interventions) -> None:
-    """Raises CaregiverError unless verbs are about hazards that they act on."""
+    """Raise CaregiverError unless verbs are about hazards that they act on."""
     for name, where in ((name, verb.where) for name, verb in VERBS.items() if verb.where):
         numbers = np.asarray(given.hazard)[np.asarray(given.verb) == name]
         wrong = numbers[~hazards.are_at(where, numbers)]

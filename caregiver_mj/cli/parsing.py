@@ -75,7 +75,7 @@ def _add_damage(command: argparse.ArgumentParser) -> None:
 
 
 def read_house(arguments: argparse.Namespace) -> FloorPlan:
-    """The house that `add_house`'s options say."""
+    """Return the house that `add_house`'s options say."""
     return FloorPlan.load(arguments.house, damage=arguments.damage)
 
 

@@ -66,7 +66,7 @@ class Recipe:
     size: tuple[int, int] = (128, 96)
 
     def check(self) -> None:
-        """Raises CaregiverError unless this can be recorded."""
+        """Raise CaregiverError unless this can be recorded."""
         if self.task != TARGETS and self.task not in TASKS:
             raise CaregiverError(f"no task '{self.task}' to record: there are {', '.join([*TASKS, TARGETS])}")
         find_embodiment(self.embodiment)

@@ -78,7 +78,7 @@ class Settings:
 
     @classmethod
     def of_record(cls, record: dict[str, Any]) -> Settings:
-        """The settings of a run, from what `record` has made of them."""
+        """Return the settings of a run, from what `record` has made of them."""
         damage = DamageWeights.of(record["damage"])
         plans = (
             FloorPlan.parse("\n".join(plan["rows"]), plan["name"], plan["cell_size"], damage)

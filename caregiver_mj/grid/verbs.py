@@ -20,12 +20,12 @@ class GridVerb(abc.ABC):
     """The grid's half of a verb. It holds no state: that is the world's."""
 
     def places(self, plan: FloorPlan) -> list[list[int]]:
-        """Where one stands to do it: groups of caregiver cells, any of which will do."""
+        """Return where one stands to do it: groups of caregiver cells, any of which will do."""
         return []
 
     @abc.abstractmethod
     def place(self, world: GridWorld, which: np.ndarray) -> np.ndarray:
-        """Where some worlds must go for it now.
+        """Return where some worlds must go for it now.
 
         Args:
             world: The grid.

@@ -197,7 +197,7 @@ class GridWorld:
         return self.ledger
 
     def percept(self) -> Percept:
-        """What the caregiver sees now."""
+        """Return what the caregiver sees now."""
         left = self.state != State.AS_PLANNED  # there is nothing more to be done about it
         return Percept(
             _shown(self.child_cell),

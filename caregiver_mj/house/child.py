@@ -52,7 +52,7 @@ class HouseChild:
     """
 
     def __init__(self, plan: FloorPlan, behaviour: Behaviour, novice_timestep: float, state: np.ndarray | None = None):
-        """Prepares a child.
+        """Prepare a child.
 
         Args:
             plan: The house.
@@ -137,7 +137,7 @@ class HouseChild:
         self.move.entered = abs(robot[0] - self._entry[0]) < half and abs(robot[1] - self._entry[1]) < half
 
     def take_in(self, touches: list[Touch], on_table: Callable[[int], np.ndarray], time: float) -> int:
-        """Takes in all its contacts of a control timestep.
+        """Take in all its contacts of a control timestep.
 
         Args:
             touches: The contacts.
@@ -252,7 +252,7 @@ class Move:
             self.harm, self.kind = damage, kind
 
     def booking(self, ended: int) -> Booking:
-        """What came of it, once it has ended in a free cell."""
+        """Return what came of it, once it has ended in a free cell."""
         harm = np.array([self.harm if kind.name == self.kind else 0.0 for kind in KINDS])
         blocked = self.met_robot and ended == self.begun and not self.fell
         what = np.array([blocked and self.target == Target[name.upper()] for name in BLOCKED])

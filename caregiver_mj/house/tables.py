@@ -21,7 +21,7 @@ _SHELF = "shelf"  # stays where it is
 
 
 def table_model(height: float) -> mujoco.MjSpec:
-    """The model of a table whose top is at a height in metres."""
+    """Return the model of a table whose top is at a height in metres."""
     model = read_model(TABLE.model)
     higher = height - layout.TABLE_HEIGHT
     for geom in model.geoms if higher else ():

@@ -102,11 +102,11 @@ class Verb:
     leaves: State = State.AS_PLANNED
 
     def describe(self, plan: FloorPlan, intervention: Intervention) -> str:
-        """What is being done, in words: "block stairwell 1"."""
+        """Return what is being done, in words: "block stairwell 1"."""
         return self.activity.format(hazard="" if intervention.hazard == NOTHING else plan.hazards[intervention.hazard])
 
     def mark(self, plan: FloorPlan, intervention: Intervention) -> Mark | None:
-        """What a display points at while it is being done."""
+        """Return what a display points at while it is being done."""
         if self.where is None or intervention.hazard == NOTHING:
             return None
         index = plan.hazards.among(self.where, intervention.hazard)
@@ -125,7 +125,7 @@ VERBS = {
 
 
 def verb_of(name: str) -> Verb:
-    """The verb of a name.
+    """Return the verb of a name.
 
     Raises:
         CaregiverError: There is none.
@@ -136,7 +136,7 @@ def verb_of(name: str) -> Verb:
 
 
 def half_of(name: str, halves: Mapping[str, Half], table: str) -> Half:
-    """The half of a verb that stands in a table.
+    """Return the half of a verb that stands in a table.
 
     Raises:
         CaregiverError: There is no such verb, or it has none there.

@@ -271,11 +271,11 @@ class Hazards(Sequence[Hazard]):
         return np.asarray(np.greater_equal(number, first) & np.less(number, end))
 
     def join(self, openings: np.ndarray, on_tables: np.ndarray) -> np.ndarray:
-        """Values of hazards (..., hazards) of those of what is in openings and of what is on tables."""
+        """Return values of hazards (..., hazards) of those of what is in openings and of what is on tables."""
         return np.concatenate([openings, on_tables], axis=-1)
 
     def split(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The reverse of `join`."""
+        """Return the reverse of `join`."""
         return values[..., : self._openings], values[..., self._openings :]
 
     def _span(self, where: Where) -> tuple[int, int]:

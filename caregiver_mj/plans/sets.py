@@ -78,7 +78,7 @@ def house_set(name: str) -> tuple[FloorPlan, ...]:
 def houses_named(
     names: str | Iterable[str], damage: Mapping[str, float] | str = DamageWeights()
 ) -> tuple[FloorPlan, ...]:
-    """The houses that several names stand for, in their order.
+    """Return the houses that several names stand for, in their order.
 
     Args:
         names: Of sets, or of single houses as `FloorPlan.load` takes them.

@@ -85,7 +85,7 @@ class Executive:
         return self.routine.intervention.hazard if self.routine else NOTHING
 
     def act(self, view: View, robot: RobotMotion, new_move: bool, all_known: bool) -> None:
-        """Acts for one control timestep.
+        """Act for one control timestep.
 
         Args:
             view: What the robot sees.
@@ -101,7 +101,7 @@ class Executive:
             self._note(self.routine.step(view, robot, lambda: self.percept(view)), view)
 
     def percept(self, view: View) -> Percept:
-        """What the caregiver sees now, with what only the executive knows: in the hand, passed over, under way."""
+        """Return what the caregiver sees now, and what only the executive knows: held, passed over, under way."""
         return self._perception.percept(view, self.holding, self._means.passed_over.now(view.now), self.target)
 
     def _decide(self, view: View, percept: Percept, observed: bool) -> None:
@@ -124,7 +124,7 @@ class Executive:
             self._begin(wanted, view, percept)
 
     def _destination(self, percept: Percept, candle: int) -> int:
-        """The table to which the caregiver would take a candle."""
+        """Return the table to which the caregiver would take a candle."""
         return int(self._caregiver.destination(percept, np.array([candle]))[0])
 
     def _begin(self, wanted: Intervention, view: View, percept: Percept) -> None:

@@ -42,7 +42,7 @@ class OwnPolicy:
         """
         info: TaskInfo = env.task.info
         if info.embodiment is None:
-            raise CaregiverError(f"there is no robot in this environment for '{name}' to act with")
+            raise CaregiverError(f"env must have a robot for '{name}' to act with, got none")
         check_call(f"'{name}'", make, env)
         self.name, self._task, self._policy = name, env.task, make(env)
         self._size = info.embodiment.layout.size

@@ -86,7 +86,7 @@ class CaregiverPolicy:
         info: TaskInfo = task.info
         embodiment = info.embodiment
         if embodiment is None:
-            raise CaregiverError("there is no robot in this environment for a caregiver to act with")
+            raise CaregiverError("env must have a robot for a caregiver to act with, got none")
         if env.control_timestep() > LONGEST_TIMESTEP + 1e-9:
             raise CaregiverError(
                 f"control_timestep must be at most {LONGEST_TIMESTEP} s for a caregiver's policy to control the robot, "
@@ -212,8 +212,8 @@ class CaregiverPolicy:
             alien = plan.cell_at(base) not in plan.cell_index or any(plan[plan.cell_at(c)] != FREE for c in children)
         if alien:
             raise CaregiverError(
-                f"this policy is for another environment, that of {self._task.info.family} in house "
-                f"'{plan.name}': each environment needs a policy of its own"
+                f"the environment of this policy must be that of {self._task.info.family} in house '{plan.name}', got "
+                "another: make a policy for each environment"
             )
 
     # -- For whoever looks on --------------------------------------------------------------------
@@ -277,7 +277,7 @@ def _caregiver(caregiver: str | Caregiver, info: TaskInfo, seed: int) -> Caregiv
 
 
 def _check_start(caregiver: Caregiver, info: TaskInfo) -> None:
-    """Raises CaregiverError if the episode has not begun as the caregiver's does."""
+    """Raise CaregiverError if the episode has not begun as the caregiver's does."""
     wanted, found = starting_tables(info.plan, caregiver)[0].tolist(), list(info.starting_tables)
     if found != wanted:
         raise CaregiverError(

@@ -55,7 +55,7 @@ class PassedOver:
         self._wait[hazard] = min(LEFT_LYING, 2 * self._wait[hazard])
 
     def leave(self, hazard: int) -> None:
-        """Has a hazard passed over for the rest of the episode, because there is nothing more to be done about it."""
+        """Have a hazard passed over for the rest of the episode, because there is nothing more to be done about it."""
         self._until[hazard] = np.inf
 
     def succeed(self, hazard: int) -> None:
@@ -235,7 +235,7 @@ class Relocating(Routine):
 
 
 def _fetching(means: Means, candle: int, view: View, percept: Percept) -> tuple[skills.Skill, str]:
-    """The skill to take a candle from where it is, and what that is in words."""
+    """Return the skill to take a candle from where it is, and what that is in words."""
     table = int(percept.candle_table[0, candle])
     if table != NOTHING and view.stands_on_table(candle, table):
         pick = skills.Pick(means.navigator, candle, table)
@@ -248,16 +248,16 @@ def _name(means: Means, candle: int) -> str:
     return str(means.plan.hazards.at(Where.ON_TABLE)[candle])
 
 
-def _block(means: Means, intervention: Intervention, view: View, percept: Percept) -> Routine:
+def _block(means: Means, intervention: Intervention, *_: object) -> Routine:
     stairwell = means.plan.hazards.among(Where.OPENING, intervention.hazard)
     return Routine(means, intervention, skills.Block(means.navigator, stairwell), goes_on=True)
 
 
-def _stand_aside(means: Means, intervention: Intervention, view: View, percept: Percept) -> Routine:
+def _stand_aside(means: Means, intervention: Intervention, *_: object) -> Routine:
     return Routine(means, intervention, skills.StandAside(means.navigator))
 
 
-def _rest(means: Means, intervention: Intervention, view: View, percept: Percept) -> Routine:
+def _rest(means: Means, intervention: Intervention, *_: object) -> Routine:
     return Routine(means, intervention, skills.Rest(means.navigator))
 
 

@@ -170,7 +170,7 @@ def test_arrays_are_treated_number_by_number(hazards, rows):
 @given(HAZARDS)
 def test_every_hazard_has_a_number_and_an_index_that_lead_to_each_other(hazards):
     for number, hazard in enumerate(hazards):
-        assert hazards[number] == hazard
+        assert hazards[number] == hazard  # noqa: PLR1736 that is what is tested
         for where in (Where.OPENING, Where.ON_TABLE):
             is_there = hazard.kind.where is where
             assert hazards.among(where, number) == (hazard.index if is_there else NOTHING)

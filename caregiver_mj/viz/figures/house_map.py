@@ -82,7 +82,7 @@ def _square(cell: Cell, colour: tuple[float, ...]) -> Rectangle:
 
 
 def _furnish(axes: Axes, plan: FloorPlan) -> None:
-    """Draws what stands in the house at the start, as the films' display does."""
+    """Draw what stands in the house at the start, as the films' display does."""
     for hazard, (row, column) in zip(plan.hazards.at(Where.OPENING), plan.stairwells, strict=True):
         axes.add_patch(_square((row, column), unit(colours.mix(hazard.kind.colour, colours.GROUND, 0.6))))
         for tread in range(4):

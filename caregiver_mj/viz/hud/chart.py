@@ -137,7 +137,7 @@ class Chart:
     # -- Words -----------------------------------------------------------------------------------
 
     def _write_names(self, chart: Image.Image, state: HudState) -> None:
-        """Names the hazards where they are, and several children by their numbers."""
+        """Name the hazards where they are, and several children by their numbers."""
         for number, hazard in enumerate(state.plan.hazards):
             low = 0.3 if hazard.kind.where is Where.OPENING else 0.85  # in the cell, or below the flame
             self._write_at(chart, place_of(state.plan, number, state.candles), low, hazard.label, outline=GROUND)
@@ -166,7 +166,7 @@ class Chart:
 
 
 class GroundPlan:
-    """Draws the house once, `FINE` times larger than it is shown, and says where in that drawing things are.
+    """Draw the house once, `FINE` times larger than it is shown, and says where in that drawing things are.
 
     Attributes:
         plan: The house.
