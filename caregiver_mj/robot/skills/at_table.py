@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import abc
+import itertools
 import math
 from collections.abc import Callable
 
@@ -23,6 +24,7 @@ from caregiver_mj.robot.view import CHILD_RADIUS, View
 
 BESIDE_TABLE = 0.45  # metres from a table's middle beyond which nothing is on it, wherever exactly it stands
 
+_HAND_AHEAD = 1.5  # seconds of the base's way that are looked at for walls
 _HOVER_BEYOND = 0.02  # metres by which the base may have gone too far for the hand to hover
 # Metres to a child, that it lets pass, from which on the base is far enough off, and below which it makes haste.
 _ASIDE_GAP, _AT_ONCE_GAP = 0.9, 0.3
@@ -194,7 +196,9 @@ class AtTable(Skill):
         # A base that waits must be able to leave again, and it leaves with the hand in.
         if (robot.moving or (is_late and not self._rests(view))) and in_line and near:
             robot.reach(self._out(approach.hover, view))
-        elif off < approach.above_distance and turn < approach.above_yaw and self._hand_is_clear(view, yaw, goal):
+        elif (
+            off < approach.above_distance and turn < approach.above_yaw and self._hand_is_clear(view, robot, yaw, goal)
+        ):
             robot.reach(self._out(approach.above, view))
         elif robot.hand_out > 0.0:
             robot.reach(0.0)
@@ -223,8 +227,12 @@ class AtTable(Skill):
         arm, grip = arm_of(self.embodiment), self.embodiment.grasp.height
         return as_high(arm, round(1e3 * (layout.TABLE_HEIGHT + grip)), round(1e3 * (height + grip)), share)
 
-    def _hand_is_clear(self, view: View, yaw: float, goal: Vector) -> bool:
-        """Whether the outstretched hand meets no wall on the rest of the base's way."""
+    def _hand_is_clear(self, view: View, robot: RobotMotion, yaw: float, goal: Vector) -> bool:
+        """Return whether the outstretched hand meets no wall on the rest of the base's way.
+
+        That may lead beyond the goal first: a base that was on its way elsewhere has to stop before it comes back.
+        """
         out = (self.embodiment.postures.reach, 0.0)
-        here, there = geometry.to_world(view.base, out), geometry.to_world((*goal, yaw), out)
-        return self._navigator.clearance.hand_clear(here, there)
+        places = [(*place, yaw) for place in (*robot.points_ahead(_HAND_AHEAD), goal)]
+        hands = [geometry.to_world(place, out) for place in (view.base, *places)]
+        return all(itertools.starmap(self._navigator.clearance.hand_clear, itertools.pairwise(hands)))

@@ -7,6 +7,8 @@ from scripted_child import STAY, Scripted
 
 import caregiver_mj
 from caregiver_mj.caregivers.percept import Pace
+from caregiver_mj.children.family import Family
+from caregiver_mj.experiments.settings import episode_random, episode_seed
 from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiments import find_embodiment
@@ -409,6 +411,24 @@ def test_a_hand_that_is_out_comes_in_before_its_base_steps_aside_along_a_wall():
             aside.append(robot.hand_out)
         assert env.task.ledger.candles_dropped == 0
     assert any(out > 0.0 for out in aside)  # it has been out when a child came
+
+
+def test_no_hand_comes_out_where_a_base_runs_on_beyond_its_goal_along_a_wall():
+    """It drove past the table in order to come back, and its outstretched hand ran into the wall behind."""
+    env = caregiver_mj.load("supervise", "house-796016", Family.parse(".5,.5"), visuals=False)
+    policy = caregiver_mj.CaregiverPolicy(env, "expected-danger")
+    env.task.reseed(episode_random(episode_seed(0, 1)))
+    step, palms, passes_over = env.reset(), [], False
+    model = env.physics.model
+    while env.physics.time() < 249.6:
+        step = env.step(policy(step))
+        passes_over |= env.physics.time() > 248.6 and policy.activity == "fetch candle 5"
+        names = [{model.geom(c.geom1).name, model.geom(c.geom2).name} for c in env.physics.data.contact]
+        palms += [
+            touched for touched in names if "robot/palm" in touched and any(n.startswith("wall") for n in touched)
+        ]
+    assert passes_over
+    assert not palms
 
 
 @pytest.fixture(scope="module")
