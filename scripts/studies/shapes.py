@@ -26,7 +26,7 @@ COUNTS = ("strikes", "strikes_surface", "candles_dropped")
 
 def add_options(parser: Parser) -> None:
     """Declare the options."""
-    parser.add("run", None, "a finished run in the house", type=pathlib.Path, metavar="DIR")
+    parser.add_file("run", "a finished run in the house", "DIR")
     parser.add_jobs()
 
 
