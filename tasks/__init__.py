@@ -52,7 +52,7 @@ TASKS: dict[str, TaskSpec] = {}
 
 
 def register(task: TaskSpec) -> None:
-    """Registers a task, and its Gymnasium environment where Gymnasium is installed."""
+    """Register a task, and its Gymnasium environment where Gymnasium is installed."""
     TASKS[task.name] = task
     with contextlib.suppress(ImportError):
         import gymnasium

@@ -141,6 +141,16 @@ class TestMotion:
         assert motion(plan, Pace(cells=2.25)).turns == [(2, 0.75), (3, 0.25)]
         assert motion(plan, Pace(cells=2)).turns == [(2, 1.0)]
 
+    def test_a_robot_sets_off_in_each_timestep_to_come_and_twice_for_a_candle(self):
+        plan = FloorPlan.parse(TABLES)
+        slow, at_once = motion(plan, Pace(cells=3, start=1.5)), motion(plan, Pace(cells=3))
+        assert slow.turns == [(1, 0.5), (2, 0.5)]
+        assert motion(plan, Pace(cells=3, start=5)).turns == [(1, 1.0)]  # it gets on all the same
+        stand, table, left = at_once.stands[0][:1], np.array([0]), np.array([0.0])
+        child = np.array([len(plan.free_cells) - 1])  # not there
+        assert at_once.carry(stand, table, child, left).tolist() == [1]  # one step to put it down, of three
+        assert slow.carry(stand, table, child, left).tolist() == [2]  # four, with twice 1.5 lost
+
     def test_steps_round_the_child(self):
         ways = motion(FloorPlan.parse(TWO_ENDS))
         # Cells 0 to 4 from west to east, 5 before the bin, landings 6 and 7. From cell 0 to the east landing:

@@ -399,9 +399,8 @@ def test_a_hand_that_is_out_comes_in_before_its_base_steps_aside_along_a_wall():
     """It once swept along a hall one cell wide, past the recess of its table, and left the candle on the wall."""
     env = caregiver_mj.load("supervise", "hall-700000", 0.5)
     policy = caregiver_mj.CaregiverPolicy(env, "foresight")
-    policy.caregiver.pace = Pace(
-        2.4488788040279785, 0.6486613498764587, 0.9693478599277416
-    )  # with this one the caregiver takes the candle that way
+    # With this pace the caregiver takes the candle that way.
+    policy.caregiver.pace = Pace(2.4488788040279785, 0.6486613498764587, 0.9693478599277416)
     env.task.reseed(np.random.RandomState(2968811710))
     step, aside = env.reset(), []
     while env.physics.time() < 120.0:
