@@ -176,6 +176,12 @@ class CellGraph:
                     queue.append(neighbour)
         return before
 
+    def depth_first(self) -> tuple[np.ndarray, np.ndarray]:
+        """Search from cell 0: the cells in the order in which they are found, and the one before each, (cells,)."""
+        from scipy.sparse import csgraph
+
+        return csgraph.depth_first_order(_as_graph(self._edges, self._cells), 0)
+
     def parts(self, closed: int | Collection[int] = ()) -> np.ndarray:
         """Number the parts into which closed cells divide the caregiver's cells: (caregiver cells,)."""
         return _components(_as_graph(self._open_edges(closed), self._cells))

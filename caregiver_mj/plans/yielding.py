@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 import functools
-from collections.abc import Iterable, Iterator, Sequence
+import itertools
+from collections.abc import Iterable
 
 import numpy as np
 
+from caregiver_mj.plans.cell_graph import CellGraph
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 _SAMPLES = 32  # cells of a part of the house that are looked at before all of it
@@ -66,12 +67,12 @@ class Yielding:
         plan = self._plan
         traps = np.zeros(len(plan.caregiver_cells), bool)
         refuges: list[int] = []  # the last cells that were found to be one
-        parts = [part for part in divisions(plan.graph.neighbours) if part.by < len(plan.free_cells)]
-        for part in sorted(parts, key=lambda part: part.size, reverse=True):
-            cells = part.cells
-            if traps[cells].all():
+        order, parts = divisions(plan.graph)
+        for by, ranges in sorted(parts, key=lambda part: sum(each.stop - each.start for each in part[1]), reverse=True):
+            cells = np.concatenate([order[each] for each in ranges])
+            if by >= len(plan.free_cells) or traps[cells].all():
                 continue
-            refuge = self._refuge(part.by, cells, refuges)
+            refuge = self._refuge(by, cells, refuges)
             if refuge is None:
                 traps[cells] = True
             else:
@@ -117,75 +118,34 @@ class Yielding:
         return np.array(self._plan.free_cells)
 
 
-@dataclasses.dataclass(frozen=True)
-class Division:
-    """One of the parts into which a cell divides the others.
-
-    Attributes:
-        by: The cell.
-        ranges: The part's cells, as ranges of `order`.
-        order: All cells, in the order of a depth-first search.
-    """
-
-    by: int
-    ranges: tuple[tuple[int, int], ...]
-    order: np.ndarray
-
-    @property
-    def size(self) -> int:
-        """How many cells there are in the part."""
-        return sum(end - first for first, end in self.ranges)
-
-    @property
-    def cells(self) -> np.ndarray:
-        """They themselves, (size,)."""
-        return np.concatenate([self.order[first:end] for first, end in self.ranges])
-
-
-def divisions(neighbours: Sequence[Sequence[int]]) -> list[Division]:
-    """Return all parts that single cells of a connected graph cut off from each other, in time linear in its size.
+def divisions(graph: CellGraph) -> tuple[np.ndarray, list[tuple[int, list[slice]]]]:
+    """Return all parts that single cells of a connected house cut off from each other, in time linear in its size.
 
     These are the cut vertices of Hopcroft and Tarjan (1973): what hangs below a cell in a depth-first search is cut off
     by it unless something there has a neighbour above the cell.
 
-    Args:
-        neighbours: For every cell those next to it.
+    Returns:
+        All cells in the order of the search, and of each part the cell that cuts it off, and where in that order it is.
     """
-    count = len(neighbours)
-    place, end = [-1] * count, [0] * count  # in the order of the search: of a cell, and after all that hangs below it
-    highest = [0] * count  # place of the first cell next to one that hangs below a cell, or to itself
-    order: list[int] = []
-    hanging: list[list[int]] = [[] for _ in range(count)]  # below each cell those whose part it cuts off
-    stack = [(0, -1)]
-    below: list[Iterator[int]] = [iter(next_to) for next_to in neighbours]
-    while stack:
-        cell, above = stack[-1]
-        if place[cell] < 0:
-            place[cell] = highest[cell] = len(order)
-            order.append(cell)
-        for neighbour in below[cell]:
-            if place[neighbour] < 0:
-                stack.append((neighbour, cell))
-                break
-            highest[cell] = min(highest[cell], place[neighbour])
-        else:
-            stack.pop()
-            end[cell] = len(order)
-            if above >= 0:
-                highest[above] = min(highest[above], highest[cell])
-                if highest[cell] >= place[above]:
-                    hanging[above].append(cell)
-    found: list[tuple[int, tuple[tuple[int, int], ...]]] = []
-    for cell, heads in enumerate(hanging):
-        if not heads or (cell == 0 and len(heads) == 1):
-            continue
-        parts = [(place[head], end[head]) for head in heads]
-        found += [(cell, (part,)) for part in parts]
+    order, above = graph.depth_first()
+    count = len(order)
+    place = np.argsort(order).tolist()
+    end = [first + 1 for first in place]  # in the order, after all that hangs below a cell
+    # Place of the first cell next to one that hangs below a cell, or to itself.
+    highest = [min(place[neighbour] for neighbour in (cell, *graph.neighbours[cell])) for cell in range(count)]
+    hanging: list[list[slice]] = [[] for _ in range(count)]  # below each cell what it cuts off
+    for cell in order[:0:-1].tolist():
+        over = above[cell]
+        end[over] = max(end[over], end[cell])
+        if highest[cell] >= place[over]:
+            hanging[over].append(slice(place[cell], end[cell]))
+        highest[over] = min(highest[over], highest[cell])
+    found: list[tuple[int, list[slice]]] = []
+    for cell, parts in enumerate(hanging):
         # What is left is everything between them, but for the cell itself.
-        gaps = sorted([(place[cell], place[cell] + 1), *parts])
-        borders = [0, *(border for gap in gaps for border in gap), count]
-        rest = [(first, last) for first, last in zip(borders[::2], borders[1::2], strict=True) if first < last]
-        if rest:
-            found.append((cell, tuple(rest)))
-    ordered = np.array(order)
-    return [Division(cell, ranges, ordered) for cell, ranges in found]
+        gaps = sorted([(place[cell], place[cell] + 1), *((part.start, part.stop) for part in parts)])
+        borders = [0, *itertools.chain.from_iterable(gaps), count]
+        rest = [slice(*gap) for gap in zip(borders[::2], borders[1::2], strict=True) if gap[0] < gap[1]]
+        if len(parts) + bool(rest) > 1:
+            found += [(cell, [part]) for part in parts] + ([(cell, rest)] if rest else [])
+    return order, found
