@@ -114,7 +114,7 @@ class CareTask(Task):
         self.control_timestep = control_timestep
         self.novice_timestep = novice_timestep(control_timestep, plan.cell_size)
         self.children = Children(plan, self.family.make(plan), self.novice_timestep, compliant_children)
-        rectangles = layout.table_rectangles(plan)
+        rectangles = layout.Layout(plan).tables.copy()
         if table_offset:
             rectangles[:, :2] += self.random.uniform(-table_offset, table_offset, (len(plan.tables), 2))
         self._shows_heights = table_height is not None

@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 from scipy import ndimage
 
-from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.layout import WALL_HEIGHT, Layout, largest_rectangle
 
 _CAP_HEIGHT = 0.03  # metres, of the board on top of a wall
 _SKIRTING_HEIGHT, _SKIRTING_DEPTH = 0.07, 0.012  # metres
@@ -39,10 +39,10 @@ _NEAREST = 0.02  # metres; nothing nearer to a camera is drawn, and the gripper'
 _FARTHEST = 8000.0  # metres; MuJoCo guards against speckled shadows by a tiny fraction of this, so it must not be small
 
 
-def add_walls(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
+def add_walls(spec: mujoco.MjSpec, layout: Layout) -> None:
     """Add the walls, to collide with and to look at."""
-    height = layout.WALL_HEIGHT
-    for i, wall in enumerate(layout.wall_rectangles(plan)):
+    height = WALL_HEIGHT
+    for i, wall in enumerate(layout.walls):
         # Collision geoms of the world itself, so that MuJoCo's midphase culls among them.
         spec.worldbody.add_geom(
             spec.find_default("house_collision"),
@@ -55,11 +55,18 @@ def add_walls(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
         add_box(spec, f"skirting_{i}", "skirting", wall, 0, _SKIRTING_HEIGHT, margin=_SKIRTING_DEPTH)
 
 
-def add_doorways(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
-    """Add thresholds and jambs."""
-    half_wall = layout.wall_thickness(plan) / 2
+def add_visuals(spec: mujoco.MjSpec, layout: Layout) -> None:
+    """Add what is only to be seen."""
+    _add_ground(spec, layout)
+    _add_doorways(spec, layout)
+    _add_rugs(spec, layout)
+    _add_decorations(spec, layout)
+
+
+def _add_doorways(spec: mujoco.MjSpec, layout: Layout) -> None:
+    plan, half_wall = layout.plan, layout.wall_thickness / 2
     half_width = plan.cell_size - half_wall
-    for i, (cell, (down, _)) in enumerate(layout.doorways(plan)):
+    for i, (cell, (down, _)) in enumerate(layout.doorways):
         # The box's half sides across and along the way through, put into the order of x and y.
         order = [0, 1] if down else [1, 0]
         centre, across = plan.position(cell), np.array([1, 0])[order]
@@ -71,13 +78,14 @@ def add_doorways(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
             add_box(spec, f"jamb_{i}{side}", "jamb", np.array([*middle, *jamb]), 0, _JAMB_HEIGHT)
 
 
-def add_rugs(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
+def _add_rugs(spec: mujoco.MjSpec, layout: Layout) -> None:
     """Add a rug to every room that has the space."""
+    plan = layout.plan
     landing = np.zeros(plan.shape, bool)
     for cell in plan.stairwells:
         landing[cell] = True
-    for i, room in enumerate(layout.rooms(plan)):
-        first, last = layout.largest_rectangle(room & ~landing)
+    for i, room in enumerate(layout.rooms):
+        first, last = largest_rectangle(room & ~landing)
         corners = plan.position(first), plan.position(last)
         half = np.abs(corners[1] - corners[0]) / 2 + plan.cell_size / 2 - _RUG_GAP
         half = half.clip(max=[_RUG_LARGEST / 2, _RUG_LARGEST / 2])
@@ -88,22 +96,22 @@ def add_rugs(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
             add_box(spec, f"rug_{i}_{layer}", material, rug, 0, 0.003 + 0.002 * layer, margin=-inset)
 
 
-def add_decorations(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
+def _add_decorations(spec: mujoco.MjSpec, layout: Layout) -> None:
     """Put decorations at walls, the same ones in every scene of a plan."""
     random = np.random.default_rng(0)
-    for i, (position, yaw) in enumerate(layout.wall_places(plan)):
+    for i, (position, yaw) in enumerate(layout.wall_places()):
         if random.random() < _DECORATED_SHARE:
             place_model(
                 spec, read_model(_DECORATIONS[random.integers(len(_DECORATIONS))]), f"decoration_{i}", position, yaw
             )
 
 
-def add_ground(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
+def _add_ground(spec: mujoco.MjSpec, layout: Layout) -> None:
     """Add what the floor and the ground look like; what candles fall on is the plane of `scene.xml`."""
     _add_texture(spec, FLOOR, _planks())
     _add_texture(spec, "grass", _grass())
-    _add_surface(spec, FLOOR, layout.floor_rectangles(plan), _WOOD_LENGTH)
-    _add_surface(spec, "grass", layout.ground_rectangles(plan, _GROUND_MARGIN), _GROUND_LENGTH)
+    _add_surface(spec, FLOOR, layout.floor, _WOOD_LENGTH)
+    _add_surface(spec, "grass", layout.ground(_GROUND_MARGIN), _GROUND_LENGTH)
 
 
 def _add_surface(spec: mujoco.MjSpec, name: str, rectangles: np.ndarray, length: float) -> None:
@@ -232,17 +240,17 @@ def add_cameras(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
     """Add the cameras, and set what the whole picture depends on: extent, clipping and where the sun stands."""
     half_y, half_x = np.array(plan.shape) * plan.cell_size / 2
     extent = max(half_x, half_y)
-    spec.stat.center = [0, 0, layout.WALL_HEIGHT / 2]
+    spec.stat.center = [0, 0, WALL_HEIGHT / 2]
     spec.stat.extent = extent
     spec.visual.map.znear = _NEAREST / extent
     spec.visual.map.zfar = _FARTHEST / extent
 
-    radius = np.hypot(half_x, half_y) + layout.WALL_HEIGHT
+    radius = np.hypot(half_x, half_y) + WALL_HEIGHT
     spec.visual.map.shadowclip = radius / extent
     sun = spec.light("sun")
     sun.pos = -2 * radius * sun.dir / np.linalg.norm(sun.dir)
 
-    corners = np.array(np.meshgrid([-half_x, half_x], [-half_y, half_y], [0, layout.WALL_HEIGHT])).reshape(3, -1).T
+    corners = np.array(np.meshgrid([-half_x, half_x], [-half_y, half_y], [0, WALL_HEIGHT])).reshape(3, -1).T
     forward = np.array([0, np.cos(_OVERVIEW_ELEVATION), -np.sin(_OVERVIEW_ELEVATION)])
     _add_camera(spec.worldbody, "overview", _overview_position(corners, forward), forward, _OVERVIEW_FOVY)
 

@@ -13,10 +13,7 @@ import numpy as np
 
 from caregiver_mj.house.fittings import (
     add_cameras,
-    add_decorations,
-    add_doorways,
-    add_ground,
-    add_rugs,
+    add_visuals,
     add_walls,
     place_model,
     read_model,
@@ -62,14 +59,12 @@ def build_house(
         A specification to compile. The children's joints have their zero at the house's origin too.
     """
     spec = read_model("scene")
-    add_walls(spec, plan)
+    shapes = layout.Layout(plan)
+    add_walls(spec, shapes)
     if visuals:
-        add_ground(spec, plan)
-        add_doorways(spec, plan)
-        add_rugs(spec, plan)
-        add_decorations(spec, plan)
+        add_visuals(spec, shapes)
     if table_positions is None:
-        table_positions = layout.table_rectangles(plan)[:, :2]
+        table_positions = shapes.tables[:, :2]
     if table_heights is None:
         table_heights = np.full(len(plan.tables), layout.TABLE_HEIGHT)
     for i, (position, height) in enumerate(zip(table_positions, table_heights, strict=True)):
@@ -79,7 +74,7 @@ def build_house(
     for hazard, table in zip(plan.hazards.at(Where.ON_TABLE), plan.candle_tables, strict=True):
         frame = spec.worldbody.add_frame(pos=[*table_positions[table], table_heights[table]])
         spec.attach(read_model(hazard.kind.model), prefix=f"{hazard.element}/", frame=frame)
-    _add_stairwells(spec, plan)
+    _add_stairwells(spec, shapes)
     for k in range(children):
         spec.attach(_child(k), prefix=child_prefix(k), frame=spec.worldbody.add_frame())
     if robot is not False:
@@ -119,9 +114,10 @@ def _shorten_camera_names(spec: mujoco.MjSpec) -> None:
             camera.name = name
 
 
-def _add_stairwells(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
+def _add_stairwells(spec: mujoco.MjSpec, shapes: layout.Layout) -> None:
+    plan = shapes.plan
     hazards = plan.hazards.at(Where.OPENING)
-    for hazard, cell, step in zip(hazards, plan.stairwells, layout.stair_directions(plan), strict=True):
+    for hazard, cell, step in zip(hazards, plan.stairwells, shapes.stair_directions, strict=True):
         model = read_model("hatch" if step is None else hazard.kind.model)
         for geom in model.geoms:
             if geom.name != "trigger":  # what is seen fills the cell, whatever its size

@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import coo_array, csgraph
 
-from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import BIN, CANDLE, STAIRWELL, TABLE
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.furnishing import furnish
+from caregiver_mj.plans.layout import Layout
 from caregiver_mj.plans.request import Request
 from caregiver_mj.plans.rooms import Shell, build_shell
 from caregiver_mj.plans.yielding import yielding
@@ -88,10 +88,8 @@ def is_drivable(plan: FloorPlan) -> bool:
 
     Worked out from the shapes in `layout` alone, exactly, by the clearances that the robot's own navigation keeps.
     """
-    tall = np.concatenate([layout.wall_rectangles(plan), layout.stair_rectangles(plan)])
-    low = layout.furniture_rectangles(plan)
-    free = len(plan.free_cells)
-    legs = _legs(plan, np.concatenate([tall, low]))
+    layout, free = Layout(plan), len(plan.free_cells)
+    legs = _legs(plan, layout.obstacles)
     on_floor = legs[(legs < free).all(axis=1)]  # landings are no way through
     graph = coo_array((np.ones(len(on_floor)), on_floor.T), shape=(free, free))
     if csgraph.connected_components(graph, directed=False)[0] > 1:
@@ -99,17 +97,12 @@ def is_drivable(plan: FloorPlan) -> bool:
     to_landings = legs[(legs < free).any(axis=1)].max(axis=1, initial=0)
     if not np.isin(np.arange(free, len(plan.caregiver_cells)), to_landings).all():
         return False
-    return set(_tables_within_reach(plan, tall, low)) == set(range(len(plan.tables)))
+    return set(_tables_within_reach(layout)) == set(range(len(plan.tables)))
 
 
-def _tables_within_reach(plan: FloorPlan, tall: np.ndarray, low: np.ndarray) -> list[int]:
-    """The tables at which the robot can work from some free cell beside them, and turn there with a candle.
-
-    Args:
-        plan: The house.
-        tall: Rectangles (n, 4) of what is as high as a carried candle.
-        low: Those of what is not.
-    """
+def _tables_within_reach(layout: Layout) -> list[int]:
+    """The tables at which the robot can work from some free cell beside them, and turn there with a candle."""
+    plan = layout.plan
     beside = plan.graph.beside(plan.tables)
     stands = [(table, cell) for table, cells in enumerate(beside) for cell in cells if not yielding(plan).traps[cell]]
     if not stands:
@@ -117,8 +110,8 @@ def _tables_within_reach(plan: FloorPlan, tall: np.ndarray, low: np.ndarray) -> 
     middles = np.array([plan.position(plan.tables[table]) for table, _ in stands])
     cells = np.array([plan.position(plan.caregiver_cells[cell]) for _, cell in stands])
     bases = middles + (cells - middles) * REACH / plan.cell_size
-    to_tall, to_low = _clearance(bases, np.zeros(2), tall), _clearance(bases, np.zeros(2), low)
-    fits = (to_tall >= max(STANDING, TURNING)) & (to_low >= STANDING)
+    fits = _clearance(bases, np.zeros(2), layout.obstacles) >= STANDING
+    fits &= _clearance(bases, np.zeros(2), layout.high) >= TURNING
     return [table for (table, _), fit in zip(stands, fits, strict=True) if fit]
 
 

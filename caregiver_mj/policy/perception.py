@@ -70,7 +70,7 @@ class Perception:
         self._clear_distance = _CLEAR_DISTANCE + age * _STRAYS
         self._as_usual = max(_AS_USUAL, _SIGMAS * candle_noise)
         self._next_cell = plan.graph.moves[0]
-        self._tables = layout.table_rectangles(plan)
+        self._tables = layout.Layout(plan).tables
         self._centres = {cell: tuple(plan.position(cell).tolist()) for cell in plan.caregiver_cells}
         self.table_heights: np.ndarray | None = None
         self._begun, self._all_clear, self._gone, self._clock = 0, False, 0.0, 0.0

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from scipy import ndimage
 
-from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.layout import Layout
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.geometry import Vector
 
@@ -32,10 +32,9 @@ class Clearance:
         self._half = np.array([width, height]) * plan.cell_size / 2 + _NEIGHBOURHOOD
         self._origin = tuple((-self._half).tolist())
         # Metres beyond what the base needs, and beyond what the hand needs when it turns with the base.
-        self._room = self._distance_to(layout.obstacle_rectangles(plan)) - robot.footprint - needs.furniture
-        # Stairs go down between panels as high as walls.
-        high = np.concatenate([layout.wall_rectangles(plan), layout.stair_rectangles(plan)])
-        self._turning_room = self._distance_to(high) - needs.turning
+        layout = Layout(plan)
+        self._room = self._distance_to(layout.obstacles) - robot.footprint - needs.furniture
+        self._turning_room = self._distance_to(layout.high) - needs.turning
 
     def line(self, a: Vector, b: Vector, hand: Vector | None = None) -> tuple[np.ndarray, np.ndarray] | None:
         """Return points, x and y, along a straight line on which the base has room; None if it has not.

@@ -11,8 +11,8 @@ import numpy as np
 from caregiver_mj.plans import layout
 from caregiver_mj.robot.geometry import UPRIGHT, Pose, Vector
 
-CHILD_RADIUS = 0.12  # metres
-CANDLE_RADIUS, CANDLE_HEIGHT = 0.022, 0.16  # metres
+CHILD_RADIUS = layout.CHILD_RADIUS  # metres
+CANDLE_RADIUS, CANDLE_HEIGHT = layout.CANDLE_RADIUS, layout.CANDLE_HEIGHT  # metres
 
 _OFF_TABLE = 0.03  # metres from a table's height beyond which a candle is not on it
 

@@ -24,7 +24,7 @@ def physics():
 
 @pytest.fixture
 def candles():
-    return Candles(layout.table_rectangles(PLAN))
+    return Candles(layout.Layout(PLAN).tables)
 
 
 def tilt(physics, candle, degrees):

@@ -94,12 +94,12 @@ def test_objects_stand_where_the_plan_says(house: House):
     plan, model, data = house.plan, house.model, house.data
     mujoco.mj_resetData(model, data)
     mujoco.mj_forward(model, data)
-    for i, (x, y, half_x, half_y) in enumerate(layout.table_rectangles(plan)):
+    for i, (x, y, half_x, half_y) in enumerate(layout.Layout(plan).tables):
         top = model.geom(f"table_{i}/top")
         assert np.allclose(data.geom(f"table_{i}/top").xpos[:2], [x, y])
         assert np.allclose(top.size[:2], [half_x, half_y])
         assert data.geom(f"table_{i}/top").xpos[2] + top.size[2] == pytest.approx(layout.TABLE_HEIGHT)
-    for i, (x, y, half_x, half_y) in enumerate(layout.bin_rectangles(plan)):
+    for i, (x, y, half_x, half_y) in enumerate(layout.Layout(plan).bins):
         assert np.allclose(data.geom(f"bin_{i}/box").xpos[:2], [x, y])
         assert np.allclose(model.geom(f"bin_{i}/box").size[:2], [half_x, half_y])
     for i, table in enumerate(plan.candle_tables):

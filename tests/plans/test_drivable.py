@@ -63,7 +63,7 @@ def test_the_robot_gets_everywhere_in_the_houses_of_the_sets(name):
 def check_with_navigator(plan):
     """Sends the robot from a cell to others, every landing and table, and back, and measures what room it has."""
     navigator = Navigator(plan, ROBOT)
-    obstacles = layout.obstacle_rectangles(plan)
+    obstacles = layout.Layout(plan).obstacles
     home = plan.free_cells[0]
     somewhere = {*plan.free_cells[:: len(plan.free_cells) // 8 + 1], *plan.stairwells}
     places = {cell: [tuple(plan.position(cell).tolist())] for cell in plan.caregiver_cells}

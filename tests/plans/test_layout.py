@@ -46,15 +46,15 @@ def test_walls_of_a_small_room_worked_by_hand():
     # The border's cells are centred at +-1.5 m; walls are 0.25 m thick and meet at the corners.
     north_south = [[0, 1.5, 1.625, 0.125], [0, -1.5, 1.625, 0.125]]
     east_west = [[1.5, 0, 0.125, 1.375], [-1.5, 0, 0.125, 1.375]]
-    assert rows(layout.wall_rectangles(plan)) == sorted(north_south + east_west)
-    assert rows(layout.table_rectangles(plan)) == [[0.5, 0.5, 0.27, 0.27]]
-    assert rows(layout.bin_rectangles(plan)) == [[-0.5, 0.5, 0.22, 0.22]]
-    assert rows(layout.floor_rectangles(plan)) == [[0, 0, 1.625, 1.625]]
+    assert rows(layout.Layout(plan).walls) == sorted(north_south + east_west)
+    assert rows(layout.Layout(plan).tables) == [[0.5, 0.5, 0.27, 0.27]]
+    assert rows(layout.Layout(plan).bins) == [[-0.5, 0.5, 0.22, 0.22]]
+    assert rows(layout.Layout(plan).floor) == [[0, 0, 1.625, 1.625]]
 
 
 def test_inner_walls_worked_by_hand():
     plan = FloorPlan.parse("######\n#BT..#\n#.#..#\n#...##\n######", cell_size=1.0)
-    walls = layout.wall_rectangles(plan)
+    walls = layout.Layout(plan).walls
     assert [-0.5, 0, 0.125, 0.125] in rows(walls)  # a pillar
     # The wall cell in the corner joins the walls to its east and south, and fills what lies between them.
     assert overlap(walls, np.array([[2.0, -1.5, 0.625, 0.625]])).sum() == pytest.approx(1.25**2)
@@ -63,12 +63,12 @@ def test_inner_walls_worked_by_hand():
 
 def test_stairs_open_the_wall_worked_by_hand():
     plan = FloorPlan.parse("#####\n#B.T#\n#...#\n#.S.#\n#####", cell_size=1.0)
-    assert layout.stair_directions(plan) == ((1, 0),)  # opposite to the free cell in the north
-    assert rows(layout.stair_rectangles(plan)) == [[0, -2, 0.5, 0.5]]
-    south = [r for r in rows(layout.wall_rectangles(plan)) if r[1] == -2]
+    assert layout.Layout(plan).stair_directions == ((1, 0),)  # opposite to the free cell in the north
+    assert rows(layout.Layout(plan).stairs) == [[0, -2, 0.5, 0.5]]
+    south = [r for r in rows(layout.Layout(plan).walls) if r[1] == -2]
     assert south == [[-1.3125, -2, 0.8125, 0.125], [1.3125, -2, 0.8125, 0.125]]
     # The floor reaches to the outer faces of the walls, 2.125 m out, and the stairs begin at 1.5 m.
-    assert area(layout.floor_rectangles(plan)) == pytest.approx(4.25**2 - 1.0 * 0.625)
+    assert area(layout.Layout(plan).floor) == pytest.approx(4.25**2 - 1.0 * 0.625)
 
 
 @pytest.mark.parametrize(
@@ -84,23 +84,23 @@ def test_stairs_open_the_wall_worked_by_hand():
     ],
 )
 def test_where_stairs_go_down(text: str, directions: list):
-    assert list(layout.stair_directions(FloorPlan.parse(text))) == directions
+    assert list(layout.Layout(FloorPlan.parse(text)).stair_directions) == directions
 
 
 def test_doorways_and_rooms_of_the_paper_house():
-    assert layout.doorways(PAPER) == (((3, 4), (0, 1)), ((5, 2), (1, 0)), ((7, 7), (0, 1)))
-    assert sorted(int(room.sum()) for room in layout.rooms(PAPER)) == [12, 12, 18, 29]
+    assert layout.Layout(PAPER).doorways == (((3, 4), (0, 1)), ((5, 2), (1, 0)), ((7, 7), (0, 1)))
+    assert sorted(int(room.sum()) for room in layout.Layout(PAPER).rooms) == [12, 12, 18, 29]
 
 
 def test_corridor_is_no_doorway():
     corridor = FloorPlan.parse("########\n#B.##..#\n#......#\n#..##..#\n########")
-    assert layout.doorways(corridor) == ()
-    assert len(layout.rooms(corridor)) == 1
+    assert layout.Layout(corridor).doorways == ()
+    assert len(layout.Layout(corridor).rooms) == 1
 
 
 @pytest.mark.parametrize("plan", [PAPER, APARTMENT], ids=lambda plan: plan.name)
 def test_houses_that_come_along_have_real_stairs_everywhere(plan: FloorPlan):
-    assert None not in layout.stair_directions(plan)
+    assert None not in layout.Layout(plan).stair_directions
 
 
 def test_apartment_is_as_large_as_asked_for():
@@ -108,7 +108,7 @@ def test_apartment_is_as_large_as_asked_for():
     assert plan.shape == (14, 18)
     assert (len(plan.stairwells), len(plan.candle_tables), len(plan.bins)) == (5, 6, 5)
     assert len(plan.tables) - len(plan.candle_tables) == 6
-    assert len(layout.rooms(plan)) >= 5
+    assert len(layout.Layout(plan).rooms) >= 5
 
 
 PLANS = plan_texts().map(FloorPlan.parse)
@@ -117,8 +117,8 @@ PLANS = plan_texts().map(FloorPlan.parse)
 @settings(max_examples=60, deadline=None)
 @given(plan=PLANS)
 def test_walls_stay_in_wall_cells_and_floor_and_ground_fill_the_rest(plan: FloorPlan):
-    walls, stairs = layout.wall_rectangles(plan), layout.stair_rectangles(plan)
-    floor, ground = layout.floor_rectangles(plan), layout.ground_rectangles(plan, margin=2.0)
+    walls, stairs = layout.Layout(plan).walls, layout.Layout(plan).stairs
+    floor, ground = layout.Layout(plan).floor, layout.Layout(plan).ground(margin=2.0)
     rooms = cells(plan, wall=False)
     assert overlap(rooms, np.concatenate([walls, stairs])).max() < 1e-9
     assert overlap(rooms, floor).sum() == pytest.approx(area(rooms))
@@ -132,7 +132,7 @@ def test_walls_stay_in_wall_cells_and_floor_and_ground_fill_the_rest(plan: Floor
 @settings(max_examples=40, deadline=None)
 @given(plan=PLANS)
 def test_no_point_gets_out_of_the_house(plan: FloorPlan):
-    closed = np.concatenate([layout.wall_rectangles(plan), layout.stair_rectangles(plan)])
+    closed = np.concatenate([layout.Layout(plan).walls, layout.Layout(plan).stairs])
     half = np.array(plan.shape[::-1]) * plan.cell_size / 2 + RASTER
     x, y = (np.arange(-h, h + RASTER, RASTER) for h in half)
     blocked = np.zeros((len(x), len(y)), bool)
@@ -151,22 +151,22 @@ def test_no_point_gets_out_of_the_house(plan: FloorPlan):
 @settings(max_examples=60, deadline=None)
 @given(plan=PLANS)
 def test_stairs_go_down_in_walls_of_their_own(plan: FloorPlan):
-    directions = layout.stair_directions(plan)
+    directions = layout.Layout(plan).stair_directions
     steps = [(cell, step) for cell, step in zip(plan.stairwells, directions, strict=True) if step is not None]
     alcoves = [(row + down, column + right) for (row, column), (down, right) in steps]
     assert len(set(alcoves)) == len(alcoves)
     for alcove, (_, (down, right)) in zip(alcoves, steps, strict=True):
         for side in (-1, 0, 1):
             assert plan[alcove[0] + side * right, alcove[1] + side * down] == WALL
-    stairs = layout.stair_rectangles(plan)
+    stairs = layout.Layout(plan).stairs
     assert rows(stairs[:, :2]) == rows(np.array([plan.position(cell) for cell in alcoves]).reshape(-1, 2))
 
 
 @settings(max_examples=40, deadline=None)
 @given(plan=PLANS)
 def test_places_for_decorations_are_at_walls_and_out_of_the_way(plan: FloorPlan):
-    walls, rooms = layout.wall_rectangles(plan), cells(plan, wall=False)
-    for foot, yaw in layout.wall_places(plan):
+    walls, rooms = layout.Layout(plan).walls, cells(plan, wall=False)
+    for foot, yaw in layout.Layout(plan).wall_places():
         inwards = np.array([np.cos(yaw), np.sin(yaw)]).round()
         half = np.where(inwards, 0.1, 0.35)  # 0.2 m deep, 0.7 m wide
         space = np.array([[*foot + 0.1 * inwards, *half]])

@@ -218,12 +218,8 @@ def test_force_of_the_base_is_enough_for_its_acceleration(robot, model):
 
 
 def test_sizes_of_candle_and_furniture_are_read_from_their_models():
-    candle, table = layout.candle(), layout.table()
-    assert (candle.radius, candle.height) == (0.022, 0.16)
-    assert (table.half_size, table.height) == (0.27, 0.60)
+    assert (layout.CANDLE_RADIUS, layout.CANDLE_HEIGHT, layout.CHILD_RADIUS) == (0.022, 0.16, 0.12)
     assert (layout.TABLE_HALF_SIZE, layout.TABLE_HEIGHT, layout.BIN_HALF_SIZE) == (0.27, 0.60, 0.22)
-    assert layout.toy_bin().height == 0.35
-    assert layout.toddler_radius() == 0.12
 
 
 def test_layout_has_no_other_sizes():
@@ -235,7 +231,7 @@ def test_layout_has_no_other_sizes():
 
 
 def test_fingers_open_wide_and_close_on_a_candle(robot):
-    assert robot.grasp.closed < layout.candle().radius < robot.grasp.open
+    assert robot.grasp.closed < layout.CANDLE_RADIUS < robot.grasp.open
 
 
 def test_fingers_stand_as_far_off_the_middle_as_their_joints_say(robot, model, arm):
@@ -282,9 +278,9 @@ def test_carried_candle_passes_over_a_child_and_within_the_clearances(robot, arm
     ahead, height = robot.postures.carry
     assert height - robot.grasp.height > CHILD_HEIGHT
     np.testing.assert_allclose(arm.pinch(arm.tucked), [ahead, 0.0, height], atol=1e-4)
-    out = ahead + layout.candle().radius
+    out = ahead + layout.CANDLE_RADIUS
     assert out + 0.02 < robot.clearances.turning
-    assert out + layout.toddler_radius() - 0.01 < robot.clearances.child_turning
+    assert out + layout.CHILD_RADIUS - 0.01 < robot.clearances.child_turning
     assert out > robot.footprint
 
 

@@ -37,7 +37,7 @@ def points_along(path: list[tuple[float, float]]) -> np.ndarray:
 
 def distances_to_obstacles(plan: FloorPlan, points: np.ndarray) -> np.ndarray:
     """Distance of each point (n, 2) to the nearest wall, piece of furniture or stairs, (n,)."""
-    rectangles = layout.obstacle_rectangles(plan)
+    rectangles = layout.Layout(plan).obstacles
     outside = np.abs(points[:, None] - rectangles[:, :2]) - rectangles[:, 2:]
     return np.hypot(*np.moveaxis(outside.clip(min=0), -1, 0)).min(axis=1)
 
