@@ -12,7 +12,7 @@ Vector = tuple[float, float]
 WALKING_SPEED = 1.6 / 3.6  # m/s, of 1 to 2 year olds (paper, section V.C)
 # m/s, the fastest that a toddler walks towards something; there and back to the farthest wall fits into a timestep.
 BUMP_SPEED = 0.62
-_FASTEST = 1.0  # m/s, when it must turn back late
+FASTEST = 1.0  # m/s, when it must turn back late, or makes up for time
 _TURN_RATE = 8.0  # 1/s, from the error of the heading to the rate of turning
 _FRONTAL = 0.2  # cosine between motion and contact above which something is in the way
 _HALF_WAY = 0.5  # share of the way up to which a blocked toddler turns back
@@ -32,20 +32,11 @@ class ToddlerWalk:
         yaw: Its heading, radians.
         yaw_rate: rad/s.
         blocked: Whether something stopped its present move.
+        returns: Whether it has turned back.
     """
 
     def __init__(self, duration: float):
-        """Prepare a toddler.
-
-        Args:
-            duration: Seconds a move takes, there or there and back.
-        """
-        self._duration = duration
-
-    @property
-    def is_on_way_back(self) -> bool:
-        """Whether it has turned back."""
-        return self._returns
+        self._duration = duration  # seconds that a move takes, there or there and back
 
     def reset(self, position: Vector, yaw: float) -> None:
         """Put the toddler somewhere, at rest."""
@@ -53,7 +44,7 @@ class ToddlerWalk:
         self.velocity, self.yaw_rate = (0.0, 0.0), 0.0
         self._home = self._goal = position
         self.blocked = False
-        self._bumps = self._returns = False
+        self._bumps = self.returns = False
         self._left = 0.0
 
     def begin(self, home: Vector, goal: Vector, bump: bool) -> None:
@@ -65,7 +56,7 @@ class ToddlerWalk:
             bump: Whether something stands in that cell, so that it will come back in any case.
         """
         self._home, self._goal, self._bumps = home, goal, bump
-        self._returns = self.blocked = False
+        self.returns = self.blocked = False
         self._left = self._duration
         self._length = math.dist(self.position, goal)
 
@@ -85,8 +76,8 @@ class ToddlerWalk:
             touched: Unit vectors from the toddler towards all that it touches now.
         """
         touched = list(touched)
-        velocity = self._towards(self._home if self._returns else self._goal)
-        if not self._returns:
+        velocity = self._towards(self._home if self.returns else self._goal)
+        if not self.returns:
             stopped = _is_in_the_way(velocity, touched)
             if self._bumps:
                 turns_back = stopped or self._left <= self._duration / 2
@@ -94,13 +85,13 @@ class ToddlerWalk:
                 self.blocked = stopped
                 turns_back = stopped and math.dist(self.position, self._goal) > (1 - _HALF_WAY) * self._length
             if turns_back:
-                self._returns = True
+                self.returns = True
                 velocity = self._towards(self._home)
         if _is_in_the_way(velocity, touched):
             velocity = (0.0, 0.0)
         self.velocity = velocity
         self.position = (self.position[0] + timestep * velocity[0], self.position[1] + timestep * velocity[1])
-        if not self._returns and any(velocity):  # on the way back it backs off, facing what it met
+        if not self.returns and any(velocity):  # on the way back it backs off, facing what it met
             turn = math.remainder(math.atan2(velocity[1], velocity[0]) - self.yaw, math.tau)
             self.yaw_rate = _TURN_RATE * turn
             self.yaw += timestep * self.yaw_rate
@@ -115,9 +106,9 @@ class ToddlerWalk:
         if distance < 1e-6 or self._left < 1e-6:
             return 0.0, 0.0
         speed = distance / self._left
-        if self._bumps or self._returns:
+        if self._bumps or self.returns:
             speed = max(speed, min(BUMP_SPEED, distance / min(self._left, 0.02)))
-        speed = min(speed, _FASTEST)
+        speed = min(speed, FASTEST)
         return speed * dx / distance, speed * dy / distance
 
 

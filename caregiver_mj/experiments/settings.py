@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from caregiver_mj.caregivers.foresight import child_model
 from caregiver_mj.caregivers.registry import CAREGIVERS, find_caregiver, is_caregiver
 from caregiver_mj.children.family import Family, Who
 from caregiver_mj.children.tape import Tape
@@ -21,7 +22,7 @@ from caregiver_mj.robot.embodiment import DEFAULT
 
 WORLDS = ("house", "grid")
 FLOOR = "floor"  # in the place of a caregiver: what the best of them could not prevent
-EPSILONS = (1.0, 0.75, 0.5, 0.25, 0.05)  # the paper's five novices
+EPSILONS = child_model.EPSILONS[::-1]  # the paper's five novices
 GRID_BLOCK = 1000  # episodes at once: enough to be fast, and a few seconds' work to lose
 MOST_ROWS = 10_000_000  # episodes of a run; more do not fit into memory
 _MOST_FAMILIES = 10  # in a block, whose name has them all

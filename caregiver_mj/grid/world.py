@@ -20,7 +20,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver, answer, starting_tables
-from caregiver_mj.caregivers.percept import Pace, Percept
+from caregiver_mj.caregivers.percept import PAPER, Pace, Percept
 from caregiver_mj.caregivers.told import Future, ToldCaregiver, Truth
 from caregiver_mj.children.behaviour import Sight
 from caregiver_mj.children.family import Family
@@ -34,7 +34,7 @@ from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, State
 from caregiver_mj.plans.routes import STAY, routes
 from caregiver_mj.recording.ledger import BLOCKED, MET, Ledger
 
-CAREGIVER_ACTIONS = 3  # a novice timestep: 5.0 km/h over 1.6 km/h, rounded down
+CAREGIVER_ACTIONS = int(PAPER.cells)  # in a novice timestep
 
 
 @dataclasses.dataclass(frozen=True)

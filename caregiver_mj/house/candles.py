@@ -10,11 +10,11 @@ import numpy as np
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans import layout
 from caregiver_mj.recording.contacts import FAR, Contacts
-from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, CHILD_RADIUS
+from caregiver_mj.robot.geometry import upwards
+from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, CHILD_RADIUS, OFF_TABLE
 
 _STANDING_COSINE = math.cos(math.radians(30))  # of a candle's tilt, beyond which it counts as fallen
 _BELOW = 0.05  # metres below the top of a table from which on a candle counts as fallen down
-_ABOVE = 0.03  # metres above or below the top of a table up to which a candle is on it
 # The candle as in models/candle.xml: spheres along its axis, by their height above its foot, metres.
 WAX_RADIUS, FLAME_RADIUS = CANDLE_RADIUS, 0.016
 _WAX = np.linspace(WAX_RADIUS, CANDLE_HEIGHT - WAX_RADIUS, 8)
@@ -63,7 +63,7 @@ class Candles:
         x, y, half_x, half_y = self.table_rectangles[table]
         poses = physics.candle_poses()
         over = (np.abs(poses[:, 0] - x) < half_x) & (np.abs(poses[:, 1] - y) < half_y)
-        return over & (np.abs(poses[:, 2] - self.table_heights[table]) < _ABOVE)
+        return over & (np.abs(poses[:, 2] - self.table_heights[table]) < OFF_TABLE)
 
 
 def watch_candle(physics: Physics, seconds: float, tally: Contacts) -> None:
@@ -83,7 +83,7 @@ def watch_candle(physics: Physics, seconds: float, tally: Contacts) -> None:
     poses = physics.candle_poses()
     if not len(poses):
         return
-    axes = _upward(poses[:, 3:])
+    axes = upwards(poses[:, 3:])
     from_foot = pinch - poses[:, :3]
     along = np.clip((from_foot * axes).sum(axis=1), _WAX[0], _WAX[-1])
     off = np.linalg.norm(from_foot - along[:, None] * axes, axis=1)
@@ -94,12 +94,6 @@ def watch_candle(physics: Physics, seconds: float, tally: Contacts) -> None:
     wax = min(distances[: len(_WAX)]) - CHILD_RADIUS - WAX_RADIUS
     flame = min(distances[len(_WAX) :]) - CHILD_RADIUS - FLAME_RADIUS
     tally.carry(min(FAR, max(0.0, flame)), min(FAR, max(0.0, wax)), seconds)
-
-
-def _upward(orientations: np.ndarray) -> np.ndarray:
-    """Axes of candles, unit vectors (candles, 3), by quaternions (candles, 4)."""
-    w, x, y, z = orientations.T
-    return np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=1)
 
 
 def _distances(points: np.ndarray, children: np.ndarray) -> list[float]:

@@ -131,7 +131,7 @@ class HouseChild:
 
     def see_robot(self, robot: Sequence[float]) -> None:
         """Take note of a robot at x, y (m) that has come into the cell to which the child is on its way."""
-        if self._entry is None or self.move.entered is not False or self.walk.is_on_way_back:
+        if self._entry is None or self.move.entered is not False or self.walk.returns:
             return
         half = self._plan.cell_size / 2
         self.move.entered = abs(robot[0] - self._entry[0]) < half and abs(robot[1] - self._entry[1]) < half

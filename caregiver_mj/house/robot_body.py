@@ -11,8 +11,8 @@ from dm_env import specs
 
 from caregiver_mj.robot.embodiment import Embodiment, Layout
 from caregiver_mj.robot.kinematics import arm_of
+from caregiver_mj.robot.view import LOOSE
 
-_LOOSE = 0.024  # metres of each finger off the middle above which it does not touch a candle
 RampState = tuple[np.ndarray, int, int]
 
 
@@ -62,7 +62,7 @@ class RobotBody:
     def is_gripping(self) -> bool:
         """Return whether the fingers are as close together as round a candle, or closer."""
         left, right = self.fingers[0].tolist()
-        return left + right < 2 * _LOOSE
+        return left + right < 2 * LOOSE
 
     def set_action(self, action: np.ndarray, steps: int = 1) -> None:
         """Set what the actuators shall do; both fingers get the gripper's value.

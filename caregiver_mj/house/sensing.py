@@ -13,14 +13,13 @@ import mujoco
 import numpy as np
 
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.robot.view import LOOSE, OFF_TABLE
 
 LONGEST_DELAY = 1.0  # seconds
 _OFTENEST = 0.95  # probability of a gap, at most
 KINDS = ("candle", "child", "base")  # of what is seen
 Observation = Mapping[str, np.ndarray]
-_LIFTED = 0.03  # metres above a table's top from which on a candle counts as lifted (one that lies there: 0.022), ...
-_OFF_FLOOR = 0.2  # ... and above the floor, where there is no table: one that lies there has its foot lower
-_CLOSED = 0.024  # metres of each finger off the middle below which the hand has closed
+_OFF_FLOOR = 0.2  # metres above the floor from which on a candle is lifted, where there is no table
 
 
 @dataclasses.dataclass(frozen=True)
@@ -227,7 +226,7 @@ class Sensor:
     def _look_at_candles(self, exact: Observation, seen: dict[str, np.ndarray]) -> None:
         eye, positions, orientations = self._eyes["candle"], exact["candle_position"], exact["candle_orientation"]
         lifted = self._lifted(positions)
-        closed = "finger_position" in exact and bool(exact["finger_position"].sum() < 2 * _CLOSED)
+        closed = "finger_position" in exact and bool(exact["finger_position"].sum() < 2 * LOOSE)
         self._note(eye, lifted, closed)
         errors = eye.bias.copy()
         yaw = float(exact["base_position"][2]) if "base_position" in exact else 0.0
@@ -251,7 +250,7 @@ class Sensor:
         """Whether each candle is in the air, (candles,)."""
         over = (np.abs(positions[:, None, :2] - self._tables[:, :2]) < self._tables[:, 2:4]).all(axis=2)
         top = np.where(over, self._tables[:, 4], 0.0).max(axis=1, initial=0.0)
-        return positions[:, 2] > np.where(top > 0.0, top + _LIFTED, _OFF_FLOOR)
+        return positions[:, 2] > np.where(top > 0.0, top + OFF_TABLE, _OFF_FLOOR)
 
 
 def _turned(quaternion: np.ndarray, rotation: np.ndarray) -> np.ndarray:

@@ -23,7 +23,6 @@ from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS
 
 _SIGMAS = 2.0  # of errors that count
 _SIGMAS_BESIDE = 2.5  # of errors for which there is room beside a candle in the open hand
-_STRAYS = BUMP_SPEED  # m/s by which a child may be elsewhere than was foretold: it has stopped, or turned
 Observation = dict[str, np.ndarray]
 Posture = tuple[np.ndarray, np.ndarray]  # pose of the base (3,), joint positions (joints,)
 _JUMP = 0.05  # metres that a reference moves within a control timestep only if it is set anew
@@ -83,10 +82,11 @@ class Senses:
     def unsure(self) -> float:
         """Metres by which a child may be nearer to the robot than it seems; 0 if observations are exact."""
         child, base = self._sensing.child, self._sensing.base
+        # A child may have stopped, or turned, since then.
         late = self.age + sum(self._timestep * blur.dropout / (1.0 - blur.dropout) for blur in (child, base))
         lasting = math.hypot(child.bias, base.bias)
         white = _error(child.noise, _UNSTEADY), _error(base.noise, _STEADY[0])
-        return late * _STRAYS + _SIGMAS * math.hypot(lasting, *white)
+        return late * BUMP_SPEED + _SIGMAS * math.hypot(lasting, *white)
 
     def reset(self) -> None:
         """Begin an episode, when the robot's references have begun it."""

@@ -25,7 +25,6 @@ _LATEST = 0.5  # ... or the share of a novice timestep after which it will not g
 _SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to; ...
 _SMALLEST_SEEN = 0.03  # ... the same where it is not seen exactly
 _AS_USUAL, _SIGMAS = 0.02, 4.0  # metres that a candle on a table may seem off its usual height; and of its noise
-_STRAYS = BUMP_SPEED  # m/s by which a child may be elsewhere than was foretold: it has stopped, or turned
 _NO_CANDLES, _NO_ORIENTATIONS = np.zeros((0, 3)), np.zeros((0, 4))
 
 
@@ -66,8 +65,9 @@ class Perception:
             unsure: Metres by which children may be nearer to the robot than they seem.
         """
         self._plan, self._age, self._unsure = plan, age, unsure
-        self._smallest_move = (_SMALLEST_MOVE if is_exact else _SMALLEST_SEEN) + age * _STRAYS
-        self._clear_distance = _CLEAR_DISTANCE + age * _STRAYS
+        strays = age * BUMP_SPEED  # by which a child may be elsewhere than was foretold: it has stopped, or turned
+        self._smallest_move = (_SMALLEST_MOVE if is_exact else _SMALLEST_SEEN) + strays
+        self._clear_distance = _CLEAR_DISTANCE + strays
         self._as_usual = max(_AS_USUAL, _SIGMAS * candle_noise)
         self._next_cell = plan.graph.moves[0]
         self._tables = layout.Layout(plan).tables

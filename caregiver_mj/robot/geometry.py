@@ -39,6 +39,12 @@ def distance_to_line(point: Vector, start: Vector, end: Vector) -> float:
     return math.hypot(point[0] - start[0] - share * dx, point[1] - start[1] - share * dy)
 
 
+def upwards(orientations: np.ndarray) -> np.ndarray:
+    """Return the vertical axis of what is turned, unit vectors (..., 3), by quaternions (w, x, y, z), (..., 4)."""
+    w, x, y, z = np.moveaxis(orientations, -1, 0)
+    return np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=-1)
+
+
 def hand_rotation(heading: float, pitch: float) -> np.ndarray:
     """Return rotation (3, 3) of the hand that points along a heading, and below the horizontal by a pitch, in radians.
 

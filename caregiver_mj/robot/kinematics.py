@@ -21,7 +21,7 @@ from caregiver_mj.robot import geometry
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.geometry import Vector, hand_rotation
 from caregiver_mj.robot.robot_model import read_spec
-from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, View
+from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, LOOSE, View
 
 _TOLERANCE = 1e-5  # metres and radians
 _ITERATIONS = 40
@@ -30,7 +30,6 @@ _CLEAR = 0.02  # metres that parts of the robot stay away from each other
 _NEIGHBOURS = 2  # joints between two parts that meet at them, as they do all the time
 _HOLD_COST = 0.5  # of a joint that is held, beside 1 for the hand
 ATTEMPTS = 3  # at a grasp
-_LOOSE = 0.004  # metres by which they are farther from each other when they have let go of it
 _GIVES = 0.01  # metres by which the fingers, both together, may be nearer to each other than a candle is thick
 
 
@@ -205,7 +204,7 @@ def has_in_hand(view: View, robot: Embodiment, candle: int) -> bool:
 
 def is_round_candle(fingers: float) -> bool:
     """Return whether fingers, so far off the middle both together, have closed on a candle."""
-    return 2 * CANDLE_RADIUS - _GIVES <= fingers < 2 * CANDLE_RADIUS + _LOOSE
+    return 2 * CANDLE_RADIUS - _GIVES <= fingers < 2 * LOOSE
 
 
 def hand_is_empty(view: View) -> bool:

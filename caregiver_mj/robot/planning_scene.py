@@ -14,7 +14,7 @@ from caregiver_mj.robot.embodiment import Embodiment
 
 _ELSEWHERE = 1e3  # metres; the child is left out, for it will be somewhere else
 _RESTING = 0.004  # metres that a candle may be in what it lies on
-_TABLE_MARGIN = 0.03  # metres that a table may be off its place on the map, to either side
+TABLE_MARGIN = 0.03  # metres that a table may be off its place on the map, to either side
 _MARGIN = 0.005  # metres that the robot shall stay away from everything
 
 
@@ -38,7 +38,7 @@ class PlanningScene:
             if geom.name.startswith("robot/"):
                 geom.margin = _MARGIN
             elif geom.name.startswith("table_") and geom.name.endswith("/top"):
-                geom.size[:2] += _TABLE_MARGIN
+                geom.size[:2] += TABLE_MARGIN
         self._lock = threading.Lock()
         self._model = model = spec.compile()
         self._data = mujoco.MjData(model)

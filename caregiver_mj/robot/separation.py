@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from caregiver_mj.children.walk import BUMP_SPEED
+from caregiver_mj.children.walk import BUMP_SPEED, FASTEST
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import geometry
@@ -25,7 +25,6 @@ from caregiver_mj.robot.view import CHILD_RADIUS, ChildView, View
 BESIDE, LEAVING = 0.15, -0.8
 FORESIGHT = 2.2  # metres within which paths are planned round a child: one farther away will be elsewhere by then
 # The base must be able to stop before a child that walks towards it.
-FOLLOWING_SPEED = 1.0  # m/s, the fastest of one that follows: it makes up for time
 _REACTION = 0.04  # seconds of control and servo until the base begins to brake
 _SEPARATION = 0.08  # metres that shall remain
 _FAR = 2.0  # metres beyond which a child does not slow the base down
@@ -101,7 +100,13 @@ def is_child_at_hand(view: View, robot: Embodiment, reached: float) -> bool:
 
 def comes(view: View, robot: Embodiment) -> bool:
     """Return whether a child walks towards the robot, or has just run into it."""
-    return any(_comes(view.base, robot, child) for child in view.children)
+    for child in view.children:
+        room = gap_to(view.base, robot, child)
+        dx, dy = view.base[0] - child.position[0], view.base[1] - child.position[1]
+        towards = (dx * child.velocity[0] + dy * child.velocity[1]) / (math.hypot(dx, dy) or 1.0)
+        if room < _TOUCHING_GAP or (room < _COMING_GAP and towards > _COMING_SPEED):
+            return True
+    return False
 
 
 def is_in_the_way(view: View, robot: Embodiment, points: Iterable[Vector]) -> bool:
@@ -236,7 +241,7 @@ def _sliding_rate(
 
 def _walking_speed(child: ChildView) -> float:
     """How fast a child may come, m/s: as toddlers do, and one that runs as fast as it does."""
-    return max(BUMP_SPEED, min(FOLLOWING_SPEED, math.hypot(*child.velocity)))
+    return max(BUMP_SPEED, min(FASTEST, math.hypot(*child.velocity)))
 
 
 def slide_speed(gap: float) -> float:
@@ -263,20 +268,12 @@ def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tu
         gap = _gap_however_turned(view.base, robot, child)
         if gap < _FAR:
             dx, dy = child.position[0] - view.base[0], child.position[1] - view.base[1]
-            closing = FOLLOWING_SPEED + max(0.0, (velocity[0] * dx + velocity[1] * dy) / math.hypot(dx, dy))
+            closing = FASTEST + max(0.0, (velocity[0] * dx + velocity[1] * dy) / math.hypot(dx, dy))
             time = max(0.0, gap) / closing - _REACTION - view.age
             if most > creep + limits.slowing(time - delay):
                 return creep
             allowed = min(allowed, creep + limits.slowing(time))
     return allowed
-
-
-def _comes(base: Pose, robot: Embodiment, child: ChildView) -> bool:
-    """Whether a child walks towards the robot, or has just run into it."""
-    room = gap_to(base, robot, child)
-    dx, dy = base[0] - child.position[0], base[1] - child.position[1]
-    towards = (dx * child.velocity[0] + dy * child.velocity[1]) / (math.hypot(dx, dy) or 1.0)
-    return room < _TOUCHING_GAP or (room < _COMING_GAP and towards > _COMING_SPEED)
 
 
 def _gap_however_turned(base: Pose, robot: Embodiment, child: ChildView) -> float:
@@ -384,12 +381,12 @@ def _restrained(
         towards = min(towards, _bounded(told, 0.0, seconds, *bounds))
     corners = _corners(robot, view.base[2], offset)
     strays = corners[0] if corners else _STRAYS
-    slower = robot.limits.slowing(max(0.0, room) / FOLLOWING_SPEED - view.age)
+    slower = robot.limits.slowing(max(0.0, room) / FASTEST - view.age)
     slides = max(0.0, slide_speed(room) + strays * min(0.0, towards)) + slower
     if any(corners):
         slowing, later = robot.limits.as_told.slowing, _LATER + view.age
         leaving = min(
-            (_ASTRAY + slower) / corner + slowing(on / FOLLOWING_SPEED - later)
+            (_ASTRAY + slower) / corner + slowing(on / FASTEST - later)
             for on, corner in zip(_RUNS_ON, corners, strict=True)
             if corner
         )

@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from caregiver_mj.plans import layout
-from caregiver_mj.robot.geometry import UPRIGHT, Pose, Vector
+from caregiver_mj.robot.geometry import UPRIGHT, Pose, Vector, upwards
 
 CHILD_RADIUS = layout.CHILD_RADIUS  # metres
 CANDLE_RADIUS, CANDLE_HEIGHT = layout.CANDLE_RADIUS, layout.CANDLE_HEIGHT  # metres
-
-_OFF_TABLE = 0.03  # metres from a table's height beyond which a candle is not on it
+LOOSE = CANDLE_RADIUS + 0.002  # metres of each finger off the middle from which on the hand has let go of a candle
+OFF_TABLE = 0.03  # metres from a table's height beyond which a candle is not on it (one that lies there: 0.022)
 
 
 class ChildView(NamedTuple):
@@ -71,8 +71,7 @@ class View:
 
     def candle_axis(self, candle: int) -> np.ndarray:
         """Return the unit vector (3,) from a candle's foot to its top, in the house."""
-        w, x, y, z = self.candle_orientations[candle].tolist()
-        return np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
+        return upwards(self.candle_orientations[candle])
 
     def table_height(self, table: int) -> float:
         """Return how high a table's top is."""
@@ -81,4 +80,4 @@ class View:
     def stands_on_table(self, candle: int, table: int) -> bool:
         """Return whether a candle is upright and as high as a table, so that it can be gripped from the front."""
         height = self.candles[candle, 2]
-        return bool(abs(height - self.table_height(table)) < _OFF_TABLE and self.candle_axis(candle)[2] > UPRIGHT)
+        return bool(abs(height - self.table_height(table)) < OFF_TABLE and self.candle_axis(candle)[2] > UPRIGHT)

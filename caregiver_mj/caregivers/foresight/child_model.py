@@ -16,7 +16,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.routes import Routes
 
-EPSILONS = (0.05, 0.25, 0.5, 0.75, 1.0)  # that a child is thought to have
+EPSILONS = (0.05, 0.25, 0.5, 0.75, 1.0)  # that a child is thought to have: those of the paper's five novices
 OTHERS = (0, 2)  # those that a child of another kind than the novice may have: above, all are alike
 # Probability, in a timestep, that a child is from then on another one. On 34 houses of train-100 and shapes-train-100
 # .002 was better by 0.2 % of the damage, with a standard error of 0.7 %: not by enough to tell.

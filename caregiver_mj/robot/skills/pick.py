@@ -10,6 +10,7 @@ from caregiver_mj.robot import geometry
 from caregiver_mj.robot.kinematics import ATTEMPTS, hand_is_empty
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.planning_scene import TABLE_MARGIN
 from caregiver_mj.robot.skills.at_table import BESIDE_TABLE, AtTable
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
@@ -17,7 +18,6 @@ from caregiver_mj.robot.view import View
 _LIFTED = 0.01  # metres that a candle must have come up with the hand
 _RISES = 0.12  # seconds in which it does
 _IN_FRONT = 0.3  # metres before a candle in which the hand comes down to it, and goes up with it
-_OFF_MAP = 0.03  # metres by which the map may be wrong about the table, as in `planning_scene`
 _AJAR = 0.002  # metres by which each finger may fall short of being open
 
 
@@ -42,7 +42,7 @@ class Pick(AtTable):
         (ahead_x, ahead_y), (x, y, _) = self._ahead(stand), view.candles[self.candle].tolist()
         behind_middle = (x - self._middle[0]) * ahead_x + (y - self._middle[1]) * ahead_y
         to_candle = self.embodiment.postures.reach - self.embodiment.grasp.depth - self.embodiment.footprint
-        return to_candle - behind_middle - layout.TABLE_HALF_SIZE > _OFF_MAP
+        return to_candle - behind_middle - layout.TABLE_HALF_SIZE > TABLE_MARGIN
 
     def _is_barred_by_candle(self, view: View, stand: Cell) -> bool:
         ahead, candle = self._ahead(stand), view.candles[self.candle].tolist()

@@ -15,14 +15,13 @@ from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.skills.at_table import BESIDE_TABLE, AtTable
 from caregiver_mj.robot.status import Status
-from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, View
+from caregiver_mj.robot.view import CANDLE_HEIGHT, LOOSE, View
 
 _SLIPPED = 0.008  # metres outwards in the hand from which on a candle has slipped, as it does when the base turns
 _PLACE_GAP = 0.002  # metres above the table at which a candle is let go: a hand that still settles must not set it down
 # A hand that comes down slowly, nearer to the end of its way than this, has set the candle down if it lags behind by
 # the second, metres; else it does so by half of that.
 _LANDS_WITHIN, _LANDED = 0.02, 0.0016
-_RELEASE_GAP = CANDLE_RADIUS + 0.002  # metres of each finger off the middle, when the hand may withdraw
 # Where a candle is put down if the middle of the table is taken: metres to the side of it, in the order of preference.
 _SPOTS = (0.0, 0.06, -0.06, 0.12, -0.12, 0.18, -0.18)
 _LOOK_INTERVAL = 0.3  # seconds between looks at the table
@@ -82,7 +81,7 @@ class Place(AtTable):
         return is_near and float(arm.pinch(view.arm)[2]) - told > _LANDED
 
     def _release(self, view: View, robot: RobotMotion) -> Status:
-        if view.fingers > 2 * _RELEASE_GAP:
+        if view.fingers > 2 * LOOSE:
             robot.reach(0.0)
             self._stage = self._retreat
         elif self.driver.patience.is_over(view.now):  # something keeps the fingers from opening
