@@ -160,7 +160,9 @@ class CareTask(Task):
             self.children.start(child, tapes[child], int(cells[0, child]), yaw, physics)
 
         start(0)
-        tables = self._prepare_house()
+        if self.caregiver:
+            self.caregiver.reset(1, [self.caregiver_seed], len(self.children))
+        tables = starting_tables(self.plan, self.caregiver)[0].tolist()
         for i, table in enumerate(tables):
             offset = self.random.uniform(-self._candle_offset, self._candle_offset, size=2)
             place = self.table_positions[table] + offset
@@ -176,12 +178,6 @@ class CareTask(Task):
         self._control_steps = 0
         if self._sensor:
             self._sensor.reset(self.caregiver_seed)
-
-    def _prepare_house(self) -> list[int]:
-        """On which table each candle stands when the children come in."""
-        if self.caregiver:
-            self.caregiver.reset(1, [self.caregiver_seed], len(self.children))
-        return starting_tables(self.plan, self.caregiver)[0].tolist()
 
     def action_spec(self, physics: Physics) -> specs.BoundedArray:
         return physics.action_spec()

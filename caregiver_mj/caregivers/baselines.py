@@ -53,10 +53,6 @@ class NearestCaregiver(Caregiver):
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
         self.followers = Followers(self.plan, batch, children)
 
-    def watch(self, percept: Percept) -> None:
-        if self.followers:
-            self.followers.watch(percept)
-
     def choose(self, percept: Percept) -> np.ndarray:
         distance = self.hazard_distances(percept).min(axis=1)
         target, nearness = first_of_greatest(np.where(self.worth_protecting(percept), 1.0 / distance, 0.0))

@@ -74,8 +74,10 @@ class Caregiver(abc.ABC):
         """
         return candle_table
 
-    def watch(self, percept: Percept) -> None:  # noqa: B027
+    def watch(self, percept: Percept) -> None:
         """Take in the children's last moves. Called once a novice timestep."""
+        if self.followers:
+            self.followers.watch(percept)
 
     @abc.abstractmethod
     def choose(self, percept: Percept) -> np.ndarray:
@@ -98,8 +100,8 @@ class Caregiver(abc.ABC):
 
     def protect(self, percept: Percept, hazard: np.ndarray) -> Interventions:
         """Return interventions that protect the children from hazards (B,); make room, or stay, where it is NOTHING."""
-        hazards = self.plan.hazards
-        hazard = self._checked(hazard, len(percept.child_cell))
+        hazards, who = self.plan.hazards, f"{type(self).__name__}.choose must answer with"
+        hazard = check_numbers(who, hazard, len(percept.child_cell), NOTHING, len(hazards) - 1)
         if self.followers is not None:
             hazard = np.where(self.followers.there, NOTHING, hazard)
         verb = np.append(hazards.verb, self.idle_verb)[hazard]  # the last one is for NOTHING
@@ -107,15 +109,6 @@ class Caregiver(abc.ABC):
         if (candle != NOTHING).any():
             destination = np.where(candle != NOTHING, self.destination(percept, candle), NOTHING)
         return Interventions(verb, hazard, destination)
-
-    def _checked(self, hazard: np.ndarray, batch: int) -> np.ndarray:
-        """Hazards that somebody's `choose` has answered with, if they are such."""
-        hazard, count = np.asarray(hazard), len(self.plan.hazards)
-        if hazard.shape != (batch,) or not np.issubdtype(hazard.dtype, np.integer):
-            raise CaregiverError(f"{type(self).__name__}.choose must answer with {batch} integers, got {hazard!r}")
-        if ((hazard < NOTHING) | (hazard >= count)).any():
-            raise CaregiverError(f"{type(self).__name__}.choose must answer with -1 to {count - 1}, got {hazard}")
-        return hazard
 
     def destination(self, percept: Percept, candle: np.ndarray) -> np.ndarray:
         """Choose where a candle shall go: the bare table farthest, on foot, from the child that is nearest to it.
@@ -181,11 +174,11 @@ def answer(caregiver: Caregiver, percept: Percept) -> Interventions:
     if not isinstance(given, Interventions) or np.shape(given.verb) != (batch,):
         raise CaregiverError(f"{who} must answer with Interventions for {batch} worlds, got {given!r}")
     hazards = caregiver.plan.hazards
-    _check(f"{who}: hazard", given.hazard, batch, len(hazards))
+    check_numbers(f"{who}: hazard must be", given.hazard, batch, NOTHING, len(hazards) - 1)
     _check_kinds(who, hazards, given)
     to_table = np.any([np.asarray(given.verb) == name for name, verb in VERBS.items() if verb.to_table], axis=0)
     moved = np.where(to_table, given.destination, NOTHING)
-    _check(f"{who}: destination", moved, batch, len(caregiver.plan.tables))
+    check_numbers(f"{who}: destination must be", moved, batch, NOTHING, len(caregiver.plan.tables) - 1)
     return given
 
 
@@ -202,13 +195,14 @@ def _check_kinds(who: str, hazards: Hazards, given: Interventions) -> None:
             )
 
 
-def _check(what: str, numbers: np.ndarray, batch: int, count: int) -> None:
-    """Raise CaregiverError unless these are numbers (B,) of so many things, or NOTHING."""
+def check_numbers(what: str, numbers: np.ndarray, batch: int, least: int, most: int) -> np.ndarray:
+    """Return an array (B,), or raise CaregiverError unless it is one of integers from least to most."""
     numbers = np.asarray(numbers)
     if numbers.shape != (batch,) or not np.issubdtype(numbers.dtype, np.integer):
-        raise CaregiverError(f"{what} must be {batch} integers, got {numbers!r}")
-    if ((numbers < NOTHING) | (numbers >= count)).any():
-        raise CaregiverError(f"{what} must be -1 to {count - 1}, got {numbers}")
+        raise CaregiverError(f"{what} {batch} integers, got {numbers!r}")
+    if ((numbers < least) | (numbers > most)).any():
+        raise CaregiverError(f"{what} {least} to {most}, got {numbers}")
+    return numbers
 
 
 def starting_tables(plan: FloorPlan, caregiver: Caregiver | None, batch: int = 1) -> np.ndarray:

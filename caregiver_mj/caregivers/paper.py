@@ -76,8 +76,7 @@ class PaperCaregiver(Caregiver):
         self.followers = Followers(self.plan, batch, children)
 
     def watch(self, percept: Percept) -> None:
-        if self.followers:
-            self.followers.watch(percept)
+        super().watch(percept)
         moved = percept.previous_action != NOTHING
         ratio = safety.log_likelihood_ratio(self.action_prior, percept.previous_cell, percept.previous_action)
         self._log_ratio += np.where(moved, ratio, 0.0)

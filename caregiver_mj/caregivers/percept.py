@@ -160,7 +160,4 @@ class Outlook:
         return found
 
 
-@functools.lru_cache(maxsize=4)
-def _passages(chain: ChildChain, timesteps: int) -> np.ndarray:
-    """`first_passage`, made once for a chain."""
-    return first_passage(chain, timesteps)
+_passages = functools.lru_cache(maxsize=4)(first_passage)  # made once for a chain

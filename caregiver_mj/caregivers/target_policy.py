@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from caregiver_mj.caregivers.caregiver import check_numbers
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.target_observation import Lookout, Observations, Slots
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.registry import errors_of
 
@@ -55,9 +55,6 @@ class TargetPolicy(CommandedCaregiver, abc.ABC):
         who, last = f"{type(self).__name__}.act", self.lookout.actions - 1
         sizes = f"{last} slots and {percept.child_cell.shape[1]} children"
         with errors_of(who, f"in house '{self.plan.name}', which has {sizes} (is it a policy for others?)"):
-            actions = np.asarray(self.act(self.lookout.observe(percept, mask), mask.astype(bool)))
-        if actions.shape != (len(mask),) or not np.issubdtype(actions.dtype, np.integer):
-            raise CaregiverError(f"{who} must answer with {len(mask)} integers, got {actions!r}")
-        if ((actions < 0) | (actions > last)).any():
-            raise CaregiverError(f"{who} must answer with 0 to {last}, got {actions}")
+            actions = self.act(self.lookout.observe(percept, mask), mask.astype(bool))
+        actions = check_numbers(f"{who} must answer with", actions, len(mask), 0, last)
         self.targets = self._slots.targets(actions, len(mask))

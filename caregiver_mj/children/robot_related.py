@@ -6,7 +6,7 @@ import numpy as np
 
 from caregiver_mj.children.behaviour import Behaviour, Sight
 from caregiver_mj.children.novice import Novice, shortest_path_actions
-from caregiver_mj.plans.cell_graph import ACTIONS, UNREACHABLE
+from caregiver_mj.plans.cell_graph import UNREACHABLE
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
@@ -84,8 +84,4 @@ class Adversary(Behaviour):
         distance[len(plan.free_cells) :] = np.inf  # it knows stairs, ...
         distance[goal] = 0.0  # ... but goes there too if the robot does
         distance = np.append(distance, np.inf)  # what index -1 means: no cell
-        ahead = [
-            [plan.cell_index.get((row + down, column + right), -1) for down, right in ACTIONS]
-            for row, column in plan.free_cells
-        ]
-        return distance[np.array(ahead)].argmin(axis=1)
+        return distance[plan.graph.around[: len(plan.free_cells)]].argmin(axis=1)

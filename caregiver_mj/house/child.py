@@ -52,14 +52,7 @@ class HouseChild:
     """
 
     def __init__(self, plan: FloorPlan, behaviour: Behaviour, novice_timestep: float, state: np.ndarray | None = None):
-        """Prepare a child.
-
-        Args:
-            plan: The house.
-            behaviour: What decides its moves.
-            novice_timestep: Seconds that a move takes.
-            state: What has become of each hazard, a `State`, (hazards,), at any time; as planned if left out.
-        """
+        # What has become of each hazard, (hazards,), at any time; as planned if left out.
         self._state = np.zeros(len(plan.hazards), int) if state is None else state
         self.behaviour, self.walk = behaviour, ToddlerWalk(novice_timestep)
         self._plan, self._moves = plan, plan.graph.moves

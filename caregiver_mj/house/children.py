@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from operator import attrgetter
 
 import numpy as np
@@ -24,7 +24,9 @@ _APART = 0.1  # seconds without touch that end a contact: one that lasts flicker
 
 
 class Children(Sequence[HouseChild]):
-    """All children of an episode, in the order in which they move.
+    """All children of an episode, in the order in which they move; a move takes a novice timestep, in seconds.
+
+    Compliant ones give way to a push, see `child.CompliantBody`.
 
     Attributes:
         harm: The worst damage that any of them has taken in the present novice timestep.
@@ -36,14 +38,6 @@ class Children(Sequence[HouseChild]):
     def __init__(
         self, plan: FloorPlan, behaviours: Sequence[Behaviour], novice_timestep: float, compliant: bool = False
     ):
-        """Prepare the children.
-
-        Args:
-            plan: The house.
-            behaviours: What decides the moves of each child.
-            novice_timestep: Seconds that a move takes.
-            compliant: Whether they give way to a push, see `child.CompliantBody`.
-        """
         self._bodies = [CompliantBody() for _ in behaviours] if compliant else []
         self.state = np.full(len(plan.hazards), State.AS_PLANNED)
         self._children = [HouseChild(plan, behaviour, novice_timestep, self.state) for behaviour in behaviours]
@@ -55,9 +49,6 @@ class Children(Sequence[HouseChild]):
 
     def __len__(self) -> int:
         return len(self._children)
-
-    def __iter__(self) -> Iterator[HouseChild]:
-        return iter(self._children)
 
     def start(self, number: int, tape: Tape, cell: int, yaw: float, physics: Physics) -> None:
         """Begin an episode for one child, in a free cell."""

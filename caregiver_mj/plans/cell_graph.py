@@ -103,7 +103,7 @@ class CellGraph:
     @functools.cached_property
     def neighbours(self) -> tuple[tuple[int, ...], ...]:
         """For every cell those north, east, south and west of it in which the caregiver can stand."""
-        return tuple(tuple(int(n) for n in around if n >= 0) for around in self._around)
+        return tuple(tuple(int(n) for n in around if n >= 0) for around in self.around)
 
     def beside(self, objects: Sequence[Cell]) -> list[list[int]]:
         """Return for each object the free cells beside it, north, east, south and west of it."""
@@ -244,7 +244,7 @@ class CellGraph:
     # -- Edges -----------------------------------------------------------------------------------
 
     @functools.cached_property
-    def _around(self) -> np.ndarray:
+    def around(self) -> np.ndarray:
         """The cells north, east, south and west of every cell, -1 for want of one: (caregiver cells, 4)."""
         padded = np.pad(self._index, 1, constant_values=-1)
         rows, columns = self._places
@@ -253,8 +253,8 @@ class CellGraph:
     @functools.cached_property
     def _edges(self) -> np.ndarray:
         """All moves between caregiver cells, (moves, 2)."""
-        cells, actions = np.nonzero(self._around >= 0)
-        return np.stack([cells, self._around[cells, actions]], axis=-1)
+        cells, actions = np.nonzero(self.around >= 0)
+        return np.stack([cells, self.around[cells, actions]], axis=-1)
 
     @functools.cached_property
     def _child_edges(self) -> np.ndarray:
@@ -270,7 +270,7 @@ class CellGraph:
     def _self_and_neighbours(self) -> np.ndarray:
         """Every caregiver cell, then the cells north, east, south and west (itself for want of one): (cells, 5)."""
         here = np.arange(self._cells)[:, None]
-        return np.concatenate([here, np.where(self._around >= 0, self._around, here)], axis=1)
+        return np.concatenate([here, np.where(self.around >= 0, self.around, here)], axis=1)
 
 
 def _as_graph(edges: np.ndarray, size: int) -> csr_array:

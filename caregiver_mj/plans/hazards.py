@@ -219,9 +219,6 @@ class Hazards(Sequence[Hazard]):
         kind = self.kinds[number]
         return Hazard(kind, self.kinds[:number].count(kind), self.weights[kind.name])
 
-    def __iter__(self) -> Iterator[Hazard]:
-        return (self[number] for number in range(len(self)))
-
     @functools.cached_property
     def damage(self) -> np.ndarray:
         """d_o of every hazard, (hazards,)."""

@@ -250,10 +250,12 @@ class CandleEstimates:
         new = (positions != self._seen).any(axis=1) if blur.dropout else np.ones(len(positions), bool)
         latest = _LATEST if blur.noise else 1.0
         self._latest = self._latest + np.where(new, latest, 0.0)[:, None] * (positions - self._latest)
-        self._latest_turned = _mixed(self._latest_turned, orientations, np.where(new, _share(blur), 0.0))
+        latest_turned = _LATEST if blur.turn_noise else 1.0
+        self._latest_turned = _mixed(self._latest_turned, orientations, np.where(new, latest_turned, 0.0))
         off = np.linalg.norm(self._latest - self._mean, axis=1)
         moved = off > (_MOVED + _MOVED_SIGMAS * blur.noise if blur.noise else 0.0)
-        moved |= _angles(self._latest_turned, self._turned) > _TILTED + _TILTED_SIGMAS * blur.turn_noise
+        angle = 2 * np.arccos(np.abs((self._latest_turned * self._turned).sum(axis=1)).clip(0.0, 1.0))
+        moved |= angle > _TILTED + _TILTED_SIGMAS * blur.turn_noise
         self._count = np.where(moved, 1 / latest, np.minimum(self._count + new, _MOST))
         share = np.where(new, 1 / self._count, 0.0)
         self._mean = self._mean + share[:, None] * (positions - self._mean)
@@ -304,18 +306,8 @@ class CandleEstimates:
         return np.array([ahead, aside, point[2]]) - self._arm.pinch(arm)
 
 
-def _share(blur: Blur) -> float:
-    """What a sighting counts in the latest ones of how a candle is turned."""
-    return _LATEST if blur.turn_noise else 1.0
-
-
 def _mixed(quaternions: np.ndarray, others: np.ndarray, share: np.ndarray) -> np.ndarray:
     """Means of quaternions (n, 4) that are close to each other, of which the others count a share (n,)."""
     opposite = (quaternions * others).sum(axis=1, keepdims=True) < 0.0
     mixed = quaternions + share[:, None] * (np.where(opposite, -others, others) - quaternions)
     return mixed / np.linalg.norm(mixed, axis=1, keepdims=True)
-
-
-def _angles(quaternions: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Angles between orientations, (n,), radians."""
-    return 2 * np.arccos(np.abs((quaternions * others).sum(axis=1)).clip(0.0, 1.0))

@@ -155,6 +155,8 @@ class Perception:
             under_way: Number of the hazard that the robot is about, or NOTHING.
         """
         tables, cells = self._candle_places(view, holding)
+        # Until the moves that are not made out yet, in novice timesteps: now, if they have just begun.
+        time_left = 1.0 - self._gone if any(child.is_clear for child in self._children) else 0.0
         return Percept(
             child_cell=np.array([[child.cell for child in self._children]]),
             previous_cell=np.array([[child.previous[0] for child in self._children]]),
@@ -164,16 +166,11 @@ class Perception:
             holding=np.array([holding]),
             candle_cell=cells[None],
             out_of_reach=out_of_reach[None],
-            time_left=np.array([self._time_left]),
+            time_left=np.array([time_left]),
             clock=np.array([self._clock]),
             under_way=np.array([under_way]),
             hears=np.array([True]),
         )
-
-    @property
-    def _time_left(self) -> float:
-        """Share of a novice timestep until the moves that are not made out yet: now, if they have just begun."""
-        return 1.0 - self._gone if any(child.is_clear for child in self._children) else 0.0
 
     def free_cell(self, position: Vector) -> int:
         """Return the index of the free cell at, or nearest to, a position."""

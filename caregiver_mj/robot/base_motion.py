@@ -33,10 +33,12 @@ class BaseMotion:
     Attributes:
         now: The present time.
         led_off: How often the base has been led off its path, which it gives up then.
+        is_watched: Whether it has been said how fast the base may drive, and turn, at this control timestep.
     """
 
     now = 0.0
     led_off = 0
+    is_watched = False
     _path: BasePath | None
     _playback: ScalarMotion
     _rate: float  # that was asked for last
@@ -109,7 +111,7 @@ class BaseMotion:
 
         It holds for one control timestep: a base at which nobody looks any more stops.
         """
-        self._watched = True
+        self.is_watched = True
         if self._path is None:
             return
         if self._rate == 0.0 and self._playback.at(self.now)[0] < self._path.turned_in:

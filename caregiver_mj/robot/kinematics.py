@@ -97,26 +97,22 @@ class Arm:
         Raises:
             CaregiverError: The arm cannot reach that pose, or not from that guess.
         """
-        with self._lock:
-            return self._solve_pose(position, rotation, guess)
-
-    def _solve_pose(self, position: np.ndarray, rotation: np.ndarray, guess: np.ndarray) -> np.ndarray:
         q = np.zeros(self._model.nq)
         q[self._arm] = guess
-        self._configuration.update(q)
-        self._posture.set_target(q)
-        self._task.set_target(mink.SE3.from_rotation_and_translation(mink.SO3.from_matrix(rotation), position))
-        for _ in range(_ITERATIONS):
-            if np.abs(self._task.compute_error(self._configuration)).max() < _TOLERANCE:
-                return self._configuration.q[self._arm].copy()
-            try:
-                velocity = mink.solve_ik(
-                    self._configuration, [self._task, self._posture, self._damping], 1.0, "daqp", limits=self._limits
-                )
-            except mink.MinkError:
-                break
-            step = min(1.0, _STEP / np.abs(velocity).max())
-            self._configuration.integrate_inplace(velocity, step)
+        tasks = [self._task, self._posture, self._damping]
+        with self._lock:
+            self._configuration.update(q)
+            self._posture.set_target(q)
+            self._task.set_target(mink.SE3.from_rotation_and_translation(mink.SO3.from_matrix(rotation), position))
+            for _ in range(_ITERATIONS):
+                if np.abs(self._task.compute_error(self._configuration)).max() < _TOLERANCE:
+                    return self._configuration.q[self._arm].copy()
+                try:
+                    velocity = mink.solve_ik(self._configuration, tasks, 1.0, "daqp", limits=self._limits)
+                except mink.MinkError:
+                    break
+                step = min(1.0, _STEP / np.abs(velocity).max())
+                self._configuration.integrate_inplace(velocity, step)
         raise CaregiverError(f"the arm cannot reach {position[0]:.3f} m ahead at a height of {position[2]:.3f} m")
 
     def pinch(self, q: np.ndarray) -> np.ndarray:

@@ -99,7 +99,7 @@ class RobotMotion(BaseMotion):
         """
         limits = self.robot.limits
         self.now = 0.0
-        self.catch_up, self._watched = _CATCH_UP_SPEED, False
+        self.catch_up, self.is_watched = _CATCH_UP_SPEED, False
         self.giving_way = GivingWay(len(arm_of(self.robot).tucked))
         self._feedback, self._turn_feedback = _CATCH_UP_SPEED, _CATCH_UP_TURN
         self._seen_at = float(base[0]), float(base[1])
@@ -200,11 +200,6 @@ class RobotMotion(BaseMotion):
     # -- State of the references -----------------------------------------------------------------
 
     @property
-    def is_watched(self) -> bool:
-        """Whether it has been said how fast the base may drive, and turn, at this control timestep."""
-        return self._watched
-
-    @property
     def may_be_off(self) -> bool:
         """Whether the hand may be off a candle or a table, so that it comes down, and closes, slowly."""
         return self._landing < 1.0
@@ -281,7 +276,7 @@ class RobotMotion(BaseMotion):
         """
         if not self.is_watched:
             self.set_rate(0.0)
-        self._watched = False
+        self.is_watched = False
         if self._lands_at is not None:
             self.reach(self._lands_at)
         action, layout = self._action, self.robot.layout

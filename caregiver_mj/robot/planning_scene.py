@@ -68,24 +68,19 @@ class PlanningScene:
             held: Whether the hand has got that candle, at the first of the arm's poses, and takes it along. It must
                 then touch nothing either, once it has been lifted.
         """
-        with self._lock:
-            return self._is_free(base, arm, candles, between, held)
-
-    def _is_free(
-        self, base: Sequence[float], arm: Iterable[np.ndarray], candles: np.ndarray, between: int, held: bool
-    ) -> bool:
         qpos = self._data.qpos
-        qpos[self._base], qpos[self._candles] = base, candles
         carried: tuple[np.ndarray, np.ndarray] | None = None  # the candle in the hand's frame
-        for joints in arm:
-            qpos[self._arm] = joints
-            mujoco.mj_kinematics(self._model, self._data)
-            if held and carried is None:
-                carried = self._in_hand(between)
-            elif carried is not None:
-                self._carry(between, *carried)
-            if self._touches(self._wax[between], held):
-                return False
+        with self._lock:
+            qpos[self._base], qpos[self._candles] = base, candles
+            for joints in arm:
+                qpos[self._arm] = joints
+                mujoco.mj_kinematics(self._model, self._data)
+                if held and carried is None:
+                    carried = self._in_hand(between)
+                elif carried is not None:
+                    self._carry(between, *carried)
+                if self._touches(self._wax[between], held):
+                    return False
         return True
 
     def _in_hand(self, candle: int) -> tuple[np.ndarray, np.ndarray]:

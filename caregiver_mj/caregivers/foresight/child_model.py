@@ -45,6 +45,7 @@ def child_chain(plan: FloorPlan) -> ChildChain:
     kind = np.repeat(np.arange(len(own)), own)
     next_goal = (kind[:, None] == kind) / np.array(own)[kind]
     next_goal[-2] = 0.5 * next_goal[0] + 0.5 * next_goal[-2]  # it has been there, and may want to go on
+    to_caregiver = [Adversary(plan, 0.0).towards(cell) for cell in range(len(plan.caregiver_cells))]
     reaches = np.where(target == Target.BIN, index, NOTHING)[..., None] == np.arange(bins)
     bumps = plan.graph.bumps[..., None] >= 0
     return ChildChain(
@@ -57,7 +58,7 @@ def child_chain(plan: FloorPlan) -> ChildChain:
         bin_of=np.array([*range(bins), *range(bins), NOTHING, NOTHING]),
         next_goal=next_goal,
         prior=of_goal[:, None] * epsilons / epsilons.sum(axis=1, keepdims=True),
-        follows=_to_the_caregiver(plan),
+        follows=np.eye(len(ACTIONS))[np.array(to_caregiver)],
     )
 
 
@@ -80,12 +81,6 @@ def _to_nearest_hazard(plan: FloorPlan) -> np.ndarray:
     there = np.where(plan.graph.bumps >= 0, 0.0, nearest[next_cell])
     closer = there < nearest[:, None]
     return closer / closer.sum(axis=1, keepdims=True)
-
-
-def _to_the_caregiver(plan: FloorPlan) -> np.ndarray:
-    """Return the probability of every move of a child that goes to it, (caregiver's cells, cells, moves)."""
-    towards = [Adversary(plan, 0.0).towards(cell) for cell in range(len(plan.caregiver_cells))]
-    return np.eye(len(ACTIONS))[np.array(towards)]
 
 
 @functools.lru_cache(maxsize=4)
