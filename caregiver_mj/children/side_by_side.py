@@ -14,16 +14,9 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 
 
 class SideBySide(Behaviour):
-    """Behaviours each of which decides for its own share of the batch, the first one for the first episodes."""
+    """Behaviours each of which decides for so many episodes of the batch, the first one for the first."""
 
     def __init__(self, plan: FloorPlan, parts: Sequence[Behaviour], sizes: Sequence[int]):
-        """Put them together.
-
-        Args:
-            plan: The house.
-            parts: The behaviours.
-            sizes: How many episodes each decides for.
-        """
         super().__init__(plan, sum(part.epsilon for part in parts) / len(parts))
         self._parts, self._sizes = tuple(parts), tuple(sizes)
         ends = np.cumsum([0, *sizes]).tolist()

@@ -105,13 +105,17 @@ class _Egl:
 _egl = functools.cache(_Egl)  # brought up at first use
 
 
-class EglContext(base.ContextBase):
-    """An OpenGL context by EGL."""
+class _Context(base.ContextBase):
+    """An OpenGL context of a library that is spoken to through ctypes."""
 
     def __init__(self, max_width: int, max_height: int):
         self._context = None
         self._patients: list[Any] = []  # the base class wants it at deletion, even if its constructor has failed
         super().__init__(max_width, max_height, executor.PassthroughRenderExecutor)
+
+
+class EglContext(_Context):
+    """An OpenGL context by EGL."""
 
     def _platform_init(self, max_width: int, max_height: int) -> None:
         egl = _egl()
@@ -146,15 +150,10 @@ def _osmesa() -> ctypes.CDLL:
     raise RuntimeError(f"neither {' nor '.join(names)} can be loaded")
 
 
-class OSMesaContext(base.ContextBase):
+class OSMesaContext(_Context):
     """An OpenGL context by OSMesa, which renders into memory of ours."""
 
     _RGBA, _UNSIGNED_BYTE = 0x1908, 0x1401  # GL_RGBA, GL_UNSIGNED_BYTE
-
-    def __init__(self, max_width: int, max_height: int):
-        self._context = None
-        self._patients: list[Any] = []
-        super().__init__(max_width, max_height, executor.PassthroughRenderExecutor)
 
     def _platform_init(self, max_width: int, max_height: int) -> None:
         create = _osmesa().OSMesaCreateContextExt

@@ -119,12 +119,7 @@ class TargetRamp:
     """
 
     def __init__(self, controls: np.ndarray):
-        """Prepare it.
-
-        Args:
-            controls: What the actuators are told now, (actuators,): the simulation's own array, which it writes.
-        """
-        self._controls = controls
+        self._controls = controls  # what they are told now, (actuators,): the simulation's own array, which it writes
         self._last, self._next, self._way, self._slope, self._bend = np.zeros((5, len(controls)))
         self.rest()
 

@@ -165,14 +165,8 @@ class Sensor:
     """Makes observations as they are perceived of exact ones."""
 
     def __init__(self, sensing: Sensing, control_timestep: float, tables: np.ndarray):
-        """Prepare it.
-
-        Args:
-            sensing: How well it sees.
-            control_timestep: Seconds between observations.
-            tables: Rectangles of the tables and the heights of their tops, (tables, 5), metres.
-        """
-        self.sensing, self._tables = sensing, tables
+        self.sensing = sensing
+        self._tables = tables  # their rectangles and the heights of their tops, (tables, 5), metres
         self._queue: collections.deque[dict[str, np.ndarray]] = collections.deque(
             maxlen=sensing.delay_steps(control_timestep) + 1
         )
@@ -187,9 +181,8 @@ class Sensor:
         }
         self._queue.clear()
         self._step = -1
-        self._situation: tuple[np.ndarray, bool] | None = (
-            None  # which candles are lifted, and whether the hand has closed
-        )
+        # Which candles are lifted, and whether the hand has closed.
+        self._situation: tuple[np.ndarray, bool] | None = None
 
     def sense(self, step: int, exact: Observation) -> dict[str, np.ndarray]:
         """Return what is perceived at a control timestep, counted from 0; however often it is asked for.

@@ -6,9 +6,12 @@ from, and the robot can drive to all that it needs.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.sparse import coo_array, csgraph
 
+from caregiver_mj.errors import FloorPlanError
 from caregiver_mj.plans.cell_graph import BIN, CANDLE, STAIRWELL, TABLE
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.furnishing import furnish
@@ -65,22 +68,37 @@ def design(request: Request) -> tuple[FloorPlan, Shell]:
         FloorPlanError: There can be no such house, or none was found.
     """
     request.check()
-    full = request.settled()
-    width, height = full.size
+    (width, height), counts = request.settled()
     area = (width - 2) * (height - 2)
-    counts = {STAIRWELL: full.stairwells, CANDLE: full.candles, TABLE: full.tables, BIN: full.bins}
-    tries = 0 if sum(counts.values()) + full.rooms > area else int(np.clip(_TRIED_CELLS // area, *_TRIES))
+    tries = 0 if sum(counts.values()) > area else int(np.clip(_TRIED_CELLS // area, *_TRIES))
+    rooms, *things = counts.values()
     for attempt in range(tries):
         random = np.random.RandomState([request.seed, attempt])
         smallest = _ROOM_SIDES[attempt * len(_ROOM_SIDES) // tries]
-        shell = build_shell(random, (height, width), full.rooms, smallest)
-        symbols = None if shell is None else furnish(random, shell, counts)
-        if shell is not None and symbols is not None:
-            plan = FloorPlan.parse("\n".join(map("".join, symbols.tolist())), request.name)
-            if is_drivable(plan):
-                return plan, shell
-    *some, last = (f"{field} {getattr(full, field)}" for field in ("rooms", "stairwells", "candles", "tables", "bins"))
+        shell = build_shell(random, (height, width), rooms, smallest)
+        if shell is not None and (plan := furnished(random, shell, things, request.name)):
+            return plan, shell
+    *some, last = (f"{field} {count}" for field, count in counts.items())
     raise request.error(f"no way was found to fit {', '.join(some)} and {last} into {width} x {height} cells")
+
+
+def furnished(random: np.random.RandomState, shell: Shell, counts: Sequence[int], name: str) -> FloorPlan | None:
+    """Return the plan of a house into which things have been put, if it is valid and drivable.
+
+    Args:
+        random: Where the chance comes from.
+        shell: The house without them.
+        counts: How many stairwells, candles, bare tables and bins.
+        name: What to call it.
+    """
+    symbols = furnish(random, shell, dict(zip((STAIRWELL, CANDLE, TABLE, BIN), counts, strict=True)))
+    if symbols is None:
+        return None
+    try:
+        plan = FloorPlan.parse("\n".join(map("".join, symbols.tolist())), name)
+    except FloorPlanError:
+        return None
+    return plan if is_drivable(plan) else None
 
 
 def is_drivable(plan: FloorPlan) -> bool:

@@ -31,18 +31,6 @@ Thing = TypeVar("Thing")
 
 
 @dataclasses.dataclass(frozen=True)
-class Settled:
-    """A request that leaves nothing open; see `Request`."""
-
-    size: tuple[int, int]
-    rooms: int
-    stairwells: int
-    candles: int
-    tables: int
-    bins: int
-
-
-@dataclasses.dataclass(frozen=True)
 class Request:
     """What a house shall be like. What is None is drawn from the seed.
 
@@ -112,8 +100,8 @@ class Request:
         """Return an error about it."""
         return FloorPlanError(f"floor plan '{self.name}' cannot be made: {problem}")
 
-    def settled(self) -> Settled:
-        """Return the same request with everything drawn that was left open."""
+    def settled(self) -> tuple[tuple[int, int], dict[str, int]]:
+        """Return the size, and how many of everything, with what was left open drawn."""
         random = np.random.RandomState(self.seed)
         drawn = [_SIDES[0] + draw(random, _SIDES[1] - _SIDES[0] + 1) for _ in range(2)]
         size = self.size or (drawn[0], drawn[1])
@@ -127,7 +115,7 @@ class Request:
         if self.tables == 0:
             counts["candles"] = 0  # there would be nowhere to take them
         counts |= {field: count for field in counts if (count := getattr(self, field)) is not None}
-        return Settled(size, **counts)
+        return size, counts
 
 
 def _between(area: int, small: int, large: int) -> int:

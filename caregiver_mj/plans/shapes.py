@@ -9,8 +9,7 @@ import numpy as np
 from caregiver_mj.errors import FloorPlanError
 from caregiver_mj.plans.cell_graph import BIN, CANDLE, STAIRWELL, TABLE
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.furnishing import furnish
-from caregiver_mj.plans.generator import is_drivable
+from caregiver_mj.plans.generator import furnished
 from caregiver_mj.plans.request import SEEDS, draw
 from caregiver_mj.plans.rooms import Room, Shell
 
@@ -157,13 +156,6 @@ def generate_shape(shape: str, seed: int) -> FloorPlan:
     for attempt in range(_TRIES):
         random = np.random.RandomState([SHAPES.index(shape), seed, attempt])
         shell, counts = _MAKERS[shape](random)
-        symbols = furnish(random, shell, dict(zip((STAIRWELL, CANDLE, TABLE, BIN), counts, strict=True)))
-        if symbols is None:
-            continue
-        try:
-            plan = FloorPlan.parse("\n".join(map("".join, symbols.tolist())), f"{shape}-{seed}")
-        except FloorPlanError:
-            continue
-        if is_drivable(plan):
+        if plan := furnished(random, shell, counts, f"{shape}-{seed}"):
             return plan
     raise FloorPlanError(f"floor plan '{shape}-{seed}' cannot be made: no way was found")

@@ -63,13 +63,6 @@ class Senses:
     """Estimates, from observation to observation, in one episode after the other."""
 
     def __init__(self, sensing: Sensing, robot: RobotMotion, control_timestep: float):
-        """Prepare them.
-
-        Args:
-            sensing: How well observations show what there is.
-            robot: The robot's references.
-            control_timestep: Seconds between observations.
-        """
         self._sensing, self._robot, self._timestep = sensing, robot, control_timestep
         self._steps, self._exact = sensing.delay_steps(control_timestep), sensing.is_exact
 

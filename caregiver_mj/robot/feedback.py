@@ -30,12 +30,6 @@ class FollowedVelocity:
     """
 
     def __init__(self, limits: Limits, control_timestep: float):
-        """Start at rest.
-
-        Args:
-            limits: Bounds of speed, acceleration and jerk.
-            control_timestep: Seconds between two calls.
-        """
         self._limits, self._timestep = limits, control_timestep
         self._wanted: Vector = (0.0, 0.0)
         self.told: Vector = (0.0, 0.0)

@@ -22,6 +22,8 @@ _HOVER = 0.10  # metres over a candle that lies, at which the hand stops
 class ReachPath:
     """The hand's way from the tucked arm (s = 0) through poses (s = 1, 2, ...): lines in joint space.
 
+    A pose is joint positions (joints,) in radians; there are two or more, the tucked arm first.
+
     In the arm's vertical plane the hand's pitch is a signed sum of joint positions, so that a line between two poses
     of equal pitch keeps it all the way: a candle stays upright. A line has no curvature either, which makes the
     joints' limits simple bounds of s and its derivatives; they hold as long as the hand stops at every pose.
@@ -32,12 +34,6 @@ class ReachPath:
     """
 
     def __init__(self, poses: Sequence[np.ndarray], arm: ArmLimits):
-        """Plan the way.
-
-        Args:
-            poses: Joint positions (joints,) in radians, two or more of them, the tucked arm first.
-            arm: Bounds of the joints.
-        """
         self._poses = np.array(poses)
         self._ways = np.diff(self._poses, axis=0)
         self.goal = len(self._ways)

@@ -59,12 +59,7 @@ class RetrievalPlanner:
     """
 
     def __init__(self, navigator: Navigator, make_scene: Callable[[], PlanningScene]):
-        """Prepare a planner.
-
-        Args:
-            navigator: Of the house and the robot.
-            make_scene: Makes the house's planning scene. That is costly, and seldom needed: it is called then only.
-        """
+        # Making the house's planning scene is costly, and seldom needed: it is made then only.
         self._navigator, self._make_scene = navigator, make_scene
         self._robot, self._arm = navigator.robot, arm_of(navigator.robot)
 
@@ -234,12 +229,7 @@ class Search(Generic[Found]):
     found: Found
 
     def __init__(self, begin: Callable[[], Work[Found]]):
-        """Begin a search.
-
-        Args:
-            begin: Makes the generator; it must make the same one again, for pickles.
-        """
-        self._begin, self._work = begin, begin()
+        self._begin, self._work = begin, begin()  # it must make the same generator again, for pickles
         self._pieces, self.ended = 0, False
 
     def __getstate__(self) -> dict[str, Any]:

@@ -173,7 +173,6 @@ class Hindsight:
     """
 
     def __init__(self, plan: FloorPlan):
-        """Find the ways."""
         self._plan, ways = plan, travel(plan)
         self.layouts = layouts = AllLayouts(len(plan.tables), len(plan.candle_tables))
         posts, count = len(ways.posts), len(layouts)
@@ -252,18 +251,9 @@ class Hindsight:
 
 
 class _Ways:
-    """Everything to which one can set out from some stands."""
+    """Everything to which one can set out from stands, by layout and cell of each, (stands,), and actions left."""
 
     def __init__(self, programme: Hindsight, plan: FloorPlan, layout: np.ndarray, cell: np.ndarray, left: int):
-        """Find it.
-
-        Args:
-            programme: The programme.
-            plan: The house.
-            layout: Layout of each stand, (stands,).
-            cell: Cell of each, likewise.
-            left: Actions left when one sets out.
-        """
         self._ways = travel(plan)
         self._left = left
         after = programme.layouts.after[layout]
@@ -275,7 +265,6 @@ class _Ways:
         self._first = np.flatnonzero(np.diff(self._stand, prepend=-1))  # of each stand that has any
 
     def rounds(self, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """See `round_the_child`, before each move, (T + 1, goals, places, W)."""
         return _rounds(self._ways, cells, np.repeat(self._cells[:, None], cells.shape[1], axis=1), self._left)
 
     def best(

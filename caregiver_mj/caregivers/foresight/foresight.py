@@ -289,20 +289,15 @@ class KnowsGoalCaregiver(ForesightCaregiver, ToldCaregiver):
 
 
 class PaperPredictiveCaregiver(PaperCaregiver):
-    """The rule, equation (2), in which P(reach) is the probability that the child soon runs into the hazard.
+    """The rule, equation (2), in which P(reach) is the probability that the child runs into the hazard soon.
+
+    Soon is within `horizon` timesteps.
 
     That follows from where it is and from what its moves have told of its toy bin and its epsilon. P(safe), and with it
     what tells between several children, is the paper's.
     """
 
     def __init__(self, plan: FloorPlan, seed: int = 0, *, horizon: int = HORIZON):
-        """Look ahead.
-
-        Args:
-            plan: The house.
-            seed: As for the rule.
-            horizon: In how many timesteps is soon.
-        """
         self._horizon = horizon
         super().__init__(plan, seed)
 

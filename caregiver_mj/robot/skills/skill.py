@@ -21,17 +21,11 @@ class Skill(abc.ABC):
 
     Attributes:
         embodiment: The robot that does it.
-        driver: Drives it to where it wants to stand.
+        driver: Drives it to where it wants to stand, at first with a candle in the hand if it is `loaded`.
         status: What its last step has come to; RUNNING before the first.
     """
 
     def __init__(self, navigator: Navigator, loaded: bool = False):
-        """Prepare a skill.
-
-        Args:
-            navigator: Of the house and the robot.
-            loaded: Whether there is a candle in the hand.
-        """
         self.embodiment = navigator.robot
         self.driver = Driver(navigator, loaded)
         self.status = Status.RUNNING
