@@ -21,7 +21,6 @@ from caregiver_mj.house.children import Children
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.rendering import Task
 from caregiver_mj.house.sensing import Sensing, Sensor
-from caregiver_mj.house.tables import draw_heights
 from caregiver_mj.house.task_info import TaskInfo
 from caregiver_mj.interventions.verb import Intervention
 from caregiver_mj.plans import layout
@@ -34,6 +33,7 @@ from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.tasks.observed import OBSERVED, Observed
 
 CONTROL_TIMESTEP = 0.02  # seconds; a prototype's grasps held at 50 Hz as well as at 100 Hz
+_LOWEST, _HIGHEST = 0.45, 0.75  # metres, of tables; from a coffee table to a dining table
 _CANDLE_OFFSET = 0.02  # metres off the table's centre at the start, at most, in x and in y
 
 
@@ -118,7 +118,7 @@ class CareTask(Task):
         if table_offset:
             rectangles[:, :2] += self.random.uniform(-table_offset, table_offset, (len(plan.tables), 2))
         self._shows_heights = table_height is not None
-        self.candles = Candles(rectangles, draw_heights(table_height, len(plan.tables), self.random))
+        self.candles = Candles(rectangles, _draw_heights(table_height, len(plan.tables), self.random))
         self.sensing = Sensing.of(sensing)
         tables = np.column_stack([rectangles, self.candles.table_heights])
         self._sensor = None if self.sensing.is_exact else Sensor(self.sensing, control_timestep, tables)
@@ -300,10 +300,6 @@ class CareTask(Task):
         """Return whether a candle is upright, and no lower than a table."""
         return bool(self.candles.standing(physics)[candle])
 
-    def bears_candle(self, physics: Physics, table: int) -> bool:
-        """Return whether a candle stands (or lies) on a table."""
-        return bool(self.candles.are_on(physics, table).any())
-
 
 def _check_timestep(seconds: float, plan: FloorPlan) -> None:
     """Raise CaregiverError unless there can be actions so often. Whether physics steps fit in, dm_control says."""
@@ -318,3 +314,18 @@ def _check_offset(name: str, metres: float, most: float) -> None:
     """Raise CaregiverError unless a candle stays on its table, and a table in its cell."""
     if not (isinstance(metres, numbers.Real) and 0 <= metres <= most):
         raise CaregiverError(f"{name} must be in 0 to {most:.3g} m, got {metres!r}")
+
+
+def _draw_heights(height: float | Sequence[float] | None, tables: int, random: np.random.RandomState) -> np.ndarray:
+    """Return how high tables are, (tables,), metres; raise CaregiverError unless that is within the arms' reach."""
+    if height is None:
+        return np.full(tables, layout.TABLE_HEIGHT)
+    heights: list[Any] = [height] if isinstance(height, (float, numbers.Real, str)) else list(height)
+    good = all(isinstance(one, numbers.Real) and _LOWEST <= float(one) <= _HIGHEST for one in heights)
+    if not good or len(heights) not in (1, 2) or heights[0] > heights[-1]:
+        raise CaregiverError(
+            f"table_height must be a height in {_LOWEST:g} to {_HIGHEST:g} m, or the lowest and the highest, "
+            f"got {height!r}"
+        )
+    lowest, highest = heights[0], heights[-1]
+    return np.full(tables, float(lowest)) if len(heights) == 1 else random.uniform(lowest, highest, tables)

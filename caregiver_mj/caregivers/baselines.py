@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import coo_array
 
 from caregiver_mj.caregivers.caregiver import Caregiver, first_of_greatest
-from caregiver_mj.caregivers.followers import Followers
+from caregiver_mj.caregivers.foresight.child_model import Followers
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, pick

@@ -8,7 +8,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver, first_of_greatest
 from caregiver_mj.caregivers.experts import Experts, InPlace
-from caregiver_mj.caregivers.followers import Followers
+from caregiver_mj.caregivers.foresight.child_model import Followers
 from caregiver_mj.caregivers.percept import Assessment, Percept
 from caregiver_mj.children.novice import EXPERT_TIMESTEPS
 from caregiver_mj.danger import safety

@@ -58,8 +58,6 @@ CAREGIVERS: Registry[type[Caregiver] | None] = Registry(
 
 
 class _Policies(Registry[Any]):
-    """Policies of other packages, of either kind."""
-
     def check(self, name: str, value: str, found: Any) -> None:
         _check(f"{self.what} '{name}' ({value})", found)
 

@@ -16,8 +16,6 @@ SWITCH = EPISODE_TIMESTEPS // 2  # the timestep before which the toys are carrie
 
 
 class _Timed(Novice):
-    """A novice that changes with the time of the episode."""
-
     def reset(self, batch: int) -> None:
         self._timestep = 0
 

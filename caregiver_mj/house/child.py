@@ -163,7 +163,6 @@ class HouseChild:
         return strikes
 
     def _number(self, touch: Touch) -> int:
-        """The number of the hazard that it touches."""
         return [kind.name for kind in self._plan.hazards.kinds].index(touch.kind) + touch.index
 
     def _hurt(self, kind: str) -> None:

@@ -142,7 +142,6 @@ class ContactWatch:
             self._step(time, list(together), seconds, tally)
 
     def _step(self, time: float, touches: list[Touch], seconds: float, tally: Contacts) -> None:
-        """Take in those of one physics step."""
         begins = time - self._touched_at > _APART
         if begins:
             self._lasted = 0.0

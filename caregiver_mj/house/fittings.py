@@ -10,7 +10,9 @@ import mujoco
 import numpy as np
 from scipy import ndimage
 
+from caregiver_mj.plans import layout as sizes
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import TABLE
 from caregiver_mj.plans.layout import WALL_HEIGHT, Layout, largest_rectangle
 
 _CAP_HEIGHT = 0.03  # metres, of the board on top of a wall
@@ -26,7 +28,11 @@ _GROUND_MARGIN = 40.0  # metres of ground around the house
 _WOOD_LENGTH = 2.4  # metres that the picture of the wooden floor covers
 _GROUND_LENGTH = 6.0  # metres
 # What makes a geom collide as it does; its look does not matter, for it is not drawn.
-_GEOM_ATTRIBUTES: tuple[str, ...] = ("type", "size", "group", "rgba", "contype", "conaffinity")
+_GEOM_ATTRIBUTES = (
+    *("type", "size", "group", "rgba", "contype", "conaffinity"),
+    *("condim", "friction", "solref", "solimp", "margin", "gap"),
+)
+_TO_THE_BOARD = ("leg_ne", "leg_nw", "leg_sw", "leg_se", "top")  # parts of a table from the floor up to there
 _REACHES_FARTHEST = "/glow"  # of a candle
 # The overview camera looks north and down, and shows the whole house in pictures of 4:3 and anything wider.
 _OVERVIEW_ELEVATION = np.radians(60.0)
@@ -176,13 +182,23 @@ def _grass(size: int = 512) -> np.ndarray:
     return (shade[..., None] * [150, 172, 118]).clip(0, 255).astype(np.uint8)
 
 
-_GEOM_ATTRIBUTES += ("condim", "friction", "solref", "solimp", "margin", "gap")
-
-
 def read_model(name: str) -> mujoco.MjSpec:
     """Read a model of the package."""
     file = importlib.resources.files("caregiver_mj.models") / f"{name}.xml"
     return mujoco.MjSpec.from_string(file.read_text(encoding="utf-8"))
+
+
+def table_model(height: float) -> mujoco.MjSpec:
+    """Return the model of a table whose top is at a height in metres."""
+    model = read_model(TABLE.model)
+    higher = height - sizes.TABLE_HEIGHT
+    for geom in model.geoms if higher else ():
+        if geom.name in _TO_THE_BOARD:
+            geom.pos[2] += higher / 2
+            geom.size[2] += higher / 2
+        elif geom.name != "shelf":  # which stays where it is
+            geom.pos[2] += higher
+    return model
 
 
 def place_model(spec: mujoco.MjSpec, model: mujoco.MjSpec, name: str, position: np.ndarray, yaw: float = 0.0) -> None:

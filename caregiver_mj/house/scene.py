@@ -11,15 +11,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from caregiver_mj.house.fittings import (
-    add_cameras,
-    add_visuals,
-    add_walls,
-    place_model,
-    read_model,
-    remove_visuals,
-)
-from caregiver_mj.house.tables import table_model
+from caregiver_mj.house import fittings
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import DEFAULT_CELL_SIZE, FloorPlan
 from caregiver_mj.plans.hazards import Where
@@ -58,32 +50,32 @@ def build_house(
     Returns:
         A specification to compile. The children's joints have their zero at the house's origin too.
     """
-    spec = read_model("scene")
+    spec = fittings.read_model("scene")
     shapes = layout.Layout(plan)
-    add_walls(spec, shapes)
+    fittings.add_walls(spec, shapes)
     if visuals:
-        add_visuals(spec, shapes)
+        fittings.add_visuals(spec, shapes)
     if table_positions is None:
         table_positions = shapes.tables[:, :2]
     if table_heights is None:
         table_heights = np.full(len(plan.tables), layout.TABLE_HEIGHT)
     for i, (position, height) in enumerate(zip(table_positions, table_heights, strict=True)):
-        place_model(spec, table_model(height), f"table_{i}", position)
+        fittings.place_model(spec, fittings.table_model(height), f"table_{i}", position)
     for i, cell in enumerate(plan.bins):
-        place_model(spec, read_model("toy_bin"), f"bin_{i}", plan.position(cell))
+        fittings.place_model(spec, fittings.read_model("toy_bin"), f"bin_{i}", plan.position(cell))
     for hazard, table in zip(plan.hazards.at(Where.ON_TABLE), plan.candle_tables, strict=True):
         frame = spec.worldbody.add_frame(pos=[*table_positions[table], table_heights[table]])
-        spec.attach(read_model(hazard.kind.model), prefix=f"{hazard.element}/", frame=frame)
+        spec.attach(fittings.read_model(hazard.kind.model), prefix=f"{hazard.element}/", frame=frame)
     _add_stairwells(spec, shapes)
     for k in range(children):
         spec.attach(_child(k), prefix=child_prefix(k), frame=spec.worldbody.add_frame())
     if robot is not False:
         model = find_embodiment(None if robot is True else robot).model
         spec.attach(read_spec(model), prefix="robot/", frame=spec.worldbody.add_frame())
-    add_cameras(spec, plan)
+    fittings.add_cameras(spec, plan)
     _shorten_camera_names(spec)
     if not visuals:
-        remove_visuals(spec)
+        fittings.remove_visuals(spec)
     return spec
 
 
@@ -98,8 +90,7 @@ def child_joints(child: int) -> tuple[str, ...]:
 
 
 def _child(number: int) -> mujoco.MjSpec:
-    """The model of a child, in clothes of its own."""
-    model = read_model("toddler")
+    model = fittings.read_model("toddler")
     if number:
         for material, rgba in _CLOTHES[(number - 1) % len(_CLOTHES)].items():
             model.material(material).rgba = rgba
@@ -118,11 +109,11 @@ def _add_stairwells(spec: mujoco.MjSpec, shapes: layout.Layout) -> None:
     plan = shapes.plan
     hazards = plan.hazards.at(Where.OPENING)
     for hazard, cell, step in zip(hazards, plan.stairwells, shapes.stair_directions, strict=True):
-        model = read_model("hatch" if step is None else hazard.kind.model)
+        model = fittings.read_model("hatch" if step is None else hazard.kind.model)
         for geom in model.geoms:
             if geom.name != "trigger":  # what is seen fills the cell, whatever its size
                 stretch = plan.cell_size / DEFAULT_CELL_SIZE
                 geom.pos[:2] *= stretch
                 geom.size[:2] *= stretch
         down, right = step or (0, 1)
-        place_model(spec, model, hazard.element, plan.position(cell), yaw=np.arctan2(-down, right))
+        fittings.place_model(spec, model, hazard.element, plan.position(cell), yaw=np.arctan2(-down, right))

@@ -91,7 +91,6 @@ class Sensing:
 
 
 def _blur(kind: str, value: Blur | Mapping[str, Any]) -> Blur:
-    """A valid blur of a kind of thing."""
     blur = value if isinstance(value, Blur) else Blur(**_known(f"sensing: {kind}", Blur, value))
     for field in dataclasses.fields(Blur):
         most = _OFTENEST if field.name == "dropout" else None

@@ -57,8 +57,6 @@ def furnish(random: np.random.RandomState, shell: Shell, counts: dict[str, int])
 
 
 class _Furnished:
-    """A house as it fills."""
-
     def __init__(self, shell: Shell):
         self.grid = shell.symbols()
         self._rooms = shell.rooms

@@ -32,16 +32,22 @@ def _alcoves(random: np.random.RandomState) -> _Made:
     """A room with dead ends one cell wide, and a thing at the end of each."""
     rows, columns = 3 + draw(random, 3), 9 + draw(random, 5)
     depth = 1 + draw(random, 2)
-    top, bottom = depth + 2, depth + rows + 1
-    rooms, things = [Room(top, 1, bottom, columns)], []
     kinds = random.permutation([CANDLE, TABLE, BIN, STAIRWELL, *random.permutation([CANDLE, TABLE, BIN])]).tolist()
-    places = [(column, up) for column in range(2, columns, 2) for up in (0, 1)]
+    return _with_dead_ends(random, Room(depth + 2, 1, depth + rows + 1, columns), kinds, depth, lambda: depth)
+
+
+def _with_dead_ends(
+    random: np.random.RandomState, room: Room, kinds: list[str], longest: int, length: Callable[[], int]
+) -> _Made:
+    """A room with dead ends to the north and to the south, of some lengths, and one thing at the end of each."""
+    rooms, things = [room], []
+    places = [(column, up) for column in range(2, room.right, 2) for up in (0, 1)]
     for i, kind in zip(random.permutation(len(places)).tolist(), kinds, strict=False):
-        column, up = places[i]
-        first, end = (2, 1) if up else (bottom + 1, bottom + depth + 1)
-        rooms.append(Room(first, column, first + depth - 1, column, True))
+        (column, up), cells = places[i], length()
+        first, end = (room.top - cells, room.top - cells - 1) if up else (room.bottom + 1, room.bottom + cells + 1)
+        rooms.append(Room(first, column, first + cells - 1, column, True))
         things.append(((end, column), kind))
-    return Shell((rows + 2 * depth + 4, columns + 2), tuple(rooms), (), tuple(things)), (0, 0, 0, 0)
+    return Shell((room.bottom + longest + 3, room.right + 2), tuple(rooms), (), tuple(things)), (0, 0, 0, 0)
 
 
 def _open_plan(random: np.random.RandomState) -> _Made:
@@ -87,20 +93,10 @@ def _many_tables(random: np.random.RandomState) -> _Made:
 
 def _dead_ends(random: np.random.RandomState) -> _Made:
     """Corridors that leave a wider one and end blind, and a thing at the end of each."""
-    columns, length = 9 + 2 * draw(random, 3), 3 + draw(random, 2)
-    top = length + 2
-    rooms, things = [Room(top, 1, top + 1, columns, True)], []
+    columns, longest = 9 + 2 * draw(random, 3), 3 + draw(random, 2)
     kinds = random.permutation([CANDLE, TABLE, BIN, STAIRWELL, CANDLE, STAIRWELL]).tolist()
-    places = [(column, up) for column in range(2, columns, 2) for up in (0, 1)]
-    for i, kind in zip(random.permutation(len(places)).tolist(), kinds, strict=False):
-        column, up = places[i]
-        depth = 2 + draw(random, length - 1)
-        first, last, end = (
-            (top - depth, top - 1, top - depth - 1) if up else (top + 2, top + depth + 1, top + depth + 2)
-        )
-        rooms.append(Room(first, column, last, column, True))
-        things.append(((end, column), kind))
-    return Shell((2 * length + 6, columns + 2), tuple(rooms), (), tuple(things)), (0, 0, 0, 0)
+    corridor = Room(longest + 2, 1, longest + 3, columns, True)
+    return _with_dead_ends(random, corridor, kinds, longest, lambda: 2 + draw(random, longest - 1))
 
 
 def _loops(random: np.random.RandomState) -> _Made:

@@ -156,7 +156,6 @@ class SelfEstimate:
         return (path_then + self._off, arm), (path_now + self._off, arm + (arm_now - arm_then))
 
     def _reference(self) -> Posture:
-        """What the robot has been told up to now."""
         robot = self._robot
         here = np.array([*robot.base_reference()[0], robot.yaw])
         if self._before is not None and math.dist(here[:2], self._before[:2]) < _JUMP:

@@ -124,7 +124,6 @@ class Executive:
             self._begin(wanted, view, percept)
 
     def _destination(self, percept: Percept, candle: int) -> int:
-        """Return the table to which the caregiver would take a candle."""
         return int(self._caregiver.destination(percept, np.array([candle]))[0])
 
     def _begin(self, wanted: Intervention, view: View, percept: Percept) -> None:
@@ -133,7 +132,6 @@ class Executive:
         self._was_done = False
 
     def _note(self, status: Status, view: View) -> None:
-        """Take note of how the present intervention has ended, if it has."""
         if self.routine is None or not status.ended:
             return
         intervention = self.routine.intervention

@@ -8,14 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.interventions.verb import (
-    BLOCK,
-    DO_NOTHING,
-    RELOCATE,
-    STAND_ASIDE,
-    Intervention,
-    verb_of,
-)
+from caregiver_mj.interventions.verb import BLOCK, DO_NOTHING, RELOCATE, STAND_ASIDE, Intervention, verb_of
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, Where
 from caregiver_mj.robot import skills
@@ -253,18 +246,10 @@ def _block(means: Means, intervention: Intervention, *_: object) -> Routine:
     return Routine(means, intervention, skills.Block(means.navigator, stairwell), goes_on=True)
 
 
-def _stand_aside(means: Means, intervention: Intervention, *_: object) -> Routine:
-    return Routine(means, intervention, skills.StandAside(means.navigator))
-
-
-def _rest(means: Means, intervention: Intervention, *_: object) -> Routine:
-    return Routine(means, intervention, skills.Rest(means.navigator))
-
-
 # The robot's half of each verb: makes a routine by what the robot sees at the beginning, and the caregiver.
 ROUTINES: dict[str, Callable[[Means, Intervention, View, Percept], Routine]] = {
     BLOCK: _block,
     RELOCATE: Relocating,
-    STAND_ASIDE: _stand_aside,
-    DO_NOTHING: _rest,
+    STAND_ASIDE: lambda means, intervention, *_: Routine(means, intervention, skills.StandAside(means.navigator)),
+    DO_NOTHING: lambda means, intervention, *_: Routine(means, intervention, skills.Rest(means.navigator)),
 }

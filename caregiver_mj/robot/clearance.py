@@ -128,7 +128,6 @@ class Clearance:
         return False
 
     def _value(self, raster: np.ndarray, point: Vector) -> float:
-        """Value of a raster at one point."""
         row, column = int((point[1] - self._origin[1]) / _RASTER), int((point[0] - self._origin[0]) / _RASTER)
         return float(raster[row, column])
 

@@ -32,18 +32,18 @@ class Names:
     """What the parts of a model are called.
 
     Attributes:
-        base: Joints along x, along y and about z.
         arm: Joints from the shoulder on.
         fingers: Joints of the left and of the right finger.
-        wheels: Joints at the front left and right, then at the rear left and right.
         chain: Bodies of the arm between which it bends, from the shoulder to the wrist.
+        base: Joints along x, along y and about z.
+        wheels: Joints at the front left and right, then at the rear left and right.
     """
 
-    base: tuple[str, str, str]
     arm: tuple[str, ...]
     fingers: tuple[str, str]
-    wheels: tuple[str, str, str, str]
     chain: tuple[str, ...]
+    base: tuple[str, str, str] = ("base_x", "base_y", "base_yaw")
+    wheels: tuple[str, str, str, str] = ("wheel_front_left", "wheel_front_right", "wheel_rear_left", "wheel_rear_right")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -210,18 +210,18 @@ class Approach:
     """
 
     turn: float
-    drive: float
-    drive_loaded: float
     above: float
-    above_distance: float
-    above_yaw: float
     hover: float
-    hover_across: float
-    hover_distance: float
-    hover_yaw: float
     last_time: float
-    last_distance: float
-    last_yaw: float
+    drive: float = 0.62
+    drive_loaded: float = 0.85
+    above_distance: float = 0.60
+    above_yaw: float = 0.35
+    hover_across: float = 0.04
+    hover_distance: float = 0.30
+    hover_yaw: float = 0.12
+    last_distance: float = 0.14
+    last_yaw: float = 0.08
 
 
 @dataclasses.dataclass(frozen=True)
@@ -242,11 +242,11 @@ class Grasp:
 
     open: float
     closed: float
-    height: float
-    depth: float
     grip_time: float
-    release_time: float
-    above_lying: float
+    height: float = 0.10
+    depth: float = 0.003
+    release_time: float = 0.05
+    above_lying: float = 0.006
 
 
 @dataclasses.dataclass(frozen=True)
@@ -264,10 +264,10 @@ class Clearances:
             it counts for a hand that passes a wall.
     """
 
-    furniture: float
-    corner: float
-    standing: float
     turning: float
     child_turning: float
     hand: float
     hand_width: float
+    furniture: float = 0.07
+    corner: float = 0.02
+    standing: float = 0.02

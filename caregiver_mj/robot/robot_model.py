@@ -105,7 +105,6 @@ class RobotModel:
         return float(mass[dof, dof] / model.actuator_gainprm[self._driven([joint]).start, 0])
 
     def _driven(self, joints: Sequence[str]) -> slice:
-        """The actuators that drive some joints."""
         model = self._model
         driven = [model.joint(int(i)).name for i in model.actuator_trnid[:, 0]]
         first = driven.index(joints[0]) if joints[0] in driven else 0

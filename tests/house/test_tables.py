@@ -40,7 +40,7 @@ def test_candles_stand_on_tables_of_any_height_and_the_heights_are_seen():
     for _ in range(25):
         env.step(np.zeros(env.action_spec().shape))
     assert task.candles.standing(env.physics).all()
-    assert all(task.bears_candle(env.physics, table) for table in on)
+    assert all(task.candles.are_on(env.physics, table).any() for table in on)
     assert env.physics.candle_poses()[:, 2] == pytest.approx(task.table_heights[on], abs=1e-3)
 
 

@@ -580,7 +580,7 @@ def test_tables_stand_out_of_place_but_the_map_does_not_know():
     goal = observation["candle_position"][0] + observation["candle_to_goal"]
     assert goal[:2] == pytest.approx(tops[env.task.goal_table])
     env.physics.set_candle(0, np.array([*(tops[1] + [0.26, -0.26]), 0.6]), 0.0)
-    assert env.task.bears_candle(env.physics, 1)
+    assert env.task.candles.are_on(env.physics, 1).any()
     assert np.array_equal(env.task.table_positions, tops)
 
 

@@ -85,7 +85,6 @@ class ClairvoyantCaregiver(ToldCaregiver, Caregiver):
     # -- What comes ------------------------------------------------------------------------------
 
     def _foresee(self, future: Future, worlds: np.ndarray) -> None:
-        """Plan anew for some worlds."""
         length, batch, children = future.cell.shape
         if self._cells is None:
             tables, keep = len(self.plan.tables), _SPAN + MOVES + self._ways.longest + 1

@@ -218,7 +218,6 @@ class ForesightCaregiver(Caregiver):
         return np.where(bare & (chosen != NOTHING), chosen, super().destination(percept, candle))
 
     def _order(self, answer: Interventions, worlds: np.ndarray, option: np.ndarray, table: np.ndarray) -> None:
-        """Enter what to do in some worlds, and remember it."""
         stairwells = len(self.plan.stairwells)
         candle = option - stairwells - 2
         rest = np.where(option == stairwells, STAND_ASIDE, DO_NOTHING)

@@ -226,7 +226,9 @@ class ValueTable:
         value = np.array(value, np.float32, order="C").reshape(len(bears), cells * places, states)
         apart = self._apart(chain)
         to_come = np.zeros(states, np.float32)  # what all further sweeps would add
-        self._ahead = np.zeros(self._arrival_shape, np.float32)
+        # (Tables, moves, layouts with a candle there, cells beside the table, C, J).
+        shape = len(self._most), self.motion.longest + 1, int(bears.sum(axis=0).max(initial=0))
+        self._ahead = np.zeros((*shape, self.motion.stands.shape[1], cells, states), np.float32)
         fetches = {steps: self._fetches(steps) for steps, _ in self.motion.turns} if bears.any() else {}
         fetched: _Fetched = {}
         best, new = np.empty_like(value[0]), np.empty_like(value)
@@ -376,13 +378,6 @@ class ValueTable:
             numbers, meanwhile = self._leg(here, source, target, child_, stand_, left_ / 1e6)
             found.append(_Fetch(rows, which.ravel(), numbers.reshape(shape), meanwhile.reshape(*shape, -1)))
         return found
-
-    @property
-    def _arrival_shape(self) -> tuple[int, ...]:
-        """Shape of `_ahead`: (tables, moves, layouts with a candle there, cells beside the table, C, J)."""
-        stands, bears = self.motion.stands, self.layouts.bears
-        there = int(bears.sum(axis=0).max(initial=0))
-        return len(stands), self.motion.longest + 1, there, stands.shape[1], self._cells, self._states
 
     def _arrive(self, value: np.ndarray) -> None:
         """Bring `_ahead` up to date: values of having put a candle on each table some moves of the child later."""

@@ -11,10 +11,8 @@ from caregiver_mj.robot.limits import ArmLimits, Limits, NearEnds, RobotLimits
 from caregiver_mj.robot.robot_model import RobotModel, own_model
 
 NAMES = Names(
-    base=("base_x", "base_y", "base_yaw"),
     arm=tuple(f"joint{i}" for i in range(1, 8)),
     fingers=("finger_left", "finger_right"),
-    wheels=("wheel_front_left", "wheel_front_right", "wheel_rear_left", "wheel_rear_right"),
     chain=("link2", "link4", "link6", "link7"),
 )
 
@@ -67,30 +65,14 @@ POSTURES = Postures(
     floor_reach=0.50,
 )
 
-APPROACH = Approach(
-    turn=0.25,
-    drive=0.62,
-    drive_loaded=0.85,
-    above=0.70,
-    above_distance=0.60,
-    above_yaw=0.35,
-    hover=0.77,
-    hover_across=0.04,
-    hover_distance=0.30,
-    hover_yaw=0.12,
-    last_time=0.225,
-    last_distance=0.14,
-    last_yaw=0.08,
-)
+APPROACH = Approach(turn=0.25, above=0.70, hover=0.77, last_time=0.225)
 
 # With 12 mm more than the depth a candle is held, with 12 mm less it may be lost on the way. So what is perceived
 # wrongly can be off as far either way.
-GRASP = Grasp(open=0.036, closed=0.012, height=0.10, depth=0.003, grip_time=0.12, release_time=0.05, above_lying=0.006)
+GRASP = Grasp(open=0.036, closed=0.012, grip_time=0.12)
 
 # A candle in the tucked hand is 0.45 m out.
-CLEARANCES = Clearances(
-    furniture=0.07, corner=0.02, standing=0.02, turning=0.52, child_turning=0.60, hand=0.16, hand_width=0.13
-)
+CLEARANCES = Clearances(turning=0.52, child_turning=0.60, hand=0.16, hand_width=0.13)
 
 
 def mobile_fr3() -> Embodiment:

@@ -14,10 +14,8 @@ from caregiver_mj.robot.limits import ArmLimits, Limits, RobotLimits
 from caregiver_mj.robot.robot_model import RobotModel, own_model
 
 NAMES = Names(
-    base=("base_x", "base_y", "base_yaw"),
     arm=("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"),
     fingers=("jaw_left", "jaw_right"),
-    wheels=("wheel_front_left", "wheel_front_right", "wheel_rear_left", "wheel_rear_right"),
     chain=("upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3"),
 )
 
@@ -56,28 +54,12 @@ POSTURES = Postures(
     floor_reach=0.45,
 )
 
-APPROACH = Approach(
-    turn=0.24,
-    drive=0.62,
-    drive_loaded=0.85,
-    above=0.69,
-    above_distance=0.60,
-    above_yaw=0.35,
-    hover=0.76,
-    hover_across=0.04,
-    hover_distance=0.30,
-    hover_yaw=0.12,
-    last_time=0.29,
-    last_distance=0.14,
-    last_yaw=0.08,
-)
+APPROACH = Approach(turn=0.24, above=0.69, hover=0.76, last_time=0.29)
 
-GRASP = Grasp(open=0.046, closed=0.011, height=0.10, depth=0.003, grip_time=0.25, release_time=0.05, above_lying=0.006)
+GRASP = Grasp(open=0.046, closed=0.011, grip_time=0.25)
 
 # A candle in the tucked hand is 0.41 m out.
-CLEARANCES = Clearances(
-    furniture=0.07, corner=0.02, standing=0.02, turning=0.48, child_turning=0.56, hand=0.18, hand_width=0.15
-)
+CLEARANCES = Clearances(turning=0.48, child_turning=0.56, hand=0.18, hand_width=0.15)
 
 
 def mobile_ur5e() -> Embodiment:
