@@ -21,7 +21,9 @@ _MOST = 1_000  # of a kind: each takes memory in every observation
 
 
 class Lookout:
-    """Observes B worlds with K children each.
+    """Observes B worlds with K children each, in episodes of so many novice timesteps.
+
+    The caregiver that is told what to do knows what can be done, and how far it is.
 
     Attributes:
         shapes: Of each key of an observation of one world; all values are 0 to 1.
@@ -33,15 +35,6 @@ class Lookout:
     def __init__(
         self, caregiver: Caregiver, children: int, slots: Slots, flat: bool, timesteps: float = EPISODE_TIMESTEPS
     ):
-        """Prepare to look.
-
-        Args:
-            caregiver: Who is told what to do; it knows what can be done, and how far it is.
-            children: K.
-            slots: Where the hazards are.
-            flat: Whether observations are given out as one array a world.
-            timesteps: How long an episode is, in novice timesteps.
-        """
         self._caregiver, self.slots, self.flat, self._timesteps = caregiver, slots, flat, timesteps
         plan, count = caregiver.plan, len(slots)
         places = np.array(plan.caregiver_cells, float).reshape(-1, 2)

@@ -76,6 +76,11 @@ class RobotBody:
         np.maximum(self._targets, self._lowest, out=self._targets)
         np.minimum(self._targets, self._highest, out=self._targets)
         self.ramp.lead_to(self._targets, steps)
+        # The wheels turn as the base moves. They bear no load.
+        x, y, turn = self.base[1].tolist()
+        yaw = float(self.base[0][2])
+        c, s = math.cos(yaw), math.sin(yaw)
+        self.wheels[1][:] = self.embodiment.wheels.rates(c * x + s * y, c * y - s * x, turn)
 
     def place(self, base: np.ndarray, arm: np.ndarray | None = None) -> None:
         """Put the robot somewhere, its hand open: base pose (3,) and arm joints (joints,), tucked if not given."""
@@ -85,13 +90,6 @@ class RobotBody:
         self._ctrl[actuators.base], self._ctrl[actuators.gripper] = 0.0, self.embodiment.grasp.open
         self._ctrl[actuators.arm] = self.arm[0]
         self.ramp.rest()
-
-    def roll_wheels(self) -> None:
-        """Turn the wheels as the base moves. They bear no load."""
-        x, y, turn = self.base[1].tolist()
-        yaw = float(self.base[0][2])
-        c, s = math.cos(yaw), math.sin(yaw)
-        self.wheels[1][:] = self.embodiment.wheels.rates(c * x + s * y, c * y - s * x, turn)
 
 
 def _parts(layout: Layout) -> tuple[slice, slice, slice]:

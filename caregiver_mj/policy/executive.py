@@ -24,6 +24,8 @@ from caregiver_mj.robot.view import View
 class Executive:
     """One caregiver in charge of one robot.
 
+    After every move of the children it asks `truth` what a `ToldCaregiver` is told; that is None for any other one.
+
     Attributes:
         routine: What is being carried out, or None.
         assessment: The numbers behind the last decision, if the caregiver has such.
@@ -42,17 +44,6 @@ class Executive:
         novice_timestep: float,
         truth: Callable[[], Truth] | None = None,
     ):
-        """Put the caregiver in charge.
-
-        Args:
-            plan: The house.
-            caregiver: Who decides.
-            perception: Makes the caregiver's percepts.
-            navigator: Plans the base's paths.
-            retrievals: Plans how to pick up what has fallen.
-            novice_timestep: Seconds of a novice timestep.
-            truth: Asked what a `ToldCaregiver` is told after every move of the children; None for any other one.
-        """
         self._plan, self._caregiver, self._perception, self._truth = plan, caregiver, perception, truth
         self._means = Means(
             plan=plan,

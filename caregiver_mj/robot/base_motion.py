@@ -44,13 +44,7 @@ class BaseMotion:
     _rate: float  # that was asked for last
 
     def __init__(self, limits: Limits, bounds: Limits, told: Limits):
-        """Prepare it.
-
-        Args:
-            limits: Bounds of a path's speed, acceleration and jerk.
-            bounds: The same of path and rate together, see `RobotLimits.together`.
-            told: The same of all that the base is told, see `RobotLimits.as_told`.
-        """
+        # Of a path; of path and rate together; of all that the base is told: see `RobotLimits`.
         self._base_limits, self._bounds, self._told_limits = limits, bounds, told
         self._looked_up: tuple[float, tuple[Vector, Vector, Vector]] | None = None  # the last moment, and its motion
 

@@ -141,7 +141,7 @@ class RobotMotion(BaseMotion):
             within = turns if turns <= rate else _LEAST_TURN  # to slow down a little the solver nearly stops first
             self._turn_bound = math.inf if rate == full else max(0.9 * rate, within)
             self._turn_within(self._turning)
-            self._yaw.change_limits(self._yaw.limits, self.now)
+            self._yaw.set_limits(self._yaw.limits, self.now)
 
     def _turn_within(self, limits: Limits) -> None:
         """Have the base turn within limits from its next goal on, and within the bound that is in force."""

@@ -41,7 +41,7 @@ class ScalarMotion:
         self._rest: float | None = position  # at rest here, unless a trajectory is under way
         self._sampled_at: float
         self._highest: float | None
-        self.set_limits(limits)
+        self.limits = limits
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in vars(self).items() if name != "_solver"}  # ruckig's cannot be pickled
@@ -49,12 +49,11 @@ class ScalarMotion:
     def __setstate__(self, state: dict[str, Any]) -> None:
         vars(self).update(state, _solver=Ruckig(1))
 
-    def set_limits(self, limits: Limits) -> None:
-        """Change the limits; a motion under way keeps the old ones until its next goal."""
-        self.limits = limits
+    def set_limits(self, limits: Limits, now: float = math.inf) -> None:
+        """Change the limits; a motion under way keeps the old ones until its next goal.
 
-    def change_limits(self, limits: Limits, now: float) -> None:
-        """Change the limits of a motion under way to a position, too."""
+        Given the present time, one to a position gets the new ones now.
+        """
         self.limits = limits
         if self._rest is None and self._ends and now < self.arrival:
             self._solve(now, self.at(now), ControlInterface.Position)

@@ -38,18 +38,11 @@ class Retrieve(Skill):
 
     Attributes:
         candle: Index of the candle.
-        pitch_down: Of the hand when it lays down what it holds, radians; None if it holds nothing that must be.
+        pitch_down: Of the hand when it lays down what it holds, radians; None if it holds nothing that must be. It is
+            given to one that goes on with what another has failed to lay down.
     """
 
     def __init__(self, navigator: Navigator, planner: RetrievalPlanner, candle: int, pitch_down: float | None = None):
-        """Prepare it.
-
-        Args:
-            navigator: Of the house and the robot.
-            planner: Plans how to pick up and lay down.
-            candle: Index of the candle.
-            pitch_down: That of one that has failed with the candle in the hand; None for an empty one.
-        """
         super().__init__(navigator, loaded=pitch_down is not None)
         self.candle, self.pitch_down = candle, pitch_down
         if pitch_down is not None:
@@ -77,7 +70,8 @@ class Retrieve(Skill):
         holds = robot.closes and has_in_hand(view, self.embodiment, self.candle)
         if not self._steps:
             return self._approach(view, robot, still, holds)
-        if not self._withdraws and not _gripped(self._steps) and self._child_within(view, _CHILD_COMES, _COMES_SOON):
+        goes_out = any(grip is not None for _, grip in self._steps)  # else what is left is to come back
+        if not self._withdraws and goes_out and self._child_within(view, _CHILD_COMES, _COMES_SOON):
             self._withdraw(view, robot)
         if view.now < self._until or not self._reach(view, robot, self._steps[0][0]):
             return Status.COMMITTED
@@ -104,8 +98,9 @@ class Retrieve(Skill):
             return arrival
         if arrival is Status.DONE and robot.reached == 0.0 and self._child_distance(view) > _CHILD_AWAY:
             robot.reach_along(self._stance.path)
-            grasp = self.embodiment.grasp
-            self._steps = _there_and_back(self._stance.path.goal, grasp.open if holds else grasp.closed)
+            grasp, goal = self.embodiment.grasp, self._stance.path.goal
+            way = [(float(pose), None) for pose in range(1, goal)]
+            self._steps = [*way, (float(goal), grasp.open if holds else grasp.closed), *way[::-1], (0.0, None)]
             self._since = view.now
             return Status.COMMITTED
         return _unless_in_hand(holds)
@@ -198,14 +193,3 @@ class Retrieve(Skill):
 def _unless_in_hand(holds: bool) -> Status:
     """It may be interrupted unless it has got the candle in the hand."""
     return Status.COMMITTED if holds else Status.RUNNING
-
-
-def _gripped(steps: list[tuple[float, float | None]]) -> bool:
-    """Whether the gripper has closed, or opened, already: what is left is to come back."""
-    return all(grip is None for _, grip in steps)
-
-
-def _there_and_back(goal: int, grip: float) -> list[tuple[float, float | None]]:
-    """What the hand does to pick up or put down: the poses on its path, and what the gripper does there."""
-    way = [(float(pose), None) for pose in range(1, goal)]
-    return [*way, (float(goal), grip), *way[::-1], (0.0, None)]
