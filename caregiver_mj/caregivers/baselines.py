@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.sparse import coo_array
 
 from caregiver_mj.caregivers.caregiver import Caregiver, first_of_greatest
 from caregiver_mj.caregivers.foresight.child_model import Followers
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, pick
-from caregiver_mj.danger.chain import expected_visits
+from caregiver_mj.danger.chain import ChildChain, expected_visits
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, Where
@@ -97,20 +96,12 @@ def table_exposure(plan: FloorPlan, epsilon: float = EPSILON, timesteps: int = E
 
     The novice is a Markov chain on pairs of its cell and its bin. It starts in any of them with equal probability.
     """
-    bins, states = len(plan.bins), len(plan.free_cells) * len(plan.bins)
-    probability = Novice(plan, epsilon).action_probabilities()  # (cells, bins, actions)
     next_cell, target, index = plan.graph.moves
-    reaches = ((target == Target.BIN) & (index == np.arange(bins)[:, None, None])).transpose(1, 0, 2)
-    # A bin that has been reached is followed by any of them, else the next one is the same one.
-    next_bin = np.where(reaches[..., None], 1.0 / bins, np.eye(bins)[:, None, :])
-    chance = probability[..., None] * next_bin  # (cells, bins, actions, next bins)
-    cell, goal, action, after = np.nonzero(chance)
-    entries = chance[cell, goal, action, after], (cell * bins + goal, next_cell[cell, action] * bins + after)
-    transition = coo_array(entries, shape=(states, states)).tocsr()
-    visits = expected_visits(transition, np.full(states, 1.0 / states), timesteps).reshape(-1, bins)
-
-    tries = (visits[..., None] * probability).sum(axis=1)  # (cells, actions)
-    return tries[target == Target.TABLE] @ np.eye(len(plan.tables))[index[target == Target.TABLE]]
+    reaches = np.where(target == Target.BIN, index, NOTHING)[..., None] == np.arange(len(plan.bins))
+    greedy, objects = Novice(plan, 0.0).action_probabilities(), len(plan.stairwells) + len(plan.tables)
+    chain = ChildChain(greedy, np.array([epsilon]), next_cell, reaches, plan.graph.bumps, objects)
+    visits = expected_visits(chain.transition, np.full(chain.size, 1.0 / chain.size), timesteps)
+    return (visits @ chain.hits)[len(plan.stairwells) :]
 
 
 class WandererCaregiver(RandomCaregiver):
