@@ -210,36 +210,26 @@ class CellGraph:
         cells: int,
         closed: int | Collection[int] = (),
     ) -> np.ndarray:
+        from scipy.sparse import csgraph
+
         distances = np.empty((len(goals), cells), np.int16)
         step = max(1, _AT_ONCE // cells)
         for first in range(0, len(goals), step):
-            some = slice(first, first + step)
-            distances[some] = self._some_distances(goals[some], edges, cells, closed)
+            some = goals[first : first + step]
+            # Every goal becomes one more node, from which one-way edges lead to its cells.
+            entries = [(cells + i, cell) for i, goal in enumerate(some) for cell in np.atleast_1d(goal)]
+            entry = np.array(entries, int).reshape(-1, 2)
+            entry = entry[~np.isin(entry[:, 1], _indices(closed))]
+            graph = _as_graph(np.concatenate([edges, entry]), cells + len(some))
+            sources = cells + np.arange(len(some))
+            found = csgraph.dijkstra(graph, unweighted=True, indices=sources)[:, :cells] - 1
+            finite = np.isfinite(found)
+            if found.max(initial=0, where=finite) >= UNREACHABLE:
+                raise CaregiverError(
+                    f"floor plan '{self._plan.name}' must have ways of at most {UNREACHABLE - 1} moves, got more"
+                )
+            distances[first : first + step] = np.where(finite, found, UNREACHABLE)
         return distances
-
-    def _some_distances(
-        self,
-        goals: Sequence[int | Sequence[int] | np.ndarray],
-        edges: np.ndarray,
-        cells: int,
-        closed: int | Collection[int],
-    ) -> np.ndarray:
-        from scipy.sparse import csgraph
-
-        # Every goal becomes one more node, from which one-way edges lead to its cells.
-        shut = np.atleast_1d(np.array(list(closed) if isinstance(closed, Collection) else closed, int))
-        entries = [(cells + i, cell) for i, goal in enumerate(goals) for cell in np.atleast_1d(goal)]
-        entry = np.array(entries, int).reshape(-1, 2)
-        edges = np.concatenate([edges, entry[~np.isin(entry[:, 1], shut)]])
-        sources = cells + np.arange(len(goals))
-        distances = csgraph.dijkstra(_as_graph(edges, cells + len(goals)), unweighted=True, indices=sources)
-        distances = distances[:, :cells] - 1
-        finite = np.isfinite(distances)
-        if distances.max(initial=0, where=finite) >= UNREACHABLE:
-            raise CaregiverError(
-                f"floor plan '{self._plan.name}' must have ways of at most {UNREACHABLE - 1} moves, got more"
-            )
-        return np.where(finite, distances, UNREACHABLE)
 
     # -- Edges -----------------------------------------------------------------------------------
 
@@ -261,16 +251,17 @@ class CellGraph:
         return self._edges[(self._edges < self._free).all(axis=1)]
 
     def _open_edges(self, closed: int | Collection[int]) -> np.ndarray:
-        if isinstance(closed, Collection):
-            closed = list(closed)
-            return self._edges[~np.isin(self._edges, closed).any(axis=1)] if closed else self._edges
-        return self._edges[(self._edges != closed).all(axis=1)]
+        return self._edges[~np.isin(self._edges, _indices(closed)).any(axis=1)]
 
     @functools.cached_property
     def _self_and_neighbours(self) -> np.ndarray:
         """Every caregiver cell, then the cells north, east, south and west (itself for want of one): (cells, 5)."""
         here = np.arange(self._cells)[:, None]
         return np.concatenate([here, np.where(self.around >= 0, self.around, here)], axis=1)
+
+
+def _indices(cells: int | Collection[int]) -> np.ndarray:
+    return np.atleast_1d(np.array(list(cells) if isinstance(cells, Collection) else cells, int))
 
 
 def _as_graph(edges: np.ndarray, size: int) -> csr_array:
