@@ -62,7 +62,10 @@ class Children(Sequence[HouseChild]):
 
     def begin(self, timestep: int, random: np.random.RandomState, physics: Physics) -> None:
         """Have them set out one after the other; none goes where another is or, if that has set out, will be."""
-        caregiver_cell = self._caregiver_cell(physics)
+        caregiver_cell = NOTHING
+        if physics.has_robot:  # the cell that is nearest to its base
+            robot = physics.base_position()[:2].tolist()
+            caregiver_cell = min(range(len(self._places)), key=lambda i: math.dist(self._places[i], robot))
         for number, child in enumerate(self):
             taken = {other.move.going for other in self._children[:number]}
             taken |= {other.cell for other in self._children[number + 1 :]}
@@ -109,13 +112,6 @@ class Children(Sequence[HouseChild]):
         """End their moves, and return what came of each."""
         self.harm = 0.0
         return [child.end() for child in self]
-
-    def _caregiver_cell(self, physics: Physics) -> int:
-        """The caregiver cell that is nearest to the robot's base; NOTHING if there is no robot."""
-        if not physics.has_robot:
-            return NOTHING
-        robot = physics.base_position()[:2].tolist()
-        return min(range(len(self._places)), key=lambda i: math.dist(self._places[i], robot))
 
 
 class ContactWatch:

@@ -45,11 +45,6 @@ class Blur:
     velocity_noise: float = 0.0
     dropout: float = 0.0
 
-    @property
-    def is_exact(self) -> bool:
-        """Whether things are seen as they are."""
-        return self == Blur()
-
 
 @dataclasses.dataclass(frozen=True)
 class Sensing:
@@ -217,7 +212,9 @@ class Sensor:
 
     def _look_at_candles(self, exact: Observation, seen: dict[str, np.ndarray]) -> None:
         eye, positions, orientations = self._eyes["candle"], exact["candle_position"], exact["candle_orientation"]
-        lifted = self._lifted(positions)
+        over = (np.abs(positions[:, None, :2] - self._tables[:, :2]) < self._tables[:, 2:4]).all(axis=2)
+        top = np.where(over, self._tables[:, 4], 0.0).max(axis=1, initial=0.0)
+        lifted = positions[:, 2] > np.where(top > 0.0, top + OFF_TABLE, _OFF_FLOOR)
         closed = "finger_position" in exact and bool(exact["finger_position"].sum() < 2 * LOOSE)
         self._note(eye, lifted, closed)
         errors = eye.bias.copy()
@@ -237,12 +234,6 @@ class Sensor:
             eye.see_anew(len(lifted))
         elif (anew := (lifted != before[0]) | (before[1] and not closed)).any():
             eye.see_anew(len(lifted), anew)
-
-    def _lifted(self, positions: np.ndarray) -> np.ndarray:
-        """Whether each candle is in the air, (candles,)."""
-        over = (np.abs(positions[:, None, :2] - self._tables[:, :2]) < self._tables[:, 2:4]).all(axis=2)
-        top = np.where(over, self._tables[:, 4], 0.0).max(axis=1, initial=0.0)
-        return positions[:, 2] > np.where(top > 0.0, top + OFF_TABLE, _OFF_FLOOR)
 
 
 def _turned(quaternion: np.ndarray, rotation: np.ndarray) -> np.ndarray:

@@ -85,7 +85,7 @@ class Executive:
             all_known: Whether that is now clear of all of them.
         """
         if new_move and self.routine:
-            self.routine.skill.replan()
+            self.routine.skill.driver.replan()
         if new_move or view.now == 0.0 or self.routine is None:
             self._decide(view, self.percept(view), observed=all_known)
         if self.routine:
@@ -102,7 +102,7 @@ class Executive:
             if self._truth and isinstance(self._caregiver, ToldCaregiver):
                 self._caregiver.hear(self._truth())
         self.assessment = self._caregiver.assess(percept)
-        if self.routine and not self.routine.interruptible:
+        if self.routine and not self.routine.skill.status.interruptible:
             return
         wanted = answer(self._caregiver, percept)[0]
         if self.routine and self.routine.holding != NOTHING:

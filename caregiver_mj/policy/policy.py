@@ -190,7 +190,12 @@ class CaregiverPolicy:
         info = self._task.info
         self.caregiver.reset(1, [info.caregiver_seed], children)
         self._serves = self.caregiver.serves = object()
-        _check_start(self.caregiver, info)
+        wanted, found = starting_tables(self.plan, self.caregiver)[0].tolist(), list(info.starting_tables)
+        if found != wanted:
+            raise CaregiverError(
+                f"candles must start on tables {wanted} with {type(self.caregiver).__name__}, got {found}: "
+                "make its policy before env.reset(), and no other one in between"
+            )
         if isinstance(self.caregiver, InstructedCaregiver) and info.orders:
             self.caregiver.orders = info.orders(observation) or Intervention()
         self.executive.reset()
@@ -274,13 +279,3 @@ def _caregiver(caregiver: str | Caregiver, info: TaskInfo, seed: int) -> Caregiv
     if made is None:
         raise CaregiverError(f"caregiver must be one that acts, got '{caregiver}': leave the robot out instead")
     return made
-
-
-def _check_start(caregiver: Caregiver, info: TaskInfo) -> None:
-    """Raise CaregiverError if the episode has not begun as the caregiver's does."""
-    wanted, found = starting_tables(info.plan, caregiver)[0].tolist(), list(info.starting_tables)
-    if found != wanted:
-        raise CaregiverError(
-            f"candles must start on tables {wanted} with {type(caregiver).__name__}, got {found}: "
-            "make its policy before env.reset(), and no other one in between"
-        )

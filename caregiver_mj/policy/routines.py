@@ -103,11 +103,6 @@ class Routine:
         self.skill, self.goes_on = skill, goes_on
         self.activity = activity or verb_of(intervention.verb).describe(means.plan, intervention)
 
-    @property
-    def interruptible(self) -> bool:
-        """Whether the skill may be left now."""
-        return self.skill.status.interruptible
-
     def step(self, view: View, robot: RobotMotion, see: Callable[[], Percept]) -> Status:
         """Act for one control timestep.
 

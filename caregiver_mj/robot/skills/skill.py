@@ -36,10 +36,6 @@ class Skill(abc.ABC):
         self.status = self._act(view, robot)
         return self.status
 
-    def replan(self) -> None:
-        """Have the way looked at again, because the world has changed."""
-        self.driver.replan()
-
     @property
     def is_approaching(self) -> bool:
         """Whether it is still on its way; else the hand is at work."""
