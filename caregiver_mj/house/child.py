@@ -278,7 +278,7 @@ class CompliantBody:
             number: Which child it is.
             seconds: Of the control timestep.
         """
-        (x, y, _), (vx, vy, _) = physics.toddler_positions()[number], physics.toddler_velocities()[number]
+        (x, y, _), (vx, vy, _) = physics.toddler_position(number), physics.toddler_velocities()[number]
         lean = _none(float(x) - self._feet[0]), _none(float(y) - self._feet[1])
         sway = _none(float(vx) - self._pace[0]), _none(float(vy) - self._pace[1])
         far = math.hypot(*lean)

@@ -175,6 +175,10 @@ class Physics(OffscreenRendering, engine.Physics):
         """Return their velocities, (children, 3), m/s and rad/s."""
         return self._toddler_velocities.copy()
 
+    def toddler_position(self, child: int = 0) -> np.ndarray:
+        """Return the pose of one child, (3,)."""
+        return self._toddler_positions[child].copy()
+
     def candle_poses(self) -> np.ndarray:
         """Return the position of each candle's foot (m) and its orientation (quaternion), (candles, 7)."""
         return self._qpos[self._candle_rows]
