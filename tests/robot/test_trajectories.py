@@ -81,7 +81,7 @@ def test_what_is_faster_than_a_new_limit_brakes_to_it_at_once():
     motion = ScalarMotion(LIMITS, 0.0, brakes=True)
     motion.move_to(3.0, 0.0)
     assert motion.at(0.8)[1] == pytest.approx(1.5)
-    motion.change_limits(Limits(velocity=0.1, acceleration=3.0, jerk=30.0), 0.8)
+    motion.set_limits(Limits(velocity=0.1, acceleration=3.0, jerk=30.0), 0.8)
     braked = 0.8 + 1.5 / 3.0 + 3.0 / 30.0  # to rest, by a trapezoid of acceleration
     states = sample(motion, 0.8, motion.arrival)
     check_scalar(states)
