@@ -21,6 +21,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import Where, kinds_at
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.view import LOOSE
 
 _AWAKE = ("ntree_awake", "nbody_awake", "nparent_awake", "nv_awake")
 
@@ -165,7 +166,8 @@ class Physics(OffscreenRendering, engine.Physics):
 
     def is_gripping(self) -> bool:
         """Return whether the fingers are as close together as round a candle, or closer."""
-        return self._robot.is_gripping()
+        left, right = self._robot.fingers[0].tolist()
+        return left + right < 2 * LOOSE
 
     def toddler_positions(self) -> np.ndarray:
         """Return the pose x, y (m) and yaw (rad) of every child, (children, 3)."""

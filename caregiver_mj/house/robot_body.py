@@ -11,7 +11,6 @@ from dm_env import specs
 
 from caregiver_mj.robot.embodiment import Embodiment, Layout
 from caregiver_mj.robot.kinematics import arm_of
-from caregiver_mj.robot.view import LOOSE
 
 RampState = tuple[np.ndarray, int, int]
 
@@ -58,11 +57,6 @@ class RobotBody:
         names[layout.gripper.start] = "gripper"
         low, high = self._model.actuator_ctrlrange[driven].T
         return specs.BoundedArray((layout.size,), float, low, high, name="\t".join(names))
-
-    def is_gripping(self) -> bool:
-        """Return whether the fingers are as close together as round a candle, or closer."""
-        left, right = self.fingers[0].tolist()
-        return left + right < 2 * LOOSE
 
     def set_action(self, action: np.ndarray, steps: int = 1) -> None:
         """Set what the actuators shall do; both fingers get the gripper's value.
