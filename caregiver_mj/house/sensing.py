@@ -71,9 +71,8 @@ class Sensing:
             CaregiverError: A name is unknown, or a number out of range.
         """
         sensing = value if isinstance(value, cls) else cls(**_known("sensing", cls, {} if value is None else value))
-        blurs = {name: _blur(name, getattr(sensing, name)) for name in KINDS}
         _check("delay", sensing.delay, LONGEST_DELAY)
-        return dataclasses.replace(sensing, candle=blurs["candle"], child=blurs["child"], base=blurs["base"])
+        return dataclasses.replace(sensing, **{name: _blur(name, getattr(sensing, name)) for name in KINDS})
 
     @property
     def is_exact(self) -> bool:

@@ -32,16 +32,18 @@ _SIZES = {
 }
 
 
-@functools.cache
 def __getattr__(name: str) -> float:
     """Return a size in metres, read from its model when it is first asked for and not at import."""
     if name not in _SIZES:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    model, geom, number, times = _SIZES[name]
+    return _size(*_SIZES[name])
+
+
+@functools.cache
+def _size(model: str, geom: str, number: int, times: int) -> float:
     file = importlib.resources.files("caregiver_mj.models") / f"{model}.xml"
     (found,) = ElementTree.fromstring(file.read_text(encoding="utf-8")).findall(f".//worldbody//geom[@name='{geom}']")
-    globals()[name] = value = times * float(found.attrib["size"].split()[number])
-    return value
+    return times * float(found.attrib["size"].split()[number])
 
 
 class Layout:
@@ -65,12 +67,12 @@ class Layout:
     @functools.cached_property
     def tables(self) -> np.ndarray:
         """The footprints of all tables in the order of `plan.tables`, (n, 4)."""
-        return self._squares(self.plan.tables, __getattr__("TABLE_HALF_SIZE"))
+        return self._squares(self.plan.tables, _size(*_SIZES["TABLE_HALF_SIZE"]))
 
     @functools.cached_property
     def bins(self) -> np.ndarray:
         """The footprints of all toy bins in the order of `plan.bins`, (n, 4)."""
-        return self._squares(self.plan.bins, __getattr__("BIN_HALF_SIZE"))
+        return self._squares(self.plan.bins, _size(*_SIZES["BIN_HALF_SIZE"]))
 
     @functools.cached_property
     def stairs(self) -> np.ndarray:
