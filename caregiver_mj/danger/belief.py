@@ -19,8 +19,8 @@ class Belief:
 
     Every move makes those goals and epsilons more probable under which it was to be expected. A child that reaches its
     bin draws another goal: one that is seen to reach for a bin has done so if that was its goal. In between it keeps
-    its goal; now and then it is another child from then on, so that what is long past counts less and less, and a child
-    that changes is found out.
+    its goal; with probability `change`, in a timestep, it is another child from then on, drawn by the prior, so that
+    what is long past counts less and less, and a child that changes is found out.
 
     It also says where it is at a loss (`understood`), as confidence-aware prediction does (Fridovich-Keil et al., arXiv
     1806.00109): it is compared with a predictor that knows nothing of houses, goals or bins, and expects a child to do
@@ -32,14 +32,6 @@ class Belief:
     """
 
     def __init__(self, chain: ChildChain, batch: int = 1, children: int = 1, change: float = 0.0):
-        """Begin with the prior.
-
-        Args:
-            chain: How the children are thought to move.
-            batch: B.
-            children: K.
-            change: Probability, in a timestep, that a child is from then on another one, drawn by the prior.
-        """
         self._chain, self._change = chain, change
         self._likelihood = np.ascontiguousarray(np.moveaxis(chain.moves, 3, 1))  # (cells, moves, G, E)
         self.probability = np.tile(chain.prior, (batch, children, 1, 1))

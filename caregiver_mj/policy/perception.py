@@ -48,6 +48,9 @@ class _Sighting:
 class Perception:
     """What one robot sees in one house.
 
+    If not everything is seen exactly: it has been foretold from what was observed `age` seconds ago, candles with a
+    white error of `candle_noise` metres, one sigma, and children may be `unsure` metres nearer than they seem.
+
     Attributes:
         table_heights: How high the tables' tops are, (tables,), metres; None if as usual.
     """
@@ -55,15 +58,6 @@ class Perception:
     def __init__(
         self, plan: FloorPlan, is_exact: bool = True, age: float = 0.0, candle_noise: float = 0.0, unsure: float = 0.0
     ):
-        """Prepare it.
-
-        Args:
-            plan: The house.
-            is_exact: Whether everything is seen where it is.
-            age: Seconds since what is looked at was observed; it has been foretold from that.
-            candle_noise: White error of where candles are seen, one sigma, metres.
-            unsure: Metres by which children may be nearer to the robot than they seem.
-        """
         self._plan, self._age, self._unsure = plan, age, unsure
         strays = age * BUMP_SPEED  # by which a child may be elsewhere than was foretold: it has stopped, or turned
         self._smallest_move = (_SMALLEST_MOVE if is_exact else _SMALLEST_SEEN) + strays

@@ -21,18 +21,12 @@ _MARGIN = 0.005  # metres that the robot shall stay away from everything
 class PlanningScene:
     """Collision checks against walls, furniture, floor and candles, with MuJoCo's own geometry of them.
 
+    It is made of a house with robot, toddler and candles, named as in the simulation, which becomes the scene's own.
     Nothing moves in it: poses are set and contacts looked at, for one thread after the other. It is costly to make (as
     costly as the house itself), so make it when it is first needed.
     """
 
     def __init__(self, spec: mujoco.MjSpec, plan: FloorPlan, robot: Embodiment):
-        """Compile the scene.
-
-        Args:
-            spec: The house with robot, toddler and candles, named as in the simulation. It becomes the scene's own.
-            plan: Its floor plan.
-            robot: The robot in it.
-        """
         spec.option.enableflags &= ~int(mujoco.mjtEnableBit.mjENBL_SLEEP)  # a body asleep has no contacts
         for geom in spec.geoms:  # before it is compiled: boxes about bodies, which rule contacts out, are made then
             if geom.name.startswith("robot/"):

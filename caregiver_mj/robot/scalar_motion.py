@@ -24,16 +24,12 @@ _ASKED = (
 
 
 class ScalarMotion:
-    """A single quantity that moves to a position, or at a velocity, within limits."""
+    """A single quantity that moves to a position, or at a velocity, within limits; at rest at first.
+
+    One that `brakes` slows down to a limit of its velocity that has become lower; another one keeps what it has.
+    """
 
     def __init__(self, limits: Limits, position: float, brakes: bool = False):
-        """Start at rest.
-
-        Args:
-            limits: Bounds of velocity, acceleration and jerk.
-            position: Where it is.
-            brakes: Whether it slows down to a limit of its velocity that has become lower; else it keeps what it has.
-        """
         self._brakes = brakes
         self.target = position
         self._solver = Ruckig(1)
