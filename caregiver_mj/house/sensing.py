@@ -71,8 +71,9 @@ class Sensing:
             CaregiverError: A name is unknown, or a number out of range.
         """
         sensing = value if isinstance(value, cls) else cls(**_known("sensing", cls, {} if value is None else value))
+        candle, child, base = (_blur(name, getattr(sensing, name)) for name in KINDS)
         _check("delay", sensing.delay, LONGEST_DELAY)
-        return dataclasses.replace(sensing, **{name: _blur(name, getattr(sensing, name)) for name in KINDS})
+        return dataclasses.replace(sensing, candle=candle, child=child, base=base)
 
     @property
     def is_exact(self) -> bool:
