@@ -61,15 +61,7 @@ class Explorer(Novice):
 
     @staticmethod
     def _distances(closed: np.ndarray, goal: np.ndarray) -> np.ndarray:
-        """Move to a cell by way of those that are not closed.
-
-        Args:
-            closed: Closed cells of n houses, (n, rows, columns).
-            goal: Row and column of the cell, which may be closed itself, (n, 2).
-
-        Returns:
-            Integers (n, rows, columns).
-        """
+        """Moves to a cell of each house, (n, 2), which may be closed itself, round closed ones: (n, rows, columns)."""
         distance = np.full(closed.shape, _FAR, np.int16)
         front = np.zeros(closed.shape, bool)
         front[np.arange(len(goal)), *goal.T] = True

@@ -121,13 +121,9 @@ def _add_ground(spec: mujoco.MjSpec, layout: Layout) -> None:
 
 
 def _add_surface(spec: mujoco.MjSpec, name: str, rectangles: np.ndarray, length: float) -> None:
-    """Add a horizontal surface with holes, at height 0, as a mesh under one seamless picture.
+    """Add a horizontal surface with holes, at height 0, as a mesh of disjoint rectangles (n, 4).
 
-    Args:
-        spec: The scene, with a material and a texture of that name.
-        name: Name of the geom, its mesh and its material.
-        rectangles: Disjoint rectangles that make up the surface, (n, 4).
-        length: Metres that the picture covers before it repeats.
+    It is under one seamless picture, that of the material of its name, which repeats after so many metres.
     """
     centre, half = rectangles[:, None, :2], rectangles[:, None, 2:]
     corners = (centre + half * [[-1, -1], [1, -1], [1, 1], [-1, 1]]).reshape(-1, 2)  # (4 n, 2)
@@ -284,19 +280,12 @@ def _add_camera(
 
 
 def _overview_position(corners: np.ndarray, forward: np.ndarray) -> np.ndarray:
-    """The nearest position from which a camera sees all corners.
+    """The nearest position (3,) from which a camera sees all corners (n, 3), looking along the plane of y and z.
 
     A corner at height v and depth f in camera coordinates is in the picture if |v - s| <= t (f + d), where t is the
     tangent of half the vertical field of view, d the camera's distance behind and s its shift above the origin.
     Both bounds are linear in d and s, so the narrowest fit of top and bottom has a closed form; the width adds
     |u| <= t_x (f + d).
-
-    Args:
-        corners: Points that must be seen, (n, 3).
-        forward: Direction of view, (3,), in the plane of y and z.
-
-    Returns:
-        Position (3,).
     """
     right = np.array([1.0, 0, 0])
     up = np.cross(right, forward)

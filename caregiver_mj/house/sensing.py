@@ -96,11 +96,7 @@ def _blur(kind: str, value: Blur | Mapping[str, Any]) -> Blur:
 
 
 def _known(what: str, cls: type, value: Any) -> Mapping[str, Any]:
-    """A dictionary all of whose keys are fields of a class.
-
-    Raises:
-        CaregiverError: It is none, or one of them is not.
-    """
+    """A dictionary, or CaregiverError unless it is one all of whose keys are fields of a class."""
     if not isinstance(value, Mapping):
         raise CaregiverError(f"{what} must be a {cls.__name__} or a dictionary, got {value!r}")
     names = [field.name for field in dataclasses.fields(cls)]

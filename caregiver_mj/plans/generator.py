@@ -144,13 +144,7 @@ def _legs(plan: FloorPlan, obstacles: np.ndarray) -> np.ndarray:
 
 
 def _clearance(centres: np.ndarray, halves: np.ndarray, obstacles: np.ndarray) -> np.ndarray:
-    """Distance of straight ways along the axes to the nearest obstacle, (n,), in metres.
-
-    Args:
-        centres: Their middles, (n, 2).
-        halves: Half their extent along x and y, (n, 2).
-        obstacles: Rectangles (m, 4).
-    """
+    """Metres from straight ways along the axes, by middle and half extent (n, 2), to the nearest rectangle: (n,)."""
     nearest = np.full(len(centres), np.inf)
     for x, y, half_x, half_y in obstacles:
         gap = np.maximum(np.abs(centres - [x, y]) - halves - [half_x, half_y], 0)

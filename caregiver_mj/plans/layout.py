@@ -261,15 +261,9 @@ def largest_rectangle(mask: np.ndarray) -> tuple[Cell, Cell]:
 
 
 def _rectangles(mask: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Covers the true parts of a mask with few disjoint rectangles: runs along rows, alike ones of rows merged.
+    """Few disjoint rectangles (n, 4) that cover the true parts of a mask: runs along rows, alike ones of rows merged.
 
-    Args:
-        mask: Parts to cover, (rows, columns).
-        x: Borders of the columns, (columns + 1,).
-        y: Borders of the rows, (rows + 1,).
-
-    Returns:
-        Rectangles (n, 4).
+    The borders of its columns are x, (columns + 1,), and those of its rows y, (rows + 1,).
     """
     found = []
     growing: dict[tuple[int, int], int] = {}  # (first column, end column) -> first row

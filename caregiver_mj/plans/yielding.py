@@ -80,13 +80,7 @@ class Yielding:
         return traps
 
     def _refuge(self, child_cell: int, cells: np.ndarray, guesses: list[int]) -> int | None:
-        """One of some cells in which a caregiver does not bar the way of a child that cuts them off, or None.
-
-        Args:
-            child_cell: Index of the child's free cell.
-            cells: The caregiver cells that it cuts off.
-            guesses: Cells to look at first, whether they are among these or not.
-        """
+        """One of the cells that a child cuts off in which a caregiver does not bar its way, or None; guesses first."""
         free = len(self._plan.free_cells)
         if cells.max() >= free:
             return int(cells.max())  # a landing is in nobody's way

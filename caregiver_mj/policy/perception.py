@@ -198,12 +198,7 @@ def _table_heights(observation: dict[str, np.ndarray], tables: np.ndarray, as_us
     """How high tables are, by the first observation of an episode.
 
     Where it does not say so, candles do that stand on them; other tables are taken to be as high as those, and all of
-    them as high as usual unless that is clearly wrong. None if they are.
-
-    Args:
-        observation: What is seen.
-        tables: The tables' rectangles, (tables, 4).
-        as_usual: Metres that a candle on a table may seem off its usual height.
+    them as high as usual unless that is clearly wrong, by more than `as_usual` metres. None if they are.
     """
     if "table_height" in observation:
         return observation["table_height"].copy()

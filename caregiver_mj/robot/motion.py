@@ -294,11 +294,9 @@ class RobotMotion(BaseMotion):
         return action.copy()
 
     def _let_go_at(self, position: Vector, moved: float) -> None:
-        """Let go of a path off which the base has been led, or on which it is held up.
+        """Let go of a path off which the base has been led, or on which it is held up, at a speed, m/s.
 
-        Args:
-            position: Where it is, metres.
-            moved: How fast it is, m/s. It comes to rest as it is told to move, if it does move so.
+        It comes to rest as it is told to move, if it does move so.
         """
         (vx, vy), (ax, ay) = self._velocity.told, self._velocity.acceleration
         if moved < _HELD_UP_SHARE * math.hypot(vx, vy):

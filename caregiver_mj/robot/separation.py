@@ -222,14 +222,7 @@ def _sliding_rate(
 ) -> float:
     """The share of a velocity, m/s towards a child and across, from which the surface slows down before it is touched.
 
-    Args:
-        view: What is seen.
-        robot: The robot.
-        gap: Metres between base and child.
-        comes_at: How fast the child may come, m/s.
-        leaves: How fast the base leaves the child now, m/s.
-        towards: Velocity towards the child, m/s, negative for one away from it.
-        across: Speed across.
+    So fast the child may come, and the base leaves it now, m/s; `towards` is negative for a velocity away from it.
     """
     for rate in _SLIDE_RATES:
         closing = comes_at + max(rate * towards, -leaves)
@@ -429,14 +422,8 @@ def _bounded(speed: float, most: float, seconds: float, change: float, jerk: flo
     """What is asked of a base that may have so much speed at most, m/s.
 
     A faster one brakes as hard as it may. One that speeds up, or that leaves a child and ceases to, comes to it so
-    gently that it does not go beyond it.
-
-    Args:
-        speed: So fast it is.
-        most: So fast it may be.
-        seconds: A control timestep.
-        change: By how much that may change within one, m/s.
-        jerk: With which its acceleration goes at the end, m/s^3; infinite if it may go at once.
+    gently that it does not go beyond it. In a control timestep its speed changes by `change` at most; the jerk, m/s^3,
+    is that with which its acceleration goes at the end, infinite if it may go at once.
     """
     off = most - speed
     if off <= 0.0:
