@@ -95,3 +95,13 @@ class Belief:
     def understood(self) -> np.ndarray:
         """Whether each child does what is to be expected of those that are believed in, bool (B, K)."""
         return self._surprise < SURPRISE
+
+    @property
+    def epsilon(self) -> np.ndarray:
+        """Probability of every epsilon, (B, K, E)."""
+        return self.probability.sum(axis=2)
+
+    @property
+    def goal(self) -> np.ndarray:
+        """Probability of every goal, (B, K, G)."""
+        return self.probability.sum(axis=3)

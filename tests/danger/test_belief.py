@@ -51,7 +51,7 @@ def test_it_may_be_another_child_from_now_on(corridor):
     belief = Belief(corridor, change=0.5)
     # Half of what is known is lost: the mean of the prior, 1/4 each, and of 0, 1/4, 1/2, 1/4.
     assert watched(belief, (0, 1)) == pytest.approx(np.array([[0.125, 0.25], [0.375, 0.25]]))
-    assert belief.probability[0, 0].sum(axis=1) == pytest.approx([0.375, 0.625])
+    assert belief.goal[0, 0] == pytest.approx([0.375, 0.625])
 
 
 def test_a_stop_ends_what_is_known_of_epsilon(corridor):
