@@ -55,17 +55,13 @@ def action_counts(
     Raises:
         ValueError: The hyperprior is not positive.
     """
-    alpha = _no_experts(states, hyperprior)
+    if not hyperprior > 0:
+        raise ValueError(f"the hyperprior must be positive, got {hyperprior}")
+    alpha = np.full((states, ACTION_COUNT), float(hyperprior))
     for trajectory in trajectories:
         for state, action in set(trajectory):
             alpha[state, action] += 1
     return alpha
-
-
-def _no_experts(states: int, hyperprior: float) -> np.ndarray:
-    if not hyperprior > 0:
-        raise ValueError(f"the hyperprior must be positive, got {hyperprior}")
-    return np.full((states, ACTION_COUNT), float(hyperprior))
 
 
 def action_prior_mean(alpha: np.ndarray) -> np.ndarray:
@@ -211,7 +207,9 @@ def context_counts(
     Raises:
         ValueError: The hyperprior is not positive.
     """
-    alpha = _no_experts(CONTEXTS, hyperprior)
+    if not hyperprior > 0:
+        raise ValueError(f"the hyperprior must be positive, got {hyperprior}")
+    alpha = np.full((CONTEXTS, ACTION_COUNT), float(hyperprior))
     directions = np.arange(ACTION_COUNT)
     for mirrored in (1, -1):  # what is east is west
         for quarters in directions:  # turned clockwise
