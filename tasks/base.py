@@ -153,7 +153,7 @@ class CareTask(Task):
         tapes = Tape.draw_family(self.random, len(self.children))
         self.caregiver_seed = tapes[0].caregiver_seed
         starts = np.stack([tape.start for tape in tapes])[None]
-        cells, caregiver = start_cells(len(self.plan.free_cells), len(self.plan.stairwells), starts)
+        cells, caregiver = start_cells(len(self.plan.free_cells), len(self.plan.landings), starts)
 
         def start(child: int) -> None:
             yaw = self.random.uniform(-np.pi, np.pi)
@@ -172,6 +172,7 @@ class CareTask(Task):
             physics.set_robot(np.array([*self.plan.position(cell), self.random.uniform(-np.pi, np.pi)]))
         for child in range(1, len(self.children)):  # last, so that all else is as it is for an only child
             start(child)
+        physics.set_gates()
         self.candles.reset(tables)
         self.children.state[:] = State.AS_PLANNED
         self.ledger, self.contacts = Ledger(self.plan, cells, EPISODE_TIMESTEPS), Contacts()
@@ -194,6 +195,11 @@ class CareTask(Task):
             self.ledger.strikes[0] += strikes
         if self.has_robot:
             watch_candle(physics, self.control_timestep, self.contacts)
+        if self.plan.mouths:
+            latched = physics.gates_latched()
+            self.children.state[len(self.plan.landings) : len(self.plan.stairwells)] = np.where(
+                latched, State.SHUT, State.AS_PLANNED
+            )
         self._control_steps += 1
         if self._control_steps % self._steps_a_move == 0:
             self.ledger.book(*(np.array([values]) for values in zip(*self.children.end(), strict=True)))
@@ -218,6 +224,8 @@ class CareTask(Task):
             poses = physics.candle_poses()
             observation["candle_position"] = poses[:, :3]
             observation["candle_orientation"] = poses[:, 3:]
+        if self.plan.mouths:
+            observation["gate_position"] = physics.gate_positions()
         if self.has_robot:
             observation["base_position"] = physics.base_position()
             observation["base_velocity"] = physics.base_velocity()

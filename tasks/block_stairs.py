@@ -48,13 +48,13 @@ class BlockStairs(base.CareTask):
 
     def initialize_episode(self, physics: Physics) -> None:
         super().initialize_episode(physics)
-        self.goal_stairwell = int(self.random.randint(len(self.plan.stairwells)))
-        self._landing = self.plan.position(self.plan.stairwells[self.goal_stairwell])
+        self.goal_stairwell = int(self.random.randint(len(self.plan.landings)))
+        self._landing = self.plan.position(self.plan.landings[self.goal_stairwell])
 
     def get_observation(self, physics: Physics) -> collections.OrderedDict[str, np.ndarray]:
         """Return what all tasks observe, and what is asked for."""
         observation = super().get_observation(physics)
-        observation["goal_stairwell"] = np.eye(len(self.plan.stairwells))[self.goal_stairwell]
+        observation["goal_stairwell"] = np.eye(len(self.plan.landings))[self.goal_stairwell]
         observation["base_to_goal"] = self._landing - observation["base_position"][:2]
         return observation
 

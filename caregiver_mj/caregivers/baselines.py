@@ -63,22 +63,25 @@ class GuardCaregiver(Caregiver):
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
         super().__init__(plan, seed)
-        landings = [plan.cell_index[cell] for cell in plan.stairwells]
-        self._walk = plan.graph.distances_from(landings).T  # (caregiver cells, stairwells)
+        landings = [plan.cell_index[cell] for cell in plan.landings]
+        self._walk = plan.graph.distances_from(landings).T  # (caregiver cells, landings)
         self.reset(1)
 
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
         self._post = np.full(batch, NOTHING)
 
     def choose(self, percept: Percept) -> np.ndarray:
-        if self.plan.stairwells:
-            nearest = self._walk[percept.caregiver_cell].argmin(axis=1)  # stairwells are the first hazards
+        if self.plan.landings:
+            nearest = self._walk[percept.caregiver_cell].argmin(axis=1)  # they are the first hazards
             self._post = np.where(self._post == NOTHING, nearest, self._post)
         return self._post
 
 
 class ChildproofCaregiver(GuardCaregiver):
-    """Puts the candles on the tables into which a novice is least likely to bump, then guards the nearest stairwell."""
+    """Puts candles on the tables into which a novice is least likely to bump; then closes gates, and guards stairs.
+
+    Of the gates it closes the nearest one first; the stairwell is that of `GuardCaregiver`.
+    """
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
         super().__init__(plan, seed)
@@ -86,9 +89,20 @@ class ChildproofCaregiver(GuardCaregiver):
         # A candle that is on one of them already stays; the others take in turn what is left.
         left = iter([table for table in chosen if table not in plan.candle_tables])
         self._tables = np.array([table if table in chosen else next(left) for table in plan.candle_tables], int)
+        mouths = [plan.cell_index[cell] for cell in plan.mouths.values()]
+        self._to_gate = plan.graph.distances_from(mouths).T.astype(float)  # (caregiver cells, gates)
 
     def prepare(self, candle_table: np.ndarray) -> np.ndarray:
         return np.tile(self._tables, (len(candle_table), 1))
+
+    def choose(self, percept: Percept) -> np.ndarray:
+        guarded, landings = super().choose(percept), len(self.plan.landings)
+        if not self.plan.mouths:
+            return guarded
+        distance = self._to_gate[percept.caregiver_cell]
+        if percept.out_of_reach is not None:
+            distance = np.where(percept.out_of_reach[:, landings : len(self.plan.stairwells)], np.inf, distance)
+        return np.where(np.isfinite(distance).any(axis=1), landings + distance.argmin(axis=1), guarded)
 
 
 def table_exposure(plan: FloorPlan, epsilon: float = EPSILON, timesteps: int = EPISODE_TIMESTEPS) -> np.ndarray:

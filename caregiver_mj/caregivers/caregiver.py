@@ -22,8 +22,8 @@ from caregiver_mj.plans.hazards import NOTHING, Hazards, Where, kinds_at
 class Caregiver(abc.ABC):
     """Decides what to protect, and how. One instance serves one batch of episodes at a time.
 
-    Most caregivers only `choose` a hazard; the rest follows: a stairwell is blocked, a candle taken to the table that
-    `destination` says. One that wants more overrides `decide`.
+    Most caregivers only `choose` a hazard; the rest follows: a stairwell is blocked, a gate closed, a candle taken to
+    the table that `destination` says. One that wants more overrides `decide`.
 
     Attributes:
         plan: The house.
@@ -186,12 +186,15 @@ def _check_kinds(who: str, hazards: Hazards, given: Interventions) -> None:
     """Raise CaregiverError unless verbs are about hazards that they act on."""
     for name, where in ((name, verb.where) for name, verb in VERBS.items() if verb.where):
         numbers = np.asarray(given.hazard)[np.asarray(given.verb) == name]
-        wrong = numbers[~hazards.are_at(where, numbers)]
+        if not numbers.size:
+            continue
+        at = [kind for kind in kinds_at(where) if kind.verb == name] or kinds_at(where)
+        right = [number for number, kind in enumerate(hazards.kinds) if kind in at]
+        wrong = numbers[~np.isin(numbers, right)]
         if wrong.size:
-            right = hazards.number(where, np.arange(len(hazards.at(where)))).tolist() or "none"
-            kinds = " or ".join(kind.name for kind in kinds_at(where))
+            kinds = " or ".join(kind.name for kind in at)
             raise CaregiverError(
-                f"{who}: '{name}' is for a {kinds}, of which there are {right}, not for hazard {wrong[0]}"
+                f"{who}: '{name}' is for a {kinds}, of which there are {right or 'none'}, not for hazard {wrong[0]}"
             )
 
 

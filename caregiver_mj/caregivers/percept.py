@@ -23,12 +23,14 @@ class Pace:
         get: Time to take a candle from a table that it stands beside, in that of walking a cell.
         place: Time to put one down there, likewise.
         start: Time that it loses on each way by setting off and stopping, likewise.
+        close: Time to close a gate before which it stands, likewise.
     """
 
     cells: float = 3.0
     get: float = 1.0
     place: float = 1.0
     start: float = 0.0
+    close: float = 1.0
 
 
 PAPER = Pace()  # of the caregiver in the paper's grid: 5.0 km/h over the child's 1.6 km/h, rounded down (section V.C)
@@ -51,6 +53,7 @@ class Percept:
             no candle can be on the floor, as in the grid.
         out_of_reach: Whether a hazard is to be passed over, because the caregiver could not get to it lately, or there
             is nothing more to be done about it, (B, hazards). Left out if there is none.
+        shut: Whether each opening is shut, so that no child gets through, (B, openings). Left out if none is.
         time_left: Share of a novice timestep until the children make their next moves, those of which `child_cell`
             does not know yet, (B,). Left out where all of it is left.
         clock: Novice timesteps since the start of the episode, with their fraction, (B,). Left out where nobody asks.
@@ -67,6 +70,7 @@ class Percept:
     holding: np.ndarray
     candle_cell: np.ndarray | None = None
     out_of_reach: np.ndarray | None = None
+    shut: np.ndarray | None = None
     time_left: np.ndarray | None = None
     clock: np.ndarray | None = None
     under_way: np.ndarray | None = None

@@ -39,7 +39,7 @@ class Lookout:
         plan, count = caregiver.plan, len(slots)
         places = np.array(plan.caregiver_cells, float).reshape(-1, 2)
         self._places = (places / (np.array(plan.shape) - 1)).astype(np.float32)
-        landings = plan.graph.distances_from([plan.cell_index[cell] for cell in plan.stairwells])
+        landings = plan.graph.distances_from([plan.cell_index[cell] for cell in plan.posts])
         self._to_stairwell = landings.T.astype(float)  # (cells, stairwells)
         self._to_table = plan.graph.distances_from(plan.graph.beside(plan.tables)).T.astype(float)  # (cells, tables)
         self.actions = count + 1

@@ -91,6 +91,7 @@ def _bounds(env: control.Environment) -> dict[str, Bounds]:
         "place": place,
         "way": (-way, way),
         "height": (0.0, _HIGHEST),
+        "gate": (-0.1, 1.6),
         "quaternion": (-1.0, 1.0),
         "share": (0.0, 1.0),
         "arm speed": (-_ARM_SPEED, _ARM_SPEED),

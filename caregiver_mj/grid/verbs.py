@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from caregiver_mj.interventions.verb import BLOCK, DO_NOTHING, RELOCATE, STAND_ASIDE
+from caregiver_mj.interventions.verb import BLOCK, CLOSE, DO_NOTHING, RELOCATE, STAND_ASIDE
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, Where
 from caregiver_mj.plans.routes import ASIDE, STAY
@@ -54,10 +54,23 @@ class InOpening(GridVerb):
     """Done as soon as the caregiver stands in the opening."""
 
     def places(self, plan: FloorPlan) -> list[list[int]]:
-        return [[plan.cell_index[cell]] for cell in plan.stairwells]
+        return [[plan.cell_index[cell]] for cell in plan.landings]
 
     def place(self, world: GridWorld, which: np.ndarray) -> np.ndarray:
         return world.plan.hazards.among(Where.OPENING, world.orders.hazard[which])
+
+
+class Closing(GridVerb):
+    """Done by an action in the cell before the gate."""
+
+    def places(self, plan: FloorPlan) -> list[list[int]]:
+        return [[plan.cell_index[cell]] for cell in plan.mouths.values()]
+
+    def place(self, world: GridWorld, which: np.ndarray) -> np.ndarray:
+        return world.plan.hazards.among(Where.OPENING, world.orders.hazard[which]) - len(world.plan.landings)
+
+    def carry_out(self, world: GridWorld, which: np.ndarray, came: np.ndarray, stood: np.ndarray) -> np.ndarray:
+        return stood
 
 
 class Carrying(GridVerb):
@@ -101,6 +114,7 @@ class Idle(GridVerb):
 
 GRID_VERBS: dict[str, GridVerb] = {
     BLOCK: InOpening(),
+    CLOSE: Closing(),
     RELOCATE: Carrying(),
     STAND_ASIDE: Idle(ASIDE),
     DO_NOTHING: Idle(STAY),

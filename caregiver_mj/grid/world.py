@@ -153,7 +153,7 @@ class GridWorld:
         self._draws = _shown(np.ascontiguousarray(np.moveaxis(steps, 2, 0)))  # (timesteps, B, K, 3)
         self.timestep = 0
         plan = self.plan
-        self.child_cell, self.caregiver_cell = start_cells(len(plan.free_cells), len(plan.stairwells), start)
+        self.child_cell, self.caregiver_cell = start_cells(len(plan.free_cells), len(plan.landings), start)
         for behaviour in self.behaviours:
             behaviour.reset(batch)
         self.goal = np.stack([b.next_bin(start[:, k, 2]) for k, b in enumerate(self.behaviours)], axis=1)
@@ -209,6 +209,7 @@ class GridWorld:
             time_left=_shown(self.time_left),
             clock=np.full(len(self.holding), float(self.timestep)),
             out_of_reach=left if left.any() else None,
+            shut=left[:, : len(self.plan.stairwells)] if left.any() else None,
             under_way=_shown(self.orders.hazard),
         )
 
@@ -284,7 +285,7 @@ class GridWorld:
         # A child waits before a cell in which another one is.
         others = np.delete(self.child_cell, child, axis=1)
         waits = free & (next_cell[:, None] == others).any(axis=1)
-        # A stairwell's landing is the cell after the free ones.
+        # A stairwell's landing is the cell after the free ones; that behind a gate is none of the caregiver's.
         entered = np.where(stairwell, len(self.plan.free_cells) + index, np.where(free, next_cell, NOTHING))
         met = (entered == caregiver_cell) & (entered != NOTHING)
         self.previous_action[:, child] = np.where(waits, NOTHING, action)

@@ -114,7 +114,7 @@ class HouseChild:
         here, there = (tuple(self._plan.position(cell).tolist()) for cell in (home, ahead))
         if self.move.target in (Target.FREE, Target.STAIRWELL):
             self._entry = there
-            if caregiver_cell == self._plan.cell_index[ahead]:
+            if caregiver_cell == self._plan.cell_index.get(ahead):
                 self.move.entered = None
         self.walk.begin(here, there, bump=self.move.target != Target.FREE)
 
@@ -154,12 +154,20 @@ class HouseChild:
                     self._hurt(kind.name)
             elif touch.kind == "bin":
                 self.move.reached_toy |= touch.index == self.goal
+            elif touch.kind == "panel":
+                self.move.met_robot |= self.move.target == Target.STAIRWELL
+                strikes += self._is_strike(touch, time)
             elif touch.kind == "robot":
                 vx, vy = self.walk.velocity
                 self.move.met_robot |= vx * touch.direction[0] + vy * touch.direction[1] > 0 or self.walk.blocked
-                if touch.speed > STRIKE_SPEED and time - self._struck_at > STRIKE_PAUSE:
-                    strikes += 1
-                    self._struck_at = time
+                strikes += self._is_strike(touch, time)
+        return strikes
+
+    def _is_strike(self, touch: Touch, time: float) -> bool:
+        """Whether that is a strike, and not part of the one before."""
+        strikes = touch.speed > STRIKE_SPEED and time - self._struck_at > STRIKE_PAUSE
+        if strikes:
+            self._struck_at = time
         return strikes
 
     def _number(self, touch: Touch) -> int:
@@ -221,7 +229,7 @@ class Move:
         kind: What that was, the name of one of `KINDS`, or "" if nothing has.
         fell: Whether the child has fallen down stairs.
         reached_toy: Whether it has reached its bin.
-        met_robot: Whether the robot was in its way.
+        met_robot: Whether the robot, or a closed gate, was in its way.
         entered: Whether the robot came into the cell that it leads to after the child had set out, or None if it was
             there before.
     """

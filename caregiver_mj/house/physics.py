@@ -17,12 +17,14 @@ from caregiver_mj.house.rendering import OffscreenRendering, engine, wrapper
 from caregiver_mj.house.robot_body import RampState, RobotBody, joint_views
 from caregiver_mj.house.scene import build_house, child_joints
 from caregiver_mj.house.touch import Touch, TouchReader
+from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import Where, kinds_at
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.view import LOOSE
 
+_SPRUNG = 0.002  # metres that the bolt of a gate that has latched is in, at most
 _AWAKE = ("ntree_awake", "nbody_awake", "nparent_awake", "nv_awake")
 
 
@@ -96,6 +98,11 @@ class Physics(OffscreenRendering, engine.Physics):
         ]
         first = [model.joint(f"{kind}_{i}/joint").qposadr[0] for kind, count in counts for i in range(count)]
         self._candle_rows = np.array(first, int)[:, None] + np.arange(7)
+        in_order = (model.joint(i).name for i in range(model.njnt))
+        gates = [name.removesuffix("hinge") for name in in_order if name.endswith("/hinge")]
+        self._hinges, self._bolts = (
+            np.array([model.joint(gate + joint).qposadr[0] for gate in gates], int) for joint in ("hinge", "latch")
+        )
         self._embody(self.embodiment)
         self.touches: list[Touch] = []
 
@@ -190,6 +197,14 @@ class Physics(OffscreenRendering, engine.Physics):
         _, x, y, _ = self.candle_poses()[:, 3:].T
         return 1.0 - 2.0 * (x * x + y * y)
 
+    def gate_positions(self) -> np.ndarray:
+        """Return how far each gate stands open, (gates,), radians."""
+        return self._qpos[self._hinges]
+
+    def gates_latched(self) -> np.ndarray:
+        """Return whether each gate is closed, and its bolt has sprung out behind the keeper, bool (gates,)."""
+        return (self.gate_positions() < layout.GATE_SHUT) & (self._qpos[self._bolts] < _SPRUNG)
+
     def action_spec(self) -> specs.BoundedArray:
         """Return what an action is made of, see `RobotBody.action_spec`; of nothing where there is no robot."""
         return self._robot.action_spec() if self.has_robot else specs.BoundedArray((0,), float, [], [], name="")
@@ -255,6 +270,10 @@ class Physics(OffscreenRendering, engine.Physics):
     def set_candle(self, index: int, position: np.ndarray, yaw: float) -> None:
         """Stand a candle somewhere, for the start of an episode."""
         self._qpos[self._candle_rows[index]] = [*position, math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]
+
+    def set_gates(self, angle: float = layout.GATE_OPEN) -> None:
+        """Have all gates stand open, for the start of an episode: radians."""
+        self._qpos[self._hinges] = angle
 
     # -- Stepping --------------------------------------------------------------------------------
 

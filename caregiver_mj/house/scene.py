@@ -11,6 +11,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house import fittings
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import DEFAULT_CELL_SIZE, FloorPlan
@@ -49,6 +50,9 @@ def build_house(
 
     Returns:
         A specification to compile. The children's joints have their zero at the house's origin too.
+
+    Raises:
+        CaregiverError: There are gates in it, which are of one size, and cells of another one.
     """
     spec = fittings.read_model("scene")
     shapes = layout.Layout(plan)
@@ -66,7 +70,7 @@ def build_house(
     for hazard, table in zip(plan.hazards.at(Where.ON_TABLE), plan.candle_tables, strict=True):
         frame = spec.worldbody.add_frame(pos=[*table_positions[table], table_heights[table]])
         spec.attach(fittings.read_model(hazard.kind.model), prefix=f"{hazard.element}/", frame=frame)
-    _add_stairwells(spec, shapes)
+    _add_stairwells(spec, plan)
     for k in range(children):
         spec.attach(_child(k), prefix=child_prefix(k), frame=spec.worldbody.add_frame())
     if robot is not False:
@@ -105,15 +109,22 @@ def _shorten_camera_names(spec: mujoco.MjSpec) -> None:
             camera.name = name
 
 
-def _add_stairwells(spec: mujoco.MjSpec, shapes: layout.Layout) -> None:
-    plan = shapes.plan
+def _add_stairwells(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
+    if plan.mouths and plan.cell_size != DEFAULT_CELL_SIZE:
+        raise CaregiverError(f"cells must be of {DEFAULT_CELL_SIZE} m in a house with gates, got {plan.cell_size:g}")
     hazards = plan.hazards.at(Where.OPENING)
-    for hazard, cell, step in zip(hazards, plan.stairwells, shapes.stair_directions, strict=True):
-        model = fittings.read_model("hatch" if step is None else hazard.kind.model)
+    for hazard, cell, step in zip(hazards, plan.stairwells, plan.stair_directions, strict=True):
+        kind = hazard.kind
+        model = fittings.read_model("hatch" if step is None else "stairwell" if kind.fenced else kind.model)
         for geom in model.geoms:
             if geom.name != "trigger":  # what is seen fills the cell, whatever its size
                 stretch = plan.cell_size / DEFAULT_CELL_SIZE
                 geom.pos[:2] *= stretch
                 geom.size[:2] *= stretch
         down, right = step or (0, 1)
-        fittings.place_model(spec, model, hazard.element, plan.position(cell), yaw=np.arctan2(-down, right))
+        yaw = np.arctan2(-down, right)
+        fittings.place_model(spec, model, hazard.element, plan.position(cell), yaw)
+        if kind.fenced:
+            turn = [np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)]
+            frame = spec.worldbody.add_frame(pos=[*plan.position(cell), 0], quat=turn)
+            spec.attach(fittings.read_model(kind.model), prefix=f"{hazard.element}/", frame=frame)

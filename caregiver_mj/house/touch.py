@@ -22,10 +22,10 @@ class Touch:
 
     Attributes:
         child: Its number.
-        kind: What it touches: "wall", "bin", "robot", or the name of a `HazardKind`.
+        kind: What it touches: "wall", "bin", "robot", "panel" (of a gate), or the name of a `HazardKind`.
         index: Number of that thing in the floor plan, -1 for walls and the robot.
         direction: Unit vector from the child towards it, on the floor; (0, 0) where it is above or below.
-        speed: How fast the touching part of the robot moves towards the child, m/s (0 for all else).
+        speed: How fast the touching part of the robot, or a gate, moves towards the child, m/s (0 for all else).
         surface_speed: How fast its surface moves there, towards the child and along it, m/s: more than `speed` where it
             turns or slides past. What moves away counts as far as it slides.
         driven_speed: The same if the base moved as its drives are told: what a child pushes aside moves, but does not
@@ -96,6 +96,11 @@ class TouchReader:
         length = math.hypot(normal[0], normal[1])
         # From above or below, it is in nobody's way.
         direction = (float(normal[0] / length), float(normal[1] / length)) if length > 1e-6 else (0.0, 0.0)
+        if kind == "panel":
+            velocity = np.empty(6)
+            mujoco.mj_objectVelocity(self._model, data, mujoco.mjtObj.mjOBJ_GEOM, other, velocity, 0)
+            surface = velocity[3:] + _cross(velocity[:3], contact.pos[number] - data.geom_xpos[other])
+            return Touch(child, kind, index, direction, -float(surface @ normal))
         if kind != "robot" or self.robot is None:
             return Touch(child, kind, index, direction, 0.0)
         velocity, force = np.empty(6), np.empty(6)  # rotation, translation; force, torque in the contact's axes
@@ -142,6 +147,8 @@ def _thing_of(geom: str) -> tuple[str, int]:
     """What a geom stands for, by its name in the scene (see `caregiver_mj.house.scene`)."""
     owner, _, part = geom.partition("/")
     kind, _, number = owner.rpartition("_")
+    if kind in _OPENINGS and part == "panel":
+        return part, int(number)
     if kind in _OPENINGS and part != "trigger":
-        return "wall", -1  # the panels beside the stairs
+        return "wall", -1  # the panels beside the stairs, and fences
     return (kind, int(number)) if kind in _NUMBERED else (kind or owner, -1)

@@ -18,7 +18,7 @@ from caregiver_mj.plans.hazards import NOTHING, State, Where
 
 Half = TypeVar("Half")
 Mark = tuple[Literal["cell", "candle"], Cell | int]  # what a display points at: a cell, or a candle by its index
-BLOCK, RELOCATE, STAND_ASIDE, DO_NOTHING = "block", "relocate", "stand aside", "nothing"
+BLOCK, CLOSE, RELOCATE, STAND_ASIDE, DO_NOTHING = "block", "close", "relocate", "stand aside", "nothing"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -117,6 +117,7 @@ VERBS = {
     verb.name: verb
     for verb in (
         Verb(BLOCK, "block {hazard}", Where.OPENING),
+        Verb(CLOSE, "close {hazard}", Where.OPENING, leaves=State.SHUT),
         Verb(RELOCATE, "fetch {hazard}", Where.ON_TABLE, to_table=True),
         Verb(STAND_ASIDE, "keep out of the way", counts=False),
         Verb(DO_NOTHING, "watch", counts=False),

@@ -86,9 +86,13 @@ class CellGraph:
                 objects[cell] = i
         (rows, columns), steps = self._places, np.array(ACTIONS).T  # steps: (2, 4)
         there = rows[: self._free, None] + steps[0], columns[: self._free, None] + steps[1]
-        target = kinds[there]
+        target, index = kinds[there], objects[there]
+        for cell, mouth in plan.mouths.items():  # beside a fence there is no more than that
+            beside = (there[0] == cell[0]) & (there[1] == cell[1])
+            beside[plan.cell_index[mouth]] = False
+            target[beside], index[beside] = Target.WALL, -1
         here = np.arange(self._free)[:, None]
-        return np.where(target == Target.FREE, self._index[there], here), target, objects[there]
+        return np.where(target == Target.FREE, self._index[there], here), target, index
 
     @functools.cached_property
     def bumps(self) -> np.ndarray:
@@ -106,8 +110,8 @@ class CellGraph:
         return tuple(tuple(int(n) for n in around if n >= 0) for around in self.around)
 
     def beside(self, objects: Sequence[Cell]) -> list[list[int]]:
-        """Return for each object the free cells beside it, north, east, south and west of it."""
-        return [[self._plan.cell_index[cell] for cell in self._plan.free_neighbours(place)] for place in objects]
+        """Return for each object the free cells from which one gets at it, north, east, south and west of it."""
+        return [[self._plan.cell_index[cell] for cell in self._plan.approaches(place)] for place in objects]
 
     # -- Distances -------------------------------------------------------------------------------
 

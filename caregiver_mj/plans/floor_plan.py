@@ -5,7 +5,7 @@ A plan is a rectangle of characters, one a cell::
     #####
     #B.S#      # wall          . free cell       S stairwell
     #.C.#      C table with a candle on it       T bare table
-    #..T#      B toy bin
+    #..T#      B toy bin                         G stairwell with an open gate
     #####
 
 Cells are ``(row, column)`` pairs counted from the upper left corner. Only free cells are walkable for a
@@ -31,6 +31,7 @@ from caregiver_mj.errors import CaregiverError, FloorPlanError, check_kind
 from caregiver_mj.plans.cell_graph import ACTIONS, BIN, FREE, LEGEND, TABLE, WALL, Cell, CellGraph
 from caregiver_mj.plans.hazards import KINDS, DamageWeights, Hazards, Where, kinds_at
 
+_FENCED = tuple(kind.symbol for kind in KINDS if kind.fenced)
 _LARGEST = 1_000_000  # bytes of a file with a plan, more than any house has cells
 DEFAULT_CELL_SIZE = 0.75  # metres; a toddler's timestep at 1.6 km/h is then 1.69 s
 
@@ -202,8 +203,8 @@ class FloorPlan:
 
     @functools.cached_property
     def caregiver_cells(self) -> tuple[Cell, ...]:
-        """Where the caregiver can stand: the free cells, then the stairwells' landings."""
-        return self.free_cells + self.stairwells
+        """Where the caregiver can stand: the free cells, then the landings that are not fenced."""
+        return self.free_cells + self.landings
 
     @functools.cached_property
     def cell_index(self) -> dict[Cell, int]:
@@ -223,6 +224,61 @@ class FloorPlan:
         column = round(float(position[0]) / self.cell_size + (width - 1) / 2)
         row = round((height - 1) / 2 - float(position[1]) / self.cell_size)
         return min(max(row, 0), height - 1), min(max(column, 0), width - 1)
+
+    @functools.cached_property
+    def landings(self) -> tuple[Cell, ...]:
+        """The stairwells in which the caregiver can stand, the first of `stairwells`."""
+        return tuple(cell for cell in self.stairwells if self[cell] not in _FENCED)
+
+    @functools.cached_property
+    def posts(self) -> tuple[Cell, ...]:
+        """Where the caregiver stands to protect a child from each stairwell: its landing, or before its gate."""
+        return tuple(self.mouths.get(cell, cell) for cell in self.stairwells)
+
+    @functools.cached_property
+    def mouths(self) -> dict[Cell, Cell]:
+        """The free cell from which each fenced landing is entered: opposite to its stairs."""
+        pairs = zip(self.stairwells, self.stair_directions, strict=True)
+        return {c: (c[0] - step[0], c[1] - step[1]) for c, step in pairs if step and self[c] in _FENCED}
+
+    @functools.cached_property
+    def stair_directions(self) -> tuple[Cell | None, ...]:
+        """Where the stairs of each stairwell go down: the step (row, column) from its landing into a wall.
+
+        The wall cell must have walls to both sides and none but wall behind it, so that the stairs do not break into a
+        room; being deeper than a wall is thick, they would stick out of its other face. A wall opposite to
+        a free cell is preferred (one walks straight on), then an outer wall, then the order of `ACTIONS`. A stairwell
+        without such a wall has None; no two have the same wall cell.
+        """
+        height, width = self.shape
+        taken: set[Cell] = set()
+        directions: list[Cell | None] = []
+        for row, column in self.stairwells:
+            best, best_rank = None, (-1, -1)
+            for down, right in ACTIONS:
+                there = (row + down, column + right)
+                beside = ((there[0] + k * right, there[1] + k * down) for k in (-1, 0, 1))
+                behind = (there[0] + down, there[1] + right)
+                protrudes = 0 <= behind[0] < height and 0 <= behind[1] < width and not self.is_wall(behind)
+                if there in taken or protrudes or not all(self.is_wall(cell) for cell in beside):
+                    continue
+                straight_on = (row - down, column - right) in self.free_neighbours((row, column))
+                outer = there[0] in (0, height - 1) or there[1] in (0, width - 1)
+                if (straight_on, outer) > best_rank:
+                    best, best_rank = (down, right), (straight_on, outer)
+            if best is not None:
+                taken.add((row + best[0], column + best[1]))
+            directions.append(best)
+        return tuple(directions)
+
+    def is_wall(self, cell: Cell) -> bool:
+        """Return whether a cell is one of the plan, and wall."""
+        height, width = self.shape
+        return 0 <= cell[0] < height and 0 <= cell[1] < width and self[cell] == WALL
+
+    def approaches(self, cell: Cell) -> list[Cell]:
+        """Return the free cells from which one gets at what stands in a cell: its neighbours, or its mouth."""
+        return [self.mouths[cell]] if cell in self.mouths else self.free_neighbours(cell)
 
     def free_neighbours(self, cell: Cell) -> list[Cell]:
         """Return the free cells north, east, south and west of a cell."""
@@ -313,6 +369,10 @@ def _of_cells(plan: FloorPlan, first_line: int) -> Iterator[str]:
             problem = f"this {LEGEND[plan[cell]][0]} ({plan[cell]}) cannot be reached: no free cell is beside it"
             yield _at(plan, first_line, cell, problem)
     height, width = plan.shape
+    for cell, step in zip(plan.stairwells, plan.stair_directions, strict=True):
+        if plan[cell] in _FENCED and (step is None or (cell[0] - step[0], cell[1] - step[1]) not in plan.cell_index):
+            problem = "has no way in: its stairs must go down into a wall opposite to a free cell"
+            yield _at(plan, first_line, cell, f"this {LEGEND[plan[cell]][0]} ({plan[cell]}) {problem}")
     everywhere = f"in lines {first_line} to {first_line + height - 1}, columns 1 to {width}"
     if not plan.bins:
         yield f"floor plan '{plan.name}' has no toy bin (B) {everywhere}: the child has nowhere to go"

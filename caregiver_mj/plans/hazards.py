@@ -49,6 +49,7 @@ class HazardKind:
         harm: What does it, in a sentence.
         model: Its file in `models/`. The model's first geom is what is touched.
         colour: What it is drawn in: red, green, blue, of 255.
+        fenced: Whether it is entered only from the side opposite to its stairs. The caregiver does not enter it at all.
     """
 
     name: str
@@ -61,6 +62,7 @@ class HazardKind:
     harm: str
     model: str
     colour: tuple[int, int, int]
+    fenced: bool = False
 
     def __str__(self) -> str:
         return self.name
@@ -69,6 +71,11 @@ class HazardKind:
 STAIRWELL = HazardKind(
     name="stairwell", symbol="S", where=Where.OPENING, damage=5.0, verb="block", cell=("stairwell", "stairwells"),
     at="stairs", harm="falls down stairs", model="stairwell", colour=(204, 121, 167),
+)  # fmt: skip
+GATE = HazardKind(
+    name="gate", symbol="G", where=Where.OPENING, damage=5.0, verb="close",
+    cell=("stairwell with an open gate", "stairwells with open gates"), at="open gates",
+    harm="falls down stairs whose gate stands open", model="gate", colour=(213, 94, 0), fenced=True,
 )  # fmt: skip
 CANDLE = HazardKind(
     name="candle", symbol="C", where=Where.ON_TABLE, damage=4.0, verb="relocate",
@@ -80,7 +87,7 @@ TABLE = HazardKind(
     name="table", symbol="T", where=Where.FURNITURE, damage=1.0, verb=None, cell=("bare table", "bare tables"),
     at="bare tables", harm="bumps into bare tables", model="table", colour=(133, 100, 72),
 )  # fmt: skip
-KINDS = (STAIRWELL, CANDLE, TABLE)  # a kind of your own is a record here, and a model
+KINDS = (STAIRWELL, CANDLE, TABLE, GATE)  # a kind of your own is a record here, and a model
 _IN_SHORT = tuple(kind.name for kind in (STAIRWELL, CANDLE, TABLE))  # of "5:4:1"
 
 
@@ -92,8 +99,8 @@ def kinds_at(*where: Where) -> tuple[HazardKind, ...]:
 class DamageWeights(Mapping[str, float]):
     """Damage of one collision with each kind of thing, by its name. Walls, bins and the caregiver do none.
 
-    `DamageWeights(stairwell=20)`, or in the order of `KINDS`, `DamageWeights(5, 4, 1)`. What is not given is as by
-    default.
+    `DamageWeights(stairwell=20)`, or of stairwell, candle and table, `DamageWeights(5, 4, 1)`. What is not given is as
+    by default.
     """
 
     def __init__(self, *in_order: float, **by_name: float):
@@ -103,9 +110,9 @@ class DamageWeights(Mapping[str, float]):
             CaregiverError: One is of no kind, or given twice, or no number in 0 to `MOST_DAMAGE`.
         """
         self._weights = {kind.name: kind.damage for kind in KINDS}
-        given = dict(zip(self._weights, in_order, strict=False))
+        given = dict(zip(_IN_SHORT, in_order, strict=False))
         if len(given) < len(in_order) or given.keys() & by_name:
-            raise CaregiverError(f"damage must be one number for each of {', '.join(self._weights)}")
+            raise CaregiverError(f"damage must be one number for each of {', '.join(_IN_SHORT)}")
         for name, value in (given | by_name).items():
             if name not in self._weights:
                 raise CaregiverError(f"no kind of damage '{name}': there are {', '.join(self._weights)}")

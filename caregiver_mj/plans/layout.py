@@ -11,15 +11,21 @@ from __future__ import annotations
 
 import functools
 import importlib.resources
+import math
+from typing import NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
 from scipy import ndimage
 
-from caregiver_mj.plans.cell_graph import ACTIONS, BIN, FREE, WALL, Cell
+from caregiver_mj.plans.cell_graph import BIN, FREE, WALL, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 WALL_THICKNESS = 0.25  # metres, as of a brick wall
+GATE_OPEN, GATE_SHUT = (
+    math.radians(78.0),
+    math.radians(1.0),
+)  # how far gates stand open at first; and when latched, at most
 WALL_HEIGHT = 0.90  # metres; cut low like a doll's house, so that cameras see in
 # Sizes that the models have: by name the model, its geom, which number of its size, and how many times that.
 _SIZES = {
@@ -41,9 +47,48 @@ def __getattr__(name: str) -> float:
 
 @functools.cache
 def _size(model: str, geom: str, number: int, times: int) -> float:
+    return times * _numbers(_find(model, "geom", geom), "size")[number]
+
+
+def _find(model: str, tag: str, name: str) -> ElementTree.Element:
+    """The element of a name in a model."""
     file = importlib.resources.files("caregiver_mj.models") / f"{model}.xml"
-    (found,) = ElementTree.fromstring(file.read_text(encoding="utf-8")).findall(f".//worldbody//geom[@name='{geom}']")
-    return times * float(found.attrib["size"].split()[number])
+    (found,) = ElementTree.fromstring(file.read_text(encoding="utf-8")).findall(f".//worldbody//{tag}[@name='{name}']")
+    return found
+
+
+def _numbers(element: ElementTree.Element, attribute: str) -> tuple[float, ...]:
+    return tuple(float(number) for number in element.attrib[attribute].split())
+
+
+class Gate(NamedTuple):
+    """A gate, seen from the middle of its landing: x towards the stairs, y to the left, metres.
+
+    Attributes:
+        hinge: Where its panel hangs, (x, y); closed, it reaches from there towards -y.
+        length: From the hinge to the panel's other end.
+        height: Of the panel's top above the floor.
+    """
+
+    hinge: tuple[float, float]
+    length: float
+    height: float
+
+
+@functools.cache
+def gate() -> Gate:
+    """Return the gate of `models/gate.xml`."""
+    panel = _find("gate", "body", "panel")
+    x, y, _ = _numbers(panel, "pos")
+    (board,) = panel.findall("./geom[@name='panel']")
+    (_, middle, up), (_, half_length, half_height) = _numbers(board, "pos"), _numbers(board, "size")
+    return Gate((x, y), half_length - middle, up + half_height)
+
+
+def gate_frames(plan: FloorPlan) -> list[tuple[float, float, float]]:
+    """Return the landings behind gates, as `Gate` sees them: x and y of the middle, and the yaw of the way down."""
+    pairs = ((plan.position(cell).tolist(), cell, mouth) for cell, mouth in plan.mouths.items())
+    return [(x, y, math.atan2(mouth[0] - cell[0], cell[1] - mouth[1])) for (x, y), cell, mouth in pairs]
 
 
 class Layout:
@@ -86,8 +131,13 @@ class Layout:
 
     @property
     def obstacles(self) -> np.ndarray:
-        """Everything that a wheeled base must keep clear of, (n, 4): walls, furniture and stairs."""
-        return np.concatenate([self.walls, self.tables, self.bins, self.stairs])
+        """Everything that a wheeled base must keep clear of, (n, 4): walls, furniture, stairs and fences."""
+        return np.concatenate([self.walls, self.tables, self.bins, self.stairs, self.fenced])
+
+    @functools.cached_property
+    def fenced(self) -> np.ndarray:
+        """The landings between fences, gates included, in the order of `plan.mouths`, (n, 4)."""
+        return self._squares(tuple(self.plan.mouths), self.plan.cell_size / 2)
 
     @property
     def floor(self) -> np.ndarray:
@@ -102,37 +152,6 @@ class Layout:
         return _rectangles(np.pad(self._outside, 1, constant_values=True), x, y)
 
     @functools.cached_property
-    def stair_directions(self) -> tuple[Cell | None, ...]:
-        """Where the stairs of each stairwell go down: the step (row, column) from its landing into a wall.
-
-        The wall cell must have walls to both sides and none but wall behind it, so that the stairs do not break into a
-        room; being deeper than a wall is thick, they would stick out of its other face. A wall opposite to
-        a free cell is preferred (one walks straight on), then an outer wall, then the order of `ACTIONS`. A stairwell
-        without such a wall has None; no two have the same wall cell.
-        """
-        plan = self.plan
-        height, width = plan.shape
-        taken: set[Cell] = set()
-        directions: list[Cell | None] = []
-        for row, column in plan.stairwells:
-            best, best_rank = None, (-1, -1)
-            for down, right in ACTIONS:
-                there = (row + down, column + right)
-                beside = ((there[0] + k * right, there[1] + k * down) for k in (-1, 0, 1))
-                behind = (there[0] + down, there[1] + right)
-                protrudes = 0 <= behind[0] < height and 0 <= behind[1] < width and not self._is_wall(behind)
-                if there in taken or protrudes or not all(self._is_wall(cell) for cell in beside):
-                    continue
-                straight_on = (row - down, column - right) in plan.free_neighbours((row, column))
-                outer = there[0] in (0, height - 1) or there[1] in (0, width - 1)
-                if (straight_on, outer) > best_rank:
-                    best, best_rank = (down, right), (straight_on, outer)
-            if best is not None:
-                taken.add((row + best[0], column + best[1]))
-            directions.append(best)
-        return tuple(directions)
-
-    @functools.cached_property
     def doorways(self) -> tuple[tuple[Cell, Cell], ...]:
         """Free cells that lead through a wall, each with the step (row, column) along which one passes it.
 
@@ -142,8 +161,8 @@ class Layout:
             (cell, (down, right))
             for cell in self.plan.free_cells
             for down, right in ((1, 0), (0, 1))
-            if all(self._is_wall((cell[0] + k * right, cell[1] + k * down)) for k in (-1, 1))
-            and not any(self._is_wall((cell[0] + k * down, cell[1] + k * right)) for k in (-1, 1))
+            if all(self.plan.is_wall((cell[0] + k * right, cell[1] + k * down)) for k in (-1, 1))
+            and not any(self.plan.is_wall((cell[0] + k * down, cell[1] + k * right)) for k in (-1, 1))
         }
         return tuple(
             sorted(
@@ -175,20 +194,16 @@ class Layout:
             for down, right in ((-1, 0), (0, 1), (0, -1)):
                 wall = (cell[0] + down, cell[1] + right)
                 beside = [(wall[0] + k * right, wall[1] + k * down) for k in (-1, 0, 1)]
-                if cell in no_place or any(not self._is_wall(w) or w in alcoves for w in beside):
+                if cell in no_place or any(not self.plan.is_wall(w) or w in alcoves for w in beside):
                     continue
                 inwards = np.array([-right, down])  # x and y
                 places.append((plan.position(wall) + half_wall * inwards, float(np.arctan2(inwards[1], inwards[0]))))
         return places
 
-    def _is_wall(self, cell: Cell) -> bool:
-        height, width = self.plan.shape
-        return 0 <= cell[0] < height and 0 <= cell[1] < width and bool(self._wall[cell])
-
     @functools.cached_property
     def _alcoves(self) -> tuple[Cell, ...]:
         """The wall cells in which stairs go down."""
-        pairs = zip(self.plan.stairwells, self.stair_directions, strict=True)
+        pairs = zip(self.plan.stairwells, self.plan.stair_directions, strict=True)
         return tuple((cell[0] + step[0], cell[1] + step[1]) for cell, step in pairs if step is not None)
 
     @functools.cached_property

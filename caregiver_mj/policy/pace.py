@@ -19,6 +19,7 @@ from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.reach import reach_path
 from caregiver_mj.robot.scalar_motion import ScalarMotion
+from caregiver_mj.robot.skills.close import closing
 
 _WAYS = 40  # driven to find the mean
 _STEP = 0.005  # seconds
@@ -47,13 +48,14 @@ def robot_pace(navigator: Navigator, novice_timestep: float, control_timestep: f
     if not cells:
         return PAPER
     of_a_cell = max(seconds / cells, navigator.plan.cell_size / base.velocity)
-    get, place = handling_times(navigator.robot)
-    return Pace(*(time / of_a_cell for time in (novice_timestep, get, place, lost)))
+    times = (novice_timestep, *handling_times(navigator.robot), lost)
+    closes = closing_time(navigator.robot) if navigator.plan.mouths else of_a_cell
+    return Pace(*(time / of_a_cell for time in (*times, closes)))
 
 
 def _ways(plan: FloorPlan) -> list[tuple[Cell, Cell]]:
     """Some of the ways between the landings and the cells beside tables."""
-    places = list(dict.fromkeys([*plan.stairwells, *(c for table in plan.tables for c in plan.free_neighbours(table))]))
+    places = list(dict.fromkeys([*plan.posts, *(c for table in plan.tables for c in plan.free_neighbours(table))]))
     ways = [(start, goal) for start in places for goal in places if start != goal]
     return [ways[i] for i in np.random.RandomState(0).permutation(len(ways))[:_WAYS]]
 
@@ -66,6 +68,12 @@ def handling_times(robot: Embodiment) -> tuple[float, float]:
     opened = _time(robot.limits.gripper, grasp.closed, grasp.open, grasp.open)
     get = down + grasp.grip_time + _time(reach, 1.0, 0.0, approach.drive_loaded)
     return get, down - grasp.release_time + opened + _time(reach, 1.0, 0.0, approach.drive)
+
+
+def closing_time(robot: Embodiment) -> float:
+    """Return the seconds that it takes to close a gate, once the base stands before it."""
+    path = closing(arm_of(robot)).path
+    return path.goal * (_time(path.limits, 0.0, 1.0, 1.0) + robot.grasp.grip_time)
 
 
 def _time(limits: Limits, start: float, end: float, until: float) -> float:

@@ -18,7 +18,7 @@ from caregiver_mj.plans.cell_graph import ACTIONS, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.robot.geometry import Vector
-from caregiver_mj.robot.view import ChildView, View
+from caregiver_mj.robot.view import NO_GATES, ChildView, View
 
 _CLEAR_DISTANCE = 0.05  # metres of a move after which it is clear where the toddler is heading, ...
 _LATEST = 0.5  # ... or the share of a novice timestep after which it will not go anywhere any more
@@ -97,6 +97,7 @@ class Perception:
             children=children,
             candles=observation.get("candle_position", _NO_CANDLES),
             candle_orientations=observation.get("candle_orientation", _NO_ORIENTATIONS),
+            gates=observation.get("gate_position", NO_GATES),
             table_heights=self.table_heights,
             age=self._age,
             unsure=self._unsure,
@@ -151,6 +152,7 @@ class Perception:
         tables, cells = self._candle_places(view, holding)
         # Until the moves that are not made out yet, in novice timesteps: now, if they have just begun.
         time_left = 1.0 - self._gone if any(child.is_clear for child in self._children) else 0.0
+        shut = np.append(np.zeros(len(self._plan.landings), bool), view.closed_gates) if len(view.gates) else None
         return Percept(
             child_cell=np.array([[child.cell for child in self._children]]),
             previous_cell=np.array([[child.previous[0] for child in self._children]]),
@@ -160,6 +162,7 @@ class Perception:
             holding=np.array([holding]),
             candle_cell=cells[None],
             out_of_reach=out_of_reach[None],
+            shut=None if shut is None else shut[None],
             time_left=np.array([time_left]),
             clock=np.array([self._clock]),
             under_way=np.array([under_way]),

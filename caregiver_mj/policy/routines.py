@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.interventions.verb import BLOCK, DO_NOTHING, RELOCATE, STAND_ASIDE, Intervention, verb_of
+from caregiver_mj.interventions.verb import BLOCK, CLOSE, DO_NOTHING, RELOCATE, STAND_ASIDE, Intervention, verb_of
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, Where
 from caregiver_mj.robot import skills
@@ -215,7 +215,7 @@ class Relocating(Routine):
         """Roughly how long it takes to put the candle down on a table and to be in a stairwell."""
         plan = self.means.plan
         (stands,) = plan.graph.beside([plan.tables[table]])
-        landing = plan.cell_index[plan.stairwells[stairwell]]
+        landing = plan.cell_index[plan.posts[stairwell]]
         to_table, to_landing = plan.graph.distances_from([stands, landing])
         moves = int(to_table[percept.caregiver_cell[0]]) + int(to_landing[stands].min())
         cruising = _CRUISING_SHARE * self.means.navigator.robot.limits.base_speed
@@ -241,9 +241,15 @@ def _block(means: Means, intervention: Intervention, *_: object) -> Routine:
     return Routine(means, intervention, skills.Block(means.navigator, stairwell), goes_on=True)
 
 
+def _close(means: Means, intervention: Intervention, *_: object) -> Routine:
+    opening = means.plan.hazards.among(Where.OPENING, intervention.hazard)
+    return Routine(means, intervention, skills.Close(means.navigator, opening - len(means.plan.landings)))
+
+
 # The robot's half of each verb: makes a routine by what the robot sees at the beginning, and the caregiver.
 ROUTINES: dict[str, Callable[[Means, Intervention, View, Percept], Routine]] = {
     BLOCK: _block,
+    CLOSE: _close,
     RELOCATE: Relocating,
     STAND_ASIDE: lambda means, intervention, *_: Routine(means, intervention, skills.StandAside(means.navigator)),
     DO_NOTHING: lambda means, intervention, *_: Routine(means, intervention, skills.Rest(means.navigator)),

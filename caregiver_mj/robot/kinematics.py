@@ -6,10 +6,12 @@ one orientation, pitched down so that the wrist clears the table's top; an uprig
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import itertools
 import math
 import threading
+from collections.abc import Sequence
 from typing import Any
 
 import mink
@@ -114,6 +116,17 @@ class Arm:
                 step = min(1.0, _STEP / np.abs(velocity).max())
                 self._configuration.integrate_inplace(velocity, step)
         raise CaregiverError(f"the arm cannot reach {position[0]:.3f} m ahead at a height of {position[2]:.3f} m")
+
+    def solve_nearest(self, position: np.ndarray, rotation: np.ndarray, guesses: Sequence[np.ndarray]) -> np.ndarray:
+        """Solve the same from the first of some guesses from which it can be.
+
+        Raises:
+            CaregiverError: The arm cannot reach that pose, or from none of them.
+        """
+        for guess in guesses[:-1]:
+            with contextlib.suppress(CaregiverError):
+                return self.solve_pose(position, rotation, guess)
+        return self.solve_pose(position, rotation, guesses[-1])
 
     def pinch(self, q: np.ndarray) -> np.ndarray:
         """Return, by forward kinematics, the pinch point (3,) in metres for joint positions (joints,) in radians."""

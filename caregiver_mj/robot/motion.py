@@ -154,6 +154,8 @@ class RobotMotion(BaseMotion):
 
     def reach_along(self, path: ReachPath) -> None:
         """Give the arm, which is tucked, the path for the next time that it reaches out."""
+        if self.reach_path.returns and self.reached == self.reach_path.goal:
+            self._reach = ScalarMotion(path.limits, 0.0)
         self.reach_path = path
         self._reach.set_limits(path.limits)
 

@@ -30,6 +30,7 @@ class ReachPath:
 
     Attributes:
         goal: s at the last of them.
+        returns: Whether the last of them is the tucked arm again.
         limits: Bounds of s (per second, ...) under which every joint keeps its limits.
     """
 
@@ -37,6 +38,7 @@ class ReachPath:
         self._poses = np.array(poses)
         self._ways = np.diff(self._poses, axis=0)
         self.goal = len(self._ways)
+        self.returns = bool((self._poses[0] == self._poses[-1]).all())
         way = np.abs(self._ways).max(axis=0) + 1e-12
         # The nearer to the end of its range a joint is, the slower it must be, and the poses are the extremes.
         velocity = np.min([arm.velocity_at(self._poses, sign * np.ones_like(self._poses)) for sign in (1, -1)], (0, 1))
@@ -100,7 +102,7 @@ def retrieval_paths(arm: Arm, point: np.ndarray, rotation: np.ndarray, lift: flo
         from it, would come near the robot itself, or would have to creep. Nothing if it is too far away.
     """
     above = np.array([*point[:2], point[2] + _HOVER])
-    for guess in _guesses(arm, rotation) if arm.may_reach(point, rotation) else ():
+    for guess in guesses(arm, rotation) if arm.may_reach(point, rotation) else ():
         try:
             down = arm.solve_pose(point, rotation, guess)
             over = [arm.solve_pose(above, rotation, down)]
@@ -116,8 +118,8 @@ def retrieval_paths(arm: Arm, point: np.ndarray, rotation: np.ndarray, lift: flo
         yield path if clear else None
 
 
-def _guesses(arm: Arm, rotation: np.ndarray) -> list[np.ndarray]:
-    """Joint positions from which a pose of the hand may be found."""
+def guesses(arm: Arm, rotation: np.ndarray) -> list[np.ndarray]:
+    """Return joint positions from which a pose of the hand may be found."""
     bends = arm.embodiment.bends
     heading = math.atan2(rotation[0, 1], -rotation[1, 1])
     guesses = []

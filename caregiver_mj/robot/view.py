@@ -13,6 +13,7 @@ from caregiver_mj.robot.geometry import UPRIGHT, Pose, Vector, upwards
 
 CHILD_RADIUS = layout.CHILD_RADIUS  # metres
 CANDLE_RADIUS, CANDLE_HEIGHT = layout.CANDLE_RADIUS, layout.CANDLE_HEIGHT  # metres
+NO_GATES = np.zeros(0)
 LOOSE = CANDLE_RADIUS + 0.002  # metres of each finger off the middle from which on the hand has let go of a candle
 OFF_TABLE = 0.03  # metres from a table's height beyond which a candle is not on it (one that lies there: 0.022)
 
@@ -41,6 +42,7 @@ class View:
         children: All children in the house, one at least.
         candles: Position of each candle's foot, (candles, 3).
         candle_orientations: Its orientation, a quaternion (w, x, y, z), (candles, 4).
+        gates: How far each gate stands open, (gates,), radians.
         table_heights: How high the tables' tops are, (tables,); None if as usual.
         age: Seconds since all this was observed; what it is now is foretold from that.
         unsure: Metres by which children may be nearer than they seem; 0 if all is seen exactly.
@@ -53,6 +55,7 @@ class View:
     children: tuple[ChildView, ...]
     candles: np.ndarray
     candle_orientations: np.ndarray
+    gates: np.ndarray = dataclasses.field(default_factory=lambda: NO_GATES)
     table_heights: np.ndarray | None = None
     age: float = 0.0
     unsure: float = 0.0
@@ -72,6 +75,11 @@ class View:
     def candle_axis(self, candle: int) -> np.ndarray:
         """Return the unit vector (3,) from a candle's foot to its top, in the house."""
         return upwards(self.candle_orientations[candle])
+
+    @property
+    def closed_gates(self) -> np.ndarray:
+        """Whether each gate is closed, (gates,)."""
+        return self.gates < layout.GATE_SHUT
 
     def table_height(self, table: int) -> float:
         """Return how high a table's top is."""

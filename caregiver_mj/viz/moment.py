@@ -14,8 +14,9 @@ from caregiver_mj.caregivers.percept import Assessment
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.interventions.verb import Mark, verb_of
+from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import KINDS, NOTHING
+from caregiver_mj.plans.hazards import KINDS, NOTHING, State
 from caregiver_mj.viz.hud.state import ChildState, HudState
 
 if TYPE_CHECKING:
@@ -67,6 +68,7 @@ def hud_state(
         damage=outcome["damage"],
         damages={kind.at.split()[-1]: outcome[f"damage_{kind.name}"] for kind in KINDS},
         robot=observation.get("base_position"),
+        gates=observation.get("gate_position", np.zeros(0)).tolist(),
         danger=danger,
         unsafe_danger=unsafe_danger,
         target=policy.target if policy else NOTHING,
@@ -97,6 +99,9 @@ def grid_state(world: GridWorld, family: Family, number: int = 0) -> HudState:
         candles=np.array(candles).reshape(-1, 2),
         damage=float(world.ledger.damage[number]),
         robot=caregiver,
+        gates=np.where(world.state[number] == State.SHUT, 0.0, layout.GATE_OPEN)[
+            len(plan.landings) : len(plan.stairwells)
+        ].tolist(),
         target=intervention.hazard,
         mark=verb_of(intervention.verb).mark(plan, intervention),
     )

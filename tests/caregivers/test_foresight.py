@@ -18,7 +18,7 @@ from caregiver_mj.caregivers.foresight.value_table import (
     Objective,
     ValueTable,
     candles_at_a_time,
-    value_table,
+    value_tables,
 )
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Pace, Percept
@@ -224,7 +224,7 @@ class TestValueTable:
 
     def test_a_relocation_is_worth_what_the_candle_would_have_done(self):
         plan = FloorPlan.parse(TABLES)
-        found = value_table(plan)
+        found = value_tables(plan)[frozenset()]
         near_first, near_second = found.layouts.now(np.array([[0], [1]]))
         # With the child beside the first table and the caregiver far from it, the candle is better elsewhere.
         assert (found.at(near_second, 0, 3) < found.at(near_first, 0, 3)).all()
@@ -408,9 +408,9 @@ class TestManyCandles:
     @pytest.fixture(autouse=True)
     def _few(self, monkeypatch):
         monkeypatch.setattr("caregiver_mj.caregivers.foresight.value_table.LAYOUTS", 8)
-        value_table.cache_clear()
+        value_tables.cache_clear()
         yield
-        value_table.cache_clear()
+        value_tables.cache_clear()
 
     def test_it_plans_for_each_candle_as_if_the_others_stayed(self):
         plan = FloorPlan.parse(FOUR_TABLES)

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from walks import distances, neighbours
 
 from caregiver_mj.errors import FloorPlanError
-from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.generator import design, generate
 from caregiver_mj.plans.request import LARGEST, SEEDS, SMALLEST, Request
@@ -168,7 +167,7 @@ def test_most_things_stand_at_walls_and_some_in_the_open(usual):
     assert 0.6 < np.mean(np.array(tables) > 0) < 0.95
     assert np.mean(np.array(bins) > 0) > 0.95
     assert np.mean(np.array(bins) > 1) > 0.5  # in corners
-    stairs = [step is not None for plan in plans for step in layout.Layout(plan).stair_directions]
+    stairs = [step is not None for plan in plans for step in plan.stair_directions]
     assert 0.7 < np.mean(stairs) < 1.0
 
 

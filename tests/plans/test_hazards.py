@@ -23,7 +23,7 @@ HAZARDS = st.builds(
 
 def test_damage_is_that_of_the_paper():
     weights = DamageWeights()
-    assert weights == {"stairwell": 5.0, "candle": 4.0, "table": 1.0}
+    assert weights == {"stairwell": 5.0, "candle": 4.0, "table": 1.0, "gate": 5.0}
     assert weights.worst == 5.0
     assert DamageWeights(1, 2, 7).worst == 7
 
@@ -47,7 +47,7 @@ def test_damage_is_said_by_name_and_what_is_not_said_is_that_of_the_paper():
 @pytest.mark.parametrize(
     ("damage", "words"),
     [
-        ("stove=3", "no kind of damage 'stove': there are stairwell, candle, table"),
+        ("stove=3", "no kind of damage 'stove': there are stairwell, candle, table, gate"),
         ({"stove": 3}, "no kind of damage 'stove'"),
         ("candle=3,candle=4", "must name each kind once, got 'candle=3,candle=4'"),
         ("candle=3:4", "must be KIND=NUMBER, such as stairwell=5,candle=4, or .* got 'candle=3:4'"),
@@ -129,7 +129,7 @@ def test_numbers_by_hand():
 @pytest.mark.parametrize(
     ("where", "index", "words"),
     [
-        (Where.OPENING, 7, r"the number of a stairwell must be from 0 to 1, or NOTHING \(-1\), got 7"),
+        (Where.OPENING, 7, r"the number of a stairwell or gate must be from 0 to 1, or NOTHING \(-1\), got 7"),
         (Where.OPENING, 2, "from 0 to 1, .* got 2"),
         (Where.OPENING, -2, "from 0 to 1, .* got -2"),
         (Where.OPENING, np.array([[0, NOTHING], [1, 3]]), "from 0 to 1, .* got 3"),
@@ -146,7 +146,7 @@ def test_a_house_without_any_has_no_number_of_one():
     bare = Hazards(())
     assert [bare.number(where, NOTHING) for where in (Where.OPENING, Where.ON_TABLE)] == [NOTHING, NOTHING]
     assert bare.number(Where.ON_TABLE, np.array([], int)).tolist() == []
-    with pytest.raises(CaregiverError, match=r"stairwell must be NOTHING \(-1\), for there is none, got 0"):
+    with pytest.raises(CaregiverError, match=r"stairwell or gate must be NOTHING \(-1\), for there is none, got 0"):
         bare.number(Where.OPENING, 0)
 
 

@@ -63,7 +63,7 @@ def test_inner_walls_worked_by_hand():
 
 def test_stairs_open_the_wall_worked_by_hand():
     plan = FloorPlan.parse("#####\n#B.T#\n#...#\n#.S.#\n#####", cell_size=1.0)
-    assert layout.Layout(plan).stair_directions == ((1, 0),)  # opposite to the free cell in the north
+    assert plan.stair_directions == ((1, 0),)  # opposite to the free cell in the north
     assert rows(layout.Layout(plan).stairs) == [[0, -2, 0.5, 0.5]]
     south = [r for r in rows(layout.Layout(plan).walls) if r[1] == -2]
     assert south == [[-1.3125, -2, 0.8125, 0.125], [1.3125, -2, 0.8125, 0.125]]
@@ -84,7 +84,7 @@ def test_stairs_open_the_wall_worked_by_hand():
     ],
 )
 def test_where_stairs_go_down(text: str, directions: list):
-    assert list(layout.Layout(FloorPlan.parse(text)).stair_directions) == directions
+    assert list(FloorPlan.parse(text).stair_directions) == directions
 
 
 def test_doorways_and_rooms_of_the_paper_house():
@@ -100,7 +100,7 @@ def test_corridor_is_no_doorway():
 
 @pytest.mark.parametrize("plan", [PAPER, APARTMENT], ids=lambda plan: plan.name)
 def test_houses_that_come_along_have_real_stairs_everywhere(plan: FloorPlan):
-    assert None not in layout.Layout(plan).stair_directions
+    assert None not in plan.stair_directions
 
 
 def test_apartment_is_as_large_as_asked_for():
@@ -151,7 +151,7 @@ def test_no_point_gets_out_of_the_house(plan: FloorPlan):
 @settings(max_examples=60, deadline=None)
 @given(plan=PLANS)
 def test_stairs_go_down_in_walls_of_their_own(plan: FloorPlan):
-    directions = layout.Layout(plan).stair_directions
+    directions = plan.stair_directions
     steps = [(cell, step) for cell, step in zip(plan.stairwells, directions, strict=True) if step is not None]
     alcoves = [(row + down, column + right) for (row, column), (down, right) in steps]
     assert len(set(alcoves)) == len(alcoves)

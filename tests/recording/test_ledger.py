@@ -10,8 +10,8 @@ from caregiver_mj.recording.record import names
 
 PLAN = FloorPlan.parse("#####\n#B..#\n#...#\n#T.S#\n#####", "small")  # six free cells
 FREE = 6
-STAIRS, CANDLE, TABLE = (np.array(row, float) for row in ([5, 0, 0], [0, 4, 0], [0, 0, 1]))
-NONE = np.zeros(3)
+STAIRS, CANDLE, TABLE = (np.array(row, float) for row in ([5, 0, 0, 0], [0, 4, 0, 0], [0, 0, 1, 0]))
+NONE = np.zeros(4)
 STAIRWELL, FREE_CELL, NOT = [True, False], [False, True], [False, False]  # what a child is denied
 
 
@@ -28,7 +28,7 @@ def book(ledger, begun, ended, harm, toys=None, blocked=None) -> None:
 
 
 def test_kinds_are_those_of_the_columns():
-    assert [kind.name for kind in KINDS] == ["stairwell", "candle", "table"]
+    assert [kind.name for kind in KINDS] == ["stairwell", "candle", "table", "gate"]
 
 
 def test_an_episode_of_an_only_child():
@@ -45,6 +45,7 @@ def test_an_episode_of_an_only_child():
         "damage_stairwell": 5.0,
         "damage_candle": 8.0,
         "damage_table": 1.0,
+        "damage_gate": 0.0,
         "damage_by_child": [14.0],
         "damage_until_stop": 14.0,
         "stopped": 0,
@@ -75,8 +76,8 @@ def test_an_episode_of_an_only_child():
 
 def test_the_paper_stops_above_fifteen_not_at_it():
     one = ledger([0])
-    for damage in (5, 5, 5):
-        book(one, [[0]], [[0]], [[[damage, 0, 0]]])
+    for _ in range(3):
+        book(one, [[0]], [[0]], [[STAIRS]])
     assert (one.outcome()["stopped"], one.outcome()["timesteps_to_threshold"]) == (0, 10)
     book(one, [[0]], [[0]], [[CANDLE]])
     book(one, [[0]], [[0]], [[STAIRS]])  # after the stop
@@ -135,7 +136,7 @@ def test_episodes_of_a_batch_do_not_mix():
     random = np.random.default_rng(0)
     for _ in range(8):
         begun, ended = random.integers(FREE, size=(2, 2, 2))
-        harm = 5.0 * random.integers(2, size=(2, 2, 3))
+        harm = 5.0 * random.integers(2, size=(2, 2, len(KINDS)))
         toys, blocked = random.random((2, 2)) < 0.5, random.random((2, 2, 2)) < 0.5
         together.book(begun, ended, harm, toys, blocked)
         for i, one in enumerate(alone):

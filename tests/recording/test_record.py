@@ -30,6 +30,7 @@ def test_former_columns_are_all_there_in_their_order():
     assert {column.name for column in COLUMNS} - set(FORMER) == {
         "family",
         "children",
+        "damage_gate",
         "damage_by_child",
         "toys_by_child",
         "stopped",

@@ -16,9 +16,10 @@ from caregiver_mj.caregivers.foresight.child_model import CHANGE, EPSILONS, chil
 from caregiver_mj.caregivers.foresight.value_table import (
     OBJECTIVE,
     Objective,
+    Tables,
     ValueTable,
     candles_at_a_time,
-    value_table,
+    value_tables,
 )
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import HORIZON, Assessment, Outlook, Percept, bare_tables
@@ -38,7 +39,7 @@ HYSTERESIS = 0.004
 class Options:
     """Everything that can be done in W worlds, and what is then to be expected.
 
-    In this order: to block each stairwell, to stand aside, to stay, to relocate each candle.
+    In this order: to block each stairwell or close its gate, to stand aside, to stay, to relocate each candle.
 
     Attributes:
         damage: Expected damage to come, (W, options).
@@ -47,6 +48,9 @@ class Options:
 
     damage: np.ndarray
     table: np.ndarray
+
+
+_OPTIONS = tuple(field.name for field in dataclasses.fields(Options))
 
 
 class ForesightCaregiver(Caregiver):
@@ -95,8 +99,8 @@ class ForesightCaregiver(Caregiver):
         self.belief = Belief(child_chain(self.plan), batch, children, self._change)
         self._begun, self._table = np.full((2, batch), NOTHING)  # number of the option, and destination
 
-    def _values(self) -> ValueTable:
-        return value_table(self.plan, self.pace, self._objective)
+    def _values(self) -> Tables:
+        return value_tables(self.plan, self.pace, self._objective)
 
     def watch(self, percept: Percept) -> None:
         self.belief.watch(percept.previous_cell, percept.previous_action, percept.caregiver_cell)
@@ -144,7 +148,20 @@ class ForesightCaregiver(Caregiver):
 
     def options(self, percept: Percept, worlds: np.ndarray) -> Options:
         """Return what can be done in some worlds, (W,), in which all candles are on tables."""
-        values = self._values()
+        landings = len(self.plan.landings)
+        shut = np.zeros((len(worlds), 0), bool) if percept.shut is None else percept.shut[worlds, landings:]
+        ways, which = np.unique(shut, axis=0, return_inverse=True)
+        parts = [
+            self._options(values, percept, worlds[which.ravel() == way])
+            for way, values in enumerate(
+                self._values()[frozenset((landings + np.flatnonzero(row)).tolist())] for row in ways
+            )
+        ]
+        order = np.argsort(np.argsort(which.ravel(), kind="stable"))
+        return Options(*(np.concatenate([getattr(part, name) for part in parts])[order] for name in _OPTIONS))
+
+    def _options(self, values: ValueTable, percept: Percept, worlds: np.ndarray) -> Options:
+        """Return the same for worlds in which the same gates are shut."""
         motion, count, candles = values.motion, len(worlds), percept.candle_table.shape[1]
         cell, tables = percept.caregiver_cell[worlds], percept.candle_table[worlds]
         left = np.ones(count) if percept.time_left is None else percept.time_left[worlds]

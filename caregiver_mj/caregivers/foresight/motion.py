@@ -25,12 +25,12 @@ def motion(plan: FloorPlan, pace: Pace = PAPER) -> Motion:
 class Motion:
     """The caregiver's motion by the rules of `plans.routes`, the same that its world moves it by.
 
-    The *places* are the landings of the stairwells, then the tables (any cell beside one will do), then `aside`, out of
-    the child's way, and `stay`. A *step* is the time in which the caregiver walks one cell.
+    The *places* are the posts (landings of stairwells, cells before gates), then the tables (any cell beside one will
+    do), then `aside`, out of the child's way, and `stay`. A *step* is the time in which the caregiver walks one cell.
 
     Attributes:
         pace: How long it takes.
-        posts: Cells of the landings.
+        posts: Cells from which it keeps children from each opening.
         stands: The cells beside each table, (tables, cells beside one), filled up with the first of them.
         aside: Number of that place; that of `stay` is the next one.
         distance: Steps to every place, `UNREACHABLE` where the child bars the way, (aside + 1, C, R): by the child's
@@ -43,7 +43,7 @@ class Motion:
     def __init__(self, plan: FloorPlan, pace: Pace = PAPER):
         graph, cells = plan.graph, len(plan.caregiver_cells)
         self.pace = pace
-        self.posts = [plan.cell_index[cell] for cell in plan.stairwells]
+        self.posts = [plan.cell_index[cell] for cell in plan.posts]
         stands = graph.beside(plan.tables)
         goals = [[post] for post in self.posts] + stands
         self.aside = len(goals)

@@ -1,11 +1,14 @@
 """Value table: the damage to come for every cell of the child, cell of the caregiver and layout of the candles.
 
 The state of the decision process is the child (cell, toy bin, epsilon: `danger.chain`), the caregiver's cell and the
-layout. In a timestep the child moves, then the caregiver goes on to one of its places (a landing, a table with a
-candle, aside, or where it is), by the routes that its world moves it by, and may think better of it in the next one.
+layout. In a timestep the child moves, then the caregiver goes on to one of its places (a landing, a gate, a table with
+a candle, aside, or where it is), by the routes that its world moves it by, and may think better of it in the next one.
 What the child does depends on the caregiver: a move into it leaves the child where it is, and costs a price. Only while
 a candle is in the hand, for the few timesteps that it takes to put it down, is the child thought to walk on regardless,
 though the price of what it is denied meanwhile is counted.
+
+A gate that has been closed stays so: each set of closed gates has a table of its own, and what is to come once one more
+is closed is known before a table is worked out.
 
 The values are found by value iteration (Bellman 1957; Puterman 1994, chapter 6).
 """
@@ -28,10 +31,15 @@ from caregiver_mj.danger.chain import ChildChain, expected_hits
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, TABLE, Where
 
-LARGEST, LAYOUTS = 40_000_000, 128  # states, layouts: where there are more, fewer candles are planned for at a time
+LARGEST, LAYOUTS = (
+    40_000_000,
+    128,
+)  # states of all tables, layouts of each: where there are more, fewer candles are planned for at a time
+GATES = 3  # where there are more, it is not planned at all
 _BEGIN = 0.2  # share of the damage to a child alone to begin the iteration with: about what is left of it
 _NEVER = 1e9  # damage of what cannot be done; finite, for beliefs of zero are multiplied with it
 _EVERY = 5  # sweeps after which what comes of carrying a candle is brought up to date
+Tables = dict[frozenset[int], "ValueTable"]  # by the openings whose gates are shut
 # By steps in a timestep: for each table states, which of m they come to, and what is then to come: see `_Fetch`.
 _Fetched = dict[int, list[tuple[np.ndarray, np.ndarray, np.ndarray]]]
 
@@ -88,7 +96,9 @@ class _Fetch:
 
 def candles_at_a_time(plan: FloorPlan) -> int:
     """Return for how many candles at a time a house can be planned; -1 if it is too large even for none."""
-    states = len(plan.free_cells) * len(_possible(child_chain(plan))) * len(plan.caregiver_cells)
+    if len(plan.mouths) > GATES:
+        return -1
+    states = len(plan.free_cells) * len(_possible(child_chain(plan))) * len(plan.caregiver_cells) << len(plan.mouths)
     tables, candles = len(plan.tables), len(plan.candle_tables)
     layouts = {count: math.comb(tables, count) for count in range(candles + 1)}
     return max((n for n, ways in layouts.items() if ways <= LAYOUTS and states * ways <= LARGEST), default=-1)
@@ -110,9 +120,14 @@ def _possible(chain: ChildChain) -> np.ndarray:
 
 
 @functools.lru_cache(maxsize=2)
-def value_table(plan: FloorPlan, pace: Pace = PAPER, objective: Objective = OBJECTIVE) -> ValueTable:
-    """Return the value table of a house at a pace of the caregiver; made once."""
-    return ValueTable(plan, pace, objective)
+def value_tables(plan: FloorPlan, pace: Pace = PAPER, objective: Objective = OBJECTIVE) -> Tables:
+    """Return the value tables of a house at a pace of the caregiver, by which gates are shut; made once."""
+    gates = range(len(plan.landings), len(plan.stairwells))
+    tables: Tables = {}
+    for count in range(len(gates), -1, -1):
+        for shut in map(frozenset, itertools.combinations(gates, count)):
+            tables[shut] = ValueTable(plan, pace, objective, shut, tables)
+    return tables
 
 
 class ValueTable:
@@ -126,15 +141,37 @@ class ValueTable:
         value: The damage, (layouts, C R, J): by layout, by the cells of child and caregiver, c R + r, and by what is
             possible.
         staying: Damage of a candle that stays on each table for ever, beyond that of a bare table, (C, tables, J).
+        closed: For each gate that is shut what was to come when the caregiver, before it, began to close it as the last
+            one, (layouts, C, J).
     """
 
-    def __init__(self, plan: FloorPlan, pace: Pace = PAPER, objective: Objective = OBJECTIVE):
+    def __init__(
+        self,
+        plan: FloorPlan,
+        pace: Pace = PAPER,
+        objective: Objective = OBJECTIVE,
+        shut: frozenset[int] = frozenset(),
+        tables: Tables | None = None,
+    ):
+        """Work it out.
+
+        Args:
+            plan: The house.
+            pace: How long the caregiver takes for what it does.
+            objective: What is to be least.
+            shut: Numbers of the openings whose gates are shut.
+            tables: Those in which one more is, by theirs; where there is none, that gate is never closed.
+        """
         self.plan, self.motion, self._objective = plan, motion(plan, pace), objective
         chain = child_chain(plan)
         self.possible = _possible(chain)
         self._cells, self._places, self._states = chain.shape[0], len(plan.caregiver_cells), len(self.possible)
         stairwells, fall, bump, more = len(plan.stairwells), *costs(plan)
-        harm = np.array([fall] * stairwells + [bump] * len(plan.tables))
+        self._fall = np.array([fall * (opening not in shut) for opening in range(stairwells)])
+        harm = np.append(self._fall, [bump] * len(plan.tables))
+        more_shut = {gate: (tables or {}).get(shut | {gate}) for gate in range(len(plan.landings), stairwells)}
+        self._closed = [(self.motion.posts[gate], one.closed[gate]) for gate, one in more_shut.items() if one]
+        self.closed: dict[int, np.ndarray] = {}
         among = (np.arange(self._cells)[:, None] * (chain.size // self._cells) + self.possible).ravel()
         forever, hits = expected_hits(chain, objective.discount)[among], chain.hits[among]
         by_table = (self._cells, self._states, len(plan.tables))
@@ -144,7 +181,7 @@ class ValueTable:
         self._open = (hits @ harm).astype(np.float32)  # likewise of all else, if nobody is in the way
         self._alone = _single(objective.discount * chain.transition[among][:, among])
         self._ahead = np.empty(0)  # see `_arrive`
-        self.value = self._solve(chain, (forever @ harm).astype(np.float32).reshape(self._cells, 1, self._states))
+        self.value = self._solve(chain, (forever @ harm).astype(np.float32).reshape(self._cells, 1, self._states), shut)
 
     # -- What to expect --------------------------------------------------------------------------
 
@@ -201,7 +238,7 @@ class ValueTable:
 
     # -- The programme ---------------------------------------------------------------------------
 
-    def _solve(self, chain: ChildChain, bare: np.ndarray) -> np.ndarray:
+    def _solve(self, chain: ChildChain, bare: np.ndarray, shut: frozenset[int]) -> np.ndarray:
         """Iterate from a share of the damage to a child alone; what `bare` tables and stairs do, (C, 1, J)."""
         cells, places, states = self._cells, self._places, self._states
         bears, discount = self.layouts.bears, self._objective.discount
@@ -246,6 +283,7 @@ class ValueTable:
             for layout, now in enumerate(value):  # one after the other, for one fits into the processor's cache
                 self._best(layout, now, fetched, best)
                 np.add((transition @ best.ravel()).reshape(best.shape), cost[layout], out=new[layout])
+                self._close(layout, new[layout])
                 change = max(change, float(np.abs(np.subtract(new[layout], now, out=best)).max()))
             if looks and sweep in self._settles:
                 for lasting, group in apart:
@@ -255,7 +293,18 @@ class ValueTable:
             if change < self._objective.tolerance:
                 break
         self._arrive(value)
+        for gate in shut:  # it stands before that while it closes it
+            after = value
+            for _ in range(round(self.motion.pace.close / self.motion.pace.cells)):
+                after = (transition @ after.reshape(len(after), -1).T).T.reshape(after.shape) + cost
+            self.closed[gate] = after.reshape(-1, cells, places, states)[:, :, self.motion.posts[gate]]
         return value
+
+    def _close(self, layout: int, value: np.ndarray) -> None:
+        """Let the caregiver close a gate before which it stands, where that is better: values of a layout, (C R, J)."""
+        by_cell = value.reshape(self._cells, self._places, self._states)
+        for post, closed in self._closed:
+            np.minimum(by_cell[:, post], closed[layout], out=by_cell[:, post])
 
     @property
     def _settles(self) -> tuple[int, int]:
@@ -284,7 +333,7 @@ class ValueTable:
             (C R J, C R J); damage and price, (layouts, C R, J); and the price alone, (C R, J).
         """
         cells, places, states = self._cells, self._places, self._states
-        (fall, bump, more), posts = costs(self.plan), len(self.motion.posts)
+        (_, bump, more), posts = costs(self.plan), len(self.motion.posts)
         goal, which = np.divmod(self.possible, chain.shape[2])
         epsilon, moves = chain.epsilons[which], chain.greedy.shape[-1]
         number = np.full(chain.shape[1:], -1)
@@ -307,6 +356,7 @@ class ValueTable:
             denial += denied * (wants * (1.0 - epsilon) * purpose + self._objective.random_price * epsilon / moves)
             falls = (met >= 0) & (met < posts)
             landing = np.array([*self.motion.posts, -1])[np.where(falls, met, -1)]
+            fall = np.append(self._fall, 0.0)[np.where(falls, met, -1)][:, None, None]
             cost += fall * (falls[:, None] & (landing[:, None] != here))[..., None] * chance
             bumps = np.flatnonzero(met >= posts)
             cost[bumps] += bump * chance[bumps]

@@ -1,13 +1,14 @@
-"""What the robot can do: block, stand aside, rest, pick, retrieve, place.
+"""What the robot can do: block, close, stand aside, rest, pick, retrieve, place.
 
 Each skill is a small state machine over references. Its `step` is called once a control timestep; it looks at a `View`
 of the world, sets goals of the `RobotMotion` and returns its `Status`. Skills know tables, candles and cells, but
 nothing of danger.
 """
 
+from caregiver_mj.robot.skills.close import Close
 from caregiver_mj.robot.skills.pick import Pick
 from caregiver_mj.robot.skills.place import Place
 from caregiver_mj.robot.skills.retrieve import Retrieve
 from caregiver_mj.robot.skills.skill import Block, Rest, Skill, StandAside
 
-__all__ = ["Block", "Pick", "Place", "Rest", "Retrieve", "Skill", "StandAside"]
+__all__ = ["Block", "Close", "Pick", "Place", "Rest", "Retrieve", "Skill", "StandAside"]

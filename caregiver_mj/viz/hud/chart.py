@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import itertools
+import math
 
 import numpy as np
 from PIL import Image, ImageDraw
 
+from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import BIN, WALL, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import Where
+from caregiver_mj.robot.geometry import Pose, to_world
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.colours import GROUND, TEXT, Colour, mix
 from caregiver_mj.viz.forecast import LEAST, Forecast, place_of, strength
@@ -80,6 +83,8 @@ class Chart:
         things = state.plan.hazards.at(Where.ON_TABLE)
         for index, (thing, position) in enumerate(zip(things, state.candles, strict=True)):
             self._draw_candle(canvas, position, thing.kind.colour, halo=(pointed_at, where) == ("candle", index))
+        for frame, angle in zip(layout.gate_frames(state.plan), state.gates, strict=True):
+            self._draw_gate(canvas, frame, float(angle))
         if state.robot is not None:
             self._draw_robot(canvas, state.robot)
         r = 0.34 * unit
@@ -122,6 +127,14 @@ class Chart:
         canvas.polygon(((x, y - 2.3 * r), (x + 0.95 * r, y - 0.3 * r), (x - 0.95 * r, y - 0.3 * r)), colour)
         canvas.ellipse((x - r, y - r, x + r, y + r), colour)
         canvas.ellipse((x - 0.45 * r, y - 0.35 * r, x + 0.45 * r, y + 0.55 * r), colours.FLAME)
+
+    def _draw_gate(self, canvas: ImageDraw.ImageDraw, frame: Pose, angle: float) -> None:
+        """The fences beside a landing, and the gate between them as far open as it is, radians."""
+        (front, side), length, _ = layout.gate()
+        end = front + length * math.sin(angle), side - length * math.cos(angle)
+        for line in (((front, side), (-front, side)), ((front, -side), (-front, -side)), ((front, side), end)):
+            ends = (self._ground.pixel(np.array(to_world(frame, point))) for point in line)
+            canvas.line([*itertools.chain.from_iterable(ends)], TEXT, width=max(FINE, round(0.1 * self._ground.unit)))
 
     def _draw_robot(self, canvas: ImageDraw.ImageDraw, pose: np.ndarray) -> None:
         """A disc, with an arrow head along the heading if it has one."""

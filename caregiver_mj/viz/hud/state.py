@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -48,6 +49,7 @@ class HudState:
         mark: What is pointed at on the plan: a cell is outlined, a candle gets a halo; None for nothing.
         intervention: What the caregiver is doing, in words.
         forecast: What may be coming, if that is to be shown.
+        gates: How far each gate stands open, radians, (gates,).
     """
 
     plan: FloorPlan
@@ -64,3 +66,4 @@ class HudState:
     mark: Mark | None = None
     intervention: str = ""
     forecast: Forecast | None = None
+    gates: Sequence[float] = ()

@@ -1,0 +1,175 @@
+"""Close: to swing a gate shut until it has latched."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans import layout
+from caregiver_mj.robot import geometry
+from caregiver_mj.robot.driver import TIME_OUT
+from caregiver_mj.robot.geometry import Pose, hand_rotation
+from caregiver_mj.robot.kinematics import ATTEMPTS, Arm, arm_of
+from caregiver_mj.robot.motion import RobotMotion
+from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.reach import ReachPath, guesses
+from caregiver_mj.robot.separation import distance_from_line
+from caregiver_mj.robot.skills.skill import Skill
+from caregiver_mj.robot.status import Status
+from caregiver_mj.robot.view import View
+
+# Where the base may stand, seen from the middle of the landing, and how far from the hinge the hand then is: tried in
+# this order. Metres and radians.
+_STANDS = tuple(itertools.product((-0.73, -0.70), (0.2, 0.1, 0.0), (0.0, 0.4, -0.4)))
+_FROM_HINGE = (0.30, 0.35)
+_PITCH = math.radians(65.0)  # of the hand, which points along the panel; straight down it does not reach as far
+_DEPTH, _OVER = 0.025, 0.05  # metres of the pinch point below the panel's top, and above it before and after
+_STEP = math.radians(28.0)  # at most between poses on the hand's arc; it slides along the panel in between
+_BEYOND, _TEST = (
+    math.radians(4.0),
+    math.radians(5.0),
+)  # how far it pushes past the stop, and then back as a test
+_ASTRIDE = 0.021  # metres that each finger then stands off the panel's middle
+# Metres from a child to the gate below which the hand does not go out, and below which it does not move; and seconds
+# within which the child may come as near.
+_CHILD_AWAY, _CHILD_NEAR, _SOON = 0.8, 0.45, 0.4
+
+
+class Closing(NamedTuple):
+    """How a robot closes a gate.
+
+    Attributes:
+        base: Where it stands, seen from the middle of the landing: x towards the stairs.
+        path: The arm's way: over the panel (1), astride it (2), along its arc, and back to the tucked arm.
+        pushed: Number of the pose in which the gate has been pushed to its stop; the next one tests whether it holds.
+    """
+
+    base: Pose
+    path: ReachPath
+    pushed: int
+
+
+class Close(Skill):
+    """Closes a gate: puts the hand astride the panel, swings it to its stop, and tests whether it holds.
+
+    The base stands still while the arm is out, and the hand while a child is near. If one stays, the hand comes back
+    the way it went, and it has failed; a gate that has latched it leaves at a creep.
+
+    Attributes:
+        gate: Its number among the gates.
+    """
+
+    def __init__(self, navigator: Navigator, gate: int):
+        super().__init__(navigator)
+        self.gate = gate
+        self._mouth = list(navigator.plan.mouths.values())[gate]
+        self._frame = layout.gate_frames(navigator.plan)[gate]
+        self._closing = closing(arm_of(self.embodiment))
+        self._at = 0  # number of the pose to go to
+        self._attempts, self._waits_since, self._until = 1, math.inf, 0.0
+        self._withdraws = False
+
+    @property
+    def is_approaching(self) -> bool:
+        return self._at == 0 and not self._withdraws
+
+    def _act(self, view: View, robot: RobotMotion) -> Status:
+        if self.is_approaching:
+            return self._approach(view, robot)
+        is_near = self._is_child_within(view, _CHILD_NEAR)
+        if not is_near:
+            self._waits_since = math.inf
+        elif self._at <= self._closing.pushed and not self._withdraws:
+            robot.stop_reaching()
+            self._waits_since = min(self._waits_since, view.now)
+            if view.now > self._waits_since + TIME_OUT:
+                self._withdraws, self._at = True, max(0, math.ceil(robot.reached) - 1)
+            return Status.COMMITTED
+        robot.reach(float(self._at), creeps=is_near)
+        if robot.reached != self._at or view.now < self._until:
+            return Status.COMMITTED
+        return self._come_back(robot) if self._withdraws else self._go_on(view, robot)
+
+    def _approach(self, view: View, robot: RobotMotion) -> Status:
+        """Drive to where the gate can be closed, and begin to reach there."""
+        robot.reach(0.0)
+        robot.grip(self.embodiment.grasp.open)
+        if view.closed_gates[self.gate]:
+            return Status.DONE
+        x, y, yaw = self._closing.base
+        goal = geometry.to_world(self._frame, (x, y))
+        status = self.driver.drive(view, robot, goal, self._mouth, self._frame[2] + yaw)
+        if status is not Status.DONE or robot.reached > 0.0 or self._is_child_within(view, _CHILD_AWAY):
+            return Status.RUNNING if status is Status.DONE else status
+        robot.reach_along(self._closing.path)
+        self._at = 1
+        return Status.COMMITTED
+
+    def _go_on(self, view: View, robot: RobotMotion) -> Status:
+        """Decide what comes after a pose."""
+        if self._at == self._closing.path.goal:
+            robot.reach_along(self._closing.path)
+            return Status.DONE if view.closed_gates[self.gate] else Status.FAILED
+        if self._at == 2:
+            robot.grip(_ASTRIDE)
+        elif self._at == self._closing.pushed + 1:
+            if not view.closed_gates[self.gate] and self._attempts < ATTEMPTS:
+                self._attempts, self._at = self._attempts + 1, self._closing.pushed
+                return Status.COMMITTED
+            robot.grip(self.embodiment.grasp.open)
+        self._until = view.now + robot.grip_time
+        self._at += 1
+        return Status.COMMITTED
+
+    def _come_back(self, robot: RobotMotion) -> Status:
+        """Go back one pose."""
+        if self._at == 0:
+            return Status.FAILED
+        if self._at == 2:
+            robot.grip(self.embodiment.grasp.open)
+        self._at -= 1
+        return Status.COMMITTED
+
+    def _is_child_within(self, view: View, distance: float) -> bool:
+        """Whether a child is, or may be soon, nearer than that to the gate."""
+        (x, y), length, _ = layout.gate()
+        hinge, end = geometry.to_world(self._frame, (x, y)), geometry.to_world(self._frame, (x, y - length))
+        return distance_from_line(view, hinge, end, _SOON) < distance
+
+
+@functools.cache
+def closing(arm: Arm) -> Closing:
+    """Return how a robot closes a gate.
+
+    Raises:
+        CaregiverError: Its arm cannot.
+    """
+    for base, radius in itertools.product(_STANDS, _FROM_HINGE):
+        try:
+            poses, pushed = _poses(arm, base, radius)
+        except CaregiverError:
+            continue
+        path = ReachPath([arm.tucked, *poses, arm.tucked], arm.embodiment.limits.arm)
+        if all(arm.clears_itself(path.joints(s)) for s in np.linspace(0.0, path.goal, 4 * path.goal)):
+            return Closing(base, path, pushed)
+    raise CaregiverError(f"the arm of '{arm.embodiment.name}' cannot close a gate")
+
+
+def _poses(arm: Arm, base: Pose, radius: float) -> tuple[list[np.ndarray], int]:
+    """Joint positions of the hand's way, and the number of the one at the stop; CaregiverError if it cannot be gone."""
+    (hinge_x, hinge_y), _, top = layout.gate()
+    arc = np.linspace(layout.GATE_OPEN, -_BEYOND, 1 + math.ceil((layout.GATE_OPEN + _BEYOND) / _STEP)).tolist()
+    over, astride = top + _OVER, top - _DEPTH
+    way = [(layout.GATE_OPEN, over), *((angle, astride) for angle in (*arc, _TEST - _BEYOND, 0.0)), (0.0, over)]
+    found: list[np.ndarray] = []
+    for angle, height in way:
+        place = hinge_x + radius * math.sin(angle), hinge_y - radius * math.cos(angle)
+        point = np.array([*geometry.to_local(base, place), height])
+        rotation = hand_rotation(angle - math.pi / 2 - base[2], _PITCH)
+        found.append(arm.solve_nearest(point, rotation, found[-1:] or guesses(arm, rotation)))
+    return found, 1 + len(arc)

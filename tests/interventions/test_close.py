@@ -1,0 +1,204 @@
+"""Closing gates, in both worlds: where they can be got at, what is left of the stairs, and how the robot does it."""
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from random_plans import plan_texts
+
+import caregiver_mj
+from caregiver_mj.caregivers import Caregiver
+from caregiver_mj.caregivers.foresight.value_table import value_tables
+from caregiver_mj.caregivers.registry import make_caregiver
+from caregiver_mj.children.tape import Tape
+from caregiver_mj.errors import CaregiverError, FloorPlanError
+from caregiver_mj.grid.world import GridWorld
+from caregiver_mj.interventions.verb import Intervention, Interventions
+from caregiver_mj.plans.cell_graph import Target
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING, State
+from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.kinematics import arm_of
+from caregiver_mj.robot.skills.close import closing
+
+HOUSE = FloorPlan.parse("##########\n#G......B#\n#........#\n#.....C.G#\n#...T.S..#\n##########", "gates")
+
+
+def tapes(episodes, timesteps=200):
+    return [Tape.draw_family(np.random.RandomState(seed), 1, timesteps) for seed in range(episodes)]
+
+
+def ran(name, epsilon="1", plan=HOUSE, episodes=30):
+    world = GridWorld(plan, epsilon, None if name == "none" else make_caregiver(name, plan, 0))
+    world.run(tapes(episodes))
+    return world
+
+
+# -- The plan ------------------------------------------------------------------------------------
+
+
+def test_a_gate_is_got_at_from_one_side_only_worked_by_hand():
+    plan = FloorPlan.parse("#####\n#.G.#\n#...#\n#B..#\n#####", "one")
+    assert [str(hazard) for hazard in plan.hazards] == ["gate 1"]
+    assert plan.mouths == {(1, 2): (2, 2)}  # its stairs go down to the north
+    assert (plan.landings, plan.posts) == ((), ((2, 2),))
+    _, target, index = plan.graph.moves
+    north, east, west = 0, 1, 3
+    cell = plan.cell_index
+    assert (target[cell[2, 2], north], index[cell[2, 2], north]) == (Target.STAIRWELL, 0)
+    assert target[cell[1, 1], east] == target[cell[1, 3], west] == Target.WALL
+    assert plan.graph.stairwell_distances[cell[1, 1], 0] == 3  # south, east, north
+
+
+def test_openings_come_before_what_is_on_tables_and_the_open_ones_first():
+    assert [hazard.label for hazard in HOUSE.hazards] == ["S1", "G1", "G2", "C1"]
+    assert len(HOUSE.landings) == 1
+    assert HOUSE.caregiver_cells[len(HOUSE.free_cells) :] == HOUSE.landings
+
+
+@pytest.mark.parametrize("text", ["######\n#B...#\n#.G..#\n#....#\n######", "######\n#.G.B#\n#.T..#\n#....#\n######"])
+def test_one_without_a_way_in_is_refused(text):
+    with pytest.raises(
+        FloorPlanError, match=r"line \d, column 3: this stairwell with an open gate \(G\) has no way in"
+    ):
+        FloorPlan.parse(text)
+
+
+# -- The grid ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["nearest", "expected-danger", "childproof", "wanderer"])
+def test_caregivers_shut_them_for_good(name):
+    world = ran(name)
+    assert (world.state[:, 1:3] == State.SHUT).mean() > 0.9
+    assert (world.state[:, [0, 3]] == State.AS_PLANNED).all()
+    assert world.ledger.totals()["damage_gate"].sum() < 0.2 * ran("none").ledger.totals()["damage_gate"].sum()
+
+
+def test_it_takes_an_action_in_the_cell_before_it():
+    class Closer(Caregiver):
+        def choose(self, percept):
+            return np.full(len(percept.child_cell), 1)
+
+    world = GridWorld(HOUSE, "1", Closer(HOUSE))
+    world.reset(tapes(40))
+    while (world.state[:, 1] == State.AS_PLANNED).any():
+        before, stood = world.state[:, 1].copy(), world.caregiver_cell.copy()
+        world.act_caregiver(world.caregiver)
+        shut = world.state[:, 1] != before
+        assert (stood[shut] == HOUSE.cell_index[HOUSE.posts[1]]).all()
+        world.move_children()
+
+
+def test_foresight_closes_them_where_that_is_worth_it_and_leaves_less_than_the_rule():
+    assert ran("foresight").ledger.damage.sum() < 0.8 * ran("expected-danger").ledger.damage.sum()
+    values = value_tables(HOUSE)
+    assert set(values) == {frozenset(shut) for shut in ((), (1,), (2,), (1, 2))}
+    for shut in ((1,), (2,)):  # nothing is worse for a gate that is shut, but for what value iteration leaves open
+        assert (values[frozenset((1, 2))].value <= values[frozenset(shut)].value + 0.2).all()
+        assert (values[frozenset(shut)].value <= values[frozenset()].value + 0.2).all()
+
+
+@pytest.mark.parametrize(
+    ("verb", "hazard", "words"), [("close", 0, "is for a gate"), ("block", 1, "is for a stairwell")]
+)
+def test_a_verb_is_for_its_kind(verb, hazard, words):
+    class Confused(Caregiver):
+        def choose(self, percept):
+            raise NotImplementedError
+
+        def decide(self, percept):
+            return Interventions.of([Intervention(verb, hazard)])
+
+    with pytest.raises(CaregiverError, match=f"'{verb}' {words}, .*, not for hazard {hazard}"):
+        GridWorld(HOUSE, "0.5", Confused(HOUSE)).run(tapes(1, 2))
+
+
+# -- The house -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("robot", ["mobile_fr3", "mobile_ur5e"])
+def test_the_robot_closes_it_by_contact_and_touches_nothing_but_the_panel(robot):
+    env = caregiver_mj.load("supervise", HOUSE, 0.25, random=1, task_kwargs={"embodiment": robot}, visuals=False)
+    policy = caregiver_mj.CaregiverPolicy(env, "childproof")
+    step, met = env.reset(), set()
+    name = env.physics.model.id2name
+    while policy.interventions_done < 2:
+        step = env.step(policy(step))
+        assert not step.last()
+        pairs = env.physics.data.ptr.contact.geom.tolist()
+        met |= {part for a, b in pairs if "robot/" in (pair := name(a, "geom") + name(b, "geom")) for part in [pair]}
+    touched = {part for part in met if "toddler" not in part}
+    assert touched
+    assert all("/panel" in part and "_pad" in part for part in touched)
+    assert env.physics.gates_latched().all()
+    assert env.task.children.state.tolist() == [0, State.SHUT, State.SHUT, 0]
+    outcome = env.task.outcome()
+    assert outcome["strikes"] == outcome["strikes_surface"] == outcome["candles_dropped"] == 0
+    assert policy.percept().shut.tolist() == [[False, True, True]]
+
+
+@pytest.mark.parametrize("robot", ["mobile_fr3", "mobile_ur5e"])
+def test_the_hand_goes_no_faster_than_its_joints_may(robot):
+    embodiment = find_embodiment(robot)
+    path = closing(arm_of(embodiment)).path
+    assert path.joints(path.goal) == pytest.approx(path.joints(0.0), abs=1e-9)
+    assert path.returns
+    for start in range(path.goal):
+        fastest = np.abs(path.joints(start + 1.0) - path.joints(float(start))) * path.limits.velocity
+        assert (fastest <= embodiment.limits.arm.velocity + 1e-9).all()
+
+
+def test_a_child_that_stays_at_the_gate_makes_the_hand_come_back():
+    plan = FloorPlan.parse("######\n#.G..#\n#....#\n#...B#\n######", "beside")
+    env = caregiver_mj.load("supervise", plan, 0.5, random=0, visuals=False)
+    policy = caregiver_mj.CaregiverPolicy(env, "childproof")
+    step, seen, ended = env.reset(), [], None
+    child = env.task.children[0]
+    child.behaviour.act = lambda sight, draws: np.array([NOTHING])
+    child.put((3, 4))
+    while not step.last() and ended is None:
+        step = env.step(policy(step))
+        skill = policy.executive.routine.skill if policy.executive.routine else None
+        if type(skill).__name__ == "Close":
+            seen.append(skill)
+            if policy.robot.reached > 0.5 and child.cell != plan.cell_index[1, 1]:
+                child.put((1, 1))
+                x, y = plan.position((1, 1)).tolist()
+                child.put_at(x + 0.2, y - 0.2)
+        elif seen:
+            ended = env.physics.time()
+    assert seen[-1].status.failed
+    assert ended < 60.0
+    assert policy.robot.reached == 0.0
+    assert env.task.strikes == 0
+
+
+# -- Any plan ------------------------------------------------------------------------------------
+
+
+def with_gates(text):
+    """A plan with a gate wherever stairs at its border in the north lead straight on."""
+    rows = [list(row) for row in text.split("\n")]
+    for column, (here, before) in enumerate(zip(rows[1], rows[2], strict=True)):
+        if (here, before) == ("S", "."):
+            rows[1][column] = "G"
+    return FloorPlan.parse("\n".join(map("".join, rows)), "random")
+
+
+@settings(max_examples=12, deadline=None)
+@given(plan_texts(largest=9).map(with_gates), st.sampled_from(["nearest", "foresight", "childproof", "wanderer"]))
+def test_in_any_plan_nobody_gets_behind_a_gate_and_none_falls_where_it_is_shut(plan, name):
+    assume(plan.mouths)
+    assert not set(plan.mouths) & set(plan.caregiver_cells)
+    into = plan.graph.bumps[:, :, None] == np.arange(len(plan.landings), len(plan.stairwells))
+    assert into.any(axis=1).sum(axis=0).tolist() == [1] * len(plan.mouths)  # from one cell each
+    world = GridWorld(plan, "1", make_caregiver(name, plan, 0))
+    world.reset(tapes(4, 60))
+    for _ in range(60):
+        shut = world.state[:, len(plan.landings) : len(plan.stairwells)] == State.SHUT
+        before = world.ledger.totals()["damage_gate"].copy()
+        world.step()
+        fell = world.ledger.totals()["damage_gate"] > before
+        assert not (fell & shut.all(axis=1)).any()
+        assert (world.state[:, len(plan.landings) : len(plan.stairwells)][shut] == State.SHUT).all()
