@@ -38,7 +38,7 @@ from study import Parser, make_console, progress
 
 
 def add_options(parser: Parser) -> None:
-    """Declare the options, which say what episodes; those of `blocking` are the same."""
+    """Declare the options."""
     parser.add("run", None, "a finished run in the house, to take them from", type=pathlib.Path, metavar="DIR")
     parser.add("caregiver", "paper", "who protects the children")
     parser.add("houses", ["train-5"], "houses to run without --run")

@@ -244,13 +244,11 @@ class Handicap:
             it; else before each.
         pace: Time that an action takes.
         near: Time that one takes in addition where a child is within `FORESIGHT`, as far as the robot minds it.
-        meanwhile: Time that it has while the children are on their way, as of `GridWorld`.
     """
 
     once: bool = False
     pace: float = 1.0
     near: float = 0.0
-    meanwhile: float = 0.0
 
 
 class HandicappedGrid(GridWorld):
@@ -263,7 +261,7 @@ class HandicappedGrid(GridWorld):
 
     def __init__(self, plan: FloorPlan, family: Family | float, caregiver: Caregiver, handicap: Handicap):
         super().__init__(plan, family, caregiver)
-        self.handicap, self.meanwhile = handicap, handicap.meanwhile
+        self.handicap = handicap
         caregiver.pace = Pace(CAREGIVER_ACTIONS / handicap.pace)
         self._minds = minded_cells(plan)
 
@@ -273,20 +271,13 @@ class HandicappedGrid(GridWorld):
 
     def care(self, caregiver: Caregiver) -> None:
         decides = np.ones(len(self.time), bool)
-        if self.meanwhile:
-            self._spend(caregiver, self.meanwhile, decides, later=CAREGIVER_ACTIONS - self.meanwhile)
-            self.arrive()
-        self._spend(caregiver, CAREGIVER_ACTIONS - self.meanwhile, decides)
-
-    def _spend(self, caregiver: Caregiver, time: float, decides: np.ndarray, later: float = 0.0) -> None:
-        """Has the caregiver act in some time more, with some left for later in the timestep."""
-        self.time += time
+        self.time += CAREGIVER_ACTIONS
         while True:
             cost = self.handicap.pace + self.handicap.near * self.is_near()
             acts = self.time >= cost - _ROUNDING
             if not acts.any():
                 return
-            self.time_left = (self.time + later) / CAREGIVER_ACTIONS
+            self.time_left = self.time / CAREGIVER_ACTIONS
             self.act_caregiver(caregiver, acts, decides)
             self.time -= np.where(acts, cost, 0.0)
             if self.handicap.once:

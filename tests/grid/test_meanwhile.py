@@ -8,7 +8,6 @@ from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
-from studies.grid_to_house import Handicap, HandicappedGrid
 
 NORTH, EAST, SOUTH, WEST = range(4)
 LANDING = FloorPlan.parse("#########\n#......S#\n#B.....##\n#########")
@@ -26,21 +25,19 @@ class Guard(Caregiver):
         return np.zeros(len(percept.child_cell), int)
 
 
-def world(plan, meanwhile, child, caregiver, move, kind=GridWorld):
+def world(plan, meanwhile, child, caregiver, move):
     """A world in which the child goes one way for ever."""
-    options = {"meanwhile": meanwhile} if kind is GridWorld else {"handicap": Handicap(meanwhile=float(meanwhile))}
-    made = kind(plan, 1.0, Guard(plan), **options)
+    made = GridWorld(plan, 1.0, Guard(plan), meanwhile=meanwhile)
     made.reset([[Tape(np.zeros(3), np.tile([0.0, (move + 0.5) / 4, 0.0], (3, 1)))]])
     made.child_cell[:] = made.previous_cell[:] = plan.cell_index[child]
     made.caregiver_cell[:] = plan.cell_index[caregiver]
     return made
 
 
-@pytest.mark.parametrize("kind", [GridWorld, HandicappedGrid])
 @pytest.mark.parametrize(("meanwhile", "harm"), [(0, 5.0), (1, 0.0), (2, 0.0), (3, 0.0)])
-def test_a_caregiver_next_to_the_stairwell_comes_in_between(meanwhile, harm, kind):
+def test_a_caregiver_next_to_the_stairwell_comes_in_between(meanwhile, harm):
     plan = FloorPlan.parse("#########\n#.......#\n#B....S.#\n#########")  # child from the west, caregiver in the east
-    one = world(plan, meanwhile, (2, 5), (2, 7), EAST, kind)
+    one = world(plan, meanwhile, (2, 5), (2, 7), EAST)
     one.step()
     totals = one.ledger.totals()
     assert totals["damage"].tolist() == [harm]
