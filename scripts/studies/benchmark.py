@@ -20,12 +20,10 @@ from typing import Any, ClassVar, ParamSpec, TypeVar
 from unittest import mock
 
 import dm_env
-import mink
 import mujoco
 import numpy as np
 import pandas as pd
 from rich.console import Console
-from ruckig import ControlInterface, InputParameter, Ruckig, Synchronization, Trajectory
 
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
@@ -36,18 +34,14 @@ from caregiver_mj.experiments.provenance import versions
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.experiments.workers import Executor, LocalExecutor, run_jobs
 from caregiver_mj.grid.world import GridWorld
-from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.rendering import control
 from caregiver_mj.house.scene import child_joints
 from caregiver_mj.house.touch import Touch
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.generator import generate
 from caregiver_mj.plans.sets import house_set
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.robot import kinematics, reach
 from caregiver_mj.robot.base_path import BasePath
-from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.robot.kinematics import Arm
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.scalar_motion import ScalarMotion
@@ -70,48 +64,25 @@ class Effort:
     Attributes:
         seconds: Simulated seconds of an episode.
         repeats: How often everything that is compared is repeated.
-        large_seconds: Simulated seconds in the large houses.
-        frames: Frames to draw with each camera.
-        calls: Calls of what takes microseconds.
-        jobs: Episodes for the scaling over processes.
+        knocked: Episodes in which a candle is knocked over.
+        frames: Frames of a film.
         houses: Houses to run on each executor.
     """
 
     seconds: float = 340.0
     repeats: int = 5
-    large_seconds: float = 100.0
-    frames: int = 30
-    calls: int = 2000
-    jobs: int = 6
+    knocked: int = 6
+    frames: int = 120
     houses: int = 100
 
 
-QUICK = Effort(seconds=60.0, repeats=3, large_seconds=20.0, frames=6, calls=300, jobs=4, houses=10)
+QUICK = Effort(seconds=60.0, repeats=3, knocked=4, frames=24, houses=10)
 EPSILON = 0.5  # of the child in all episodes
-
-
-# -- A prototype's figures, measured before this project, on 2 cores without a GPU -------------------
-
-
-# Names of what is compared with it.
 HOUSE = "paper"
 MANIPULATOR = "manipulator:bring_ball"  # dm_control's
-SOLVE, PLAN, SAMPLE = "mink: one iteration (solve_ik)", "ruckig: plan, 1 axis to a position", "ruckig: sample"
-RENDERING = "rendering"
-
-PROTOTYPE = {
-    HOUSE: 108.0,  # x real time: the closed loop, an episode of 270 s with 44 candles taken and put down
-    MANIPULATOR: 35.0,  # x real time, zero action
-    SOLVE: 86.0,  # us
-    PLAN: 4.4,  # us
-    SAMPLE: 0.5,  # us
-    RENDERING: 49.0,  # ms for a frame of 640 x 480 with shadows and 4 x MSAA
-}
-
-
-def prototype(name: str) -> str:
-    """Its figure as text; empty where there is none."""
-    return f"{PROTOTYPE[name]:g}" if name in PROTOTYPE else ""
+# Times real time of a prototype, measured before this project on 2 cores without a GPU: the closed loop, in an episode
+# of 270 s with 44 candles taken and put down; and zero action.
+PROTOTYPE = {HOUSE: "108", MANIPULATOR: "35"}
 
 
 # -- Clocks for parts of a program -------------------------------------------------------------------
@@ -167,13 +138,6 @@ class Clock:
             yield self
 
 
-def seconds_of(function: Callable[[], Any]) -> float:
-    """Seconds that a call takes."""
-    start = time.perf_counter()
-    function()
-    return time.perf_counter() - start
-
-
 # -- A house with the scripted caregiver, and an episode of it on tape -------------------------------
 
 
@@ -186,7 +150,7 @@ class Scene:
         steps: Control timesteps of the episode.
     """
 
-    def __init__(self, house: str | FloorPlan, seconds: float):
+    def __init__(self, house: str, seconds: float):
         self.env = load("supervise", house, EPSILON, random=0, task_kwargs={"time_limit": float("inf")})
         self.policy = CaregiverPolicy(self.env)
         self.steps = round(seconds / self.env.control_timestep())
@@ -304,10 +268,10 @@ def _print_loops(console: Console, figures: dict[str, Any]) -> None:
                        "physics", "policy", "task")  # fmt: skip
     for house, row in figures["houses"].items():
         shares = (f"{row[f'share_{part}']:.0%}" for part in ("physics", "policy", "task"))
-        table.add_row(house, f"{row['real_time_factor']:.0f}", prototype(house), f"{row['bare_real_time_factor']:.0f}",
-                      f"{row['ratio']:.2f}", *shares)  # fmt: skip
+        factors = f"{row['real_time_factor']:.0f}", PROTOTYPE.get(house, ""), f"{row['bare_real_time_factor']:.0f}"
+        table.add_row(house, *factors, f"{row['ratio']:.2f}", *shares)
     for name, factor in figures["dm_control"].items():
-        table.add_row(name, f"{factor:.0f}", prototype(name))
+        table.add_row(name, f"{factor:.0f}", PROTOTYPE.get(name, ""))
     console.print(table)
     ratio = figures["houses"][HOUSE]["real_time_factor"] / figures["dm_control"][MANIPULATOR]
     console.print(f"{HOUSE} is {ratio:.1f} x as fast as {MANIPULATOR}")
@@ -400,20 +364,8 @@ def print_parts(console: Console, house: str, parts: dict[str, dict[str, float]]
 _STEP_GOAL = 0.050  # seconds of computing
 _CAREGIVERS = ("paper", "foresight")
 
-
-@dataclasses.dataclass(frozen=True)
-class Step:
-    """A control step.
-
-    Attributes:
-        seconds: Of computing in the policy.
-        at: When, in simulated seconds.
-        activity: What the robot was doing.
-    """
-
-    seconds: float
-    at: float
-    activity: str
+Episode = tuple[control.Environment, CaregiverPolicy, Knock | None]
+Step = tuple[float, float, str]  # seconds of computing in the policy; when, in simulated seconds; the robot's activity
 
 
 def hitches(effort: Effort, console: Console) -> dict[str, dict[str, float | str]]:
@@ -421,27 +373,22 @@ def hitches(effort: Effort, console: Console) -> dict[str, dict[str, float | str
     table = make_table("Worst control step", "episodes", "steps", "worst ms", "over 50 ms", "at s", "while it would")
     figures: dict[str, dict[str, float | str]] = {}
     for name, episodes in _kinds(effort):
-        worst, steps, over = Step(0.0, 0.0, ""), 0, 0  # and not all steps, for the garbage collector would count those
-        for env, policy, knock in episodes:
-            for step in _play(env, policy, knock, effort.seconds):
-                worst, steps = max(worst, step, key=lambda step: step.seconds), steps + 1
-                over += step.seconds > _STEP_GOAL
-        figures[name] = {"worst": worst.seconds, "over": over, "steps": steps, "activity": worst.activity}
-        row = (f"{1e3 * worst.seconds:.1f}", str(over), f"{worst.at:.1f}", worst.activity)
-        table.add_row(name, str(steps), *row)
+        worst, steps, over = (0.0, 0.0, ""), 0, 0  # and not all steps, for the garbage collector would count those
+        for step in (step for episode in episodes for step in _play(*episode, effort.seconds)):
+            worst, steps, over = max(worst, step, key=lambda step: step[0]), steps + 1, over + (step[0] > _STEP_GOAL)
+        seconds, at, activity = worst
+        figures[name] = {"worst": seconds, "over": over, "steps": steps, "activity": activity}
+        table.add_row(name, str(steps), f"{1e3 * seconds:.1f}", str(over), f"{at:.1f}", activity)
     console.print(table)
     console.print(f"goal: none takes more than {1e3 * _STEP_GOAL:g} ms of computing, other processes not counted\n")
     return figures
-
-
-Episode = tuple[control.Environment, CaregiverPolicy, Knock | None]
 
 
 def _kinds(effort: Effort) -> Iterable[tuple[str, Iterable[Episode]]]:
     """Kinds of episodes by their names: whole ones, and candles that are knocked over at the start."""
     for caregiver in _CAREGIVERS:
         yield f"supervise, {caregiver}", (_supervised(house, caregiver) for house in HOUSES[:2])
-    yield "candles knocked over", map(_knocked, range(effort.jobs))
+    yield "candles knocked over", map(_knocked, range(effort.knocked))
 
 
 def _supervised(house: str, caregiver: str) -> Episode:
@@ -465,7 +412,7 @@ def _play(env: control.Environment, policy: CaregiverPolicy, knock: Knock | None
         start = time.process_time()
         action = policy(timestep)
         if not timestep.first():
-            yield Step(time.process_time() - start, env.physics.time(), policy.activity)
+            yield time.process_time() - start, env.physics.time(), policy.activity
         if knock:
             knock.apply()
         timestep = env.step(action)
@@ -473,219 +420,38 @@ def _play(env: control.Environment, policy: CaregiverPolicy, knock: Knock | None
             most = -math.inf
 
 
-# -- Inverse kinematics and trajectories on their own ------------------------------------------------
-
-
-_AHEAD, _HEIGHT = (0.5, 0.62), (0.7, 0.9)  # metres: where the poses that are solved for lie
-
-
-def parts(effort: Effort, console: Console) -> dict[str, float]:
-    """Medians in microseconds."""
-    found = _solving(effort.calls) | _planning(effort.calls)
-    medians = {name: 1e6 * statistics.median(seconds) for name, seconds in found.items()}
-    table = make_table("Parts", "call", "us", "prototype")
-    for name, microseconds in medians.items():
-        table.add_row(name, f"{microseconds:.1f}", prototype(name))
-    console.print(table)
-    return medians
-
-
-def _solving(calls: int) -> dict[str, list[float]]:
-    """Seconds of every call of inverse kinematics."""
-    robot, random, iterations = find_embodiment(), np.random.default_rng(0), Clock()
-    arm = Arm(robot)
-    start = arm.solve(*robot.postures.carry)
-    with iterations.of(mink, "solve_ik"):
-        nearest, farthest = np.array([_AHEAD, _HEIGHT]).T
-        places = random.uniform(nearest, farthest, size=(calls, 2))
-        solves = [seconds_of(functools.partial(arm.solve, x, z, guess=start)) for x, z in places]
-    return {"mink: inverse kinematics of a pose": solves, SOLVE: iterations.times}
-
-
-def _planning(calls: int) -> dict[str, list[float]]:
-    """Seconds of every call of the trajectories' solver, with the base's limits."""
-
-    def inputs(axes: int) -> InputParameter:
-        base, parameters = find_embodiment().limits.base, InputParameter(axes)
-        parameters.max_velocity = [base.velocity] * axes
-        parameters.max_acceleration, parameters.max_jerk = [base.acceleration] * axes, [base.jerk] * axes
-        return parameters
-
-    straight, corner = inputs(1), inputs(2)
-    straight.target_position = [3.0]
-    corner.control_interface, corner.synchronization = ControlInterface.Velocity, Synchronization.Phase
-    corner.current_velocity, corner.target_velocity = [1.0, 0.0], [0.0, 1.0]
-    trajectory, solver = Trajectory(1), Ruckig(1)
-    functions = {
-        PLAN: lambda: Ruckig(1).calculate(straight, trajectory),
-        "ruckig: plan again with the same solver": lambda: solver.calculate(straight, trajectory),
-        "ruckig: plan, corner of 2 axes": lambda: Ruckig(2).calculate(corner, Trajectory(2)),
-        SAMPLE: lambda: trajectory.at_time(1.0),
-    }
-    return {name: [seconds_of(function) for _ in range(calls)] for name, function in functions.items()}
-
-
-# -- How long it takes to build a house, and everything round it -------------------------------------
-
-
-_BUILDING_GOAL = 1.0  # seconds for the model of a 12 x 10 house
-
-
-def _small() -> FloorPlan:
-    return generate(0, (12, 10), stairwells=2, candles=2, tables=3, bins=3)
-
-
-def _large() -> FloorPlan:
-    return generate(0, (40, 40), stairwells=6, candles=40, tables=40, bins=6)
-
-
-_PLANS = {"12 x 10, 2 candles": _small, "40 x 40, 40 candles": _large}
-
-
-def building(effort: Effort, console: Console) -> dict[str, dict[str, float]]:
-    """Seconds for the model, the environment, and the caregiver up to its first action."""
-    table = make_table("Building a house", "house", "model s", "environment s", "caregiver s")
-    # Pictures of wood and grass are painted once in a process.
-    [(_, first)] = run_jobs(build_first, [0], 2)
-    figures = {"first in a process": {"model": first}}
-    table.add_row("12 x 10, the first in a process", f"{first:.2f}")
-    for name, make in _PLANS.items():
-        times: list[tuple[float, float, float]] = []
-        for _ in range(effort.repeats):  # a new plan each time: plans keep what they have worked out
-            other, fresh = make(), make()
-            model = seconds_of(functools.partial(Physics.from_plan, other))
-            start = time.perf_counter()
-            env = load("supervise", fresh, EPSILON, random=0)
-            ready = time.perf_counter()
-            policy = CaregiverPolicy(env)
-            policy(env.reset())
-            times.append((model, ready - start, time.perf_counter() - ready))
-        row = [statistics.median(column) for column in zip(*times, strict=True)]
-        figures[name] = dict(zip(("model", "environment", "caregiver_to_first_action"), row, strict=True))
-        table.add_row(name, *(f"{seconds:.2f}" for seconds in row))
-    console.print(table)
-    verdict = "as it shall be" if first < _BUILDING_GOAL else "TOO SLOW"
-    console.print(f"a 12 x 10 house in less than {_BUILDING_GOAL:g} s, even the first in a process: {verdict}\n")
-    return figures
-
-
-def build_first(_: int) -> float:
-    """Builds a house in a worker that has built none."""
-    plan = _small()
-    return seconds_of(lambda: Physics.from_plan(plan))
-
-
-# -- The closed loop as houses, tables and candles get more ------------------------------------------
-
-
-_LARGE_SIDE = 40  # cells a side of the houses in which only tables and candles grow
-# Cells a side, candles, bare tables.
-_SIZES = ((12, 2, 2), (20, 10, 10), (30, 20, 20), (_LARGE_SIDE, 5, 5), (_LARGE_SIDE, 20, 20), (_LARGE_SIDE, 40, 40))
-
-
-def growth(effort: Effort, console: Console) -> dict[str, Any]:
-    """Measures all sizes in turn, over and over."""
-    scenes = [
-        Scene(generate(0, (side, side), stairwells=4, candles=candles, tables=tables, bins=4), effort.large_seconds)
-        for side, candles, tables in _SIZES
-    ]
-    for scene in scenes:
-        scene.record()
-    runs: list[list[tuple[float, ...]]] = [[] for _ in scenes]
-    for _ in range(effort.repeats):
-        for scene, repeats in zip(scenes, runs, strict=True):
-            repeats.append((*scene.run(), scene.replay()[0]))
-    rows = [_row(*each) for each in zip(_SIZES, scenes, runs, strict=True)]
-    table = make_table("The closed loop as houses grow", "cells", "tables", "candles", "x real time",
-                       "us a control step", "physics", "policy", "task", "bare mj_step")  # fmt: skip
-    for row in rows:
-        table.add_row(f"{row['side']} x {row['side']}", *(f"{value:.0f}" for value in list(row.values())[1:]))
-    console.print(table)
-    large = [row for row in rows if row["side"] == _LARGE_SIDE]
-    in_all, at_large = _ratios(rows[0], rows[-1]), _ratios(large[0], large[-1])
-    verdict = "at most linear, as it shall be" if at_large["time"] <= at_large["objects"] else "MORE THAN LINEAR"
-    for where, ratio in (
-        (f"{in_all['cells']:.0f} x the cells", in_all),
-        (f"{_LARGE_SIDE} x {_LARGE_SIDE} cells", at_large),
-    ):
-        console.print(f"{ratio['objects']:.0f} x the tables and candles in {where} take {ratio['time']:.1f} x the time")
-    console.print(f"growth with the tables and candles at one size of house: {verdict}\n")
-    return {"houses": rows, "ratios": in_all, "ratios_at_one_size": at_large}
-
-
-def _row(size: tuple[int, int, int], scene: Scene, repeats: list[tuple[float, ...]]) -> dict[str, float]:
-    """What comes of a scene's repeats: seconds in all, in physics, in the policy, and of the replay."""
-    side, candles, tables = size
-    columns = zip(*repeats, strict=True)
-    total, physics, policy, bare = (1e6 * statistics.median(column) / scene.steps for column in columns)
-    return {
-        "side": side,
-        "tables": candles + tables,
-        "candles": candles,
-        "real_time_factor": 1e6 * scene.env.control_timestep() / total,
-        "microseconds_a_step": total,
-        "microseconds_physics": physics,
-        "microseconds_policy": policy,
-        "microseconds_task": total - physics - policy,
-        "microseconds_bare": bare,
-    }
-
-
-def _ratios(few: dict[str, float], many: dict[str, float]) -> dict[str, float]:
-    """By how much more there is of everything."""
-    return {
-        "cells": (many["side"] / few["side"]) ** 2,
-        "objects": (many["tables"] + many["candles"]) / (few["tables"] + few["candles"]),
-        "time": many["microseconds_a_step"] / few["microseconds_a_step"],
-    }
-
-
 # -- What foresight costs as houses grow, in time of the processor: preparation, memory, decisions ---
 
 
 _BATCH = 400  # episodes at once
 _SECONDS = 4  # for which they run, times the repeats, if they do not end before
-_HALF, _LARGE_HOUSE = "20 x 20", "40 x 40, 40 candles"
-
-
-@dataclasses.dataclass(frozen=True)
-class Budget:
-    """What foresight may cost in a house, on one core: seconds, milliseconds, megabytes, timesteps a second."""
-
-    preparation: float = np.inf
-    decision: float = np.inf
-    memory: float = 2000.0
-    speed: float = 0.0
-
-
+_LARGE_HOUSE = "40 x 40, 40 candles"
 _FORESIGHT_HOUSES = {
     "paper": "paper",
     "apartment": "apartment",
-    _HALF: "house-0-20x20",
+    "20 x 20": "house-0-20x20",
     _LARGE_HOUSE: "house-0-40x40-stairwells6-candles40-tables20-bins6",
 }
-_BUDGETS = {"paper": Budget(5.0, 20.0, speed=20_000.0), _LARGE_HOUSE: Budget(60.0, 100.0)}
+_MEMORY = 2000.0  # MB that it may take anywhere, and the most of other figures, by house
+_MOST = {
+    "paper": {"preparation": 5.0, "decision_99": 20.0, "seconds_a_timestep": 1 / 20_000},
+    _LARGE_HOUSE: {"preparation": 60.0, "decision_99": 100.0},
+}
 
 
 def foresight(effort: Effort, console: Console) -> dict[str, dict[str, float]]:
     """Every house in a process of its own, in the grid."""
-    jobs = [(house, _SECONDS * effort.repeats) for house in _FORESIGHT_HOUSES.values()]
     figures = {}
-    for name, job in zip(_FORESIGHT_HOUSES, jobs, strict=True):
-        [(_, figures[name])] = run_jobs(cost, [job], 2)
     table = make_table("Foresight in the grid, one core", "house", "cells", "preparation s", "peak MB", "ms a decision",
                        "of 100 the longest", "timesteps/s", "as it shall be")  # fmt: skip
-    for name, row in figures.items():
-        budget = _BUDGETS.get(name, Budget())
-        kept = (
-            row["preparation"] <= budget.preparation
-            and row["decision_99"] <= budget.decision
-            and row["megabytes"] <= budget.memory
-            and row["timesteps_a_second"] >= budget.speed
-        )
+    for name, house in _FORESIGHT_HOUSES.items():
+        [(_, row)] = run_jobs(cost, [(house, _SECONDS * effort.repeats)], 2)
+        most = {"megabytes": _MEMORY} | _MOST.get(name, {})
+        kept = all(row[what] <= limit for what, limit in most.items())
         table.add_row(name, f"{row['cells']}", f"{row['preparation']:.1f}", f"{row['megabytes']:.0f}",
-                      f"{row['decision']:.1f}", f"{row['decision_99']:.1f}", f"{row['timesteps_a_second']:,.0f}",
+                      f"{row['decision']:.1f}", f"{row['decision_99']:.1f}", f"{1 / row['seconds_a_timestep']:,.0f}",
                       "yes" if kept else "NO")  # fmt: skip
+        figures[name] = row
     console.print(table)
     return figures
 
@@ -711,19 +477,19 @@ def cost(job: tuple[str, int]) -> dict[str, Any]:
         "preparation": preparation,
         "decision": statistics.median(milliseconds),
         "decision_99": float(np.percentile(milliseconds, 99)),
-        "timesteps_a_second": _speed(world, seconds),
+        "seconds_a_timestep": _speed(world, seconds),
         "megabytes": _peak(),  # after all the rest
     }
 
 
 def _speed(world: GridWorld, seconds: float) -> float:
-    """Novice timesteps a second of a batch, which runs for so many seconds, or to its end."""
+    """Seconds of a novice timestep of an episode in a batch, which runs for so many seconds, or to its end."""
     chance = tapes(_BATCH)
     world.reset(chance)
     start = time.process_time()
     while world.timestep < len(chance[0][0].steps) and time.process_time() - start < seconds:
         world.step()
-    return _BATCH * world.timestep / (time.process_time() - start)
+    return (time.process_time() - start) / (_BATCH * world.timestep)
 
 
 def _peak() -> float:
@@ -732,55 +498,25 @@ def _peak() -> float:
     return next(int(line.split()[1]) for line in status.splitlines() if line.startswith("VmHWM")) * 1.024e-3
 
 
-# -- Frames a second of every camera -----------------------------------------------------------------
-
-
-_FRAME = (480, 640)  # height, width
-_CAMERAS = ("overview", "follow", "wrist")
-
-
-def rendering(effort: Effort, console: Console) -> dict[str, float] | None:
-    """Frames a second by camera; None where nothing can be drawn."""
-    env = load("supervise", "paper", EPSILON, random=0)
-    env.reset()
-    height, width = _FRAME
-    table = make_table(f"Rendering, {width} x {height}", "camera", "frames a second", "ms a frame")
-    figures = {}
-    try:
-        for camera in _CAMERAS:
-            draw = functools.partial(env.physics.render, height, width, camera_id=camera)
-            draw()
-            figures[camera] = 1 / statistics.median(seconds_of(draw) for _ in range(effort.frames))
-            table.add_row(camera, f"{figures[camera]:.1f}", f"{1e3 / figures[camera]:.1f}")
-    except RenderingError as error:
-        console.print(f"Rendering was skipped: {error}\n")
-        return None
-    table.add_row("prototype, as large", f"{1e3 / PROTOTYPE[RENDERING]:.1f}", prototype(RENDERING))
-    console.print(table)
-    return figures
-
-
 # -- What a frame of a film costs, and of what that is made up ---------------------------------------
 
 
-_FRAMES = 4  # times those of the cameras' section, for no frame is like the next
 _TRAIL = 600  # looks
 _ROUGH = {"offsamples": 0, "shadowsize": 1024}  # without antialiasing, and shadows half as fine
 
 
 def filming(effort: Effort, console: Console) -> dict[str, dict[str, float]] | None:
     """Milliseconds of a frame by part, on the clock and of all processor cores; None where nothing can be drawn."""
-    frames = _FRAMES * effort.frames
     figures = {}
     try:
         for title, overlay, quality in (("plain", False, {}), ("overlay", True, {}), ("rough", False, _ROUGH)):
-            figures[title] = _film(frames, overlay, quality, time.perf_counter)
-            figures[f"{title}, processor"] = _film(frames, overlay, quality, time.process_time)
+            figures[title] = _film(effort.frames, overlay, quality, time.perf_counter)
+            figures[f"{title}, processor"] = _film(effort.frames, overlay, quality, time.process_time)
     except RenderingError as error:
         console.print(f"Filming was skipped: {error}\n")
         return None
     width, height = DEFAULT_SIZE
-    table = make_table(f"A frame of a film, {width} x {height}, {frames} frames; ms", "part", *figures)
+    table = make_table(f"A frame of a film, {width} x {height}, {effort.frames} frames; ms", "part", *figures)
     for part in next(iter(figures.values())):
         table.add_row(part, *(f"{column[part]:.1f}" for column in figures.values()))
     table.add_row("in all", *(f"{sum(column.values()):.1f}" for column in figures.values()))
@@ -818,52 +554,6 @@ def _film(frames: int, overlay: bool, quality: dict[str, int], timer: Callable[[
             encode(studio.frame())
     episode.env.close()
     return {name: 1e3 * clock.own / frames for name, clock in clocks.items()}
-
-
-# -- Episodes in 1 process and in 2 workers, and the memory of a worker ------------------------------
-
-
-def processes(effort: Effort, console: Console) -> dict[str, Any]:
-    """Real-time factors of all processes together, building not counted, and megabytes."""
-    jobs = [(seed, effort.seconds) for seed in range(effort.jobs)]
-    results = {count: [result for _, result in run_jobs(run_episode, jobs, count)] for count in (1, 2)}
-    factor = {
-        count: count * sum(r["simulated"] for r in rows) / sum(r["seconds"] for r in rows)
-        for count, rows in results.items()
-    }
-    figures = {
-        "real_time_factor_1": factor[1],
-        "real_time_factor_2": factor[2],
-        "speed_up": factor[2] / factor[1],
-        "megabytes_a_worker": statistics.median(row["megabytes"] for row in results[2]),
-    }
-    table = make_table("Jobs", "jobs", "x real time, together")
-    for count in results:
-        table.add_row(str(count), f"{factor[count]:.0f}")
-    console.print(table)
-    console.print(
-        f"2 workers do {figures['speed_up']:.2f} x as much as 1; each takes {figures['megabytes_a_worker']:.0f} MB\n"
-    )
-    return figures
-
-
-def run_episode(job: tuple[int, float]) -> dict[str, float]:
-    """Runs an episode of a seed, for some simulated seconds, in a worker."""
-    import psutil  # here, for it comes with the tests' packages only
-
-    seed, length = job
-    env = load("supervise", "paper", EPSILON, random=seed)
-    policy = CaregiverPolicy(env)
-    timestep = env.reset()
-    start = time.perf_counter()
-    while not timestep.last() and env.physics.time() < length:
-        timestep = env.step(policy(timestep))
-    seconds = time.perf_counter() - start
-    return {
-        "seconds": seconds,
-        "simulated": env.physics.time(),
-        "megabytes": psutil.Process().memory_info().rss / 1e6,
-    }
 
 
 # -- The same run on our own pool and on a Dask cluster, both of this machine with two workers each --
@@ -915,13 +605,8 @@ def executors(effort: Effort, console: Console) -> dict[str, Any]:
 SECTIONS = {
     "closed_loop": closed_loop,
     "hitches": hitches,
-    "parts": parts,
-    "building": building,
-    "growth": growth,
     "foresight": foresight,
-    "rendering": rendering,
     "filming": filming,
-    "processes": processes,
     "executors": executors,
 }
 
@@ -946,7 +631,6 @@ def run(options: argparse.Namespace) -> None:
         "cores": os.cpu_count(),
         "load_before": load,
         "effort": dataclasses.asdict(effort),
-        "prototype": PROTOTYPE,
     }
     console.print(f"{os.cpu_count()} cores; load before the start {load:.1f}: figures are low if that is not near 0\n")
     for name in options.only:

@@ -5,7 +5,7 @@ import time
 import pytest
 from rich.console import Console
 
-from studies.benchmark import Clock, Effort, Scene, dissect, hitches, parts, print_parts
+from studies.benchmark import Clock, Effort, Scene, dissect, hitches, print_parts
 from study import main
 
 
@@ -55,14 +55,8 @@ def test_the_parts_make_up_the_whole(scene, capsys):
     assert "caregiver: a decision" in capsys.readouterr().out
 
 
-def test_calls(capsys):
-    found = parts(Effort(calls=3), Console(width=120))
-    assert len(found) == 6
-    assert all(microseconds > 0.0 for microseconds in found.values())
-
-
 def test_the_worst_control_step_of_each_kind_of_episode(capsys):
-    found = hitches(Effort(seconds=1.0, jobs=1), Console(width=120))
+    found = hitches(Effort(seconds=1.0, knocked=1), Console(width=120))
     assert set(found) == {"supervise, paper", "supervise, foresight", "candles knocked over"}
     assert all(row["steps"] == 49 * (1 if "knocked" in name else 2) for name, row in found.items())
     assert all(0.0 < row["worst"] < 10.0 for row in found.values())
