@@ -20,7 +20,7 @@ import shlex
 import sys
 import textwrap
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
-from typing import Any, TypedDict, TypeVar
+from typing import Any, TypeVar
 
 import jinja2
 import numpy as np
@@ -92,9 +92,9 @@ class Parser(argparse.ArgumentParser):
         """Add `--jobs`."""
         self.add("jobs", 2, "worker processes", said=False)
 
-    def add_file(self, name: str, what: str, metavar: str = "FILE") -> None:
+    def add_file(self, name: str, what: str, metavar: str = "FILE", **details: Any) -> None:
         """Add an option that names a file or folder, on which a page does not depend."""
-        self.add(name, None, what, said=False, type=pathlib.Path, metavar=metavar)
+        self.add(name, None, what, said=False, type=pathlib.Path, metavar=metavar, **details)
 
     def add_trials(self, name: str, count: int, first: int = 0) -> None:
         """Add the options of trials in the house: how many (called `--<name>`), `--first`, `--jobs` and `--json`."""
@@ -319,6 +319,19 @@ def run_episodes(settings: Settings, jobs: int) -> pd.DataFrame:
         return evaluate(settings, jobs=jobs, progress=lambda done: bar.advance(task, done)).episodes
 
 
+def read_run(folder: pathlib.Path) -> tuple[pd.DataFrame, Settings]:
+    """The episodes of a finished run of `caregiver-mj evaluate`, and its settings.
+
+    Raises:
+        CaregiverError: It is none.
+    """
+    try:
+        record = json.loads((folder / "run.json").read_text("utf-8"))
+        return pd.read_parquet(folder / "episodes.parquet"), Settings.of_record(record)
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise CaregiverError(f"'{folder}' must hold a finished run, got {error}") from error
+
+
 def progress(items: Iterable[Item], doing: str, count: int | None = None) -> Iterable[Item]:
     """The items, one after the other; standard error shows what is being done, and how far it has got."""
     return track(items, doing, total=count, console=Console(stderr=True))
@@ -342,59 +355,21 @@ def load_house(name: str) -> FloorPlan:
 # -- Trials in the house -----------------------------------------------------------------------------
 
 
-@dataclasses.dataclass(frozen=True)
-class Trial:
-    """What every trial in the house tells.
-
-    Attributes:
-        house: Name of the house.
-        seed: Seed of all chance in it.
-        strikes: Times that the robot struck a child.
-        drops: Candles that fell.
-    """
-
-    house: str
-    seed: int
-    strikes: int
-    drops: int
+def run_trials(function: Callable[[int], dict[str, Any]], options: argparse.Namespace, doing: str) -> pd.DataFrame:
+    """Run the trial of every seed that the options ask for: a row each."""
+    seeds = range(options.first, options.first + options.trials)
+    return pd.DataFrame(run_all(function, seeds, options.jobs, doing))
 
 
-AnyTrial = TypeVar("AnyTrial", bound=Trial)
-
-
-class Mishaps(TypedDict):
-    """What of a `Trial` is counted alike in all of them."""
-
-    strikes: int
-    drops: int
-
-
-def mishaps(outcome: Mapping[str, float]) -> Mishaps:
-    """A trial's strikes and drops, by a task's outcome."""
+def mishaps(outcome: Mapping[str, float]) -> dict[str, int]:
+    """A trial's strikes and dropped candles, by a task's outcome."""
     return {"strikes": int(outcome["strikes"]), "drops": int(outcome["candles_dropped"])}
 
 
-def total(trials: Iterable[Trial], what: str) -> str:
-    """Strikes, or drops, of several trials together, as text."""
-    return str(sum(getattr(trial, what) for trial in trials))
-
-
-def by_house(trials: Sequence[AnyTrial]) -> dict[str, list[AnyTrial]]:
-    """The trials in each house, and all of them."""
-    houses = dict.fromkeys(trial.house for trial in trials)
-    return {name: [trial for trial in trials if trial.house == name] for name in houses} | {"all": list(trials)}
-
-
-def seeds(options: argparse.Namespace) -> range:
-    """The seeds that the options ask for, one for each trial."""
-    return range(options.first, options.first + options.trials)
-
-
-def write_json(path: pathlib.Path | None, trials: Iterable[Trial]) -> None:
+def write_json(path: pathlib.Path | None, rows: pd.DataFrame) -> None:
     """Write all results to a file, if there is to be one."""
     if path:
-        rows = [dataclasses.asdict(trial) for trial in trials]
-        path.write_text(json.dumps(rows, indent=2) + "\n", encoding="utf-8")
+        path.write_text(json.dumps(rows.to_dict("records"), indent=2) + "\n", encoding="utf-8")
 
 
 # -- Tables on screen --------------------------------------------------------------------------------

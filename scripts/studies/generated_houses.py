@@ -7,11 +7,11 @@ child walks about. Then the caregiver `paper` looks after another child for a wh
 from __future__ import annotations
 
 import argparse
-import dataclasses
 from collections.abc import Sequence
-from typing import TypedDict
+from typing import Any
 
 import numpy as np
+import pandas as pd
 from rich.console import Console
 
 from caregiver_mj.caregivers.caregiver import Caregiver
@@ -23,38 +23,9 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, Where
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.tasks import load
-from study import Parser, Trial, make_console, make_table, mishaps, run_all, seeds, write_json
+from study import Parser, make_console, make_table, mishaps, run_trials, write_json
 
 FIRST = 400_000  # seed of the first house: far from those of the sets, and from those that anything was tried on
-
-
-@dataclasses.dataclass(frozen=True)
-class House(Trial):
-    """How a house fared.
-
-    Attributes:
-        size: Its rows and columns.
-        hazards: How many hazards it has.
-        missed: Those that the robot did not get done on its tour, by name.
-        tour_seconds: How long the tour took; that of an episode if something was missed.
-        tour_strikes: Times that the robot struck the child on it.
-        tour_drops: Candles that fell on it.
-        epsilon: Of the child of the episode.
-        timesteps: Novice timesteps of the episode that were run.
-        damage: That the child took in them.
-        interventions_done: What the caregiver completed in them.
-    """
-
-    size: tuple[int, int]
-    hazards: int
-    missed: tuple[str, ...]
-    tour_seconds: float
-    tour_strikes: int
-    tour_drops: int
-    epsilon: float
-    timesteps: int
-    damage: float
-    interventions_done: int
 
 
 class Tour(Caregiver):
@@ -88,94 +59,75 @@ class Tour(Caregiver):
         return percept.candle_table[0, candle] not in (NOTHING, self.plan.candle_tables[candle])
 
 
-def live_in(seed: int) -> House:
-    """Makes the house of a seed, tours it and lives in it."""
+def live_in(seed: int) -> dict[str, Any]:
+    """Make the house of a seed, tour it and live in it.
+
+    Returns:
+        A row: the house's `size` and number of `hazards`; those `missed` on the tour, by name, and its seconds, strikes
+        and drops; and of the episode the child's `epsilon`, the novice `timesteps` and what came out.
+    """
     plan = FloorPlan.load(f"house-{seed}")
     epsilon = EPSILONS[seed % len(EPSILONS)]
-    tour = _tour(plan, epsilon, seed)
-    env = load("supervise", plan, Family.of(epsilon), episode_random(seed))
-    policy = CaregiverPolicy(env)
-    timestep = env.reset()
-    while not timestep.last():
-        timestep = env.step(policy(timestep))
-    outcome = env.task.outcome()
-    return House(
-        house=plan.name,
-        seed=seed,
-        **mishaps(outcome),
-        size=(len(plan.rows), len(plan.rows[0])),
-        hazards=len(plan.hazards),
-        **tour,
-        epsilon=epsilon,
-        timesteps=env.task.ledger.timestep,
-        damage=float(outcome["damage"]),
-        interventions_done=int(outcome["interventions_done"]),
-    )
-
-
-class _Tour(TypedDict):
-    """What a tour comes to, as fields of a `House`."""
-
-    missed: tuple[str, ...]
-    tour_seconds: float
-    tour_strikes: int
-    tour_drops: int
-
-
-def _tour(plan: FloorPlan, epsilon: float, seed: int) -> _Tour:
-    """Tours the house."""
-    env = load("supervise", plan, Family.of(epsilon), episode_random(seed + 1))
     caregiver = Tour(plan)
-    policy = CaregiverPolicy(env, caregiver)
-    timestep = env.reset()
-    while not timestep.last():
-        timestep = env.step(policy(timestep))
-        if not caregiver.left:
-            break
-    outcome = mishaps(env.task.outcome())
+    toured = _play(plan, epsilon, episode_random(seed + 1), caregiver)
+    tour = {f"tour_{what}": count for what, count in mishaps(toured.task.outcome()).items()}
+    env = _play(plan, epsilon, episode_random(seed))
+    outcome = env.task.outcome()
     return {
+        "house": plan.name,
+        "seed": seed,
+        **mishaps(outcome),
+        "size": (len(plan.rows), len(plan.rows[0])),
+        "hazards": len(plan.hazards),
         "missed": tuple(str(plan.hazards[hazard]) for hazard in caregiver.left),
-        "tour_seconds": float(env.physics.time()),
-        "tour_strikes": outcome["strikes"],
-        "tour_drops": outcome["drops"],
+        "tour_seconds": float(toured.physics.time()),
+        **tour,
+        "epsilon": epsilon,
+        "timesteps": env.task.ledger.timestep,
+        "damage": float(outcome["damage"]),
+        "interventions_done": int(outcome["interventions_done"]),
     }
 
 
-def report(console: Console, houses: Sequence[House]) -> None:
+def _play(plan: FloorPlan, epsilon: float, random: np.random.RandomState, tour: Tour | None = None) -> Any:
+    """Run an episode, or a tour to its end; return its environment."""
+    env = load("supervise", plan, Family.of(epsilon), random)
+    policy = CaregiverPolicy(env, tour) if tour else CaregiverPolicy(env)
+    timestep = env.reset()
+    while not timestep.last():
+        timestep = env.step(policy(timestep))
+        if tour and not tour.left:
+            break
+    return env
+
+
+def report(console: Console, rows: pd.DataFrame) -> None:
     """Prints what came out."""
-    whole = [house for house in houses if house.timesteps == EPISODE_TIMESTEPS]
-    toured = [house for house in houses if not house.missed]
+    toured, missed = rows.missed.map(len) == 0, int(rows.missed.map(len).sum())
+    seconds, hazards = rows.tour_seconds[toured], rows.hazards.sum()
+    whole = rows.timesteps == EPISODE_TIMESTEPS
     table = make_table("Generated houses", "what", "figure")
-    table.add_row("houses made, valid and built", str(len(houses)))
-    table.add_row("of them with every episode complete", str(len(whole)))
-    table.add_row("of them toured to the last stairwell and candle", str(len(toured)))
-    table.add_row("hazards, and those done on the tours", _done(houses))
-    table.add_row("seconds of a tour, median and worst", _seconds(toured))
-    table.add_row("interventions done in an episode, mean", f"{np.mean([h.interventions_done for h in houses]):.1f}")
-    table.add_row(
-        "strikes: tours, episodes", f"{sum(h.tour_strikes for h in houses)}, {sum(h.strikes for h in houses)}"
-    )
-    table.add_row(
-        "candles dropped: tours, episodes", f"{sum(h.tour_drops for h in houses)}, {sum(h.drops for h in houses)}"
-    )
+    for what, figure in {
+        "houses made, valid and built": len(rows),
+        "of them with every episode complete": whole.sum(),
+        "of them toured to the last stairwell and candle": toured.sum(),
+        "hazards, and those done on the tours": f"{hazards}, {hazards - missed}",
+        "seconds of a tour, median and worst": f"{seconds.median():.0f}, {seconds.max():.0f}"
+        if len(seconds)
+        else "none",
+        "interventions done in an episode, mean": f"{rows.interventions_done.mean():.1f}",
+        "strikes: tours, episodes": f"{rows.tour_strikes.sum()}, {rows.strikes.sum()}",
+        "candles dropped: tours, episodes": f"{rows.tour_drops.sum()}, {rows.drops.sum()}",
+    }.items():
+        table.add_row(what, str(figure))
     console.print(table)
-    for house in houses:
-        if house.missed or house.timesteps < EPISODE_TIMESTEPS or house.strikes or house.drops or house.tour_strikes:
-            console.print(
-                f"{house.house}: missed {', '.join(house.missed) or 'nothing'}; {house.timesteps} timesteps; strikes "
-                f"{house.tour_strikes}, {house.strikes}; drops {house.tour_drops}, {house.drops}",
-                highlight=False,
-            )
-
-
-def _done(houses: Sequence[House]) -> str:
-    hazards = sum(house.hazards for house in houses)
-    return f"{hazards}, {hazards - sum(len(house.missed) for house in houses)}"
-
-
-def _seconds(houses: Sequence[House]) -> str:
-    found = [house.tour_seconds for house in houses]
-    return f"{np.median(found):.0f}, {max(found):.0f}" if found else "none"
+    wrong = ~toured | ~whole | (rows[["strikes", "drops", "tour_strikes"]] > 0).any(axis=1)
+    for row in rows[wrong].itertuples():
+        console.print(
+            f"{row.house}: missed {', '.join(row.missed) or 'nothing'}; {row.timesteps} timesteps; strikes "
+            f"{row.tour_strikes}, {row.strikes}; drops {row.tour_drops}, {row.drops}",
+            highlight=False,
+        )
 
 
 def add_options(parser: Parser) -> None:
@@ -185,6 +137,6 @@ def add_options(parser: Parser) -> None:
 
 def run(options: argparse.Namespace) -> None:
     """Run the study and print its table."""
-    houses = run_all(live_in, seeds(options), options.jobs, "living in houses")
+    houses = run_trials(live_in, options, "living in houses")
     report(make_console(), houses)
     write_json(options.json, houses)

@@ -15,15 +15,15 @@ scene.
 from __future__ import annotations
 
 import argparse
-import collections
 import dataclasses
 import functools
 import math
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
+import pandas as pd
 from rich.console import Console
 
 from caregiver_mj.house.physics import Physics
@@ -35,22 +35,9 @@ from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Routes
 from caregiver_mj.tasks import load
 from studies.audit import each_physics_step
-from study import (
-    HOUSES,
-    Parser,
-    Trial,
-    by_house,
-    load_house,
-    make_console,
-    make_table,
-    mishaps,
-    run_all,
-    seeds,
-    total,
-    write_json,
-)
+from study import HOUSES, Parser, load_house, make_console, make_table, mishaps, run_trials, write_json
 
-# What a condition is called on the command line, and what it is.
+# Conditions that are numbers: what each is called on the command line, and what it is.
 _NUMBERS = {
     "noise": "lasting error of perceived candle positions, one sigma, metres",
     "white": "white error of them at every control timestep, one sigma, metres",
@@ -95,9 +82,8 @@ def run(options: argparse.Namespace) -> None:
     fields = {field.name: getattr(options, field.name) for field in dataclasses.fields(Conditions)}
     asked = Conditions(**fields | {"table_height": tuple(options.table_height)})
 
-    def rows(conditions: Conditions, doing: str) -> list[Relocation]:
-        function = functools.partial(relocate, conditions, houses=tuple(options.house))
-        return run_all(function, seeds(options), options.jobs, doing)
+    def rows(conditions: Conditions, doing: str) -> pd.DataFrame:
+        return run_trials(functools.partial(relocate, conditions, houses=tuple(options.house)), options, doing)
 
     if not options.each:
         found = {"": rows(asked, "relocating")}
@@ -106,7 +92,7 @@ def run(options: argparse.Namespace) -> None:
         each = {name: dataclasses.replace(one, embodiment=asked.embodiment) for name, one in EACH.items()}
         found = {name: rows(conditions, name) for name, conditions in each.items()}
         report_each(make_console(), found)
-    write_json(options.json, [row for one in found.values() for row in one])
+    write_json(options.json, pd.concat(found.values()))
 
 
 # -- Conditions --------------------------------------------------------------------------------------
@@ -114,22 +100,7 @@ def run(options: argparse.Namespace) -> None:
 
 @dataclasses.dataclass(frozen=True)
 class Conditions:
-    """What all relocations of a study have in common.
-
-    Attributes:
-        noise: Lasting error of perceived candle positions, one sigma, metres.
-        white: White error of them, likewise.
-        white_base: White error of the base's position, likewise.
-        white_child: White error of the child's, likewise.
-        dropout: Probability that each of them is not seen in a control timestep.
-        delay: How old it is what is seen, seconds.
-        table_height: Of all tables, or the lowest and the highest, metres; none for that of the model.
-        friction: Of everything, as a multiple of the model's.
-        mass: Of candles, likewise.
-        gain: Of the robot's servos, likewise.
-        knock: Whether every candle is knocked over before the robot comes.
-        embodiment: Name of the robot; None for the task's own.
-    """
+    """What all relocations of a study have in common, named and measured as the options are."""
 
     noise: float = 0.0
     white: float = 0.0
@@ -210,75 +181,53 @@ class Knock:
 # -- What is measured --------------------------------------------------------------------------------
 
 
-@dataclasses.dataclass(frozen=True)
-class Relocation(Trial):
-    """How a relocation went.
+def relocate(conditions: Conditions, seed: int, houses: Sequence[str] = HOUSES) -> dict[str, Any]:
+    """Run the relocation of a seed; with each seed it is another house's turn.
 
-    Attributes:
-        failure: What went wrong, "" if nothing did.
-        tipped: Candles that leaned by more than 30 degrees at some time.
-        tilt: Of the candle at the end, degrees.
-        error: Its distance from where the robot was to put it, on its map, metres.
-        lifting: Seconds from arrived to lifted, NaN if it never was.
-        clearing: Seconds from arrived to clear, likewise.
-        seconds: How long all of it took.
-        barred: For how much of that a child stood in the only way, seconds.
-        touches: What the robot touched, save candles and the toddler, and candles, save tables: pairs of names.
+    Returns:
+        A row: `failure`, what went wrong, "" if nothing did; `tipped`, candles that leaned by more than 30 degrees at
+        some time; the candle's `tilt` at the end, degrees, and `error`, its distance from where the robot was to put
+        it, on its map, metres; `lifting` and `clearing`, seconds since it had arrived, NaN for what never was;
+        `seconds` in all, and for how many of them a child stood in the only way, `barred`; `touches`, pairs of names.
     """
-
-    failure: str
-    tipped: int
-    tilt: float
-    error: float
-    lifting: float
-    clearing: float
-    seconds: float
-    barred: float
-    touches: tuple[tuple[str, str], ...]
-
-
-def relocate(conditions: Conditions, seed: int, houses: Sequence[str] = HOUSES) -> Relocation:
-    """Runs the relocation of a seed; with each seed it is another house's turn."""
     plan = load_house(houses[seed % len(houses)])
     env = load("relocate_candle", plan, _EPSILON, random=seed, task_kwargs=conditions.task_kwargs(), visuals=False)
     task, physics = env.task, env.physics
     conditions.alter(physics)
     policy = CaregiverPolicy(env)
-    touches, falls = Touches(physics), Falls(physics)
+    touches, tipped, moments = Touches(physics), np.zeros(len(physics.candle_upright()), bool), list[Moment]()
     timestep = env.reset()
-    start = int(task.candles.starting_tables[task.goal_candle])
-    table = float(task.table_heights[start])
+    start, goal = int(task.candles.starting_tables[task.goal_candle]), task.goal_candle
     barred = Barred(physics, plan, (start, task.goal_table), env.control_timestep())
-    course = Course(physics, policy.robot, task.goal_candle, table)
-    knock = Knock(physics, task.goal_candle, seed)
+    knock = Knock(physics, goal, seed)
     end = math.inf
     with each_physics_step(physics, touches.look):
         while not timestep.last() and physics.time() < end:
             action = policy(timestep)
-            course.note(action)
+            moments.append(Moment.of(physics, policy.robot, action, goal, float(task.table_heights[start])))
             if conditions.knock:
                 knock.apply()
             timestep = env.step(action)
-            falls.look()
+            tipped |= physics.candle_upright() < _TIPPED
             barred.look()
             if policy.interventions_done and end == math.inf:
                 end = physics.time() + _AFTERWARDS
-    lifting, clearing = (math.nan, math.nan) if conditions.knock else course.times()
-    position = physics.candle_poses()[task.goal_candle, :3]
-    return Relocation(
-        house=plan.name,
-        seed=seed,
+    lifting, clearing = (math.nan, math.nan) if conditions.knock else times(moments, policy.robot.robot.grasp)
+    position = physics.candle_poses()[goal, :3]
+    return {
+        "house": plan.name,
+        "seed": seed,
         **mishaps(task.outcome()),
-        tipped=falls.tipped,
-        failure=_failure(task, physics, policy, position),
-        tilt=math.degrees(math.acos(min(1.0, float(physics.candle_upright()[task.goal_candle])))),
-        error=math.dist(position[:2], plan.position(plan.tables[task.goal_table])),
-        lifting=lifting,
-        clearing=clearing,
-        seconds=physics.time() - (_AFTERWARDS if policy.interventions_done else 0.0),
-        barred=barred.seconds,
-        touches=tuple(sorted(touches.pairs)),
-    )
+        "failure": _failure(task, physics, policy, position),
+        "tipped": int(tipped.sum()),
+        "tilt": math.degrees(math.acos(min(1.0, float(physics.candle_upright()[goal])))),
+        "error": math.dist(position[:2], plan.position(plan.tables[task.goal_table])),
+        "lifting": lifting,
+        "clearing": clearing,
+        "seconds": physics.time() - (_AFTERWARDS if policy.interventions_done else 0.0),
+        "barred": barred.seconds,
+        "touches": tuple(sorted(touches.pairs)),
+    }
 
 
 def _failure(task: Any, physics: Physics, policy: CaregiverPolicy, position: np.ndarray) -> str:
@@ -287,65 +236,32 @@ def _failure(task: Any, physics: Physics, policy: CaregiverPolicy, position: np.
         return "" if policy.interventions_done else "placed, but the robot does not know"
     where = f"candle at ({position[0]:.2f}, {position[1]:.2f}, {position[2]:.2f})"
     if not task.is_standing(physics, task.goal_candle):
-        where += ", " + (
-            "held" if physics.is_gripping() and position[2] > task.table_heights.min() + LIFTED else "fallen"
-        )
+        held = physics.is_gripping() and position[2] > task.table_heights.min() + LIFTED
+        where += ", held" if held else ", fallen"
     base = ", ".join(f"{value:.2f}" for value in physics.base_position())
     return f"{where}, robot at ({base}): {policy.activity}, {policy.interventions_done} done at {physics.time():.1f} s"
 
 
-@dataclasses.dataclass(frozen=True)
-class Moment:
-    """One control timestep.
+class Moment(NamedTuple):
+    """One control timestep, before its physics."""
 
-    Attributes:
-        time: Seconds since the start.
-        x: Of the base, metres.
-        y: Likewise.
-        speed: Of the base, m/s.
-        fingers: What they are told: metres that each shall stand off the middle.
-        height: Of the candle's foot above the table from which it is taken, metres.
-        reach: How far the hand reaches out, as a share.
-        held: Whether the fingers are round something.
-    """
-
-    time: float
-    x: float
+    time: float  # seconds since the start
+    x: float  # of the base, metres
     y: float
-    speed: float
-    fingers: float
-    height: float
-    reach: float
-    held: bool
+    speed: float  # of the base, m/s
+    fingers: float  # what they are told: metres that each shall stand off the middle
+    height: float  # of the candle's foot above the table from which it is taken, metres
+    reach: float  # how far the hand reaches out, as a share
+    held: bool  # whether the fingers are round something
 
-
-class Course:
-    """The moments of one relocation."""
-
-    def __init__(self, physics: Physics, robot: RobotMotion, candle: int, table: float):
-        self._physics, self._robot, self._candle, self._table = physics, robot, candle, table
-        self._moments: list[Moment] = []
-
-    def note(self, action: np.ndarray) -> None:
-        """Call with every action, before the physics go on."""
-        physics = self._physics
+    @classmethod
+    def of(cls, physics: Physics, robot: RobotMotion, action: np.ndarray, candle: int, table: float) -> Moment:
+        """The present one, with the action that follows; the table's height in metres."""
         x, y, _ = physics.base_position()
-        self._moments.append(
-            Moment(
-                time=physics.time(),
-                x=x,
-                y=y,
-                speed=math.hypot(*physics.base_velocity()[:2]),
-                fingers=action[self._robot.robot.layout.gripper.start],
-                height=physics.candle_poses()[self._candle, 2] - self._table,
-                reach=self._robot.reached,
-                held=physics.is_gripping(),
-            )
-        )
-
-    def times(self) -> tuple[float, float]:
-        """Seconds from arrived to lifted and from arrived to clear, NaN for what did not happen."""
-        return times(self._moments, self._robot.robot.grasp)
+        fingers = action[robot.robot.layout.gripper.start]
+        height = physics.candle_poses()[candle, 2] - table
+        speed = math.hypot(*physics.base_velocity()[:2])
+        return cls(physics.time(), x, y, speed, fingers, height, robot.reached, physics.is_gripping())
 
 
 def times(moments: Sequence[Moment], grasp: Grasp) -> tuple[float, float]:
@@ -355,24 +271,23 @@ def times(moments: Sequence[Moment], grasp: Grasp) -> tuple[float, float]:
         moments: All moments of a relocation.
         grasp: How the robot takes a candle.
     """
-    rows = np.array([dataclasses.astuple(moment) for moment in moments], float)
-    time, x, y, speed, fingers, height, reach, held = rows.T
+    time, x, y, speed, fingers, height, reach, held = np.array(moments, float).T
 
-    def arrived(at: int | None, start: int | None) -> int | None:
-        """When the base was first at rest where it is at some time, since another time; None if it never was."""
+    def since_arrived(end: int | None, at: int | None, start: int | None) -> float:
+        """Seconds since the base was first at rest, since a start, where it is at some time.
+
+        NaN if it never ended, or the hand opened before the base had arrived: a candle was lost.
+        """
+        if end is None or at is None:
+            return math.nan
         near = np.hypot(x - x[at], y - y[at]) < _ARRIVED
-        return _first(near & (speed < _ARRIVED_SPEED), start)
+        begun = _first(near & (speed < _ARRIVED_SPEED), start)
+        return math.nan if begun is None else float(time[end] - time[begun])
 
     closing = _first(fingers < grasp.open - _SHAKEN, 0)
     lifted = _first(height > LIFTED, closing)
     release = _first(fingers > grasp.closed + _SHAKEN, lifted)
     clear = _first((reach <= _CLEAR) & (held == 0.0), release)
-
-    def since_arrived(end: int | None, at: int | None, start: int | None) -> float:
-        """Seconds; NaN if it never ended, or the hand opened before the base had arrived: a candle was lost."""
-        begun = None if end is None else arrived(at, start)
-        return math.nan if begun is None else float(time[end] - time[begun])
-
     return since_arrived(lifted, closing, 0), since_arrived(clear, release, lifted)
 
 
@@ -412,23 +327,6 @@ class Barred:
         stands = self._stands[physics.is_gripping()]
         if here not in stands and all(routes.route(here, stand, children) is None for stand in stands):
             self.seconds += self._timestep
-
-
-class Falls:
-    """The candles of one relocation."""
-
-    def __init__(self, physics: Physics):
-        self._physics = physics
-        self._tipped = np.zeros(len(physics.candle_upright()), bool)
-
-    def look(self) -> None:
-        """Call at every control timestep."""
-        self._tipped |= self._physics.candle_upright() < _TIPPED
-
-    @property
-    def tipped(self) -> int:
-        """How many have leaned by more than 30 degrees at some time."""
-        return int(self._tipped.sum())
 
 
 class Touches:
@@ -479,92 +377,82 @@ goal: at most (done: at least; 98 % with --noise 0.005).
 prototype: measured before this project, on another robot in another scene. To lifted is its 0.20 s
 to grasped and 0.16 s of lifting, to clear its 0.14 s to released and 0.18 s of withdrawing."""
 
-Rows = Sequence[Relocation]
 _PERCENTILES = {"median": 50, "95 %": 95, "worst": 100}
-# What is told of the relocations of a house, of which the percentiles: a figure of each, and its digits.
-_SPREADS: dict[str, tuple[Callable[[Relocation], float], int]] = {
-    "arrived to lifted, s": (lambda row: row.lifting, 2),
-    "arrived to clear, s": (lambda row: row.clearing, 2),
-    "error if done, mm": (lambda row: math.nan if row.failure else 1000 * row.error, 1),
-    "tilt if done, deg": (lambda row: math.nan if row.failure else row.tilt, 2),
-    "all of it, s": (lambda row: row.seconds, 1),
+# What is told of the relocations of a house, of which the percentiles: its column, and its digits.
+_SPREADS = {
+    "arrived to lifted, s": ("lifting", 2),
+    "arrived to clear, s": ("clearing", 2),
+    "error if done, mm": ("millimetres", 1),
+    "tilt if done, deg": ("tilt_done", 2),
+    "all of it, s": ("seconds", 1),
 }
 
 
-def report(console: Console, relocations: Rows) -> None:
+def report(console: Console, rows: pd.DataFrame) -> None:
     """Prints what came out."""
-    _print_figures(console, relocations)
+    done = rows.failure == ""
+    rows = rows.assign(millimetres=1000 * rows.error.where(done), tilt_done=rows.tilt.where(done))
+    groups = dict(iter(rows.groupby("house", sort=False))) | {"all": rows}
+    if len(groups) > _MOST_COLUMNS:
+        groups = {"all": rows}
+    figures = {"done": list(map(_done, groups.values()))}
+    for name, (column, digits) in _SPREADS.items():
+        for words, percent in _PERCENTILES.items():
+            figures[f"{name}: {words}"] = [_percentile(one[column], percent, digits) for one in groups.values()]
+    figures |= {what: [str(one[what].sum()) for one in groups.values()] for what in ("strikes", "tipped", "drops")}
+    table = make_table("Relocations", "", *groups, "goal", "prototype")
+    for name, values in figures.items():
+        table.add_row(name, *values, _GOALS.get(name, ""), _PROTOTYPE.get(name, ""))
+    console.print(table, width=_WIDTH)
     console.print(_NOTE, highlight=False)
-    _print_touches(console, relocations)
-    for line in (*_slow(relocations), *_wrong(relocations)):
+    for line in (*_touched(rows), *_slow(rows), *_wrong(rows)):
         console.print(line, highlight=False)
 
 
-def report_each(console: Console, found: Mapping[str, Rows]) -> None:
+def report_each(console: Console, found: Mapping[str, pd.DataFrame]) -> None:
     """Prints what came out under each condition, by its name."""
     table = make_table("Relocations", "", "done", "tipped", "drops", "strikes", "to lifted, s", "to clear, s")
     for name, rows in found.items():
-        medians = [_percentile([getattr(row, what) for row in rows], 50, 2) for what in ("lifting", "clearing")]
-        table.add_row(name, _done(rows), *(total(rows, what) for what in ("tipped", "drops", "strikes")), *medians)
+        counts = [str(rows[what].sum()) for what in ("tipped", "drops", "strikes")]
+        table.add_row(name, _done(rows), *counts, *(_percentile(rows[c], 50, 2) for c in ("lifting", "clearing")))
     console.print(table, width=_WIDTH)
     for name, rows in found.items():
         for line in _wrong(rows):
             console.print(f"{name}: {line}", highlight=False)
 
 
-def _done(rows: Rows) -> str:
-    return f"{sum(not row.failure for row in rows)}/{len(rows)}"
+def _done(rows: pd.DataFrame) -> str:
+    return f"{(rows.failure == '').sum()}/{len(rows)}"
 
 
-def _print_figures(console: Console, relocations: Rows) -> None:
-    groups = by_house(relocations)
-    if len(groups) > _MOST_COLUMNS:
-        groups = {"all": list(relocations)}
-    table = make_table("Relocations", "", *groups, "goal", "prototype")
-
-    def add(name: str, figures: Sequence[str]) -> None:
-        table.add_row(name, *figures, _GOALS.get(name, ""), _PROTOTYPE.get(name, ""))
-
-    add("done", list(map(_done, groups.values())))
-    for name, (figure, digits) in _SPREADS.items():
-        for words, percent in _PERCENTILES.items():
-            spread = [_percentile(list(map(figure, rows)), percent, digits) for rows in groups.values()]
-            add(f"{name}: {words}", spread)
-    for mishap in ("strikes", "tipped", "drops"):
-        add(mishap, [total(rows, mishap) for rows in groups.values()])
-    console.print(table, width=_WIDTH)
+def _percentile(values: pd.Series, percent: float, digits: int) -> str:
+    return f"{np.nanpercentile(values, percent):.{digits}f}" if values.notna().any() else "-"
 
 
-def _percentile(values: list[float], percent: float, digits: int) -> str:
-    known = [value for value in values if not math.isnan(value)]
-    return f"{np.percentile(known, percent):.{digits}f}" if known else "-"
+def _touched(rows: pd.DataFrame) -> Iterator[str]:
+    """What was touched, the most often first."""
+    pairs = rows.explode("touches").dropna(subset="touches")
+    if pairs.empty:
+        yield "The robot touched nothing but candles and the toddler, and candles nothing but it and tables."
+    counts = pairs.groupby("touches", sort=False).size().sort_values(ascending=False, kind="stable")
+    for (part, thing), count in counts.items():
+        where = ", ".join(f"{row.house} {row.seed}" for row in pairs[pairs.touches == (part, thing)].itertuples())
+        yield f"touched in {count}: {part} and {thing} ({where})"
 
 
-def _print_touches(console: Console, relocations: Rows) -> None:
-    touches = collections.Counter(pair for row in relocations for pair in row.touches)
-    for (part, thing), count in touches.most_common():
-        seeds = ", ".join(f"{row.house} {row.seed}" for row in relocations if (part, thing) in row.touches)
-        console.print(f"touched in {count}: {part} and {thing} ({seeds})", highlight=False)
-    if not touches:
-        console.print("The robot touched nothing but candles and the toddler, and candles nothing but it and tables.")
-
-
-def _slow(relocations: Rows) -> list[str]:
+def _slow(rows: pd.DataFrame) -> Iterator[str]:
     """The slow ones, the slowest first."""
-    lines = []
     for what in ("lifting", "clearing"):
-        slow = [(getattr(row, what), row) for row in relocations if getattr(row, what) > _SLOW]
-        slow.sort(key=lambda one: -one[0])
-        lines += [f"{row.house}, seed {row.seed}: {what} took {seconds:.2f} s" for seconds, row in slow]
-    return lines
+        slow = rows[rows[what] > _SLOW].sort_values(what, ascending=False, kind="stable")
+        for row in slow.to_dict("records"):
+            yield f"{row['house']}, seed {row['seed']}: {what} took {row[what]:.2f} s"
 
 
-def _wrong(relocations: Rows) -> list[str]:
+def _wrong(rows: pd.DataFrame) -> Iterator[str]:
     """What went wrong in which."""
-    lines = []
-    for row in relocations:
+    for row in rows.itertuples():
         mishaps = (row.strikes, "strikes"), (row.tipped, "tipped"), (row.drops, "drops")
-        counts = [f"{count} {what}" for count, what in mishaps if count]
         failure = row.failure and f"{row.failure}; a child stood in the only way for {row.barred:.1f} s"
-        lines += [f"{row.house}, seed {row.seed}: {wrong}" for wrong in (failure, *counts) if wrong]
-    return lines
+        for wrong in (failure, *(f"{count} {what}" for count, what in mishaps if count)):
+            if wrong:
+                yield f"{row.house}, seed {row.seed}: {wrong}"

@@ -3,12 +3,13 @@
 import json
 
 import numpy as np
+import pandas as pd
 from printed import printed
 
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from studies.generated_houses import House, Tour, report
+from studies.generated_houses import Tour, report
 from study import main
 
 PLAN = FloorPlan.parse("#######\n#S..C##\n#T...T#\n#..B..#\n#######")  # tables: the candle's is the first
@@ -20,7 +21,7 @@ def house(seed, **others):
         "tour_seconds": 50.0, "tour_strikes": 0, "tour_drops": 0, "epsilon": 0.5, "timesteps": 200, "damage": 7.0,
         "interventions_done": 9,
     }  # fmt: skip
-    return House(**values | others)
+    return values | others
 
 
 def percept(caregiver_cell=0, candle_table=0, holding=NOTHING, out_of_reach=(False, False)):
@@ -52,7 +53,8 @@ def test_a_tour_takes_no_candle_back_to_its_table():
 
 
 def test_what_went_wrong_is_named():
-    text = printed(report, [house(1), house(2, missed=("candle 1",)), house(3, strikes=1), house(4, timesteps=20)])
+    houses = [house(1), house(2, missed=("candle 1",)), house(3, strikes=1), house(4, timesteps=20)]
+    text = printed(report, pd.DataFrame(houses))
     assert "houses made, valid and built 4" in " ".join(text.split())
     assert "hazards, and those done on the tours 20, 19" in " ".join(text.split())
     wrong = [line.split(":")[0] for line in text.splitlines() if line.startswith("house-")]

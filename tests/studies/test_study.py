@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 import study
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.intervals import Estimate
-from study import FOLDER, Page, Parser, Trial, fill, interval, listed, run_all, share, side, table, verdict
+from study import FOLDER, Page, Parser, fill, interval, listed, run_all, share, side, table, verdict
 
 SCRIPT = FOLDER.with_name("study.py")
 
@@ -203,24 +203,14 @@ def options(*arguments):
     return made.parse_args(arguments)
 
 
-def test_seeds_follow_the_first():
-    assert study.seeds(options()) == range(500)
-    assert study.seeds(options("--count", "3", "--first", "40")) == range(40, 43)
+def _trial(seed):
+    return {"house": "paper", "seed": seed} | study.mishaps({"strikes": 1.0, "candles_dropped": 2.0, "damage": 7.0})
 
 
-def test_mishaps_are_counted():
-    assert study.mishaps({"strikes": 1.0, "candles_dropped": 2.0, "damage": 7.0}) == {"strikes": 1, "drops": 2}
-    trials = [Trial("paper", 0, 1, 0), Trial("apartment", 1, 2, 4)]
-    assert (study.total(trials, "strikes"), study.total(trials, "drops")) == ("3", "4")
-
-
-def test_trials_by_house_and_all_together():
-    trials = [Trial("b", 0, 0, 0), Trial("a", 1, 0, 0), Trial("b", 2, 0, 0)]
-    assert study.by_house(trials) == {"b": [trials[0], trials[2]], "a": [trials[1]], "all": trials}
-
-
-def test_results_as_json(tmp_path):
+def test_trials_follow_the_first_seed_and_their_results_are_written(tmp_path):
+    rows = study.run_trials(_trial, options("--count", "3", "--first", "40", "--jobs", "1"), "trying")
+    assert rows.seed.tolist() == [40, 41, 42]
     path = tmp_path / "trials.json"
-    study.write_json(None, [Trial("paper", 0, 1, 2)])  # nobody asked
-    study.write_json(path, [Trial("paper", 0, 1, 2)])
-    assert json.loads(path.read_text()) == [{"house": "paper", "seed": 0, "strikes": 1, "drops": 2}]
+    study.write_json(None, rows)  # nobody asked
+    study.write_json(path, rows[:1])
+    assert json.loads(path.read_text()) == [{"house": "paper", "seed": 40, "strikes": 1, "drops": 2}]
