@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -119,29 +119,19 @@ class Bystander(Caregiver):
 # -- Watching them: what was predicted before every move, and what became of it ----------------------------------------
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class Questions:
-    """What is asked of a house's future: whether the child bumps into this or that.
+def questions_of(plan: FloorPlan) -> tuple[np.ndarray, np.ndarray]:
+    """What is asked of a house's future: whether the child bumps into this or that; the candles stay where they are.
 
-    Attributes:
-        kinds: What each question is about, (Q,): "stairwell", "candle" (a table that bears one) or "table" for one of
-            them; "any stairwell", "any candle" or "anything".
-        groups: Which objects each takes together, bool (objects, Q).
+    Returns:
+        What each question is about, (Q,): "stairwell", "candle" (a table that bears one) or "table" for one of them;
+        "any stairwell", "any candle" or "anything". And which objects each takes together, bool (objects, Q).
     """
-
-    kinds: np.ndarray
-    groups: np.ndarray
-
-    @classmethod
-    def of(cls, plan: FloorPlan) -> Questions:
-        """Those of a house in which the candles stay where they are."""
-        stairwells = len(plan.stairwells)
-        kinds = np.array(["stairwell"] * stairwells + ["table"] * len(plan.tables), object)
-        kinds[stairwells + np.array(plan.candle_tables, int)] = "candle"
-        any_of = [kinds == "stairwell", kinds == "candle", np.ones(len(kinds), bool)]
-        names = ["any stairwell", "any candle", "anything"]
-        groups = np.concatenate([np.eye(len(kinds), dtype=bool), np.stack(any_of, axis=1)], axis=1)
-        return cls(np.concatenate([kinds, names]), groups)
+    stairwells = len(plan.stairwells)
+    kinds = np.array(["stairwell"] * stairwells + ["table"] * len(plan.tables), object)
+    kinds[stairwells + np.array(plan.candle_tables, int)] = "candle"
+    any_of = np.stack([kinds == "stairwell", kinds == "candle", np.ones(len(kinds), bool)], axis=1)
+    groups = np.concatenate([np.eye(len(kinds), dtype=bool), any_of], axis=1)
+    return np.concatenate([kinds, ["any stairwell", "any candle", "anything"]]), groups
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -191,11 +181,11 @@ def watch_children(
     world = GridWorld(plan, side_by_side(plan, children, len(chance)), caregiver)
     world.reset([*chance] * len(children))
     timesteps, batch = len(chance[0][0].steps), len(chance) * len(children)
-    chain, questions = child_chain(plan), Questions.of(plan)
-    passages = [_by_cell(chain, first_passage(chain, horizon, questions.groups)) for horizon in horizons]
+    chain, (kinds, groups) = child_chain(plan), questions_of(plan)
+    passages = [_by_cell(chain, first_passage(chain, horizon, groups)) for horizon in horizons]
     belief, rule = Belief(chain, batch, 1, change), PaperCaregiver(plan)
     rule.reset(batch)
-    shape = timesteps, batch, len(questions.kinds)
+    shape = timesteps, batch, len(kinds)
     predicted = np.empty((len(horizons), *shape), np.float32)
     possible, bumped = np.empty(predicted.shape, bool), np.empty(shape, bool)
     safe = np.empty(shape[:2])
@@ -207,7 +197,7 @@ def watch_children(
             possible[number, time] = np.any(passage > 0, axis=1)[cell]
         world.step()
         percept = world.percept()
-        bumped[time] = _bumps(chain, percept.previous_cell[:, 0], percept.previous_action[:, 0]) @ questions.groups
+        bumped[time] = _bumps(chain, percept.previous_cell[:, 0], percept.previous_action[:, 0]) @ groups
         followed = percept.caregiver_cell if caregiver else None
         belief.watch(percept.previous_cell, percept.previous_action, followed)
         rule.watch(percept)
@@ -228,15 +218,8 @@ def _bumps(chain: ChildChain, cell: np.ndarray, move: np.ndarray) -> np.ndarray:
 # -- Predictions and what became of them, sorted by what was predicted: sums over the episodes of a house --------------
 
 
-@dataclasses.dataclass(frozen=True)
-class House:
-    """A house to watch children in.
-
-    Attributes:
-        plan: The house.
-        episodes: How many of each child.
-        seed: Of the run to which they belong.
-    """
+class House(NamedTuple):
+    """A house to watch children in: so many episodes of each, of the run with a seed."""
 
     plan: FloorPlan
     episodes: int
@@ -256,7 +239,7 @@ def tally_house(house: House) -> pd.DataFrame:
         children = [Family.parse(name) for name in names]
         beside = Bystander(house.plan) if company else None
         watched = watch_children(house.plan, children, tapes(house.episodes, house.seed), HORIZONS, beside)
-        parts.append(tally(watched, Questions.of(house.plan).kinds, names, house.episodes))
+        parts.append(tally(watched, questions_of(house.plan)[0], names, house.episodes))
     return pd.concat(parts, ignore_index=True).assign(house=house.plan.name)
 
 
@@ -321,12 +304,9 @@ class Scores:
         """Those of tallies of several houses."""
         members = MODELLED if family == TOGETHER else (family,)
         some = rows[rows.family.isin(members) & (rows.horizon == horizon) & rows.kind.isin(kinds)]
-        houses, place = rows.house.unique(), pd.Index(rows.house.unique())
-        index = place.get_indexer(some.house), some.bin.to_numpy()
-        found = np.zeros((len(_SUMS), len(houses), BINS))
-        for sums, name in zip(found, _SUMS, strict=True):
-            np.add.at(sums, index, some[name].to_numpy())
-        return cls(*found)
+        places = pd.MultiIndex.from_product([rows.house.unique(), range(BINS)])
+        sums = some.groupby(["house", "bin"])[_SUMS].sum().reindex(places, fill_value=0.0)
+        return cls(*sums.to_numpy(float).T.reshape(len(_SUMS), -1, BINS))
 
     def part(self, low: float, high: float) -> Scores:
         """Those of predictions from one edge of the bins to another."""
@@ -336,12 +316,12 @@ class Scores:
     @property
     def base_rate(self) -> float:
         """Share of the predictions that came true."""
-        return self._mean(self.happened.sum())
+        return self._mean(self.happened)
 
     @property
     def mean(self) -> float:
         """Mean of what was predicted."""
-        return self._mean(self.predicted.sum())
+        return self._mean(self.predicted)
 
     @property
     def bias(self) -> Estimate[float]:
@@ -351,7 +331,7 @@ class Scores:
     @property
     def brier(self) -> float:
         """Mean squared difference (Brier score)."""
-        return self._mean(self.square.sum())
+        return self._mean(self.square)
 
     @property
     def skill(self) -> Estimate[float]:
@@ -364,12 +344,12 @@ class Scores:
     @property
     def calibration_error(self) -> float:
         """Mean distance of frequency and prediction, bin by bin (expected calibration error)."""
-        return self._mean(np.abs((self.predicted - self.happened).sum(axis=0)).sum())
+        return self._mean(np.abs((self.predicted - self.happened).sum(axis=0)))
 
-    def _mean(self, total: float) -> float:
+    def _mean(self, sums: np.ndarray) -> float:
         """A sum over all predictions as their mean; NaN where there are none."""
         count = self.count.sum()
-        return float(total / count) if count else np.nan
+        return float(sums.sum() / count) if count else np.nan
 
     def reliability(self) -> tuple[np.ndarray, Estimate[np.ndarray]]:
         """Of every bin the mean of what was predicted, and the frequency with which it happened, (bins,) each."""

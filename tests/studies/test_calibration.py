@@ -16,9 +16,9 @@ from studies.calibration import (
     HORIZONS,
     SAFE,
     House,
-    Questions,
     Scores,
     Watched,
+    questions_of,
     tally,
     tally_house,
     watch_children,
@@ -35,9 +35,9 @@ def tapes(count, first=0):
 
 
 def test_questions():
-    questions = Questions.of(KITCHEN)
-    assert questions.kinds.tolist() == ["stairwell", "candle", "table", "any stairwell", "any candle", "anything"]
-    assert questions.groups.astype(int).tolist() == [[1, 0, 0, 1, 0, 1], [0, 1, 0, 0, 1, 1], [0, 0, 1, 0, 0, 1]]
+    kinds, groups = questions_of(KITCHEN)
+    assert kinds.tolist() == ["stairwell", "candle", "table", "any stairwell", "any candle", "anything"]
+    assert groups.astype(int).tolist() == [[1, 0, 0, 1, 0, 1], [0, 1, 0, 0, 1, 1], [0, 0, 1, 0, 0, 1]]
 
 
 def test_what_happens_within_some_timesteps():
@@ -95,7 +95,7 @@ def test_a_child_of_the_model_is_calibrated():
     """Five novices, each as often, whose epsilon never changes: on average just what the belief begins with."""
     count, names = 150, calibration.MODELLED
     watched = watch_children(KITCHEN, [Family.parse(name) for name in names], tapes(count), HORIZONS, change=0.0)
-    rows = tally(watched, Questions.of(KITCHEN).kinds, names, count).assign(house="kitchen")
+    rows = tally(watched, questions_of(KITCHEN)[0], names, count).assign(house="kitchen")
     for horizon in HORIZONS:
         scores = Scores.of(rows, calibration.TOGETHER, horizon)
         assert scores.mean == pytest.approx(scores.base_rate, rel=0.03)
@@ -112,7 +112,7 @@ def test_a_child_of_the_model_is_calibrated():
 
 def test_a_child_that_is_not_of_the_model_is_not():
     watched = watch_children(KITCHEN, [Family.parse("toddler:0.5")], tapes(50), HORIZONS)
-    rows = tally(watched, Questions.of(KITCHEN).kinds, ["toddler:0.5"], 50).assign(house="kitchen")
+    rows = tally(watched, questions_of(KITCHEN)[0], ["toddler:0.5"], 50).assign(house="kitchen")
     assert Scores.of(rows, "toddler:0.5", 15).mean > 1.3 * Scores.of(rows, "toddler:0.5", 15).base_rate
 
 
