@@ -34,7 +34,7 @@ from caregiver_mj.tasks import load
 from caregiver_mj.viz.report.tables import counts_table, limits_table
 from caregiver_mj.viz.report.words import family_name
 from studies.audit import Audit, Recorder, report
-from study import Parser, make_console, progress
+from study import Parser, make_console, progress, read_run
 
 
 def add_options(parser: Parser) -> None:
@@ -172,10 +172,7 @@ def read_episodes(run: pathlib.Path, caregiver: str) -> pd.DataFrame:
     Raises:
         CaregiverError: It is none, or one of a version that did not count contacts.
     """
-    try:
-        table = pd.read_parquet(run / "episodes.parquet")
-    except (OSError, ValueError) as error:
-        raise CaregiverError(f"'{run}' holds no finished run: {error}") from error
+    table, _ = read_run(run)
     table = table[(table.caregiver == caregiver) & (table.world == "house")]
     if table.empty or not set(Contacts().outcome()) <= set(table):
         raise CaregiverError(f"the run in '{run}' has no contacts of `{caregiver}` with children in the house")

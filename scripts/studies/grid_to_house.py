@@ -2,7 +2,7 @@
 
 The page is docs/grid_to_house.md, or docs/grid_to_house_NAME.md with --caregiver NAME, of another one than the rule.
 The episodes in the house are those of a finished run of `caregiver-mj evaluate --world house`, with `none` and that
-caregiver, or else run here. The same are run in the grid, also with a caregiver that lacks what the robot lacks: to
+caregiver. The same are run in the grid, also with a caregiver that lacks what the robot lacks: to
 decide before each of three actions, to drive as fast, to be held up by the child no more than the grid's caregiver is.
 How long the robot takes is seen in a few of the episodes, which it does again, watched from outside once a control
 timestep. A phase is one skill: to block a stairwell (until the base is there), to fetch a candle (until it is off the
@@ -17,7 +17,6 @@ import collections
 import dataclasses
 import functools
 import itertools
-import json
 import math
 import pathlib
 import shlex
@@ -44,7 +43,6 @@ from caregiver_mj.experiments.settings import EPSILONS, Settings, episode_random
 from caregiver_mj.grid.world import CAREGIVER_ACTIONS, GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS, NOTHING, Where
-from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
@@ -54,7 +52,7 @@ from caregiver_mj.robot.status import Status
 from caregiver_mj.tasks import load
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.figures.style import FAINT, INK, STYLE
-from study import Page, Parser, run_all, run_episodes
+from study import Page, Parser, read_run, run_all, run_episodes
 
 RULE = "paper"  # the caregiver if no other is named
 GOAL = 0.15  # the house may leave this much more damage than the grid, relative, averaged over the epsilons
@@ -112,35 +110,24 @@ _HEIGHT, _FILLED = 0.36, 0.92  # of a bar: its share of the place, and how much 
 
 def add_options(parser: Parser) -> None:
     """Declare the options."""
-    parser.add("run", None, "a finished run in the house, to take it from", type=pathlib.Path, metavar="DIR")
-    parser.add("aside", None, "another one, of a house that does not count", type=pathlib.Path, metavar="DIR")
+    parser.add("run", None, "a finished run in the house", type=pathlib.Path, metavar="DIR", required=True)
     parser.add("caregiver", RULE, "who protects the children")
-    parser.add("houses", "test-10", "set of houses, or one, to run without --run")
-    parser.add("episodes", 20, "episodes in each, likewise")
     parser.add("watched", 2, "episodes to watch in each house for each epsilon")
     parser.add("many", 500, "episodes for the breakdown in the grid")
     parser.add_jobs()
 
 
 def run(options: argparse.Namespace) -> Page:
-    """Run what there is no run of, and all in the grid; return the page."""
-    if options.run:
-        rows = read_rows(options.run, options.caregiver)
-    else:
-        plans, names = houses_named([options.houses]), ("none", options.caregiver)
-        settings = Settings(plans, "house", names, EPSILONS, options.episodes, houses=options.houses)
-        rows = run_rows(settings, options.jobs)
-    aside = read_rows(options.aside, options.caregiver) if options.aside else None
-    ran = ((options.run, rows), (options.aside, aside))
-    runs = [_evaluate(own.settings, folder) for folder, own in ran if folder and own]
-    return page(measure(rows, aside, options.watched, options.many, options.jobs), runs)
+    """Run the same in the grid; return the page."""
+    rows = read_rows(options.run, options.caregiver)
+    return page(measure(rows, options.watched, options.many, options.jobs), evaluation(rows.settings, options.run))
 
 
-def _evaluate(settings: Settings, folder: pathlib.Path) -> str:
+def evaluation(settings: Settings, folder: pathlib.Path) -> str:
     """What to type for a run in the house."""
     said = f"caregiver-mj evaluate --world house --houses {settings.place} --episodes {settings.episodes}"
-    if caregiver_of(settings) != RULE:
-        said += f" --caregiver none {caregiver_of(settings)}"
+    if settings.caregivers[-1] != RULE:
+        said += f" --caregiver none {settings.caregivers[-1]}"
     if (epsilons := tuple(family.epsilon for family in settings.families)) != EPSILONS:
         said += f" --epsilon {' '.join(f'{e:g}' for e in epsilons)}"
     return f"{said}{f' --seed {settings.seed}' if settings.seed else ''} --out {shlex.quote(str(folder))}"
@@ -172,14 +159,9 @@ class Rows:
         return tuple(family.epsilon for family in self.settings.families)
 
     @property
-    def episodes(self) -> int:
-        """Episodes in each house with each novice and caregiver."""
-        return self.settings.episodes
-
-    @property
     def caregiver(self) -> str:
         """Name of the caregiver."""
-        return caregiver_of(self.settings)
+        return self.settings.caregivers[-1]
 
     @property
     def cared(self) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -192,24 +174,16 @@ class Rows:
         return own.pivot(index=["house", "episode"], columns="epsilon", values="damage")[list(self.epsilons)]
 
 
-def caregiver_of(settings: Settings) -> str:
-    """Name of the caregiver that a run is about, beside children left alone."""
-    return next(name for name in settings.caregivers if name != "none")
-
-
 def read_rows(folder: pathlib.Path, caregiver: str = RULE) -> Rows:
-    """Reads those of a finished run in the house: of children left alone, and with a caregiver.
+    """Read those of a finished run in the house: of children left alone, and with a caregiver.
 
     Raises:
         CaregiverError: It has not got what is needed.
     """
     names = ("none", caregiver)
-    try:
-        table, run = pd.read_parquet(folder / "episodes.parquet"), json.loads((folder / "run.json").read_text("utf-8"))
-        settings = dataclasses.replace(Settings.of_record(run), caregivers=names)
-        rows = Rows(table[table.caregiver.isin(names)], settings)
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise CaregiverError(f"'{folder}' holds no finished run: {error}") from error
+    table, settings = read_run(folder)
+    settings = dataclasses.replace(settings, caregivers=names)
+    rows = Rows(table[table.caregiver.isin(names)], settings)
     wanted = len(settings.plans) * len(settings.families) * settings.episodes
     if any((rows.table.caregiver == name).sum() != wanted for name in names):
         raise CaregiverError(f"the run in '{folder}' lacks episodes with {' and '.join(names)}")
@@ -221,15 +195,10 @@ def read_rows(folder: pathlib.Path, caregiver: str = RULE) -> Rows:
     return rows
 
 
-def run_rows(settings: Settings, jobs: int) -> Rows:
-    """Runs them."""
-    return Rows(run_episodes(settings, jobs), settings)
-
-
 def in_both_worlds(rows: Rows, jobs: int) -> Rows:
     """The house's episodes, and the same in the grid."""
-    grid = run_rows(dataclasses.replace(rows.settings, world="grid"), jobs)
-    return dataclasses.replace(rows, table=pd.concat([grid.table, rows.table], ignore_index=True))
+    grid = run_episodes(dataclasses.replace(rows.settings, world="grid"), jobs)
+    return dataclasses.replace(rows, table=pd.concat([grid, rows.table], ignore_index=True))
 
 
 # -- The grid, with a caregiver that lacks what the robot lacks --------------------------------------
@@ -391,10 +360,8 @@ class Watch:
             return
         if self._phase["clear"] is None and skill.driver.goal is not None:
             self._phase["clear"] = self._clear_time(skill)
-        part, rate = self._part(skill)
-        self._phase[part] += self._timestep
+        self._phase[self._part(skill)] += self._timestep
         self._phase["house"] += self._timestep
-        self._phase["lost"] += (1 - rate) * self._timestep if part == "slowed" else 0.0
 
     def finish(self) -> None:
         """Ends the episode."""
@@ -421,7 +388,7 @@ class Watch:
             goals = navigator.plan.free_neighbours(navigator.plan.tables[skill.table])
         routes = [route for goal in goals if (route := navigator.route(start, goal)) is not None]
         actions = min(len(route) - 1 for route in routes) + (not isinstance(skill, Block))
-        self._phase = dict.fromkeys(("house", "lost", *PARTS), 0.0)
+        self._phase = dict.fromkeys(("house", *PARTS), 0.0)
         self._phase |= {"phase": _PHASE_OF[type(skill)], "grid": actions * action_time(navigator.plan), "clear": None}
 
     def _end(self, done: bool) -> None:
@@ -449,61 +416,49 @@ class Watch:
         motion.drive_along(points, self._navigator.clearance.has_room)
         return motion.time_left
 
-    def _part(self, skill: Skill) -> tuple[str, float]:
-        """What this timestep is for, and the share of its planned speed at which the base drives."""
+    def _part(self, skill: Skill) -> str:
+        """What this timestep is for."""
         robot, driver = self._policy.robot, skill.driver
         if not skill.is_approaching:
-            return "hand", 1.0
+            return "hand"
         if driver.stands_aside(robot.now):
-            return "aside", 1.0
+            return "aside"
         if not robot.is_driving:
             off = math.dist(driver.goal, self._physics.base_position()[:2]) if driver.goal else 0.0
-            return ("hand", 1.0) if off < _ARRIVED else ("stopped", 0.0)
-        rate = robot.rate
-        return "full" if rate >= FULL_RATE else "slowed" if rate >= STOPPED_RATE else "stopped", rate
+            return "hand" if off < _ARRIVED else "stopped"
+        return "full" if robot.rate >= FULL_RATE else "slowed" if robot.rate >= STOPPED_RATE else "stopped"
 
 
 # -- What the house costs, one thing after the other ---------------------------------------------------
 
 
-@dataclasses.dataclass(frozen=True)
-class InGrid:
-    """Episodes of a run, with the caregiver in the grid.
+def run_in_grid(kind: type[AnyGrid], settings: Settings, count: int, handicap: Handicap, house: str) -> AnyGrid:
+    """A grid in which so many episodes of a run have been run, those of one epsilon after those of another."""
+    plan = settings.plan_of[house]
+    tapes = [episode_tapes(episode_seed(settings.seed, i), 1) for i in range(count)]
+    caregiver = make_caregiver(settings.caregivers[-1], plan, settings.seed)
+    assert caregiver is not None  # it is one that acts
+    world = kind(plan, side_by_side(plan, settings.families, count), caregiver, handicap)
+    world.run(tapes * len(settings.families))
+    return world
 
-    Attributes:
-        settings: Of the run.
-        count: Episodes in each house with each novice, whatever the run has.
-    """
 
-    settings: Settings
-    count: int
+def damages(settings: Settings, count: int, handicaps: Mapping[str, Handicap], house: str) -> dict[str, pd.DataFrame]:
+    """Damage at every level in one house: a row an episode, a column an epsilon."""
+    index = pd.MultiIndex.from_product([[house], range(count)], names=["house", "episode"])
+    epsilons = [family.epsilon for family in settings.families]
+    found = {}
+    for level, handicap in handicaps.items():
+        damage = run_in_grid(HandicappedGrid, settings, count, handicap, house).ledger.damage
+        found[level] = pd.DataFrame(damage.reshape(-1, count).T, index, columns=epsilons)
+    return found
 
-    def damages(self, handicaps: dict[str, Handicap], house: str) -> dict[str, pd.DataFrame]:
-        """Damage at every level in one house: a row an episode, a column an epsilon."""
-        return {level: self.damage(handicap, house) for level, handicap in handicaps.items()}
 
-    def damage(self, handicap: Handicap, house: str) -> pd.DataFrame:
-        """The same with one handicap."""
-        damage = self._run(HandicappedGrid, handicap, house).ledger.damage.reshape(-1, self.count).T
-        index = pd.MultiIndex.from_product([[house], range(self.count)], names=["house", "episode"])
-        return pd.DataFrame(damage, index, columns=[family.epsilon for family in self.settings.families])
-
-    def phases(self, handicap: Handicap, house: str) -> pd.DataFrame:
-        """Phases in one house with the `time` that each took, in thirds of a timestep."""
-        log = self._run(WatchedGrid, handicap, house).phases
-        table = pd.DataFrame(log, columns=["phase", "actions", "near", "shortest"])
-        return table.assign(time=handicap.pace * table.actions + handicap.near * table.near)
-
-    def _run(self, kind: type[AnyGrid], handicap: Handicap, house: str) -> AnyGrid:
-        """A grid in which all episodes have been run, those of one epsilon after those of another."""
-        settings, plan = self.settings, self.settings.plan_of[house]
-        tapes = [episode_tapes(episode_seed(settings.seed, i), 1) for i in range(self.count)]
-        children = side_by_side(plan, settings.families, self.count)
-        caregiver = make_caregiver(caregiver_of(settings), plan, settings.seed)
-        assert caregiver is not None  # it is one that acts
-        world = kind(plan, children, caregiver, handicap)
-        world.run(tapes * len(settings.families))
-        return world
+def phases_in_grid(settings: Settings, handicap: Handicap, house: str) -> pd.DataFrame:
+    """Phases in one house with the `time` that each took, in thirds of a timestep."""
+    log = run_in_grid(WatchedGrid, settings, settings.episodes, handicap, house).phases
+    table = pd.DataFrame(log, columns=["phase", "actions", "near", "shortest"])
+    return table.assign(time=handicap.pace * table.actions + handicap.near * table.near)
 
 
 def pace_of(phases: pd.DataFrame) -> float:
@@ -569,7 +524,6 @@ class Results:
 
     Attributes:
         rows: The episodes in both worlds.
-        aside: Those in a house that does not count, if any.
         levels: Damage in the grid at each level of the breakdown: a row a house and episode, a column an epsilon.
         handicaps: The handicap of each level.
         phases: The house's phases.
@@ -579,7 +533,6 @@ class Results:
     """
 
     rows: Rows
-    aside: Rows | None
     levels: dict[str, pd.DataFrame]
     handicaps: dict[str, Handicap]
     phases: pd.DataFrame
@@ -598,57 +551,43 @@ class Results:
         return len(next(iter(self.levels.values()))) // len(self.rows.houses)
 
 
-def measure(rows: Rows, aside: Rows | None, watched: int, many: int, jobs: int) -> Results:
-    """Runs everything.
+def measure(rows: Rows, watched: int, many: int, jobs: int) -> Results:
+    """Run everything.
 
     Args:
         rows: The episodes in the house.
-        aside: Those in a house that does not count.
         watched: Episodes in each house with each novice to watch, no more than there are.
         many: Episodes in each house with each novice in the grid for the breakdown.
         jobs: Worker processes.
     """
-    settings = rows.settings
-    work = [(house, e, i) for house in rows.houses for e in rows.epsilons for i in range(min(watched, rows.episodes))]
+    settings, watched = rows.settings, min(watched, rows.settings.episodes)
+    work = [(house, e, i) for house in rows.houses for e in rows.epsilons for i in range(watched)]
     found = run_all(functools.partial(run_watched, settings), work, jobs, "watched in the house")
     phases = pd.DataFrame([phase for _, log, _ in found for phase in log])
     own = rows.damage("house", rows.caregiver)
     same = sum(own.loc[(house, i), e] == damage for (house, e, i), (damage, _, _) in zip(work, found, strict=True))
 
-    seconds = action_time(settings.plans[0])
-    few = InGrid(settings, rows.episodes)
-    handicaps = _fit(phases, few, rows.houses, seconds, jobs)
-    run_levels = functools.partial(InGrid(settings, many).damages, handicaps)
-    tables = run_all(run_levels, rows.houses, jobs, "in the grid, handicapped")
+    def in_grid(handicap: Handicap) -> pd.DataFrame:
+        work = functools.partial(phases_in_grid, settings, handicap)
+        return pd.concat(run_all(work, rows.houses, jobs, "phases in the grid"))
+
+    seconds, pace, near = action_time(settings.plans[0]), pace_of(phases), 0.0
+    for _ in range(_ROUNDS):  # until the grid's caregiver takes as long as the robot
+        handicap = Handicap(True, pace, near)
+        near = near_of(phases, in_grid(handicap), handicap, seconds)
+    handicaps = ladder(pace, near)
+    tables = run_all(
+        functools.partial(damages, settings, many, handicaps), rows.houses, jobs, "in the grid, handicapped"
+    )
     return Results(
         rows=in_both_worlds(rows, jobs),
-        aside=in_both_worlds(aside, jobs) if aside else None,
         levels={level: pd.concat([table[level] for table in tables]) for level in handicaps},
         handicaps=handicaps,
         phases=phases,
         seconds=pd.DataFrame([spent for _, _, spent in found]).fillna(0.0),
         same=(int(same), len(work)),
-        delays={
-            level: delay_of(phases, _phases(few, handicaps[level], rows.houses, jobs), seconds)
-            for level in (GRID, "waiting")
-        },
+        delays={level: delay_of(phases, in_grid(handicaps[level]), seconds) for level in (GRID, "waiting")},
     )
-
-
-def _fit(
-    phases: pd.DataFrame, episodes: InGrid, houses: tuple[str, ...], seconds: float, jobs: int
-) -> dict[str, Handicap]:
-    """The handicaps with which the grid's caregiver takes as long as the robot: `seconds` are those of an action."""
-    pace = pace_of(phases)
-    handicap = Handicap(once=True, pace=pace)
-    for _ in range(_ROUNDS):
-        in_grid = _phases(episodes, handicap, houses, jobs)
-        handicap = Handicap(True, pace, near_of(phases, in_grid, handicap, seconds))
-    return ladder(pace, handicap.near)
-
-
-def _phases(episodes: InGrid, handicap: Handicap, houses: tuple[str, ...], jobs: int) -> pd.DataFrame:
-    return pd.concat(run_all(functools.partial(episodes.phases, handicap), houses, jobs, "phases in the grid"))
 
 
 def run_watched(settings: Settings, job: tuple[str, float, int]) -> Watched:
@@ -670,7 +609,7 @@ def run_watched(settings: Settings, job: tuple[str, float, int]) -> Watched:
 def _house(settings: Settings, house: str, epsilon: float) -> tuple[Any, CaregiverPolicy, Navigator]:
     plan, kwargs = settings.plan_of[house], {"embodiment": settings.embodiment}
     env = load("supervise", plan, epsilon, random=np.random.RandomState(0), task_kwargs=kwargs)
-    return env, CaregiverPolicy(env, caregiver_of(settings), settings.seed), Navigator(plan, env.task.embodiment)
+    return env, CaregiverPolicy(env, settings.caregivers[-1], settings.seed), Navigator(plan, env.task.embodiment)
 
 
 # -- Ratios of mean damage over houses ---------------------------------------------------------------
@@ -754,8 +693,8 @@ def _split(values: pd.Series) -> list[np.ndarray]:
 # -- The page ------------------------------------------------------------------------------------------
 
 
-def page(results: Results, runs: Sequence[str] = ()) -> Page:
-    """The page; the commands of the runs that it is of stand in it."""
+def page(results: Results, evaluated: str) -> Page:
+    """The page; the command of the run that it is of stands in it."""
     rows, found = results.rows, steps(results)
     own = rows.table[rows.table.caregiver == rows.caregiver]
     alone_in = {world: rows.damage(world, "none") for world in ("grid", "house")}
@@ -768,7 +707,7 @@ def page(results: Results, runs: Sequence[str] = ()) -> Page:
     name = "grid_to_house" if rows.caregiver == RULE else f"grid_to_house_{rows.caregiver}"
     values = {
         "name": name,
-        "runs": runs,
+        "evaluated": evaluated,
         "rows": rows,
         "epsilons": [f"{epsilon:g}" for epsilon in rows.epsilons],
         "rule": rows.caregiver == RULE,
@@ -777,7 +716,6 @@ def page(results: Results, runs: Sequence[str] = ()) -> Page:
         "ratio": ratio(*rows.cared),
         "kinds": dict(zip((kind.name for kind in KINDS), damage.loc["house"] - damage.loc["grid"], strict=True)),
         "lines": [_line(results, epsilon) for epsilon in [[e] for e in rows.epsilons] + [list(rows.epsilons)]],
-        "aside": _aside(results.aside) if results.aside else None,
         "alike": int((alone_in["grid"] == alone_in["house"]).to_numpy().sum()),
         "alone": alone_in["grid"].size,
         "same": results.same,
@@ -822,17 +760,6 @@ def _line(results: Results, epsilons: list[float]) -> dict[str, Any]:
             at(each, rows.epsilons.index(epsilons[0])) if len(epsilons) == 1 else whole
             for each, whole in found.values()
         ],
-    }
-
-
-def _aside(rows: Rows) -> dict[str, Any]:
-    """The same of a house that does not count, with an interval over its episodes."""
-    alone, (house, grid) = rows.damage("house", "none"), rows.cared
-    return {
-        "place": rows.settings.place,
-        "episodes": rows.episodes,
-        "left": [(table.mean() / alone.mean()).mean() for table in (grid, house)],
-        "ratio": intervals.of_mean_ratio(house.to_numpy(), grid.to_numpy()),
     }
 
 

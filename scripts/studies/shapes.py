@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import json
 import pathlib
 from typing import Any
 
@@ -19,40 +18,24 @@ from caregiver_mj.experiments import intervals, two_level
 from caregiver_mj.experiments.intervals import Estimate
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.plans.sets import houses_named, shape_of
-from study import Page, Parser, run_episodes
+from study import Page, Parser, read_run, run_episodes
 
 COUNTS = ("strikes", "strikes_surface", "candles_dropped")
 
 
 def add_options(parser: Parser) -> None:
     """Declare the options."""
-    parser.add_file("run", "a finished run in the house", "DIR")
+    parser.add_file("run", "a finished run in the house", "DIR", required=True)
     parser.add_jobs()
 
 
 def run(options: argparse.Namespace) -> Page:
     """Run the same episodes in the grid; return the page."""
-    if options.run is None:
-        raise CaregiverError("--run must be a finished run in the house, got none")
-    houses, settings = read(options.run)
+    houses, settings = read_run(options.run)
+    if settings.world != "house" or "none" not in settings.caregivers:
+        raise CaregiverError(f"'{options.run}' must hold a run in the house with 'none' among its caregivers")
     grid = run_episodes(dataclasses.replace(settings, world="grid"), options.jobs)
     return page(houses, grid, harm(options.run), settings)
-
-
-def read(folder: pathlib.Path) -> tuple[pd.DataFrame, Settings]:
-    """Read the episodes of a finished run in the house, and its settings.
-
-    Raises:
-        CaregiverError: It is no such run.
-    """
-    try:
-        record = json.loads((folder / "run.json").read_text("utf-8"))
-        found = pd.read_parquet(folder / "episodes.parquet"), Settings.of_record(record)
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise CaregiverError(f"'{folder}' must hold a finished run, got {error}") from error
-    if found[1].world != "house" or "none" not in found[1].caregivers:
-        raise CaregiverError(f"'{folder}' must hold a run in the house with 'none' among its caregivers")
-    return found
 
 
 def harm(folder: pathlib.Path) -> pd.DataFrame:

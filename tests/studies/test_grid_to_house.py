@@ -25,10 +25,10 @@ from studies.grid_to_house import (
     REMAINDER,
     STEPS,
     Handicap,
-    InGrid,
     Results,
     Rows,
     Watch,
+    damages,
     draw_houses,
     draw_steps,
     draw_time,
@@ -148,7 +148,7 @@ def a_run(folder, run=None, names=("none", "paper"), **changes):
 def test_the_grid_runs_the_episodes_of_a_run(tmp_path):
     made = a_run(tmp_path)
     rows = in_both_worlds(read_rows(tmp_path), jobs=1)
-    assert (rows.houses, rows.epsilons, rows.episodes) == (("house-200000",), EPSILONS, 2)
+    assert (rows.houses, rows.epsilons) == (("house-200000",), EPSILONS)
     for caregiver in ("none", "paper"):
         assert rows.damage("grid", caregiver).equals(rows.damage("house", caregiver))
     wanted = made[(made.caregiver == "paper") & (made.epsilon == 0.5)].damage.tolist()
@@ -161,7 +161,7 @@ def test_of_a_run_with_several_caregivers_the_one_that_is_asked_for(tmp_path):
     assert (rows.caregiver, rows.settings.caregivers) == ("guard", ("none", "guard"))
     wanted = made[(made.caregiver == "guard") & (made.epsilon == 0.5)].damage.tolist()
     assert in_both_worlds(rows, jobs=1).cared[0][0.5].tolist() == wanted
-    without = InGrid(rows.settings, 2).damages({GRID: Handicap()}, "house-200000")[GRID]
+    without = damages(rows.settings, 2, {GRID: Handicap()}, "house-200000")[GRID]
     assert without[0.5].tolist() == wanted
     with pytest.raises(CaregiverError, match="lacks episodes with none and nearest"):
         read_rows(tmp_path, "nearest")
@@ -170,7 +170,7 @@ def test_of_a_run_with_several_caregivers_the_one_that_is_asked_for(tmp_path):
 def test_the_grid_without_a_handicap_is_the_grid(tmp_path):
     a_run(tmp_path)
     rows = read_rows(tmp_path)
-    found = InGrid(rows.settings, 2).damages({GRID: Handicap(), "waiting": Handicap(near=1.0)}, "house-200000")
+    found = damages(rows.settings, 2, {GRID: Handicap(), "waiting": Handicap(near=1.0)}, "house-200000")
     assert found[GRID].equals(rows.damage("house", "paper").rename_axis(columns=None))
     assert not found["waiting"].equals(found[GRID])
 
@@ -183,17 +183,12 @@ def test_the_grid_without_a_handicap_is_the_grid(tmp_path):
         ({"world": "grid"}, {}, "is not one of single novices in the physical house"),
         ({"families": ["toddler:0.5", "1"]}, {}, "is not one of single novices in the physical house"),
         ({"seed": 1}, {}, "have other seeds"),
-        ({"plans": 1}, {}, "holds no finished run"),
+        ({"plans": 1}, {}, "must hold a finished run"),
     ],
 )
 def test_runs_that_will_not_do(tmp_path, run, changes, told):
     a_run(tmp_path, run, **changes)
     with pytest.raises(CaregiverError, match=told):
-        read_rows(tmp_path)
-
-
-def test_no_run(tmp_path):
-    with pytest.raises(CaregiverError, match="holds no finished run"):
         read_rows(tmp_path)
 
 
@@ -225,13 +220,12 @@ def results(**damage):
     level = {GRID: 1.0, "once": 1.0, "driving": 1.1, "waiting": 1.3, "driving alone": 1.1, "waiting alone": 1.15}
     zeros = dict.fromkeys(PARTS, 0.0)
     phases = [
-        {**zeros, "phase": phase, "end": end, "grid": 2.0, "house": 3.0, "clear": 2.5, "lost": 0.0, "full": 3.0}
+        {**zeros, "phase": phase, "end": end, "grid": 2.0, "house": 3.0, "clear": 2.5, "full": 3.0}
         for phase in PHASES
         for end in ("done", "given up")
     ]
     return Results(
         rows=rows,
-        aside=None,
         levels={name: share * rows.damage("grid", "paper") for name, share in level.items()},
         handicaps=ladder(1.08, 0.42),
         phases=pd.DataFrame(phases),
@@ -242,7 +236,7 @@ def results(**damage):
 
 
 def text_of(found):
-    return page(found, ["caregiver-mj evaluate"]).text("grid_to_house", "python scripts/study.py grid_to_house")
+    return page(found, "caregiver-mj evaluate").text("grid_to_house", "python scripts/study.py grid_to_house")
 
 
 def flat(found):
@@ -275,13 +269,13 @@ def test_page():
 def test_page_of_another_caregiver():
     found = dataclasses.replace(results(), rows=made_rows(HOUSES, "test-6", who="foresight"))
     text = text_of(found)
-    assert page(found).name == "grid_to_house_foresight"
+    assert page(found, "").name == "grid_to_house_foresight"
     assert "The caregiver `foresight` in 6 houses" in text
     assert "(grid_to_house_foresight_steps.png)" in text
     assert "The rule" not in text
     assert "leaves 1.20 (1.19 to 1.21) times" in text
-    assert page(results()).name == "grid_to_house"
-    assert {"grid_to_house.png", "grid_to_house_time.png"} < set(page(results()).figures)
+    assert page(results(), "").name == "grid_to_house"
+    assert {"grid_to_house.png", "grid_to_house_time.png"} < set(page(results(), "").figures)
 
 
 @pytest.mark.parametrize(
@@ -289,12 +283,6 @@ def test_page_of_another_caregiver():
 )
 def test_what_the_interval_says_of_the_goal(damage, told):
     assert f"The goal is 1.15 at most, and the interval {told}." in flat(results(house=damage))
-
-
-def test_page_with_a_house_as_an_aside():
-    found = dataclasses.replace(results(), aside=made_rows(["paper"], "", house=15.0))
-    assert "house `paper` over 2 episodes" in flat(found)
-    assert "| all, on `paper` | | | | 0.25 | 0.38 | 1.50 (–) |" in flat(found)
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from caregiver_mj.children.family import Family
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.plans.floor_plan import FloorPlan
 from studies import shapes
-from study import CaregiverError
+from study import main
 
 
 def rows(damage: dict[str, tuple[int, ...]], caregiver: str) -> list[dict[str, object]]:
@@ -43,6 +43,7 @@ def test_by_hand():
     assert values["counts"]["strikes"] == values["with_robot"] == 8
 
 
-def test_what_is_no_run_in_the_house_is_refused(tmp_path):
-    with pytest.raises(CaregiverError, match="must hold a finished run"):
-        shapes.read(tmp_path)
+def test_what_is_no_run_in_the_house_is_refused(tmp_path, capsys):
+    with pytest.raises(SystemExit):
+        main(["shapes", "--run", str(tmp_path)])
+    assert "must hold a finished run" in capsys.readouterr().err
