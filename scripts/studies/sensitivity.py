@@ -21,8 +21,8 @@ import argparse
 import dataclasses
 import functools
 import pathlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -41,7 +41,7 @@ from caregiver_mj.experiments.intervals import Estimate, of_difference, of_ratio
 from caregiver_mj.experiments.settings import EPSILONS, episode_random, episode_seed
 from caregiver_mj.grid.world import CAREGIVER_ACTIONS, GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING, DamageWeights
+from caregiver_mj.plans.hazards import KINDS, NOTHING, DamageWeights
 from caregiver_mj.plans.sets import house_set
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.recording.record import DAMAGE_THRESHOLD
@@ -53,6 +53,7 @@ from caregiver_mj.viz.figures.style import INK, STYLE
 from caregiver_mj.viz.report.published import PUBLISHED
 from study import Page, Parser, interval, listed, run_all, side, tapes
 
+COLLISIONS = [kind.name for kind in KINDS]
 WEIGHTS = ("1:1:1", "5:4:1", "20:4:1")  # of a fall down stairs, a bump into a candle's table and one into a bare table
 OWN_WEIGHTS = str(DamageWeights())  # the paper's
 ACTIONS = (1, 2, 3, 4)  # of the caregiver in a novice timestep
@@ -160,38 +161,13 @@ class Place:
 # -- The grid's episodes -----------------------------------------------------------------------------
 
 
-@dataclasses.dataclass(frozen=True)
-class Job:
+class Job(NamedTuple):
     """All episodes of one condition and epsilon in one house."""
 
     house: str
     epsilon: float
     condition: Condition
     episodes: int
-
-
-@dataclasses.dataclass(frozen=True)
-class Figures:
-    """What is measured of every episode; episode i has the same novice under every condition.
-
-    Attributes:
-        collisions: Of each kind, (episodes, kinds), in the order of `plans.hazards.KINDS`.
-        toys: Toy bins reached, (episodes,).
-        stop_above: Timestep in which the damage, as the caregiver takes it, came above 15, (episodes,); 200 if never.
-        stop_at: That in which it came to 15, or above.
-        differs: Share of the timesteps at whose end `nearest` would set about something else, (episodes,); zeros but
-            for `paper`.
-    """
-
-    collisions: np.ndarray
-    toys: np.ndarray
-    stop_above: np.ndarray
-    stop_at: np.ndarray
-    differs: np.ndarray
-
-    def damage(self, weights: str) -> np.ndarray:
-        """Damage of every episode, if a collision costs so much, (episodes,)."""
-        return self.collisions @ costs(weights)
 
 
 def measure(places: Sequence[Place], jobs: int) -> Results:
@@ -204,12 +180,17 @@ def measure(places: Sequence[Place], jobs: int) -> Results:
         for epsilon in EPSILONS
     ]
     found = run_all(run_job, work, jobs, "in the grid")
-    figures = {(job.house, job.condition, job.epsilon): one for job, one in zip(work, found, strict=True)}
-    return Results(tuple(places), figures)
+    return Results(tuple(places), {job[:3]: one for job, one in zip(work, found, strict=True)})
 
 
-def run_job(job: Job) -> Figures:
-    """Run the episodes of a job: those that `evaluate` runs with seed 0."""
+def run_job(job: Job) -> pd.DataFrame:
+    """Run the episodes of a job: those that `evaluate` runs with seed 0, the same novices under every condition.
+
+    Returns:
+        A row an episode: collisions of each kind, by its name; `toys` reached; `above` and `at`, the timestep in which
+        the damage, as the caregiver takes it, came above 15, or to 15, 200 if never; whether these are `apart`; and
+        `differs`, the share of the timesteps at whose end `nearest` would set about something else, 0 but for `paper`.
+    """
     plan = _load(job.house, job.condition.weights)
     caregiver = job.condition.make(plan)
     world = GridWorld(plan, job.epsilon, caregiver, caregiver_actions=job.condition.actions)
@@ -225,12 +206,10 @@ def run_job(job: Job) -> Figures:
 
     ledger = world.run(tapes(job.episodes), look)
     courses = np.array(damage)
-    return Figures(
-        collisions=np.rint(ledger.harm.sum(axis=1) / costs(job.condition.weights)).astype(int),
-        toys=ledger.totals()["toys_reached"],
-        stop_above=first(courses > DAMAGE_THRESHOLD),
-        stop_at=first(courses >= DAMAGE_THRESHOLD),
-        differs=differs / EPISODE_TIMESTEPS,
+    collisions = np.rint(ledger.harm.sum(axis=1) / costs(job.condition.weights)).astype(int)
+    above, at = first(courses > DAMAGE_THRESHOLD), first(courses >= DAMAGE_THRESHOLD)
+    return pd.DataFrame(collisions, columns=list(COLLISIONS)).assign(
+        toys=ledger.totals()["toys_reached"], above=above, at=at, apart=above != at, differs=differs / EPISODE_TIMESTEPS
     )
 
 
@@ -244,103 +223,67 @@ def _load(house: str, weights: str) -> FloorPlan:
     return FloorPlan.load(house, damage=DamageWeights.of(weights))
 
 
-Measure = Callable[[Figures], np.ndarray]  # of the episodes of one job, (episodes,)
-
-
 @dataclasses.dataclass(frozen=True)
 class Results:
     """All that was measured in the grid. Lists have a member for each of `EPSILONS`.
 
+    What is asked for is a column of the rows, or the damage by the name of some weights.
+
     Attributes:
         places: Where.
-        figures: By house, condition and epsilon.
+        rows: By house, epsilon and condition.
     """
 
     places: tuple[Place, ...]
-    figures: dict[tuple[str, Condition, float], Figures]
+    rows: Mapping[tuple[Any, ...], pd.DataFrame]
+
+    def of(self, house: str, epsilon: float, condition: Condition, what: str = OWN_WEIGHTS) -> np.ndarray:
+        """What was measured in every episode, (episodes,)."""
+        rows = self.rows[house, epsilon, condition]
+        return rows[list(COLLISIONS)].to_numpy() @ costs(what) if what in WEIGHTS else rows[what].to_numpy()
 
     def left(self, place: Place, condition: Condition, weights: str = OWN_WEIGHTS) -> list[Estimate[float]]:
         """Share of the unassisted damage that is left; over several houses, of the mean over them."""
-        pairs = self._pairs(place, condition, NONE, _damage(weights))
-        if len(place.houses) == 1:
-            return [of_ratio(one, other) for (one,), (other,) in pairs]
-        return [two_level.of_ratio(ours, theirs) for ours, theirs in pairs]
+        return self._compare(of_ratio, two_level.of_ratio, place, condition, NONE, weights)
 
     def difference(
-        self, place: Place, ours: Condition, theirs: Condition, weights: str = OWN_WEIGHTS
+        self, place: Place, ours: Condition, theirs: Condition, what: str = OWN_WEIGHTS
     ) -> list[Estimate[float]]:
-        """Damage an episode under one condition less that under another."""
-        return self._differences(place, ours, theirs, _damage(weights))
+        """What is measured under one condition less that under another, of means over houses."""
+        return self._compare(of_difference, two_level.of_difference, place, ours, theirs, what)
 
-    def toys_difference(self, place: Place, ours: Condition, theirs: Condition) -> list[Estimate[float]]:
-        """Toy bins reached in an episode under one condition less those under another."""
-        return self._differences(place, ours, theirs, lambda figures: figures.toys)
+    def means(self, place: Place, condition: Condition, what: str) -> list[float]:
+        """Means over houses."""
+        return [float(np.mean([self.of(h, e, condition, what).mean() for h in place.houses])) for e in EPSILONS]
 
-    def stops(self, place: Place, condition: Condition, reading: str) -> list[float]:
-        """Mean timestep of the stop, by the reading "above" or "at"."""
-        return [
-            float(np.mean([getattr(one, f"stop_{reading}").mean() for one in self._of(place, condition, epsilon)]))
-            for epsilon in EPSILONS
-        ]
-
-    def other_stops(self, place: Place, condition: Condition) -> float:
-        """Share of the episodes, over houses and epsilons, whose stop the reading changes."""
-        return self._mean(place, condition, lambda figures: figures.stop_at != figures.stop_above).item()
+    def mean(self, place: Place, condition: Condition, what: str) -> float:
+        """The mean over houses and epsilons."""
+        return float(np.mean(self.means(place, condition, what)))
 
     def collisions(self, place: Place, condition: Condition) -> np.ndarray:
         """Mean collisions of each kind an episode, over houses and epsilons, (kinds,)."""
-        return self._mean(place, condition, lambda figures: figures.collisions)
-
-    def differs(self, place: Place, condition: Condition) -> float:
-        """Share of the timesteps at whose end `nearest` would set about something else, over houses and epsilons."""
-        return self._mean(place, condition, lambda figures: figures.differs).item()
+        return np.array([self.mean(place, condition, kind) for kind in COLLISIONS])
 
     def mean_difference(self, house: str, ours: Condition, theirs: Condition) -> Estimate[float]:
         """Damage an episode under one condition less that under another, in one house, averaged over the epsilons."""
-        one, other = (
-            np.mean([self.figures[house, condition, epsilon].damage(OWN_WEIGHTS) for epsilon in EPSILONS], axis=0)
-            for condition in (ours, theirs)
-        )
-        return of_difference(one, other)
+        return of_difference(*(np.mean([self.of(house, e, one) for e in EPSILONS], axis=0) for one in (ours, theirs)))
 
-    def _differences(self, place: Place, ours: Condition, theirs: Condition, measure: Measure) -> list[Estimate[float]]:
-        pairs = self._pairs(place, ours, theirs, measure)
-        if len(place.houses) == 1:
-            return [of_difference(one, other) for (one,), (other,) in pairs]
-        return [two_level.of_difference(one, other) for one, other in pairs]
-
-    def _pairs(
-        self, place: Place, ours: Condition, theirs: Condition, measure: Measure
-    ) -> Iterator[tuple[list[np.ndarray], list[np.ndarray]]]:
-        """For each epsilon what is measured in each house under both conditions."""
+    def _compare(
+        self, in_one: Any, in_several: Any, place: Place, ours: Condition, theirs: Condition, what: str
+    ) -> list[Estimate[float]]:
+        """Hold one condition against another, with what is for episodes of one house, or of several."""
+        found = []
         for epsilon in EPSILONS:
-            one, other = ([measure(o) for o in self._of(place, condition, epsilon)] for condition in (ours, theirs))
-            yield one, other
-
-    def _mean(self, place: Place, condition: Condition, measure: Measure) -> np.ndarray:
-        """Over episodes, houses and epsilons."""
-        found = [measure(one).mean(axis=0) for epsilon in EPSILONS for one in self._of(place, condition, epsilon)]
-        return np.mean(found, axis=0)
-
-    def _of(self, place: Place, condition: Condition, epsilon: float) -> list[Figures]:
-        return [self.figures[house, condition, epsilon] for house in place.houses]
-
-
-def _damage(weights: str) -> Measure:
-    return lambda figures: figures.damage(weights)
+            both = [[self.of(house, epsilon, one, what) for house in place.houses] for one in (ours, theirs)]
+            found.append(in_several(*both) if len(place.houses) > 1 else in_one(*(one for (one,) in both)))
+        return found
 
 
 # -- The physical house: speed and yielding ----------------------------------------------------------
 
 
-@dataclasses.dataclass(frozen=True)
-class Robot:
-    """A caregiver in the house.
-
-    Attributes:
-        caregiver: Its name.
-        speed: The share of its base's highest speed that it may use.
-    """
+class Robot(NamedTuple):
+    """A caregiver in the house, and the share of its base's highest speed that it may use."""
 
     caregiver: str = OWN
     speed: float = 1.0
@@ -363,8 +306,7 @@ def slowed(robot: Embodiment, share: float) -> Embodiment:
     return dataclasses.replace(robot, name=f"{robot.name}-{share:g}", limits=limits)
 
 
-@dataclasses.dataclass(frozen=True)
-class HouseJob:
+class HouseJob(NamedTuple):
     """An episode: of which of `ROBOTS`, with what novice, and its number."""
 
     robot: str
@@ -394,7 +336,7 @@ def run_in_house(job: HouseJob) -> dict[str, Any]:
     timestep = env.reset()
     while not timestep.last():
         timestep = env.step(policy(timestep) if policy else np.zeros(env.action_spec().shape))
-    return dataclasses.asdict(job) | env.task.outcome()
+    return job._asdict() | env.task.outcome()
 
 
 @functools.lru_cache(maxsize=1)  # jobs of one robot and epsilon follow each other
@@ -473,7 +415,7 @@ def share_apart(house: str, weights: str) -> float:
 def plans_apart(results: Results) -> list[Place]:
     """The houses, each as a place, in which the two ever differ: at the start, or in an episode."""
     houses = [Place(house, (house,), place.episodes) for place in results.places for house in place.houses]
-    return [one for one in houses if share_apart(one.name, OWN_WEIGHTS) or results.differs(one, PAPER)]
+    return [one for one in houses if share_apart(one.name, OWN_WEIGHTS) or results.mean(one, PAPER, "differs")]
 
 
 # -- The page ----------------------------------------------------------------------------------------
@@ -487,7 +429,7 @@ def page(results: Results, episodes: pd.DataFrame) -> Page:
         where.append(several if len(place.houses) > 1 else f"{place.episodes:,} episodes on {place}")
         linear, inverse = (np.mean([one.value for one in results.left(place, c)]) for c in (LINEAR, PAPER))
         readings.append(f"{linear / inverse:.2f} times on {place}")
-        alone, ours = (f"{results.other_stops(place, one):.0%}" for one in (NONE, PAPER))
+        alone, ours = (f"{results.mean(place, one, 'apart'):.0%}" for one in (NONE, PAPER))
         endings.append(f"{alone} unassisted and {ours} assisted episodes on {place}")
     robots = []
     for robot in dict.fromkeys(episodes.robot[episodes.robot != ALONE]) if len(episodes) else ():

@@ -23,6 +23,7 @@ from caregiver_mj.recording.record import DAMAGE_THRESHOLD
 from caregiver_mj.robot.embodiments import find_embodiment
 from studies import sensitivity
 from studies.sensitivity import (
+    COLLISIONS,
     CONDITIONS,
     LINEAR,
     NEAREST,
@@ -33,7 +34,6 @@ from studies.sensitivity import (
     STILL,
     WEIGHTED,
     WEIGHTS,
-    Figures,
     Job,
     Place,
     Results,
@@ -127,12 +127,12 @@ def test_episodes_are_those_of_an_evaluation():
     rows = evaluate(Settings(FloorPlan.load("paper"), "grid", ("none", "paper"), (0.5,), 4)).episodes
     for one in (NONE, PAPER):
         found, own = run_at(one, 0.5), rows[rows.caregiver == one.caregiver]
-        assert found.damage("5:4:1").tolist() == own.damage.tolist()
+        assert (found[COLLISIONS] @ [5, 4, 1]).tolist() == own.damage.tolist()
         alike = own.damage_stairwell / 5 + own.damage_candle / 4 + own.damage_table
-        assert found.damage("1:1:1").tolist() == alike.tolist()
+        assert found[COLLISIONS].sum(axis=1).tolist() == alike.tolist()
         assert found.toys.tolist() == own.toys_reached.tolist()
-        assert found.stop_above.tolist() == own.timesteps_to_threshold.tolist()
-        assert (found.stop_at <= found.stop_above).all()
+        assert found.above.tolist() == own.timesteps_to_threshold.tolist()
+        assert (found["at"] <= found.above).all()
 
 
 def test_the_first_timestep_of_either_reading():
@@ -142,7 +142,7 @@ def test_the_first_timestep_of_either_reading():
 
 
 def test_what_is_varied_changes_what_happens_but_for_equal_weights_which_make_the_rule_nearest():
-    at = {one: run_at(one).collisions.tolist() for one in CONDITIONS}
+    at = {one: run_at(one)[COLLISIONS].to_numpy().tolist() for one in CONDITIONS}
     for one in (LINEAR, STILL, WEIGHTED["20:4:1"], *(SPEEDS[actions] for actions in (1, 2, 4))):
         assert at[one] != at[PAPER]
     assert at[WEIGHTED["1:1:1"]] == at[NEAREST]
@@ -167,46 +167,46 @@ def results():
                     draws = np.random.default_rng(next(random))
                     stops = np.sort(draws.integers(1, 201, (2, 9)), axis=0)
                     differs = draws.random(9) * (one == PAPER and house_ != "house-100000")
-                    figures[house_, one, epsilon] = Figures(
-                        draws.integers(0, 9, (9, 3)), draws.integers(0, 30, 9), stops[1], stops[0], differs
-                    )
+                    bumps = pd.DataFrame(draws.integers(0, 9, (9, 3)), columns=COLLISIONS)
+                    figures[house_, epsilon, one] = bumps.assign(
+                        toys=draws.integers(0, 30, 9), above=stops[1], at=stops[0], apart=stops[0] != stops[1],
+                        differs=differs,
+                    )  # fmt: skip
     return Results(places, figures)
+
+
+def collisions(results, house, epsilon, condition):
+    return results.rows[house, epsilon, condition][COLLISIONS].to_numpy()
 
 
 def test_what_is_left_is_of_the_damage_of_those_alone(results):
     single, several = results.places
-    ours, alone = (results.figures["paper", one, 1.0].collisions @ [20, 4, 1] for one in (LINEAR, NONE))
+    ours, alone = (collisions(results, "paper", 1.0, one) @ [20, 4, 1] for one in (LINEAR, NONE))
     assert results.left(single, LINEAR, "20:4:1")[0] == of_ratio(ours, alone)
     ours, alone = (
-        [(results.figures[name, one, 0.75].collisions @ [5, 4, 1]).mean() for name in several.houses]
-        for one in (LINEAR, NONE)
+        [(collisions(results, name, 0.75, one) @ [5, 4, 1]).mean() for name in several.houses] for one in (LINEAR, NONE)
     )
     assert results.left(several, LINEAR)[1].value == pytest.approx(sum(ours) / sum(alone))
 
 
 def test_differences_are_paired_and_of_means_over_houses(results):
     single, several = results.places
-    ours, theirs = (results.figures["paper", one, 0.05].collisions @ [1, 1, 1] for one in (PAPER, NEAREST))
+    ours, theirs = (collisions(results, "paper", 0.05, one).sum(axis=1) for one in (PAPER, NEAREST))
     assert results.difference(single, PAPER, NEAREST, "1:1:1")[-1] == of_difference(ours, theirs)
-    ours, theirs = ([results.figures[name, one, 1.0].toys.mean() for name in several.houses] for one in (STILL, PAPER))
-    assert results.toys_difference(several, STILL, PAPER)[0].value == pytest.approx(np.mean(ours) - np.mean(theirs))
-    damage = [
-        results.figures["paper", PAPER, e].damage("5:4:1") - results.figures["paper", NEAREST, e].damage("5:4:1")
-        for e in EPSILONS
-    ]
-    assert results.mean_difference("paper", PAPER, NEAREST).value == pytest.approx(np.mean(damage))
+    ours, theirs = ([results.rows[name, 1.0, one].toys.mean() for name in several.houses] for one in (STILL, PAPER))
+    found = results.difference(several, STILL, PAPER, "toys")[0]
+    assert found.value == pytest.approx(np.mean(ours) - np.mean(theirs))
+    ours, theirs = ([collisions(results, "paper", e, one) @ [5, 4, 1] for e in EPSILONS] for one in (PAPER, NEAREST))
+    assert results.mean_difference("paper", PAPER, NEAREST).value == pytest.approx(np.mean(ours) - np.mean(theirs))
 
 
 def test_what_is_averaged_over_houses_and_epsilons(results):
     several = results.places[1]
-    found = [results.figures[name, PAPER, e] for name in several.houses for e in EPSILONS]
-    np.testing.assert_allclose(
-        results.collisions(several, PAPER), np.mean([one.collisions for one in found], axis=(0, 1))
-    )
-    assert results.differs(several, PAPER) == pytest.approx(np.mean([one.differs for one in found]))
-    assert results.other_stops(several, PAPER) == pytest.approx(np.mean([o.stop_at != o.stop_above for o in found]))
-    above = np.mean([results.figures[name, PAPER, 0.25].stop_above for name in several.houses])
-    assert results.stops(several, PAPER, "above")[3] == pytest.approx(above)
+    found = pd.concat([results.rows[name, e, PAPER] for name in several.houses for e in EPSILONS])
+    assert results.collisions(several, PAPER) == pytest.approx(found[COLLISIONS].mean().to_numpy())
+    assert results.mean(several, PAPER, "apart") == pytest.approx((found["at"] != found.above).mean())
+    above = np.mean([results.rows[name, 0.25, PAPER].above for name in several.houses])
+    assert results.means(several, PAPER, "above")[3] == pytest.approx(above)
 
 
 def test_plans_on_which_the_rules_never_differ_are_left_out(results):
