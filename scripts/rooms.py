@@ -1,8 +1,10 @@
-"""Draws docs/rooms.svg: which room of the package imports from which, as the code stands."""
+"""Draws docs/rooms.svg: which room of the package imports from which; or, with --sizes, prints how large all is."""
 
 from __future__ import annotations
 
+import argparse
 import pathlib
+import re
 import sys
 import tempfile
 import tomllib
@@ -15,6 +17,11 @@ from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 ROOT = pathlib.Path(__file__).parents[1]
 PICTURE = ROOT / "docs" / "rooms.svg"
 _PACKAGE = "caregiver_mj"
+_PARTS = {  # what is counted together
+    "wheel": (_PACKAGE, "tasks", "models"),
+    "studies": ("scripts/study.py", "scripts/studies"),
+    "tests": ("tests",),
+}
 _WIDTH, _HEIGHT = 2.3, 0.62  # of a room's box, in units of the drawing
 _DOWN = 1.05  # between the middles of layers
 _ACROSS = {  # where the rooms stand in their layers: such that no arrow runs through another room
@@ -98,8 +105,30 @@ def draw(found: set[tuple[str, str]]) -> Figure:
     return figure
 
 
+def sizes() -> dict[str, tuple[int, int, int]]:
+    """Lines, modules, and words of the glossary that occur, of each part; studies have the lines of their pages too."""
+    _, _, glossary = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").partition("\n## Words\n")
+    rows = re.findall(r"^\| ([a-z, ]+) \|", glossary.partition("\n## ")[0], re.M)[1:]
+    words = [word for row in rows for word in row.split(", ")]
+    found = {}
+    for part, roots in _PARTS.items():
+        files = [f for root in roots for f in (ROOT / root, *(ROOT / root).rglob("*")) if f.suffix in (".py", ".md")]
+        texts = {f: f.read_text(encoding="utf-8") for f in files if f.suffix == ".py" or part == "studies"}
+        used = set(re.findall(r"[a-z]+", " ".join(texts.values()).lower()))
+        lines = sum(text.count("\n") for text in texts.values())
+        count = sum(set(word.split()) <= used for word in words)
+        found[part] = lines, sum(f.suffix == ".py" for f in texts), count
+    return found
+
+
 def main() -> None:
-    """Draws the picture."""
+    """Draws the picture, or prints the sizes."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--sizes", action="store_true", help="print lines, modules and words instead")
+    if parser.parse_args().sizes:
+        for part, (lines, modules, words) in sizes().items():
+            print(f"{part}: {lines} lines, {modules} modules, {words} words of the glossary")
+        return
     found = arrows(graph())
     PICTURE.parent.mkdir(exist_ok=True)
     with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": "rooms"}):
