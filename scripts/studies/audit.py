@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
+import pandas as pd
 from rich.console import Console
 
 from caregiver_mj.errors import CaregiverError
@@ -51,40 +52,25 @@ _LEAST = 1e-3  # rad/s: no joint's limit is less, be it next to the end of its r
 
 @dataclasses.dataclass(frozen=True)
 class EpisodeLog:
-    """What the robot did in an episode: n control timesteps of m physics steps together.
+    """What the robot did in an episode: n control timesteps of m physics steps together."""
 
-    Attributes:
-        control_timestep: Seconds.
-        physics_timestep: Seconds.
-        commands: What the actuators were told, in the order of the robot's model, (n, actuators).
-        base_velocity: Velocity of the base in the world, m/s and rad/s, (m, 3).
-        arm_position: Joint positions, rad, (m, joints).
-        arm_velocity: Joint velocities, rad/s, (m, joints).
-        arm_torque: What moved each joint and held it up, N m, (m, joints), see `Dynamics`.
-        finger_velocity: Of each finger, m/s, (m, 2).
-        pads: How many of the fingers' pads touch the wax of a candle, (m,).
-        pressure_centre: Where on the floor the wheels' forces together act, in the base's frame, metres, (m, 2).
-        distance: From each part of the robot that can touch something to the child, metres, (m, parts); infinite if
-            far away.
-        speed: Of the point of each part that is nearest to the child, m/s, (m, parts); 0 if far away.
-        approach: The component of that towards the child, m/s, (m, parts).
-        contact_speed: How fast a part that touches the child moves towards it, m/s, (m,); the fastest, and minus
-            infinity where none touches it.
-    """
-
-    control_timestep: float
-    physics_timestep: float
-    commands: np.ndarray
-    base_velocity: np.ndarray
-    arm_position: np.ndarray
-    arm_velocity: np.ndarray
-    arm_torque: np.ndarray
-    finger_velocity: np.ndarray
-    pads: np.ndarray
+    control_timestep: float  # seconds
+    physics_timestep: float  # seconds
+    commands: np.ndarray  # what the actuators were told, in the order of the robot's model, (n, actuators)
+    base_velocity: np.ndarray  # velocity of the base in the world, m/s and rad/s, (m, 3)
+    arm_position: np.ndarray  # joint positions, rad, (m, joints)
+    arm_velocity: np.ndarray  # joint velocities, rad/s, (m, joints)
+    arm_torque: np.ndarray  # what moved each joint and held it up, N m, (m, joints), see `Dynamics`
+    finger_velocity: np.ndarray  # of each finger, m/s, (m, 2)
+    pads: np.ndarray  # how many of the fingers' pads touch the wax of a candle, (m,)
+    # Where on the floor the wheels' forces together act, in the base's frame, metres, (m, 2).
     pressure_centre: np.ndarray
+    # From each part of the robot that can touch something to the child, metres, (m, parts); infinite if far away.
     distance: np.ndarray
-    speed: np.ndarray
-    approach: np.ndarray
+    speed: np.ndarray  # of the point of each part that is nearest to the child, m/s, (m, parts); 0 if far away
+    approach: np.ndarray  # the component of that towards the child, m/s, (m, parts)
+    # How fast a part that touches the child moves towards it, m/s, (m,); the fastest, and minus infinity where none
+    # touches it.
     contact_speed: np.ndarray
 
     @classmethod
@@ -258,23 +244,14 @@ class Dynamics:
 
 @dataclasses.dataclass(frozen=True)
 class Check:
-    """The worst that came of one limit.
+    """The worst that came of one limit."""
 
-    Attributes:
-        name: What is limited.
-        unit: Its unit.
-        worst: The value that came closest to its limit, or exceeded it most.
-        limit: That limit.
-        time: When that was, seconds since the start.
-        where: Which joint or finger it was, if there are several.
-    """
-
-    name: str
-    unit: str
-    worst: float
-    limit: float
-    time: float
-    where: str = ""
+    name: str  # what is limited
+    unit: str  # its unit
+    worst: float  # the value that came closest to its limit, or exceeded it most
+    limit: float  # that limit
+    time: float  # when that was, seconds since the start
+    where: str = ""  # which joint or finger it was, if there are several
 
     @property
     def ratio(self) -> float:
@@ -307,19 +284,14 @@ def check_limits(log: EpisodeLog, robot: Embodiment) -> list[Check]:
 
 @dataclasses.dataclass(frozen=True)
 class NearChild:
-    """How the robot moved near the child in an episode.
+    """How the robot moved near the child in an episode."""
 
-    Attributes:
-        separation: The least distance between the child and a part of the robot that moved, metres. It is 0 or less
-            where the child ran into the robot.
-        approach_separation: The least distance to a part that moved towards the child, metres.
-        fast_seconds: How long a part was within 0.5 m of the child and faster than 0.25 m/s.
-        contact_speed: How fast, at the most, a part that touched the child moved towards it, m/s; 0 without contact.
-    """
-
+    # The least distance between the child and a part of the robot that moved, metres. It is 0 or less where the
+    # child ran into the robot.
     separation: float
-    approach_separation: float
-    fast_seconds: float
+    approach_separation: float  # the least distance to a part that moved towards the child, metres
+    fast_seconds: float  # how long a part was within 0.5 m of the child and faster than 0.25 m/s
+    # How fast, at the most, a part that touched the child moved towards it, m/s; 0 without contact.
     contact_speed: float
 
 
@@ -332,11 +304,6 @@ def near_child(log: EpisodeLog) -> NearChild:
         fast_seconds=float(fast.any(axis=1).sum() * log.physics_timestep),
         contact_speed=float(log.contact_speed.max(initial=0.0)),
     )
-
-
-def strike_times(log: EpisodeLog) -> np.ndarray:
-    """When a part of the robot touched the child while it moved towards it, seconds, at every physics step of it."""
-    return np.flatnonzero(log.contact_speed > _MOVES) * log.physics_timestep
 
 
 def worst(
@@ -446,23 +413,14 @@ def _balance(log: EpisodeLog, robot: Embodiment, free: np.ndarray, steps: int, o
 
 @dataclasses.dataclass(frozen=True)
 class Audit:
-    """What came out for one episode, or for several.
+    """What came out for one episode, or for several."""
 
-    Attributes:
-        seconds: How long it was.
-        commanded: Limits of what was commanded.
-        measured: Limits of what was measured.
-        near: How the robot moved near the child.
-        pushed: Seconds in which a child ran into it, or had just done so, whose accelerations do not count.
-        off: Seconds in which a pad was off the candle in the hand for a moment, see `check_motion`.
-    """
-
-    seconds: float
-    commanded: list[Check]
-    measured: list[Check]
-    near: NearChild
-    pushed: float
-    off: float = 0.0
+    seconds: float  # how long it was
+    commanded: list[Check]  # limits of what was commanded
+    measured: list[Check]  # limits of what was measured
+    near: NearChild  # how the robot moved near the child
+    pushed: float  # seconds in which a child ran into it, or had just done so, whose accelerations do not count
+    off: float = 0.0  # seconds in which a pad was off the candle in the hand for a moment, see `check_motion`
 
     @classmethod
     def of(cls, log: EpisodeLog, embodiment: str | None, name: str = "") -> Audit:
@@ -478,15 +436,8 @@ class Audit:
     @classmethod
     def of_dict(cls, values: Mapping[str, Any]) -> Audit:
         """The audit that `dataclasses.asdict` has made a dictionary of."""
-        commanded, measured = ([Check(**check) for check in values[which]] for which in ("commanded", "measured"))
-        return cls(
-            values["seconds"],
-            commanded,
-            measured,
-            NearChild(**values["near"]),
-            values["pushed"],
-            values.get("off", 0.0),
-        )
+        made = {which: [Check(**check) for check in values[which]] for which in ("commanded", "measured")}
+        return cls(**values | made | {"near": NearChild(**values["near"])})
 
     @property
     def is_kept(self) -> bool:
@@ -496,24 +447,15 @@ class Audit:
     @classmethod
     def worst_of(cls, audits: Sequence[Audit]) -> Audit:
         """The worst of every limit of several episodes, and their times together."""
-        near = [audit.near for audit in audits]
-        return cls(
-            sum(audit.seconds for audit in audits),
-            _worst([audit.commanded for audit in audits]),
-            _worst([audit.measured for audit in audits]),
-            NearChild(
-                min(n.separation for n in near),
-                min(n.approach_separation for n in near),
-                sum(n.fast_seconds for n in near),
-                max(n.contact_speed for n in near),
-            ),
-            sum(audit.pushed for audit in audits),
-            sum(audit.off for audit in audits),
-        )
 
+        def checks_of(which: str) -> list[Check]:
+            each = zip(*(getattr(audit, which) for audit in audits), strict=True)
+            return [max(checks, key=lambda check: check.ratio) for checks in each]
 
-def _worst(audits: Sequence[list[Check]]) -> list[Check]:
-    return [max(checks, key=lambda check: check.ratio) for checks in zip(*audits, strict=True)]
+        near = pd.DataFrame([dataclasses.asdict(audit.near) for audit in audits])
+        how = {"separation": "min", "approach_separation": "min", "fast_seconds": "sum", "contact_speed": "max"}
+        seconds, pushed, off = (sum(getattr(audit, name) for audit in audits) for name in ("seconds", "pushed", "off"))
+        return cls(seconds, checks_of("commanded"), checks_of("measured"), NearChild(**near.agg(how)), pushed, off)
 
 
 def add_options(parser: Parser) -> None:
