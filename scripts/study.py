@@ -31,6 +31,8 @@ from matplotlib.figure import Figure
 from rich.console import Console
 from rich.progress import Progress, track
 
+from caregiver_mj.children.family import Family
+from caregiver_mj.children.side_by_side import side_by_side
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
@@ -39,12 +41,14 @@ from caregiver_mj.experiments.provenance import source_digest, versions
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import Settings, episode_seed, episode_tapes
 from caregiver_mj.experiments.workers import run_jobs
+from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz.figures import as_bytes
 
 Job = TypeVar("Job", bound=Hashable)
 Result = TypeVar("Result")
 Item = TypeVar("Item")
+AnyWorld = TypeVar("AnyWorld", bound=GridWorld)
 
 FOLDER = pathlib.Path(__file__).with_name("studies")
 # Where the robot's skills are measured: the houses of the package, and a generated one with 13 x 14 cells, four candles
@@ -159,17 +163,12 @@ def _contents() -> str:
 
 @dataclasses.dataclass(frozen=True)
 class Page:
-    """What a study's template is filled with.
+    """What a study's template is filled with."""
 
-    Attributes:
-        values: By their names in the template; the template has `command` besides.
-        figures: By the names of their files, such as "coverage.png".
-        name: Of the page; the study's if it is empty.
-    """
-
-    values: Mapping[str, Any]
+    values: Mapping[str, Any]  # by their names in the template; the template has `command` besides
+    # By the names of their files, such as "coverage.png".
     figures: Mapping[str, Figure] = dataclasses.field(default_factory=dict)
-    name: str = ""
+    name: str = ""  # of the page; the study's if it is empty
 
     def text(self, study: str, command: str) -> str:
         """The page that a command makes."""
@@ -344,6 +343,30 @@ def _file_name(job: Hashable) -> str:
 def tapes(episodes: int, seed: int = 0, children: int = 1) -> list[tuple[Tape, ...]]:
     """The chance of the episodes that `evaluate` runs with a seed."""
     return [episode_tapes(episode_seed(seed, episode), children) for episode in range(episodes)]
+
+
+def run_in_grid(
+    make: Callable[[FloorPlan, Family], AnyWorld],
+    plan: FloorPlan,
+    families: Iterable[Family | float | str],
+    episodes: int,
+    seed: int = 0,
+    look: Callable[[AnyWorld], None] | None = None,
+) -> AnyWorld:
+    """A world in which episodes have been run, those that `evaluate` runs with a seed.
+
+    Args:
+        make: Makes the world, of a house and children.
+        plan: The house.
+        families: Who is in it, as many children in each: one family after the other, all in one batch.
+        episodes: How many with each family.
+        seed: Of all of them.
+        look: Called with the world after each timestep.
+    """
+    made = [Family.of(family) for family in families]
+    world = make(plan, side_by_side(plan, made, episodes))
+    world.run(tapes(episodes, seed, len(made[0])) * len(made), *([functools.partial(look, world)] if look else []))
+    return world
 
 
 @functools.cache  # plans keep what they have worked out

@@ -114,15 +114,10 @@ class LeastExposedTable(PaperCaregiver):
 
 @dataclasses.dataclass(frozen=True)
 class Variant:
-    """A caregiver with something changed.
+    """A caregiver with something changed."""
 
-    Attributes:
-        make: Makes it for a house.
-        actions: How many actions it has in a novice timestep.
-    """
-
-    make: Callable[[FloorPlan], Caregiver]
-    actions: int = CAREGIVER_ACTIONS
+    make: Callable[[FloorPlan], Caregiver]  # makes it for a house
+    actions: int = CAREGIVER_ACTIONS  # how many actions it has in a novice timestep
 
 
 def paper(**options: Any) -> Callable[[FloorPlan], Caregiver]:
@@ -143,15 +138,10 @@ def variants() -> dict[str, Variant]:
 
 @dataclasses.dataclass(frozen=True)
 class Study:
-    """Runs variants on the same novices.
+    """Runs variants on the same novices."""
 
-    Attributes:
-        plan: The house.
-        tapes: The novices' chance, the same for every variant.
-    """
-
-    plan: FloorPlan
-    tapes: Sequence[tuple[Tape, ...]]
+    plan: FloorPlan  # the house
+    tapes: Sequence[tuple[Tape, ...]]  # the novices' chance, the same for every variant
 
     def run(self, epsilon: float, variant: Variant) -> Figures:
         """Run all episodes with a variant."""

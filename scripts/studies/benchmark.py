@@ -59,21 +59,13 @@ Result = TypeVar("Result")
 
 @dataclasses.dataclass(frozen=True)
 class Effort:
-    """How long to measure.
+    """How long to measure."""
 
-    Attributes:
-        seconds: Simulated seconds of an episode.
-        repeats: How often everything that is compared is repeated.
-        knocked: Episodes in which a candle is knocked over.
-        frames: Frames of a film.
-        houses: Houses to run on each executor.
-    """
-
-    seconds: float = 340.0
-    repeats: int = 5
-    knocked: int = 6
-    frames: int = 120
-    houses: int = 100
+    seconds: float = 340.0  # simulated seconds of an episode
+    repeats: int = 5  # how often everything that is compared is repeated
+    knocked: int = 6  # episodes in which a candle is knocked over
+    frames: int = 120  # frames of a film
+    houses: int = 100  # houses to run on each executor
 
 
 QUICK = Effort(seconds=60.0, repeats=3, knocked=4, frames=24, houses=10)

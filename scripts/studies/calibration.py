@@ -136,19 +136,12 @@ def questions_of(plan: FloorPlan) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Watched:
-    """N children watched for T timesteps; time t is before move t, when moves 0 to t - 1 have been seen.
+    """N children watched for T timesteps; time t is before move t, when moves 0 to t - 1 have been seen."""
 
-    Attributes:
-        predicted: Probability of a bump within each horizon, from each time on, (horizons, T, N, Q).
-        possible: Whether there can be one at all in that time, whatever the child does, likewise.
-        bumped: Whether each move bumped, (T, N, Q).
-        safe: P(safe|tau) of the paper, (T, N).
-    """
-
-    predicted: np.ndarray
-    possible: np.ndarray
-    bumped: np.ndarray
-    safe: np.ndarray
+    predicted: np.ndarray  # probability of a bump within each horizon, from each time on, (horizons, T, N, Q)
+    possible: np.ndarray  # whether there can be one at all in that time, whatever the child does, likewise
+    bumped: np.ndarray  # whether each move bumped, (T, N, Q)
+    safe: np.ndarray  # P(safe|tau) of the paper, (T, N)
 
     def happened(self, timesteps: int) -> np.ndarray:
         """Whether there was a bump within some timesteps, at every time from which so many were seen.
@@ -285,19 +278,12 @@ def _rows(predicted: np.ndarray, happened: np.ndarray, **what: Any) -> Iterator[
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Scores:
-    """Predictions of one kind, of one child.
+    """Predictions of one kind, of one child."""
 
-    Attributes:
-        count: How many there were in each house and bin, (houses, bins).
-        predicted: Sum of what was predicted, likewise.
-        happened: How often it happened, likewise.
-        square: Sum of the squared differences, likewise.
-    """
-
-    count: np.ndarray
-    predicted: np.ndarray
-    happened: np.ndarray
-    square: np.ndarray
+    count: np.ndarray  # how many there were in each house and bin, (houses, bins)
+    predicted: np.ndarray  # sum of what was predicted, likewise
+    happened: np.ndarray  # how often it happened, likewise
+    square: np.ndarray  # sum of the squared differences, likewise
 
     @classmethod
     def of(cls, rows: pd.DataFrame, family: str, horizon: int, kinds: tuple[str, ...] = EACH) -> Scores:

@@ -44,33 +44,19 @@ _WIDTH = 0.19  # of a method's column in the figure
 
 @dataclasses.dataclass(frozen=True)
 class Coverage:
-    """What is simulated.
+    """What is simulated."""
 
-    Attributes:
-        houses: Names of floor plans.
-        samples: Samples for each house, epsilon and size.
-        episodes: Pairs of episodes in a house to draw them from.
-        sizes: Episodes in a sample.
-        epsilons: Shares of random moves.
-        house_samples: Samples over houses for each epsilon and number of houses.
-        house_set: Name of the houses to draw them from.
-        house_sizes: Houses in a sample.
-        in_house: Episodes in each house of a sample; there are 20 times as many to draw from.
-        house_epsilons: Shares of random moves over houses.
-        seed: Seed of everything.
-    """
-
-    houses: tuple[str, ...] = ("paper", "apartment", "house-100002", "house-100006")
-    samples: int = 4000
-    episodes: int = 5000
-    sizes: tuple[int, ...] = (20, 50, 200)
-    epsilons: tuple[float, ...] = (1.0, 0.75, 0.5, 0.25, 0.05)
-    house_samples: int = 500
-    house_set: str = "train-40"
-    house_sizes: tuple[int, ...] = (10, 50)
-    in_house: int = 20
-    house_epsilons: tuple[float, ...] = (1.0, 0.5, 0.05)
-    seed: int = 0
+    houses: tuple[str, ...] = ("paper", "apartment", "house-100002", "house-100006")  # names of floor plans
+    samples: int = 4000  # samples for each house, epsilon and size
+    episodes: int = 5000  # pairs of episodes in a house to draw them from
+    sizes: tuple[int, ...] = (20, 50, 200)  # episodes in a sample
+    epsilons: tuple[float, ...] = (1.0, 0.75, 0.5, 0.25, 0.05)  # shares of random moves
+    house_samples: int = 500  # samples over houses for each epsilon and number of houses
+    house_set: str = "train-40"  # name of the houses to draw them from
+    house_sizes: tuple[int, ...] = (10, 50)  # houses in a sample
+    in_house: int = 20  # episodes in each house of a sample; there are 20 times as many to draw from
+    house_epsilons: tuple[float, ...] = (1.0, 0.5, 0.05)  # shares of random moves over houses
+    seed: int = 0  # seed of everything
 
     def in_houses(self) -> pd.DataFrame:
         """Coverage over episodes, in a house."""
@@ -150,19 +136,12 @@ _SIDES = ["too_low", "too_high"]
 
 @dataclasses.dataclass(frozen=True)
 class Pool:
-    """Pairs of episodes, the same child in both.
+    """Pairs of episodes, the same child in both."""
 
-    Attributes:
-        house: Name of the floor plan.
-        epsilon: Share of the child's moves that are random.
-        ours: Damage with the paper's caregiver, (episodes,).
-        theirs: Damage without any, likewise.
-    """
-
-    house: str
-    epsilon: float
-    ours: np.ndarray
-    theirs: np.ndarray
+    house: str  # name of the floor plan
+    epsilon: float  # share of the child's moves that are random
+    ours: np.ndarray  # damage with the paper's caregiver, (episodes,)
+    theirs: np.ndarray  # damage without any, likewise
 
     @property
     def ratio(self) -> float:

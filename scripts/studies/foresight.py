@@ -13,7 +13,7 @@ import dataclasses
 import functools
 import pathlib
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -26,8 +26,6 @@ from caregiver_mj.caregivers.foresight.foresight import HYSTERESIS, ForesightCar
 from caregiver_mj.caregivers.foresight.value_table import OBJECTIVE, Objective
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.children.family import Family
-from caregiver_mj.children.side_by_side import side_by_side
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import two_level
 from caregiver_mj.experiments.intervals import Estimate
@@ -48,7 +46,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import house_set
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.figures.style import INK, STYLE
-from study import Page, Parser, run_all, tapes
+from study import Page, Parser, read_run, run_all, run_in_grid
 
 OURS, RULE, TOLD, FLOOR = "foresight", "paper", "knows-goal", "floor"
 _SHOWN = ("paper", "nearest", "paper-predictive", "foresight", "knows-goal", "clairvoyant", "floor")
@@ -84,10 +82,7 @@ def read(folder: pathlib.Path) -> Bars:
     Raises:
         CaregiverError: There are none, or none with foresight and without a caregiver.
     """
-    file = folder / "episodes.parquet"
-    if not file.is_file():
-        raise CaregiverError(f"no finished run in {folder}")
-    rows = pd.read_parquet(file)
+    rows, _ = read_run(folder)
     for name in ("none", "foresight"):
         if name not in set(rows.caregiver):
             raise CaregiverError(f"no episodes with caregiver '{name}' in {folder}")
@@ -99,15 +94,10 @@ def read(folder: pathlib.Path) -> Bars:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Bars:
-    """Episodes of a run.
+    """Episodes of a run."""
 
-    Attributes:
-        name: What the run is called.
-        rows: A row an episode, with the columns of `episodes.parquet`.
-    """
-
-    name: str
-    rows: pd.DataFrame
+    name: str  # what the run is called
+    rows: pd.DataFrame  # a row an episode, with the columns of `episodes.parquet`
 
     @functools.cached_property
     def caregivers(self) -> tuple[str, ...]:
@@ -294,8 +284,7 @@ def made(name: str, plan: FloorPlan) -> Caregiver | None:
     return make_caregiver(make, plan) if isinstance(make, str) else make(plan)
 
 
-@dataclasses.dataclass(frozen=True)
-class Job:
+class Job(NamedTuple):
     """All episodes with one variant in one house."""
 
     house: str
@@ -306,10 +295,8 @@ class Job:
 def run_job(job: Job) -> dict[str, Any]:
     """Run the episodes of a job, those that `evaluate` runs with seed 0: columns of `episodes.parquet`."""
     plan = FloorPlan.load(job.house)
-    children = side_by_side(plan, [Family.of(epsilon) for epsilon in EPSILONS], job.episodes)
-    is_floor = job.variant == FLOOR
-    world = FloorWorld(plan, children) if is_floor else GridWorld(plan, children, made(job.variant, plan))
-    totals = world.run(tapes(job.episodes) * len(EPSILONS)).totals()
+    make = FloorWorld if job.variant == FLOOR else functools.partial(GridWorld, caregiver=made(job.variant, plan))
+    totals = run_in_grid(make, plan, EPSILONS, job.episodes).ledger.totals()
     family = [f"{epsilon:g}" for epsilon in EPSILONS for _ in range(job.episodes)]
     index = {"house": job.house, "caregiver": job.variant, "family": family}
     numbers = {"episode": list(range(job.episodes)) * len(EPSILONS)}

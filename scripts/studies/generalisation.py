@@ -8,10 +8,9 @@ which believes that a child's epsilon may change, is tried on children whose eps
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import functools
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -24,8 +23,6 @@ from caregiver_mj.caregivers.experts import Elsewhere, Experts, InPlace, Nobody,
 from caregiver_mj.caregivers.foresight.child_model import CHANGE
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, KnowsGoalCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
-from caregiver_mj.children.family import Family
-from caregiver_mj.children.side_by_side import side_by_side
 from caregiver_mj.danger import safety
 from caregiver_mj.experiments import intervals, two_level
 from caregiver_mj.experiments.intervals import Estimate
@@ -35,7 +32,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import house_set
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.figures.style import INK, MUTED, STYLE
-from study import Page, Parser, run_all, tapes
+from study import Page, Parser, run_all, run_in_grid
 
 IN_PLACE, ELSEWHERE, NOBODY = "in place", "elsewhere", "nobody"
 WHOSE = (IN_PLACE, ELSEWHERE, NOBODY)
@@ -79,47 +76,31 @@ def run(options: argparse.Namespace) -> Page:
 # -- How well P(safe) tells with each of the action priors -------------------------------------------
 
 
-@dataclasses.dataclass(frozen=True)
-class Telling:
-    """How well P(safe|tau) tells in one house, with one prior.
+class Telling(NamedTuple):
+    """How well P(safe|tau) tells in one house, with one prior."""
 
-    Attributes:
-        measures: One number for each of `MEASURES`; NaN where there is nothing to tell.
-        course: Area under the curve for epsilon after every timestep, (timesteps,).
-    """
-
-    measures: tuple[float, ...]
-    course: np.ndarray
+    measures: tuple[float, ...]  # one number for each of `MEASURES`; NaN where there is nothing to tell
+    course: np.ndarray  # area under the curve for epsilon after every timestep, (timesteps,)
 
 
-@dataclasses.dataclass(frozen=True)
-class Walks:
-    """Children alone in a house, a column an episode.
+class Walks(NamedTuple):
+    """Children alone in a house, a column an episode."""
 
-    Attributes:
-        cell: The cell in which each move was made, (timesteps, B).
-        action: The move, likewise.
-        hurt: Whether it was a collision that does damage, likewise.
-        epsilon: Share of random moves in each episode, (B,).
-    """
-
-    cell: np.ndarray
-    action: np.ndarray
-    hurt: np.ndarray
-    epsilon: np.ndarray
+    cell: np.ndarray  # in which each move was made, (timesteps, B)
+    action: np.ndarray  # the move, likewise
+    hurt: np.ndarray  # whether it was a collision that does damage, likewise
+    epsilon: np.ndarray  # share of random moves in each episode, (B,)
 
 
 def walks(plan: FloorPlan, episodes: int) -> Walks:
     """Watches novices of each of `EPSILONS` in so many episodes each."""
-    families = [Family.of(epsilon) for epsilon in EPSILONS]
-    world = GridWorld(plan, side_by_side(plan, families, episodes), None)
     seen, damage = [], [np.zeros(episodes * len(EPSILONS))]
 
-    def look() -> None:
+    def look(world: GridWorld) -> None:
         seen.append((world.previous_cell[:, 0], world.previous_action[:, 0]))
         damage.append(world.ledger.damage)
 
-    world.run(tapes(episodes) * len(EPSILONS), look)
+    run_in_grid(functools.partial(GridWorld, caregiver=None), plan, EPSILONS, episodes, look=look)
     cell, action = np.array(seen).swapaxes(0, 1)
     return Walks(cell, action, np.diff(damage, axis=0) > 0, np.repeat(EPSILONS, episodes))
 
@@ -173,38 +154,22 @@ def _brier(ratio: np.ndarray, positive: np.ndarray) -> float:
 # -- The episodes in the grid, a house a job ---------------------------------------------------------
 
 
-@dataclasses.dataclass(frozen=True)
-class Job:
-    """All that is done in one house.
-
-    Attributes:
-        house: Its name.
-        learnt_in: Name of the set of houses in which the experts elsewhere walk.
-        alone: Episodes of each novice alone.
-        two: Episodes of each two children with each caregiver.
-        changing: Episodes of each child that changes, or not, with each caregiver.
-    """
+class Job(NamedTuple):
+    """All that is done in one house, and in how many episodes: of each novice, each two children, each that changes."""
 
     house: str
-    learnt_in: str
+    learnt_in: str  # the set of houses in which the experts elsewhere walk
     alone: int
     two: int
     changing: int
 
 
-@dataclasses.dataclass(frozen=True)
-class Found:
-    """What came out in a house.
+class Found(NamedTuple):
+    """What came out in a house."""
 
-    Attributes:
-        telling: How well P(safe) tells, by whose routes were learnt, and whether theta is a draw or the mean.
-        two: Damage to two children; a column for each of `FAMILIES`.
-        changing: Damage to one child; a column for each of `CHILDREN`.
-    """
-
-    telling: Mapping[tuple[str, str], Telling]
-    two: Damages
-    changing: Damages
+    telling: Mapping[tuple[str, str], Telling]  # by whose routes were learnt, and whether theta is a draw or the mean
+    two: Damages  # to two children; a column for each of `FAMILIES`
+    changing: Damages  # to one child; a column for each of `CHILDREN`
 
 
 def run_job(job: Job) -> Found:
@@ -239,11 +204,9 @@ def foresight(change: float) -> str:
 
 
 def _damage(plan: FloorPlan, caregiver: Caregiver | None, who: Sequence[str], episodes: int) -> np.ndarray:
-    """Damage of every episode of every family, (episodes, families): all in one batch."""
-    families = [Family.of(name) for name in who]
-    chance = tapes(episodes, children=len(families[0]))
-    ledger = GridWorld(plan, side_by_side(plan, families, episodes), caregiver).run(chance * len(families))
-    return ledger.damage.reshape(len(families), episodes).T
+    """Damage of every episode of every family, (episodes, families)."""
+    world = run_in_grid(functools.partial(GridWorld, caregiver=caregiver), plan, who, episodes)
+    return world.ledger.damage.reshape(len(who), episodes).T
 
 
 @functools.lru_cache(maxsize=1)  # all jobs of a process learn in the same houses

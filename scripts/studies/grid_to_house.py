@@ -33,13 +33,12 @@ from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.percept import Pace
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.children.family import Family
-from caregiver_mj.children.side_by_side import side_by_side
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
 from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import intervals, two_level
 from caregiver_mj.experiments.intervals import Estimate
-from caregiver_mj.experiments.settings import EPSILONS, Settings, episode_random, episode_seed, episode_tapes
+from caregiver_mj.experiments.settings import EPSILONS, Settings, episode_random, episode_seed
 from caregiver_mj.grid.world import CAREGIVER_ACTIONS, GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS, NOTHING, Where
@@ -52,7 +51,7 @@ from caregiver_mj.robot.status import Status
 from caregiver_mj.tasks import load
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.figures.style import FAINT, INK, STYLE
-from study import Page, Parser, read_run, run_all, run_episodes
+from study import Page, Parser, read_run, run_all, run_episodes, run_in_grid
 
 RULE = "paper"  # the caregiver if no other is named
 GOAL = 0.15  # the house may leave this much more damage than the grid, relative, averaged over the epsilons
@@ -138,15 +137,10 @@ def evaluation(settings: Settings, folder: pathlib.Path) -> str:
 
 @dataclasses.dataclass(frozen=True)
 class Rows:
-    """Episodes of single novices in several houses, left alone and with one caregiver.
+    """Episodes of single novices in several houses, left alone and with one caregiver."""
 
-    Attributes:
-        table: A row an episode, with the columns of `episodes.parquet`.
-        settings: Of the run in the house, with these two caregivers.
-    """
-
-    table: pd.DataFrame
-    settings: Settings
+    table: pd.DataFrame  # a row an episode, with the columns of `episodes.parquet`
+    settings: Settings  # of the run in the house, with these two caregivers
 
     @property
     def houses(self) -> tuple[str, ...]:
@@ -206,17 +200,13 @@ def in_both_worlds(rows: Rows, jobs: int) -> Rows:
 
 @dataclasses.dataclass(frozen=True)
 class Handicap:
-    """What a caregiver in the grid lacks. Times are in thirds of a novice timestep, which one of its actions takes.
+    """What a caregiver in the grid lacks. Times are in thirds of a novice timestep, which one of its actions takes."""
 
-    Attributes:
-        once: Whether it decides before the first action of a timestep only, and carries on with that for the rest of
-            it; else before each.
-        pace: Time that an action takes.
-        near: Time that one takes in addition where a child is within `FORESIGHT`, as far as the robot minds it.
-    """
-
+    # Whether it decides before the first action of a timestep only, and carries on with that for the rest of it;
+    # else before each.
     once: bool = False
-    pace: float = 1.0
+    pace: float = 1.0  # time that an action takes
+    # Time that one takes in addition where a child is within `FORESIGHT`, as far as the robot minds it.
     near: float = 0.0
 
 
@@ -432,15 +422,12 @@ class Watch:
 # -- What the house costs, one thing after the other ---------------------------------------------------
 
 
-def run_in_grid(kind: type[AnyGrid], settings: Settings, count: int, handicap: Handicap, house: str) -> AnyGrid:
+def cared_for(kind: type[AnyGrid], settings: Settings, episodes: int, handicap: Handicap, house: str) -> AnyGrid:
     """A grid in which so many episodes of a run have been run, those of one epsilon after those of another."""
     plan = settings.plan_of[house]
-    tapes = [episode_tapes(episode_seed(settings.seed, i), 1) for i in range(count)]
     caregiver = make_caregiver(settings.caregivers[-1], plan, settings.seed)
-    assert caregiver is not None  # it is one that acts
-    world = kind(plan, side_by_side(plan, settings.families, count), caregiver, handicap)
-    world.run(tapes * len(settings.families))
-    return world
+    make = functools.partial(kind, caregiver=caregiver, handicap=handicap)
+    return run_in_grid(make, plan, settings.families, episodes, settings.seed)
 
 
 def damages(settings: Settings, count: int, handicaps: Mapping[str, Handicap], house: str) -> dict[str, pd.DataFrame]:
@@ -449,14 +436,14 @@ def damages(settings: Settings, count: int, handicaps: Mapping[str, Handicap], h
     epsilons = [family.epsilon for family in settings.families]
     found = {}
     for level, handicap in handicaps.items():
-        damage = run_in_grid(HandicappedGrid, settings, count, handicap, house).ledger.damage
+        damage = cared_for(HandicappedGrid, settings, count, handicap, house).ledger.damage
         found[level] = pd.DataFrame(damage.reshape(-1, count).T, index, columns=epsilons)
     return found
 
 
 def phases_in_grid(settings: Settings, handicap: Handicap, house: str) -> pd.DataFrame:
     """Phases in one house with the `time` that each took, in thirds of a timestep."""
-    log = run_in_grid(WatchedGrid, settings, settings.episodes, handicap, house).phases
+    log = cared_for(WatchedGrid, settings, settings.episodes, handicap, house).phases
     table = pd.DataFrame(log, columns=["phase", "actions", "near", "shortest"])
     return table.assign(time=handicap.pace * table.actions + handicap.near * table.near)
 
@@ -520,24 +507,16 @@ def delay_of(phases: pd.DataFrame, in_grid: pd.DataFrame, action_time: float) ->
 
 @dataclasses.dataclass(frozen=True)
 class Results:
-    """All that was measured.
+    """All that was measured."""
 
-    Attributes:
-        rows: The episodes in both worlds.
-        levels: Damage in the grid at each level of the breakdown: a row a house and episode, a column an epsilon.
-        handicaps: The handicap of each level.
-        phases: The house's phases.
-        seconds: What the time of the watched episodes went into, a row an episode.
-        same: How many watched episodes have the damage that their row has, and how many there are.
-        delays: At the first and last level, mean seconds by which a phase takes longer than on the shortest way.
-    """
-
-    rows: Rows
+    rows: Rows  # the episodes in both worlds
+    # Damage in the grid at each level of the breakdown: a row a house and episode, a column an epsilon.
     levels: dict[str, pd.DataFrame]
-    handicaps: dict[str, Handicap]
-    phases: pd.DataFrame
-    seconds: pd.DataFrame
-    same: tuple[int, int]
+    handicaps: dict[str, Handicap]  # the handicap of each level
+    phases: pd.DataFrame  # the house's phases
+    seconds: pd.DataFrame  # what the time of the watched episodes went into, a row an episode
+    same: tuple[int, int]  # how many watched episodes have the damage that their row has, and how many there are
+    # At the first and last level, mean seconds by which a phase takes longer than on the shortest way.
     delays: dict[str, float]
 
     @property
@@ -655,11 +634,6 @@ def steps(results: Results) -> dict[str, tuple[Estimate[np.ndarray], Estimate[fl
     return {now: difference(linear[now], linear[before]) for before, now in itertools.pairwise(linear)}
 
 
-def at(estimate: Estimate[np.ndarray], epsilon: int) -> Estimate[float]:
-    """One of several estimates, by the number of its epsilon."""
-    return Estimate(*(float(ends[epsilon]) for ends in estimate))
-
-
 def alone(results: Results, level: str) -> Estimate[float]:
     """What a level adds to the grid."""
     grid = results.levels[GRID]
@@ -757,7 +731,7 @@ def _line(results: Results, epsilons: list[float]) -> dict[str, Any]:
         "left": [ratio(table, alone).value for table in (grid, house)],
         "ratio": ratio(house, grid),
         "steps": [
-            at(each, rows.epsilons.index(epsilons[0])) if len(epsilons) == 1 else whole
+            each.column(rows.epsilons.index(epsilons[0])) if len(epsilons) == 1 else whole
             for each, whole in found.values()
         ],
     }
@@ -828,7 +802,7 @@ def draw_steps(results: Results) -> Figure:
             axes.set_visible(True)
             axes.set_title("all" if whole else f"epsilon {epsilons[i]:g}")
             extent += _draw_waterfall(
-                axes, {name: each[1] if whole else at(each[0], i) for name, each in found.items()}
+                axes, {name: each[1] if whole else each[0].column(i) for name, each in found.items()}
             )
         grid.flat[0].set_ylim(max(0.0, min(extent) - 0.15), min(_MOST, max(extent) + 0.25))
         figure.supylabel("damage, in units of the grid's", color=INK, fontsize=9)

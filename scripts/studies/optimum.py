@@ -9,9 +9,9 @@ an episode begins, and all that their actions in it then forgo.
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import itertools
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -48,8 +48,7 @@ _SWEEPS = 60  # by which a policy is evaluated
 _TOLERANCE = 1e-5  # of all values, as a share of the greatest
 
 
-@dataclasses.dataclass(frozen=True)
-class Job:
+class Job(NamedTuple):
     """All episodes in one house."""
 
     house: str

@@ -51,7 +51,7 @@ from caregiver_mj.tasks import load
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.figures.style import INK, STYLE
 from caregiver_mj.viz.report.published import PUBLISHED
-from study import Page, Parser, interval, listed, run_all, side, tapes
+from study import Page, Parser, interval, listed, run_all, run_in_grid, side
 
 COLLISIONS = [kind.name for kind in KINDS]
 WEIGHTS = ("1:1:1", "5:4:1", "20:4:1")  # of a fall down stairs, a bump into a candle's table and one into a bare table
@@ -86,19 +86,12 @@ def run(options: argparse.Namespace) -> Page:
 
 @dataclasses.dataclass(frozen=True)
 class Condition:
-    """A caregiver, and what it goes by.
+    """A caregiver, and what it goes by."""
 
-    Attributes:
-        caregiver: Its name.
-        weights: What it takes a collision to cost.
-        actions: How many actions it has in a novice timestep.
-        reach: Its reading of P(reach), if it is `paper`.
-    """
-
-    caregiver: str
-    weights: str = OWN_WEIGHTS
-    actions: int = CAREGIVER_ACTIONS
-    reach: str = "inverse"
+    caregiver: str  # its name
+    weights: str = OWN_WEIGHTS  # what it takes a collision to cost
+    actions: int = CAREGIVER_ACTIONS  # how many actions it has in a novice timestep
+    reach: str = "inverse"  # its reading of P(reach), if it is `paper`
 
     def make(self, plan: FloorPlan) -> Caregiver | None:
         """Make the caregiver for a house."""
@@ -122,17 +115,11 @@ def costs(weights: str) -> np.ndarray:
 
 @dataclasses.dataclass(frozen=True)
 class Place:
-    """A house, or several.
+    """A house, or several."""
 
-    Attributes:
-        name: Its name.
-        houses: The names of its houses.
-        episodes: Episodes in each of them.
-    """
-
-    name: str
-    houses: tuple[str, ...]
-    episodes: int
+    name: str  # its name
+    houses: tuple[str, ...]  # the names of its houses
+    episodes: int  # episodes in each of them
 
     @classmethod
     def of(cls, name: str, episodes: int, episodes_in_sets: int) -> Place:
@@ -193,18 +180,18 @@ def run_job(job: Job) -> pd.DataFrame:
     """
     plan = _load(job.house, job.condition.weights)
     caregiver = job.condition.make(plan)
-    world = GridWorld(plan, job.epsilon, caregiver, caregiver_actions=job.condition.actions)
+    make = functools.partial(GridWorld, caregiver=caregiver, caregiver_actions=job.condition.actions)
     nearest = NearestCaregiver(plan) if job.condition == PAPER else None
     damage, differs = [], np.zeros(job.episodes)
 
-    def look() -> None:
+    def look(world: GridWorld) -> None:
         damage.append(world.ledger.damage)
         if nearest is not None and caregiver is not None:
             percept = world.percept()
             other = caregiver.choose(percept) != nearest.choose(percept)
             differs[:] += other & (percept.holding == NOTHING)
 
-    ledger = world.run(tapes(job.episodes), look)
+    ledger = run_in_grid(make, plan, [job.epsilon], job.episodes, look=look).ledger
     courses = np.array(damage)
     collisions = np.rint(ledger.harm.sum(axis=1) / costs(job.condition.weights)).astype(int)
     above, at = first(courses > DAMAGE_THRESHOLD), first(courses >= DAMAGE_THRESHOLD)
@@ -228,14 +215,10 @@ class Results:
     """All that was measured in the grid. Lists have a member for each of `EPSILONS`.
 
     What is asked for is a column of the rows, or the damage by the name of some weights.
-
-    Attributes:
-        places: Where.
-        rows: By house, epsilon and condition.
     """
 
-    places: tuple[Place, ...]
-    rows: Mapping[tuple[Any, ...], pd.DataFrame]
+    places: tuple[Place, ...]  # where
+    rows: Mapping[tuple[Any, ...], pd.DataFrame]  # by house, epsilon and condition
 
     def of(self, house: str, epsilon: float, condition: Condition, what: str = OWN_WEIGHTS) -> np.ndarray:
         """What was measured in every episode, (episodes,)."""

@@ -8,7 +8,7 @@ in the mean over the novices that it believes in, `knows-goal` of each of them.
 from __future__ import annotations
 
 import argparse
-import dataclasses
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -31,8 +31,7 @@ AFTER = 300  # timesteps after the last of them; what comes later counts less th
 TOO_HOPEFUL = 1.1  # realised over expected
 
 
-@dataclasses.dataclass(frozen=True)
-class Job:
+class Job(NamedTuple):
     """All episodes with one caregiver in one house."""
 
     house: str

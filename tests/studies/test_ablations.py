@@ -13,13 +13,11 @@ from studies.ablations import (
     paper,
     safety_table,
     thresholds_table,
-    variants,
     variants_table,
 )
 
 # The candle's table, then the others from left to right; a bin beside the last one, so that children go there.
 CORRIDOR = FloorPlan.parse("###########\n#.........#\n#.C.T...TB#\n###########", "corridor")
-DEFAULT = "Dirichlet draw, hyperprior 1, 1,000 expert timesteps (default)"
 
 
 def percept(child):
@@ -41,12 +39,6 @@ def test_least_exposed_table_is_bumped_into_most_rarely():
     assert destination == 1 + int(caregiver.exposure[1:].argmin())
     worth = caregiver.worth_protecting(percept((1, 1)))
     assert worth.tolist() == [[bool(caregiver.exposure[0] > caregiver.exposure[1:].min())]]
-
-
-def test_the_first_variant_is_the_default():
-    names = list(variants())
-    assert names[0] == DEFAULT
-    assert len(names) == 18
 
 
 def study(timesteps=EPISODE_TIMESTEPS):

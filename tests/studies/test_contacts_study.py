@@ -17,20 +17,8 @@ def rows(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def options(rows):
-    return [
-        "--houses",
-        HOUSE,
-        "--epsilon",
-        FAMILY,
-        "--episodes",
-        "1",
-        "--jobs",
-        "1",
-        "--audit",
-        "1",
-        "--out",
-        str(rows),
-    ]
+    command = f"--houses {HOUSE} --epsilon {FAMILY} --episodes 1 --jobs 1 --audit 1 --out"
+    return [*command.split(), str(rows)]
 
 
 def told(row):

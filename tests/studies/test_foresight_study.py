@@ -142,5 +142,5 @@ def test_rows_of_a_variant():
 
 
 def test_a_folder_without_a_run(tmp_path):
-    with pytest.raises(CaregiverError, match="no finished run"):
+    with pytest.raises(CaregiverError, match="must hold a finished run"):
         read(tmp_path)

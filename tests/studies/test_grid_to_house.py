@@ -128,7 +128,7 @@ def test_the_steps_lead_from_the_grid_to_the_house():
     assert list(steps) == [*STEPS, REMAINDER]
     whole = {name: step.value for name, (_, step) in steps.items()}
     assert whole == pytest.approx({"once": 0.0, "driving": 0.1, "waiting": 0.2, REMAINDER: -0.1})
-    first = {name: grid_to_house.at(step, 0).value for name, (step, _) in steps.items()}
+    first = {name: step.column(0).value for name, (step, _) in steps.items()}
     assert first == pytest.approx(whole)
     assert grid_to_house.alone(found, "waiting alone").value == pytest.approx(0.15)
 

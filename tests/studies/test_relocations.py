@@ -11,7 +11,7 @@ from printed import printed
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.tasks import load
-from studies.relocations import EACH, LIFTED, Barred, Conditions, Moment, relocate, report, report_each, times
+from studies.relocations import LIFTED, Barred, Conditions, Moment, relocate, report, report_each, times
 from study import HOUSES, load_house, main
 
 GRASP = find_embodiment().grasp
@@ -67,14 +67,6 @@ def test_what_does_not_happen_has_no_time():
 def test_a_candle_lost_under_way_is_not_put_down():
     lost = ({"x": 3.0, "speed": 1.0, "height": 0.0}, {"fingers": GRASP.open, "held": False, "reach": 0.0})
     assert times(course(*TAKES, *lost), GRASP) == pytest.approx((3.0, math.nan), nan_ok=True)
-
-
-# -- What disturbs it ----------------------------------------------------------------------------
-
-
-def test_the_robot_is_named_only_if_asked_for():
-    assert "embodiment" not in Conditions().task_kwargs()
-    assert Conditions(embodiment="other").task_kwargs()["embodiment"] == "other"
 
 
 # -- One, and many -------------------------------------------------------------------------------
@@ -154,16 +146,6 @@ def test_report_of_each_condition_tells_tipped_candles_beside_done():
     assert lines["plain"][:4] == ["1/1", "0", "0", "0"]
     assert lines["dark"][:4] == ["2/2", "1", "1", "0"]
     assert "dark: paper, seed 2: 1 tipped\n" in text
-
-
-def test_half_as_strong_is_half_as_strong():
-    half = EACH["all, half as strong"]
-    assert half.white == EACH["white noise 1 cm"].white / 2
-    assert half.noise == EACH["bias 5 mm"].noise / 2
-    assert half.delay == EACH["delay 60 ms"].delay / 2
-    assert np.subtract(half.table_height, 0.6) == pytest.approx(
-        np.subtract(EACH["tables .45 to .75 m"].table_height, 0.6) / 2
-    )
 
 
 def test_conditions_alter_what_things_are_made_of():
