@@ -434,10 +434,9 @@ def _touched(rows: pd.DataFrame) -> Iterator[str]:
     pairs = rows.explode("touches").dropna(subset="touches")
     if pairs.empty:
         yield "The robot touched nothing but candles and the toddler, and candles nothing but it and tables."
-    counts = pairs.groupby("touches", sort=False).size().sort_values(ascending=False, kind="stable")
-    for (part, thing), count in counts.items():
-        where = ", ".join(f"{row.house} {row.seed}" for row in pairs[pairs.touches == (part, thing)].itertuples())
-        yield f"touched in {count}: {part} and {thing} ({where})"
+    for (part, thing), some in sorted(pairs.groupby("touches", sort=False), key=lambda group: -len(group[1])):
+        where = ", ".join(f"{row.house} {row.seed}" for row in some.itertuples())
+        yield f"touched in {len(some)}: {part} and {thing} ({where})"
 
 
 def _slow(rows: pd.DataFrame) -> Iterator[str]:
