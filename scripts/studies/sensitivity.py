@@ -319,7 +319,7 @@ def run_in_house(job: HouseJob) -> dict[str, Any]:
     timestep = env.reset()
     while not timestep.last():
         timestep = env.step(policy(timestep) if policy else np.zeros(env.action_spec().shape))
-    return job._asdict() | env.task.outcome()
+    return {"robot": job.robot, "epsilon": job.epsilon, "episode": job.episode} | env.task.outcome()
 
 
 @functools.lru_cache(maxsize=1)  # jobs of one robot and epsilon follow each other
