@@ -426,6 +426,7 @@ def cared_for(kind: type[AnyGrid], settings: Settings, episodes: int, handicap: 
     """A grid in which so many episodes of a run have been run, those of one epsilon after those of another."""
     plan = settings.plan_of[house]
     caregiver = make_caregiver(settings.caregivers[-1], plan, settings.seed)
+    assert caregiver is not None  # it is one that acts
     make = functools.partial(kind, caregiver=caregiver, handicap=handicap)
     return run_in_grid(make, plan, settings.families, episodes, settings.seed)
 
