@@ -437,7 +437,7 @@ class Audit:
     def of_dict(cls, values: Mapping[str, Any]) -> Audit:
         """The audit that `dataclasses.asdict` has made a dictionary of."""
         made = {which: [Check(**check) for check in values[which]] for which in ("commanded", "measured")}
-        return cls(**values | made | {"near": NearChild(**values["near"])})
+        return cls(**{**values, **made, "near": NearChild(**values["near"])})
 
     @property
     def is_kept(self) -> bool:
