@@ -1,0 +1,419 @@
+"""A child that learns: alone, with a caregiver, and when the caregiver leaves.
+
+The paper ends on a robot or a child that, better protected, can learn more. Here the novice is a tabular Q-learner in
+the grid: toys are its reward, damage is its punishment. It grows up alone or with a caregiver, which leaves it in the
+end. What it brings home, what it suffers, how much of the house it sees and what it knows of danger are followed from
+episode to episode.
+"""
+
+from __future__ import annotations
+
+import argparse
+import copy
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from caregiver_mj.caregivers.registry import CAREGIVERS, make_caregiver
+from caregiver_mj.children.behaviour import Behaviour, Sight
+from caregiver_mj.children.family import Family
+from caregiver_mj.children.tape import Tape
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments import two_level
+from caregiver_mj.experiments.intervals import Estimate
+from caregiver_mj.experiments.settings import episode_seed, episode_tapes
+from caregiver_mj.grid.world import GridWorld
+from caregiver_mj.plans.cell_graph import ACTIONS, Target
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.sets import house_set
+from caregiver_mj.viz import colours
+from caregiver_mj.viz.figures.style import INK, STYLE
+from study import Page, Parser, run_all
+
+NONE = "none"
+GUARDS = ("nearest", "paper", "foresight")
+FIRST = 5  # episodes alone that are looked at by themselves
+ENOUGH = 8  # houses for the page not to warn of their number
+KINDS = ("careless", "wary")
+MEASURES = ("damage", "toys", "return", "coverage", "known")
+TOY = 1.0  # reward for reaching the bin that it goes to; damage counts as it is, negative
+RATE = 0.5  # share of an error that is learnt from at once
+DISCOUNT = 0.95  # a move
+TEMPERATURE = 0.5  # of the random moves of a wary child, in units of reward
+_ALIKE = 1e-9  # values that only rounding tells apart
+_COUNTS = {
+    "learners": (8, "children of each kind in each house with each caregiver"),
+    "childhood": (30, "episodes with the caregiver"),
+    "after": (15, "episodes alone after it has left"),
+    "seed": (0, "seed of all chance"),
+}
+
+Houses = list[np.ndarray]  # of each house, (learners, columns)
+
+
+def add_options(parser: Parser) -> None:
+    """Declare the options."""
+    parser.add("houses", "test-8", metavar="SET")
+    parser.add("caregivers", list(GUARDS), metavar="NAME")
+    for name, (default, is_what) in _COUNTS.items():
+        parser.add(name, default, is_what)
+    parser.add("epsilon", 0.25, "share of random moves")
+    parser.add("exams", [0, 5, 10, 20, 30], nargs="*", metavar="AGE")
+    parser.add_file("out", "keep the lives, or take those that are there", "DIR")
+    parser.add_jobs()
+
+
+def run(options: argparse.Namespace) -> Page:
+    """Run the lives; return the page."""
+    if options.childhood < FIRST or options.after <= FIRST:
+        raise CaregiverError(f"childhood has at least {FIRST} episodes, and at least {FIRST + 1} come after it")
+    counts = {name: getattr(options, name) for name in (*_COUNTS, "epsilon")}
+    work = jobs_of(options.houses, options.caregivers, counts, options.exams)
+    return page(
+        Grown(work, run_all(live, work, options.jobs, "growing up", options.out)), options.houses, options.epsilon
+    )
+
+
+# -- The child ---------------------------------------------------------------------------------------
+
+
+class Learner(Behaviour):
+    """B children that learn, each for itself, of the same house.
+
+    A child knows its cell and the bin that it goes to. A share epsilon of its moves is random, the others are those of
+    greatest value, whichever of these. What is random is drawn among all four moves alike by the careless, and in
+    proportion to exp(value / `TEMPERATURE`) by the wary, which so shun what they know to hurt.
+
+    From every move it learns for all bins at once, for it is told where it led and what it hurt, and knows where the
+    bins are: reaching a bin ends the way to that one alone.
+
+    Attributes:
+        values: Of every move on the way to every bin, (B, free cells, bins, 4); all 0 at first.
+    """
+
+    def __init__(self, plan: FloorPlan, epsilon: float, wary: np.ndarray):
+        """Prepares children that know nothing.
+
+        Args:
+            plan: The house.
+            epsilon: Share of moves that are random.
+            wary: Whether each is wary, (B,).
+        """
+        super().__init__(plan, epsilon)
+        self._wary, self._each = np.asarray(wary, bool), np.arange(len(wary))
+        _, target, index = plan.graph.moves
+        bins = np.arange(len(plan.bins))
+        self._reaches = (target == Target.BIN)[..., None] & (index[..., None] == bins)  # (cells, 4, bins)
+        self.values = np.zeros((len(wary), len(plan.free_cells), len(plan.bins), len(ACTIONS)))
+
+    def act(self, sight: Sight, draws: np.ndarray) -> np.ndarray:
+        values = self.values[self._each, sight.cell, sight.goal]
+        best = values.max(axis=1, keepdims=True)
+        at_random = np.where(self._wary[:, None], np.exp((values - best) / TEMPERATURE), 1.0)
+        weight = np.where(draws[:, :1] < self.epsilon, at_random, values >= best - _ALIKE).cumsum(axis=1)
+        return (draws[:, 1:2] * weight[:, -1:] >= weight).sum(axis=1)
+
+    def learn(self, cell: np.ndarray, action: np.ndarray, damage: np.ndarray, next_cell: np.ndarray) -> None:
+        """Learns from the last moves, (B,) each.
+
+        Q(s, g, a) += `RATE` (r + `DISCOUNT` max_b Q(s', g, b) - Q(s, g, a)) for every bin g, without what is to come
+        where the move has reached it.
+        """
+        reached = self._reaches[cell, action]  # (B, bins)
+        to_come = self.values[self._each, next_cell].max(axis=2)
+        aim = np.where(reached, TOY, DISCOUNT * to_come) - damage[:, None]
+        known = self.values[self._each, cell, :, action]
+        self.values[self._each, cell, :, action] = known + RATE * (aim - known)
+
+    def believed_harmful(self) -> np.ndarray:
+        """Which moves the children believe to do harm, bool (B, free cells, 4): of value below 0, the mean over bins.
+
+        A move that has never hurt is worth 0 or more, and one that has just hurt by 1 or more less than that.
+        """
+        return self.values.mean(axis=2) < 0
+
+
+# -- Its life: some episodes with a caregiver, then some alone ---------------------------------------
+
+
+@dataclasses.dataclass(frozen=True)
+class Job:
+    """All children that grow up in one house with one caregiver.
+
+    Attributes:
+        house: Its name.
+        caregiver: Its name.
+        learners: Children of each kind.
+        childhood: Episodes with the caregiver.
+        after: Episodes alone after these.
+        exams: Ages, in episodes, at which it is asked what would happen if it were alone now.
+        epsilon: Share of random moves.
+        seed: Seed of all chance.
+    """
+
+    house: str
+    caregiver: str
+    learners: int
+    childhood: int
+    after: int
+    exams: tuple[int, ...]
+    epsilon: float
+    seed: int
+
+
+def live(job: Job) -> dict[str, Any]:
+    """Run the lives of a job; those with another caregiver, and of another kind, have the same chance.
+
+    Returns:
+        `course`: each of `MEASURES` in every episode, (measures, episodes, kinds, learners). Coverage is the share of
+        free cells that are visited until the damage is above 15; known is the share of the moves into stairwells and
+        into tables with candles that are believed to do harm, after the episode; None where there are no such moves.
+        `exams`: damage in an episode alone at each age, without learning in it, (ages, kinds, learners).
+    """
+    plan = FloorPlan.load(job.house)
+    learner = Learner(plan, job.epsilon, np.repeat([False, True], job.learners))
+    guarded = GridWorld(plan, Family((learner,)), make_caregiver(job.caregiver, plan, job.seed))
+    alone = GridWorld(plan, Family((learner,)), None)
+    dangerous = _dangerous(plan)
+    length = job.childhood + job.after
+    course, exams = np.empty((len(MEASURES), length, len(KINDS), job.learners)), []
+    for age in range(length + 1):
+        if age in job.exams:
+            exams.append(_exam(plan, learner, _tapes(job, length + age)))
+        if age == length:
+            break
+        world = guarded if age < job.childhood else alone
+        lesson = Lesson(world, learner)
+        totals = world.run(_tapes(job, age), lesson).totals()
+        lesson.over()
+        toys, damage = totals["toys_reached"], totals["damage"]
+        coverage = totals["cells_visited"] / len(plan.free_cells)
+        known = learner.believed_harmful()[:, dangerous].mean(axis=1) if dangerous.any() else np.full(len(toys), np.nan)
+        values = np.stack([damage, toys, TOY * toys - damage, coverage, known])
+        course[:, age] = values.reshape(len(MEASURES), len(KINDS), job.learners)
+    measured = course.astype(object)
+    measured[np.isnan(course)] = None  # JSON has no NaN
+    return {"course": measured.tolist(), "exams": np.reshape(exams, (-1, len(KINDS), job.learners)).tolist()}
+
+
+class Lesson:
+    """Has a learner learn from every move of an episode, and once more from all of them in the end, the last one first.
+
+    It is called after each timestep of a world with one child.
+    """
+
+    def __init__(self, world: GridWorld, learner: Learner):
+        self._world, self._learner = world, learner
+        self._damage = np.zeros(())
+        self._moves: list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]] = []
+
+    def __call__(self) -> None:
+        """Learns from the last move."""
+        world, damage = self._world, self._world.ledger.damage
+        move = world.previous_cell[:, 0], world.previous_action[:, 0], damage - self._damage, world.child_cell[:, 0]
+        self._moves.append(move)
+        self._learner.learn(*move)
+        self._damage = damage
+
+    def over(self) -> None:
+        """Goes over the whole episode, from its end."""
+        for move in reversed(self._moves):
+            self._learner.learn(*move)
+
+
+def _dangerous(plan: FloorPlan) -> np.ndarray:
+    """Which moves lead into a stairwell, or into a table on which a candle stands at first, (free cells, 4)."""
+    _, target, index = plan.graph.moves
+    return (target == Target.STAIRWELL) | ((target == Target.TABLE) & np.isin(index, plan.candle_tables))
+
+
+def _exam(plan: FloorPlan, learner: Learner, tapes: Sequence[Sequence[Tape]]) -> np.ndarray:
+    """Damage in an episode alone of children that stay as they are, (B,)."""
+    return GridWorld(plan, Family((copy.copy(learner),)), None).run(tapes).damage
+
+
+def _tapes(job: Job, number: int) -> Sequence[Sequence[Tape]]:
+    """The chance of every child in an episode of a number, the same for both kinds."""
+    seeds = [episode_seed(job.seed, 1000 * number + learner) for learner in range(job.learners)]
+    return [episode_tapes(seed, 1) for seed in seeds] * len(KINDS)
+
+
+def jobs_of(houses: str, guards: Sequence[str], options: Mapping[str, Any], exams: Sequence[int]) -> list[Job]:
+    """All jobs, house by house.
+
+    Args:
+        houses: Name of a set.
+        guards: Names of caregivers.
+        options: What else a `Job` is made of.
+        exams: The ages of the exams; those after childhood are left out.
+
+    Raises:
+        CaregiverError: There is no such set or caregiver.
+    """
+    for name in guards:
+        CAREGIVERS[name]
+        if name == NONE:
+            raise CaregiverError("children alone are there in any case: leave 'none' out")
+    ages = tuple(age for age in exams if age <= options["childhood"])
+    plans = [plan for plan in house_set(houses) if len(plan.hazards)]
+    return [Job(plan.name, name, **options, exams=ages) for plan in plans for name in (NONE, *guards)]
+
+
+class Grown:
+    """The children that have grown up, by caregiver.
+
+    Attributes:
+        guards: Names of the caregivers, without `none`.
+        childhood: Episodes with the caregiver.
+        after: Episodes alone after these.
+        exams: Ages at which it was asked what would happen if they were alone.
+    """
+
+    def __init__(self, jobs: Sequence[Job], lives: Sequence[dict[str, Any]]):
+        """Sorts them, a job and its lives each."""
+        first = jobs[0]
+        self.childhood, self.after, self.exams = first.childhood, first.after, first.exams
+        self._course: dict[str, list[np.ndarray]] = {}
+        self._exams: dict[str, list[np.ndarray]] = {}
+        for job, found in zip(jobs, lives, strict=True):
+            self._course.setdefault(job.caregiver, []).append(np.array(found["course"], float))
+            self._exams.setdefault(job.caregiver, []).append(np.array(found["exams"], float))
+        self.guards = tuple(name for name in self._course if name != NONE)
+        self.houses, self.learners = len(self._course[NONE]), first.learners
+
+    def course(self, caregiver: str, measure: str, kind: str) -> Houses:
+        """A measure in every episode of every child of a kind, (learners, episodes) for each house."""
+        which = MEASURES.index(measure), slice(None), KINDS.index(kind)
+        return [one[which].T for one in self._course[caregiver]]
+
+    def mean(self, caregiver: str, measure: str, kind: str, first: int, end: int) -> Houses:
+        """The mean over episodes [first, end), (learners,) for each house."""
+        return [one[:, first:end].mean(axis=1) for one in self.course(caregiver, measure, kind)]
+
+    def exam(self, caregiver: str, kind: str) -> Houses:
+        """Damage in an episode alone at each of the ages, (learners, ages) for each house."""
+        return [one[:, KINDS.index(kind)].T for one in self._exams[caregiver]]
+
+
+# -- The page and its figure -------------------------------------------------------------------------
+
+
+def page(grown: Grown, houses: str, epsilon: float) -> Page:
+    """The page of children that have grown up in a set of houses, with a share of random moves."""
+    values = {
+        "grown": grown,
+        "houses": houses,
+        "epsilon": epsilon,
+        "first": FIRST,
+        "enough": ENOUGH,
+        "rate": RATE,
+        "discount": DISCOUNT,
+        "temperature": TEMPERATURE,
+        "childhood": [_childhood(grown, kind, name) for kind in KINDS for name in (NONE, *grown.guards)],
+        "leaving": [_leaving(grown, kind, name) for kind in KINDS for name in (NONE, *grown.guards)],
+        "exams": [
+            (kind, name, [two_level.of_mean(grown.exam(name, kind)).column(i) for i in range(len(grown.exams))])
+            for kind in KINDS
+            for name in (NONE, *grown.guards)
+        ],
+        "said": {name: [(kind, *_said(grown, kind, name)) for kind in KINDS] for name in grown.guards},
+    }
+    return Page(values, {"learning_child.png": draw(grown)})
+
+
+def _childhood(grown: Grown, kind: str, name: str) -> dict[str, Any]:
+    """Means of the first and last episodes of childhood, and all damage in it."""
+    last = grown.childhood
+    found = {
+        measure: [_mean(grown.mean(name, measure, kind, *span)) for span in ((0, FIRST), (last - FIRST, last))]
+        for measure in ("damage", "toys", "coverage")
+    }
+    whole = _mean([one * last for one in grown.mean(name, "damage", kind, 0, last)])
+    return {"kind": kind, "name": name, "means": found.values(), "whole": whole}
+
+
+def _leaving(grown: Grown, kind: str, name: str) -> dict[str, Any]:
+    """What is known and suffered when the caregiver leaves, and how that is beside those that never had one."""
+    start, end = grown.childhood, grown.childhood + grown.after
+    before, soon, later = (start - 1, start), (start, start + FIRST), (start + FIRST, end)
+
+    def less(measure: str, span: tuple[int, int]) -> Estimate[float]:
+        return _against(*(grown.mean(who, measure, kind, *span) for who in (name, NONE)))
+
+    damage = grown.mean(name, "damage", kind, *soon)
+    asked = ("known", before), ("damage", soon), ("damage", later), ("toys", soon)
+    return {
+        "kind": kind,
+        "name": name,
+        "known": _mean(grown.mean(name, "known", kind, *before)),
+        "less": [less(*one) for one in asked] if name != NONE else None,
+        "damage": _mean(damage),
+        "spread": np.mean([one.std(ddof=1) for one in damage]),
+        "life": _mean([one * end for one in grown.mean(name, "damage", kind, 0, end)]),
+    }
+
+
+def _said(grown: Grown, kind: str, name: str) -> tuple[Estimate[float], ...]:
+    """What protection has come to: damage in childhood over that alone; known, damage soon and in a life less those."""
+    start, end = grown.childhood, grown.childhood + grown.after
+    ours, theirs = (grown.mean(who, "damage", kind, 0, start) for who in (name, NONE))
+    known = _against(*(grown.mean(who, "known", kind, start - 1, start) for who in (name, NONE)))
+    soon = _against(*(grown.mean(who, "damage", kind, start, start + FIRST) for who in (name, NONE)))
+    life = _against(*([one * end for one in grown.mean(who, "damage", kind, 0, end)] for who in (name, NONE)))
+    return two_level.of_ratio(ours, theirs), known, soon, life
+
+
+def _against(ours: Houses, theirs: Houses) -> Estimate[float]:
+    """The mean difference, over houses."""
+    return two_level.of_difference(ours, theirs)
+
+
+def _mean(houses: Houses) -> float:
+    """The mean over houses."""
+    return float(np.nanmean([np.mean(one) for one in houses]))
+
+
+_PANELS = {
+    "damage": "damage an episode",
+    "return": "return: toys less damage",
+    "coverage": "cells seen before the stop",
+    "known": "dangerous moves shunned",
+}
+_COLOURS = (colours.HARM, colours.ROBOT, colours.CANDLE, colours.BIN, colours.STAIRWELL)
+
+
+def draw(grown: Grown) -> Figure:
+    """Each measure over age, a row for each kind of child: means, and the middle half of the children of a house."""
+    with mpl.rc_context(STYLE):
+        figure = Figure((3.1 * len(_PANELS), 5.6), layout="constrained")
+        grid = figure.subplots(len(KINDS), len(_PANELS), sharex=True, sharey="col")
+        for row, kind in zip(grid, KINDS, strict=True):
+            for axes, (measure, title) in zip(row, _PANELS.items(), strict=True):
+                _panel(axes, grown, measure, kind)
+                axes.set_title(title if kind == KINDS[0] else "", fontsize=10)
+            row[0].set_ylabel(f"{kind} children")
+        for axes, measure in zip(grid[-1], _PANELS, strict=True):
+            axes.set_xlabel("episodes lived")
+            if measure != "return":
+                axes.set_ylim(bottom=0)
+        figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5, fontsize=9)
+    return figure
+
+
+def _panel(axes: Axes, grown: Grown, measure: str, kind: str) -> None:
+    for name, colour in zip((NONE, *grown.guards), _COLOURS, strict=False):
+        houses = [one for one in grown.course(name, measure, kind) if not np.isnan(one).any()]
+        value = np.mean([one.mean(axis=0) for one in houses], axis=0)
+        low, high = np.mean([np.quantile(one, (0.25, 0.75), axis=0) for one in houses], axis=0)
+        age, shade = np.arange(1, len(value) + 1), colours.unit(colour)
+        label = "alone from the first" if name == NONE else f"with {name}"
+        axes.fill_between(age, low, high, color=shade, alpha=0.15, linewidth=0)
+        axes.plot(age, value, color=shade, linewidth=1.4, label=label)
+    axes.axvline(grown.childhood + 0.5, color=INK, linewidth=0.9, linestyle="--")
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
