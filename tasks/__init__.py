@@ -18,6 +18,8 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.registry import named_object
 
 if TYPE_CHECKING:
+    ALL_TASKS: tuple[str, ...]
+
     from caregiver_mj.children.family import Who
     from caregiver_mj.house.rendering import control
     from caregiver_mj.tasks.base import CareTask
@@ -64,7 +66,11 @@ register(TaskSpec("supervise", "caregiver_mj.tasks.supervise:Supervise"))
 register(TaskSpec("relocate_candle", "caregiver_mj.tasks.relocate_candle:RelocateCandle"))
 register(TaskSpec("block_stairs", "caregiver_mj.tasks.block_stairs:BlockStairs"))
 
-ALL_TASKS = tuple(TASKS)
+
+def __getattr__(name: str) -> tuple[str, ...]:
+    if name == "ALL_TASKS":  # those that are registered now
+        return tuple(TASKS)
+    raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
 
 
 def load(

@@ -15,8 +15,8 @@ import caregiver_mj
 from caregiver_mj import FloorPlan, cli
 from caregiver_mj.caregivers.registry import CAREGIVERS, find_caregiver
 from caregiver_mj.cli import completion
-from caregiver_mj.envs.recipe import RANDOM, TARGETS
 from caregiver_mj.experiments.settings import FLOOR, Settings
+from caregiver_mj.recording.steps import RANDOM, TARGETS
 from caregiver_mj.robot.embodiments import EMBODIMENTS
 
 _LOADED = """
@@ -95,6 +95,7 @@ def test_the_tasks_and_cameras_that_can_be_recorded_are_offered(bash):
     assert bash("render", "--task", "") == set(caregiver_mj.ALL_TASKS)
     physics = caregiver_mj.load("supervise").physics
     assert bash("record", "--camera", "") == set(physics.camera_names())
+    assert bash("record", "--embodiment", "") == set(EMBODIMENTS)
 
 
 def test_a_house_is_a_name_or_a_file(bash, tmp_path):
@@ -161,10 +162,6 @@ def test_neither_help_nor_completion_needs_the_simulator(arguments):
     """
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.splitlines()[-1] == "[]"
-
-
-def test_what_is_listed_without_the_simulator_is_what_there_is():
-    assert tuple(EMBODIMENTS) == completion.ROBOTS
 
 
 def test_a_tab_in_python_offers_what_is_not_loaded_yet():

@@ -27,14 +27,7 @@ _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # when there is no
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command.
-
-    Args:
-        argv: Arguments without the program's name; those of the process by default.
-
-    Returns:
-        The exit status.
-    """
+    """Run the command, with the arguments of the process by default, and return the exit status."""
     argv = list(sys.argv[1:] if argv is None else argv)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
@@ -88,14 +81,14 @@ def _silence() -> None:
 
 def make_parser() -> Parser:
     """Return the parser of the whole command line."""
-    from caregiver_mj.cli import completion, evaluate, house, record, render, report, runs, view
+    from caregiver_mj.cli import completion, evaluate, house, record, runs, view
     from caregiver_mj.cli.parsing import Parser
 
     parser = Parser(prog=PROGRAM, description="A robot caregiver, toddlers, and a house with stairs and candles.")
     version = importlib.metadata.version("caregiver_mj")
     parser.add_argument("--version", action="version", version=f"{PROGRAM} {version}", help="print the version")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for command in (evaluate, render, view, report, runs, record, house, completion):
+    for command in (evaluate, view, runs, record, house, completion):
         command.add_to(commands)
     return parser
 

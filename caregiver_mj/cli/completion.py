@@ -7,18 +7,17 @@ from collections.abc import Iterable, Iterator
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES
 from caregiver_mj.children.family import CHILDREN
+from caregiver_mj.cli import parsing
 from caregiver_mj.experiments.settings import FLOOR, WORLDS
 from caregiver_mj.plans.floor_plan import house_names
+from caregiver_mj.plans.sets import DRAWN, FIRST_SEEDS
 from caregiver_mj.plans.shapes import SHAPES
+from caregiver_mj.recording.steps import RANDOM, TARGETS
+from caregiver_mj.robot.embodiments import EMBODIMENTS
 from caregiver_mj.tasks import TASKS
+from caregiver_mj.viz import CAMERAS
 
 SHELLS = ("bash", "zsh")
-ROBOTS = ("mobile_fr3", "mobile_ur5e")  # `EMBODIMENTS`, which take a second to import, and MuJoCo
-CAMERAS = ("overview", "follow", "wrist")  # likewise
-# Of `record`: in the place of a task and of a caregiver.
-TARGETS = "targets"  # likewise
-RANDOM = "random-actions"  # likewise
-SETS = ("test-100", "train-100", "shapes-test-100", "shapes-train-100", "drawn-10")
 _FILES = ("folders", "out", "still", "video")  # arguments that name files or folders
 
 # For a house, which may be a file as well: names, and files.
@@ -31,14 +30,15 @@ _HOUSE_FUNCTIONS = {
 
 def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the command."""
-    command = commands.add_parser(
+    command = parsing.add_command(
+        commands,
         "completion",
-        help="print a completion script for the shell",
-        description="Print a completion script for the shell, with the names of the caregivers, children and houses "
-        "that there are now, those of other packages included.",
+        _run,
+        "print a completion script for the shell",
+        "Print a completion script for the shell, with the names of the caregivers, children and houses that there are "
+        "now, those of other packages included.",
     )
     command.add_argument("shell", choices=SHELLS, help="for which shell")
-    command.set_defaults(run=_run)
 
 
 def _run(arguments: argparse.Namespace) -> None:
@@ -48,11 +48,9 @@ def _run(arguments: argparse.Namespace) -> None:
 
 
 def script(parser: argparse.ArgumentParser, shell: str) -> str:
-    """Return what makes a shell complete a command line.
+    """Return what makes a shell, one of `SHELLS`, complete a command line.
 
-    Args:
-        parser: Of that command line; nothing can be parsed with it afterwards, for it is told what there is.
-        shell: One of `SHELLS`.
+    Nothing can be parsed with the parser of that afterwards, for it is told what there is.
     """
     import shtab
 
@@ -62,8 +60,8 @@ def script(parser: argparse.ArgumentParser, shell: str) -> str:
         "camera": CAMERAS,
         "caregiver": caregivers,
         "child": CHILDREN,
-        "embodiment": ROBOTS,
-        "houses": [*SETS, *names],
+        "embodiment": EMBODIMENTS,
+        "houses": [*(f"{name}-100" for name in FIRST_SEEDS), f"drawn-{len(DRAWN)}", *names],
         "task": TASKS,
         "world": WORLDS,
         # Where a command takes others than the rest do.

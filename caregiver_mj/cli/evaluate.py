@@ -3,23 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import functools
 import json
 import shlex
 
-from caregiver_mj.cli import PROGRAM
-from caregiver_mj.cli.parsing import (
-    HelpFormatter,
-    add_children,
-    add_embodiment,
-    add_executor,
-    add_houses,
-    add_seed,
-    caregivers,
-    make_executor,
-    read_family,
-    read_houses,
-    warn_of_no_room,
-)
+from caregiver_mj.cli import parsing
 from caregiver_mj.cli.runs import output, print_harm, print_table
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import evaluation
@@ -32,17 +20,22 @@ from caregiver_mj.viz import progress_bar
 
 def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the command."""
-    command = commands.add_parser(
+    command = parsing.add_command(
+        commands,
         "evaluate",
-        help="run caregivers with children and print the table",
-        description="Run every caregiver with every child, or family of children, in every house. Episode i has "
-        "the same children under all caregivers.",
-        formatter_class=HelpFormatter,
+        _run,
+        "run caregivers with children and print the table",
+        "Run every caregiver with every child, or family of children, in every house. Episode i has the same children "
+        "under all caregivers.",
     )
     command.add_argument("--world", default="house", help="the physical house, or the grid of the paper")
-    add_houses(command)
+    parsing.add_houses(command)
     command.add_argument(
-        "--caregiver", nargs="+", default=["none", "expected-danger"], metavar="NAME", help=f"{FLOOR}, {caregivers()}"
+        "--caregiver",
+        nargs="+",
+        default=["none", "expected-danger"],
+        metavar="NAME",
+        help=f"{FLOOR}, {parsing.caregivers()}",
     )
     command.add_argument(
         "--epsilon",
@@ -52,25 +45,24 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
         help="share of random moves, one value or more; a list such as 1,.25 is of children that are in the house "
         "together",
     )
-    add_children(command)
-    add_embodiment(command)
+    parsing.add_children(command)
+    parsing.add_embodiment(command)
     command.add_argument(
         "--episodes", type=int, default=20, metavar="N", help="number of episodes for each caregiver and epsilon"
     )
-    add_seed(command)
-    add_executor(command)
+    parsing.add_seed(command)
+    parsing.add_executor(command)
     command.add_argument("--out", metavar="DIR", help="folder for the episodes and the table")
     command.add_argument("--resume", action="store_true", help="continue the run in DIR")
     command.add_argument("--json", action="store_true", help="print the table as JSON only")
-    command.set_defaults(run=_run)
 
 
 def _run(arguments: argparse.Namespace) -> None:
     settings = _settings(arguments)
     if settings.world == "house" and set(settings.caregivers) - {"none", FLOOR}:
         for plan in settings.plans:
-            warn_of_no_room(plan)
-    with make_executor(arguments) as executor:
+            parsing.warn_of_no_room(plan)
+    with parsing.make_executor(arguments) as executor:
         executor.check(settings.code)
         folder = None
         if arguments.out is not None:
@@ -85,7 +77,7 @@ def _run(arguments: argparse.Namespace) -> None:
 
 def _settings(arguments: argparse.Namespace) -> Settings:
     """What to run, checked before anything is written."""
-    plans = read_houses(arguments)
+    plans = parsing.read_houses(arguments)
     file = "" if arguments.houses or arguments.house == plans[0].name else arguments.house
     settings = Settings(
         plans=plans,
@@ -93,7 +85,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
         houses=shlex.join(arguments.houses or ()),
         world=arguments.world,
         caregivers=tuple(dict.fromkeys(arguments.caregiver)),
-        families=tuple(dict.fromkeys(read_family(str(epsilon), arguments) for epsilon in arguments.epsilon)),
+        families=tuple(dict.fromkeys(parsing.read_family(str(epsilon), arguments) for epsilon in arguments.epsilon)),
         episodes=arguments.episodes,
         seed=arguments.seed,
         embodiment=arguments.embodiment,
@@ -109,24 +101,14 @@ def _evaluate(
     settings: Settings, folder: RunFolder | None, executor: Executor, arguments: argparse.Namespace
 ) -> evaluation.Evaluation:
     """Run it, with a progress bar on standard error; a run that breaks off says how to go on."""
-    finished = 0
     total = len(settings.plans) * len(settings.caregivers) * len(settings.families) * settings.episodes
+    bar = progress_bar()
+    task = bar.add_task("episodes", total=total)
     try:
-        with progress_bar() as bar:
-            task = bar.add_task("episodes", total=total)
-
-            def progress(episodes: int) -> None:
-                nonlocal finished
-                finished += episodes
-                bar.update(task, advance=episodes)
-
+        with bar:
+            progress = functools.partial(bar.advance, task)
             return evaluation.evaluate(settings, folder, executor=executor, progress=progress)
     except (KeyboardInterrupt, StorageError, WorkerError) as error:
         if folder is None:
             raise
-        again = arguments.argv if arguments.resume else [*arguments.argv, "--resume"]
-        what = str(error) or "interrupted"
-        raise StorageError(
-            f"{what}; {finished} of {total} episodes are kept in '{folder.path}', "
-            f"go on with: {PROGRAM} {shlex.join(again)}"
-        ) from None
+        raise parsing.broken_off(error, round(bar.tasks[task].completed), total, folder.path, arguments) from None

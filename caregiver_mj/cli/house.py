@@ -8,8 +8,7 @@ import sys
 import rich.console
 import rich.text
 
-from caregiver_mj.cli import PROGRAM
-from caregiver_mj.cli.parsing import add_seed, houses, warn_of_no_room
+from caregiver_mj.cli import PROGRAM, parsing
 from caregiver_mj.errors import CaregiverError, FloorPlanError
 from caregiver_mj.plans.cell_graph import BIN, FREE, LEGEND, WALL
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -22,7 +21,13 @@ _STYLES = {WALL: "white on grey30", FREE: "grey50", BIN: "bold white on green4"}
     kind.symbol: f"bold black on rgb({','.join(map(str, kind.colour))})" for kind in KINDS
 }
 
-_COUNTS = ("rooms", "stairwells", "candles", "tables", "bins")  # options of `house make`
+_COUNTS = {  # options of `house make`
+    "rooms": "number of rooms, a corridor included",
+    "stairwells": "number of stairwells",
+    "candles": "how many tables with a candle",
+    "tables": "how many bare tables",
+    "bins": "how many toy bins",
+}
 _MOST_PROBLEMS = 20  # that `house check` tells of one file
 
 
@@ -34,24 +39,16 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
         ("show", _show, "print a floor plan in colour, with its objects counted"),
         ("check", _check, "say whether a floor plan is valid"),
     ):
-        command = plans.add_parser(name, help=text, description=text)
-        command.add_argument("house", metavar="NAME|FILE", help=houses())
-        command.set_defaults(run=run)
+        command = parsing.add_command(plans, name, run, text)
+        command.add_argument("house", metavar="NAME|FILE", help=parsing.houses())
     text = "make a house and print its floor plan; what is not given is drawn from the seed"
-    command = plans.add_parser("make", help=text, description=text)
-    add_seed(command)
+    command = parsing.add_command(plans, "make", _make, text)
+    parsing.add_seed(command)
     command.add_argument("--shape", metavar="NAME", help=f"a house of another shape: {', '.join(SHAPES)}")
     command.add_argument("--size", metavar="WxH", help="columns and rows, outer walls included")
-    for option, what in (
-        ("--rooms", "number of rooms, a corridor included"),
-        ("--stairwells", "number of stairwells"),
-        ("--candles", "how many tables with a candle"),
-        ("--tables", "how many bare tables"),
-        ("--bins", "how many toy bins"),
-    ):
-        command.add_argument(option, type=int, metavar=option[2].upper(), help=what)
+    for name, what in _COUNTS.items():
+        command.add_argument(f"--{name}", type=int, metavar=name[0].upper(), help=what)
     command.add_argument("--out", metavar="FILE", help="new file to write it to")
-    command.set_defaults(run=_make)
 
 
 def _show(arguments: argparse.Namespace) -> None:
@@ -61,10 +58,9 @@ def _show(arguments: argparse.Namespace) -> None:
         for kind in row:
             text.append(f"{kind} ", _STYLES[kind])  # two characters are about square
         text.append("\n")
-    for kind, (one, several) in LEGEND.items():
-        count = len(plan.cells_of(kind))
+    for kind, count in _counts(plan).items():
         text.append(f"\n{kind} ", _STYLES[kind])
-        text.append(f" {count} {one if count == 1 else several}")
+        text.append(f" {count}")
     height, width = plan.shape
     size = f"{width * plan.cell_size:g} m x {height * plan.cell_size:g} m, {plan.cell_size:g} m a cell"
     console = rich.console.Console()
@@ -83,13 +79,14 @@ def _check(arguments: argparse.Namespace) -> None:
             print(f"{PROGRAM}: {problem}", file=sys.stderr)
         raise FloorPlanError(lines[-1]) from None
     height, width = plan.shape
-    counts = []
-    for kind, (one, several) in LEGEND.items():
-        count = len(plan.cells_of(kind))
-        if kind != WALL:
-            counts.append(f"{count} {one if count == 1 else several}")
-    print(f"OK: {plan.name}, {width} x {height} cells, {', '.join(counts)}")
-    warn_of_no_room(plan)
+    counts = ", ".join(count for kind, count in _counts(plan).items() if kind != WALL)
+    print(f"OK: {plan.name}, {width} x {height} cells, {counts}")
+    parsing.warn_of_no_room(plan)
+
+
+def _counts(plan: FloorPlan) -> dict[str, str]:
+    numbers = {kind: len(plan.cells_of(kind)) for kind in LEGEND}
+    return {kind: f"{number} {LEGEND[kind][number != 1]}" for kind, number in numbers.items()}
 
 
 def _make(arguments: argparse.Namespace) -> None:

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import argparse
 import logging
+import os
+import shlex
 import sys
-from typing import TYPE_CHECKING, NoReturn
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES
 from caregiver_mj.children.family import CHILDREN, NOVICE, Family
 from caregiver_mj.cli import PROGRAM
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.run_folder import StorageError
 from caregiver_mj.experiments.workers import Executor, LocalExecutor
 from caregiver_mj.plans import floor_plan
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -39,6 +43,9 @@ class HelpFormatter(argparse.HelpFormatter):
 class Parser(argparse.ArgumentParser):
     """A parser whose errors are one line, like all others, also those of writing its help."""
 
+    def __init__(self, **options: Any):
+        super().__init__(**{"formatter_class": HelpFormatter} | options)
+
     def error(self, message: str) -> NoReturn:
         command = self.prog.removeprefix(PROGRAM).strip()
         raise CaregiverError(f"{command}: {message}" if command else message)
@@ -53,6 +60,19 @@ class Parser(argparse.ArgumentParser):
         """Write it, as the one of argparse does, which has nothing to say where that fails."""
         if (stream := file or sys.stderr) is not None:
             stream.write(message)
+
+
+def add_command(
+    commands: argparse._SubParsersAction[argparse.ArgumentParser],
+    name: str,
+    run: Callable[[argparse.Namespace], None],
+    text: str,
+    description: str | None = None,
+) -> argparse.ArgumentParser:
+    """Add a command, with what stands beside its name and, if that is more, what its own help begins with."""
+    command = commands.add_parser(name, help=text, description=description or text)
+    command.set_defaults(run=run)
+    return command
 
 
 def add_house(command: argparse.ArgumentParser) -> None:
@@ -98,6 +118,26 @@ def read_houses(arguments: argparse.Namespace) -> tuple[FloorPlan, ...]:
     if arguments.houses is None:
         return (read_house(arguments),)
     return houses_named(arguments.houses, arguments.damage)
+
+
+def add_who(command: argparse.ArgumentParser, caregiver: str, others: str = "") -> None:
+    """Add which house it is, which children are there, and who takes care of them; `others` may do so, too."""
+    add_house(command)
+    command.add_argument(
+        "--epsilon",
+        default="0.5",
+        metavar="E[,E...]",
+        help="share of random moves; of several children one each, such as 1,.25",
+    )
+    add_children(command)
+    command.add_argument("--caregiver", default=caregiver, metavar="NAME", help=f"{others}{caregivers()}")
+    add_embodiment(command)
+
+
+def add_episode(command: argparse.ArgumentParser) -> None:
+    """Add the options that say which episode of which run it is."""
+    add_seed(command, "seed of the run that the episode belongs to")
+    command.add_argument("--episode", type=int, default=0, metavar="N", help="number of the episode in that run")
 
 
 def add_embodiment(command: argparse.ArgumentParser) -> None:
@@ -171,11 +211,9 @@ def add_children(command: argparse.ArgumentParser) -> None:
 
 
 def read_family(epsilon: str, arguments: argparse.Namespace) -> Family:
-    """Return the children of one value of --epsilon.
+    """Return the children of one value of --epsilon, and of `add_children`'s options.
 
-    Args:
-        epsilon: The epsilon of every child, or a list with that of each, as in "1,.25"; a name may stand before one.
-        arguments: With `add_children`'s options.
+    It is the epsilon of every child, or a list with that of each, as in "1,.25"; a name may stand before one.
 
     Raises:
         CaregiverError: There can be no such children, or the list is not as long as --children says.
@@ -206,3 +244,14 @@ def warn_of_no_room(plan: FloorPlan) -> None:
     """Write a line to standard error if the robot cannot do all of its work in a house."""
     if not is_drivable(plan):
         print(f"{PROGRAM}: warning: the robot has no room to get to all that it needs in {plan.name}", file=sys.stderr)
+
+
+def broken_off(
+    error: BaseException, done: int, total: int, folder: str | os.PathLike[str], arguments: argparse.Namespace
+) -> StorageError:
+    """Return what to raise where episodes that are done are kept: it says how to go on."""
+    again = arguments.argv if arguments.resume else [*arguments.argv, "--resume"]
+    return StorageError(
+        f"{str(error) or 'interrupted'}; {done} of {total} episodes are kept in '{folder}', "
+        f"go on with: {PROGRAM} {shlex.join(again)}"
+    )

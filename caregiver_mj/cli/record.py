@@ -7,21 +7,10 @@ import contextlib
 import functools
 import pathlib
 import re
-import shlex
 from typing import TYPE_CHECKING
 
 from caregiver_mj.caregivers.registry import find_caregiver
-from caregiver_mj.cli import PROGRAM
-from caregiver_mj.cli.parsing import (
-    HelpFormatter,
-    add_children,
-    add_embodiment,
-    add_house,
-    add_seed,
-    caregivers,
-    read_family,
-    read_house,
-)
+from caregiver_mj.cli import parsing
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.provenance import origins, source_digest, versions
 from caregiver_mj.experiments.run_folder import StorageError
@@ -29,9 +18,9 @@ from caregiver_mj.experiments.settings import episode_seed
 from caregiver_mj.experiments.workers import LocalExecutor, WorkerError
 from caregiver_mj.plans import sets
 from caregiver_mj.plans.floor_plan import house_names
-from caregiver_mj.recording.steps import Store
+from caregiver_mj.recording.steps import RANDOM, TARGETS, Store
 from caregiver_mj.tasks import TASKS
-from caregiver_mj.viz import progress_bar
+from caregiver_mj.viz import CAMERAS, progress_bar
 
 if TYPE_CHECKING:
     from caregiver_mj.envs.recipe import Recipe
@@ -44,34 +33,26 @@ _MOST_SECONDS = 3600  # of an episode, which has to fit into memory
 
 def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the command."""
-    command = commands.add_parser(
+    command = parsing.add_command(
+        commands,
         "record",
-        help="write episodes as a data set to learn from",
-        description="Run episodes, and write them step by step: observations, actions, reward, cost, interventions, "
-        "and what cameras see, as a Minari or a LeRobot data set. Episode i is that of `evaluate` with the same seed, "
-        "house, children and caregiver; of targets only as long as those do not change within a novice timestep.",
-        formatter_class=HelpFormatter,
+        _run,
+        "write episodes as a data set to learn from",
+        "Run episodes, and write them step by step: observations, actions, reward, cost, interventions, and what "
+        "cameras see, as a Minari or a LeRobot data set. Episode i is that of `evaluate` with the same seed, house, "
+        "children and caregiver; of targets only as long as those do not change within a novice timestep.",
     )
     command.add_argument("--format", choices=FORMATS, required=True, help="whose data set it shall be")
-    command.add_argument("--task", default="supervise", help=f"{', '.join(TASKS)}, or targets: interventions alone")
+    command.add_argument("--task", default="supervise", help=f"{', '.join(TASKS)}, or {TARGETS}: interventions alone")
     command.add_argument("--world", choices=("house", "grid"), default="house", help="the grid has targets only")
-    add_house(command)
-    command.add_argument("--epsilon", default="0.5", metavar="E[,E...]", help="share of random moves")
-    add_children(command)
-    command.add_argument(
-        "--caregiver",
-        default="expected-danger",
-        metavar="NAME",
-        help=f"who acts: random-actions, {caregivers()}",
-    )
-    add_embodiment(command)
-    add_seed(command)
+    parsing.add_who(command, "expected-danger", f"who acts: {RANDOM}, ")
+    parsing.add_seed(command)
     command.add_argument("--episodes", type=int, default=10, metavar="N", help="number of episodes")
     command.add_argument(
         "--seconds", type=float, metavar="S", help="length of an episode at most (default: the task's)"
     )
     command.add_argument(
-        "--camera", nargs="+", default=[], metavar="NAME", help="cameras to record: overview, follow, wrist"
+        "--camera", nargs="+", default=[], metavar="NAME", help=f"cameras to record: {', '.join(CAMERAS)}"
     )
     command.add_argument("--size", default="128x96", metavar="WxH", help="size of their pictures, pixels")
     command.add_argument("--jobs", type=int, default=1, metavar="N", help="number of worker processes")
@@ -80,7 +61,6 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
     )
     command.add_argument("--name", help="name of a Minari data set, as GROUP/NAME-v0 (default: from the settings)")
     command.add_argument("--resume", action="store_true", help="continue an interrupted recording")
-    command.set_defaults(run=_run)
 
 
 def _run(arguments: argparse.Namespace) -> None:
@@ -92,8 +72,8 @@ def _run(arguments: argparse.Namespace) -> None:
         raise CaregiverError(f"seconds must be a positive number of at most {_MOST_SECONDS}, got {arguments.seconds}")
     if not arguments.out:
         raise CaregiverError("--out must be a folder, got an empty name")
-    plan, family = read_house(arguments), read_family(arguments.epsilon, arguments)
-    from caregiver_mj.envs.recipe import RANDOM, Recipe  # here, for it needs an extra, and MuJoCo
+    plan, family = parsing.read_house(arguments), parsing.read_family(arguments.epsilon, arguments)
+    from caregiver_mj.envs.recipe import Recipe  # here, for it needs an extra, and MuJoCo
 
     if arguments.caregiver != RANDOM and find_caregiver(arguments.caregiver) is None:
         raise CaregiverError(f"caregiver '{arguments.caregiver}' takes no actions to record")
@@ -143,14 +123,12 @@ def _run(arguments: argparse.Namespace) -> None:
 
 
 def _name(recipe: Recipe) -> str:
-    """What a Minari data set is called that has been given no name."""
     world = "grid-" if recipe.world == "grid" else ""
     what = f"{world}{recipe.task}-{recipe.plan.name}-{recipe.caregiver}-{recipe.family}"
     return f"caregiver_mj/{re.sub(r'[^-_0-9a-zA-Z]', '_', what)}-v0"
 
 
 def _size(text: str) -> tuple[int, int]:
-    """Width and height."""
     match = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text)
     if match is None:
         raise CaregiverError(f"--size must be WIDTHxHEIGHT in pixels, such as 128x96, got '{text}'")
@@ -187,23 +165,15 @@ def _collect_all(arguments: argparse.Namespace, recipe: Recipe, store: Store, ex
     work = functools.partial(collect, recipe, store.path)
     found = arguments.episodes - len(jobs)
     try:
-        with (
-            progress_bar() as bar,
-            contextlib.closing(executor.run(work, jobs)) as running,
-        ):
+        with progress_bar() as bar, contextlib.closing(executor.run(work, jobs)) as running:
             task = bar.add_task("episodes", total=arguments.episodes, completed=found)
             for _ in running:
                 found += 1
                 bar.advance(task)
     except (KeyboardInterrupt, OSError, WorkerError) as error:
-        what = str(error) or "interrupted"
         if not store.numbers():
-            raise StorageError(f"{what}; there is no episode yet") from None
-        again = arguments.argv if arguments.resume else [*arguments.argv, "--resume"]
-        raise StorageError(
-            f"{what}; {found} of {arguments.episodes} episodes are kept in '{store.path}', "
-            f"go on with: {PROGRAM} {shlex.join(again)}"
-        ) from None
+            raise StorageError(f"{str(error) or 'interrupted'}; there is no episode yet") from None
+        raise parsing.broken_off(error, found, arguments.episodes, store.path, arguments) from None
 
 
 def write(arguments: argparse.Namespace, recipe: Recipe, store: Store, name: str, target: pathlib.Path) -> None:

@@ -1,19 +1,21 @@
-"""`caregiver-mj compare` and `pool`: two runs against each other, several as one, and tables in a terminal."""
+"""`caregiver-mj report`, `compare` and `pool`: pages of runs, two against each other, several as one, and tables."""
 
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import rich.box
 import rich.console
 import rich.table
 
+from caregiver_mj.cli import parsing
 from caregiver_mj.errors import CaregiverError
 
-_COMPARED = ("pairs", "first", "second", "difference", "p", "verdict")
+_COMPARED = ("epsilon", "caregiver", "pairs", "first", "second", "difference", "p", "verdict")
 _LESS_NEEDED = ("pairs", "first", "second", "p")  # where there is little room, this first
 _TITLES = {  # of a column, and what it is where there is little room
     "damage": "damage",
@@ -25,18 +27,35 @@ _TITLES = {  # of a column, and what it is where there is little room
     "blocked": "block.",
     "done": "done",
 }
+_TO_THE_LEFT = ("caregiver", "verdict", "worst: house")  # columns; numbers stand to the right
 _WIDEST = 10_000  # letters of a line, more than there are in any
-_HARM = ("cells with harm", "worse episodes", "worst: house", "epsilon", "alone", "with", "difference")
 _COLUMNS = ("timesteps_to_threshold", "cells_visited", "toys_reached", "moves_blocked", "interventions_done")
 
 
 def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the commands."""
-    text = "compare two finished runs of one world, episode by episode"
-    command = commands.add_parser(
+    command = parsing.add_command(
+        commands,
+        "report",
+        _report,
+        "write a page about finished runs: tables, figures, maps, film",
+        "Write report.html, tables.md and figures/ into DIR.",
+    )
+    command.add_argument(
+        "folders",
+        nargs="+",
+        metavar="DIR",
+        help="folder of a run; more, of other worlds or houses, are shown beside it",
+    )
+    film = command.add_mutually_exclusive_group()
+    film.add_argument("--video", metavar="FILE.mp4", help="film to show (default: the first in a DIR)")
+    film.add_argument("--render", action="store_true", help="film episode 0 of the run in the house: DIR/report.mp4")
+    command = parsing.add_command(
+        commands,
         "compare",
-        help=text,
-        description="Print the results of the second run less those of the first, paired by episode.",
+        _compare,
+        "compare two finished runs of one world, episode by episode",
+        "Print the results of the second run less those of the first, paired by episode.",
     )
     command.add_argument("folders", nargs=2, metavar="DIR", help="folder of a run")
     command.add_argument(
@@ -47,91 +66,76 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
         help="caregiver in the first run, and in the second if it is another",
     )
     command.add_argument("--json", action="store_true", help="print the table as JSON only")
-    command.set_defaults(run=_compare)
-    text = "put finished runs together that differ in their seed alone"
-    command = commands.add_parser("pool", help=text, description="Make one run of the episodes of several.")
+    command = parsing.add_command(
+        commands,
+        "pool",
+        _pool,
+        "put finished runs together that differ in their seed alone",
+        "Make one run of the episodes of several.",
+    )
     command.add_argument(
         "folders", nargs="+", metavar="DIR", help="folder of a run; all settings but the seed must be the same"
     )
     command.add_argument("--out", required=True, metavar="DIR", help="folder for the episodes and the table")
     command.add_argument("--json", action="store_true", help="print the table as JSON only")
-    command.set_defaults(run=_pool)
+
+
+def _report(arguments: argparse.Namespace) -> None:
+    from caregiver_mj.viz import report  # takes seconds to import, for pandas, scipy and matplotlib
+
+    print(report.write_report(arguments.folders, arguments.video, render=arguments.render))
 
 
 def _compare(arguments: argparse.Namespace) -> None:
-    from caregiver_mj.experiments.finished import (
-        compare_runs,  # need pandas, which takes a second to import
-        read_finished,
-    )
+    from caregiver_mj.experiments.finished import compare_runs, read_finished  # need pandas, a second to import
 
-    first, second = map(read_finished, arguments.folders)
+    first, second = (read_finished(folder) for folder in arguments.folders)
     found = compare_runs(first, second, arguments.caregiver)
     console = output(arguments.json)
     print_comparison(found, arguments.folders, console)
-    for key, (ours, theirs) in found["settings"].items():
-        console.print(f"not the same: {key}, {_told(ours)} and {_told(theirs)}", markup=False, highlight=False)
+    for key, values in found["settings"].items():
+        ours, theirs = (", ".join(map(str, value)) if isinstance(value, list) else value for value in values)
+        console.print(f"not the same: {key}, {ours} and {theirs}", markup=False, highlight=False)
     if arguments.json:
         print(json.dumps(found, indent=1, allow_nan=False))
 
 
-def _told(value: Any) -> str:
-    return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
-
-
 def print_comparison(found: dict[str, Any], folders: list[str], console: rich.console.Console) -> None:
     """Print what `compare_runs` has found in two folders: as many columns as there is room for, and none cut short."""
-    shapes = [(_COMPARED, False), *((_without(_LESS_NEEDED[:i]), True) for i in range(len(_LESS_NEEDED) + 1))]
-    _print_widest((_comparison(found, folders, columns, narrow) for columns, narrow in shapes), console)
+    from caregiver_mj.experiments.verdicts import MARGINS, Verdict  # bring SciPy
 
-
-def _without(gone: Sequence[str]) -> tuple[str, ...]:
-    return tuple(title for title in _COMPARED if title not in gone)
-
-
-def _comparison(found: dict[str, Any], folders: list[str], columns: Sequence[str], narrow: bool) -> rich.table.Table:
-    from caregiver_mj.experiments.verdicts import MARGINS  # brings SciPy
-
-    first = found["rows"][0]
-    where = first["house"] if "houses" in first else f"'{first['house']}'"
+    first, rows = found["rows"][0], []
+    for row in found["rows"]:
+        low, high = (row[f"damage_difference_ci_{end}"] for end in ("low", "high"))
+        verdict = row["damage_verdict"]
+        if verdict == Verdict.NONE and row.get("damage_equivalence") == Verdict.EQUIVALENT:
+            verdict = Verdict.EQUIVALENT.value
+        cells = (
+            row["family"],
+            ", ".join(dict.fromkeys((row["baseline"], row["caregiver"]))),
+            str(row["episodes"]),
+            f"{row['first']:.2f}",
+            f"{row['second']:.2f}",
+            _with_ends(row["damage_difference_mean"], low, high),
+            "" if (p := row["damage_p"]) is None else f"{p:.3f}" if p >= 0.001 else "<.001",
+            verdict,
+        )
+        rows.append(dict(zip(_COMPARED, cells, strict=True)))
+    title = f"{first['world']} {_where(first)}: second ({folders[1]}) less first ({folders[0]})"
     caption = (
         "mean damage of paired episodes; in brackets the 95 % interval of the mean difference; p of a row alone, "
         "verdict with Holm's correction for all rows; equivalent: neither less than the other by "
         f"{MARGINS['damage']:.0%}"
     )
-    if gone := _without(columns):
-        caption += f"; no room for: {', '.join(gone)}"
-    table = _empty_table(f"{first['world']} {where}: second ({folders[1]}) less first ({folders[0]})", caption, narrow)
-    for title in ("epsilon", "caregiver", *columns):
-        table.add_column(title, justify="left" if title in ("caregiver", "verdict") else "right", no_wrap=True)
-    for row in found["rows"]:
-        names = dict.fromkeys((row["baseline"], row["caregiver"]))
-        low, high = (row[f"damage_difference_ci_{end}"] for end in ("low", "high"))
-        cells = {
-            "pairs": str(row["episodes"]),
-            "first": f"{row['first']:.2f}",
-            "second": f"{row['second']:.2f}",
-            "difference": _with_ends(row["damage_difference_mean"], low, high),
-            "p": "" if (p := row["damage_p"]) is None else f"{p:.3f}" if p >= 0.001 else "<.001",
-            "verdict": _verdict(row),
-        }
-        table.add_row(row["family"], ", ".join(names), *(cells[title] for title in columns))
-    return table
+    _print_widest(console, title, caption, rows, _LESS_NEEDED)
 
 
-def _verdict(row: dict[str, Any]) -> str:
-    """The verdict on the difference; where there is none, that it is within the margin, if that is shown."""
-    from caregiver_mj.experiments.verdicts import Verdict  # brings SciPy
-
-    found = row["damage_verdict"]
-    within = row.get("damage_equivalence") == Verdict.EQUIVALENT
-    return Verdict.EQUIVALENT.value if within and found == Verdict.NONE else found
+def _where(row: dict[str, Any]) -> str:
+    return row["house"] if "houses" in row else f"'{row['house']}'"
 
 
 def _pool(arguments: argparse.Namespace) -> None:
-    from caregiver_mj.experiments.finished import (
-        pool_runs,
-        read_finished,  # needs pandas, which takes a second to import
-    )
+    from caregiver_mj.experiments.finished import pool_runs, read_finished  # need pandas, a second to import
 
     if len(arguments.folders) < 2:
         raise CaregiverError(f"runs to be pooled must be at least 2, got {len(arguments.folders)}")
@@ -153,57 +157,59 @@ def output(aside: bool) -> rich.console.Console:
 
 def print_table(summary: dict[str, Any], console: rich.console.Console) -> None:
     """Print a row for each caregiver and family: as many columns as there is room for, and none cut short."""
-    shapes = [(list(_TITLES), False), *((list(_TITLES)[:count], True) for count in range(len(_TITLES), 0, -1))]
-    _print_widest((_table(summary, columns, narrow, console) for columns, narrow in shapes), console)
+    first = summary["rows"][0]
+    plus_minus = "±" if console.encoding.lower().startswith("utf") else "+-"
+    several = any("," in row["family"] for row in summary["rows"])
+    against_none = (row for row in summary["comparisons"] if row["baseline"] == "none")
+    left = {(row["caregiver"], row["family"]): row["damage_left"] for row in against_none}
+    rows = []
+    for row in summary["rows"]:
+        ratio = 1.0 if row["caregiver"] == "none" else left.get((row["caregiver"], row["family"]))
+        cells = (
+            f"{row['damage_mean']:.1f} {plus_minus} {row['damage_sd']:.1f}",
+            f"{row['damage_normalised_mean']:.2f}",
+            "" if ratio is None else f"{ratio:.2f}",
+            *(f"{row[f'{column}_mean']:.1f}" for column in _COLUMNS),
+        )
+        who = {"epsilon of each" if several else "epsilon": row["family"], "caregiver": row["caregiver"]}
+        rows.append(who | dict(zip(_TITLES, cells, strict=True)))
+    episodes = f"{first['episodes']} episodes each" if first["episodes"] > 1 else "1 episode each"
+    many = summary.get("seeds")
+    seeds = f"seeds {', '.join(map(str, many))}" if many else f"seed {summary['seed']}"
+    title = f"{first['world']} {_where(first)}, {episodes}, {seeds}"
+    _print_widest(console, title, f"mean {plus_minus} standard deviation", rows, [*_TITLES][:0:-1], sections=True)
 
 
 def print_harm(summary: dict[str, Any], console: rich.console.Console) -> None:
     """Print for each caregiver where it does harm; or, in a line, why nobody knows."""
-    rows = summary["harm"]
-    if rows:
-        shapes = [(_HARM, False), *((_HARM[:count], True) for count in range(len(_HARM), 0, -1))]
-        _print_widest((_harm(rows, columns, narrow) for columns, narrow in shapes), console)
-    elif all(row["caregiver"] != "none" for row in summary["rows"]):
-        console.print("harm cannot be judged without the caregiver 'none'", highlight=False)
-
-
-def _harm(rows: list[dict[str, Any]], columns: Sequence[str], narrow: bool) -> rich.table.Table:
+    if not (found := summary["harm"]):
+        if all(row["caregiver"] != "none" for row in summary["rows"]):
+            console.print("harm cannot be judged without the caregiver 'none'", highlight=False)
+        return
     caption = (
         "a cell is a house and a child; harm: more damage than alone, by a one-sided test of paired episodes, "
         "corrected by Holm over a caregiver's cells, at 5 %"
     )
-    if (decidable := min(row["cells_decidable"] for row in rows)) < rows[0]["cells"]:
-        caption += f"; so few pairs differ that it could be shown in as few as {decidable} of {rows[0]['cells']} cells"
-    if gone := [title for title in _HARM if title not in columns]:
-        caption += f"; no room for: {', '.join(gone)}"
-    made = _empty_table("harm: damage with the caregiver less alone, in the same episodes", caption, narrow)
-    made.add_column("caregiver", no_wrap=True)
-    for title in columns:
-        made.add_column(title, justify="left" if title.startswith("worst") else "right", no_wrap=True)
-    for row in rows:
+    cells = found[0]["cells"]
+    if (decidable := min(row["cells_decidable"] for row in found)) < cells:
+        caption += f"; so few pairs differ that it could be shown in as few as {decidable} of {cells} cells"
+    rows = []
+    for row in found:
         worst = row["worst"]
         low, high = (worst[f"damage_difference_ci_{end}"] for end in ("low", "high"))
-        cells = (
-            f"{row['cells_harmed']} of {row['cells']}",
-            f"{100 * row['episodes_worse']:.1f} %",
-            worst["house"],
-            worst["family"],
-            f"{worst['damage_alone']:.2f}",
-            f"{worst['damage_with']:.2f}",
-            _with_ends(worst["damage_difference"], low, high),
-        )
-        made.add_row(row["caregiver"], *cells[: len(columns)])
-    return made
-
-
-def _empty_table(title: str, caption: str, narrow: bool) -> rich.table.Table:
-    return rich.table.Table(
-        title=title,
-        caption=caption,
-        box=rich.box.SIMPLE_HEAD,
-        padding=0 if narrow else (0, 1),
-        pad_edge=not narrow,
-    )
+        shown = {
+            "caregiver": row["caregiver"],
+            "cells with harm": f"{row['cells_harmed']} of {cells}",
+            "worse episodes": f"{100 * row['episodes_worse']:.1f} %",
+            "worst: house": worst["house"],
+            "epsilon": worst["family"],
+            "alone": f"{worst['damage_alone']:.2f}",
+            "with": f"{worst['damage_with']:.2f}",
+            "difference": _with_ends(worst["damage_difference"], low, high),
+        }
+        rows.append(shown)
+    title = "harm: damage with the caregiver less alone, in the same episodes"
+    _print_widest(console, title, caption, rows, [*rows[0]][:1:-1])
 
 
 def _with_ends(value: float, low: float | None, high: float | None) -> str:
@@ -216,51 +222,34 @@ def _with_ends(value: float, low: float | None, high: float | None) -> str:
     return f"{signed(value)} ({ends[0]} to {ends[1]})"
 
 
-def _print_widest(tables: Iterable[rich.table.Table], console: rich.console.Console) -> None:
-    """Print the first of some tables, the widest before, that there is room for; or the last of them."""
+def _print_widest(
+    console: rich.console.Console,
+    title: str,
+    caption: str,
+    rows: list[dict[str, str]],
+    less_needed: Sequence[str],
+    sections: bool = False,
+) -> None:
+    """Print a table of cells by the titles of their columns, without those less needed that there is no room for.
+
+    With sections, rows of different first cells are set apart.
+    """
     room = console.options.update(width=_WIDEST)
-    for table in tables:
+    for narrow, count in [(False, 0), *((True, count) for count in range(len(less_needed) + 1))]:
+        shown = [column for column in rows[0] if column not in less_needed[:count]]
+        told = f"{caption}; left: damage over that of 'none'" if "left" in shown else caption
+        if gone := [column for column in rows[0] if column not in shown]:
+            told += f"; no room for: {', '.join(gone)}"
+        table = rich.table.Table(title=title, caption=told, box=rich.box.SIMPLE_HEAD)
+        table.padding, table.pad_edge = (0, 0 if narrow else 1), not narrow
+        for column in shown:
+            heading = _TITLES.get(column, column.removesuffix(" of each")) if narrow else column
+            table.add_column(heading, justify="left" if column in _TO_THE_LEFT else "right", no_wrap=True)
+        for row, following in itertools.zip_longest(rows, rows[1:]):
+            last = sections and following and row[shown[0]] != following[shown[0]]
+            table.add_row(*(row[column] for column in shown), end_section=bool(last))
         width = console.measure(table, options=room).maximum
         if width <= console.width:
             break
     console.width = max(width, console.width)  # if the narrowest is too wide, the terminal may break its lines
     console.print(table)
-
-
-def _table(
-    summary: dict[str, Any], columns: Sequence[str], narrow: bool, console: rich.console.Console
-) -> rich.table.Table:
-    rows = summary["rows"]
-    first = rows[0]
-    episodes = f"{first['episodes']} episodes each" if first["episodes"] > 1 else "1 episode each"
-    where = first["house"] if "houses" in first else f"'{first['house']}'"
-    many = summary.get("seeds")
-    seeds = f"seeds {', '.join(map(str, many))}" if many else f"seed {summary['seed']}"
-    plus_minus = "±" if console.encoding.lower().startswith("utf") else "+-"
-    caption = f"mean {plus_minus} standard deviation"
-    caption += "; left: damage over that of 'none'" if "left" in columns else ""
-    if gone := [title for title in _TITLES if title not in columns]:
-        caption += f"; no room for: {', '.join(gone)}"
-    made = _empty_table(f"{first['world']} {where}, {episodes}, {seeds}", caption, narrow)
-    only_children = not any("," in row["family"] for row in rows)
-    made.add_column("epsilon" if only_children or narrow else "epsilon of each", justify="right", no_wrap=True)
-    made.add_column("caregiver", no_wrap=True)
-    for title in columns:
-        made.add_column(_TITLES[title] if narrow else title, justify="right", no_wrap=True)
-    against_none = (row for row in summary["comparisons"] if row["baseline"] == "none")
-    left = {(row["caregiver"], row["family"]): row["damage_left"] for row in against_none}
-    for i, row in enumerate(rows):
-        ratio = 1.0 if row["caregiver"] == "none" else left.get((row["caregiver"], row["family"]))
-        cells = (
-            f"{row['damage_mean']:.1f} {plus_minus} {row['damage_sd']:.1f}",
-            f"{row['damage_normalised_mean']:.2f}",
-            "" if ratio is None else f"{ratio:.2f}",
-            *(f"{row[f'{column}_mean']:.1f}" for column in _COLUMNS),
-        )
-        made.add_row(
-            row["family"],
-            row["caregiver"],
-            *cells[: len(columns)],
-            end_section=i + 1 < len(rows) and rows[i + 1]["family"] != row["family"],
-        )
-    return made

@@ -1,56 +1,58 @@
-"""`caregiver-mj view`: shows an episode in the physical house while it runs."""
+"""`caregiver-mj render` and `view`: film an episode in the physical house, and show it while it runs."""
 
 from __future__ import annotations
 
 import argparse
 import contextlib
+import functools
 import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from caregiver_mj.caregivers.registry import find_caregiver
-from caregiver_mj.cli.parsing import (
-    HelpFormatter,
-    add_children,
-    add_embodiment,
-    add_house,
-    add_seed,
-    caregivers,
-    read_family,
-)
+from caregiver_mj.cli import parsing
 from caregiver_mj.errors import CaregiverError, RenderingError
 from caregiver_mj.plans.hazards import DamageWeights
+from caregiver_mj.viz import OVERLAYS
 
 if TYPE_CHECKING:
-    from caregiver_mj.viz.viewers.session import Session
     from caregiver_mj.viz.viewers.web import WebViewer
     from caregiver_mj.viz.viewers.window import Window
 
 
 def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the command."""
-    command = commands.add_parser(
-        "view",
-        help="watch an episode in the physical house while it runs",
-        description="Show an episode of the run that `evaluate` does with the same seed, children and caregiver: in "
-        "a window of MuJoCo's, or in a browser. Ctrl-C ends it.",
-        formatter_class=HelpFormatter,
+    """Add the commands."""
+    command = parsing.add_command(
+        commands,
+        "render",
+        _render,
+        "film an episode in the physical house",
+        "Film an episode of the run that `evaluate` does with the same seed, children and caregiver.",
     )
-    add_house(command)
+    command.add_argument("--task", default="supervise", help="name of the task")
+    parsing.add_who(command, "expected-danger")
+    parsing.add_episode(command)
+    command.add_argument("--seconds", type=float, default=30.0, help="length of the film at most")
     command.add_argument(
-        "--epsilon",
-        default="0.5",
-        metavar="E[,E...]",
-        help="share of random moves; of several children one each, such as 1,.25",
+        "--overlay",
+        choices=OVERLAYS,
+        help="drawn on the floor: where the caregiver predicts the child soon, and what may hurt it",
     )
-    add_children(command)
-    command.add_argument("--caregiver", default="foresight", metavar="NAME", help=caregivers())
-    add_embodiment(command)
-    add_seed(command, "seed of the run that the episode belongs to")
-    command.add_argument("--episode", type=int, default=0, metavar="N", help="number of the episode in that run")
+    command.add_argument("--out", required=True, metavar="FILE.mp4", help="film to write")
+    command.add_argument("--still", metavar="FILE.png", help="picture to write of a telling moment")
+    command = parsing.add_command(
+        commands,
+        "view",
+        _view,
+        "watch an episode in the physical house while it runs",
+        "Show an episode of the run that `evaluate` does with the same seed, children and caregiver: in a window of "
+        "MuJoCo's, or in a browser. Ctrl-C ends it.",
+    )
+    parsing.add_who(command, "foresight")
+    parsing.add_episode(command)
     command.add_argument("--speed", type=float, default=1.0, help="simulated seconds a second")
     command.add_argument("--paused", action="store_true", help="begin paused")
     command.add_argument("--web", action="store_true", help="show it in a browser (needs the extra `web`)")
@@ -60,50 +62,63 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
     command.add_argument(
         "--plain", action="store_true", help="no shadows in the browser: quicker without a graphics card"
     )
-    command.set_defaults(run=_run)
 
 
-def _run(arguments: argparse.Namespace) -> None:
-    family = read_family(arguments.epsilon, arguments)
+def _render(arguments: argparse.Namespace) -> None:
+    plan, family = parsing.read_house(arguments), parsing.read_family(arguments.epsilon, arguments)
+    find_caregiver(arguments.caregiver)
+    if arguments.seed < 0 or arguments.episode < 0:
+        raise CaregiverError(f"seed and episode must be at least 0, got {arguments.seed} and {arguments.episode}")
+
+    from caregiver_mj.viz import film  # here, for it takes seconds to import
+
+    film.render_episode(
+        arguments.out,
+        task=arguments.task,
+        house=plan,
+        epsilon=family,
+        seed=arguments.seed,
+        episode=arguments.episode,
+        seconds=arguments.seconds,
+        caregiver=arguments.caregiver,
+        embodiment=arguments.embodiment,
+        overlay=arguments.overlay,
+        still=arguments.still,
+    )
+    print(arguments.out)
+
+
+def _view(arguments: argparse.Namespace) -> None:
+    family = parsing.read_family(arguments.epsilon, arguments)
     find_caregiver(arguments.caregiver)
     damage = DamageWeights.of(arguments.damage)
     if not 0.1 <= arguments.rate <= 120:
         raise CaregiverError(f"rate must be in 0.1 to 120, got {arguments.rate}")
     if not 0 <= arguments.port <= 65535:
         raise CaregiverError(f"port must be in 0 to 65535, got {arguments.port}")
-    show = _serve if arguments.web else _open_window
-    if not arguments.web:
-        _check_display()
+    # In a window only where there can be one.
+    on_linux = sys.platform.startswith("linux")
+    if on_linux and not (arguments.web or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise RenderingError("no display for a window: use `caregiver-mj view --web` and a browser")
 
-    from caregiver_mj.viz.viewers.session import (
-        Session,  # here, for these take seconds to import
-        Watched,
-    )
+    from caregiver_mj.viz.viewers.session import Session, Watched  # here, for these take seconds to import
 
     watched = Watched(
         arguments.house, family, arguments.caregiver, arguments.seed, arguments.episode, damage, arguments.embodiment
     )
-    show(lambda: Session(watched, speed=arguments.speed, playing=not arguments.paused), arguments)
+    start = functools.partial(Session, watched, speed=arguments.speed, playing=not arguments.paused)
+    viewer: WebViewer | Window
+    if arguments.web:
+        from caregiver_mj.viz.viewers.web import WebViewer, check_address
 
+        check_address(arguments.host, arguments.port)  # before the house is made, which takes longer
+        viewer = WebViewer(start(), arguments.host, arguments.port, arguments.rate, plain=arguments.plain)
+        print(f"{viewer.url}   (Ctrl-C ends it)", flush=True)
+    else:
+        from caregiver_mj.viz.viewers.window import Window
 
-def _serve(start: Callable[[], Session], arguments: argparse.Namespace) -> None:
-    from caregiver_mj.viz.viewers.web import WebViewer, check_address
-
-    check_address(arguments.host, arguments.port)  # before the house is made, which takes longer
-    viewer = WebViewer(start(), arguments.host, arguments.port, arguments.rate, plain=arguments.plain)
-    print(f"{viewer.url}   (Ctrl-C ends it)", flush=True)
-    _watch(viewer)
-
-
-def _open_window(start: Callable[[], Session], _arguments: argparse.Namespace) -> None:
-    from caregiver_mj.viz.viewers.window import Window
-
-    _watch(Window(start()))
-
-
-def _watch(viewer: WebViewer | Window) -> None:
-    """Run a viewer until somebody closes or interrupts it: that is how one ends it, and no failure."""
-    try:
+        viewer = Window(start())
+    try:  # until somebody closes or interrupts it: that is how one ends it, and no failure
         viewer.run()
     except KeyboardInterrupt:
         print("closed", file=sys.stderr)
@@ -123,9 +138,3 @@ def _deaf() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGTERM, before)
-
-
-def _check_display() -> None:
-    """Raise RenderingError where there can be no window."""
-    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        raise RenderingError("no display for a window: use `caregiver-mj view --web` and a browser")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+import abc
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -18,59 +19,44 @@ from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.policy.own import make_policy
 
 
-class Actor(Protocol):
+class Actor(abc.ABC):
     """Acts in one environment."""
 
-    def begin(self, seed: int) -> None:
+    def begin(self, seed: int) -> None:  # noqa: B027 (the first time step may tell it)
         """Begin the episode of a seed, which the environment has begun."""
 
-    def act(self) -> Any:
-        """Return the next action, as the environment takes it."""
-
-    @property
-    def intervention(self) -> int:
-        """Number of the hazard that is being protected from with that action, or NOTHING."""
-        ...
+    @abc.abstractmethod
+    def act(self) -> tuple[Any, int]:
+        """Return the next action, as the environment takes it, and the hazard to protect from with it, or NOTHING."""
 
 
-class RandomActor:
+class RandomActor(Actor):
     """Draws actions from the whole space of them."""
 
     def __init__(self, env: gymnasium.Env):
-        self._env, self._action = env, np.zeros(0)
+        self._env = env
 
     def begin(self, seed: int) -> None:
         self._env.action_space.seed(seed)
 
-    def act(self) -> np.ndarray:
-        self._action = self._env.action_space.sample()
-        return self._action
-
-    @property
-    def intervention(self) -> int:
-        if isinstance(self._env, TargetsEnv):
-            return int(self._env.world.lookout.slots.targets([self._action], 1)[0])
-        return NOTHING
+    def act(self) -> tuple[np.ndarray, int]:
+        action = self._env.action_space.sample()
+        if not isinstance(self._env, TargetsEnv):
+            return action, NOTHING
+        return action, int(self._env.world.lookout.slots.targets([action], 1)[0])
 
 
-class HouseCaregiver:
+class HouseCaregiver(Actor):
     """A caregiver with the robot's own actions, or a policy of such."""
 
     def __init__(self, env: HouseEnv, caregiver: str, seed: int):
         self._env, self._policy = env, make_policy(env.dm_env, caregiver, seed)
 
-    def begin(self, seed: int) -> None:
-        """Do nothing: the first time step tells it."""
-
-    def act(self) -> np.ndarray:
-        return self._policy(self._env.timestep)
-
-    @property
-    def intervention(self) -> int:
-        return self._policy.target
+    def act(self) -> tuple[np.ndarray, int]:
+        return self._policy(self._env.timestep), self._policy.target
 
 
-class TargetCaregiver:
+class TargetCaregiver(Actor):
     """A caregiver that says what to protect the children from, once a novice timestep, and leaves the rest.
 
     In an evaluation it is asked before each of its actions. Where its answer changes within a timestep, as it may once
@@ -101,23 +87,18 @@ class TargetCaregiver:
                 f"caregiver must do no more than choose targets, got '{caregiver}', which has its own {', '.join(more)}"
             )
         made.pace = env.world.caregiver.pace
-        self._caregiver, self._target = made, NOTHING
+        self._caregiver = made
 
     def begin(self, seed: int) -> None:
         children = self._world.children
         tape, *_ = Tape.draw_family(np.random.RandomState(seed), children)
         self._caregiver.reset(1, [tape.caregiver_seed], children)
 
-    def act(self) -> np.ndarray:
+    def act(self) -> tuple[np.ndarray, int]:
         percept = self._world.percept()
         self._caregiver.watch(percept)
         chosen = self._caregiver.choose(percept)
-        self._target = int(chosen[0])
-        return np.array(self._world.lookout.slots.actions(chosen)[0])
-
-    @property
-    def intervention(self) -> int:
-        return self._target
+        return np.array(self._world.lookout.slots.actions(chosen)[0]), int(chosen[0])
 
 
 def _beside_targets(caregiver: Caregiver) -> list[str]:

@@ -35,14 +35,10 @@ class BoundedObservations:
     """
 
     def __init__(self, env: control.Environment, flat: bool):
-        """Prepare the spaces.
-
-        Args:
-            env: The environment.
-            flat: Whether observations are given out as one array: their values in the order of `keys`.
+        """Prepare the spaces; flat observations are one array of their values in the order of `keys`.
 
         Raises:
-            CaregiverError: That is not said by a bool.
+            CaregiverError: Whether they are is not said by a bool.
         """
         check_kind("flat", flat, bool)
         bounds = _bounds(env)
@@ -104,6 +100,5 @@ def _bounds(env: control.Environment) -> dict[str, Bounds]:
 
 
 def _within(action: specs.BoundedArray, layout: Layout, part: str, slack: float) -> Bounds:
-    """Bounds of the positions that a part of an action asks for."""
     which = getattr(layout, part)
     return action.minimum[which] - slack, action.maximum[which] + slack

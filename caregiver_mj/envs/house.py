@@ -14,8 +14,8 @@ from gymnasium import spaces
 from caregiver_mj.caregivers.target_observation import Observations
 from caregiver_mj.children.family import Who
 from caregiver_mj.envs.bounds import BoundedObservations
-from caregiver_mj.envs.spaces import CostMeter, episode_seed
-from caregiver_mj.errors import CaregiverError, check_integer
+from caregiver_mj.envs.spaces import CostMeter, check_render_mode, episode_seed
+from caregiver_mj.errors import check_integer
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.rendering import control
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -68,8 +68,7 @@ class HouseEnv(gymnasium.Env):
         Raises:
             CaregiverError: As of `load`; or there is no such render mode, no such camera or no picture of that size.
         """
-        if render_mode not in (None, *self.metadata["render_modes"]):
-            raise CaregiverError(f"no render mode '{render_mode}': there is rgb_array")
+        check_render_mode(render_mode)
         self.render_mode = render_mode
         self.dm_env = load(task, house, epsilon, task_kwargs=task_kwargs, visuals=render_mode is not None)
         self._picture = {} if render_mode is None else picture(self.dm_env.physics, width, height, camera)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
-from typing import Any, cast
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -132,7 +132,6 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         return self._observed(observations), rewards, terminated, truncated, self._told(infos)
 
     def _vector(self, house: int) -> GridTargetsVector:
-        """The episodes in a house."""
         if house not in self._made:
             plan = self.plans[house]
             children = side_by_side(plan, self._families, self._each // len(self._families))
@@ -146,15 +145,11 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         of_all = {"house": np.repeat(self.now, self._each), "_house": np.ones(self.num_envs, bool)}
         return _joined(infos) | of_all
 
-    def _observed(self, observations: Sequence[Observations]) -> Observations:
-        if self._flat:
-            return np.concatenate(cast("Sequence[np.ndarray]", observations))
-        parts = cast("Sequence[dict[str, np.ndarray]]", observations)
-        return {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
+    def _observed(self, observations: Sequence[Any]) -> Observations:
+        return np.concatenate(observations) if self._flat else _joined(observations)
 
 
 def _joined(infos: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """What vectors of one kind tell, as one."""
     first = infos[0]
     return {
         key: _joined([info[key] for info in infos])

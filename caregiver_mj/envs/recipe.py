@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import dataclasses
 import functools
@@ -9,7 +10,8 @@ import importlib.metadata
 import inspect
 import pathlib
 import sys
-from typing import Any, BinaryIO
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -27,13 +29,11 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.rendering import control, engine, mujoco
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
-from caregiver_mj.recording.steps import About, Steps, frames_file, new_episode
+from caregiver_mj.recording.steps import RANDOM, TARGETS, About, Steps, frames_file, new_episode
 from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.tasks import TASKS
 
-TARGETS = "targets"  # in the place of a task: `Supervise-Targets`
-RANDOM = "random-actions"  # in the place of a caregiver: actions drawn from all that there are
 _TARGET_TASK = "Targets: say once a novice timestep what to protect the children from, to keep them from harm."
 
 
@@ -84,15 +84,11 @@ class Recipe:
     @property
     def kwargs(self) -> dict[str, Any]:
         """Arguments of the environment, the house aside."""
-        given: dict[str, Any] = {"epsilon": str(self.family)}
-        options: dict[str, Any] = {}
-        if self.world == "house":
-            options["embodiment"] = self.embodiment
-        if self.seconds is not None:
-            options["time_limit"] = self.seconds
-        if options:
-            given["task_kwargs"] = options
-        return given | ({"world": self.world} if self.task == TARGETS else {})
+        robot = self.embodiment if self.world == "house" else None
+        options = {"embodiment": robot, "time_limit": self.seconds}
+        given = {"epsilon": str(self.family), "task_kwargs": {k: v for k, v in options.items() if v is not None}}
+        given |= {"world": self.world} if self.task == TARGETS else {}
+        return {key: value for key, value in given.items() if value}
 
     def make(self) -> HouseEnv | TargetsEnv:
         """Make the environment.
@@ -153,12 +149,9 @@ class Recipe:
 
 
 def make_recorded(house: Any, task: str = TARGETS, **options: Any) -> HouseEnv | TargetsEnv:
-    """Make an environment of what `Recipe.spec` says, with the whole plan of its house.
+    """Make an environment of what `Recipe.spec` says, whose house may be a dictionary of the whole plan.
 
-    Args:
-        house: What it says of the house; or another one, as `HouseEnv` takes it.
-        task: One of `tasks.TASKS`, or TARGETS.
-        options: Further arguments, of `HouseEnv` or `make_targets`.
+    The options are further arguments of `HouseEnv` or `make_targets`.
 
     Raises:
         CaregiverError: It cannot be made.
@@ -188,34 +181,29 @@ def house_of(env: HouseEnv | TargetsEnv) -> control.Environment:
 
 
 def _purpose(task: str) -> str:
-    """What a task is about, in a sentence."""
     return (inspect.getdoc(sys.modules[TASKS[task].find_kind().__module__]) or task).partition("\n")[0]
 
 
 def collect(recipe: Recipe, store: pathlib.Path, which: tuple[int, int]) -> None:
-    """Run an episode, and put it into a store.
-
-    Args:
-        recipe: What is recorded.
-        store: Folder of a `Store`.
-        which: Number and seed of the episode.
-    """
+    """Run an episode of a number and a seed, and put it into the folder of a `Store`."""
     number, seed = which
     env, actor = prepared(recipe)
-    with new_episode(store, number) as folder, _Cameras(env, recipe, folder) as cameras:
-        observation, _ = env.reset(seed=seed)
-        actor.begin(seed)
-        observations, rows = [observation], []
-        cameras.look()
-        terminated = truncated = False
-        info: dict[str, Any] = {}
-        while not (terminated or truncated):
-            action = actor.act()
-            observation, reward, terminated, truncated, info = env.step(action)
-            observations.append(observation)
-            rows.append((action, reward, info["cost"], info["damage"], info["strikes"], actor.intervention))
-            cameras.look()
+    with new_episode(store, number) as folder:
+        with _cameras(env, recipe, folder) as look:
+            observation, _ = env.reset(seed=seed)
+            actor.begin(seed)
+            observations, rows = [observation], []
+            look()
+            terminated = truncated = False
+            info: dict[str, Any] = {}
+            while not (terminated or truncated):
+                action, intervention = actor.act()
+                observation, reward, terminated, truncated, info = env.step(action)
+                observations.append(observation)
+                rows.append((action, reward, info["cost"], info["damage"], info["strikes"], intervention))
+                look()
         actions, rewards, costs, damage, strikes, interventions = map(np.array, zip(*rows, strict=True))
+        shape = len(observations), *recipe.size[::-1], 3
         Steps(
             number=number,
             seed=seed,
@@ -229,42 +217,23 @@ def collect(recipe: Recipe, store: pathlib.Path, which: tuple[int, int]) -> None
             terminated=terminated,
             diverged=info["diverged"],
             outcome=info["outcome"],
-            frames=cameras.frames(),
+            frames={name: np.memmap(frames_file(folder, name), np.uint8, "r", shape=shape) for name in recipe.cameras},
         ).save(folder)
 
 
-class _Cameras:
-    """Cameras on an episode, whose pictures go to disk at once, for they are many. They see no shadows."""
+@contextlib.contextmanager
+def _cameras(env: HouseEnv | TargetsEnv, recipe: Recipe, folder: pathlib.Path) -> Iterator[Callable[[], None]]:
+    """Give what takes a picture with each camera, without shadows. They go to disk at once, for they are many."""
+    width, height = recipe.size
+    with contextlib.ExitStack() as files:
+        cameras = []
+        for name in recipe.cameras:
+            camera = engine.Camera(house_of(env).physics, height=height, width=width, camera_id=name)
+            camera.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0  # which take four fifths of the time
+            cameras.append((camera, files.enter_context(open(frames_file(folder, name), "wb"))))
 
-    def __init__(self, env: HouseEnv | TargetsEnv, recipe: Recipe, folder: pathlib.Path):
-        self._count, (self._width, self._height), self._folder = 0, recipe.size, folder
-        self._cameras: dict[str, engine.Camera] = {}
-        self._files: dict[str, BinaryIO] = {}
-        if recipe.cameras:
-            physics = house_of(env).physics
-            for name in recipe.cameras:
-                camera = engine.Camera(physics, height=self._height, width=self._width, camera_id=name)
-                camera.scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0  # which take four fifths of the time
-                self._cameras[name] = camera
+        def look() -> None:
+            for camera, file in cameras:
+                file.write(np.ascontiguousarray(camera.render()).tobytes())
 
-    def __enter__(self) -> _Cameras:
-        for name in self._cameras:
-            self._files[name] = open(frames_file(self._folder, name), "wb")
-        return self
-
-    def __exit__(self, *error: Any) -> None:
-        for file in self._files.values():
-            file.close()
-
-    def look(self) -> None:
-        """Take a picture with each."""
-        for name, file in self._files.items():
-            file.write(np.ascontiguousarray(self._cameras[name].render()).tobytes())
-        self._count += 1
-
-    def frames(self) -> dict[str, np.ndarray]:
-        """All pictures so far, (n + 1, height, width, 3) each."""
-        for file in self._files.values():
-            file.flush()
-        shape = self._count, self._height, self._width, 3
-        return {name: np.memmap(frames_file(self._folder, name), np.uint8, "r", shape=shape) for name in self._files}
+        yield look

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol, SupportsFloat
+from typing import Any, SupportsFloat
 
 import gymnasium
 import numpy as np
@@ -38,33 +38,14 @@ def observation_space(lookout: Lookout) -> spaces.Space[Any]:
     return spaces.flatten_space(keys) if lookout.flat else keys
 
 
-def action_space(lookout: Lookout) -> spaces.Discrete:
-    """Return the space of what it is told."""
-    return spaces.Discrete(lookout.actions)
-
-
-class Harmed(Protocol):
-    """What a cost is read from.
-
-    Attributes:
-        damage: All damage to the children in an episode so far, or that in each of a batch.
-        strikes: How often the robot has struck one, likewise.
-    """
-
-    @property
-    def damage(self) -> float | np.ndarray: ...
-
-    @property
-    def strikes(self) -> int | np.ndarray: ...
-
-
 class CostMeter:
     """Reads what each step has cost: the damage to the children in it, and `STRIKE_COST` for every strike.
 
     Over an episode that is its `damage` and its `strikes`, as in the tables.
     """
 
-    def __init__(self, harmed: Harmed):
+    def __init__(self, harmed: Any):
+        """Take what has all `damage` to the children in an episode so far, and all `strikes`; or those of a batch."""
         self._harmed = harmed
         self._damage: float | np.ndarray
         self._strikes: int | np.ndarray
@@ -106,3 +87,9 @@ def episode_seed(seed: int | None, random: np.random.Generator) -> int:
     if not 0 <= seed < _SEEDS:
         raise CaregiverError(f"the seed of an episode must be 0 to {_SEEDS - 1}, got {seed}")
     return int(seed)
+
+
+def check_render_mode(mode: str | None) -> None:
+    """Raise CaregiverError unless it is "rgb_array" or None."""
+    if mode not in (None, "rgb_array"):
+        raise CaregiverError(f"no render mode '{mode}': there is rgb_array")

@@ -17,7 +17,7 @@ from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.target_observation import Lookout, Observations, Slots
 from caregiver_mj.children.family import Family, Who
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
-from caregiver_mj.envs.spaces import CostMeter, action_space, episode_seed, observation_space
+from caregiver_mj.envs.spaces import CostMeter, check_render_mode, episode_seed, observation_space
 from caregiver_mj.errors import CaregiverError, check_integer
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -151,13 +151,12 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
             raise CaregiverError(
                 f"world must be 'grid' for one batch of episodes, got '{world}': use vectorization_mode='sync'"
             )
-        if render_mode not in (None, *self.metadata["render_modes"]):
-            raise CaregiverError(f"no render mode '{render_mode}': there is rgb_array")
+        check_render_mode(render_mode)
         check_integer("num_envs", num_envs, 1, MOST_EPISODES)
         self.num_envs, self.grid = num_envs, TargetGrid(house, epsilon, flat, slots)
         self.render_mode, self._paint = render_mode, self.grid.painter(width, height) if render_mode else None
-        lookout = self.grid.lookout
-        self.single_observation_space, self.single_action_space = observation_space(lookout), action_space(lookout)
+        self.single_observation_space = observation_space(self.grid.lookout)
+        self.single_action_space = gymnasium.spaces.Discrete(self.grid.lookout.actions)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._is_reset = False

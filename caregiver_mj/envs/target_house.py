@@ -28,11 +28,9 @@ class TargetHouse:
     Attributes:
         dm_env: The `dm_env.Environment` within.
         policy: Who acts in it.
-        caregiver: Who is told what to do in it.
-        children: How many there are.
-        lookout: What is observed of it.
-        ended: Whether the episode is over.
-        diverged: Whether that is because the simulation has come apart.
+        diverged: Whether the episode is over because the simulation has come apart.
+
+    The others are as of `TargetGrid`.
     """
 
     def __init__(

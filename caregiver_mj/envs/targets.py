@@ -12,7 +12,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.target_observation import Observations
 from caregiver_mj.children.family import Who
-from caregiver_mj.envs.spaces import action_space, episode_seed, observation_space
+from caregiver_mj.envs.spaces import check_render_mode, episode_seed, observation_space
 from caregiver_mj.envs.target_grid import TargetGrid
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -37,15 +37,14 @@ class TargetsEnv(gymnasium.Env):
     metadata = {"render_modes": ["rgb_array"], "render_fps": _FRAME_RATE}  # noqa: RUF012 (Gymnasium's own manner)
 
     def __init__(self, world: Any, draw: Callable[[], np.ndarray] | None = None):
-        """Make an environment.
+        """Make an environment of a `TargetGrid` or a `TargetHouse`.
 
-        Args:
-            world: A `TargetGrid` or a `TargetHouse`.
-            draw: Draws a picture of it, uint8 (height, width, 3), if `render` is to do so.
+        If `render` is to do so, `draw` draws a picture of it, uint8 (height, width, 3).
         """
         self.world, self._draw = world, draw
         self.render_mode = "rgb_array" if draw else None
-        self.observation_space, self.action_space = observation_space(world.lookout), action_space(world.lookout)
+        self.observation_space = observation_space(world.lookout)
+        self.action_space = gymnasium.spaces.Discrete(world.lookout.actions)
         self._runs = False
 
     def reset(
@@ -125,8 +124,7 @@ def make_targets(
     """
     if world not in WORLDS:
         raise CaregiverError(f"no world '{world}': there are {', '.join(WORLDS)}")
-    if render_mode not in (None, *TargetsEnv.metadata["render_modes"]):
-        raise CaregiverError(f"no render mode '{render_mode}': there is rgb_array")
+    check_render_mode(render_mode)
     if world == "grid":
         if task_kwargs or camera != OVERVIEW:
             raise CaregiverError(

@@ -8,7 +8,7 @@ from __future__ import annotations
 import functools
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -183,7 +183,10 @@ def belongs(settings: Settings, block: Block, result: Result) -> bool:
     try:
         found = [tuple(row[key] for key in _WHICH) for row in result["rows"]]
         maps = [result["maps"][str(family)][name] for family in block.families for name in MAPS]
-        if not all(map(_is_row, result["rows"])) or not all(_fits(values, "list[float]") for values in maps):
+        rows = [[_fits(row[name], kind) for name, kind in _TYPES.items()] for row in result["rows"]]
+        if any(row.keys() != _TYPES.keys() for row in result["rows"]) or not all(map(all, rows)):
+            return False
+        if not all(_fits(values, "list[float]") for values in maps):
             return False
     except (AttributeError, KeyError, TypeError):
         return False
@@ -194,11 +197,6 @@ def belongs(settings: Settings, block: Block, result: Result) -> bool:
         for episode in block.numbers
     ]
     return found == wanted and {*map(len, maps)} == {len(plan.free_cells)}
-
-
-def _is_row(row: Mapping[str, Any]) -> bool:
-    """Whether it has all columns, each of its type."""
-    return row.keys() == _TYPES.keys() and all(_fits(row[name], kind) for name, kind in _TYPES.items())
 
 
 def _fits(value: Any, kind: str) -> bool:
@@ -224,8 +222,8 @@ def put_together(settings: Settings, blocks: Sequence[Tables]) -> Tables:
     }
 
     def in_order(table: pd.DataFrame) -> pd.DataFrame:
-        places = [table[column].map(order).to_numpy() for column, order in orders.items()]
-        return table.iloc[np.lexsort(places[::-1])].reset_index(drop=True)
+        in_turn = functools.partial(table.sort_values, [*orders], kind="stable", ignore_index=True)
+        return in_turn(key=lambda column: column.map(orders[column.name]))
 
     keys = [column for column in maps if column not in MAPS]
     return Tables(in_order(episodes), in_order(maps.groupby(keys, sort=False, as_index=False)[list(MAPS)].sum()))

@@ -18,7 +18,7 @@ from typing import Any, TypeVar
 
 from caregiver_mj.errors import CaregiverError, MissingExtraError
 from caregiver_mj.experiments.provenance import difference, fingerprint
-from caregiver_mj.experiments.workers import Code, WorkerError, attempt
+from caregiver_mj.experiments.workers import Code, Executor, WorkerError, attempt
 from caregiver_mj.registry import modules_of_the_folder
 
 Job = TypeVar("Job")
@@ -33,7 +33,7 @@ _ANEW = "a worker goes on with what it has loaded, so start it anew after an edi
 _one_at_a_time = threading.Lock()  # jobs share what they have built in a process
 
 
-class DaskExecutor:
+class DaskExecutor(Executor):
     """The workers of a Dask cluster, each of them with one thread and the same version of this package.
 
     It connects at once, so that what is wrong is told before anything is written. Use it in a `with` block.
@@ -153,14 +153,8 @@ class DaskExecutor:
         raise WorkerError(f"{job}: {''.join(traceback.format_exception(error))}")
 
     def close(self) -> None:
-        """Take leave of the scheduler."""
+        """See `Executor`."""
         self._client.close()
-
-    def __enter__(self) -> DaskExecutor:
-        return self
-
-    def __exit__(self, *error: Any) -> None:
-        self.close()
 
 
 def _check_address(distributed: Any, address: str) -> None:

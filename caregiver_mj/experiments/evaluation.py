@@ -9,7 +9,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from caregiver_mj.experiments.blocks import Tables, belongs, put_together, run_block, tables_of, try_all
@@ -81,9 +81,14 @@ def evaluate(
                 folder.write(str(block), result)
             done[block] = tables_of(settings, block, result)
             progress(len(block))
-    episodes, maps = put_together(settings, [done[block] for block in blocks])
-    houses = by_house(episodes)
-    evaluation = Evaluation(episodes, summarise(settings, episodes, houses), maps, houses)
+    evaluation = sum_up(settings, [done[block] for block in blocks])
     if folder:
-        folder.finish(episodes, evaluation.summary, maps, houses)
+        folder.finish(**vars(evaluation))
     return evaluation
+
+
+def sum_up(settings: Settings, parts: Sequence[Tables]) -> Evaluation:
+    """Return what comes of a run's blocks, or of runs that are to be one."""
+    episodes, maps = put_together(settings, parts)
+    houses = by_house(episodes)
+    return Evaluation(episodes, summarise(settings, episodes, houses), maps, houses)

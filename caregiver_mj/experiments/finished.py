@@ -8,16 +8,17 @@ import pathlib
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments import statistics
-from caregiver_mj.experiments.blocks import Tables, put_together
-from caregiver_mj.experiments.harm import harm
+from caregiver_mj.experiments.blocks import Tables
+from caregiver_mj.experiments.evaluation import sum_up
 from caregiver_mj.experiments.run_folder import RunFolder, read_json, told, unlike
 from caregiver_mj.experiments.settings import FLOOR, Settings
-from caregiver_mj.experiments.summary import by_house, summarise
+from caregiver_mj.experiments.summary import by_house, harm, summarise
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.recording.record import MEASURES
 from caregiver_mj.robot.embodiment import DEFAULT
@@ -30,6 +31,12 @@ _UNREADABLE = (OSError, ValueError, KeyError, TypeError, AttributeError, IndexEr
 _EACH = ("seed", "episodes", "extended_at", "pooled", "file", "epsilons")
 _PAIR = ["house", "family", "seed"]  # what two episodes share that have the same children
 _SIDES = ("first", "second")
+_FILES = {  # of a finished run, and what to say where one is not there
+    "run.json": "'{}' holds no run: `caregiver-mj evaluate --out DIR` makes one",
+    "summary.json": "the run in '{}' is not finished: go on with `caregiver-mj evaluate --resume`",
+    "episodes.parquet": "the run in '{}' has no episodes.parquet: `evaluate --resume` writes it anew",
+    "maps.parquet": "the run in '{}' has no maps.parquet, as runs of an older version: run it again",
+}
 _NOT_SETTINGS = ("epsilons", "extended_at", "file")  # follow from others, or nothing depends on them
 
 
@@ -67,9 +74,14 @@ def read_finished(folder: str | os.PathLike[str]) -> Finished:
         CaregiverError: There is none in the folder, it is not finished, or something in it is not as it was written.
     """
     path = pathlib.Path(folder)
-    _check_files(path)
     try:
-        found = _read(path)
+        for name, message in _FILES.items():
+            if not (path / name).is_file():
+                raise CaregiverError(message.format(path))
+    except OSError as error:
+        raise CaregiverError(f"the run in '{path}' cannot be read: {error.strerror}") from None
+    try:
+        found = Finished(path, *_read(path))
         found.seeds  # noqa: B018 (must be readable too)
         foreign = {
             "episodes.parquet": _foreign_episodes(found),
@@ -89,22 +101,7 @@ def read_finished(folder: str | os.PathLike[str]) -> Finished:
     return found
 
 
-def _check_files(path: pathlib.Path) -> None:
-    """Raise CaregiverError unless there are the files of a finished run."""
-    try:
-        if not (path / "run.json").is_file():
-            raise CaregiverError(f"'{path}' holds no run: `caregiver-mj evaluate --out DIR` makes one")
-        if not (path / "summary.json").is_file():
-            raise CaregiverError(f"the run in '{path}' is not finished: go on with `caregiver-mj evaluate --resume`")
-        if not (path / "episodes.parquet").is_file():
-            raise CaregiverError(f"the run in '{path}' has no episodes.parquet: `evaluate --resume` writes it anew")
-        if not (path / "maps.parquet").is_file():
-            raise CaregiverError(f"the run in '{path}' has no maps.parquet, as runs of an older version: run it again")
-    except OSError as error:
-        raise CaregiverError(f"the run in '{path}' cannot be read: {error.strerror}") from None
-
-
-def _read(path: pathlib.Path) -> Finished:
+def _read(path: pathlib.Path) -> tuple[dict[str, Any], Settings, pd.DataFrame, pd.DataFrame, dict[str, Any]]:
     record, summary = (read_json(path / f"{name}.json") for name in ("run", "summary"))
     for name, found in (("run.json", record), ("summary.json", summary)):
         if not isinstance(found, dict):
@@ -126,7 +123,7 @@ def _read(path: pathlib.Path) -> Finished:
     if any("damage_verdict" not in row or "damage_p_holm" not in row for row in summary["comparisons"]):
         ours = summarise(settings, episodes, by_house(episodes))  # it has other statistics
         summary |= {key: ours[key] for key in ("rows", "comparisons")}
-    return Finished(path, record, settings, episodes, pd.read_parquet(path / "maps.parquet"), summary)
+    return record, settings, episodes, pd.read_parquet(path / "maps.parquet"), summary
 
 
 def _who(found: Finished) -> set[tuple[str, str]]:
@@ -167,44 +164,27 @@ def _foreign_maps(found: Finished) -> bool:
 
 
 def _foreign_summary(found: Finished) -> bool:
-    """Whether the summary is not that of the run."""
-    means = [column for column in MEASURES if column in found.episodes]
-    rows = _numbers(found.summary["rows"], [f"{column}_mean" for column in means], [f"{column}_sd" for column in means])
-    compared = [column for column in statistics.COMPARED if column in found.episodes]
-    against = _numbers(
-        [row for row in found.summary["comparisons"] if row.get("baseline") == "none"],
-        ["damage_left", "toys_reached_left", *(f"{column}_difference_mean" for column in compared)],
-        [f"{column}_p" for column in compared],
-    )
-    wanted, ran = _who(found), found.settings.caregivers
-    acting = {(caregiver, family) for caregiver, family in wanted if caregiver != "none" and "none" in ran}
-    judged = {caregiver for caregiver, _ in acting if caregiver != FLOOR}
-    return rows != wanted or against != acting or _harm(found.summary["harm"]) != judged
-
-
-def _numbers(rows: list[dict[str, Any]], estimates: list[str], others: list[str]) -> set[tuple[Any, Any]] | None:
-    """Caregivers and families of rows that have all these numbers, or null for them; None if one has not."""
-    stems = [name.removesuffix("_mean") for name in estimates]
-    names = [*estimates, *others, *(f"{stem}_ci_{end}" for stem in stems for end in ("low", "high"))]
-    if not all(_has_numbers(row, names) for row in rows):
-        return None
-    return {(row.get("caregiver"), row.get("family")) for row in rows}
-
-
-def _harm(rows: list[dict[str, Any]]) -> set[Any] | None:
-    """Caregivers of rows that say all that there is to say of harm; None if one does not."""
-    counts = ["cells", "cells_harmed", "cells_decidable", "episodes", "episodes_worse"]
-    difference = [f"damage_difference{part}" for part in ("", "_ci_low", "_ci_high")]
-    numbers = ["episodes", "damage_alone", "damage_with", *difference, "p", "p_holm"]
-    texts = ("house", "family", "verdict")
-    if not all(_has_numbers(row, counts) and _has_numbers(row["worst"], numbers) for row in rows):
-        return None
-    return {row["caregiver"] for row in rows if all(isinstance(row["worst"][text], str) for text in texts)}
-
-
-def _has_numbers(row: dict[str, Any], names: list[str]) -> bool:
-    """Whether a row has all these numbers, or null for them."""
-    return all(isinstance(row.get(name, ""), float | int | None) for name in names)
+    """Whether the summary is not that of the run; what is no number in it cannot be read."""
+    summary, wanted = found.summary, _who(found)
+    against = [row for row in summary["comparisons"] if row.get("baseline") == "none"]
+    means, compared = ([c for c in columns if c in found.episodes] for columns in (MEASURES, statistics.COMPARED))
+    ends, worst = ("ci_low", "ci_high"), [row["worst"] for row in summary["harm"]]
+    for rows, names in (
+        (summary["rows"], [f"{column}_{part}" for column in means for part in ("mean", "sd", *ends)]),
+        (against, [f"{column}_left" for column in ("damage", "toys_reached")]),
+        (against, [f"{column}_left_{end}" for column in ("damage", "toys_reached") for end in ends]),
+        (against, [f"{column}_difference_{part}" for column in compared for part in ("mean", *ends)]),
+        (against, [f"{column}_p" for column in compared]),
+        (summary["harm"], ["cells", "cells_harmed", "cells_decidable", "episodes_worse"]),
+        (worst, ["damage_alone", "damage_with", *(f"damage_difference{end}" for end in ("", "_ci_low", "_ci_high"))]),
+    ):
+        np.array([[row[name] for name in names] for row in rows], float)
+    rows, told = ({(row["caregiver"], row["family"]) for row in part} for part in (summary["rows"], against))
+    acting = {(caregiver, family) for caregiver, family in wanted if caregiver != "none"}
+    acting = acting if "none" in found.settings.caregivers else set()
+    texts = ("house", "family")
+    judged = {row["caregiver"] for row in summary["harm"] if all(isinstance(row["worst"][text], str) for text in texts)}
+    return (rows, told, judged) != (wanted, acting, {caregiver for caregiver, _ in acting if caregiver != FLOOR})
 
 
 def pool_runs(runs: Sequence[Finished], out: str | os.PathLike[str]) -> dict[str, Any]:
@@ -241,12 +221,10 @@ def pool_runs(runs: Sequence[Finished], out: str | os.PathLike[str]) -> dict[str
     for run in runs:
         parts.append(Tables(run.episodes.assign(episode=run.episodes["episode"] + before), run.maps))
         before += run.settings.episodes
-    settings = Settings.of_record(record)
-    episodes, maps = put_together(settings, parts)
-    houses = by_house(episodes)
-    summary = {**summarise(settings, episodes, houses), "seeds": [seed for seed, _ in seeds]}
-    RunFolder(out, record).finish(episodes, summary, maps, houses)
-    return summary
+    pooled = sum_up(Settings.of_record(record), parts)
+    pooled.summary["seeds"] = [seed for seed, _ in seeds]
+    RunFolder(out, record).finish(**vars(pooled))
+    return pooled.summary
 
 
 def _in_any_order(record: dict[str, Any]) -> dict[str, Any]:
@@ -289,13 +267,13 @@ def compare_runs(first: Finished, second: Finished, caregivers: Sequence[str] = 
             raise CaregiverError(_nothing_in_common(pair, ours, theirs))
         together = [side.assign(caregiver=name) for side, name in zip((ours_, theirs_), _SIDES, strict=True)]
         for row in statistics.comparison_rows(pd.concat(together, ignore_index=True), _SIDES[1], _SIDES[0]):
-            means = {name: _mean(side, row["family"]) for side, name in zip(together, _SIDES, strict=True)}
-            rows.append({**row, "baseline": pair[0], "caregiver": pair[1], **means})
+            theirs_here = (side[side.family == row["family"]].groupby("house")["damage"] for side in together)
+            means = [float(damage.mean().mean()) for damage in theirs_here]  # over houses if there are several
+            rows.append({**row, "baseline": pair[0], "caregiver": pair[1], **dict(zip(_SIDES, means, strict=True))})
     return {"rows": statistics.judged_together(rows), "settings": _differences(first.record, second.record)}
 
 
 def _nothing_in_common(pair: tuple[str, str], ours: Settings, theirs: Settings) -> str:
-    """What to say of two caregivers none of whose episodes are the same."""
     names = " and ".join(f"'{name}'" for name in dict.fromkeys(pair))
     for what, one, other in (
         ("seed", ours.seed, theirs.seed),
@@ -317,12 +295,6 @@ def _pairs(ours: Sequence[str], theirs: Sequence[str], wanted: Sequence[str]) ->
     if not pairs:
         raise CaregiverError(f"no caregiver is in both runs: there are {', '.join(ours)} and {', '.join(theirs)}")
     return pairs
-
-
-def _mean(episodes: pd.DataFrame, family: str) -> float:
-    """Mean damage, over houses if there are several."""
-    chosen = episodes[episodes.family == family]
-    return float(chosen.groupby("house")["damage"].mean().mean())
 
 
 def _differences(first: dict[str, Any], second: dict[str, Any]) -> dict[str, list[Any]]:

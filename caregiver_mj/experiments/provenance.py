@@ -34,10 +34,7 @@ _LIBRARIES = ("numpy", "mujoco", "dm_control", "mink", "ruckig")
 def origins(caregivers: Iterable[str], families: Iterable[Family], embodiment: str | None = None) -> dict[str, str]:
     """Return where the code of others comes from that episodes depend on, by what it is: see `origin`.
 
-    Args:
-        caregivers: Names, as `find_caregiver` takes them.
-        families: The children.
-        embodiment: Name of the robot; None in the grid.
+    The caregivers are names, as `find_caregiver` takes them; in the grid the embodiment is None.
     """
     found: dict[str, Any] = {f"caregiver {name}": find_caregiver(name) for name in caregivers}
     for child in (child for family in families for child in family.children):
@@ -57,9 +54,6 @@ def origin(found: Any) -> str:
     That is its module's own file, every source file of the package that it is in, and what these import from beside
     it, in folders without an `__init__.py` as well. What else its answers depend on, such as weights, it may name in an
     attribute `files`, a path or several, from the folder of its module on.
-
-    Args:
-        found: Something with a `__module__`.
 
     Returns:
         The distribution and its version, or the file if there is none, and the hash; nothing of the package's own.
@@ -134,14 +128,11 @@ def imported(folder: pathlib.Path, source: pathlib.Path) -> Iterator[str]:
 
 
 def _distribution(root: str) -> str:
-    """What a package or module was installed with."""
-    names = _distributions().get(root)
+    names = _distributions().get(root)  # what it was installed with
     return f"{names[0]} {importlib.metadata.version(names[0])}" if names else ""
 
 
-@functools.cache
-def _distributions() -> dict[str, list[str]]:
-    return dict(importlib.metadata.packages_distributions())
+_distributions = functools.cache(importlib.metadata.packages_distributions)
 
 
 @functools.cache

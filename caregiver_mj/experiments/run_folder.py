@@ -36,6 +36,7 @@ _LONGEST = 200  # bytes of the name of a block's file, of the 255 that there may
 Record = dict[str, Any]  # of a run, as JSON
 _OF_ITS_OWN = ("file", "caregivers", "episodes", "code", "source", "extended_at")  # all else must be the same
 _LONGEST_VALUE = 200  # letters of a value that a message has
+_CHANGED = "the {} has changed, from {} to {}; put it back, or take another folder"
 
 
 class StorageError(CaregiverError):
@@ -179,20 +180,17 @@ def _reason(error: Exception) -> str:
 def continued(found: Record, wanted: Record) -> Record:
     """Return the record of a run that is gone on with: with the same settings, or more episodes, or more caregivers.
 
-    Args:
-        found: What is in the folder.
-        wanted: What is to be run now.
-
     Returns:
-        What is to be in the folder. Its `extended_at` are the numbers of episodes that the run has had before, for grid
-        episodes are run many at once, and those that are done shall not be run again.
+        What is to be in the folder, of what is found there and what is wanted. Its `extended_at` are the numbers of
+        episodes that the run has had before, for grid episodes are run many at once, and those that are done shall not
+        be run again.
 
     Raises:
         CaregiverError: What is there belongs to other settings, or there is more of it than is wanted.
     """
     keys = unlike(found, wanted, _OF_ITS_OWN)
     if "caregivers" not in wanted:  # a study's, which cannot be added to
-        if wrong := told(keys, found, wanted) or _other_source(found, wanted):
+        if wrong := told(keys, found, wanted) or _other_code(found, wanted):
             raise CaregiverError("; ".join(wrong))
         return found
     if "caregivers" not in found:
@@ -205,8 +203,7 @@ def continued(found: Record, wanted: Record) -> Record:
     episodes = found.get("episodes")
     if not isinstance(episodes, int) or episodes > wanted["episodes"]:
         keys.append("episodes")
-    wrong = told(keys, found, wanted) or [*_other_source(found, wanted), *_other_code(found, wanted)]
-    if wrong:
+    if wrong := told(keys, found, wanted) or _other_code(found, wanted):
         less = "; a run can be added to, but not cut" if keys and {*keys} <= {"caregivers", "episodes"} else ""
         raise CaregiverError("; ".join(wrong) + less)
     extended = _extended_at(found, wanted["episodes"])
@@ -240,49 +237,27 @@ def told(keys: Sequence[str], found: Record, wanted: Record, where: tuple[str, s
         if isinstance(there, dict) and isinstance(here, dict):  # such as of versions
             differ = [name for name in {**there, **here} if there.get(name) != here.get(name)]
             there, here = ({name: values.get(name) for name in differ} for values in (there, here))
-        elif key == "plans":
-            there, here = (_names(plans) for plans in (there, here))
+        elif key == "plans" and isinstance(there, list) and isinstance(here, list):
+            there, here = (
+                " ".join(str(plan.get("name") if isinstance(plan, dict) else plan) for plan in plans)
+                for plans in (there, here)
+            )
             if there == here:
                 lines.append(f"the floor plans of {here} are others {where[0]} than {where[1]}")
                 continue
             key = "houses"
-        lines.append(f"{key} is {_short(there)} {where[0]} and {_short(here)} {where[1]}")
+        texts = [str(value) for value in (there, here)]
+        there, here = (text if len(text) <= _LONGEST_VALUE else f"{text[:_LONGEST_VALUE]} ..." for text in texts)
+        lines.append(f"{key} is {there} {where[0]} and {here} {where[1]}")
     return lines
 
 
-def _names(plans: Any) -> Any:
-    """What floor plans in a record are called, if they are such."""
-    if not isinstance(plans, list) or not all(isinstance(plan, dict) for plan in plans):
-        return plans
-    return " ".join(str(plan.get("name")) for plan in plans)
-
-
-def _short(value: Any) -> str:
-    """What can be told of a value in a line."""
-    text = str(value)
-    return text if len(text) <= _LONGEST_VALUE else f"{text[:_LONGEST_VALUE]} ..."
-
-
-def _other_source(found: Record, wanted: Record) -> list[str]:
-    """What is to be said of the package's own source if that is not what it was."""
-    there, here = found.get("source"), wanted.get("source")
-    if there == here:
-        return []
-    return [
-        f"the source of caregiver_mj that decides rows has changed, from {there} to {here}; put it back, or take "
-        "another folder"
-    ]
-
-
 def _other_code(found: Record, wanted: Record) -> list[str]:
-    """What is to be said of code that is not what it was."""
-    there, here = found.get("code") or {}, wanted.get("code") or {}
+    there, here = (record.get("source") for record in (found, wanted))
+    lines = [] if there == here else [_CHANGED.format("source of caregiver_mj that decides rows", there, here)]
+    there, here = (record.get("code") or {} for record in (found, wanted))
     if not isinstance(there, dict):
-        return [f"code is {there} there and {here} here"]
-    added = {f"caregiver {name}" for name in wanted["caregivers"] if name not in found["caregivers"]}
-    return [
-        f"the code of {what} has changed, from {there.get(what)} to {here.get(what)}; "
-        "put it back, or take another folder"
-        for what in {**there, **here}
-        if there.get(what) != here.get(what) and what not in added
-    ]
+        return [*lines, f"code is {there} there and {here} here"]
+    added = {f"caregiver {name}" for name in wanted.get("caregivers", ()) if name not in found.get("caregivers", ())}
+    differ = [what for what in {**there, **here} if there.get(what) != here.get(what) and what not in added]
+    return lines + [_CHANGED.format(f"code of {what}", there.get(what), here.get(what)) for what in differ]

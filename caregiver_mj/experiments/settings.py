@@ -6,7 +6,7 @@ import dataclasses
 import functools
 import itertools
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -28,7 +28,7 @@ MOST_ROWS = 10_000_000  # episodes of a run; more do not fit into memory
 _MOST_FAMILIES = 10  # in a block, whose name has them all
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, init=False)
 class Settings:
     """What to evaluate.
 
@@ -47,35 +47,38 @@ class Settings:
     """
 
     plans: tuple[FloorPlan, ...]
-    world: str = "house"
-    caregivers: tuple[str, ...] = ("none", "expected-danger")
-    families: tuple[Family, ...] = EPSILONS  # type: ignore[assignment]  # made families of, as what is given
-    episodes: int = 20
-    seed: int = 0
-    embodiment: str = DEFAULT
-    houses: str = ""
-    file: str = ""
+    world: str
+    caregivers: tuple[str, ...]
+    families: tuple[Family, ...]
+    episodes: int
+    seed: int
+    embodiment: str
+    houses: str
+    file: str
 
-    if TYPE_CHECKING:  # what may be given, which is more than what is kept
-
-        def __init__(
-            self,
-            plans: FloorPlan | Sequence[FloorPlan],
-            world: str = "house",
-            caregivers: Sequence[str] = ("none", "expected-danger"),
-            families: Sequence[Who] = EPSILONS,
-            episodes: int = 20,
-            seed: int = 0,
-            embodiment: str = DEFAULT,
-            houses: str = "",
-            file: str = "",
-        ) -> None: ...
-
-    def __post_init__(self) -> None:
-        plans = (self.plans,) if isinstance(self.plans, FloorPlan) else tuple(self.plans)
-        object.__setattr__(self, "plans", plans)
-        object.__setattr__(self, "caregivers", tuple(self.caregivers))
-        object.__setattr__(self, "families", tuple(map(Family.of, self.families)))
+    def __init__(
+        self,
+        plans: FloorPlan | Sequence[FloorPlan],
+        world: str = "house",
+        caregivers: Sequence[str] = ("none", "expected-danger"),
+        families: Sequence[Who] = EPSILONS,
+        episodes: int = 20,
+        seed: int = 0,
+        embodiment: str = DEFAULT,
+        houses: str = "",
+        file: str = "",
+    ):
+        vars(self).update(
+            plans=(plans,) if isinstance(plans, FloorPlan) else tuple(plans),
+            world=world,
+            caregivers=tuple(caregivers),
+            families=tuple(map(Family.of, families)),
+            episodes=episodes,
+            seed=seed,
+            embodiment=embodiment,
+            houses=houses,
+            file=file,
+        )
 
     @classmethod
     def of_record(cls, record: dict[str, Any]) -> Settings:
@@ -192,7 +195,6 @@ class Settings:
 
 
 def _check_caregiver(name: str, world: str) -> None:
-    """Raise CaregiverError unless there is one of that name that acts in the world."""
     if name == FLOOR:
         CAREGIVERS.tell_of_namesakes(FLOOR, f"'{FLOOR}' is what bare tables alone do")
         return
@@ -227,7 +229,6 @@ class Block:
 
 
 def _alike(families: tuple[Family, ...]) -> list[tuple[Family, ...]]:
-    """The families in groups of as many children each."""
     groups: list[tuple[Family, ...]] = []
     for _, alike in itertools.groupby(sorted(families, key=len), key=len):
         found = tuple(alike)

@@ -14,19 +14,8 @@ import numpy as np
 import pandas as pd
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments import intervals, two_level
+from caregiver_mj.experiments import intervals, two_level, verdicts
 from caregiver_mj.experiments.intervals import Estimate
-from caregiver_mj.experiments.verdicts import (
-    LEVEL,
-    MARGINS,
-    Verdict,
-    equivalent,
-    holm,
-    judge_columns,
-    margin_p,
-    not_inferior,
-    verdict,
-)
 
 COMPARED = (
     "damage",
@@ -57,7 +46,9 @@ def mean_rows(episodes: pd.DataFrame, columns: Sequence[str]) -> list[dict[str, 
     normalised = episodes["damage"] / worst if worst > 0 else 0.0
     names = ["damage_normalised", *columns]
     rows = []
-    for key, caregiver, sample in samples(episodes.assign(damage_normalised=normalised)):
+    groups = episodes.assign(damage_normalised=normalised).groupby([*CELL, "caregiver"], sort=False)
+    for (*values, caregiver), group in groups:
+        key, sample = dict(zip(CELL, values, strict=True)), Sample(group)
         found, units = sample.estimators.of_mean(sample.values(names), least=0.0), sample.units(names)
         sd = units.std(axis=0, ddof=1) if len(units) > 1 else np.zeros(len(names))
         row = _heading(key, sample, caregiver=caregiver)
@@ -98,7 +89,7 @@ def comparison_rows(episodes: pd.DataFrame, caregiver: str, baseline: str) -> li
         row = _heading(key, ours, caregiver=caregiver, baseline=baseline)
         row |= _shares(ours, theirs, acts=baseline != "none")
         found = ours.estimators.of_difference(ours.values(columns), theirs.values(columns))
-        judged = judge_columns(found, ours.units(columns) - theirs.units(columns))
+        judged = verdicts.judge_columns(found, ours.units(columns) - theirs.units(columns))
         for column, (estimate, p, _) in zip(columns, judged, strict=True):
             row |= _columns(f"{column}_difference_mean", estimate) | {f"{column}_p": _number(p)}
         rows.append(row)
@@ -108,24 +99,24 @@ def comparison_rows(episodes: pd.DataFrame, caregiver: str, baseline: str) -> li
 def judged_together(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Return comparisons that are told together, judged with Holm's correction for their number.
 
-    Args:
-        rows: Rows of `comparison_rows`, of one pair of caregivers or of several.
+    The rows are those of `comparison_rows`, of one pair of caregivers or of several.
 
     Returns:
         The same rows with `<column>_p_holm`, corrected over all of them, None where there is no p; and
         `<column>_verdict` by that and the interval: "less", "more" or "no verdict". A verdict at a margin becomes "no
         verdict" where its `_p_holm` is not small enough.
     """
-    for name in (name for name in _BY_MARGIN if rows and name in rows[0]):
-        corrected = holm(np.array([row[f"{name}_p"] for row in rows], float))
+    names = [name for name in (*_BY_MARGIN, *COMPARED) if rows and f"{name}_p" in rows[0]]
+    for name in names:
+        corrected = verdicts.holm(np.array([row[f"{name}_p"] for row in rows], float))
         for row, p in zip(rows, corrected, strict=True):
-            row |= {f"{name}_p_holm": _number(p)} | ({} if p <= LEVEL else {name: Verdict.NONE.value})
-    for column in (column for column in COMPARED if rows and f"{column}_p" in rows[0]):
-        corrected = holm(np.array([row[f"{column}_p"] for row in rows], float))
-        for row, p in zip(rows, corrected, strict=True):
-            low, high = (row[f"{column}_difference_ci_{end}"] for end in ("low", "high"))
+            row[f"{name}_p_holm"] = _number(p)
+            if name in _BY_MARGIN:
+                row |= {} if p <= verdicts.LEVEL else {name: verdicts.Verdict.NONE.value}
+                continue
+            low, high = (row[f"{name}_difference_ci_{end}"] for end in ("low", "high"))
             ends = -np.inf if low is None else low, np.inf if high is None else high
-            row |= {f"{column}_p_holm": _number(p), f"{column}_verdict": verdict(p, *ends).value}
+            row[f"{name}_verdict"] = verdicts.verdict(p, *ends).value
     return rows
 
 
@@ -140,16 +131,15 @@ def _shares(ours: Sample, theirs: Sample, *, acts: bool) -> dict[str, Any]:
         by_house = two_level.of_mean_ratio([*ours.values(["damage"])], [*theirs.values(["damage"])])
         row["damage_left_by_house"] = _number(by_house.column(0).value)
     if acts:
-        row["damage_equivalence"] = equivalent(*damage, MARGINS["damage"], found.column(0)).value
-        row["damage_equivalence_p"] = _number(margin_p(*damage, MARGINS["damage"], both=True))
+        row["damage_equivalence"] = verdicts.equivalent(*damage, verdicts.MARGINS["damage"], found.column(0)).value
+        row["damage_equivalence_p"] = _number(verdicts.margin_p(*damage, verdicts.MARGINS["damage"], both=True))
     row |= _columns("toys_reached_left", found.column(1))
-    kept = not_inferior(*toys, MARGINS["toys_reached"], more_is_better=True, ratio=found.column(1))
-    p = _number(margin_p(*toys, MARGINS["toys_reached"]))
+    kept = verdicts.not_inferior(*toys, verdicts.MARGINS["toys_reached"], more_is_better=True, ratio=found.column(1))
+    p = _number(verdicts.margin_p(*toys, verdicts.MARGINS["toys_reached"]))
     return row | {"toys_reached_not_inferior": kept.value, "toys_reached_not_inferior_p": p}
 
 
 def _heading(key: dict[str, Any], sample: Sample, **who: str) -> dict[str, Any]:
-    """What a row is about: where, who and how much."""
     many = sample.houses > 1
     where = {"world": key["world"], "house": f"{sample.houses} houses" if many else sample.rows["house"].iloc[0]}
     with_whom = {name: key[name] for name in CELL[1:]}
@@ -201,12 +191,6 @@ class Sample:
         return values if isinstance(values, np.ndarray) else two_level.house_means(values)
 
 
-def samples(episodes: pd.DataFrame) -> Iterator[tuple[dict[str, object], str, Sample]]:
-    """Return what makes a cell, the name of a caregiver, and its sample; all in order of appearance."""
-    for (*values, caregiver), rows in episodes.groupby([*CELL, "caregiver"], sort=False):
-        yield dict(zip(CELL, values, strict=True)), caregiver, Sample(rows)
-
-
 def pairs(episodes: pd.DataFrame, caregiver: str, baseline: str) -> Iterator[tuple[dict[str, object], Sample, Sample]]:
     """Return what makes a cell, and the samples of two caregivers, unit i of one belonging to unit i of the other.
 
@@ -220,14 +204,11 @@ def pairs(episodes: pd.DataFrame, caregiver: str, baseline: str) -> Iterator[tup
     for values, rows in episodes[episodes.caregiver.isin((caregiver, baseline))].groupby(CELL, sort=False):
         ours, theirs = (Sample(rows[rows.caregiver == name]) for name in (caregiver, baseline))
         key = dict(zip(CELL, values, strict=True))
-        _check_paired(ours.rows, theirs.rows, f"'{caregiver}' or '{baseline}'", key)
+        where = ["house", "episode"]
+        if len(ours) != len(theirs) or (ours.rows[where].to_numpy() != theirs.rows[where].to_numpy()).any():
+            lone = int((pd.concat([ours.rows[where], theirs.rows[where]]).value_counts() != 2).sum())
+            which = ", ".join(f"{name} {value}" for name, value in key.items())
+            raise CaregiverError(
+                f"episodes must be paired, got {lone} of '{caregiver}' or '{baseline}' without a counterpart ({which})"
+            )
         yield key, ours, theirs
-
-
-def _check_paired(ours: pd.DataFrame, theirs: pd.DataFrame, who: str, key: dict[str, object]) -> None:
-    keys = ["house", "episode"]
-    if len(ours) == len(theirs) and (ours[keys].to_numpy() == theirs[keys].to_numpy()).all():
-        return
-    lone = int((pd.concat([ours[keys], theirs[keys]]).value_counts() != 2).sum())
-    which = ", ".join(f"{name} {value}" for name, value in key.items())
-    raise CaregiverError(f"episodes must be paired, got {lone} of {who} without a counterpart ({which})")

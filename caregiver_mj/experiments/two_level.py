@@ -15,17 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from caregiver_mj.experiments.intervals import (
-    CONFIDENCE,
-    EXACT,
-    TELLING,
-    Estimate,
-    pivots,
-    quantiles,
-    resamples,
-    shares,
-    solve,
-)
+from caregiver_mj.experiments import intervals
+from caregiver_mj.experiments.intervals import Estimate
 
 Houses = Sequence[np.ndarray]
 
@@ -37,7 +28,7 @@ def house_means(houses: Houses) -> np.ndarray:
     return np.stack([np.mean(house, axis=0, dtype=float) for house in houses])
 
 
-def of_mean(houses: Houses, confidence: float = CONFIDENCE, least: float = -np.inf) -> Estimate[Any]:
+def of_mean(houses: Houses, confidence: float = intervals.CONFIDENCE, least: float = -np.inf) -> Estimate[Any]:
     """Return the mean over houses; see `intervals.of_mean`."""
 
     def one(bank: np.ndarray) -> Estimate[float]:
@@ -47,12 +38,12 @@ def of_mean(houses: Houses, confidence: float = CONFIDENCE, least: float = -np.i
     return _each(one, _bank(houses), houses)
 
 
-def of_difference(ours: Houses, theirs: Houses, confidence: float = CONFIDENCE) -> Estimate[Any]:
+def of_difference(ours: Houses, theirs: Houses, confidence: float = intervals.CONFIDENCE) -> Estimate[Any]:
     """Return the mean over houses of ours less theirs; see `intervals.of_difference`."""
     return of_mean([np.asarray(y, float) - x for y, x in zip(ours, theirs, strict=True)], confidence)
 
 
-def of_ratio(ours: Houses, theirs: Houses, confidence: float = CONFIDENCE) -> Estimate[Any]:
+def of_ratio(ours: Houses, theirs: Houses, confidence: float = intervals.CONFIDENCE) -> Estimate[Any]:
     """Return the mean over houses of ours, over that of theirs; see `intervals.of_ratio`."""
 
     def one(bank: np.ndarray) -> Estimate[float]:
@@ -63,7 +54,7 @@ def of_ratio(ours: Houses, theirs: Houses, confidence: float = CONFIDENCE) -> Es
     return _each(one, np.stack([_bank(ours), _bank(theirs)], axis=1), ours)
 
 
-def of_mean_ratio(ours: Houses, theirs: Houses, confidence: float = CONFIDENCE) -> Estimate[Any]:
+def of_mean_ratio(ours: Houses, theirs: Houses, confidence: float = intervals.CONFIDENCE) -> Estimate[Any]:
     """Return the mean of the ratios of those houses that have one: in which theirs are not all zero.
 
     In a house where little happens the ratio of a few episodes is too high on average, and so is this; the ratio of
@@ -99,7 +90,7 @@ def _bank(houses: Houses) -> np.ndarray:
     for size in np.unique(sizes):
         alike = np.flatnonzero(sizes == size)
         episodes = np.concatenate([data[j] for j in alike], axis=1)  # (episodes, houses x columns)
-        again = np.concatenate([part @ episodes for part in shares(size, _BANK)])
+        again = np.concatenate([part @ episodes for part in intervals.shares(size, _BANK)])
         bank[1:, alike] = again.reshape(_BANK, len(alike), -1)
     return np.ascontiguousarray(np.moveaxis(bank, 2, 0))
 
@@ -108,7 +99,7 @@ def _bank(houses: Houses) -> np.ndarray:
 def _drawn(houses: int) -> np.ndarray:
     """Which number of a bank each resample takes for each of its houses, (resamples, houses)."""
     random = np.random.default_rng(0)
-    size = resamples(houses), houses
+    size = intervals.resamples(houses), houses
     house = random.integers(houses, size=size)
     drawn = random.integers(1, 1 + _BANK, size=size) * houses + house
     drawn.flags.writeable = False  # it belongs to the cache
@@ -125,13 +116,9 @@ def _ratios(above: np.ndarray, below: np.ndarray) -> np.ndarray:
 
 
 def _interval(above: np.ndarray, below: np.ndarray, errors: np.ndarray, confidence: float) -> Estimate[float]:
-    """The ratio of means over houses.
+    """The ratio of means over houses, of numerators and denominators (J,).
 
-    Args:
-        above: Numerators (J,).
-        below: Denominators (J,).
-        errors: Those of resamples, (resamples, J), NaN for a house that does not count.
-        confidence: Of the interval.
+    The errors are those of resamples, (resamples, J), NaN for a house that does not count.
     """
     if not below.any():
         return Estimate(np.nan, np.nan, np.nan)
@@ -145,16 +132,16 @@ def _interval(above: np.ndarray, below: np.ndarray, errors: np.ndarray, confiden
     else:
         count = len(errors.T)
     mean, square = errors.sum(axis=1) / count, np.einsum("ij,ij->i", errors, errors) / count
-    if max(scale, square.max()) <= EXACT * (above**2).mean():
+    if max(scale, square.max()) <= intervals.EXACT * (above**2).mean():
         return Estimate(ratio, ratio, ratio)
-    t = pivots(mean[None], square[None], count, scale[None, None])
-    low, high = solve(above[None], below[None], *quantiles(t, confidence))
+    t = intervals.pivots(mean[None], square[None], count, scale[None, None])
+    low, high = intervals.solve(above[None], below[None], *intervals.quantiles(t, confidence))
     return Estimate(ratio, float(low[0]), float(high[0]))
 
 
 def _not_negative(estimate: Estimate[float], telling: int) -> Estimate[float]:
     """The same of a quantity that is not negative; if it is zero everywhere, there is no telling how large it is."""
     value, low, high = estimate
-    if value == 0 or (low == high and telling < TELLING):
+    if value == 0 or (low == high and telling < intervals.TELLING):
         return Estimate(value, 0.0, np.inf)
     return Estimate(value, float(np.maximum(low, 0.0)), high)

@@ -112,7 +112,7 @@ def not_inferior(
         ratio: The ratio of means with its interval, where it is known already, such as one over houses.
     """
     least = 1 - margin
-    if not (_decides(ours, theirs, least) if more_is_better else _decides(theirs, ours, least)):
+    if not enough(_sides(ours, theirs, least)[not more_is_better]):
         return Verdict.NONE
     _, low, high = ratio or of_ratio(ours, theirs)
     fine, bad = (low > least, high < least) if more_is_better else (high * least < 1, low * least > 1)
@@ -122,14 +122,10 @@ def not_inferior(
 def equivalent(ours: np.ndarray, theirs: np.ndarray, margin: float, ratio: Estimate[float] | None = None) -> Verdict:
     """Test, twice one-sided at 2.5 %, by the interval of the ratio, whether neither is less by a margin.
 
-    Args:
-        ours: A sample (n,) that is not negative.
-        theirs: One paired with it.
-        margin: Share of the larger of the two means that does not matter.
-        ratio: The ratio of means with its interval, where it is known already, such as one over houses.
+    The arguments are as of `not_inferior`.
     """
     least = 1 - margin
-    if not (_decides(ours, theirs, least) and _decides(theirs, ours, least)):
+    if not all(map(enough, _sides(ours, theirs, least))):
         return Verdict.NONE
     _, low, high = ratio or of_ratio(ours, theirs)
     if low > least and high * least < 1:
@@ -140,30 +136,24 @@ def equivalent(ours: np.ndarray, theirs: np.ndarray, margin: float, ratio: Estim
 def margin_p(ours: np.ndarray, theirs: np.ndarray, margin: float, *, both: bool = False) -> float:
     """Return the p of ours being at the margin: two-sided, by sign flips; NaN where no p could be small enough.
 
-    Args:
-        ours: A sample (n,) that is not negative.
-        theirs: One paired with it.
-        margin: Share of the larger of the two means that does not matter.
-        both: Whether theirs are to be told from that share of ours, too, as for `equivalent`; the p is the larger one.
+    The arguments are as of `not_inferior`. With `both`, theirs are to be told from that share of ours, too, as for
+    `equivalent`; the p is the larger one.
     """
-    least = 1 - margin
-    sides = [np.asarray(ours, float) - least * theirs, np.asarray(theirs, float) - least * ours][: 1 + both]
+    sides = _sides(ours, theirs, 1 - margin)[: 1 + both]
     return max(float(sign_flip_p(side)) for side in sides) if all(map(enough, sides)) else np.nan
 
 
-def _decides(ours: np.ndarray, theirs: np.ndarray, least: float) -> bool:
-    """Whether there are pairs enough to tell ours from that share of theirs."""
-    return enough(np.asarray(ours, float) - least * np.asarray(theirs, float))
+def _sides(ours: np.ndarray, theirs: np.ndarray, least: float) -> list[np.ndarray]:
+    """Ours less that share of theirs, and the other way round."""
+    return [np.asarray(ours, float) - least * theirs, np.asarray(theirs, float) - least * ours]
 
 
 def sign_flip_p(difference: np.ndarray) -> np.ndarray | float:
-    """Return Two-sided p of a mean of zero, if each of the differences could as well have the other sign.
+    """Return the two-sided p of a mean of zero, if each of the differences could as well have the other sign.
 
     The square of their sum is compared with that under other signs: all of them for 20 differences that are not zero
-    or fewer, else many drawn ones, which are the same every time. Student's t would order the signs alike.
-
-    Args:
-        difference: Of pairs, (n,), or of several kinds for the same pairs, (n, columns).
+    or fewer, else many drawn ones, which are the same every time. Student's t would order the signs alike. They are of
+    pairs, (n,), or of several kinds for the same pairs, (n, columns).
     """
     columns = np.asarray(difference, float)
     return float(_p_of_columns(columns[:, None])[0]) if columns.ndim == 1 else _p_of_columns(columns)
@@ -190,7 +180,6 @@ def least_p_more(difference: np.ndarray) -> np.ndarray:
 
 
 def _flips(pairs: int) -> int:
-    """How many signs of so many pairs are compared, where not all are."""
     return int(np.clip(_SIGNS // pairs, _LEAST, _MOST))
 
 

@@ -6,6 +6,7 @@ harms only its own job. A worker whose parent is gone notices at its pipe and en
 
 from __future__ import annotations
 
+import abc
 import collections
 import contextlib
 import multiprocessing
@@ -13,7 +14,7 @@ import multiprocessing.connection
 import signal
 import traceback
 from collections.abc import Callable, Generator, Mapping, Sequence
-from typing import Any, Protocol, TypeVar, cast
+from typing import Any, Self, TypeVar, cast
 
 from caregiver_mj.errors import CaregiverError, check_integer
 
@@ -30,19 +31,10 @@ class WorkerError(CaregiverError):
 def run_jobs(
     function: Callable[[Job], Result], jobs: Sequence[Job], processes: int, deaths: int = DEATHS
 ) -> Generator[tuple[Job, Result]]:
-    """Run a function over jobs in worker processes.
-
-    Args:
-        function: What to run, as importable from a new process. Its result must depend on the job alone.
-        jobs: Hashable jobs, given out in this order.
-        processes: How many workers; 1 runs the jobs in this process.
-        deaths: How many workers a job may kill before it is given up.
-
-    Yields:
-        Each job with its result, as they finish.
+    """Run a function over jobs in so many worker processes, with 1 in this process; see `Executor.run`.
 
     Raises:
-        WorkerError: The function raised an exception in a worker, or a job has killed too many.
+        WorkerError: The function raised an exception in a worker, or a job has killed as many as `deaths`.
     """
     if processes == 1:
         yield from ((job, function(job)) for job in jobs)
@@ -117,7 +109,6 @@ class _Worker:
 
 
 def _serve(function: Callable[[Any], Any], connection: multiprocessing.connection.Connection) -> None:
-    """Run jobs until the pipe closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent deals with it
     try:
         while True:
@@ -126,12 +117,13 @@ def _serve(function: Callable[[Any], Any], connection: multiprocessing.connectio
         return
 
 
-class Executor(Protocol):
+class Executor(abc.ABC):
     """Does jobs, in whatever order. A job whose worker dies is done again, so what comes out depends on no worker."""
 
-    def check(self, code: Code) -> None:
+    def check(self, code: Code) -> None:  # noqa: B027 (nothing is wrong where all read the same files)
         """Raise CaregiverError unless the code of others is the same wherever jobs are done."""
 
+    @abc.abstractmethod
     def run(
         self, function: Callable[[Job], Result], jobs: Sequence[Job], code: Code = dict
     ) -> Generator[tuple[Job, Result]]:
@@ -148,31 +140,26 @@ class Executor(Protocol):
         Raises:
             WorkerError: The function raised an exception, a job has killed too many workers, or one has other code.
         """
-        ...
 
-    def __enter__(self) -> Executor: ...
+    def close(self) -> None:  # noqa: B027 (workers of this machine end with the iterator that they work for)
+        """Take leave of the workers."""
 
-    def __exit__(self, *error: Any) -> None: ...
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: Any) -> None:
+        self.close()
 
 
-class LocalExecutor:
+class LocalExecutor(Executor):
     """Worker processes of this machine; with one, the jobs are done in this process."""
 
     def __init__(self, processes: int = 1):
         check_integer("jobs", processes, 1)
         self._processes: int = int(processes)
 
-    def check(self, code: Code) -> None:
-        """Do nothing: they all read the same files."""
-
     def run(
         self, function: Callable[[Job], Result], jobs: Sequence[Job], code: Code = dict
     ) -> Generator[tuple[Job, Result]]:
         """See `Executor`."""
         return run_jobs(function, jobs, max(1, min(self._processes, len(jobs))))
-
-    def __enter__(self) -> LocalExecutor:
-        return self
-
-    def __exit__(self, *error: Any) -> None:
-        """Do nothing: workers end with the iterator that they work for."""

@@ -129,7 +129,6 @@ def _buffer(episode: Steps) -> Any:
 
 @contextlib.contextmanager
 def _root(path: pathlib.Path) -> Iterator[None]:
-    """Have Minari look there for a while."""
     before = os.environ.get(_ROOT)
     os.environ[_ROOT] = str(path)
     try:

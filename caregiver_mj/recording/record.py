@@ -6,6 +6,7 @@ The Parquet schema, the table in the documentation, the report's words and what 
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Iterable
 from typing import Any
 
@@ -39,16 +40,15 @@ class Column:
     world: str = ""
 
 
-def _column(
-    unit: str, title: str, meaning: str, role: str, world: str = ""
-) -> Any:  # a dataclass field, whatever its type
-    """A field of `EpisodeRecord`."""
+def _column(unit: str, title: str, meaning: str, role: str, world: str = "") -> Any:  # a field, whatever its type
     return dataclasses.field(metadata={"unit": unit, "title": title, "meaning": meaning, "role": role, "world": world})
 
 
-def _contact(unit: str, title: str, meaning: str) -> Any:
-    """A field of what the robot did to the children: measured in the house only."""
-    return _column(unit, title, meaning, "contact", world="house")
+_setting = functools.partial(_column, "", role="setting")
+_damage, _count, _child, _time = (
+    functools.partial(_column, role=role) for role in ("damage", "count", "child", "time")
+)
+_contact = functools.partial(_column, role="contact", world="house")  # measured in the house only
 
 
 @dataclasses.dataclass(frozen=True)
@@ -58,72 +58,58 @@ class EpisodeRecord:
     `COLUMNS` says what each of them is.
     """
 
-    world: str = _column("", "world", "`house`, the physical one, or `grid`", "setting")
-    house: str = _column("", "house", "name of the floor plan", "setting")
-    caregiver: str = _column("", "caregiver", "name of the caregiver, or `none`", "setting")
-    family: str = _column(
-        "", "children", "epsilon of each child, as `0.5` or `1,0.25`; with its name if it is no novice", "setting"
-    )
-    epsilon: float = _column(
-        "", "random share", "share of moves that are random; with several children their mean", "setting"
-    )
-    children: int = _column("", "number of children", "how many children there are", "setting")
-    episode: int = _column("", "episode", "its number, from 0", "setting")
-    seed: int = _column("", "seed", "seed of its children and of its caregiver", "setting")
+    world: str = _setting("world", "`house`, the physical one, or `grid`")
+    house: str = _setting("house", "name of the floor plan")
+    caregiver: str = _setting("caregiver", "name of the caregiver, or `none`")
+    family: str = _setting("children", "epsilon of each child, as `0.5` or `1,0.25`; with its name if it is no novice")
+    epsilon: float = _setting("random share", "share of moves that are random; with several children their mean")
+    children: int = _setting("number of children", "how many children there are")
+    episode: int = _setting("episode", "its number, from 0")
+    seed: int = _setting("seed", "seed of its children and of its caregiver")
 
-    damage: float = _column(
-        "damage", "damage", "all damage in 200 novice timesteps, of all children together", "damage"
-    )
+    damage: float = _damage("damage", "damage", "all damage in 200 novice timesteps, of all children together")
     for _kind in KINDS:  # damage_stairwell and so on
         __annotations__[f"damage_{_kind.name}"] = "float"
-        locals()[f"damage_{_kind.name}"] = _column(
-            "damage", f"at {_kind.at}", f"of that, {_kind.harm} (by default {_kind.damage:g} each)", "damage"
+        locals()[f"damage_{_kind.name}"] = _damage(
+            "damage", f"at {_kind.at}", f"of that, {_kind.harm} (by default {_kind.damage:g} each)"
         )
     del _kind
-    damage_until_stop: float = _column(
-        "damage",
-        "damage until the stop",
-        "all damage until it comes above 15, where the paper ends an interaction",
-        "damage",
+    damage_until_stop: float = _damage(
+        "damage", "damage until the stop", "all damage until it comes above 15, where the paper ends an interaction"
     )
-    damage_by_child: list[float] = _column("damage", "damage of each child", "all damage of each child", "child")
+    damage_by_child: list[float] = _child("damage", "damage of each child", "all damage of each child")
 
-    stopped: int = _column("", "share stopped", "whether the damage came above 15: 1 or 0", "count")
-    timesteps_to_threshold: int = _column("timesteps", "timesteps", "until that; 200 if it never did", "count")
-    cells_visited: int = _column("cells", "cells visited", "distinct cells that any child visited until then", "count")
-    toys_reached: int = _column(
-        "bins", "toys reached", "toy bins reached by all children, over all 200 timesteps", "count"
+    stopped: int = _count("", "share stopped", "whether the damage came above 15: 1 or 0")
+    timesteps_to_threshold: int = _count("timesteps", "timesteps", "until that; 200 if it never did")
+    cells_visited: int = _count("cells", "cells visited", "distinct cells that any child visited until then")
+    toys_reached: int = _count("bins", "toys reached", "toy bins reached by all children, over all 200 timesteps")
+    toys_by_child: list[float] = _child("bins", "toys of each child", "toy bins that each child reached")
+    moves_blocked: int = _count(
+        "moves", "moves blocked", "children's moves into the caregiver: how much it was in the way"
     )
-    toys_by_child: list[float] = _column("bins", "toys of each child", "toy bins that each child reached", "child")
-    moves_blocked: int = _column(
-        "moves", "moves blocked", "children's moves into the caregiver: how much it was in the way", "count"
+    moves_blocked_stairwell: int = _count(
+        "moves", "stairwells denied", "of those, moves into a stairwell that it stood in"
     )
-    moves_blocked_stairwell: int = _column(
-        "moves", "stairwells denied", "of those, moves into a stairwell that it stood in", "count"
+    moves_blocked_free: int = _count("moves", "free moves denied", "of those, moves to where it stood in the way")
+    longest_blocked: int = _count(
+        "timesteps", "longest blocked", "most timesteps on end in which it blocked the moves of one child"
     )
-    moves_blocked_free: int = _column(
-        "moves", "free moves denied", "of those, moves to where it stood in the way", "count"
+    moves_entered: int = _count(
+        "moves", "moves cut off", "children's moves into whose cell the caregiver came after they had set out"
     )
-    longest_blocked: int = _column(
-        "timesteps", "longest blocked", "most timesteps on end in which it blocked the moves of one child", "count"
+    moves_entered_blocked: int = _count("moves", "cut off and blocked", "of those, moves that it blocked")
+    moves_held_up: int = _count(
+        "moves", "moves held up", "moves in which a child touched the caregiver in its way, and got there"
     )
-    moves_entered: int = _column(
-        "moves", "moves cut off", "children's moves into whose cell the caregiver came after they had set out", "count"
+    interventions: int = _count("", "interventions", "interventions begun")
+    interventions_done: int = _count(
+        "", "interventions done", "of those, completed: a stairwell reached, or a candle put down"
     )
-    moves_entered_blocked: int = _column("moves", "cut off and blocked", "of those, moves that it blocked", "count")
-    moves_held_up: int = _column(
-        "moves", "moves held up", "moves in which a child touched the caregiver in its way, and got there", "count"
-    )
-    interventions: int = _column("", "interventions", "interventions begun", "count")
-    interventions_done: int = _column(
-        "", "interventions done", "of those, completed: a stairwell reached, or a candle put down", "count"
-    )
-    candles_dropped: int = _column("", "candles dropped", "candles that fell over or down", "count", world="house")
-    strikes: int = _column(
+    candles_dropped: int = _count("", "candles dropped", "candles that fell over or down", world="house")
+    strikes: int = _count(
         "",
         "strikes",
         "contacts of a child with a part of the robot that moves towards it faster than 0.05 m/s",
-        "count",
         world="house",
     )
 
@@ -152,8 +138,8 @@ class EpisodeRecord:
     )
     wax_seconds: float = _contact("s", "seconds of the candle near", "how long it was within 0.1 m of one")
 
-    sim_seconds: float = _column("s", "simulated time", "how long the episode was in the simulated world", "time")
-    wall_seconds: float = _column("s", "computing time", "how long it took to compute", "time")
+    sim_seconds: float = _time("s", "simulated time", "how long the episode was in the simulated world")
+    wall_seconds: float = _time("s", "computing time", "how long it took to compute")
 
 
 COLUMNS: tuple[Column, ...] = tuple(

@@ -14,6 +14,8 @@ import numpy as np
 
 from caregiver_mj.errors import CaregiverError
 
+TARGETS = "targets"  # in the place of a task: `Supervise-Targets`
+RANDOM = "random-actions"  # in the place of a caregiver: actions drawn from all that there are
 _ARRAYS, _REST = "arrays.npz", "episode.json"
 
 
@@ -90,12 +92,7 @@ class Store:
     """Finished episodes on disk, until there is a data set of them. One that was broken off leaves nothing."""
 
     def __init__(self, path: pathlib.Path, asked: dict[str, Any], resume: bool = False):
-        """Create the store, or open the one that was left.
-
-        Args:
-            path: Its folder.
-            asked: Everything that the episodes depend on, as JSON.
-            resume: Whether to go on with what is there.
+        """Create the store, or open the one that was left, of episodes that depend on what was asked, as JSON.
 
         Raises:
             CaregiverError: What is there is not to be gone on with, or is of something else that was asked for, unless

@@ -180,15 +180,7 @@ class TileLayer(StillCamera):
     """
 
     def __init__(self, physics: engine.Physics, name: str, width: int, height: int, still: bool = True):
-        """Set the camera up.
-
-        Args:
-            physics: The house.
-            name: Name of the camera.
-            width: Width of its pictures, pixels.
-            height: Their height.
-            still: Whether it does not move.
-        """
+        """Set the camera up, see `Camera`; and whether it stands still."""
         super().__init__(physics, name, width, height, shadows=False)
         self._tiles: Sequence[Tile] = ()
         self._still = still
@@ -217,13 +209,7 @@ class TileLayer(StillCamera):
 
 
 def draw_tiles(scene: mujoco.MjvScene, tiles: Sequence[Tile], first: int | None = None) -> None:
-    """Add tiles to what a scene has; those for which there is room.
-
-    Args:
-        scene: The scene.
-        tiles: The tiles.
-        first: Number of the first in a mask, for which they are solid; None if it is a picture.
-    """
+    """Add tiles to what a scene has, as there is room; in a mask they are solid, with numbers from `first` on."""
     begin = scene.ngeom
     scene.ngeom += min(len(tiles), scene.maxgeom - begin)
     for number, (tile, geom) in enumerate(zip(tiles, scene.geoms[begin:], strict=False)):

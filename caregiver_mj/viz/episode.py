@@ -29,10 +29,10 @@ class Episode:
     """A closed loop that runs as far as one wants to see.
 
     Attributes:
-        env: The environment.
-        policy: The caregiver's, or None without a robot.
-        family: The children.
-        foresees: Whether what may be coming is shown.
+        env: The environment, of this package.
+        policy: The caregiver's, which acts in it, or None without a robot.
+        family: The children in it, as they are to be called.
+        foresees: Whether what the caregiver thinks may be coming is shown.
     """
 
     def __init__(
@@ -42,16 +42,10 @@ class Episode:
         family: Family,
         foresees: bool = False,
     ):
-        """Begin an episode.
-
-        Args:
-            env: An environment of this package.
-            policy: What acts in it; None where there is no robot.
-            family: The children in it, as they are to be called.
-            foresees: Whether to show what the caregiver thinks may be coming.
+        """Begin an episode of an environment, as the attributes say.
 
         Raises:
-            CaregiverError: It thinks nothing of the kind.
+            CaregiverError: The caregiver does not think of what may be coming.
         """
         self.env, self.policy, self.family, self.foresees = env, policy, family, foresees
         self._timestep = env.reset()
@@ -133,6 +127,12 @@ class Episode:
     def tiles(self) -> list[Tile]:
         """Return it as tiles, to be laid on the floor."""
         return self.forecast.tiles(self.env.task.plan, self._candles()) if self.forecast else []
+
+    def overview(self) -> tuple[np.ndarray, np.ndarray, float]:
+        """Return where the overview camera is, metres, which way it looks, and after how many metres at the floor."""
+        camera = self.env.physics.model.ptr.camera("overview")
+        ahead = -camera.mat0.reshape(3, 3)[:, 2]
+        return camera.pos, ahead, -camera.pos[2] / ahead[2]
 
     def child_to_carried_candle(self) -> float:
         """Return the least distance (m) of a child from a candle that is in the robot's hand; infinite if none is."""

@@ -9,7 +9,6 @@ import os
 import pathlib
 import tempfile
 from collections.abc import Callable, Generator, Iterator
-from typing import Protocol
 
 import imageio_ffmpeg
 import numpy as np
@@ -29,31 +28,16 @@ DEFAULT_FPS = 30.0
 _SMALLEST, _LARGEST = (320, 240), (3840, 2160)  # pixels
 LONGEST = 86_400  # seconds of a film
 _TRAIL_SECONDS = 20.0
-_INSETS = ("follow", "wrist")  # cameras shown beside the overview
 _WIDE = 1.5  # width over height from which a picture has room for insets beside the house
 # x264's quality (lower is better), and how much it works for a small file.
 _QUALITY, _PRESET = "20", "veryfast"
-
-
-class Films(Protocol):
-    """What makes pictures of an episode."""
-
-    def frame(self) -> np.ndarray:
-        """Return the present moment, uint8 (height, width, 3)."""
 
 
 class Studio:
     """Films an episode."""
 
     def __init__(self, episode: Episode, width: int, height: int, camera: str, trail_length: int):
-        """Set the cameras up.
-
-        Args:
-            episode: What to film.
-            width: Width of the pictures, pixels.
-            height: Their height.
-            camera: The camera of the large view.
-            trail_length: How many of the latest looks the trails of the children show.
+        """Set the cameras up, for pictures of a size in pixels, with so many of the latest looks as children's trails.
 
         Raises:
             CaregiverError: There is no such camera.
@@ -77,7 +61,7 @@ class Studio:
         self._insets = []
         captions = {"follow": "toddler" if len(episode.family) == 1 else "child 1", "wrist": "gripper"}
         if width > _WIDE * height:
-            for name in _INSETS:
+            for name in captions:  # cameras shown beside the overview
                 if name in physics.camera_names() and name != camera:
                     inset = Camera(physics, name, *hud.inset_size(width, height))
                     self._insets.append((captions[name], inset))
@@ -109,7 +93,7 @@ def render_episode(
     overlay: str | None = None,
     still: str | os.PathLike[str] | None = None,
     quiet: bool = False,
-    studio: Callable[[Episode, int, int, str, int], Films] = Studio,
+    studio: Callable[[Episode, int, int, str, int], Studio] = Studio,
 ) -> None:
     """Film an episode, with what the caregiver knows and does on display.
 
@@ -142,10 +126,10 @@ def render_episode(
         CaregiverError: Something of the above is not possible.
         RenderingError: There is no OpenGL to render with.
     """
-    path, still = _writable(path, ".mp4"), None if still is None else _writable(still, ".png")
     _check_picture(width, height, fps, seconds)
     if overlay not in (None, *OVERLAYS):
         raise CaregiverError(f"no overlay '{overlay}': there is {', '.join(OVERLAYS)}")
+    path, still = _writable(path, ".mp4"), None if still is None else _writable(still, ".png")
     foresees = overlay == "danger"
     filmed = Episode.load(task, house, epsilon, seed, episode, caregiver, embodiment, foresees)
     best: tuple[float, np.ndarray | None] = (math.inf, None)

@@ -66,9 +66,7 @@ class Forecast:
     def tiles(self, plan: FloorPlan, candles: np.ndarray) -> list[Tile]:
         """Return tiles where children may be, and pillars where hazards may hurt them, the denser the more probable.
 
-        Args:
-            plan: The house.
-            candles: Where the candles are, (candles, 2) or more, metres.
+        The candles are at `candles`, (candles, 2) or more, metres.
         """
         half = _SIDE * plan.cell_size / 2
         found = []

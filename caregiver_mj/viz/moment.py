@@ -5,19 +5,19 @@ All that a display has to know of those is looked up here and nowhere else.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from caregiver_mj.caregivers.percept import Assessment
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.interventions.verb import Mark, verb_of
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS, NOTHING, State
-from caregiver_mj.viz.hud.state import ChildState, HudState
+from caregiver_mj.viz.forecast import Forecast
 
 if TYPE_CHECKING:
     from caregiver_mj.grid.world import GridWorld
@@ -28,6 +28,62 @@ if TYPE_CHECKING:
 _ABOVE = 0.5  # cells by which a candle in the caregiver's hand is drawn above it
 
 Observation = Mapping[str, np.ndarray]
+
+
+@dataclasses.dataclass(frozen=True)
+class ChildState:
+    """A child. Positions are in metres, in the floor plan's frame.
+
+    Attributes:
+        position: Where it is, (2,).
+        trail: Where it has been, (k, 2), newest last.
+        safe: P(safe|tau), or None if nobody estimates it.
+        damage: Damage that it has taken so far.
+    """
+
+    position: np.ndarray
+    trail: np.ndarray = dataclasses.field(default_factory=lambda: np.empty((0, 2)))
+    safe: float | None = None
+    damage: float = 0.0
+
+
+@dataclasses.dataclass(frozen=True)
+class HudState:
+    """A moment. Positions are in metres, in the floor plan's frame.
+
+    Attributes:
+        plan: The house.
+        timestep: Novice timesteps elapsed.
+        family: Who the children are, such as "0.5" or "1,0.25".
+        children: The children, at least one.
+        candles: Where the candles are, (candles, 2) or (candles, 3).
+        damage: Damage so far, of all children.
+        damages: The same by kind, name to damage, shown if given.
+        robot: The caregiver's x, y and, of a robot, yaw in rad; None if there is none.
+        danger: Expected danger of every hazard, over all children, (hazards,), or None.
+        unsafe_danger: What that would be at P(safe|tau) = 0 of the least safe child, shown as outlines, or None.
+        target: Number of the hazard that is being dealt with, or NOTHING.
+        mark: What is pointed at on the plan: a cell is outlined, a candle gets a halo; None for nothing.
+        intervention: What the caregiver is doing, in words.
+        forecast: What may be coming, if that is to be shown.
+        gates: How far each gate stands open, radians, (gates,).
+    """
+
+    plan: FloorPlan
+    timestep: int
+    family: str
+    children: tuple[ChildState, ...]
+    candles: np.ndarray
+    damage: float = 0.0
+    damages: dict[str, float] | None = None
+    robot: np.ndarray | None = None
+    danger: np.ndarray | None = None
+    unsafe_danger: np.ndarray | None = None
+    target: int = NOTHING
+    mark: Mark | None = None
+    intervention: str = ""
+    forecast: Forecast | None = None
+    gates: Sequence[float] = ()
 
 
 def child_positions(observation: Observation) -> np.ndarray:
@@ -47,23 +103,26 @@ def hud_state(
     family: Family,
     trails: Sequence[np.ndarray],
 ) -> HudState:
-    """Return what the display shows.
+    """Return what the display shows of a task; without a robot the policy is None.
 
-    Args:
-        task: The task, for what has happened.
-        policy: The caregiver's, for what it knows and does; None where there is no robot.
-        observation: What is to be seen now.
-        family: The children.
-        trails: Where they have been, (children, 2) each, oldest first.
+    The trails are where the children have been, (children, 2) each, oldest first.
     """
-    outcome = task.outcome()
-    assessment = policy.assessment if policy else None
-    unsafe_danger, danger = _danger(assessment)
+    outcome, assessment = task.outcome(), policy.assessment if policy else None
+    positions = child_positions(observation)
+    trail = np.array(trails).reshape(len(trails), len(positions), 2)
+    safe, danger, unsafe_danger = [None] * len(positions), None, None
+    if assessment is not None:
+        safe, unsafe_danger = assessment.safe[0].tolist(), assessment.urgency[0]
+        danger = unsafe_danger * (1.0 - assessment.safe[0]).max()
+    intervention = policy.intervention if policy else None
     return HudState(
         plan=task.plan,
         timestep=min(int(observation["clock"] + 1e-6), EPISODE_TIMESTEPS),
         family=str(family),
-        children=_children(observation, assessment, trails, outcome["damage_by_child"]),
+        children=tuple(
+            ChildState(position, trail[:, child], safe[child], outcome["damage_by_child"][child])
+            for child, position in enumerate(positions)
+        ),
         candles=candle_positions(observation),
         damage=outcome["damage"],
         damages={kind.at.split()[-1]: outcome[f"damage_{kind.name}"] for kind in KINDS},
@@ -72,19 +131,13 @@ def hud_state(
         danger=danger,
         unsafe_danger=unsafe_danger,
         target=policy.target if policy else NOTHING,
-        mark=_mark(task.plan, policy) if policy else None,
+        mark=verb_of(intervention.verb).mark(task.plan, intervention) if intervention else None,
         intervention=policy.activity if policy else "",
     )
 
 
 def grid_state(world: GridWorld, family: Family, number: int = 0) -> HudState:
-    """Return what the display shows of the grid.
-
-    Args:
-        world: The grid.
-        family: The children.
-        number: Which of its episodes.
-    """
+    """Return what the display shows of one of the grid's episodes, by its number."""
     plan, intervention = world.plan, world.orders[number]
     caregiver = plan.position(plan.caregiver_cells[world.caregiver_cell[number]]) if world.caregiver else None
     moves = zip(world.previous_cell[number], world.child_cell[number], strict=True)
@@ -105,31 +158,3 @@ def grid_state(world: GridWorld, family: Family, number: int = 0) -> HudState:
         target=intervention.hazard,
         mark=verb_of(intervention.verb).mark(plan, intervention),
     )
-
-
-def _children(
-    observation: Observation,
-    assessment: Assessment | None,
-    trails: Sequence[np.ndarray],
-    damage: Sequence[float],
-) -> tuple[ChildState, ...]:
-    positions = child_positions(observation)
-    trail = np.array(trails).reshape(len(trails), len(positions), 2)
-    safe = [None] * len(positions) if assessment is None else assessment.safe[0].tolist()
-    return tuple(
-        ChildState(position, trail[:, child], safe[child], damage[child]) for child, position in enumerate(positions)
-    )
-
-
-def _danger(assessment: Assessment | None) -> tuple[np.ndarray | None, np.ndarray | None]:
-    """What decides between the hazards, (hazards,): as it would be with a child that is surely unsafe, and as it is."""
-    if assessment is None:
-        return None, None
-    unsafe = assessment.urgency[0]
-    return unsafe, unsafe * (1.0 - assessment.safe[0]).max()
-
-
-def _mark(plan: FloorPlan, policy: CaregiverPolicy | OwnPolicy) -> Mark | None:
-    """What the display points at."""
-    intervention = policy.intervention
-    return verb_of(intervention.verb).mark(plan, intervention) if intervention else None

@@ -9,10 +9,9 @@ from test_statistics import frame
 
 from caregiver_mj import cli
 from caregiver_mj.cli.runs import output, print_harm
-from caregiver_mj.experiments.harm import harm
 from caregiver_mj.experiments.intervals import of_difference
 from caregiver_mj.experiments.settings import Settings
-from caregiver_mj.experiments.summary import by_house, summarise
+from caregiver_mj.experiments.summary import by_house, harm, summarise
 from caregiver_mj.experiments.verdicts import holm, least_p_more, sign_flip_p_more
 from caregiver_mj.plans.floor_plan import FloorPlan
 

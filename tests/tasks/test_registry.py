@@ -7,6 +7,9 @@ import pytest
 from dm_control.rl import control
 
 import caregiver_mj.tasks
+from caregiver_mj import cli
+from caregiver_mj.children.family import Family
+from caregiver_mj.cli import completion
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.interventions.verb import BLOCK, Intervention
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -97,6 +100,16 @@ def test_a_fourth_task_is_loaded_as_the_others_are():
     assert len(rewards) == 25  # half a second
     assert all(0 < reward <= 1 for reward in rewards)
     assert caregiver_mj.tasks.load("stay_calm", PLAN, task_kwargs={"time_limit": 1.0}).reset().first()
+
+
+@pytest.mark.usefixtures("stay_calm")
+def test_a_task_registered_late_is_wherever_tasks_are_listed():
+    from caregiver_mj.envs.recipe import Recipe
+
+    assert caregiver_mj.ALL_TASKS == caregiver_mj.tasks.ALL_TASKS == tuple(caregiver_mj.tasks.TASKS)
+    assert "stay_calm" in caregiver_mj.ALL_TASKS
+    assert "stay_calm" in completion.script(cli.make_parser(), "bash")
+    Recipe("stay_calm", PLAN, Family.of(0.5)).check()
 
 
 @pytest.mark.usefixtures("stay_calm")

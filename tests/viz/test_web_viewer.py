@@ -1,5 +1,6 @@
 """`caregiver-mj view --web`: as a process, and as a browser shows it."""
 
+import contextlib
 import io
 import re
 import signal
@@ -154,7 +155,7 @@ def colours(browser):
 @pytest.fixture
 def viewer(house):
     watched = Watched(house, Family.parse("1,.25"), "none")
-    with web.WebViewer(Session(watched, playing=False), port=0) as viewer:
+    with contextlib.closing(web.WebViewer(Session(watched, playing=False), port=0)) as viewer:
         yield viewer
 
 

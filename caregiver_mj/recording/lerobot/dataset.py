@@ -102,7 +102,7 @@ class _Writer:
         """Write the rows of an episode, together, to the present file, or to another if that has become large."""
         if self._data is not None and self._bytes > self._most_bytes:
             self._data.close()
-            self._data, self._shard, self._bytes = None, self._shard.next(), 0
+            self._data, self._shard, self._bytes = None, Shard(self._shard.number + 1), 0
         if self._data is None:
             self._data = pq.ParquetWriter(self._shard.path(self._root, layout.DATA), rows.schema)
         self._data.write_table(rows, row_group_size=len(rows))
@@ -119,14 +119,15 @@ class _Writer:
             row | {f"stats/{name}/{what}": value for name, column in found.items() for what, value in column.items()}
             for row, found in zip(self._rows, self._stats, strict=True)
         ]
-        listed = [{key: _plain(value) for key, value in row.items()} for row in episodes]
+        listed = [
+            {key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in row.items()}
+            for row in episodes
+        ]
         pq.write_table(pa.Table.from_pylist(listed), Shard().path(self._root, layout.EPISODES))
         tasks = pd.DataFrame({"task_index": [0]}, index=pd.Index([self._about.task], name="task"))
         tasks.to_parquet(self._root / layout.TASKS)
         whole = {name: layout.together([found[name] for found in self._stats]) for name in self._stats[0]}
-        self._write_json(
-            layout.STATS, {name: {k: _plain(v) for k, v in column.items()} for name, column in whole.items()}
-        )
+        self._write_json(layout.STATS, whole)
         self._write_json(layout.INFO, self._info())
 
     def _info(self) -> dict[str, Any]:
@@ -148,11 +149,9 @@ class _Writer:
         }
 
     def _write_json(self, name: str, content: Any) -> None:
-        (self._root / name).write_text(json.dumps(content, indent=4) + "\n", encoding="utf-8")
-
-
-def _plain(value: Any) -> Any:
-    return value.tolist() if isinstance(value, np.ndarray) else value
+        (self._root / name).write_text(
+            json.dumps(content, indent=4, default=np.ndarray.tolist) + "\n", encoding="utf-8"
+        )
 
 
 class Film:
@@ -168,7 +167,7 @@ class Film:
         height, width = frames.shape[1:3]
         if self._frames * height * width * _BYTES_A_PIXEL > self._most_bytes:
             self.close()
-            self._shard, self._frames = self._shard.next(), 0
+            self._shard, self._frames = Shard(self._shard.number + 1), 0
         if self._writer is None:
             path = self._shard.path(self._root, VIDEO, video_key=self._key)
             self._writer = _writer(path, width, height, self._rate)

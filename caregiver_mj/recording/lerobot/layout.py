@@ -64,10 +64,6 @@ class Shard:
         """Return how the table of the episodes names it."""
         return {f"{what}/{key}": value for key, value in self.place.items()}
 
-    def next(self) -> Shard:
-        """Return the one after it."""
-        return Shard(self.number + 1)
-
 
 def features(episode: Steps, about: About) -> dict[str, dict[str, Any]]:
     """Describe the columns, as `meta/info.json` has them."""
@@ -103,13 +99,7 @@ def features(episode: Steps, about: About) -> dict[str, dict[str, Any]]:
 
 
 def columns(episode: Steps, first: int, rate: float) -> dict[str, np.ndarray]:
-    """Return the values of an episode's rows, films aside: (n,) or (n, values) each.
-
-    Args:
-        episode: The episode.
-        first: Number of its first row in the data set.
-        rate: Rows a second.
-    """
+    """Return the values of an episode's rows, (n,) or (n, values) each, from number `first` in the data set on."""
     count = len(episode)
     frame = np.arange(count)
     last = frame == count - 1

@@ -9,8 +9,6 @@ from typing import Any
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.registry import Registry, check_call
 from caregiver_mj.robot.embodiment import DEFAULT, Embodiment
-from caregiver_mj.robot.embodiments.mobile_fr3 import mobile_fr3
-from caregiver_mj.robot.embodiments.mobile_ur5e import mobile_ur5e
 
 
 class _Makers(Registry[Callable[[], Embodiment]]):
@@ -24,11 +22,24 @@ class _Makers(Registry[Callable[[], Embodiment]]):
         check_call(f"{self.what} '{name}'", found)
 
 
+# Each imports its module when it is called, and with it MuJoCo: their names do without.
+def _mobile_fr3() -> Embodiment:
+    from caregiver_mj.robot.embodiments.mobile_fr3 import mobile_fr3
+
+    return mobile_fr3()
+
+
+def _mobile_ur5e() -> Embodiment:
+    from caregiver_mj.robot.embodiments.mobile_ur5e import mobile_ur5e
+
+    return mobile_ur5e()
+
+
 EMBODIMENTS = _Makers(
     "robot",
     "caregiver_mj.embodiments",
     "caregiver_mj.robot.embodiment.Embodiment",
-    {"mobile_fr3": mobile_fr3, "mobile_ur5e": mobile_ur5e},
+    {"mobile_fr3": _mobile_fr3, "mobile_ur5e": _mobile_ur5e},
 )
 
 

@@ -24,15 +24,7 @@ HURT = (colours.FLOOR, (116, 44, 42), colours.DAMAGE, (255, 226, 150))
 
 
 def heat_map(plan: FloorPlan, values: np.ndarray, scale: Sequence[Colour], top: float, quantity: str) -> Figure:
-    """Return the house from above, its free cells coloured by a number.
-
-    Args:
-        plan: The house.
-        values: One for each free cell.
-        scale: Colours from zero to the greatest value.
-        top: What that value is.
-        quantity: The label of the colour bar.
-    """
+    """Return the house from above, its free cells coloured by values, (free cells,), on a scale from zero to `top`."""
     rows, columns = plan.shape
     ground, text = unit(colours.GROUND), unit(colours.TEXT)
     heat = matplotlib.colors.LinearSegmentedColormap.from_list("heat", [unit(colour) for colour in scale])

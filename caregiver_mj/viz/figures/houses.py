@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from caregiver_mj.experiments.settings import FLOOR
 from caregiver_mj.viz.colours import unit
 from caregiver_mj.viz.figures.style import ALONE, FLOOR_LINE, GUARDED, INK, MUTED, STYLE, WIDTH, explain, panels
 
@@ -29,7 +30,6 @@ def houses(
     names: Mapping[str, str],
     *,
     caregiver: str = "paper",
-    floor: str = "floor",
     columns: int = 1,
 ) -> Figure:
     """Return the damage left in every house by every caregiver: a panel for each family, a row for each caregiver.
@@ -41,10 +41,9 @@ def houses(
             end may be missing. Caregivers are drawn in its order.
         names: What families are called; others are left out.
         caregiver: The one that stands out.
-        floor: The one that is drawn as a line.
         columns: Panels in a row.
     """
-    caregivers = [name for name in dict.fromkeys(means["caregiver"]) if name not in ("none", floor)]
+    caregivers = [name for name in dict.fromkeys(means["caregiver"]) if name not in ("none", FLOOR)]
     row = _ROW if by_house is not None else _BARE_ROW
     by_house = means.iloc[:0] if by_house is None else by_house
     limit = _limit(by_house[by_house["caregiver"].isin(caregivers)], means)
@@ -55,8 +54,8 @@ def houses(
         for family, axes in found.items():
             points, middles = (table[table["family"] == family] for table in (by_house, means))
             keys |= _panel(axes, points, middles.set_index("caregiver"), caregivers, caregiver, limit)
-            if floor in set(middles["caregiver"]):
-                level = float(middles.set_index("caregiver").loc[floor, "damage_left"])
+            if FLOOR in set(middles["caregiver"]):
+                level = float(middles.set_index("caregiver").loc[FLOOR, "damage_left"])
                 keys["floor"] = axes.axvline(level, **FLOOR_LINE)
             keys["no caregiver"] = axes.axvline(1.0, color=unit(ALONE), linewidth=1.4, zorder=1)
             axes.set_yticks(range(len(caregivers)), caregivers)

@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
+from caregiver_mj.experiments.settings import FLOOR
 from caregiver_mj.plans import hazards
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.colours import unit
@@ -46,10 +47,7 @@ _OTHERS = ((colours.BIN, (0, (5, 1.5))), (colours.STAIRWELL, (0, (2, 1))), (colo
 def damage_left(novices: Sequence[str], series: Sequence[Series], floor: Series | None = None) -> Figure:
     """Return the damage as a share of that without a caregiver, a marker with its interval for each novice or family.
 
-    Args:
-        novices: Their names.
-        series: A share each.
-        floor: The share that remains with bare tables alone, as a line for each of them.
+    The floor, the share that remains with bare tables alone, is a line for each of them.
     """
     with mpl.rc_context(STYLE):
         figure, axes = single()
@@ -61,32 +59,20 @@ def damage_left(novices: Sequence[str], series: Sequence[Series], floor: Series 
             keys["floor"] = axes.hlines(
                 floor.mean, np.arange(len(novices)) - 0.4, np.arange(len(novices)) + 0.4, **FLOOR_LINE
             )
-        axes.axhline(1.0, color=unit(ALONE), linewidth=1.6)
+        _finish(figure, axes, novices, "damage left", (0, top), keys)
         axes.text(len(novices) - 0.52, 1.015, "no caregiver", ha="right", va="bottom", color=INK, fontsize=9)
-        _name(axes, novices, "damage left")
-        axes.set_ylim(0, top)
-        explain(figure, keys)
     return figure
 
 
 def toys_kept(novices: Sequence[str], series: Sequence[Series], margin: float) -> Figure:
-    """Return toys as a share of those without a caregiver, likewise.
-
-    Args:
-        novices: Their names.
-        series: A share each.
-        margin: The share of toys that may be lost, below which a line is drawn.
-    """
+    """Return toys as a share of those without a caregiver, likewise, and a line where more than a margin is lost."""
     with mpl.rc_context(STYLE):
         figure, axes = single(0.8 * HEIGHT)
         known = [mean for one in series for mean in one.mean if np.isfinite(mean)] or [1.0]
         bottom, top = max(0.0, min(0.85, min(known) - 0.1)), min(_HIGHEST, max(1.15, max(known) + 0.1))
         keys = _markers(axes, series, top, bottom)
         keys[f"{100 * margin:g} % lost"] = axes.axhline(1 - margin, **FLOOR_LINE)
-        axes.axhline(1.0, color=unit(ALONE), linewidth=1.6)
-        _name(axes, novices, "toys kept")
-        axes.set_ylim(bottom, top)
-        explain(figure, keys)
+        _finish(figure, axes, novices, "toys kept", (bottom, top), keys)
     return figure
 
 
@@ -110,21 +96,25 @@ def _markers(axes: Axes, series: Sequence[Series], top: float, bottom: float = 0
     return keys
 
 
-def _name(axes: Axes, novices: Sequence[str], quantity: str) -> None:
+def _finish(
+    figure: Figure,
+    axes: Axes,
+    novices: Sequence[str],
+    quantity: str,
+    limits: tuple[float, float],
+    keys: Mapping[str, Any],
+) -> None:
+    """Draw the line of no caregiver, and say what is what."""
+    axes.axhline(1.0, color=unit(ALONE), linewidth=1.6)
     axes.set_xticks(np.arange(len(novices)), novices)
-    axes.set_xlim(-0.5, len(novices) - 0.5)
-    axes.set_ylabel(quantity)
+    axes.set(xlim=(-0.5, len(novices) - 0.5), ylim=limits, ylabel=quantity)
+    explain(figure, keys)
 
 
 def bars(novices: Sequence[str], alone: Series, guarded: Series, quantity: str, top: float | None = None) -> Figure:
     """Return grouped bars of every novice or family without and with the caregiver, in the form of the paper's figures.
 
-    Args:
-        novices: Their names.
-        alone: Without the caregiver, with standard deviations.
-        guarded: With it, likewise.
-        quantity: The label of the axis.
-        top: The greatest value there can be, if there is one.
+    Both series have standard deviations; `top` is the greatest value that there can be, if there is one.
     """
     with mpl.rc_context(STYLE):
         figure, axes = single()
@@ -153,14 +143,13 @@ def bars(novices: Sequence[str], alone: Series, guarded: Series, quantity: str, 
     return figure
 
 
-def kinds(means: pd.DataFrame, names: Mapping[str, str], *, caregiver: str = "paper", floor: str = "floor") -> Figure:
+def kinds(means: pd.DataFrame, names: Mapping[str, str], *, caregiver: str = "paper") -> Figure:
     """Return stacked bars of the damage by what did it, without and with a caregiver, as shares of all damage without.
 
     Args:
         means: A row for each `caregiver` and `family`, with `damage_mean` and that of each of `KINDS`.
         names: What families are called; others are left out.
         caregiver: Who is set against `none`.
-        floor: The one that is drawn as a line, where it is in `means`.
     """
     rows = means.set_index(["caregiver", "family"])
     with mpl.rc_context(STYLE):
@@ -180,8 +169,8 @@ def kinds(means: pd.DataFrame, names: Mapping[str, str], *, caregiver: str = "pa
                 axes.text(
                     x, bottom + 0.012, f"{row['damage_mean']:.1f}", ha="center", va="bottom", color=INK, fontsize=7.5
                 )
-            if (floor, family) in rows.index and whole:
-                level = float(rows.loc[(floor, family), "damage_mean"]) / whole
+            if (FLOOR, family) in rows.index and whole:
+                level = float(rows.loc[(FLOOR, family), "damage_mean"]) / whole
                 keys["floor"] = axes.hlines(level, place - _WIDTH, place + _WIDTH, **FLOOR_LINE)
         axes.set_xticks(np.arange(len(names)), list(names.values()))
         axes.set_ylim(0, 1.1 * highest)
@@ -200,30 +189,26 @@ def survival(
     caregivers: Sequence[str],
     *,
     caregiver: str = "paper",
-    floor: str = "floor",
-    columns: int = 3,
 ) -> Figure:
     """Return the share of episodes that are not yet stopped, over time; a panel for each family.
 
     Args:
         episodes: A row an episode, with `caregiver`, `family`, `timesteps_to_threshold` and `stopped`.
         names: What families are called; others are left out.
-        caregivers: Whose curves to draw, in their order; at most three beside `none`, `caregiver` and `floor`.
+        caregivers: Whose curves to draw, in their order; at most three beside `none`, `caregiver` and the floor.
         caregiver: The one that stands out.
-        floor: The one that is drawn as the floor is in other figures.
-        columns: Panels in a row.
     """
     looks: dict[str, dict[str, Any]] = {
         "none": {"color": unit(ALONE), "linewidth": 1.8},
         caregiver: {"color": unit(GUARDED), "linewidth": 2.2},
-        floor: dict(FLOOR_LINE),
+        FLOOR: dict(FLOOR_LINE),
     }
     others = [name for name in caregivers if name not in looks]
     for name, (colour, line) in zip(others, _OTHERS, strict=False):
         looks[name] = {"color": unit(colour), "linewidth": 1.4, "linestyle": line}
     time = np.arange(EPISODE_TIMESTEPS + 1)
     with mpl.rc_context({**STYLE, "axes.grid.axis": "both"}):
-        figure, found = panels(names, columns, WIDTH if columns <= 3 else 1.75 * columns + 0.5, 1.3)
+        figure, found = panels(names, 3, WIDTH, 1.3)
         keys: dict[str, Any] = {}
         for family, axes in found.items():
             for name in caregivers:

@@ -75,11 +75,7 @@ def single(height: float = HEIGHT) -> tuple[Figure, Axes]:
 def panels(titles: Mapping[str, str], columns: int, width: float, height: float) -> tuple[Figure, dict[str, Axes]]:
     """Return a figure with a panel for each of some keys, row by row, on the same axes.
 
-    Args:
-        titles: What stands over each panel.
-        columns: How many in a row.
-        width: Of the figure, inches.
-        height: Of a row, inches.
+    It is `width` inches wide, and `height` inches high for each row.
     """
     columns = min(columns, len(titles))
     rows = math.ceil(len(titles) / columns)

@@ -5,6 +5,6 @@ children's trails.
 """
 
 from caregiver_mj.viz.hud.display import draw, draw_plan, inset_size, strip_top
-from caregiver_mj.viz.hud.state import ChildState, HudState
+from caregiver_mj.viz.moment import ChildState, HudState
 
 __all__ = ["ChildState", "HudState", "draw", "draw_plan", "inset_size", "strip_top"]

@@ -19,8 +19,9 @@ FINE = 3  # text and the plan are drawn this many times larger and averaged, sin
 _DESIGN_HEIGHT = 720  # pixels; lengths of the design are for a frame this high
 
 
+@functools.lru_cache(maxsize=16)
 def card(size: tuple[int, int], radius: int, opacity: int) -> tuple[Image.Image, Image.Image]:
-    """Return a dark card with round corners, and its opacity (of 255)."""
+    """Return a dark card with round corners, and its opacity (of 255); neither is to be drawn on, for they are kept."""
     mask = Image.new("L", (size[0] * FINE, size[1] * FINE))
     ImageDraw.Draw(mask).rounded_rectangle((0, 0, mask.width - 1, mask.height - 1), radius * FINE, fill=opacity)
     return Image.new("RGB", size, GROUND), mask.reduce(FINE)
@@ -111,15 +112,7 @@ def _mask(text: str, size: int, outline: int = 0) -> Image.Image:
 
 @dataclasses.dataclass(frozen=True)
 class Area:
-    """Where two rows of text may stand, in pixels of the card.
-
-    Attributes:
-        left: Its left edge.
-        right: Its right edge.
-        top: Where the upper row begins.
-        bottom: The baseline of the lower row.
-        scale: Turns lengths of the design into pixels.
-    """
+    """Where two rows of text may stand, in pixels: from where the upper one begins to the baseline of the lower."""
 
     left: int
     right: int

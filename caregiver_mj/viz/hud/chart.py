@@ -18,7 +18,7 @@ from caregiver_mj.viz.colours import GROUND, TEXT, Colour, mix
 from caregiver_mj.viz.forecast import LEAST, Forecast, place_of, strength
 from caregiver_mj.viz.hud import cards
 from caregiver_mj.viz.hud.cards import FINE, SMALLEST_FONT, Scale, fit, width_of, write
-from caregiver_mj.viz.hud.state import ChildState, HudState
+from caregiver_mj.viz.moment import ChildState, HudState
 
 _OPACITY = 232  # of 255
 _LABELLED_CELL = 16  # pixels; names would hide what is in smaller cells
@@ -35,13 +35,9 @@ class Chart:
     """
 
     def __init__(self, plan: FloorPlan, width: int, height: int, alone: bool = False):
-        """Draw what stands still.
+        """Draw what stands still, for frames of a size in pixels.
 
-        Args:
-            plan: The house.
-            width: Of the frame, pixels.
-            height: Likewise.
-            alone: Whether there is nothing else in the frame, so that it fills that and its caption says more.
+        Alone, with nothing else in the frame, it fills that and its caption says more.
         """
         scale = Scale.of(height)
         rows, columns = plan.shape
@@ -137,7 +133,6 @@ class Chart:
             canvas.line([*itertools.chain.from_iterable(ends)], TEXT, width=max(FINE, round(0.1 * self._ground.unit)))
 
     def _draw_robot(self, canvas: ImageDraw.ImageDraw, pose: np.ndarray) -> None:
-        """A disc, with an arrow head along the heading if it has one."""
         x, y = self._ground.pixel(pose)
         r = 0.42 * self._ground.cell * FINE
         canvas.ellipse((x - r, y - r, x + r, y + r), colours.ROBOT, outline=GROUND, width=FINE)
@@ -150,7 +145,6 @@ class Chart:
     # -- Words -----------------------------------------------------------------------------------
 
     def _write_names(self, chart: Image.Image, state: HudState) -> None:
-        """Name the hazards where they are, and several children by their numbers."""
         for number, hazard in enumerate(state.plan.hazards):
             low = 0.3 if hazard.kind.where is Where.OPENING else 0.85  # in the cell, or below the flame
             self._write_at(chart, place_of(state.plan, number, state.candles), low, hazard.label, outline=GROUND)
@@ -188,13 +182,7 @@ class GroundPlan:
     """
 
     def __init__(self, plan: FloorPlan, cell: int, pad: int):
-        """Prepare a drawing.
-
-        Args:
-            plan: The house.
-            cell: Side of a cell as it is shown, pixels.
-            pad: Width of the rim around the house, likewise.
-        """
+        """Prepare a drawing, with a rim of `pad` pixels around the house as it is shown."""
         self.plan, self.cell, self.unit = plan, cell, cell * FINE
         self._pad = pad
 

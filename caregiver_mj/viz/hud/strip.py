@@ -8,46 +8,41 @@ import numpy as np
 from PIL import Image
 
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
-from caregiver_mj.plans.hazards import Hazard
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.colours import GROUND, TEXT, Colour, mix
 from caregiver_mj.viz.hud import cards
-from caregiver_mj.viz.hud.cards import LABEL, TRACK, Area, Scale, fit, width_of, write
-from caregiver_mj.viz.hud.state import ChildState, HudState
+from caregiver_mj.viz.hud.cards import LABEL, TRACK, Area, Box, Scale, fit, width_of, write
+from caregiver_mj.viz.moment import ChildState, HudState
 
 _OPACITY = 210  # of 255
 _SAFE = "P(SAFE)"
 _FULL_BAR = 1.0  # expected danger of a full bar, unless one is greater
 
 
-class Strip:
-    """The card of a frame of some size.
+def strip_box(width: int, height: int) -> Box:
+    """Return where the card lies in a frame of a size in pixels."""
+    scale = Scale.of(height)
+    margin, card_height = scale.px(12), 2 * Area(0, 0, 0, 0, scale).row + 2 * scale.px(14)
+    return margin, height - margin - card_height, width - margin, height - margin
 
-    Attributes:
-        box: Where it lies in the frame.
-    """
 
-    def __init__(self, width: int, height: int):
-        scale = Scale.of(height)
-        px = scale.px
-        margin, pad, top = px(12), px(16), px(14)
-        card_height = 2 * Area(0, 0, 0, 0, scale).row + 2 * top
-        self.box = (margin, height - margin - card_height, width - margin, height - margin)
-        self._card, self._opacity = cards.card((width - 2 * margin, card_height), px(10), _OPACITY)
-        left_width, right_width, gap = px(220), px(290), px(32)
-        right = self._card.width - pad
-        edges = (
-            (pad, pad + left_width),
-            (pad + left_width + gap, right - right_width - gap),
-            (right - right_width, right),
-        )
-        self._left, self._middle, self._right = (Area(*edge, top, card_height - top, scale) for edge in edges)
+def draw_strip(frame: np.ndarray, state: HudState) -> None:
+    """Draw the card on a frame, uint8 (height, width, 3)."""
+    scale = Scale.of(len(frame))
+    px = scale.px
 
-    def draw(self, image: Image.Image, state: HudState) -> None:
-        image.paste(self._card, mask=self._opacity)
-        _draw_gauges(image, self._left, state)
-        _draw_bars(image, self._middle, state)
-        _draw_deeds(image, self._right, state)
+    def paint(image: Image.Image) -> None:
+        card, opacity = cards.card(image.size, px(10), _OPACITY)
+        image.paste(card, mask=opacity)
+        left, right, top = px(16), image.width - px(16), px(14)
+        for draw, start, end in (
+            (_draw_gauges, left, left + px(220)),
+            (_draw_bars, left + px(220) + px(32), right - px(290) - px(32)),
+            (_draw_deeds, right - px(290), right),
+        ):
+            draw(image, Area(start, end, top, image.height - top, scale), state)
+
+    cards.put(frame, strip_box(frame.shape[1], len(frame)), paint)
 
 
 def _draw_gauges(image: Image.Image, area: Area, state: HudState) -> None:
@@ -65,7 +60,6 @@ def _draw_gauges(image: Image.Image, area: Area, state: HudState) -> None:
 
 
 def _gauge(image: Image.Image, area: Area, top: int, label: str, value: str, share: float, colour: Colour) -> None:
-    """A label, its value, and below them a bar that is filled to a share."""
     line = top + area.medium
     write(image, (area.left, line), label, area.small, LABEL)
     write(image, (area.right, line), value, area.medium if share else area.small, TEXT, align=1)
@@ -90,13 +84,11 @@ def _gauges(image: Image.Image, area: Area, top: int, children: tuple[ChildState
 
 
 def _value(safe: float | None, size: int, width: int) -> str:
-    """A probability as exactly as there is room for."""
     wordings = () if safe is None else (f"{safe:.2f}", f"{safe:.2f}".lstrip("0"), f"{safe:.1f}".lstrip("0"))
     return next((wording for wording in wordings if width_of(wording, size) <= width), "")
 
 
 def _bar(image: Image.Image, area: Area, line: int, left: int, right: int, share: float, colour: Colour) -> None:
-    """A bar below a line of text."""
     top, filled = line + area.scale.px(8), left + round((right - left) * min(max(share, 0.0), 1.0))
     image.paste(TRACK, (left, top, right, top + area.scale.px(6)))
     image.paste(colour, (left, top, filled, top + area.scale.px(6)))
@@ -113,57 +105,36 @@ def _draw_bars(image: Image.Image, area: Area, state: HudState) -> None:
     if not len(danger):
         write(image, (area.left, area.bottom), "not estimated", area.small, TEXT)
         return
-    bars = _Bars(image, area, len(shown), full=max(_FULL_BAR, unsafe.max(), danger.max()))
+    px, full = area.scale.px, max(_FULL_BAR, unsafe.max(), danger.max())
+    base, ceiling = area.bottom - area.small - px(6), area.top + 2 * area.small + px(6)
+    pitch = min(area.width / len(shown), px(84))
+    width = min(round(pitch * 0.62), px(38))
     for place, number in enumerate(shown.tolist()):
-        hazard = state.plan.hazards[number]
-        bars.draw(place, hazard, danger[number], unsafe[number], is_target=number == state.target)
+        hazard, is_target = state.plan.hazards[number], number == state.target
+        colour = hazard.kind.colour if is_target else mix(hazard.kind.colour, GROUND, 0.4)
+        left = round(area.left + pitch * place + (pitch - width) / 2)
+        right, middle = left + width, left + width / 2
+        top, outline = (base - round((base - ceiling) * value / full) for value in (danger[number], unsafe[number]))
+        image.paste(TRACK, (left, base, right, base + 1))
+        if outline < base:  # what it would be if the children were surely unsafe
+            image.paste(colour, (left, outline, right, base))
+            image.paste(GROUND, (left + 1, min(outline + 1, base), right - 1, base))
+        image.paste(colour, (left, top, right, base))
+        if is_target:  # its value above the bar, and a bright ground for its name
+            value = _few_digits(danger[number])
+            write(image, (middle, min(top, outline) - px(3)), value, area.small, TEXT, align=0.5)
+            half = width_of(hazard.label, area.small) // 2 + px(4)
+            image.paste(TEXT, (round(middle) - half, base + px(3), round(middle) + half, area.bottom + px(4)))
+        ink = GROUND if is_target else LABEL
+        write(image, (middle, area.bottom), hazard.label, area.small, ink, align=0.5)
 
 
 def _shown(area: Area, unsafe: np.ndarray, target: int) -> np.ndarray:
-    """Numbers of the hazards for which there is room."""
     room = area.width // (width_of("C88", area.small) + area.scale.px(8))
     if len(unsafe) <= room:
         return np.arange(len(unsafe))
     rank = np.where(np.arange(len(unsafe)) == target, np.inf, unsafe)  # the target is always in sight
     return np.sort(np.argsort(-rank, kind="stable")[:room])
-
-
-class _Bars:
-    """A row of bars with the names of the hazards below."""
-
-    def __init__(self, image: Image.Image, area: Area, count: int, full: float):
-        px = area.scale.px
-        self._image, self._area, self._full = image, area, full
-        self._base, self._ceiling = area.bottom - area.small - px(6), area.top + 2 * area.small + px(6)
-        self._pitch = min(area.width / count, px(84))
-        self._width = min(round(self._pitch * 0.62), px(38))
-
-    def draw(self, place: int, hazard: Hazard, danger: float, unsafe: float, is_target: bool) -> None:
-        """Draw a bar, and the outline of what it would be if the children were surely unsafe."""
-        image, base = self._image, self._base
-        colour = hazard.kind.colour
-        colour = colour if is_target else mix(colour, GROUND, 0.4)
-        left = round(self._area.left + self._pitch * place + (self._pitch - self._width) / 2)
-        right = left + self._width
-        top, outline = (base - round((base - self._ceiling) * value / self._full) for value in (danger, unsafe))
-        image.paste(TRACK, (left, base, right, base + 1))
-        if outline < base:
-            image.paste(colour, (left, outline, right, base))
-            image.paste(GROUND, (left + 1, min(outline + 1, base), right - 1, base))
-        image.paste(colour, (left, top, right, base))
-        middle = left + self._width / 2
-        if is_target:
-            self._emphasise(middle, min(top, outline), hazard.label, danger)
-        ink = GROUND if is_target else LABEL
-        write(image, (middle, self._area.bottom), hazard.label, self._area.small, ink, align=0.5)
-
-    def _emphasise(self, middle: float, top: int, name: str, danger: float) -> None:
-        """Write the value above a bar, and make the ground of its name bright."""
-        area, px = self._area, self._area.scale.px
-        write(self._image, (middle, top - px(3)), _few_digits(danger), area.small, TEXT, align=0.5)
-        half = width_of(name, area.small) // 2 + px(4)
-        ground = (round(middle) - half, self._base + px(3), round(middle) + half, area.bottom + px(4))
-        self._image.paste(TEXT, ground)
 
 
 def _few_digits(danger: float) -> str:

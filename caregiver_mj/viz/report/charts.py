@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import dataclasses
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -68,34 +69,34 @@ def bounded(run: Run) -> bool:
 def left_series(run: Run, caregiver: str, label: str, families: Sequence[str], of: str = "damage") -> Series:
     """Return the share of the damage, or of the toys reached, that a caregiver leaves with each of some families."""
     rows = [run.comparison(caregiver, "none", family) or {} for family in families]
-    mean, low, high = (
-        np.array([row.get(f"{of}_left{part}") for row in rows], float) for part in ("", "_ci_low", "_ci_high")
-    )
+    mean, low, high = _numbers(rows, f"{of}_left", ("", "_ci_low", "_ci_high"))
     return Series(label, mean, low, high, published=published.left(run, families) if of == "damage" else None)
 
 
 def _series(run: Run, caregiver: str, column: str) -> Series:
     rows = [run.row(caregiver, family) for family in run.families]
-    mean, sd, low, high = (
-        np.array([row[f"{column}_{part}"] for row in rows], float) for part in ("mean", "sd", "ci_low", "ci_high")
-    )
+    mean, sd, low, high = _numbers(rows, column, ("_mean", "_sd", "_ci_low", "_ci_high"))
     guarded = caregiver != "none"
     label = "with caregiver" if guarded else "no caregiver"
     return Series(label, mean, low, high, sd, published.series(run, column, run.families, guarded))
+
+
+def _numbers(rows: Sequence[dict[str, Any]], stem: str, ends: tuple[str, ...]) -> list[np.ndarray]:
+    return [np.array([row.get(f"{stem}{end}") for row in rows], float) for end in ends]
 
 
 def maps(run: Run) -> list[Picture]:
     """Return pictures of both, without and with the caregiver, on one scale."""
     pictures = []
     for column, quantity, scale, caption in (
-        ("visits", "timesteps an episode", figures.WENT, f"Where {run.nouns.whom} went"),
-        ("damage", "damage an episode", figures.HURT, f"Where {run.nouns.were} hurt"),
+        ("visits", "timesteps an episode", figures.WENT, f"Where {run.nouns['whom']} went"),
+        ("damage", "damage an episode", figures.HURT, f"Where {run.nouns['were']} hurt"),
     ):
         cells = {caregiver: mean_map(run, caregiver, column) for caregiver in ("none", run.caregiver)}
         top = max(float(values.max()) for values in cells.values())
         for caregiver, values in cells.items():
             who = "without" if caregiver == "none" else "with"
-            figure = figures.heat_map(run.plan, values, scale, top, quantity)
+            figure = figures.heat_map(run.settings.plan, values, scale, top, quantity)
             name = f"map_{column}_{who}_{run.name}"
             pictures.append(Picture.of(name, figure, f"{caption}, {who} the caregiver — {run.title}"))
     return pictures
@@ -105,4 +106,4 @@ def mean_map(run: Run, caregiver: str, column: str) -> np.ndarray:
     """Return what an episode adds to a map's column on average, over all families, for each free cell."""
     cells = run.maps[run.maps.caregiver == caregiver].groupby(["row", "column"])[column].sum()
     values = cells / (run.settings.episodes * len(run.families))
-    return values.loc[list(run.plan.free_cells)].to_numpy()
+    return values.loc[list(run.settings.plan.free_cells)].to_numpy()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
@@ -14,7 +13,7 @@ from caregiver_mj.viz import figures
 from caregiver_mj.viz.report.charts import Picture, left_series
 from caregiver_mj.viz.report.published import PUBLISHED
 from caregiver_mj.viz.report.run import Run
-from caregiver_mj.viz.report.words import Table, family_name, if_bracketed, in_lines, with_interval
+from caregiver_mj.viz.report.words import Table, family_name, if_bracketed, in_lines
 
 MARGIN = MARGINS["toys_reached"]
 _RIVALS = 3  # other caregivers in a figure
@@ -55,17 +54,18 @@ def _toys_verdicts(run: Run) -> str:
 
 def child_table(run: Run) -> Table:
     """Return toys kept, moves denied and the share that is stopped."""
-    alone, guarded, compared = _rows(run)
+    alone, guarded = ([run.row(c, family) for family in run.families] for c in ("none", run.caregiver))
     stopped = (
         f"{100 * before['stopped_mean']:.0f} → {100 * after['stopped_mean']:.0f}"
         for before, after in zip(alone, guarded, strict=True)
     )
+    verdicts = (run.compared(run.caregiver, "none", family)["toys_reached_not_inferior"] for family in run.families)
     rows = [
-        _cells("toys kept, %", compared, "toys_reached_left", 100.0),
-        (f"< {100 * MARGIN:g} % lost?", *(row["toys_reached_not_inferior"] for row in compared)),
-        _cells("stairwells denied", guarded, "moves_blocked_stairwell_mean"),
-        _cells("free moves denied", guarded, "moves_blocked_free_mean"),
-        _cells("longest blocked", guarded, "longest_blocked_mean"),
+        ("toys kept, %", *run.cells(run.caregiver, "toys_reached_left", scale=100.0, against="none")),
+        (f"< {100 * MARGIN:g} % lost?", *verdicts),
+        ("stairwells denied", *run.cells(run.caregiver, "moves_blocked_stairwell_mean")),
+        ("free moves denied", *run.cells(run.caregiver, "moves_blocked_free_mean")),
+        ("longest blocked", *run.cells(run.caregiver, "longest_blocked_mean")),
         ("stopped, %", *stopped),
     ]
     note = (
@@ -74,63 +74,37 @@ def child_table(run: Run) -> Table:
         "and timesteps on end. Episodes stopped, without → with."
     )
     note += if_bracketed(rows, " In brackets 95 % intervals.")
-    return Table(f"The child's side — {run.title}", ("with the caregiver", *map(family_name, run.families)), rows, note)
+    return run.table("The child's side", "with the caregiver", rows, note)
 
 
 def _stop_table(run: Run) -> Table:
     """Toys and the damage until the stop, without and with the caregiver."""
-    alone, guarded, _ = _rows(run)
     rows = [
-        _cells("toys reached, without", alone, "toys_reached_mean"),
-        _cells("toys reached, with", guarded, "toys_reached_mean"),
-        _cells("damage until the stop, without", alone, "damage_until_stop_mean"),
-        _cells("damage until the stop, with", guarded, "damage_until_stop_mean"),
+        (f"{what}, {how}", *run.cells(caregiver, f"{column}_mean"))
+        for what, column in (("toys reached", "toys_reached"), ("damage until the stop", "damage_until_stop"))
+        for how, caregiver in (("without", "none"), ("with", run.caregiver))
     ]
     interval = if_bracketed(rows, " and 95 % intervals")
     note = f"Means of an episode{interval}. The stop is where the damage comes above {DAMAGE_THRESHOLD:g}."
-    return Table(
-        f"Toys, and damage until the stop — {run.title}", ("mean", *map(family_name, run.families)), rows, note
-    )
-
-
-def _rows(run: Run) -> tuple[list[Any], list[Any], list[Any]]:
-    """The summary's rows of each family, without and with the caregiver, and of the comparison of both."""
-    alone, guarded = ([run.row(caregiver, family) for family in run.families] for caregiver in ("none", run.caregiver))
-    return alone, guarded, [run.comparison(run.caregiver, "none", family) for family in run.families]
-
-
-def _cells(label: str, rows: Sequence[Any], key: str, scale: float = 1.0) -> tuple[str, ...]:
-    return label, *(with_interval(row, key, between="\n", scale=scale) for row in rows)
+    return run.table("Toys, and damage until the stop", "mean", rows, note)
 
 
 def _toys_table(run: Run) -> Table:
-    """Toys kept with each caregiver."""
     rows = []
     for caregiver in run.acting:
-        cells = []
-        for row in (run.compared(caregiver, "none", family) for family in run.families):
-            kept = with_interval(row, "toys_reached_left", between="\n", scale=100.0)
-            cells.append(f"{kept}\n{row['toys_reached_not_inferior']}")
-        rows.append((caregiver, *cells))
+        kept = run.cells(caregiver, "toys_reached_left", scale=100.0, against="none")
+        verdicts = (run.compared(caregiver, "none", family)["toys_reached_not_inferior"] for family in run.families)
+        rows.append((caregiver, *map("\n".join, zip(kept, verdicts, strict=True))))
     interval = if_bracketed(rows, ", the 95 % interval")
     note = f"% of the toys reached alone{interval}, and whether less than {100 * MARGIN:g} % are lost."
-    columns = ("caregiver", *map(family_name, run.families))
-    return Table(f"Toys kept by each caregiver — {run.title}", columns, rows, note)
+    return run.table("Toys kept by each caregiver", "caregiver", rows, note)
 
 
 def _denied_table(run: Run) -> Table:
-    """What each caregiver denies the child."""
-    rows = [(caregiver, *(_denied(run.row(caregiver, family)) for family in run.families)) for caregiver in run.acting]
+    denied = "{moves_blocked_stairwell_mean:.1f} + {moves_blocked_free_mean:.1f}\n({longest_blocked_mean:.1f})"
+    rows = [(c, *(denied.format_map(run.row(c, family)) for family in run.families)) for c in run.acting]
     note = "Moves of an episode denied: into a stairwell + free ones (longest time blocked, timesteps)."
-    columns = ("caregiver", *map(family_name, run.families))
-    return Table(f"Moves denied by each caregiver — {run.title}", columns, rows, note)
-
-
-def _denied(row: dict[str, Any]) -> str:
-    stairwell, free, longest = (
-        row[f"{column}_mean"] for column in ("moves_blocked_stairwell", "moves_blocked_free", "longest_blocked")
-    )
-    return f"{stairwell:.1f} + {free:.1f}\n({longest:.1f})"
+    return run.table("Moves denied by each caregiver", "caregiver", rows, note)
 
 
 def why_all_timesteps() -> str:

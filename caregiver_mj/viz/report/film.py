@@ -9,6 +9,8 @@ import pathlib
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import numpy as np
+
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.viz.report.run import Run
 from caregiver_mj.viz.report.words import family_name, members
@@ -27,10 +29,7 @@ class Film:
     caption: str
 
     def data(self, largest: float = LARGEST_FILM) -> str:
-        """Return the film as part of a page.
-
-        Args:
-            largest: How large it may be, MB.
+        """Return the film as part of a page, of at most so many MB.
 
         Raises:
             CaregiverError: It cannot be read, is no film, or is too large.
@@ -56,47 +55,28 @@ def found_film(folders: Sequence[str | os.PathLike[str]]) -> Film | None:
 
 
 def make_film(runs: Sequence[Run], folder: str | os.PathLike[str], render: Callable[..., None] | None = None) -> Film:
-    """Film the first episode of a run.
-
-    Args:
-        runs: The runs of a report.
-        folder: Where to put the film.
-        render: Films an episode, with the arguments of `caregiver_mj.viz.film.render_episode`, which it is by default.
-    """
+    """Film the first episode of a run of a report into a folder, with `film.render_episode` unless it is `render`."""
     if render is None:
         from caregiver_mj.viz.film import render_episode  # takes a second to import, and OpenGL to run
 
         render = render_episode
-    run = _filmed_run(runs)
-    family = _filmed_family(run)
+    # One in the house, else the first one, whose children can walk there too.
+    run = next((run for run in runs if run.settings.world == "house"), runs[0])
+
+    def from_typical(family: str) -> float:
+        return abs(float(np.mean([epsilon for _, epsilon in members(family)])) - _TYPICAL)
+
+    family = min(run.families, key=from_typical)
     path = pathlib.Path(folder) / FILM_NAME
-    render(path, **_episode_of(run, family), **_PICTURE)
+    render(
+        path,
+        house=run.settings.plans[0],
+        epsilon=family,
+        seed=run.settings.seed,
+        episode=0,
+        caregiver=run.caregiver,
+        embodiment=run.settings.embodiment,
+        **_PICTURE,
+    )
     whose = "of the run" if run.settings.world == "house" else "with the children of the run in the grid"
     return Film(path, f"Episode 0 {whose}, {family_name(family)}, caregiver {run.caregiver}")
-
-
-def _filmed_run(runs: Sequence[Run]) -> Run:
-    """The run to film: the first one in the house, else the first one, whose children can walk there too."""
-    return next((run for run in runs if run.settings.world == "house"), runs[0])
-
-
-def _filmed_family(run: Run) -> str:
-    """The family to film: the one whose moves are half random, or the nearest to that."""
-
-    def share(family: str) -> float:
-        epsilons = [epsilon for _, epsilon in members(family)]
-        return sum(epsilons) / len(epsilons)
-
-    return min(run.families, key=lambda family: abs(share(family) - _TYPICAL))
-
-
-def _episode_of(run: Run, family: str) -> dict[str, Any]:
-    """A run's first episode, in its first house, as arguments of `render_episode`."""
-    return {
-        "house": run.settings.plans[0],
-        "epsilon": family,
-        "seed": run.settings.seed,
-        "episode": 0,
-        "caregiver": run.caregiver,
-        "embodiment": run.settings.embodiment,
-    }

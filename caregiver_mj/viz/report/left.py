@@ -65,8 +65,7 @@ def left_table(run: Run) -> Table:
     if run.houses > 1:
         note += f" Means over {run.houses} houses, each of which counts the same"
         note += if_bracketed(rows, "; intervals are over houses") + "."
-    columns = ("caregiver", *map(family_name, run.families))
-    return Table(f"Damage left by each caregiver — {run.title}", columns, rows, note)
+    return run.table("Damage left by each caregiver", "caregiver", rows, note)
 
 
 def left_cell(run: Run, caregiver: str, family: str) -> str:
@@ -95,8 +94,9 @@ def wins_table(run: Run) -> Table | None:
         f"Houses in which {run.caregiver} has less damage : houses in which it has more, of {run.houses}; in the rest "
         f"it is the same. Of {run.settings.episodes} episodes a house, so chance has its part in each."
     )
-    title = f"Houses with less and with more damage with {run.caregiver} than with others — {run.title}"
-    return Table(title, ("against", *map(family_name, run.families)), rows, note)
+    return run.table(
+        f"Houses with less and with more damage with {run.caregiver} than with others", "against", rows, note
+    )
 
 
 def _pictures(run: Run) -> list[Picture]:
@@ -133,7 +133,7 @@ def verdicts(run: Run) -> list[tuple[bool, str]]:
             finding = _finding(row)
             told[finding].append(_told(family, row) if _FINDINGS[finding][1] else family_name(family))
         if len(told["less"]) == len(rows):
-            told["less"] = [f"every {run.nouns.group}"]
+            told["less"] = [f"every {run.nouns['group']}"]
         parts = [f"{_FINDINGS[finding][0]} with {', '.join(which)}" for finding, which in told.items() if which]
         found.append((all(_finding(row) == "less" for _, row in rows), f"Against {baseline}: {'; '.join(parts)}."))
     return found if run.caregiver in RULE else []  # the summary compares no other one with baselines
@@ -150,7 +150,6 @@ def _finding(row: dict[str, Any]) -> str:
 
 
 def _told(family: str, row: dict[str, Any]) -> str:
-    """A family, and its difference in damage and the ratio of damages."""
     difference = with_interval(row, "damage_difference_mean", 2, sign="+")
     return f"{family_name(family)} (difference {difference}, ratio {with_interval(row, 'damage_left', 2)})"
 
@@ -159,7 +158,9 @@ def side_by_side(runs: Sequence[Run]) -> dict[str, Any] | None:
     """Return what the caregiver leaves of the damage in each run, and how far apart that is; None of a single run."""
     if len(runs) < 2:
         return None
-    families = _all_families(runs)
+    # Of all runs, the one with most random moves first.
+    shares = {f: np.mean([epsilon for _, epsilon in members(f)]) for run in runs for f in run.families}
+    families = sorted(shares, key=lambda family: (-shares[family], family))
     series = [left_series(run, run.caregiver, run.title, families) for run in runs]
     cited = series[0].published if all(published.compares_with(run) for run in runs) else None
     series = series if cited is not None else [dataclasses.replace(one, published=None) for one in series]
@@ -179,19 +180,10 @@ def side_by_side(runs: Sequence[Run]) -> dict[str, Any] | None:
     note += "; damage of an episode, of that alone."
     note += "" if apart is None else _on_average(families, apart)
     title = f"Damage left in {len(runs)} runs"
-    who = next((run for run in runs if run.several), runs[0]).nouns.who
+    who = next((run for run in runs if run.several), runs[0]).nouns["who"]
     figure = figures.damage_left([in_lines(family) for family in families], series)
     picture = Picture.of("damage_left", figure, "Damage left with the caregiver, as a share of that without")
     return {"table": Table(title, (who, *columns), rows, note), "pictures": [picture]}
-
-
-def _all_families(runs: Sequence[Run]) -> list[str]:
-    """The families of all runs, the one with most random moves first."""
-
-    def share(family: str) -> float:
-        return float(np.mean([epsilon for _, epsilon in members(family)]))
-
-    return sorted({family for run in runs for family in run.families}, key=lambda family: (-share(family), family))
 
 
 def _apart(runs: Sequence[Run], left: Sequence[np.ndarray]) -> np.ndarray | None:
@@ -236,8 +228,7 @@ def short_table(run: Run) -> Table:
     for floor in run.floor:
         rows.append((floor, *(number(run.row(floor, family)["damage_mean"]) for family in run.families)))
     rows.append((_OF_ALL, *(_share(run, family) for family in run.families)))
-    columns = ("damage at", *map(family_name, run.families))
-    return Table(f"Damage without → with the caregiver — {run.title}", columns, rows)
+    return run.table("Damage without → with the caregiver", "damage at", rows)
 
 
 def kinds_table(run: Run) -> Table:
@@ -245,14 +236,11 @@ def kinds_table(run: Run) -> Table:
     who = {"none": "without", run.caregiver: "with"} | dict.fromkeys(run.floor, "floor")
     rows = []
     for kind, name in figures.KINDS.items():
-        for caregiver, how in who.items():
-            cells = (with_interval(run.row(caregiver, family), f"{kind}_mean", between="\n") for family in run.families)
-            rows.append((f"{name}, {how}", *cells))
+        rows += [(f"{name}, {how}", *run.cells(caregiver, f"{kind}_mean")) for caregiver, how in who.items()]
     rows.append((_OF_ALL, *(_share(run, family) for family in run.families)))
     interval = if_bracketed(rows, " and its 95 % interval")
     note = f"Damage of an episode{interval}. Where a candle is taken from a table, that is a bare one."
-    columns = ("damage at", *map(family_name, run.families))
-    return Table(f"What is left, and of what — {run.title}", columns, rows, note)
+    return run.table("What is left, and of what", "damage at", rows, note)
 
 
 def _share(run: Run, family: str) -> str:

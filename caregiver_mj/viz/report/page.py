@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import pathlib
-import textwrap
 from collections.abc import Sequence
 from typing import Any
 
@@ -21,7 +20,7 @@ from caregiver_mj.recording.record import DAMAGE_THRESHOLD
 from caregiver_mj.viz import colours, figures
 from caregiver_mj.viz.colours import Colour
 from caregiver_mj.viz.report import published, tables
-from caregiver_mj.viz.report.charts import Picture, bounded, charts, maps
+from caregiver_mj.viz.report.charts import bounded, charts, maps
 from caregiver_mj.viz.report.child import child, why_all_timesteps
 from caregiver_mj.viz.report.film import Film, found_film, make_film
 from caregiver_mj.viz.report.left import kinds, left, side_by_side
@@ -90,58 +89,51 @@ def write_report(
         shown = make_film(runs, folders[0])
     else:
         shown = Film(pathlib.Path(film), pathlib.Path(film).name) if film else found_film(folders)
-    film_on_page = None if shown is None else {"name": shown.caption, "data": shown.data()}
+    on_page = None if shown is None else {"name": shown.caption, "data": shown.data()}
     sections, beside = [section(run) for run in runs], side_by_side(runs)
-    page = _page(sections, beside, film_on_page)
-    pictures = [picture for one in sections for picture in one["pictures"]]
-    pictures += beside["pictures"] if beside else []
-    return _write(pathlib.Path(folders[0]), page, markdown(sections, beside), pictures)
-
-
-def _page(sections: list[dict[str, Any]], beside: dict[str, Any] | None, film: dict[str, str] | None) -> str:
+    several, cited = (any(part[what] for part in sections) for what in ("several", "cited"))
     environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("caregiver_mj.viz.report"), autoescape=True, trim_blocks=True, lstrip_blocks=True
+        loader=jinja2.PackageLoader("caregiver_mj.viz.report"),
+        autoescape=jinja2.select_autoescape(["html"]),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
     )
-    environment.undefined = jinja2.StrictUndefined
-    several = any(one["run"].several for one in sections)
-    return environment.get_template("report.html").render(
-        sections=sections,
-        harm_is=HARM_IS,
-        beside=beside,
-        film=film,
-        paper=published.PAPER,
-        disclosures=disclosures([one["run"] for one in sections]),
-        why_all_timesteps=why_all_timesteps(),
-        cited=any(one["cited"] for one in sections),
-        nouns=SEVERAL if several else SINGLE,
-        several=several,
-        colours=_css_colours(),
-    )
-
-
-def _css_colours() -> dict[str, str]:
-    def css(colour: Colour) -> str:
-        return "#" + "".join(f"{part:02x}" for part in colour)
-
-    return {
-        "ground": css(colours.GROUND),
-        "alone": css(figures.ALONE),
-        "guarded": css(figures.GUARDED),
-        "highlight": css(colours.TODDLER),
+    environment.globals |= {
+        "sections": sections,
+        "beside": beside,
+        "harm_is": HARM_IS,
+        "paper": published.PAPER,
+        "disclosures": disclosures(runs),
+        "why_all_timesteps": why_all_timesteps(),
+        "cited": cited,
+        "several": several,
+        "nouns": SEVERAL if several else SINGLE,
+        "number": number,
+        "film": on_page,
+        "colours": {
+            "ground": _css(colours.GROUND),
+            "alone": _css(figures.ALONE),
+            "guarded": _css(figures.GUARDED),
+            "highlight": _css(colours.TODDLER),
+        },
     }
-
-
-def _write(folder: pathlib.Path, page: str, tables_text: str, pictures: Sequence[Picture]) -> pathlib.Path:
+    folder, pictures = pathlib.Path(folders[0]), [picture for part in sections for picture in part["pictures"]]
+    files = {name: environment.get_template(name).render().encode() for name in ("tables.md", "report.html")}
+    for picture in pictures + (beside["pictures"] if beside else []):
+        files |= {f"figures/{picture.name}.svg": picture.svg, f"figures/{picture.name}.png": picture.png}
     try:
         (folder / "figures").mkdir(exist_ok=True)
-        for picture in pictures:
-            (folder / "figures" / f"{picture.name}.svg").write_bytes(picture.svg)
-            (folder / "figures" / f"{picture.name}.png").write_bytes(picture.png)
-        (folder / "tables.md").write_text(tables_text, "utf-8")
-        (folder / "report.html").write_text(page, "utf-8")
+        for name, content in files.items():
+            (folder / name).write_bytes(content)
     except OSError as error:
         raise StorageError(f"the report in '{folder}' cannot be written: {error.strerror}") from error
     return folder / "report.html"
+
+
+def _css(colour: Colour) -> str:
+    return "#" + "".join(f"{part:02x}" for part in colour)
 
 
 def section(run: Run) -> dict[str, Any]:
@@ -159,6 +151,7 @@ def section(run: Run) -> dict[str, Any]:
     return parts | {
         "run": run,
         "nouns": run.nouns,
+        "several": run.several,
         "cited": published.compares_with(run),
         "bounded": bounded(run),
         "harm": harm(run),
@@ -186,7 +179,7 @@ def headline(run: Run) -> dict[str, Any]:
         "interval": f"{number(100 * (1 - high))} to {number(100 * (1 - low))} %" if np.isfinite(high) else None,
         "left": f"{number(left, 2)} [{number(low, 2)}, {number(high, 2)}]" if np.isfinite(high) else None,
         "open": bool(np.isinf(high)),
-        "paper": _avoided_in_paper(run),
+        "paper": published.avoided(run),
         "damage": {"alone": alone, "guarded": guarded, "most": max(alone, guarded) or 1.0},
         "facts": [
             (f"{TITLES[column]} {when}", number(run.mean("none", column)), number(run.mean(run.caregiver, column)))
@@ -198,67 +191,14 @@ def headline(run: Run) -> dict[str, Any]:
     }
 
 
-def _avoided_in_paper(run: Run) -> str | None:
-    """The same share in the paper, if it has all these novices."""
-    means = [published.means(run, "damage_normalised", family) for family in run.families]
-    known = [pair for pair in means if pair is not None]
-    if len(known) < len(means):
-        return None
-    alone, guarded = np.sum(known, axis=0)
-    return f"{100 * (1 - guarded / alone):.0f} %"
-
-
-def markdown(sections: Sequence[dict[str, Any]], beside: dict[str, Any] | None) -> str:
-    """Return the content of tables.md: all tables, with the figures that belong to them."""
-    parts = ["# Tables\n", "## Harm\n"]
-    for section in sections:
-        parts += [f"{section['run'].title}. {section['harm']['sentence']}\n", section["harm"]["table"].markdown()]
-    parts.append(f"{HARM_IS}\n")
-    for section in sections:
-        parts += _section(section)
-    parts += [beside["table"].markdown(), *_figures(beside["pictures"])] if beside else []
-    parts += ["## To know before comparing\n", *(f"- {text}" for text in disclosures([s["run"] for s in sections])), ""]
-    if any(section["cited"] for section in sections):
-        parts.append(f"The paper's numbers: {published.PAPER}, Tables I and II.\n")
-    return "\n".join(parts)
-
-
-def _section(section: dict[str, Any]) -> list[str]:
-    """A run's part, as a list of paragraphs."""
-    run, told, left, child = (section[name] for name in ("run", "headline", "left", "child"))
-    avoided = told["avoided"] or "there is none"
-    avoided += f", 95 % interval {told['interval']}" if told["interval"] else ""
-    avoided += f"; of {number(told['damage']['alone'])} an episode alone, {number(told['damage']['guarded'])} is left"
-    parts = [f"## {run.title}\n", f"Damage avoided with caregiver `{run.caregiver}`: {avoided}.\n"]
-    parts += [textwrap.indent(run.command(), "    ") + "\n", left["table"].markdown()]
-    parts += [f"{left['floor']}\n"] if left["floor"] else []
-    parts += _figures(left["pictures"])
-    parts += [left["wins"].markdown()] if left["wins"] else []
-    parts += [*(f"- {text}" for _, text in left["verdicts"]), ""] if left["verdicts"] else []
-    parts += [section["kinds"]["table"].markdown(), *_figures(section["kinds"]["pictures"])]
-    if child:
-        parts += [child["table"].markdown(), *_figures(child["pictures"]), f"{why_all_timesteps()}\n"]
-        parts += [table.markdown() for table in child["more"]]
-    parts += [table.markdown() for table in section["contacts"]["tables"]] if section["contacts"] else []
-    parts += [table.markdown() for table in [*section["published"], section["comparison"]]]
-    parts += [section["children"].markdown()] if section["children"] else []
-    return parts + [table.markdown() for table in section["measures"]]
-
-
-def _figures(pictures: Sequence[Picture]) -> list[str]:
-    """Where to find them; of one that there is for narrow and for wide pages the wide one."""
-    names = {picture.name for picture in pictures}
-    shown = [picture for picture in pictures if f"{picture.name}_wide" not in names]
-    return [f"![{picture.caption}](figures/{picture.name}.png)\n" for picture in shown]
-
-
 def disclosures(runs: Sequence[Run]) -> list[str]:
     """Return those that concern some runs."""
-    said = [FITTED] if any(published.compares_with(run) for run in runs) else []
-    said += [EPSILON]
-    return said + ([SAME_RULE] if any(map(_same_rule, runs)) else [])
-
-
-def _same_rule(run: Run) -> bool:
-    rules = "nearest" in run.settings.caregivers and run.caregiver in RULE
-    return rules and run.settings.plans[0].damage == DamageWeights() and not run.several
+    fitted = any(published.compares_with(run) for run in runs)
+    same = any(
+        "nearest" in run.settings.caregivers
+        and run.caregiver in RULE
+        and run.settings.plans[0].damage == DamageWeights()
+        and not run.several
+        for run in runs
+    )
+    return [*([FITTED] if fitted else []), EPSILON, *([SAME_RULE] if same else [])]

@@ -60,3 +60,12 @@ def left(run: Run, families: Sequence[str]) -> np.ndarray:
     """Return shares of the damage that are left with the caregiver, likewise."""
     alone, guarded = (series(run, "damage_normalised", families, caregiver) for caregiver in (False, True))
     return guarded / alone
+
+
+def avoided(run: Run) -> str | None:
+    """Return the share of the damage of all novices that is avoided, if the paper has all these."""
+    found = [means(run, "damage_normalised", family) for family in run.families]
+    if None in found:
+        return None
+    alone, guarded = np.sum(found, axis=0)  # type: ignore[arg-type]  # mypy does not see that there is no None
+    return f"{100 * (1 - guarded / alone):.0f} %"

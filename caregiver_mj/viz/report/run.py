@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
+import functools
 import os
 import re
 import shlex
+from collections.abc import Sequence
 from typing import Any
 
 import pandas as pd
@@ -13,7 +14,7 @@ import pandas as pd
 from caregiver_mj.caregivers.registry import RULE
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.finished import Finished, read_finished
-from caregiver_mj.experiments.settings import FLOOR, Settings
+from caregiver_mj.experiments.settings import FLOOR
 from caregiver_mj.experiments.summary import by_house
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
@@ -24,34 +25,28 @@ _WORLDS = {"grid": "Grid", "house": "Physical house"}
 _LONGEST = 40  # letters of what houses are called in titles and file names
 
 
-@dataclasses.dataclass(frozen=True)
-class Run:
-    """A finished run.
+class Run(Finished):
+    """A finished run that a report can be of: with `none`, and with a caregiver that acts."""
 
-    Attributes:
-        settings: What ran.
-        families: The children, a family after the other, as text: "0.5", or "1,0.25".
-        episodes: A row an episode.
-        summary: What matters of the content of summary.json.
-        maps: A row for each caregiver, family and free cell.
-        caregiver: The caregiver that the report is about: the paper's if it ran.
-        by_house: Of several houses, a row for each of them, caregiver and family, as `summary.by_house` has it.
-        seeds: Its seed and how many episodes there are of it; of pooled runs those of each.
-    """
+    @functools.cached_property
+    def families(self) -> tuple[str, ...]:
+        """The children, a family after the other, as text: "0.5", or "1,0.25"."""
+        return tuple(map(str, self.settings.families))
 
-    settings: Settings
-    families: tuple[str, ...]
-    episodes: pd.DataFrame
-    summary: dict[str, Any]
-    maps: pd.DataFrame
-    caregiver: str
-    by_house: pd.DataFrame | None = None
-    seeds: tuple[tuple[int, int], ...] = ()
+    @functools.cached_property
+    def caregiver(self) -> str:
+        """The caregiver that the report is about: the paper's if it ran."""
+        return next((name for name in RULE if name in self.acting), self.acting[0])
 
-    @property
-    def plan(self) -> FloorPlan:
-        """The house, if there is only one."""
-        return self.settings.plan
+    @functools.cached_property
+    def by_house(self) -> pd.DataFrame | None:
+        """Of several houses, a row for each of them, caregiver and family, as `summary.by_house` has it."""
+        if self.houses == 1:
+            return None
+        try:
+            return pd.read_parquet(self.path / "houses.parquet")
+        except (OSError, ValueError):  # as of a run of an older version
+            return by_house(self.episodes)
 
     @property
     def houses(self) -> int:
@@ -63,7 +58,7 @@ class Run:
         """Where it stands on a page: unseen houses first, then those to learn in, a single one, and `paper` last."""
         if self.houses > 1:
             return int(self.settings.houses.startswith("train-"))
-        return 3 if self.plan.name == "paper" else 2
+        return 3 if self.settings.plan.name == "paper" else 2
 
     @property
     def name(self) -> str:
@@ -84,7 +79,7 @@ class Run:
         return any(len(words.members(family)) > 1 for family in self.families)
 
     @property
-    def nouns(self) -> words.Nouns:
+    def nouns(self) -> dict[str, str]:
         """What its children are called."""
         return words.SEVERAL if self.several else words.SINGLE
 
@@ -138,20 +133,27 @@ class Run:
         if settings.embodiment != DEFAULT:
             command += ["--embodiment", settings.embodiment]
         command += ["--caregiver", *settings.caregivers, "--epsilon", *self.families]
-        seeds = self.seeds or ((settings.seed, settings.episodes),)
         return "\n".join(
-            shlex.join([*command, "--episodes", str(episodes), "--seed", str(seed)]) for seed, episodes in seeds
+            shlex.join([*command, "--episodes", str(episodes), "--seed", str(seed)]) for seed, episodes in self.seeds
         )
 
+    def cells(self, caregiver: str, key: str, digits: int = 1, scale: float = 1.0, against: str = "") -> list[str]:
+        """Return a number of a caregiver's rows, or of its comparisons, with its interval: one for each family."""
+        rows = (
+            self.comparison(caregiver, against, family) if against else self.row(caregiver, family)
+            for family in self.families
+        )
+        return [words.with_interval(row, key, digits, between="\n", scale=scale) for row in rows]
+
+    def table(self, what: str, first: str, rows: Sequence[tuple[str, ...]], note: str = "") -> words.Table:
+        """Return a table with a column for each family, beside the first one."""
+        return words.Table(f"{what} — {self.title}", (first, *map(words.family_name, self.families)), rows, note)
+
     def _asked_houses(self) -> list[str]:
-        """The houses, as options of that command."""
+        settings, asked = self.settings, [_asked_house(plan) for plan in self.settings.plans]
         if self.houses == 1:
-            asked = _asked_house(self.plan)
-            return ["--house", (self.settings.file or asked) if asked != self.plan.name else asked]
-        return [
-            "--houses",
-            *(shlex.split(self.settings.houses) or [_asked_house(plan) for plan in self.settings.plans]),
-        ]
+            return ["--house", *asked] if asked == [settings.plan.name] else ["--house", settings.file or asked[0]]
+        return ["--houses", *(shlex.split(settings.houses) or asked)]
 
 
 def _asked_house(plan: FloorPlan) -> str:
@@ -168,29 +170,11 @@ def read_run(folder: str | os.PathLike[str]) -> Run:
     Raises:
         CaregiverError: There is none in the folder, or none that a report can be made of.
     """
-    found = read_finished(folder)
-    caregivers = found.settings.caregivers
-    acting = [caregiver for caregiver in caregivers if caregiver not in ("none", FLOOR)]
-    if not acting or "none" not in caregivers:
+    run = Run(**vars(read_finished(folder)))
+    caregivers = run.settings.caregivers
+    if not run.acting or "none" not in caregivers:
         raise CaregiverError(
             f"a report must be of `none` and a caregiver that acts, got only {' and '.join(caregivers)} in '{folder}': "
             "add what it lacks with `caregiver-mj evaluate --resume`"
         )
-    return Run(
-        settings=found.settings,
-        families=tuple(map(str, found.settings.families)),
-        episodes=found.episodes,
-        summary={key: found.summary.get(key, {}) for key in ("harm", "rows", "comparisons", "versions")},
-        maps=found.maps,
-        caregiver=next((name for name in RULE if name in acting), acting[0]),
-        by_house=_houses(found) if len(found.settings.plans) > 1 else None,
-        seeds=tuple(found.seeds),
-    )
-
-
-def _houses(found: Finished) -> pd.DataFrame:
-    """Every house by itself: as the run has left it, if it has."""
-    try:
-        return pd.read_parquet(found.path / "houses.parquet")
-    except (OSError, ValueError):
-        return by_house(found.episodes)
+    return run

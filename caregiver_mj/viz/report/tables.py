@@ -82,14 +82,12 @@ def damage_table(run: Run) -> Table:
 
 def timesteps_table(run: Run) -> Table:
     """Return the paper's Table II: timesteps until the threshold of damage."""
-    column, rows = "timesteps_to_threshold", []
-    for family in run.families:
-        cited = published.means(run, column, family)
-        cells = [family_name(family)]
-        for i, caregiver in enumerate(("none", run.caregiver)):
-            cells.append(with_interval(run.row(caregiver, family), f"{column}_mean", between="\n"))
-            cells.append(NONE if cited is None else f"{cited[i]:.1f}")
-        rows.append(tuple(cells))
+    column = "timesteps_to_threshold"
+    cited = [published.means(run, column, family) for family in run.families]
+    cells: list[Sequence[str]] = [[family_name(family) for family in run.families]]
+    for i, caregiver in enumerate(("none", run.caregiver)):
+        cells += [run.cells(caregiver, f"{column}_mean"), [NONE if one is None else f"{one[i]:.1f}" for one in cited]]
+    rows = list(zip(*cells, strict=True))
     note = f"Mean timesteps until the damage is above {DAMAGE_THRESHOLD:g}, at most {EPISODE_TIMESTEPS}"
     note += if_bracketed(rows, ", and its 95 % interval") + "."
     return _beside_published(run, f"Table II. Timesteps — {run.title}", ("without", "with"), rows, note)
@@ -103,7 +101,7 @@ def _beside_published(
         columns = tuple(f"{quantity}, {where}" for quantity in quantities for where in ("here", "published"))
     else:
         columns, rows = quantities, [(row[0], *row[1::2]) for row in rows]
-    return Table(title, (run.nouns.who, *columns), rows, note)
+    return Table(title, (run.nouns["who"], *columns), rows, note)
 
 
 def comparison_table(run: Run) -> Table:
@@ -119,12 +117,12 @@ def comparison_table(run: Run) -> Table:
         rows.append((family_name(family), *cells))
     interval = ", in brackets its 95 % interval (studentised bootstrap; ∞ where the episodes do not bound it)"
     note = (
-        f"With the caregiver less without, paired: episode i has the same {run.nouns.who} both times. The mean "
+        f"With the caregiver less without, paired: episode i has the same {run.nouns['who']} both times. The mean "
         f"difference{if_bracketed(rows, interval)}, and "
         "the p of the same mean being zero (sign flips, two-sided, this one alone; summary.json has it corrected by "
         "Holm, too); no p where fewer than six pairs differ, for none could be small enough."
     )
-    columns = (run.nouns.who, *(TITLES[column] for column in compared))
+    columns = (run.nouns["who"], *(TITLES[column] for column in compared))
     return Table(f"Differences that the caregiver makes — {run.title}", columns, rows, note)
 
 
@@ -167,49 +165,36 @@ def children_table(run: Run) -> Table | None:
 
 def harm(run: Run) -> dict[str, Any]:
     """Return a sentence on the caregiver that the report is about, and a table of all."""
-    rows = run.summary["harm"]
-    ours = next(row for row in rows if row["caregiver"] == run.caregiver)
-    return {"shown": bool(ours["cells_harmed"]), "sentence": _sentence(ours), "table": _harm_table(run)}
+    rows = [_harm_cells(row) for row in run.summary["harm"]]
+    columns = ("caregiver", "cells with harm", "could be shown in", "episodes worse than alone", "worst cell")
+    table = Table(f"Harm — {run.title}", (*columns, "alone", "with", "difference"), rows)
+    ours = next(row for row in run.summary["harm"] if row["caregiver"] == run.caregiver)
+    return {"shown": bool(ours["cells_harmed"]), "sentence": _sentence(ours), "table": table}
 
 
-def _sentence(row: dict[str, Any]) -> str:
+def _harm_cells(row: dict[str, Any]) -> tuple[str, ...]:
     worst = row["worst"]
-    harmed = row["cells_harmed"] or "none"
-    text = f"Harm: with {row['caregiver']} in {harmed} of {row['cells']} cells of a house and a child"
-    if row["cells_decidable"] < row["cells"]:
-        text += f" (with so few pairs that differ it could be shown in {row['cells_decidable'] or 'none'})"
     return (
-        f"{text}. Worst: {_cell(worst)}, damage {number(worst['damage_alone'], 2)} alone, "
-        f"{number(worst['damage_with'], 2)} with it ({_difference(worst)}). "
-        f"{number(100 * row['episodes_worse'])} % of the episodes are worse than alone."
+        row["caregiver"],
+        f"{row['cells_harmed']} of {row['cells']}",
+        str(row["cells_decidable"]),
+        f"{number(100 * row['episodes_worse'])} %",
+        f"{worst['house']}, {family_name(worst['family'])}",
+        number(worst["damage_alone"], 2),
+        number(worst["damage_with"], 2),
+        with_interval(worst, "damage_difference", 2, sign="+"),
     )
 
 
-def _harm_table(run: Run) -> Table:
-    """All caregivers, in the run's order."""
-    rows = [
-        (
-            row["caregiver"],
-            f"{row['cells_harmed']} of {row['cells']}",
-            str(row["cells_decidable"]),
-            f"{number(100 * row['episodes_worse'])} %",
-            _cell(row["worst"]),
-            number(row["worst"]["damage_alone"], 2),
-            number(row["worst"]["damage_with"], 2),
-            _difference(row["worst"]),
-        )
-        for row in run.summary["harm"]
-    ]
-    columns = ("caregiver", "cells with harm", "could be shown in", "episodes worse than alone", "worst cell")
-    return Table(f"Harm — {run.title}", (*columns, "alone", "with", "difference"), rows)
-
-
-def _cell(worst: dict[str, Any]) -> str:
-    return f"{worst['house']}, {family_name(worst['family'])}"
-
-
-def _difference(worst: dict[str, Any]) -> str:
-    return with_interval(worst, "damage_difference", 2, sign="+")
+def _sentence(row: dict[str, Any]) -> str:
+    caregiver, _, _, worse, cell, alone, guarded, difference = _harm_cells(row)
+    text = f"Harm: with {caregiver} in {row['cells_harmed'] or 'none'} of {row['cells']} cells of a house and a child"
+    if row["cells_decidable"] < row["cells"]:
+        text += f" (with so few pairs that differ it could be shown in {row['cells_decidable'] or 'none'})"
+    return (
+        f"{text}. Worst: {cell}, damage {alone} alone, {guarded} with it ({difference}). "
+        f"{worse} of the episodes are worse than alone."
+    )
 
 
 def contacts(run: Run) -> dict[str, Any] | None:

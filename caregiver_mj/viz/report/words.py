@@ -19,29 +19,11 @@ _NARROW = 9  # characters of a line under bars
 
 
 # -- Children ----------------------------------------------------------------------------------------
-@dataclasses.dataclass(frozen=True)
-class Nouns:
-    """What the children of a run are called.
-
-    Attributes:
-        group: Whom a row of a table is about.
-        groups: Several of those.
-        who: Those in one episode.
-        whom: The same, with an article, where they walk about.
-        were: The same again, where they are hurt.
-        one: One of them.
-    """
-
-    group: str
-    groups: str
-    who: str
-    whom: str
-    were: str
-    one: str
-
-
-SINGLE = Nouns("novice", "novices", "novice", "the toddler", "it was", "the child")
-SEVERAL = Nouns("family", "families", "children", "the children", "they were", "a child")
+# What they are called: whom a row of a table is about, several of those, those in one episode, the same with an article
+# where they walk about, the same again where they are hurt, and one of them.
+_NOUNS = ("group", "groups", "who", "whom", "were", "one")
+SINGLE = dict(zip(_NOUNS, ("novice", "novices", "novice", "the toddler", "it was", "the child"), strict=True))
+SEVERAL = dict(zip(_NOUNS, ("family", "families", "children", "the children", "they were", "a child"), strict=True))
 
 
 def members(family: str) -> list[tuple[str, float]]:

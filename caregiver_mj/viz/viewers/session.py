@@ -45,14 +45,6 @@ class Watched:
     damage: DamageWeights = DamageWeights()
     embodiment: str = DEFAULT
 
-    def plan(self) -> FloorPlan:
-        """Read the floor plan.
-
-        Raises:
-            CaregiverError: There is none, or it is not valid.
-        """
-        return FloorPlan.load(self.house, damage=self.damage)
-
     def begin(self) -> Episode:
         """Begin the episode.
 
@@ -60,7 +52,7 @@ class Watched:
             CaregiverError: There can be no such episode.
         """
         episode = Episode.load(
-            house=self.plan(),
+            house=FloorPlan.load(self.house, damage=self.damage),
             children=self.family,
             seed=self.seed,
             number=self.number,
@@ -107,14 +99,7 @@ class Session:
         begin: Callable[[Watched], Episode] = Watched.begin,
         clock: Callable[[], float] = time.monotonic,
     ):
-        """Begin an episode.
-
-        Args:
-            watched: Which one.
-            speed: How many seconds of the simulated world pass in one.
-            playing: Whether it runs at once.
-            begin: Makes the episode.
-            clock: The time in seconds.
+        """Begin an episode, `speed` seconds of which pass in one of the `clock`.
 
         Raises:
             CaregiverError: There can be no such episode, or the speed is out of range.
@@ -140,6 +125,10 @@ class Session:
             raise CaregiverError(f"speed must be in {SLOWEST:g} to {FASTEST:g}, got {speed:g}")
         self._speed = float(speed)
 
+    def hurry(self, times: float) -> None:
+        """Run so many times as fast, as far as that goes."""
+        self.speed = min(max(times * self.speed, SLOWEST), FASTEST)
+
     def play(self) -> None:
         """Let it run on from here."""
         self.skip_time()
@@ -148,6 +137,10 @@ class Session:
     def skip_time(self) -> None:
         """Let the time since the last call of `advance` pass without running on."""
         self._last = self._clock()
+
+    def toggle(self) -> None:
+        """Halt it, or let it run on."""
+        self.pause() if self.playing else self.play()
 
     def pause(self) -> None:
         """Halt it."""

@@ -58,14 +58,9 @@ class WebViewer:
     """
 
     def __init__(self, session: Session, host: str = HOST, port: int = PORT, rate: float = RATE, plain: bool = False):
-        """Begin to serve.
+        """Begin to serve a session at an address, `rate` updates a second; port 0 is any that is free.
 
-        Args:
-            session: What to show.
-            host: Address to listen at; that of this machine alone by default.
-            port: Port to listen at; any that is free if 0.
-            rate: Updates a second.
-            plain: Whether to do without shadows; they cost much where there is no graphics card.
+        A plain one has no shadows, which cost much where there is no graphics card.
 
         Raises:
             CaregiverError: One cannot listen there.
@@ -105,12 +100,6 @@ class WebViewer:
         with contextlib.redirect_stdout(io.StringIO()):
             self.server.stop()
 
-    def __enter__(self) -> WebViewer:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
     def _take_wishes(self, until: float) -> None:
         """Do what browsers ask for, up to a time."""
         while True:
@@ -138,13 +127,7 @@ class WebScene:
     """The house of an episode, in all browsers that look at a server."""
 
     def __init__(self, server: viser.ViserServer, episode: Episode, plain: bool = False):
-        """Send the house.
-
-        Args:
-            server: What browsers are connected to; what it shows already goes.
-            episode: What happens in the house.
-            plain: Whether to do without shadows; they cost much where there is no graphics card.
-        """
+        """Send the house of an episode, a plain one without shadows; what the server shows already goes."""
         self._kind = _kind(episode)
         server.scene.reset()
         server.scene.set_up_direction("+z")
@@ -160,7 +143,11 @@ class WebScene:
         plan = episode.env.task.plan
         self._room = len(plan.free_cells) + len(plan.hazards)
         self._floor = [self._add_tiles(opacity) for opacity in _OPACITIES.tolist()]
-        self._look(episode)
+        # The eye of browsers that come is where the overview camera is.
+        place, ahead, distance = episode.overview()
+        eye = server.initial_camera
+        eye.position, eye.look_at = place, place + distance * ahead
+        eye.fov = float(np.radians(model.camera("overview").fovy[0]))
 
     def fits(self, episode: Episode) -> bool:
         """Return whether another episode has the same things in the same house."""
@@ -207,17 +194,6 @@ class WebScene:
                 scales[: len(here)] = [(tile.half, tile.half, tile.height / 2) for tile in here]
                 colours[: len(here)] = [tile.colour for tile in here]
             handle.batched_positions, handle.batched_scales, handle.batched_colors = places, scales, colours
-
-    # -- The eye ---------------------------------------------------------------------------------
-
-    def _look(self, episode: Episode) -> None:
-        """Put the eye of browsers that come where the overview camera is."""
-        overview = episode.env.physics.model.ptr.camera("overview")
-        camera = self._server.initial_camera
-        place, ahead = overview.pos, -overview.mat0.reshape(3, 3)[:, 2]
-        camera.position = place
-        camera.look_at = place - ahead * place[2] / ahead[2]  # where the line of sight meets the floor
-        camera.fov = float(np.radians(overview.fovy[0]))
 
 
 def _kind(episode: Episode) -> tuple[Any, ...]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 import html
 from collections.abc import Callable
 
-import numpy as np
+import jinja2
 import viser
 
 from caregiver_mj.caregivers.percept import HORIZON
@@ -16,9 +17,8 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans import sets
 from caregiver_mj.plans.floor_plan import house_names
 from caregiver_mj.viz import colours
-from caregiver_mj.viz.colours import Colour
 from caregiver_mj.viz.forecast import SOON
-from caregiver_mj.viz.hud.state import HudState
+from caregiver_mj.viz.moment import HudState
 from caregiver_mj.viz.viewers.session import Session
 
 _SPEEDS = ("0.1", "0.25", "0.5", "1", "2", "5", "10", "20")
@@ -26,9 +26,6 @@ _STEPS: dict[str, Callable[[Session], None]] = {"0.02 s": Session.step, "1 move"
 _NOTE = "padding:2px 14px 2px 8px;font-size:13px;overflow-wrap:anywhere"
 _MOST = 9  # children that can be asked for here
 Do = Callable[[Callable[[], None]], None]  # has something done in the thread of the simulation
-_FULL_BAR = 1.0  # expected danger of a full bar, unless one is greater
-_STYLE = "font-size:13px;line-height:1.5;padding:2px 14px 2px 8px"
-_TRACK = "background:#8884;border-radius:3px;height:9px;flex:1;overflow:hidden"
 
 
 class Panel:
@@ -39,13 +36,7 @@ class Panel:
     """
 
     def __init__(self, server: viser.ViserServer, session: Session, do: Do):
-        """Lay the panel out.
-
-        Args:
-            server: What browsers are connected to.
-            session: What is shown.
-            do: Has something done in the thread of the simulation; what browsers do arrives in others.
-        """
+        """Lay the panel out; `do` has something done in the thread of the simulation, for browsers ask in others."""
         self._gui, self._session, self._do = server.gui, session, do
         self._files = {session.watched.house}
         self._wrong: bool
@@ -99,7 +90,7 @@ class Panel:
     def _add_controls(self) -> None:
         gui, session = self._gui, self._session
         self._play = gui.add_button("Pause", hint="Halt, or go on")
-        self._play.on_click(lambda _: self._do(self._toggle))
+        self._play.on_click(lambda _: self._do(session.toggle))
         steps = gui.add_button_group("Step", tuple(_STEPS), hint="Halt, and go on by one step of the robot or children")
         steps.on_click(lambda event: self._do(lambda: _STEPS[event.target.value](session)))
         asked = f"{session.speed:g}"
@@ -118,45 +109,34 @@ class Panel:
             self._caregiver = gui.add_dropdown("Caregiver", known, initial_value=self._session.watched.caregiver)
             self._seed = gui.add_number("Seed", 0, min=0, step=1)
             self._number = gui.add_number("Number", 0, min=0, step=1, hint="Of the episode, in the run of that seed")
-            gui.add_button("Start").on_click(lambda _: self._do(self._start))
+            gui.add_button("Start").on_click(lambda _: self._do(lambda: self._begin("Start")))
             again = gui.add_button_group("Or", ("Again", "Next"), hint="The same once more, or the next of the run")
-            again.on_click(lambda event: self._do(self._again if event.target.value == "Again" else self._next))
+            again.on_click(lambda event: self._do(lambda: self._begin(event.target.value)))
         self._wrong = False
 
     # -- What is done in the thread of the simulation -----------------------------------------------
 
-    def _toggle(self) -> None:
-        self._session.pause() if self._session.playing else self._session.play()
-
-    def _again(self) -> None:
-        self._change()
-
-    def _next(self) -> None:
-        self._change(number=self._session.watched.number + 1)
-
-    def _start(self) -> None:
-        try:
-            settings = {
-                "house": self._named_house(),
-                "family": self._family(),
-                "caregiver": self._caregiver.value,
-                "seed": int(self._seed.value),
-                "number": int(self._number.value),
-            }
-        except CaregiverError as error:
-            self.tell(str(error), wrong=True)
-        else:
-            self._change(**settings)
-
-    def _change(self, **settings: object) -> None:
+    def _begin(self, button: str) -> None:
         self._wrong = False
         self.tell("The house is being made ...")
         try:
-            self._session.change(**settings)
+            self._session.change(**self._settings(button))
         except CaregiverError as error:
             self.tell(str(error), wrong=True)
         else:
             self.fill_in()
+
+    def _settings(self, button: str) -> dict[str, object]:
+        """What differs in the episode that a button begins."""
+        if button != "Start":
+            return {} if button == "Again" else {"number": self._session.watched.number + 1}
+        return {
+            "house": self._named_house(),
+            "family": self._family(),
+            "caregiver": self._caregiver.value,
+            "seed": int(self._seed.value),
+            "number": int(self._number.value),
+        }
 
     def _named_house(self) -> str:
         """The house; files can be named on the command line only, for who knows who looks at this page."""
@@ -175,79 +155,19 @@ class Panel:
 
 
 def readout(state: HudState) -> str:
-    """Return the whole, as HTML. Every value has a class, for whoever looks for it."""
-    parts = [_deeds(state), _safety(state), _danger(state), _foreseen(state)]
-    return f'<div style="{_STYLE}">{"".join(parts)}</div>'
-
-
-def _deeds(state: HudState) -> str:
-    doing = state.intervention or "there is no caregiver"
-    kinds = ", ".join(f"{kind} {damage:g}" for kind, damage in (state.damages or {}).items())
-    each = "".join(
-        f' <span style="{_dot(colours.of_child(number))}"></span>{child.damage:g}'
-        for number, child in enumerate(state.children if len(state.children) > 1 else ())
-    )
-    return (
-        f'<div><b class="doing">{html.escape(doing)}</b></div>'
-        f'<div>timestep <span class="timestep">{state.timestep}</span> of {EPISODE_TIMESTEPS}, '
-        f'epsilon <span class="epsilon">{html.escape(state.family.replace(",", ", "))}</span></div>'
-        f'<div>damage <b class="damage">{state.damage:g}</b>{each}{f" ({kinds})" if kinds else ""}</div>'
+    """Return the whole, as HTML."""
+    return _template().render(
+        state=state,
+        of_child=colours.of_child,
+        harm=colours.HARM,
+        timesteps=EPISODE_TIMESTEPS,
+        soon=SOON,
+        horizon=HORIZON,
     )
 
 
-def _safety(state: HudState) -> str:
-    if all(child.safe is None for child in state.children):
-        return _head("P(safe)") + "<div>not estimated</div>"
-    names = [""] if len(state.children) == 1 else [f"child {number + 1}" for number in range(len(state.children))]
-    rows = (
-        _row(name, child.safe or 0.0, f"{child.safe or 0.0:.2f}", colours.of_child(number), "safe")
-        for number, (name, child) in enumerate(zip(names, state.children, strict=True))
-    )
-    return _head("P(safe)") + "".join(rows)
-
-
-def _danger(state: HudState) -> str:
-    if state.danger is None:
-        return _head("Expected danger") + "<div>not estimated</div>"
-    full = max(_FULL_BAR, float(np.max(state.danger, initial=0.0)))
-    rows = []
-    for number, hazard in enumerate(state.plan.hazards):
-        value, name = float(state.danger[number]), str(hazard)
-        if number == state.target:
-            name = f"<b>{name}</b>"
-        rows.append(_row(name, value / full, f"{value:.2f}", hazard.kind.colour, "danger"))
-    return _head("Expected danger") + "".join(rows)
-
-
-def _foreseen(state: HudState) -> str:
-    if state.forecast is None:
-        return _head("Foreseen") + "<div>nothing: <i>foresight</i> and <i>paper-predictive</i> look ahead</div>"
-    epsilons = ", ".join(f"{epsilon:.2f}" for epsilon in state.forecast.epsilon)
-    child = "child" if len(state.children) == 1 else "children"
-    return (
-        _head("Foreseen, on the floor")
-        + f'<div><span style="{_dot(colours.of_child(0))}"></span> {child} here within {SOON} timesteps</div>'
-        + f'<div><span style="{_dot(colours.HARM)}"></span> hurt here within {HORIZON} timesteps</div>'
-        + f'<div>epsilon that it believes in: <span class="believed">{epsilons}</span></div>'
-    )
-
-
-def _head(text: str) -> str:
-    return f'<div style="margin-top:6px;font-weight:600">{text}</div>'
-
-
-def _row(name: str, share: float, value: str, colour: Colour, kind: str) -> str:
-    filled = f"width:{100 * min(max(share, 0.0), 1.0):.0f}%;height:100%;background:{_css(colour)}"
-    return (
-        f'<div style="display:flex;align-items:center;gap:6px"><span style="width:6.5em">{name}</span>'
-        f'<div style="{_TRACK}"><div style="{filled}"></div></div>'
-        f'<span class="{kind}" style="width:2.6em;text-align:right">{value}</span></div>'
-    )
-
-
-def _dot(colour: Colour) -> str:
-    return f"display:inline-block;width:10px;height:10px;border-radius:5px;background:{_css(colour)}"
-
-
-def _css(colour: Colour) -> str:
-    return f"rgb({colour[0]},{colour[1]},{colour[2]})"
+@functools.cache
+def _template() -> jinja2.Template:
+    loader = jinja2.PackageLoader("caregiver_mj.viz.viewers", "")
+    environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    return environment.get_template("readout.html")

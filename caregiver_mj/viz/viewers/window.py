@@ -8,6 +8,7 @@ import math
 import queue
 import threading
 import time
+from collections.abc import Callable
 
 import glfw
 import mujoco
@@ -15,20 +16,18 @@ import mujoco.viewer
 
 from caregiver_mj.errors import RenderingError
 from caregiver_mj.viz.cameras import draw_tiles
-from caregiver_mj.viz.episode import Episode
-from caregiver_mj.viz.forecast import Tile
-from caregiver_mj.viz.hud.state import HudState
-from caregiver_mj.viz.viewers.session import FASTEST, SLOWEST, Session
+from caregiver_mj.viz.moment import HudState
+from caregiver_mj.viz.viewers.session import Session
 
 _PERIOD = 1 / 60  # seconds between looks
-_KEYS = {
-    glfw.KEY_SPACE: "pause",
-    glfw.KEY_RIGHT: "step",
-    glfw.KEY_DOWN: "next move",
-    glfw.KEY_EQUAL: "faster",
-    glfw.KEY_MINUS: "slower",
-    glfw.KEY_N: "next",
-    glfw.KEY_R: "again",
+_KEYS: dict[int, Callable[[Session], None]] = {
+    glfw.KEY_SPACE: Session.toggle,
+    glfw.KEY_RIGHT: Session.step,
+    glfw.KEY_DOWN: Session.next_move,
+    glfw.KEY_EQUAL: lambda session: session.hurry(2.0),
+    glfw.KEY_MINUS: lambda session: session.hurry(0.5),
+    glfw.KEY_N: lambda session: session.change(number=session.watched.number + 1),
+    glfw.KEY_R: Session.restart,
 }
 _HELP = (
     "space\nright\ndown\n= -\nR N",
@@ -71,7 +70,9 @@ class Window:
         self._drawing = set(threading.enumerate()) - before
         with self._viewer.lock():
             self._viewer.cam.type = mujoco.mjtCamera.mjCAMERA_FREE
-            _look(self._viewer.cam, session.episode)
+            place, ahead, distance = session.episode.overview()
+            self._viewer.cam.lookat[:], self._viewer.cam.distance = place + distance * ahead, distance
+            self._viewer.cam.azimuth, self._viewer.cam.elevation = 90.0, math.degrees(math.asin(ahead[2]))
 
     def run(self) -> None:
         """Run the session until somebody closes the window or interrupts it."""
@@ -89,7 +90,8 @@ class Window:
         with self._viewer.lock():
             mujoco.mj_copyData(self._data, self._model, episode.env.physics.data.ptr)
             self._viewer.user_scn.ngeom = 0
-            draw_tiles(self._viewer.user_scn, [_raised(tile) for tile in episode.tiles()])
+            raised = [dataclasses.replace(tile, height=max(tile.height, _LOWEST)) for tile in episode.tiles()]
+            draw_tiles(self._viewer.user_scn, raised)
         names, values = texts(episode.hud_state(trail_length=1), self.session)
         top, bottom = mujoco.mjtGridPos.mjGRID_TOPLEFT, mujoco.mjtGridPos.mjGRID_BOTTOMLEFT
         font = mujoco.mjtFontScale.mjFONTSCALE_100
@@ -105,21 +107,8 @@ class Window:
 
 def press(session: Session, key: int) -> None:
     """Do what a key, as GLFW numbers them, stands for."""
-    match _KEYS.get(key):
-        case "pause":
-            session.pause() if session.playing else session.play()
-        case "step":
-            session.step()
-        case "next move":
-            session.next_move()
-        case "faster":
-            session.speed = min(2 * session.speed, FASTEST)
-        case "slower":
-            session.speed = max(session.speed / 2, SLOWEST)
-        case "again":
-            session.restart()
-        case "next":
-            session.change(number=session.watched.number + 1)
+    if key in _KEYS:
+        _KEYS[key](session)
 
 
 def texts(state: HudState, session: Session) -> tuple[str, str]:
@@ -143,18 +132,5 @@ def texts(state: HudState, session: Session) -> tuple[str, str]:
     return "\n".join(names), "\n".join(values)
 
 
-def _raised(tile: Tile) -> Tile:
-    return dataclasses.replace(tile, height=max(tile.height, _LOWEST))
-
-
 def _bar(value: float, full: float = 1.0) -> str:
     return f"{value:.2f} {'|' * round(_BAR * value / full)}"
-
-
-def _look(camera: mujoco.MjvCamera, episode: Episode) -> None:
-    """Put the eye where the overview camera is."""
-    overview = episode.env.physics.model.ptr.camera(_CAMERA)
-    place, ahead = overview.pos, -overview.mat0.reshape(3, 3)[:, 2]
-    distance = -place[2] / ahead[2]
-    camera.lookat[:], camera.distance = place + distance * ahead, distance
-    camera.azimuth, camera.elevation = 90.0, math.degrees(math.asin(ahead[2]))
