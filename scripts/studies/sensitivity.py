@@ -53,7 +53,7 @@ from caregiver_mj.viz.figures.style import INK, STYLE
 from caregiver_mj.viz.report.published import PUBLISHED
 from study import Page, Parser, interval, listed, run_all, run_in_grid, side
 
-COLLISIONS = [kind.name for kind in KINDS]
+COLLISIONS = [kind.name for kind in KINDS if not kind.fenced]  # of the paper's kinds
 WEIGHTS = ("1:1:1", "5:4:1", "20:4:1")  # of a fall down stairs, a bump into a candle's table and one into a bare table
 OWN_WEIGHTS = str(DamageWeights())  # the paper's
 ACTIONS = (1, 2, 3, 4)  # of the caregiver in a novice timestep
@@ -109,8 +109,9 @@ CONDITIONS = tuple(dict.fromkeys((NONE, NEAREST, PAPER, STILL, LINEAR, *WEIGHTED
 
 
 def costs(weights: str) -> np.ndarray:
-    """Damage of a collision of each kind, in the order of `plans.hazards.KINDS`, (kinds,)."""
-    return np.array(list(DamageWeights.of(weights).values()))
+    """Damage of a collision of each kind, in the order of `COLLISIONS`, (kinds,)."""
+    damage = DamageWeights.of(weights)
+    return np.array([damage[kind] for kind in COLLISIONS])
 
 
 @dataclasses.dataclass(frozen=True)
@@ -193,7 +194,7 @@ def run_job(job: Job) -> pd.DataFrame:
 
     ledger = run_in_grid(make, plan, [job.epsilon], job.episodes, look=look).ledger
     courses = np.array(damage)
-    collisions = np.rint(ledger.harm.sum(axis=1) / costs(job.condition.weights)).astype(int)
+    collisions = np.rint(ledger.harm.sum(axis=1)[:, : len(COLLISIONS)] / costs(job.condition.weights)).astype(int)
     above, at = first(courses > DAMAGE_THRESHOLD), first(courses >= DAMAGE_THRESHOLD)
     return pd.DataFrame(collisions, columns=list(COLLISIONS)).assign(
         toys=ledger.totals()["toys_reached"], above=above, at=at, apart=above != at, differs=differs / EPISODE_TIMESTEPS

@@ -1,6 +1,6 @@
-"""Takes the pictures in docs/: the robot picks a candle up, carries it past the toddler, and blocks a stairwell.
+"""Takes the pictures in docs/: the robot picks a candle up, carries it past the toddler, blocks stairs, closes a gate.
 
-A fourth is of the grid: one of what each environment looks like.
+Another one is of the grid: one of what each environment looks like.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 import caregiver_mj
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.rendering import engine
-from caregiver_mj.interventions.verb import BLOCK, RELOCATE
+from caregiver_mj.interventions.verb import BLOCK, CLOSE, RELOCATE
 from caregiver_mj.plans.hazards import Where
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.tasks import load
@@ -26,6 +26,7 @@ from study import Parser
 
 _NEAR = 1.3  # metres from the toddler
 _DRIVES, _RESTS = 0.5, 0.01  # m/s above which the base is on its way, and below which it stands
+_SHUTS = 0.5, 0.9  # radians between which a gate is seen to swing
 _QUALITY = 92  # of JPEG, of 100
 DEFAULT_SIZE = 1280, 720  # pixels
 _GRID_TIMESTEPS = 12  # after which the grid is shown
@@ -50,6 +51,9 @@ def views(physics: Physics, policy: CaregiverPolicy) -> dict[str, tuple[Any, ...
             found["carrying"] = [x, y, 0.45], 2.3, yaw, 140, -34
     if verb == BLOCK and near and speed < _RESTS:
         found["blocking"] = [x, y, 0.4], 2.4, yaw, 120, -33
+    if verb == CLOSE and _SHUTS[0] < physics.gate_positions().min() < _SHUTS[1]:
+        landing = policy.plan.position(policy.plan.stairwells[policy.target])
+        found["closing"] = [*(0.5 * (landing + np.array([x, y]))), 0.4], 2.2, yaw, 100, -62
     return found
 
 
@@ -60,14 +64,19 @@ def add_options(parser: Parser) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Run an episode in the house until it has shown all three, and the beginning of one in the grid."""
+    """Run episodes in two houses until they have shown all there is, and the beginning of one in the grid."""
     options.out.mkdir(parents=True, exist_ok=True)
     imageio.imwrite(options.out / "grid.png", show_grid(options.seed))
     print(options.out / "grid.png")
-    env = load("supervise", house="paper", epsilon=1.0, random=options.seed)
-    policy = CaregiverPolicy(env)
+    look_on(options, "paper", "expected-danger", {"picking", "carrying", "blocking"})
+    look_on(options, "home", "childproof", {"closing"})
+
+
+def look_on(options: argparse.Namespace, house: str, caregiver: str, wanted: set[str]) -> None:
+    """Run an episode until all pictures that are wanted of it have been taken."""
+    env = load("supervise", house=house, epsilon=1.0, random=options.seed)
+    policy = CaregiverPolicy(env, caregiver)
     timestep = env.reset()
-    wanted = {"picking", "carrying", "blocking"}
     while wanted and not timestep.last():
         timestep = env.step(policy(timestep))
         for name, view in views(env.physics, policy).items():

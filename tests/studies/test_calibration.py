@@ -78,7 +78,7 @@ def test_bumps_are_the_damage_of_the_world():
     """What is watched is what the same children's world books."""
     seeds = tapes(20)
     watched = watch_children(KITCHEN, [Family.of(0.5)], seeds, (1,))
-    harm = GridWorld(KITCHEN, 0.5, None).run(seeds).harm[:, 0]
+    harm = GridWorld(KITCHEN, 0.5, None).run(seeds).harm[:, 0, :3]
     assert watched.bumped.sum(axis=0)[:, :3] * [5, 4, 1] == pytest.approx(harm)
 
 

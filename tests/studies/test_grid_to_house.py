@@ -200,7 +200,13 @@ def made_rows(houses, called, grid=10.0, house=12.0, alone=40.0, who="paper"):
 
     Of the physical houses every other one has a little more than that, and the others as much less.
     """
-    kinds = {"damage_stairwell": 5.0, "damage_candle": 4.0, "damage_table": 1.0, "interventions_done": 6}
+    kinds = {
+        "damage_stairwell": 5.0,
+        "damage_candle": 4.0,
+        "damage_table": 1.0,
+        "damage_gate": 0.0,
+        "interventions_done": 6,
+    }
     rows = [
         {"world": world, "house": name, "caregiver": caregiver, "epsilon": e, "episode": i, "damage": damage * e}
         | kinds

@@ -160,7 +160,7 @@ def results():
                     draws = np.random.default_rng(next(random))
                     stops = np.sort(draws.integers(1, 201, (2, 9)), axis=0)
                     differs = draws.random(9) * (one == PAPER and house_ != "house-100000")
-                    bumps = pd.DataFrame(draws.integers(0, 9, (9, 3)), columns=COLLISIONS)
+                    bumps = pd.DataFrame(draws.integers(0, 9, (9, len(COLLISIONS))), columns=COLLISIONS)
                     figures[house_, epsilon, one] = bumps.assign(
                         toys=draws.integers(0, 30, 9), above=stops[1], at=stops[0], apart=stops[0] != stops[1],
                         differs=differs,

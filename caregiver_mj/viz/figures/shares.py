@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 _SERIES = ((colours.ROBOT, "o"), (colours.BIN, "s"), (colours.STAIRWELL, "^"), (colours.CANDLE, "v"))
 _HIGHEST = 2.0  # share that an interval may take the axis to
 KINDS = {f"damage_{kind.name}": kind.at for kind in hazards.KINDS}
+_OF_THE_PAPER = 3  # kinds, the first ones; the others are left out where they do no damage
 _COLOURS = {f"damage_{kind.name}": kind.colour for kind in hazards.KINDS}
 _WIDTH = 0.37  # of a bar; a pair of bars takes twice that
 _OTHERS = ((colours.BIN, (0, (5, 1.5))), (colours.STAIRWELL, (0, (2, 1))), (colours.CANDLE, (0, (5, 1, 1, 1))))
@@ -143,6 +144,15 @@ def bars(novices: Sequence[str], alone: Series, guarded: Series, quantity: str, 
     return figure
 
 
+def kinds_in(means: pd.DataFrame) -> dict[str, str]:
+    """Return the names of the kinds that a table, as of `kinds`, has something to say of, by their columns."""
+
+    def does_damage(kind: str) -> bool:  # rows of before there was that kind do not have it
+        return f"{kind}_mean" in means and bool(means[f"{kind}_mean"].any())
+
+    return {kind: name for i, (kind, name) in enumerate(KINDS.items()) if i < _OF_THE_PAPER or does_damage(kind)}
+
+
 def kinds(means: pd.DataFrame, names: Mapping[str, str], *, caregiver: str = "paper") -> Figure:
     """Return stacked bars of the damage by what did it, without and with a caregiver, as shares of all damage without.
 
@@ -160,7 +170,7 @@ def kinds(means: pd.DataFrame, names: Mapping[str, str], *, caregiver: str = "pa
             whole = float(rows.loc[("none", family), "damage_mean"])
             for who, x in (("none", place - _WIDTH / 2), (caregiver, place + _WIDTH / 2)):
                 row, bottom = rows.loc[(who, family)], 0.0
-                for kind, name in KINDS.items():
+                for kind, name in kinds_in(means).items():
                     share = float(row[f"{kind}_mean"]) / whole if whole else 0.0
                     drawn = axes.bar(x, share, 0.92 * _WIDTH, bottom, color=unit(_COLOURS[kind]))
                     keys.setdefault(name, drawn)

@@ -223,7 +223,7 @@ def short_table(run: Run) -> Table:
         rows = ([run.row(caregiver, family) for caregiver in ("none", run.caregiver)] for family in run.families)
         return tuple(" → ".join(number(row[f"{column}_mean"]) for row in pair) for pair in rows)
 
-    rows = [(name, *cells(kind)) for kind, name in figures.KINDS.items()]
+    rows = [(name, *cells(kind)) for kind, name in figures.kinds_in(pd.DataFrame(run.summary["rows"])).items()]
     rows.append(("all", *cells("damage")))
     for floor in run.floor:
         rows.append((floor, *(number(run.row(floor, family)["damage_mean"]) for family in run.families)))
@@ -235,7 +235,7 @@ def kinds_table(run: Run) -> Table:
     """Return the damage by what did it, without and with the caregiver, and the floor of it."""
     who = {"none": "without", run.caregiver: "with"} | dict.fromkeys(run.floor, "floor")
     rows = []
-    for kind, name in figures.KINDS.items():
+    for kind, name in figures.kinds_in(pd.DataFrame(run.summary["rows"])).items():
         rows += [(f"{name}, {how}", *run.cells(caregiver, f"{kind}_mean")) for caregiver, how in who.items()]
     rows.append((_OF_ALL, *(_share(run, family) for family in run.families)))
     interval = if_bracketed(rows, " and its 95 % interval")
