@@ -18,23 +18,23 @@ import pandas as pd
 from caregiver_mj.errors import CaregiverError
 from study import Parser
 
-_RULES = "none random wanderer nearest guard stairs candles childproof paper-still paper"
-_ALL = f"{_RULES} paper-predictive foresight knows-goal floor"
+_ALL = "none random wanderer nearest guard stairs candles childproof expected-danger foresight knows-goal floor"
+_FEW = "none nearest expected-danger foresight floor"
 _OTHERS = "toddler:.5 explorer:.25 avoider:.25 seeker:.25"  # children that are no novices
 RUNS = {  # in the order of the report
-    "grid-test-100": f"--world grid --houses test-100 --caregiver {_ALL} --episodes 100",
-    "grid-test-20": "--world grid --houses test-20 --caregiver none nearest paper foresight knows-goal clairvoyant "
-    "floor --episodes 100",
-    "house-ten": "--world house --houses paper apartment test-8 --caregiver none paper foresight floor --episodes 6",
-    "grid-apartment": f"--world grid --house apartment --caregiver {_ALL} --episodes 400",
-    "grid-paper": f"--world grid --house paper --caregiver {_ALL} --episodes 2000",
-    "house-paper": "--world house --house paper --caregiver none paper --episodes 20",
+    "grid-test-100": f"--world grid --houses test-100 --caregiver {_ALL} --episodes 20",
+    "grid-test-20": "--world grid --houses test-20 --caregiver none expected-danger foresight knows-goal clairvoyant "
+    "floor --episodes 20",
+    "house-ten": "--world house --houses paper apartment test-8 --caregiver none expected-danger foresight floor "
+    "--episodes 3",
+    "grid-apartment": f"--world grid --house apartment --caregiver {_ALL} --episodes 200",
+    "grid-paper": f"--world grid --house paper --caregiver {_ALL} --episodes 1000",
+    "house-paper": "--world house --house paper --caregiver none expected-danger --episodes 10",
 }
 CHILDREN = {  # who are no novices
-    "grid-children": "--world grid --houses test-100 --caregiver none nearest paper foresight floor "
-    f"--epsilon {_OTHERS} --episodes 50",
-    "house-children": "--world house --houses test-10 --caregiver none paper foresight floor "
-    f"--epsilon {_OTHERS} --episodes 2",
+    "grid-children": f"--world grid --houses test-100 --caregiver {_FEW} --epsilon {_OTHERS} --episodes 20",
+    "house-children": "--world house --houses test-10 --caregiver none expected-danger foresight floor "
+    f"--epsilon {_OTHERS} --episodes 1",
 }
 
 
