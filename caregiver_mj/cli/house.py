@@ -27,6 +27,9 @@ _COUNTS = {  # options of `house make`
     "candles": "how many tables with a candle",
     "tables": "how many bare tables",
     "bins": "how many toy bins",
+    "gates": "how many stairwells more, with an open gate",
+    "mugs": "how many tables more, with a mug",
+    "batteries": "how many small objects on the floor",
 }
 _MOST_PROBLEMS = 20  # that `house check` tells of one file
 
@@ -45,6 +48,7 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
     command = parsing.add_command(plans, "make", _make, text)
     parsing.add_seed(command)
     command.add_argument("--shape", metavar="NAME", help=f"a house of another shape: {', '.join(SHAPES)}")
+    command.add_argument("--home", action="store_true", help="draw gates, mugs and batteries, too")
     command.add_argument("--size", metavar="WxH", help="columns and rows, outer walls included")
     for name, what in _COUNTS.items():
         command.add_argument(f"--{name}", type=int, metavar=name[0].upper(), help=what)
@@ -91,8 +95,8 @@ def _counts(plan: FloorPlan) -> dict[str, str]:
 
 def _make(arguments: argparse.Namespace) -> None:
     if arguments.shape is not None:
-        for name in ("size", *_COUNTS):
-            if getattr(arguments, name) is not None:
+        for name in ("home", "size", *_COUNTS):
+            if getattr(arguments, name) not in (None, False):
                 raise CaregiverError(f"house make: --shape must be without --{name}: a shape has its own")
     size = None
     if arguments.size is not None:
@@ -103,7 +107,7 @@ def _make(arguments: argparse.Namespace) -> None:
         size = width, height
     counts = {name: getattr(arguments, name) for name in _COUNTS}
     if arguments.shape is None:
-        plan = generate(arguments.seed, size, **counts)
+        plan = generate(arguments.seed, size, **counts, home=arguments.home)
     else:
         plan = generate_shape(arguments.shape, arguments.seed)
     if arguments.out is None:

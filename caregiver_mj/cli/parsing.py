@@ -108,7 +108,7 @@ def add_houses(command: argparse.ArgumentParser) -> None:
         nargs="+",
         metavar="SET|NAME",
         help="several houses: test-N or train-N, the first N of two disjoint lists, shapes-test-N or "
-        "shapes-train-N, of other shapes too, drawn-10, drawn by hand, or names and files",
+        "shapes-train-N, of other shapes too, home-test-N or home-train-N, drawn-10, drawn by hand, or names and files",
     )
     _add_damage(command)
 
@@ -147,7 +147,7 @@ def add_embodiment(command: argparse.ArgumentParser) -> None:
 
 def houses() -> str:
     """Return what may be said for a house."""
-    return f"{', '.join(floor_plan.house_names())}, house-SEED, SHAPE-SEED, SET/I (such as test-100/17), or a text file"
+    return f"{', '.join(floor_plan.house_names())}, house-SEED, home-SEED, SHAPE-SEED, SET/I (such as test-100/17), or a text file"
 
 
 def caregivers() -> str:

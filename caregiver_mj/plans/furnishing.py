@@ -7,7 +7,7 @@ import enum
 import numpy as np
 from scipy import ndimage
 
-from caregiver_mj.plans.cell_graph import BIN, CANDLE, FREE, STAIRWELL, TABLE, WALL, Cell
+from caregiver_mj.plans.cell_graph import BIN, FREE, STAIRWELL, TABLE, WALL, Cell
 from caregiver_mj.plans.request import draw, pick
 from caregiver_mj.plans.rooms import Room, Shell
 
@@ -34,26 +34,37 @@ _HABITS = {
 }
 
 
-def furnish(random: np.random.RandomState, shell: Shell, counts: dict[str, int]) -> np.ndarray | None:
+def furnish(
+    random: np.random.RandomState,
+    shell: Shell,
+    fixtures: dict[str, int],
+    tables: dict[str, int],
+    on_floor: dict[str, int],
+) -> np.ndarray | None:
     """Put things into a house such that none of them divides a room, and a free cell remains beside each thing.
 
     Args:
         random: Where the chance comes from.
         shell: The house without them.
-        counts: How many there shall be of each kind.
+        fixtures: How many stairwells and bins there shall be, by their characters.
+        tables: How many tables of each kind.
+        on_floor: How many of each kind of small thing on the floor, where it does not lie in the way either.
 
     Returns:
         Characters (rows, columns), or None if no place was found for something.
     """
     house = _Furnished(shell)
-    things = [STAIRWELL] * counts[STAIRWELL] + [BIN] * counts[BIN]
-    tables = [CANDLE] * counts[CANDLE] + [TABLE] * counts[TABLE]
-    for kind in [*things, *random.permutation(tables).tolist()]:
+    of_tables = random.permutation(_each(tables)).tolist()
+    for kind in [*_each(fixtures), *of_tables, *_each(on_floor)]:
         cell = house.find(random, kind)
         if cell is None:
             return None
         house.grid[cell] = kind
     return house.grid
+
+
+def _each(counts: dict[str, int]) -> list[str]:
+    return [kind for kind, count in counts.items() for _ in range(count)]
 
 
 class _Furnished:

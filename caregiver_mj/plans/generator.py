@@ -12,9 +12,10 @@ import numpy as np
 from scipy.sparse import coo_array, csgraph
 
 from caregiver_mj.errors import FloorPlanError
-from caregiver_mj.plans.cell_graph import BIN, CANDLE, STAIRWELL, TABLE
+from caregiver_mj.plans.cell_graph import BIN, CANDLE, FREE, STAIRWELL, TABLE, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.furnishing import furnish
+from caregiver_mj.plans.hazards import BATTERY, GATE, MUG
 from caregiver_mj.plans.layout import Layout
 from caregiver_mj.plans.request import Request
 from caregiver_mj.plans.rooms import Shell, build_shell
@@ -37,6 +38,10 @@ def generate(
     candles: int | None = None,
     tables: int | None = None,
     bins: int | None = None,
+    gates: int | None = None,
+    mugs: int | None = None,
+    batteries: int | None = None,
+    home: bool = False,
 ) -> FloorPlan:
     """Make a house. What is not given is drawn from the seed.
 
@@ -48,6 +53,10 @@ def generate(
         candles: How many tables with a candle.
         tables: How many bare tables.
         bins: How many toy bins.
+        gates: How many stairwells more, with a gate that stands open.
+        mugs: How many tables more, with a mug.
+        batteries: How many small objects on the floor.
+        home: Whether gates, mugs and batteries, too, are drawn if they are not given; else there are none.
 
     Returns:
         The floor plan. `FloorPlan.load` gives it again by its name.
@@ -55,7 +64,7 @@ def generate(
     Raises:
         FloorPlanError: There can be no such house, or none was found.
     """
-    return design(Request(seed, size, rooms, stairwells, candles, tables, bins))[0]
+    return design(Request(seed, size, rooms, stairwells, candles, tables, bins, gates, mugs, batteries, home))[0]
 
 
 def design(request: Request) -> tuple[FloorPlan, Shell]:
@@ -88,17 +97,35 @@ def furnished(random: np.random.RandomState, shell: Shell, counts: Sequence[int]
     Args:
         random: Where the chance comes from.
         shell: The house without them.
-        counts: How many stairwells, candles, bare tables and bins.
+        counts: How many stairwells, candles, bare tables and bins, and of what a home has besides: gates, mugs and
+            batteries.
         name: What to call it.
     """
-    symbols = furnish(random, shell, dict(zip((STAIRWELL, CANDLE, TABLE, BIN), counts, strict=True)))
+    stairwells, candles, tables, bins, gates, mugs, batteries = (*counts, 0, 0, 0)[:7]
+    tables_with = {CANDLE: candles, MUG.symbol: mugs, TABLE: tables}
+    symbols = furnish(
+        random, shell, {STAIRWELL: stairwells + gates, BIN: bins}, tables_with, {BATTERY.symbol: batteries}
+    )
     if symbols is None:
         return None
     try:
         plan = FloorPlan.parse("\n".join(map("".join, symbols.tolist())), name)
+        if gates:
+            for cell in _gated(random, plan, gates):
+                symbols[cell] = GATE.symbol
+            plan = FloorPlan.parse("\n".join(map("".join, symbols.tolist())), name)
     except FloorPlanError:
         return None
+    if len(plan.mouths) < gates:
+        return None
     return plan if is_drivable(plan) else None
+
+
+def _gated(random: np.random.RandomState, plan: FloorPlan, gates: int) -> list[Cell]:
+    """Draw some of the stairwells that have room for a gate: opposite to their stairs is a free cell, and bare."""
+    ways = zip(plan.stairwells, plan.stair_directions, strict=True)
+    possible = [(row, column) for (row, column), step in ways if step and plan[row - step[0], column - step[1]] == FREE]
+    return [possible[i] for i in random.permutation(len(possible))[:gates].tolist()]
 
 
 def is_drivable(plan: FloorPlan) -> bool:

@@ -5,7 +5,8 @@ other. `test-100/17` is house 17 of `test-100`, counted from 0, and also house 1
 Its own name, which is the same in all of them, is that of its seed: `house-200017`.
 
 `shapes-train-N` and `shapes-test-N` are two more such lists, of homes and houses of all `SHAPES` in turn. `drawn-10`
-are ten houses drawn by hand, to be tested in.
+are ten houses drawn by hand, to be tested in. `home-train-N` and `home-test-N` are homes with gates, mugs and small
+objects on the floor, too.
 """
 
 from __future__ import annotations
@@ -22,7 +23,14 @@ from caregiver_mj.plans.request import Request
 from caregiver_mj.plans.shapes import SHAPES, generate_shape
 
 LARGEST_SET = 1000  # houses
-FIRST_SEEDS = {"train": 100_000, "test": 200_000, "shapes-train": 300_000, "shapes-test": 400_000}
+FIRST_SEEDS = {
+    "train": 100_000,
+    "test": 200_000,
+    "shapes-train": 300_000,
+    "shapes-test": 400_000,
+    "home-train": 500_000,
+    "home-test": 600_000,
+}
 DRAWN = (
     "bungalow", "courtyard", "farmhouse", "flat", "loft", "maisonette", "railroad", "tenement", "terrace", "villa",
 )  # fmt: skip
@@ -60,8 +68,8 @@ def house_set(name: str) -> tuple[FloorPlan, ...]:
     """Make all houses of a set.
 
     Args:
-        name: `train-N`, `test-N`, `shapes-train-N` or `shapes-test-N`, with N from 1 to 1000, or `drawn-N`, with N
-            from 1 to 10.
+        name: `train-N`, `test-N`, `shapes-train-N`, `shapes-test-N`, `home-train-N` or `home-test-N`, with N from 1
+            to 1000, or `drawn-N`, with N from 1 to 10.
 
     Raises:
         FloorPlanError: There is no such set.
@@ -70,7 +78,8 @@ def house_set(name: str) -> tuple[FloorPlan, ...]:
     if names is None:
         raise FloorPlanError(
             f"no set of floor plans '{name}': there are train-N and test-N, such as test-100; "
-            "shapes-train-N and shapes-test-N, of other shapes too; drawn-10, drawn by hand"
+            "shapes-train-N and shapes-test-N, of other shapes too; home-train-N and home-test-N, with gates, mugs and small "
+            "objects; drawn-10, drawn by hand"
         )
     return tuple(FloorPlan.load(one) for one in names)
 
@@ -106,7 +115,7 @@ def houses_named(
 
 def _names(name: str) -> list[str] | None:
     """Return the names of the houses of a set; None if it is no name of one."""
-    found = isinstance(name, str) and re.fullmatch(r"((?:shapes-)?(?:train|test)|drawn)-(\d+)", name, re.ASCII)
+    found = isinstance(name, str) and re.fullmatch(r"((?:shapes-|home-)?(?:train|test)|drawn)-(\d+)", name, re.ASCII)
     if not found:
         return None
     kind, size = found[1], int(found[2])
@@ -116,5 +125,5 @@ def _names(name: str) -> list[str] | None:
     if kind == "drawn":
         return list(DRAWN[:size])
     first = FIRST_SEEDS[kind]
-    shapes = ("house", *SHAPES) if kind.startswith("shapes-") else ("house",)
+    shapes = ("house", *SHAPES) if kind.startswith("shapes-") else ("home" if kind.startswith("home-") else "house",)
     return [f"{shapes[i % len(shapes)]}-{first + i}" for i in range(size)]
