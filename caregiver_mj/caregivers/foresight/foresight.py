@@ -221,9 +221,8 @@ class ForesightCaregiver(Caregiver):
         """Return the number of the option to take in some worlds, (W,)."""
         damage = options.damage.copy()
         if percept.out_of_reach is not None:
-            stairwells, candles = self.plan.hazards.split(percept.out_of_reach[worlds])
-            ways = np.zeros((len(worlds), 2), bool)
-            barred = np.concatenate([stairwells, ways, candles], axis=1)[:, : damage.shape[1]]
+            openings, *others = self.plan.hazards.split(percept.out_of_reach[worlds])
+            barred = np.concatenate([openings, np.zeros((len(worlds), 2), bool), *others], axis=1)
             damage = np.where(barred, np.inf, damage)
         goes_on = np.arange(damage.shape[1]) == self._begun[worlds, None]
         return _first_of_least(damage - goes_on * self._hysteresis * damage.min(axis=1, keepdims=True))
