@@ -69,7 +69,7 @@ _NO_GATES = ("studies.homes:NoGates", "studies.homes:ForesightNoGates")
 
 
 def weight(admitted: float, least: float = BARE_TABLE) -> float:
-    """Return the damage of injuries of which a share is admitted, percent: 1 for bare tables, 1 more for each double."""
+    """Return the damage of injuries with a share admitted, percent: 1 for bare tables, 1 more for twice as much."""
     return 1 + math.log2(admitted / least)
 
 
