@@ -116,7 +116,7 @@ def load(
     kind, options = TASKS[task].find_kind(), {"family": epsilon, "random": random, **(task_kwargs or {})}
     if not isinstance(options["random"], np.random.RandomState | None):
         check_integer("random, if no numpy.random.RandomState,", options["random"], 0, LARGEST_SEED)
-    if kind.needs and kind.needs not in plan.hazards.kinds:
+    if kind.needs and kind.needs.verb not in plan.hazards.verb:
         needed = f"a {kind.needs.name} ({kind.needs.symbol})"
         raise CaregiverError(f"{task} needs {needed}, and floor plan '{plan.name}' has none")
     if kind.needs_robot and not options.get("robot", True):

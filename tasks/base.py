@@ -121,7 +121,8 @@ class CareTask(Task):
         self.candles = Candles(rectangles, _draw_heights(table_height, len(plan.tables), self.random))
         self.sensing = Sensing.of(sensing)
         tables = np.column_stack([rectangles, self.candles.table_heights])
-        self._sensor = None if self.sensing.is_exact else Sensor(self.sensing, control_timestep, tables)
+        things = layout.things(plan)
+        self._sensor = None if self.sensing.is_exact else Sensor(self.sensing, control_timestep, tables, things)
         self.caregiver: Caregiver | None = None
         self.caregiver_seed = 0
         self._shown = 0 if len(self.children) == 1 else slice(None)  # an only child without a dimension of its own

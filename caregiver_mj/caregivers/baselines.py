@@ -8,7 +8,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver, first_of_greatest
 from caregiver_mj.caregivers.foresight.child_model import Followers
-from caregiver_mj.caregivers.percept import Percept
+from caregiver_mj.caregivers.percept import Percept, bare_tables
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, pick
 from caregiver_mj.danger.chain import ChildChain, expected_visits
@@ -77,11 +77,65 @@ class GuardCaregiver(Caregiver):
         return self._post
 
 
-class ChildproofCaregiver(GuardCaregiver):
-    """Puts candles where a novice is least likely to bump into them; then closes gates, picks up, and guards stairs.
+class NearestFirstCaregiver(GuardCaregiver):
+    """Puts right all that can be, the nearest to itself first, and never looks at the children; then it guards stairs.
 
-    Of the gates it closes the nearest one first, and of what is on the floor it takes that first; the stairwell is that
-    of `GuardCaregiver`.
+    It closes gates, picks up what is on the floor, and takes what is on a table to the one beside which the fewest cells
+    are. The stairwell is that of `GuardCaregiver`.
+    """
+
+    def __init__(self, plan: FloorPlan, seed: int = 0):
+        super().__init__(plan, seed)
+        graph, beside = plan.graph, plan.graph.beside(plan.tables)
+        mouths = [plan.cell_index[cell] for cell in plan.mouths.values()]
+        # How far it is to gates, and to what is on the floor, (caregiver cells, of them).
+        self._to_gate, self._to_floor = (graph.distances_from(cells).T for cells in (mouths, plan.floor_cells))
+        self._to_table = graph.distances_from(beside).T
+        self._beside = np.array([len(cells) for cells in beside], float)
+
+    def choose(self, percept: Percept) -> np.ndarray:
+        far = self.distance(percept)
+        worth = np.isfinite(far)
+        if percept.out_of_reach is not None:
+            worth &= ~percept.out_of_reach
+        nearest, _ = first_of_greatest(np.where(worth, 1.0 / (1.0 + far), 0.0))
+        return np.where(worth.any(axis=1), nearest, super().choose(percept))
+
+    def distance(self, percept: Percept) -> np.ndarray:
+        """Return how far it is to what is to be done about each hazard, (B, hazards); infinite if there is nothing."""
+        hazards, cell = self.plan.hazards, percept.caregiver_cell
+        openings = np.full((len(cell), len(self.plan.stairwells)), np.inf)
+        openings[:, len(self.plan.landings) :] = self._to_gate[cell]
+        lying = self._to_floor[cell].astype(float)
+        if percept.shut is not None:
+            openings[percept.shut] = np.inf
+        if percept.gone is not None:
+            lying[percept.gone] = np.inf
+        return hazards.join(openings, self._to_things(percept), lying)
+
+    def _to_things(self, percept: Percept) -> np.ndarray:
+        """Return how far it is to each thing that is on a worse table than a bare one, or on the floor."""
+        cell, table, graph = percept.caregiver_cell, percept.candle_table, self.plan.graph
+        if not table.size:
+            return np.empty(table.shape)
+        least = np.where(bare_tables(table, len(self._beside)), self._beside, np.inf).min(axis=1)
+        worse = (table != NOTHING) & (self._beside[table] > least[:, None])
+        far = np.where(worse, self._to_table[cell[:, None], table], np.inf)
+        if percept.candle_cell is not None:
+            for world, thing in np.argwhere(percept.candle_cell != NOTHING):
+                far[world, thing] = graph.distances_from([percept.candle_cell[world, thing]])[0, cell[world]]
+        return far
+
+    def destination(self, percept: Percept, candle: np.ndarray) -> np.ndarray:
+        """Return the bare table beside which the fewest cells are, (B,)."""
+        bare = bare_tables(percept.candle_table, len(self._beside))
+        return np.where(bare, self._beside, np.inf).argmin(axis=1)
+
+
+class ChildproofCaregiver(NearestFirstCaregiver):
+    """Puts candles where a novice is least likely to bump into them, before it comes in; then it does all the rest.
+
+    That is to close gates, and to pick up what is on the floor, the nearest first, and to guard stairs.
     """
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
@@ -90,22 +144,13 @@ class ChildproofCaregiver(GuardCaregiver):
         # A candle that is on one of them already stays; the others take in turn what is left.
         left = iter([table for table in chosen if table not in plan.candle_tables])
         self._tables = np.array([table if table in chosen else next(left) for table in plan.candle_tables], int)
-        # How far it is to what it puts right for good, (caregiver cells, hazards): to gates first of all.
-        cells, openings = len(plan.caregiver_cells), len(plan.stairwells)
-        mouths = [plan.cell_index[cell] for cell in plan.mouths.values()]
-        self._far = np.full((cells, len(plan.hazards)), np.inf)
-        self._far[:, len(plan.landings) : openings] = plan.graph.distances_from(mouths).T
-        self._far[:, openings + len(plan.candle_tables) :] = cells + plan.graph.distances_from(plan.floor_cells).T
 
     def prepare(self, candle_table: np.ndarray) -> np.ndarray:
         return np.tile(self._tables, (len(candle_table), 1))
 
-    def choose(self, percept: Percept) -> np.ndarray:
-        guarded = super().choose(percept)
-        if not np.isfinite(self._far).any():
-            return guarded
-        far = np.where(self.worth_protecting(percept), self._far[percept.caregiver_cell], np.inf)
-        return np.where(np.isfinite(far).any(axis=1), far.argmin(axis=1), guarded)
+    def distance(self, percept: Percept) -> np.ndarray:
+        openings, things, lying = self.plan.hazards.split(super().distance(percept))
+        return self.plan.hazards.join(openings, np.full_like(things, np.inf), lying)
 
 
 def table_exposure(plan: FloorPlan, epsilon: float = EPSILON, timesteps: int = EPISODE_TIMESTEPS) -> np.ndarray:

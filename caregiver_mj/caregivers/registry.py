@@ -9,6 +9,7 @@ from caregiver_mj.caregivers.baselines import (
     ChildproofCaregiver,
     GuardCaregiver,
     NearestCaregiver,
+    NearestFirstCaregiver,
     RandomCaregiver,
     WandererCaregiver,
 )
@@ -49,6 +50,7 @@ CAREGIVERS: Registry[type[Caregiver] | None] = Registry(
         "stairs": StairsCaregiver,
         "candles": CandlesCaregiver,
         "wanderer": WandererCaregiver,
+        "nearest-first": NearestFirstCaregiver,
         "childproof": ChildproofCaregiver,
         "foresight": ForesightCaregiver,
         "knows-goal": KnowsGoalCaregiver,

@@ -9,19 +9,17 @@ import numpy as np
 
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans import layout
+from caregiver_mj.plans.hazards import CANDLE, HazardKind
 from caregiver_mj.recording.contacts import FAR, Contacts
 from caregiver_mj.robot.geometry import upwards
-from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, CHILD_RADIUS, OFF_TABLE
+from caregiver_mj.robot.view import CHILD_RADIUS, OFF_TABLE
 
-_STANDING_COSINE = math.cos(math.radians(30))  # of a candle's tilt, beyond which it counts as fallen
 _BELOW = 0.05  # metres below the top of a table from which on a candle counts as fallen down
-# The candle as in models/candle.xml: spheres along its axis, by their height above its foot, metres.
-WAX_RADIUS, FLAME_RADIUS = CANDLE_RADIUS, 0.016
-_WAX = np.linspace(WAX_RADIUS, CANDLE_HEIGHT - WAX_RADIUS, 8)
-_FLAME = np.linspace(0.170 + FLAME_RADIUS, 0.246 - FLAME_RADIUS, 3)
-_SPHERES = np.concatenate([_WAX, _FLAME])
+FLAME_RADIUS = 0.016  # metres, of a candle as in models/candle.xml
+_FLAME = np.linspace(0.170 + FLAME_RADIUS, 0.246 - FLAME_RADIUS, 3)  # spheres along its axis, above its foot, metres
 _BODY = 0.15, 0.68  # metres above the floor between which the axis of a child's body is, as in models/toddler.xml
 _IN_HAND = 0.04  # metres between the fingertips' middle and the axis of a candle that they hold
+_SPHERES = 8  # along the body of what is carried
 _LENGTH = 0.30  # metres from the fingertips' middle to the farthest of a candle that they hold, and more
 
 
@@ -49,7 +47,7 @@ class Candles:
     def standing(self, physics: Physics) -> np.ndarray:
         """Return whether each candle is upright, and no lower than a table, (candles,)."""
         high = physics.candle_poses()[:, 2] > self._lowest
-        return high & (physics.candle_upright() > _STANDING_COSINE)
+        return high & (physics.candle_upright() > np.cos(np.radians([kind.upset for kind in physics.carried])))
 
     def count_fallen(self, physics: Physics) -> int:
         """Return how many have fallen over, or down, since the last look."""
@@ -85,15 +83,24 @@ def watch_candle(physics: Physics, seconds: float, tally: Contacts) -> None:
         return
     axes = upwards(poses[:, 3:])
     from_foot = pinch - poses[:, :3]
-    along = np.clip((from_foot * axes).sum(axis=1), _WAX[0], _WAX[-1])
+    bodies = np.array([_body(kind) for kind in physics.carried])
+    along = np.clip((from_foot * axes).sum(axis=1), bodies[:, 0], bodies[:, -1])
     off = np.linalg.norm(from_foot - along[:, None] * axes, axis=1)
     nearest = int(off.argmin())
     if off[nearest] > _IN_HAND:
         return
-    distances = _distances(poses[nearest, :3] + _SPHERES[:, None] * axes[nearest], children)
-    wax = min(distances[: len(_WAX)]) - CHILD_RADIUS - WAX_RADIUS
-    flame = min(distances[len(_WAX) :]) - CHILD_RADIUS - FLAME_RADIUS
+    kind = physics.carried[nearest]
+    spheres = np.concatenate([bodies[nearest], _FLAME if kind is CANDLE else ()])
+    distances = _distances(poses[nearest, :3] + spheres[:, None] * axes[nearest], children)
+    wax = min(distances[:_SPHERES]) - CHILD_RADIUS - layout.thing(kind).width
+    flame = min(distances[_SPHERES:], default=FAR) - CHILD_RADIUS - FLAME_RADIUS
     tally.carry(min(FAR, max(0.0, flame)), min(FAR, max(0.0, wax)), seconds)
+
+
+def _body(kind: HazardKind) -> np.ndarray:
+    """Spheres along the axis of a thing but for its flame, as wide as it: their heights above its foot, metres."""
+    thing = layout.thing(kind)
+    return np.linspace(thing.width, thing.height - thing.width, _SPHERES)
 
 
 def _distances(points: np.ndarray, children: np.ndarray) -> list[float]:

@@ -33,7 +33,7 @@ _GEOM_ATTRIBUTES = (
     *("condim", "friction", "solref", "solimp", "margin", "gap"),
 )
 _TO_THE_BOARD = ("leg_ne", "leg_nw", "leg_sw", "leg_se", "top")  # parts of a table from the floor up to there
-_REACHES_FARTHEST = "/glow"  # of a candle
+_REACHES_FARTHEST = ("/glow", "/steam")  # of what is carried
 # The overview camera looks north and down, and shows the whole house in pictures of 4:3 and anything wider.
 _OVERVIEW_ELEVATION = np.radians(60.0)
 _OVERVIEW_FOVY = 30.0  # degrees; a long lens, so that near walls do not hide the rooms behind them
@@ -221,8 +221,8 @@ def place_model(spec: mujoco.MjSpec, model: mujoco.MjSpec, name: str, position: 
 def remove_visuals(spec: mujoco.MjSpec) -> None:
     """Take out of a scene what is only to be seen. What happens in it stays exactly the same, and is computed faster.
 
-    It leaves what weighs something, and of a candle what reaches farthest: that tells MuJoCo how still the candle must
-    be to fall asleep.
+    It leaves what weighs something, and of what is carried the part that reaches farthest: that tells MuJoCo how still
+    it must be to fall asleep.
     """
     for body in spec.worldbody.bodies:
         if not body.find_all("joint"):  # one of `place_model`, which does no more than show the model

@@ -22,7 +22,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import Where, kinds_at
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.robot.view import LOOSE
+from caregiver_mj.robot.view import loose
 
 _SPRUNG = 0.002  # metres that the bolt of a gate that has latched is in, at most
 _AWAKE = ("ntree_awake", "nbody_awake", "nparent_awake", "nv_awake")
@@ -34,6 +34,7 @@ class Physics(OffscreenRendering, engine.Physics):
     Attributes:
         touches: All contacts of the children during the last `step`.
         touch_reader: What reads them.
+        carried: What kind of thing each candle is.
         embodiment: The robot in the house, or None.
     """
 
@@ -93,11 +94,11 @@ class Physics(OffscreenRendering, engine.Physics):
         forces = raw.qfrc_applied[first : first + 3 * children].reshape(-1, 3)
         self._toddlers = list(zip(self._toddler_positions, self._toddler_velocities, forces, strict=True))
         self.touch_reader = TouchReader(model, raw, children)
-        counts = [
-            (kind.name, sum(name.startswith(f"{kind.name}_") for name in joints)) for kind in kinds_at(Where.ON_TABLE)
-        ]
+        counts = [(kind, sum(name.startswith(f"{kind}_") for name in joints)) for kind in kinds_at(Where.ON_TABLE)]
         first = [model.joint(f"{kind}_{i}/joint").qposadr[0] for kind, count in counts for i in range(count)]
         self._candle_rows = np.array(first, int)[:, None] + np.arange(7)
+        self.carried = tuple(kind for kind, count in counts for _ in range(count))
+        self._loose = loose([layout.thing(kind) for kind in self.carried])
         in_order = (model.joint(i).name for i in range(model.njnt))
         gates = [name.removesuffix("hinge") for name in in_order if name.endswith("/hinge")]
         self._hinges, self._bolts = (
@@ -172,9 +173,9 @@ class Physics(OffscreenRendering, engine.Physics):
         return self._robot.pinch.copy()
 
     def is_gripping(self) -> bool:
-        """Return whether the fingers are as close together as round a candle, or closer."""
+        """Return whether the fingers are as close together as round the thickest thing on a table, or closer."""
         left, right = self._robot.fingers[0].tolist()
-        return left + right < 2 * LOOSE
+        return left + right < 2 * self._loose
 
     def toddler_positions(self) -> np.ndarray:
         """Return the pose x, y (m) and yaw (rad) of every child, (children, 3)."""

@@ -49,9 +49,12 @@ class HazardKind:
         cell: What its cell is called, one and several.
         at: Where the damage is done, in tables.
         harm: What does it, in a sentence.
-        model: Its file in `models/`. The model's first geom is what is touched.
+        model: Its file in `models/`. Its first geom is what is touched; of what is carried, it is the upright cylinder
+            by which that is gripped.
         colour: What it is drawn in: red, green, blue, of 255.
         fenced: Whether it is entered only from the side opposite to its stairs. The caregiver does not enter it at all.
+        grip: How far above its foot it is gripped, of what is carried, metres.
+        upset: Tilt from upright beyond which it has fallen, or spilt, likewise, degrees.
     """
 
     name: str
@@ -65,6 +68,8 @@ class HazardKind:
     model: str
     colour: tuple[int, int, int]
     fenced: bool = False
+    grip: float = 0.10
+    upset: float = 30.0
 
     def __str__(self) -> str:
         return self.name
@@ -89,12 +94,18 @@ TABLE = HazardKind(
     name="table", symbol="T", where=Where.FURNITURE, damage=1.0, verb=None, cell=("bare table", "bare tables"),
     at="bare tables", harm="bumps into bare tables", model="table", colour=(133, 100, 72),
 )  # fmt: skip
+MUG = HazardKind(
+    name="mug", symbol="M", where=Where.ON_TABLE, damage=5.0, verb="relocate",
+    cell=("table with a hot drink", "tables with a hot drink"), at="hot drinks",
+    harm="pulls a hot drink over itself, in the house also bumps into one anywhere",
+    model="mug", colour=(0, 114, 178), grip=0.075, upset=20.0,
+)  # fmt: skip
 BATTERY = HazardKind(
     name="battery", symbol="o", where=Where.FLOOR, damage=5.0, verb="pick up",
     cell=("free cell with a battery", "free cells with batteries"), at="batteries",
     harm="takes batteries off the floor", model="battery", colour=(186, 192, 206),
 )  # fmt: skip
-KINDS = (STAIRWELL, CANDLE, TABLE, GATE, BATTERY)  # a kind of your own is a record here, and a model
+KINDS = (STAIRWELL, CANDLE, TABLE, GATE, MUG, BATTERY)  # a kind of your own is a record here, and a model
 _IN_SHORT = tuple(kind.name for kind in (STAIRWELL, CANDLE, TABLE))  # of "5:4:1"
 
 

@@ -20,6 +20,7 @@ from scipy import ndimage
 
 from caregiver_mj.plans.cell_graph import WALL, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import HazardKind, Where
 
 WALL_THICKNESS = 0.25  # metres, as of a brick wall
 GATE_OPEN, GATE_SHUT = (
@@ -52,13 +53,47 @@ def _size(model: str, geom: str, number: int, times: int) -> float:
 
 def _find(model: str, tag: str, name: str) -> ElementTree.Element:
     """The element of a name in a model."""
-    file = importlib.resources.files("caregiver_mj.models") / f"{model}.xml"
-    (found,) = ElementTree.fromstring(file.read_text(encoding="utf-8")).findall(f".//worldbody//{tag}[@name='{name}']")
+    (found,) = _model(model).findall(f".//worldbody//{tag}[@name='{name}']")
     return found
+
+
+def _model(name: str) -> ElementTree.Element:
+    file = importlib.resources.files("caregiver_mj.models") / f"{name}.xml"
+    return ElementTree.fromstring(file.read_text(encoding="utf-8"))
 
 
 def _numbers(element: ElementTree.Element, attribute: str) -> tuple[float, ...]:
     return tuple(float(number) for number in element.attrib[attribute].split())
+
+
+class Thing(NamedTuple):
+    """What a hand must know of a thing that it carries, metres.
+
+    Attributes:
+        radius: Of the upright cylinder by which it is gripped.
+        height: Of its top above its foot.
+        width: Radius of the widest upright cylinder of it.
+        grip: How far above its foot it is gripped.
+    """
+
+    radius: float
+    height: float
+    width: float
+    grip: float
+
+
+@functools.cache
+def thing(kind: HazardKind) -> Thing:
+    """Return the size of what stands on tables, as its model has it, and where it is gripped."""
+    cylinders = _model(kind.model).findall("./worldbody/body/geom[@type='cylinder']")
+    sizes = [_numbers(geom, "size") for geom in cylinders if geom.get("class") != "visual"]
+    (radius, half_height), (_, _, middle) = sizes[0], _numbers(cylinders[0], "pos")
+    return Thing(radius, middle + half_height, max(size[0] for size in sizes), kind.grip)
+
+
+def things(plan: FloorPlan) -> tuple[Thing, ...]:
+    """Return the sizes of all that stands on a plan's tables, in the order of `plan.candle_tables`."""
+    return tuple(thing(hazard.kind) for hazard in plan.hazards.at(Where.ON_TABLE))
 
 
 class Gate(NamedTuple):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import collections
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -15,11 +16,11 @@ from caregiver_mj.children.walk import BUMP_SPEED
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.sensing import Blur, Sensing
 from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.layout import Thing
 from caregiver_mj.robot import geometry
 from caregiver_mj.robot.embodiment import Embodiment
-from caregiver_mj.robot.kinematics import arm_of, is_round_candle
+from caregiver_mj.robot.kinematics import arm_of, is_round
 from caregiver_mj.robot.motion import RobotMotion
-from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS
 
 _SIGMAS = 2.0  # of errors that count
 _SIGMAS_BESIDE = 2.5  # of errors for which there is room beside a candle in the open hand
@@ -41,8 +42,8 @@ _KEPT = 0.3, 0.002  # sigmas, and metres, that an estimate must be off the last 
 _NEAR = 0.25  # metres about the hand in which it may have touched something
 
 
-def hand_error(sensing: Sensing, robot: Embodiment) -> float:
-    """Return by how much the hand may be off a candle, one sigma along each axis, metres; 0 if observations are exact.
+def hand_error(sensing: Sensing, robot: Embodiment, things: Sequence[Thing]) -> float:
+    """Return by how much the hand may be off what it takes, one sigma along each axis, metres; 0 if that is exact.
 
     Raises:
         CaregiverError: It is too much to take a candle in the hand.
@@ -50,7 +51,8 @@ def hand_error(sensing: Sensing, robot: Embodiment) -> float:
     candle, base = sensing.candle, sensing.base
     turn = robot.postures.reach * math.hypot(base.turn_bias, _error(base.turn_noise, _STEADY[1]))
     error = math.hypot(candle.bias, _error(candle.noise, _SLIPS), base.bias, _error(base.noise, _STEADY[0]), turn)
-    most = (robot.grasp.open - CANDLE_RADIUS) / _SIGMAS_BESIDE
+    room = min((robot.grasp.opened(thing) - thing.radius for thing in things), default=math.inf)
+    most = room / _SIGMAS_BESIDE
     if error > most:
         raise CaregiverError(
             f"sensing must show {robot.name} a candle within {1e3 * most:.1f} mm (one sigma) of where it is "
@@ -62,8 +64,8 @@ def hand_error(sensing: Sensing, robot: Embodiment) -> float:
 class Senses:
     """Estimates, from observation to observation, in one episode after the other."""
 
-    def __init__(self, sensing: Sensing, robot: RobotMotion, control_timestep: float):
-        self._sensing, self._robot, self._timestep = sensing, robot, control_timestep
+    def __init__(self, sensing: Sensing, robot: RobotMotion, control_timestep: float, things: Sequence[Thing]):
+        self._sensing, self._robot, self._timestep, self._things = sensing, robot, control_timestep, things
         self._steps, self._exact = sensing.delay_steps(control_timestep), sensing.is_exact
 
     @property
@@ -86,7 +88,7 @@ class Senses:
         if self._exact:
             return
         self._self = SelfEstimate(self._sensing.base, self._robot, self._steps)
-        self._candles = CandleEstimates(self._sensing.candle, self._robot.robot)
+        self._candles = CandleEstimates(self._sensing.candle, self._robot.robot, self._things)
         self._children = ChildEstimates(self._sensing.child, self._timestep, self.age)
 
     def now(self, observation: Observation) -> Observation:
@@ -196,8 +198,8 @@ class ChildEstimates:
 class CandleEstimates:
     """All candles of a house."""
 
-    def __init__(self, blur: Blur, robot: Embodiment):
-        self._blur, self._arm = blur, arm_of(robot)
+    def __init__(self, blur: Blur, robot: Embodiment, things: Sequence[Thing]):
+        self._blur, self._arm, self._things = blur, arm_of(robot), things
         self._keeps = max(_KEPT[0] * blur.noise, _KEPT[1]) if blur.noise else 0.0
         self._told: np.ndarray | None = None  # positions that have been given out, (candles, 3)
         self._held = NOTHING
@@ -258,16 +260,13 @@ class CandleEstimates:
 
     def _follow_hand(self, told: np.ndarray, positions: np.ndarray, fingers: float, then: Posture) -> None:
         """Take in which candle is in the hand, and where in it."""
-        grips = is_round_candle(fingers)
-        if not grips and self._held != NOTHING:
+        if self._held != NOTHING and not is_round(self._things[self._held], fingers):
             self._let_go(told, then)
-        if not grips:
             return
-        pinch = self._to_house(np.zeros(3), then)
         if self._held == NOTHING:
-            distances = np.linalg.norm(told - pinch, axis=1)
+            distances = np.linalg.norm(told - self._to_house(np.zeros(3), then), axis=1)
             nearest = int(distances.argmin())
-            if distances[nearest] < CANDLE_HEIGHT:
+            if is_round(self._things[nearest], fingers) and distances[nearest] < self._things[nearest].height:
                 self._held = nearest
                 self._in_hand = self._in_hand_told = self._to_hand(told[nearest], then)
         elif not (self._blur.dropout and np.array_equal(positions[self._held], self._seen[self._held])):

@@ -12,6 +12,7 @@ from caregiver_mj.caregivers.percept import PAPER, Pace
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import CANDLE
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.limits import Limits
@@ -63,7 +64,7 @@ def _ways(plan: FloorPlan) -> list[tuple[Cell, Cell]]:
 def handling_times(robot: Embodiment) -> tuple[float, float]:
     """Return the seconds for which the hand keeps the base waiting at a table: to get a candle, and to place it."""
     grasp, approach = robot.grasp, robot.approach
-    reach = reach_path(arm_of(robot), round(1e4 * (layout.TABLE_HEIGHT + grasp.height))).limits
+    reach = reach_path(arm_of(robot), round(1e4 * (layout.TABLE_HEIGHT + CANDLE.grip))).limits
     down = _time(reach, approach.hover, 1.0, 1.0) - approach.last_time  # the base still drives meanwhile
     opened = _time(robot.limits.gripper, grasp.closed, grasp.open, grasp.open)
     get = down + grasp.grip_time + _time(reach, 1.0, 0.0, approach.drive_loaded)

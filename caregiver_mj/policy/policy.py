@@ -25,6 +25,7 @@ from caregiver_mj.house.scene import build_house
 from caregiver_mj.house.sensing import Sensing
 from caregiver_mj.house.task_info import TaskInfo
 from caregiver_mj.interventions.verb import Intervention
+from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import WALKABLE
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house
 from caregiver_mj.policy.estimates import Senses, base_jumps, hand_error
@@ -103,11 +104,12 @@ class CaregiverPolicy:
         self._shapes = {key: array.shape for key, array in spec.items()} if "base_position" in spec else {}
         self._sensing = info.sensing if sensing is None else Sensing.of(sensing)
         delay = self._sensing.delay_steps(self._timestep) * self._timestep
-        error = hand_error(self._sensing, embodiment) if self.plan.candle_tables else 0.0
+        things = layout.things(self.plan)
+        error = hand_error(self._sensing, embodiment, things) if things else 0.0
         self.robot = RobotMotion(embodiment, self._timestep, delay, error, base_jumps(self._sensing.base))
         navigator = Navigator(self.plan, embodiment, self.caregiver.yields)
         self._clearance = navigator.clearance
-        self._senses = Senses(self._sensing, self.robot, self._timestep)
+        self._senses = Senses(self._sensing, self.robot, self._timestep, things)
         self._perception = Perception(
             self.plan, self._sensing.is_exact, self._senses.age, self._sensing.candle.noise, self._senses.unsure
         )

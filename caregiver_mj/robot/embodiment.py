@@ -22,6 +22,7 @@ from importlib.resources.abc import Traversable
 
 import numpy as np
 
+from caregiver_mj.plans import layout
 from caregiver_mj.robot.limits import RobotLimits
 
 DEFAULT = "mobile_fr3"  # the robot where no other is named
@@ -231,7 +232,7 @@ class Grasp:
     Attributes:
         open: How far each finger stands off the middle when open.
         closed: The same when closed: less than a candle's radius, and the difference is what squeezes it.
-        height: Above a standing candle's foot.
+        widest: The same at most, for what is thicker than a candle; `open` if that is more.
         depth: How much nearer the candle shall be than the middle of the fingers: too far out it is lost sooner than
             too far in.
         grip_time: Seconds from closing to a firm grip.
@@ -243,10 +244,18 @@ class Grasp:
     open: float
     closed: float
     grip_time: float
-    height: float = 0.10
+    widest: float = 0.0
     depth: float = 0.003
     release_time: float = 0.05
     above_lying: float = 0.006
+
+    def opened(self, thing: layout.Thing) -> float:
+        """Return how far each finger stands off the middle before it takes a thing."""
+        return max(self.open, min(self.widest, self.open + thing.radius - layout.CANDLE_RADIUS))
+
+    def squeezed(self, thing: layout.Thing) -> float:
+        """Return how far each finger is told to stand off the middle when it has got one, which it squeezes alike."""
+        return self.closed + (thing.radius - layout.CANDLE_RADIUS)
 
 
 @dataclasses.dataclass(frozen=True)

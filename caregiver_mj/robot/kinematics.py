@@ -19,11 +19,12 @@ import mujoco
 import numpy as np
 
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans.layout import Thing
 from caregiver_mj.robot import geometry
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.geometry import Vector, hand_rotation
 from caregiver_mj.robot.robot_model import read_spec
-from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, LOOSE, View
+from caregiver_mj.robot.view import LOOSE, View
 
 _TOLERANCE = 1e-5  # metres and radians
 _ITERATIONS = 40
@@ -32,7 +33,7 @@ _CLEAR = 0.02  # metres that parts of the robot stay away from each other
 _NEIGHBOURS = 2  # joints between two parts that meet at them, as they do all the time
 _HOLD_COST = 0.5  # of a joint that is held, beside 1 for the hand
 ATTEMPTS = 3  # at a grasp
-_GIVES = 0.01  # metres by which the fingers, both together, may be nearer to each other than a candle is thick
+_GIVES = 0.01  # metres by which the fingers, both together, may be nearer to each other than what they hold is thick
 
 
 class Arm:
@@ -204,18 +205,18 @@ def hand_offset(view: View, robot: Embodiment) -> Vector:
     return x - view.base[0], y - view.base[1]
 
 
-def has_in_hand(view: View, robot: Embodiment, candle: int) -> bool:
-    """Return whether a candle is between the fingers, and they have closed on it."""
-    if hand_is_empty(view):
+def has_in_hand(view: View, robot: Embodiment, candle: int, thing: Thing) -> bool:
+    """Return whether a candle, or another such thing, is between the fingers, and they have closed on it."""
+    if hand_is_empty(view, thing):
         return False
-    return math.dist(view.candles[candle].tolist(), hand_position(view, robot).tolist()) < CANDLE_HEIGHT
+    return math.dist(view.candles[candle].tolist(), hand_position(view, robot).tolist()) < thing.height
 
 
-def is_round_candle(fingers: float) -> bool:
-    """Return whether fingers, so far off the middle both together, have closed on a candle."""
-    return 2 * CANDLE_RADIUS - _GIVES <= fingers < 2 * LOOSE
+def is_round(thing: Thing, fingers: float) -> bool:
+    """Return whether fingers, so far off the middle both together, have closed on a thing."""
+    return 2 * thing.radius - _GIVES <= fingers < 2 * (thing.radius + LOOSE)
 
 
-def hand_is_empty(view: View) -> bool:
-    """Return whether the fingers have closed on nothing: they are closer than they can be round a candle."""
-    return view.fingers < 2 * CANDLE_RADIUS - _GIVES
+def hand_is_empty(view: View, thing: Thing) -> bool:
+    """Return whether the fingers have closed on nothing: they are closer than they can be round a thing."""
+    return view.fingers < 2 * thing.radius - _GIVES

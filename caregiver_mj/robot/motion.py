@@ -192,11 +192,11 @@ class RobotMotion(BaseMotion):
 
     def grip(self, width: float) -> None:
         """Set how far each finger stands off the middle."""
-        limits, closes = self.robot.limits.gripper, width == self.robot.grasp.closed
+        limits, closes = self.robot.limits.gripper, width < self.robot.grasp.open
         share = _GRIPS if closes and self.may_be_off else 1.0
         self._gripper.set_limits(dataclasses.replace(limits, velocity=share * limits.velocity))
         self._gripper.move_to(width, self.now)
-        if width == self.robot.grasp.open and self._turning is not self.robot.limits.yaw:
+        if not closes and self._turning is not self.robot.limits.yaw:
             self._turn_within(self.robot.limits.yaw)
 
     # -- State of the references -----------------------------------------------------------------
@@ -214,7 +214,7 @@ class RobotMotion(BaseMotion):
     @property
     def closes(self) -> bool:
         """Whether the fingers have been told to close."""
-        return self._gripper.target == self.robot.grasp.closed
+        return self._gripper.target < self.robot.grasp.open
 
     @property
     def has_given_way(self) -> bool:

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 import mujoco
 import numpy as np
 
+from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import Where
 from caregiver_mj.robot.embodiment import Embodiment
@@ -40,14 +41,15 @@ class PlanningScene:
         self._robot = np.array([name.startswith("robot/") for name in names])
         self._pads = np.array([name.endswith("_pad") for name in names])
         things = [hazard.element for hazard in plan.hazards.at(Where.ON_TABLE)]
-        self._wax = [next(i for i, name in enumerate(names) if name.startswith(f"{one}/")) for one in things]
+        self._things = [np.array([name.startswith(f"{one}/") for name in names]) for one in things]
+        self._open = [robot.grasp.opened(thing) for thing in layout.things(plan)]
         joints = (robot.names.base, robot.names.arm, robot.names.fingers)
-        self._base, self._arm, fingers = ([model.joint(f"robot/{name}").qposadr[0] for name in part] for part in joints)
+        rows = ([model.joint(f"robot/{name}").qposadr[0] for name in part] for part in joints)
+        self._base, self._arm, self._fingers = rows
         candles = [model.joint(f"{one}/joint").qposadr[0] for one in things]
         self._candles = np.array(candles, int)[:, None] + np.arange(7)
         self._hand = self._data.body("robot/hand")
         self._data.qpos[model.joint("toddler/x").qposadr[0]] = _ELSEWHERE
-        self._data.qpos[fingers] = robot.grasp.open
 
     def is_free(
         self, base: Sequence[float], arm: Iterable[np.ndarray], candles: np.ndarray, between: int, held: bool = False
@@ -65,7 +67,7 @@ class PlanningScene:
         qpos = self._data.qpos
         carried: tuple[np.ndarray, np.ndarray] | None = None  # the candle in the hand's frame
         with self._lock:
-            qpos[self._base], qpos[self._candles] = base, candles
+            qpos[self._base], qpos[self._candles], qpos[self._fingers] = base, candles, self._open[between]
             for joints in arm:
                 qpos[self._arm] = joints
                 mujoco.mj_kinematics(self._model, self._data)
@@ -73,7 +75,7 @@ class PlanningScene:
                     carried = self._in_hand(between)
                 elif carried is not None:
                     self._carry(between, *carried)
-                if self._touches(self._wax[between], held):
+                if self._touches(self._things[between], held):
                     return False
         return True
 
@@ -92,12 +94,12 @@ class PlanningScene:
         self._data.qpos[self._candles[candle]] = [*position, *quaternion]
         mujoco.mj_kinematics(self._model, self._data)
 
-    def _touches(self, wax: int, held: bool) -> bool:
-        """Whether there is a contact of the robot, or of the candle that it holds, that should not be."""
+    def _touches(self, thing: np.ndarray, held: bool) -> bool:
+        """Whether there is a contact of the robot, or of what it holds, that should not be: which geoms (n,)."""
         mujoco.mj_collision(self._model, self._data)
         one, two = self._data.contact.geom.T
-        mine = self._robot | (held & (np.arange(len(self._robot)) == wax))
-        gripping = (self._pads[one] & (two == wax)) | (self._pads[two] & (one == wax))
+        mine = self._robot | (held & thing)
+        gripping = (self._pads[one] & thing[two]) | (self._pads[two] & thing[one])
         # What holds a candle up before it is lifted is no obstacle.
-        resting = held & ((one == wax) | (two == wax)) & (self._data.contact.dist > -_RESTING)
+        resting = held & (thing[one] | thing[two]) & (self._data.contact.dist > -_RESTING)
         return bool(((mine[one] != mine[two]) & ~gripping & ~resting).any())

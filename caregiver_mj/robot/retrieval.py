@@ -11,6 +11,7 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
+from caregiver_mj.plans import layout
 from caregiver_mj.robot import geometry
 from caregiver_mj.robot.geometry import UPRIGHT, Pose, Vector, hand_rotation, upright_grip
 from caregiver_mj.robot.kinematics import arm_of
@@ -18,7 +19,7 @@ from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
 from caregiver_mj.robot.reach import ReachPath, retrieval_paths
 from caregiver_mj.robot.separation import distance_from_line
-from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, View
+from caregiver_mj.robot.view import View
 
 _DIRECTIONS = 16  # round a point
 _MOST_STANDS = 40  # that are tried, the nearest ones, lest it takes too long
@@ -62,6 +63,7 @@ class RetrievalPlanner:
         # Making the house's planning scene is costly, and seldom needed: it is made then only.
         self._navigator, self._make_scene = navigator, make_scene
         self._robot, self._arm = navigator.robot, arm_of(navigator.robot)
+        self._things = layout.things(navigator.plan)
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in vars(self).items() if name != "_scene"}  # made again where needed
@@ -84,8 +86,8 @@ class RetrievalPlanner:
         """
         axis = view.candle_axis(candle)
         on_its_head = axis[2] < -UPRIGHT
-        height, usual_pitch = self._robot.grasp.height, self._robot.postures.hand_pitch
-        point = view.candles[candle] + (CANDLE_HEIGHT - height if on_its_head else height) * axis
+        thing, usual_pitch = self._things[candle], self._robot.postures.hand_pitch
+        point = view.candles[candle] + (thing.height - thing.grip if on_its_head else thing.grip) * axis
         if abs(axis[2]) < UPRIGHT:
             point[2] += self._robot.grasp.above_lying
         stands = yield from self._stands(view, candle, point)
@@ -112,7 +114,7 @@ class RetrievalPlanner:
             candle: Index of the candle.
             pitch: Of the hand when it does that, radians.
         """
-        path = yield from self._path_down(pitch)
+        path = yield from self._path_down(pitch, self._things[candle])
         if path is None:
             return None
         # The candle is in the hand, and in nobody's way where it is now.
@@ -143,9 +145,9 @@ class RetrievalPlanner:
                     return Stance(bases[0], path)
         return None
 
-    def _path_down(self, pitch: float) -> Work[ReachPath | None]:
-        """The arm's way to lay a candle on the floor with a pitch of the hand, radians; None if there is none."""
-        postures, height = self._robot.postures, CANDLE_RADIUS + self._robot.grasp.above_lying
+    def _path_down(self, pitch: float, thing: layout.Thing) -> Work[ReachPath | None]:
+        """The arm's way to lay a thing on the floor with a pitch of the hand, radians; None if there is none."""
+        postures, height = self._robot.postures, thing.width + self._robot.grasp.above_lying
         for reach in (postures.floor_reach, *postures.lying_reaches):
             if path := (yield from self._path((reach, height), hand_rotation(0.0, pitch))):
                 return path

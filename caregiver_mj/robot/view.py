@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -12,10 +13,14 @@ from caregiver_mj.plans import layout
 from caregiver_mj.robot.geometry import UPRIGHT, Pose, Vector, upwards
 
 CHILD_RADIUS = layout.CHILD_RADIUS  # metres
-CANDLE_RADIUS, CANDLE_HEIGHT = layout.CANDLE_RADIUS, layout.CANDLE_HEIGHT  # metres
 NO_GATES = np.zeros(0)
-LOOSE = CANDLE_RADIUS + 0.002  # metres of each finger off the middle from which on the hand has let go of a candle
+LOOSE = 0.002  # metres of each finger off what it has held from which on the hand has let go of that
 OFF_TABLE = 0.03  # metres from a table's height beyond which a candle is not on it (one that lies there: 0.022)
+
+
+def loose(things: Sequence[layout.Thing]) -> float:
+    """Return the metres of each finger off the middle from which on the hand has let go of any of some things."""
+    return LOOSE + max((thing.radius for thing in things), default=layout.CANDLE_RADIUS)
 
 
 class ChildView(NamedTuple):

@@ -28,7 +28,9 @@ from rich.console import Console
 
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.sensing import Blur, Sensing
+from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import CANDLE, HazardKind, Where, kinds_at
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.robot.embodiment import Grasp
 from caregiver_mj.robot.motion import RobotMotion
@@ -56,11 +58,11 @@ LIFTED = 0.02  # metres above the table
 _ARRIVED, _ARRIVED_SPEED = 0.006, 0.03  # metres, m/s
 _CLEAR = 0.62  # of the reach: from there on the base may drive
 _SHAKEN = 1e-4  # metres by which the command to the fingers must change to count
-_TIPPED = math.cos(math.radians(30.0))  # of a candle's tilt
 _FORCE, _SECONDS, _HEIGHT = (1.2, 2.5), 0.16, 0.07  # newtons, how long, metres above the middle of the candle
 _WITHIN = 1.0  # seconds in which it happens
 # Whose touch is not worth telling.
-_FINE = {"robot": ("candle", "toddler"), "candle": ("robot", "table", "candle")}
+_CARRIED = {kind.name: kind for kind in kinds_at(Where.ON_TABLE)}
+_FINE = {"robot": (*_CARRIED, "toddler"), **dict.fromkeys(_CARRIED, ("robot", "table", *_CARRIED))}
 _GROUND = "floor"
 
 
@@ -72,6 +74,7 @@ def add_options(parser: Parser) -> None:
     for name, meaning in _NUMBERS.items():
         parser.add(name, getattr(plain, name.replace("-", "_")), meaning, metavar="X")
     parser.add("table-height", [], "of all tables, or lowest and highest", type=float, metavar="METRES")
+    parser.add("kind", CANDLE.name, "what stands where the houses have candles", choices=_CARRIED)
     parser.add("knock", False, "have every candle knocked over before the robot comes")
     parser.add("embodiment", None, "the robot (default: the task's own)", metavar="NAME")
     parser.add("each", False, "instead, so many under each condition that is held against the robot")
@@ -112,6 +115,7 @@ class Conditions:
     friction: float = 1.0
     mass: float = 1.0
     gain: float = 1.0
+    kind: str = CANDLE.name
     knock: bool = False
     embodiment: str | None = None
 
@@ -130,12 +134,17 @@ class Conditions:
         }
         return _OFFSETS | {name: value for name, value in options.items() if value is not None}
 
+    def house(self, name: str) -> FloorPlan:
+        """Load a house, of a name or in a file."""
+        plan, symbol = load_house(name), _CARRIED[self.kind].symbol
+        return FloorPlan.parse(plan.text.replace(CANDLE.symbol, symbol), plan.name)
+
     def alter(self, physics: Physics) -> None:
         """Makes the things in a house what they are under these conditions. Before an episode."""
         model = physics.model.ptr
         model.geom_friction[:] *= self.friction
         for body in range(model.nbody):
-            if model.body(body).name.startswith("candle_"):
+            if model.body(body).name.endswith(f"/{self.kind}"):
                 model.body_mass[body] *= self.mass
                 model.body_inertia[body] *= self.mass
         model.actuator_gainprm[:] *= self.gain
@@ -164,9 +173,9 @@ EACH = {
 class Knock:
     """Knocks a candle over in the first second of an episode: a push near its top, in any direction."""
 
-    def __init__(self, physics: Physics, candle: int, seed: int):
+    def __init__(self, physics: Physics, candle: int, kind: str, seed: int):
         self._data = physics.data.ptr
-        self._body = physics.model.ptr.body(f"candle_{candle}/candle").id
+        self._body = physics.model.ptr.body(f"{kind}_{candle}/{kind}").id
         random = np.random.default_rng(seed)
         self._start, angle = random.uniform(0.0, _WITHIN - _SECONDS), random.uniform(-math.pi, math.pi)
         force = random.uniform(*_FORCE) * np.array([math.cos(angle), math.sin(angle), 0.0])
@@ -185,12 +194,12 @@ def relocate(conditions: Conditions, seed: int, houses: Sequence[str] = HOUSES) 
     """Run the relocation of a seed; with each seed it is another house's turn.
 
     Returns:
-        A row: `failure`, what went wrong, "" if nothing did; `tipped`, candles that leaned by more than 30 degrees at
-        some time; the candle's `tilt` at the end, degrees, and `error`, its distance from where the robot was to put
-        it, on its map, metres; `lifting` and `clearing`, seconds since it had arrived, NaN for what never was;
+        A row: `failure`, what went wrong, "" if nothing did; `tipped`, candles that leaned at some time by as much as
+        counts as fallen; the candle's `tilt` at the end, degrees, and `error`, its distance from where the robot was to
+        put it, on its map, metres; `lifting` and `clearing`, seconds since it had arrived, NaN for what never was;
         `seconds` in all, and for how many of them a child stood in the only way, `barred`; `touches`, pairs of names.
     """
-    plan = load_house(houses[seed % len(houses)])
+    plan, kind = conditions.house(houses[seed % len(houses)]), _CARRIED[conditions.kind]
     env = load("relocate_candle", plan, _EPSILON, random=seed, task_kwargs=conditions.task_kwargs(), visuals=False)
     task, physics = env.task, env.physics
     conditions.alter(physics)
@@ -199,7 +208,7 @@ def relocate(conditions: Conditions, seed: int, houses: Sequence[str] = HOUSES) 
     timestep = env.reset()
     start, goal = int(task.candles.starting_tables[task.goal_candle]), task.goal_candle
     barred = Barred(physics, plan, (start, task.goal_table), env.control_timestep())
-    knock = Knock(physics, goal, seed)
+    knock = Knock(physics, goal, kind.name, seed)
     end = math.inf
     with each_physics_step(physics, touches.look):
         while not timestep.last() and physics.time() < end:
@@ -208,11 +217,11 @@ def relocate(conditions: Conditions, seed: int, houses: Sequence[str] = HOUSES) 
             if conditions.knock:
                 knock.apply()
             timestep = env.step(action)
-            tipped |= physics.candle_upright() < _TIPPED
+            tipped |= physics.candle_upright() < math.cos(math.radians(kind.upset))
             barred.look()
             if policy.interventions_done and end == math.inf:
                 end = physics.time() + _AFTERWARDS
-    lifting, clearing = (math.nan, math.nan) if conditions.knock else times(moments, policy.robot.robot.grasp)
+    lifting, clearing = (math.nan, math.nan) if conditions.knock else times(moments, policy.robot.robot.grasp, kind)
     position = physics.candle_poses()[goal, :3]
     return {
         "house": plan.name,
@@ -264,12 +273,13 @@ class Moment(NamedTuple):
         return cls(physics.time(), x, y, speed, fingers, height, robot.reached, physics.is_gripping())
 
 
-def times(moments: Sequence[Moment], grasp: Grasp) -> tuple[float, float]:
+def times(moments: Sequence[Moment], grasp: Grasp, kind: HazardKind = CANDLE) -> tuple[float, float]:
     """Seconds from arrived to lifted and from arrived to clear, NaN for what did not happen.
 
     Args:
         moments: All moments of a relocation.
         grasp: How the robot takes a candle.
+        kind: What has been relocated.
     """
     time, x, y, speed, fingers, height, reach, held = np.array(moments, float).T
 
@@ -286,7 +296,7 @@ def times(moments: Sequence[Moment], grasp: Grasp) -> tuple[float, float]:
 
     closing = _first(fingers < grasp.open - _SHAKEN, 0)
     lifted = _first(height > LIFTED, closing)
-    release = _first(fingers > grasp.closed + _SHAKEN, lifted)
+    release = _first(fingers > grasp.squeezed(layout.thing(kind)) + _SHAKEN, lifted)
     clear = _first((reach <= _CLEAR) & (held == 0.0), release)
     return since_arrived(lifted, closing, 0), since_arrived(clear, release, lifted)
 

@@ -69,7 +69,7 @@ APPROACH = Approach(turn=0.25, above=0.70, hover=0.77, last_time=0.225)
 
 # With 12 mm more than the depth a candle is held, with 12 mm less it may be lost on the way. So what is perceived
 # wrongly can be off as far either way.
-GRASP = Grasp(open=0.036, closed=0.012, grip_time=0.12)
+GRASP = Grasp(open=0.036, closed=0.012, grip_time=0.12, widest=0.0395)
 
 # A candle in the tucked hand is 0.45 m out.
 CLEARANCES = Clearances(turning=0.52, child_turning=0.60, hand=0.16, hand_width=0.13)

@@ -56,7 +56,7 @@ POSTURES = Postures(
 
 APPROACH = Approach(turn=0.24, above=0.69, hover=0.76, last_time=0.29)
 
-GRASP = Grasp(open=0.046, closed=0.011, grip_time=0.25)
+GRASP = Grasp(open=0.046, closed=0.011, grip_time=0.25, widest=0.054)
 
 # A candle in the tucked hand is 0.41 m out.
 CLEARANCES = Clearances(turning=0.48, child_turning=0.56, hand=0.18, hand_width=0.15)

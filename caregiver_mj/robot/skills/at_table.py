@@ -47,12 +47,15 @@ class AtTable(Skill):
     Attributes:
         candle: Index of the candle.
         table: Index of the table.
+        thing: How large the candle is.
         stand: The cell beside the table in which to stand; None before it is chosen.
     """
 
     def __init__(self, navigator: Navigator, candle: int, table: int, loaded: bool = False):
         super().__init__(navigator, loaded)
         self.candle, self.table = candle, table
+        self._things = layout.things(navigator.plan)
+        self.thing = self._things[candle]
         self.stand: Cell | None = None
         self._stage: Callable[[View, RobotMotion], Status] = self._approach
         self._moved_at = 0.0
@@ -224,7 +227,7 @@ class AtTable(Skill):
         height = view.table_height(self.table)
         if height < layout.TABLE_HEIGHT + _AS_USUAL:
             return share
-        arm, grip = arm_of(self.embodiment), self.embodiment.grasp.height
+        arm, grip = arm_of(self.embodiment), self.thing.grip
         return as_high(arm, round(1e3 * (layout.TABLE_HEIGHT + grip)), round(1e3 * (height + grip)), share)
 
     def _hand_is_clear(self, view: View, robot: RobotMotion, yaw: float, goal: Vector) -> bool:

@@ -64,9 +64,9 @@ class Pick(AtTable):
         if arrival.failed:
             return arrival
         if robot.reached < 1e-6:
-            robot.plan_reach(z + self.embodiment.grasp.height)
+            robot.plan_reach(z + self.thing.grip)
             self._is_aimed = True
-        robot.grip(self.embodiment.grasp.open)
+        robot.grip(self.embodiment.grasp.opened(self.thing))
         on_last = self._prepare_hand(view, robot, goal, yaw)
         if on_last and arrival is Status.DONE and robot.reached == 1.0:
             self._until = robot.reach_arrival
@@ -76,7 +76,7 @@ class Pick(AtTable):
     def _reach_out(self, view: View, robot: RobotMotion) -> Status:
         if view.now < self._until:
             return Status.RUNNING
-        robot.grip(self.embodiment.grasp.closed)
+        robot.grip(self.embodiment.grasp.squeezed(self.thing))
         self._until = view.now + robot.grip_time
         self._stage = self._grasp
         return Status.COMMITTED
@@ -91,16 +91,17 @@ class Pick(AtTable):
     def _lift(self, view: View, robot: RobotMotion) -> Status:
         approach = self.embodiment.approach
         up = robot.reached <= approach.drive_loaded and view.now - view.age >= self._until
-        if hand_is_empty(view) or (up and view.candles[self.candle, 2] < view.table_height(self.table) + _LIFTED):
+        stays = up and view.candles[self.candle, 2] < view.table_height(self.table) + _LIFTED
+        if hand_is_empty(view, self.thing) or stays:
             self._misses += 1
-            robot.grip(self.embodiment.grasp.open)
+            robot.grip(self.embodiment.grasp.opened(self.thing))
             robot.reach(self._out(approach.above, view))
             self._stage = self._open_again
             return Status.FAILED if self._misses == ATTEMPTS else Status.RUNNING
         return Status.DONE if up else Status.COMMITTED
 
     def _open_again(self, view: View, robot: RobotMotion) -> Status:
-        wide = 2 * (self.embodiment.grasp.open - _AJAR)
+        wide = 2 * (self.embodiment.grasp.opened(self.thing) - _AJAR)
         if robot.reached == self._out(self.embodiment.approach.above, view) and view.fingers > wide:
             self._stage = self._approach
         elif self.driver.patience.is_over(view.now):  # something keeps the fingers from opening

@@ -15,7 +15,7 @@ from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.skills.at_table import BESIDE_TABLE, AtTable
 from caregiver_mj.robot.status import Status
-from caregiver_mj.robot.view import CANDLE_HEIGHT, LOOSE, View
+from caregiver_mj.robot.view import LOOSE, View
 
 _SLIPPED = 0.008  # metres outwards in the hand from which on a candle has slipped, as it does when the base turns
 _PLACE_GAP = 0.002  # metres above the table at which a candle is let go: a hand that still settles must not set it down
@@ -43,7 +43,8 @@ class Place(AtTable):
         self._told = math.inf  # metres, height of the hand that was told a control timestep ago
 
     def _approach(self, view: View, robot: RobotMotion) -> Status:
-        if hand_is_empty(view) or (robot.reached < 1e-6 and not has_in_hand(view, self.embodiment, self.candle)):
+        held = robot.reached >= 1e-6 or has_in_hand(view, self.embodiment, self.candle, self.thing)
+        if hand_is_empty(view, self.thing) or not held:
             return Status.OVERTAKEN  # it was lost on the way
         if view.now >= self._look_at or self.stand != self._spot_seen_from:
             self._spot, self._look_at = self._free_spot(view), view.now + _LOOK_INTERVAL
@@ -69,7 +70,7 @@ class Place(AtTable):
         if on_last and arrival is Status.DONE and (has_come or has_landed):
             if not has_come:
                 robot.stop_reaching()
-            robot.grip(self.embodiment.grasp.open)
+            robot.grip(self.embodiment.grasp.opened(self.thing))
             self._stage = self._release
         return Status.COMMITTED if on_last else Status.RUNNING
 
@@ -81,11 +82,11 @@ class Place(AtTable):
         return is_near and float(arm.pinch(view.arm)[2]) - told > _LANDED
 
     def _release(self, view: View, robot: RobotMotion) -> Status:
-        if view.fingers > 2 * LOOSE:
+        if view.fingers > 2 * (self.thing.radius + LOOSE):
             robot.reach(0.0)
             self._stage = self._retreat
         elif self.driver.patience.is_over(view.now):  # something keeps the fingers from opening
-            robot.grip(self.embodiment.grasp.closed)
+            robot.grip(self.embodiment.grasp.squeezed(self.thing))
             robot.reach(0.0)
             return Status.FAILED
         return Status.COMMITTED
@@ -103,12 +104,14 @@ class Place(AtTable):
         middle = self._navigator.plan.position(self._navigator.plan.tables[self.table])
         x, y = self._ahead(self.stand)
         aside = np.array([-y, x])
+        width, candle = self.embodiment.clearances.hand_width, layout.CANDLE_RADIUS
         taken = []  # from where to where, aside of the middle
         for i in np.flatnonzero(np.abs(view.candles[:, :2] - middle).max(axis=1) < BESIDE_TABLE):
-            ends = view.candles[i] + np.outer([0.0, CANDLE_HEIGHT], view.candle_axis(int(i)))
+            thing = self._things[i]
+            ends = view.candles[i] + np.outer([0.0, thing.height], view.candle_axis(int(i)))
             if i != self.candle and ends[0, 2] > layout.TABLE_HEIGHT / 2:
-                taken.append(sorted(((ends[:, :2] - middle) @ aside).tolist()))
-        width = self.embodiment.clearances.hand_width
+                low, high = sorted(((ends[:, :2] - middle) @ aside).tolist())
+                taken.append((low - (thing.width - candle), high + (thing.width - candle)))
         for offset in _SPOTS:
             if all(offset <= low - width or offset >= high + width for low, high in taken):
                 return tuple((middle + offset * aside).tolist())

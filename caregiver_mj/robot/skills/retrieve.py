@@ -8,6 +8,7 @@ import sys
 
 import numpy as np
 
+from caregiver_mj.plans import layout
 from caregiver_mj.robot import geometry
 from caregiver_mj.robot.driver import TIME_OUT, Driver
 from caregiver_mj.robot.kinematics import ATTEMPTS, hand_position, has_in_hand
@@ -45,6 +46,7 @@ class Retrieve(Skill):
     def __init__(self, navigator: Navigator, planner: RetrievalPlanner, candle: int, pitch_down: float | None = None):
         super().__init__(navigator, loaded=pitch_down is not None)
         self.candle, self.pitch_down = candle, pitch_down
+        self._thing = layout.things(navigator.plan)[candle]
         if pitch_down is not None:
             self.status = Status.COMMITTED
         self._planner = planner
@@ -63,11 +65,11 @@ class Retrieve(Skill):
 
     def still_holds(self, view: View) -> bool:
         """Return whether, having failed, it has got a candle in the hand that must be laid down."""
-        return self.pitch_down is not None and has_in_hand(view, self.embodiment, self.candle)
+        return self.pitch_down is not None and has_in_hand(view, self.embodiment, self.candle, self._thing)
 
     def _act(self, view: View, robot: RobotMotion) -> Status:
         still = self._lies_still(view)
-        holds = robot.closes and has_in_hand(view, self.embodiment, self.candle)
+        holds = robot.closes and has_in_hand(view, self.embodiment, self.candle, self._thing)
         if not self._steps:
             return self._approach(view, robot, still, holds)
         goes_out = any(grip is not None for _, grip in self._steps)  # else what is left is to come back
@@ -87,7 +89,7 @@ class Retrieve(Skill):
         """Drive to where the candle can be picked up (or put down), and begin to reach there."""
         robot.reach(0.0)
         if not holds:
-            robot.grip(self.embodiment.grasp.open)
+            robot.grip(self.embodiment.grasp.opened(self._thing))
         elif self.pitch_down is None:  # a bump made it seem lost, but it has been in the hand all along
             return Status.DONE if robot.reached == 0.0 else Status.COMMITTED
         if self._stance is None or not (still or holds):
@@ -99,8 +101,9 @@ class Retrieve(Skill):
         if arrival is Status.DONE and robot.reached == 0.0 and self._child_distance(view) > _CHILD_AWAY:
             robot.reach_along(self._stance.path)
             grasp, goal = self.embodiment.grasp, self._stance.path.goal
+            grip = grasp.opened(self._thing) if holds else grasp.squeezed(self._thing)
             way = [(float(pose), None) for pose in range(1, goal)]
-            self._steps = [*way, (float(goal), grasp.open if holds else grasp.closed), *way[::-1], (0.0, None)]
+            self._steps = [*way, (float(goal), grip), *way[::-1], (0.0, None)]
             self._since = view.now
             return Status.COMMITTED
         return _unless_in_hand(holds)
