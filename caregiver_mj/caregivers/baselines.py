@@ -80,8 +80,8 @@ class GuardCaregiver(Caregiver):
 class NearestFirstCaregiver(GuardCaregiver):
     """Puts right all that can be, the nearest to itself first, and never looks at the children; then it guards stairs.
 
-    It closes gates, picks up what is on the floor, and takes what is on a table to the one beside which the fewest cells
-    are. The stairwell is that of `GuardCaregiver`.
+    It closes gates, picks up what is on the floor, and takes what is on a table to the one beside which there are
+    fewest cells. The stairwell is that of `GuardCaregiver`.
     """
 
     def __init__(self, plan: FloorPlan, seed: int = 0):

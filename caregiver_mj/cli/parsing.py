@@ -147,7 +147,8 @@ def add_embodiment(command: argparse.ArgumentParser) -> None:
 
 def houses() -> str:
     """Return what may be said for a house."""
-    return f"{', '.join(floor_plan.house_names())}, house-SEED, home-SEED, SHAPE-SEED, SET/I (such as test-100/17), or a text file"
+    generated = "house-SEED, home-SEED, SHAPE-SEED, SET/I (such as test-100/17)"
+    return f"{', '.join(floor_plan.house_names())}, {generated}, or a text file"
 
 
 def caregivers() -> str:

@@ -96,6 +96,10 @@ class Request:
             count = getattr(self, field)
             if count is not None and (not isinstance(count, Integral) or count < least):
                 raise self.error(f"{field} must be at least {least}, got {count}")
+        self._check_counts()
+
+    def _check_counts(self) -> None:
+        """Raise FloorPlanError if there is nothing to protect a child from, or nowhere to take it."""
         nothing = not any(getattr(self, field) for field in _ADDED)
         if nothing and self.stairwells == self.candles == 0:
             raise self.error(

@@ -78,8 +78,8 @@ def house_set(name: str) -> tuple[FloorPlan, ...]:
     if names is None:
         raise FloorPlanError(
             f"no set of floor plans '{name}': there are train-N and test-N, such as test-100; "
-            "shapes-train-N and shapes-test-N, of other shapes too; home-train-N and home-test-N, with gates, mugs and small "
-            "objects; drawn-10, drawn by hand"
+            "shapes-train-N and shapes-test-N, of other shapes too; home-train-N and home-test-N, with gates, mugs and "
+            "small objects; drawn-10, drawn by hand"
         )
     return tuple(FloorPlan.load(one) for one in names)
 
