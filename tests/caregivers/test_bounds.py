@@ -181,6 +181,34 @@ def test_the_childproofer_then_guards_the_nearest_stairwell():
     assert list(childproof.decide(see(2))) == list(guard.decide(see(2)))
 
 
+# Cell 2 is before the gate. Tables 0 and 1 have two cells beside them, table 2, with the mug, four: one is cell 13.
+# Hazards: the gate, the mug, and what is on the floor of cell 0.
+HOME = FloorPlan.parse("#########\n####G####\n#To....T#\n#...M...#\n#B......#\n#########")
+
+
+@pytest.mark.parametrize(("cell", "first"), [(0, 2), (2, 0), (13, 1)])
+@pytest.mark.parametrize("child", [0, 5])
+def test_what_is_nearest_to_the_caregiver_is_first_wherever_the_child_is(cell, first, child):
+    caregiver = make_caregiver("nearest-first", HOME)
+    table = HOME.candle_tables[0]
+    assert caregiver.choose(see(child, table, cell)).tolist() == [first]
+
+
+def test_when_all_is_put_right_the_nearest_stairs_are_guarded():
+    caregiver, guard = make_caregiver("nearest-first", CORRIDOR), make_caregiver("guard", CORRIDOR)
+    # The candle's table has as few cells beside it as the bare ones.
+    assert list(caregiver.decide(see(2))) == list(guard.decide(see(2)))
+    done = dataclasses.replace(see(2, 0), shut=np.array([[True]]), gone=np.array([[True]]))
+    assert make_caregiver("nearest-first", HOME).choose(done).tolist() == [NOTHING]
+
+
+def test_everything_that_can_be_put_right_is_when_nobody_is_about():
+    world = GridWorld(HOME, "0.05", make_caregiver("nearest-first", HOME))
+    world.run([Tape.draw_family(np.random.RandomState(seed), 1) for seed in range(5)])
+    assert (world.state[:, [0, 2]] != 0).all()
+    assert (world.candle_table != HOME.candle_tables[0]).all()
+
+
 def test_an_episode_begins_as_the_caregiver_has_prepared_it():
     plan = FloorPlan.load("paper")
     tapes = [Tape.draw_family(np.random.RandomState(seed), 1) for seed in range(3)]

@@ -278,6 +278,34 @@ def test_other_names_are_files(name):
         FloorPlan.load(name)
 
 
+# -- Homes ---------------------------------------------------------------------------------------
+
+
+@settings(max_examples=25, deadline=None)
+@given(SEED)
+def test_a_home_is_a_house_in_which_some_things_are_of_other_kinds(seed):
+    home, house = design(Request(seed, home=True))[0], Request(seed).settled()[1]
+    assert home.name == f"home-{seed}"
+    assert FloorPlan.load(home.name).rows == home.rows
+    assert len(home.stairwells) == house["stairwells"]
+    assert len(home.candle_tables) == house["candles"]
+    assert 1 <= home.text.count("o") <= 3
+    assert all(home[cell] == "." for cell in home.mouths.values())
+
+
+def test_about_half_of_the_stairs_in_homes_have_an_open_gate_and_half_of_the_things_on_tables_are_mugs():
+    counts = [Request(seed, home=True).settled()[1] for seed in range(400)]
+    for ours, others in (("gates", "stairwells"), ("mugs", "candles")):
+        some, rest = (sum(count[kind] for count in counts) for kind in (ours, others))
+        assert some / (some + rest) == pytest.approx(0.5, abs=0.05)
+
+
+def test_a_house_has_as_many_gates_mugs_and_batteries_as_are_asked_for():
+    plan = FloorPlan.load("house-17-14x12-stairwells1-candles1-tables2-gates1-mugs2-batteries3")
+    assert [plan.text.count(symbol) for symbol in "SGCMTo"] == [1, 1, 1, 2, 2, 3]
+    assert not any(symbol in generate(17).text for symbol in "GMo")
+
+
 # -- What cannot be ------------------------------------------------------------------------------
 
 
@@ -294,6 +322,11 @@ def test_other_names_are_files(name):
         (Request(0, stairwells=0, candles=0), "there is nothing to protect a child from"),
         (Request(0, stairwells=0, tables=0), "there is nothing to protect a child from"),
         (Request(0, candles=2, tables=0), "there is nowhere to take it"),
+        (Request(0, mugs=2, tables=0), "tables must be at least 1 with a mug"),
+        (
+            Request(0, (12, 12), gates=40),
+            "no way was found to fit .*, gates 40, mugs 0 and batteries 0 into 12 x 12 cells",
+        ),
         (Request(0, (9, 9), rooms=30), "no way was found to fit rooms 30, .* into 9 x 9 cells"),
         (Request(0, (9, 9), rooms=12), "no way was found"),
         (Request(0, (9, 9), candles=15, tables=15), "no way was found"),

@@ -25,7 +25,7 @@ def test_no_house_is_both_to_learn_in_and_to_be_tested_in():
     assert FloorPlan.load("test-1000/0").name == "house-200000"
 
 
-@pytest.mark.parametrize("name", ["train-5", "test-5"])
+@pytest.mark.parametrize("name", ["train-5", "test-5", "home-train-2", "home-test-2"])
 def test_houses_of_a_set_are_loaded_by_name(name):
     for i, plan in enumerate(house_set(name)):
         assert FloorPlan.load(f"{name}/{i}") == plan == FloorPlan.load(plan.name)
