@@ -172,4 +172,6 @@ class Outlook:
         return found
 
 
-_passages, _entries = map(functools.lru_cache(maxsize=4), (first_passage, first_entry))  # made once for a chain
+# Made once for a chain.
+_passages = functools.lru_cache(maxsize=4)(first_passage)
+_entries = functools.lru_cache(maxsize=4)(first_entry)
