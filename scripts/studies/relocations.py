@@ -58,7 +58,7 @@ LIFTED = 0.02  # metres above the table
 _ARRIVED, _ARRIVED_SPEED = 0.006, 0.03  # metres, m/s
 _CLEAR = 0.62  # of the reach: from there on the base may drive
 _SHAKEN = 1e-4  # metres by which the command to the fingers must change to count
-_FORCE, _SECONDS, _HEIGHT = (1.2, 2.5), 0.16, 0.07  # N for each 0.25 kg, how long, metres above the middle of the candle
+_FORCE, _SECONDS, _HEIGHT = (1.2, 2.5), 0.16, 0.07  # N for each 0.25 kg, how long, metres above its middle
 _WITHIN = 1.0  # seconds in which it happens
 # Whose touch is not worth telling.
 _CARRIED = {kind.name: kind for kind in kinds_at(Where.ON_TABLE)}

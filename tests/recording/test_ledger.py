@@ -42,6 +42,7 @@ def test_an_episode_of_an_only_child():
         "damage_table": 1.0,
         "damage_gate": 0.0,
         "damage_mug": 0.0,
+        "damage_battery": 0.0,
         "damage_by_child": [14.0],
         "damage_until_stop": 14.0,
         "stopped": 0,
