@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import Where
+from caregiver_mj.plans.hazards import NOTHING, Where
 from caregiver_mj.robot.embodiment import Embodiment
 
 _ELSEWHERE = 1e3  # metres; the child is left out, for it will be somewhere else
@@ -58,7 +58,7 @@ class PlanningScene:
             base: Pose (x, y, yaw) of its base, metres and radians.
             arm: Joint positions (joints,) one after the other, radians; the hand is open.
             candles: Pose of each candle, (candles, 7), metres and quaternions.
-            between: Index of the candle that may be between the fingers.
+            between: Index of the candle that may be between the fingers, or NOTHING.
             held: Whether the hand has got that candle, at the first of the arm's poses, and takes it along. It must
                 then touch nothing either, once it has been lifted.
         """
@@ -73,7 +73,7 @@ class PlanningScene:
                     carried = self._in_hand(between)
                 elif carried is not None:
                     self._carry(between, *carried)
-                if self._touches(self._wax[between], held):
+                if self._touches(NOTHING if between == NOTHING else self._wax[between], held):
                     return False
         return True
 

@@ -10,13 +10,18 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.robot.geometry import hand_rotation
 from caregiver_mj.robot.kinematics import Arm
 from caregiver_mj.robot.limits import ArmLimits, Limits
 
 _SLOWEST = 0.25  # per second, of the way from one pose to the next, that is worth to go
 _CHECKS = 25  # poses on the arm's way that are checked
 _SHARES = 33  # that are looked at
-_HOVER = 0.10  # metres over a candle that lies, at which the hand stops
+_HOVER = 0.10  # metres over what lies, at which the hand stops
+_LOW, _BEYOND = 0.025, 0.004  # metres over the floor, and below it, between which the fingertips look for it
+_OVER_TRAY = 0.03  # metres over the tray's walls, of the fingertips
+# How the hand may be pitched and turned there, radians: pointing back, for the tray is near to the arm's foot.
+_TRAY_HEADINGS, _TRAY_PITCHES = (0.0, math.pi / 2, -math.pi / 2), np.radians((140, 125, 110, 90)).tolist()
 
 
 class ReachPath:
@@ -116,6 +121,61 @@ def retrieval_paths(arm: Arm, point: np.ndarray, rotation: np.ndarray, lift: flo
         quick = path.limits.velocity > _SLOWEST
         clear = quick and all(arm.clears_itself(path.joints(s)) for s in np.linspace(path.goal, 0.0, _CHECKS))
         yield path if clear else None
+
+
+@functools.cache
+def pick_up_path(arm: Arm, ahead: float, heading: float) -> ReachPath | None:
+    """Return the way to something small on the floor, straight down at last until the fingers touch that.
+
+    Its poses are high (1) and low (2) over the thing, and where the fingertips would be in the floor (3).
+
+    Args:
+        arm: The arm.
+        ahead: How far before the base's middle it lies, metres.
+        heading: Of the hand, radians: the fingers open sideways of that.
+
+    Returns:
+        The quickest way; None if there is none on which the robot keeps clear of itself and its tray.
+    """
+    down, heights = hand_rotation(heading, math.pi / 2), (_HOVER, _LOW, -_BEYOND)
+    places = [np.array([ahead, 0.0, height + arm.embodiment.fingertip]) for height in heights]
+    return _quickest(arm, [(place, down) for place in places]) if arm.may_reach(places[-1], down) else None
+
+
+@functools.cache
+def tray_path(arm: Arm) -> ReachPath:
+    """Return the way to where the hand lets go over the tray.
+
+    Raises:
+        CaregiverError: The robot has no tray, or its arm cannot get there.
+    """
+    robot = arm.embodiment
+    ways = []
+    if robot.tray is not None:
+        over = np.array(robot.tray.middle) + np.array([0.0, 0.0, robot.tray.half[2] + robot.fingertip + _OVER_TRAY])
+        poses = itertools.product(_TRAY_HEADINGS, _TRAY_PITCHES)
+        ways = [way for pose in poses if (way := _quickest(arm, [(over, hand_rotation(*pose))]))]
+    if not ways:
+        raise CaregiverError(f"robot '{robot.name}' must have a tray within its arm's reach to pick up small things")
+    return max(ways, key=lambda way: way.limits.velocity)
+
+
+def _quickest(arm: Arm, hands: Sequence[tuple[np.ndarray, np.ndarray]]) -> ReachPath | None:
+    """The quickest way through poses of the hand, each near the one before, that is clear of robot and tray."""
+    best: ReachPath | None = None
+    for guess in guesses(arm, hands[0][1]):
+        poses = [guess]
+        try:
+            for place, rotation in hands:
+                poses.append(arm.solve_pose(place, rotation, poses[-1]))
+        except CaregiverError:
+            continue
+        path = ReachPath([arm.tucked, *poses[1:]], arm.embodiment.limits.arm)
+        if best is None or path.limits.velocity > best.limits.velocity:
+            shares = np.linspace(path.goal, 0.0, _CHECKS * path.goal)
+            if all(arm.clears_itself(path.joints(s), tray=True) for s in shares):
+                best = path
+    return best
 
 
 def guesses(arm: Arm, rotation: np.ndarray) -> list[np.ndarray]:
