@@ -153,7 +153,9 @@ class CareTask(Task):
         tapes = Tape.draw_family(self.random, len(self.children))
         self.caregiver_seed = tapes[0].caregiver_seed
         starts = np.stack([tape.start for tape in tapes])[None]
-        cells, caregiver = start_cells(len(self.plan.free_cells), len(self.plan.landings), starts)
+        landings = len(self.plan.landings)
+        begins = start_cells(len(self.plan.starts) - landings, landings, starts)
+        cells, caregiver = (self.plan.starts[cells] for cells in begins)
 
         def start(child: int) -> None:
             yaw = self.random.uniform(-np.pi, np.pi)

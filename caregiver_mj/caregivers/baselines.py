@@ -78,9 +78,10 @@ class GuardCaregiver(Caregiver):
 
 
 class ChildproofCaregiver(GuardCaregiver):
-    """Puts candles on the tables into which a novice is least likely to bump; then closes gates, and guards stairs.
+    """Puts candles where a novice is least likely to bump into them; then closes gates, picks up, and guards stairs.
 
-    Of the gates it closes the nearest one first; the stairwell is that of `GuardCaregiver`.
+    Of the gates it closes the nearest one first, and of what is on the floor it takes that first; the stairwell is that
+    of `GuardCaregiver`.
     """
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
@@ -89,20 +90,22 @@ class ChildproofCaregiver(GuardCaregiver):
         # A candle that is on one of them already stays; the others take in turn what is left.
         left = iter([table for table in chosen if table not in plan.candle_tables])
         self._tables = np.array([table if table in chosen else next(left) for table in plan.candle_tables], int)
+        # How far it is to what it puts right for good, (caregiver cells, hazards): to gates first of all.
+        cells, openings = len(plan.caregiver_cells), len(plan.stairwells)
         mouths = [plan.cell_index[cell] for cell in plan.mouths.values()]
-        self._to_gate = plan.graph.distances_from(mouths).T.astype(float)  # (caregiver cells, gates)
+        self._far = np.full((cells, len(plan.hazards)), np.inf)
+        self._far[:, len(plan.landings) : openings] = plan.graph.distances_from(mouths).T
+        self._far[:, openings + len(plan.candle_tables) :] = cells + plan.graph.distances_from(plan.floor_cells).T
 
     def prepare(self, candle_table: np.ndarray) -> np.ndarray:
         return np.tile(self._tables, (len(candle_table), 1))
 
     def choose(self, percept: Percept) -> np.ndarray:
-        guarded, landings = super().choose(percept), len(self.plan.landings)
-        if not self.plan.mouths:
+        guarded = super().choose(percept)
+        if not np.isfinite(self._far).any():
             return guarded
-        distance = self._to_gate[percept.caregiver_cell]
-        if percept.out_of_reach is not None:
-            distance = np.where(percept.out_of_reach[:, landings : len(self.plan.stairwells)], np.inf, distance)
-        return np.where(np.isfinite(distance).any(axis=1), landings + distance.argmin(axis=1), guarded)
+        far = np.where(self.worth_protecting(percept), self._far[percept.caregiver_cell], np.inf)
+        return np.where(np.isfinite(far).any(axis=1), far.argmin(axis=1), guarded)
 
 
 def table_exposure(plan: FloorPlan, epsilon: float = EPSILON, timesteps: int = EPISODE_TIMESTEPS) -> np.ndarray:

@@ -30,6 +30,7 @@ class Caregiver(abc.ABC):
         seed: Seed for whatever is random in the caregiver.
         table_distances: Moves that a child needs to bump into each table, (free cells, tables).
         stairwell_distances: Moves after which it falls down each stairwell, (free cells, stairwells).
+        floor_distances: Moves after which it takes each thing on the floor, (free cells, things).
         takes_orders: Whether it only passes on what it was told, which leaves no choice to the one who carries it out.
         yields: Whether it steps aside, or follows, where a child bars its way, and keeps out of the children's way when
             there is nothing to do. One that does not stays where it is.
@@ -51,6 +52,7 @@ class Caregiver(abc.ABC):
         self.seed = seed
         self.table_distances = plan.graph.table_distances.astype(float)
         self.stairwell_distances = plan.graph.stairwell_distances.astype(float)
+        self.floor_distances = plan.graph.floor_distances.astype(float)
 
     def reset(  # noqa: B027 (most remember nothing)
         self, batch: int, seeds: Sequence[int] | None = None, children: int = 1
@@ -126,20 +128,22 @@ class Caregiver(abc.ABC):
     def worth_protecting(self, percept: Percept) -> np.ndarray:
         """Return which hazards the caregiver can do something about, bool (B, hazards).
 
-        Every stairwell, and every candle that would be farther from the nearest child on a bare table than where it
-        is; but none that is out of reach.
+        Every stairwell, every candle that would be farther from the nearest child on a bare table than where it is, and
+        everything that still lies on the floor; but none that is out of reach.
         """
         table = percept.candle_table
         distance = self.table_distances[percept.child_cell].min(axis=1)
         farthest = np.where(bare_tables(table, len(self.plan.tables)), distance, 0.0).max(axis=1, initial=0.0)
-        stairwells, candles = self.plan.hazards.split(self.hazard_distances(percept).min(axis=1))
-        worth = self.plan.hazards.join(np.ones(stairwells.shape, bool), candles < farthest[:, None])
+        stairwells, candles, lying = self.plan.hazards.split(self.hazard_distances(percept).min(axis=1))
+        every = np.ones(stairwells.shape, bool)
+        worth = self.plan.hazards.join(every, candles < farthest[:, None], np.isfinite(lying))
         return worth if percept.out_of_reach is None else worth & ~percept.out_of_reach
 
     def hazard_distances(self, percept: Percept) -> np.ndarray:
-        """Return the novice timesteps from each child to each hazard, (B, K, hazards); infinite for one carried.
+        """Return the novice timesteps from each child to each hazard, (B, K, hazards).
 
-        A child collides with a candle on the floor by stepping into its cell, if it is not in there already.
+        Infinite for one that is carried, or gone. A child collides with what is on the floor by stepping into its cell,
+        if it is not in there already.
         """
         cell, table = percept.child_cell, percept.candle_table
         candles = np.where(table[:, None] == NOTHING, np.inf, self.table_distances[cell[..., None], table[:, None]])
@@ -147,7 +151,10 @@ class Caregiver(abc.ABC):
             for world, candle in np.argwhere(percept.candle_cell != NOTHING):
                 steps = self.plan.graph.distances_from([percept.candle_cell[world, candle]])[0, cell[world]]
                 candles[world, :, candle] = np.maximum(1, steps)
-        return self.plan.hazards.join(self.stairwell_distances[cell], candles)
+        lying = self.floor_distances[cell]
+        if percept.gone is not None:
+            lying = np.where(percept.gone[:, None], np.inf, lying)
+        return self.plan.hazards.join(self.stairwell_distances[cell], candles, lying)
 
 
 def first_of_greatest(score: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

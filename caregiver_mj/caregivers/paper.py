@@ -67,7 +67,9 @@ class PaperCaregiver(Caregiver):
         self._over_children, self._weighs_safety = over_children, weighs_safety
         # Candles can come to stand on any table, so the largest distance is that over all tables.
         self._largest_distance = max(
-            d.max() for d in (self.table_distances, self.stairwell_distances, np.ones(1)) if d.size
+            d.max()
+            for d in (self.table_distances, self.stairwell_distances, self.floor_distances, np.ones(1))
+            if d.size
         )
         self.reset(1)
 

@@ -7,7 +7,7 @@ import functools
 
 import numpy as np
 
-from caregiver_mj.danger.chain import ChildChain, first_passage, presence
+from caregiver_mj.danger.chain import ChildChain, first_entry, first_passage, presence
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
@@ -24,6 +24,7 @@ class Pace:
         place: Time to put one down there, likewise.
         start: Time that it loses on each way by setting off and stopping, likewise.
         close: Time to close a gate before which it stands, likewise.
+        pick_up: Time to pick up what lies on the floor where it stands, likewise.
     """
 
     cells: float = 3.0
@@ -31,6 +32,7 @@ class Pace:
     place: float = 1.0
     start: float = 0.0
     close: float = 1.0
+    pick_up: float = 1.0
 
 
 PAPER = Pace()  # of the caregiver in the paper's grid: 5.0 km/h over the child's 1.6 km/h, rounded down (section V.C)
@@ -54,6 +56,7 @@ class Percept:
         out_of_reach: Whether a hazard is to be passed over, because the caregiver could not get to it lately, or there
             is nothing more to be done about it, (B, hazards). Left out if there is none.
         shut: Whether each opening is shut, so that no child gets through, (B, openings). Left out if none is.
+        gone: Whether each hazard on the floor is gone, (B, hazards on the floor). Left out if none is.
         time_left: Share of a novice timestep until the children make their next moves, those of which `child_cell`
             does not know yet, (B,). Left out where all of it is left.
         clock: Novice timesteps since the start of the episode, with their fraction, (B,). Left out where nobody asks.
@@ -71,6 +74,7 @@ class Percept:
     candle_cell: np.ndarray | None = None
     out_of_reach: np.ndarray | None = None
     shut: np.ndarray | None = None
+    gone: np.ndarray | None = None
     time_left: np.ndarray | None = None
     clock: np.ndarray | None = None
     under_way: np.ndarray | None = None
@@ -143,7 +147,7 @@ class Outlook:
         belief = self.probability.reshape(*self.cell.shape, goals * epsilons)
         passage = _passages(self.chain, timesteps).reshape(cells, goals * epsilons, -1)
         reach = np.einsum("bkg,bkgo->bko", belief, passage[self.cell])  # stairwells, then tables
-        stairwells, tables = plan.hazards.split(reach)
+        stairwells, tables = np.split(reach, [len(plan.stairwells)], axis=2)
         table = percept.candle_table[:, None]
         candles = np.take_along_axis(tables, np.where(table == NOTHING, 0, table), axis=2) if tables.size else tables
         candles = np.where(table == NOTHING, 0.0, candles)
@@ -151,7 +155,11 @@ class Outlook:
             for world, candle in np.argwhere(percept.candle_cell != NOTHING):
                 steps = plan.graph.distances_from([percept.candle_cell[world, candle]])[0, self.cell[world]]
                 candles[world, :, candle] = 1.0 / np.maximum(1, steps)
-        return plan.hazards.join(stairwells, candles)
+        entry = _entries(self.chain, plan.floor_cells, timesteps).reshape(cells, goals * epsilons, -1)
+        lying = np.einsum("bkg,bkgo->bko", belief, entry[self.cell])
+        if percept.gone is not None:
+            lying = np.where(percept.gone[:, None], 0.0, lying)
+        return plan.hazards.join(stairwells, candles, lying)
 
     def presence(self, timesteps: int) -> np.ndarray:
         """Return the probability of each child in each free cell within some timesteps, (B, K, free cells)."""
@@ -164,4 +172,4 @@ class Outlook:
         return found
 
 
-_passages = functools.lru_cache(maxsize=4)(first_passage)  # made once for a chain
+_passages, _entries = map(functools.lru_cache(maxsize=4), (first_passage, first_entry))  # made once for a chain

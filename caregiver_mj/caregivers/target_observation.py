@@ -42,6 +42,7 @@ class Lookout:
         landings = plan.graph.distances_from([plan.cell_index[cell] for cell in plan.posts])
         self._to_stairwell = landings.T.astype(float)  # (cells, stairwells)
         self._to_table = plan.graph.distances_from(plan.graph.beside(plan.tables)).T.astype(float)  # (cells, tables)
+        self._to_floor = plan.graph.distances_from(plan.floor_cells).T.astype(float)  # (cells, things on the floor)
         self.actions = count + 1
         self.shapes: dict[str, tuple[int, ...]] = {
             "clock": (1,),  # learners take no arrays without a dimension
@@ -114,7 +115,7 @@ class Lookout:
         if percept.candle_cell is not None:
             for world, candle in np.argwhere(percept.candle_cell != NOTHING):
                 candles[world, candle] = plan.graph.distances_from([percept.candle_cell[world, candle]])[0, cell[world]]
-        return plan.hazards.join(self._to_stairwell[cell], candles)
+        return plan.hazards.join(self._to_stairwell[cell], candles, self._to_floor[cell])
 
 
 class Slots:

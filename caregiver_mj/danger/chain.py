@@ -10,7 +10,7 @@ import dataclasses
 import functools
 
 import numpy as np
-from scipy.sparse import coo_array, csc_array, csr_array, identity
+from scipy.sparse import coo_array, csc_array, csr_array, diags_array, identity
 from scipy.sparse.linalg import splu
 
 
@@ -118,6 +118,35 @@ def first_passage(chain: ChildChain, timesteps: int, groups: np.ndarray | None =
         # A move that bumps leaves the child in its state: what would have followed it is taken out again.
         within = hits + chain.transition @ within - hits * within
     return within
+
+
+def first_entry(chain: ChildChain, cells: tuple[int, ...], timesteps: int) -> np.ndarray:
+    """Return the probability of coming into each of some cells within some timesteps, (states, cells)."""
+    within = np.zeros((chain.size, len(cells)))
+    for _ in range(timesteps):
+        there = within.reshape(chain.shape[0], -1, len(cells)).copy()
+        there[list(cells), :, np.arange(len(cells))] = 1.0
+        within = chain.transition @ there.reshape(within.shape)
+    return within
+
+
+def discounted_entry(chain: ChildChain, cells: tuple[int, ...], discount: float) -> np.ndarray:
+    """Return the expected discount of the first move into each of some cells: discount^t in t moves (0: the next).
+
+    Args:
+        chain: How the child moves.
+        cells: The cells.
+        discount: Below 1.
+
+    Returns:
+        Array (states, cells).
+    """
+    found = np.zeros((chain.size, len(cells)))
+    for column, cell in zip(found.T, cells, strict=True):
+        there = np.repeat(np.arange(chain.shape[0]) == cell, chain.size // chain.shape[0])
+        onwards = chain.transition @ diags_array(np.where(there, 0.0, discount))
+        column[:] = splu(csc_array(identity(chain.size) - onwards)).solve(chain.transition @ there.astype(float))
+    return found
 
 
 def expected_hits(chain: ChildChain, discount: float) -> np.ndarray:

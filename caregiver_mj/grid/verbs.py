@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from caregiver_mj.interventions.verb import BLOCK, CLOSE, DO_NOTHING, RELOCATE, STAND_ASIDE
+from caregiver_mj.interventions.verb import BLOCK, CLOSE, DO_NOTHING, PICK_UP, RELOCATE, STAND_ASIDE
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING, Where
+from caregiver_mj.plans.hazards import NOTHING, State, Where
 from caregiver_mj.plans.routes import ASIDE, STAY
 
 if TYPE_CHECKING:
@@ -73,6 +73,19 @@ class Closing(GridVerb):
         return stood
 
 
+class PickingUp(GridVerb):
+    """Done by an action in the cell in which something lies, if it still does."""
+
+    def places(self, plan: FloorPlan) -> list[list[int]]:
+        return [[cell] for cell in plan.floor_cells]
+
+    def place(self, world: GridWorld, which: np.ndarray) -> np.ndarray:
+        return world.plan.hazards.among(Where.FLOOR, world.orders.hazard[which])
+
+    def carry_out(self, world: GridWorld, which: np.ndarray, came: np.ndarray, stood: np.ndarray) -> np.ndarray:
+        return stood & (world.state[which, world.orders.hazard[which]] == State.AS_PLANNED)
+
+
 class Carrying(GridVerb):
     """Done when what was on a table is put down on another one.
 
@@ -116,6 +129,7 @@ GRID_VERBS: dict[str, GridVerb] = {
     BLOCK: InOpening(),
     CLOSE: Closing(),
     RELOCATE: Carrying(),
+    PICK_UP: PickingUp(),
     STAND_ASIDE: Idle(ASIDE),
     DO_NOTHING: Idle(STAY),
 }

@@ -30,7 +30,7 @@ from caregiver_mj.grid.verbs import GRID_VERBS
 from caregiver_mj.interventions.verb import Interventions, half_of, verb_of
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house
-from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, State
+from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, State, Where
 from caregiver_mj.plans.routes import STAY, routes
 from caregiver_mj.recording.ledger import BLOCKED, MET, Ledger
 
@@ -131,6 +131,8 @@ class GridWorld:
         self.caregiver = caregiver
         self._caregiver_actions, self._stairs = caregiver_actions, State.SHUT if stairs_shut else State.AS_PLANNED
         self._next_cell, self._target, self._target_index = plan.graph.moves
+        self._lying = np.full(len(plan.free_cells), NOTHING)  # number of the hazard on the floor of each free cell
+        self._lying[list(plan.floor_cells)] = plan.hazards.number(Where.FLOOR, np.arange(len(plan.floor_cells)))
         # What a collision with each hazard does, and, the last one, one with a bare table: (hazards + 1, kinds).
         kinds = [KINDS.index(kind) for kind in (*plan.hazards.kinds, TABLE)]
         self._harm = np.eye(len(KINDS))[kinds] * [plan.damage[kind.name] for kind in KINDS]
@@ -153,7 +155,10 @@ class GridWorld:
         self._draws = _shown(np.ascontiguousarray(np.moveaxis(steps, 2, 0)))  # (timesteps, B, K, 3)
         self.timestep = 0
         plan = self.plan
-        self.child_cell, self.caregiver_cell = start_cells(len(plan.free_cells), len(plan.landings), start)
+        landings = len(plan.landings)
+        self.child_cell, self.caregiver_cell = (
+            plan.starts[cells] for cells in start_cells(len(plan.starts) - landings, landings, start)
+        )
         for behaviour in self.behaviours:
             behaviour.reset(batch)
         self.goal = np.stack([b.next_bin(start[:, k, 2]) for k, b in enumerate(self.behaviours)], axis=1)
@@ -210,6 +215,7 @@ class GridWorld:
             clock=np.full(len(self.holding), float(self.timestep)),
             out_of_reach=left if left.any() else None,
             shut=left[:, : len(self.plan.stairwells)] if left.any() else None,
+            gone=self.plan.hazards.split(left)[2] if left.any() else None,
             under_way=_shown(self.orders.hazard),
         )
 
@@ -223,7 +229,7 @@ class GridWorld:
         alone = copy.copy(self)
         alone.caregiver, alone.goal, alone.bumped = None, self.goal.copy(), self.bumped.copy()
         alone.behaviours = copy.deepcopy(self.behaviours, {id(self.plan): self.plan})
-        alone.ledger = Ledger(self.plan, self.child_cell, len(self._draws))
+        alone.ledger, alone.state = Ledger(self.plan, self.child_cell, len(self._draws)), self.state.copy()
         cells, objects = [], []
         for _ in range(self.timestep, len(self._draws)):
             alone.move_children()
@@ -306,7 +312,13 @@ class GridWorld:
         hazard = np.where(stairwell, way.index, NOTHING)
         if bears.size:
             hazard = np.where(bears.any(axis=1), len(self.plan.stairwells) + bears.argmax(axis=1), hazard)
-        harm = self._harm[hazard] * ((stairwell & ~blocked) | table)[:, None]
+        lying = np.where(next_cell == cell, NOTHING, self._lying[next_cell])
+        takes = lying != NOTHING
+        if takes.any():
+            takes &= self.state[np.arange(len(cell)), lying] == State.AS_PLANNED
+            hazard = np.where(takes, lying, hazard)
+            self.state[takes, lying[takes]] = State.GONE
+        harm = self._harm[hazard] * ((stairwell & ~blocked) | table | takes)[:, None]
         reached = way.leads_to(Target.BIN) & (way.index == self.goal[:, child])
         cut_off = blocked & there & ~way.met
 
@@ -396,7 +408,7 @@ def run_episodes(
 
 
 class FloorWorld(GridWorld):
-    """A house without candles whose stairwells are all shut.
+    """A house without candles whose stairwells are all shut, and with nothing on its floor.
 
     What is left are bumps into tables, all of them bare. A stairwell that is shut blocks a child as a caregiver in it
     does. Nobody is in the children's way; a caregiver could come out a little lower by standing between a child and a
@@ -409,3 +421,4 @@ class FloorWorld(GridWorld):
     def reset(self, tapes: Sequence[Sequence[Tape]]) -> None:
         super().reset(tapes)
         self.candle_table[:] = NOTHING
+        self.plan.hazards.split(self.state)[2][:] = State.GONE

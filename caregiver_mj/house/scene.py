@@ -52,8 +52,10 @@ def build_house(
         A specification to compile. The children's joints have their zero at the house's origin too.
 
     Raises:
-        CaregiverError: There are gates in it, which are of one size, and cells of another one.
+        CaregiverError: There are gates in it, which are of one size, and cells of another one; or something lies on its
+            floor, which no robot can pick up yet.
     """
+    _check(plan)
     spec = fittings.read_model("scene")
     shapes = layout.Layout(plan)
     fittings.add_walls(spec, shapes)
@@ -83,6 +85,17 @@ def build_house(
     return spec
 
 
+def _check(plan: FloorPlan) -> None:
+    if plan.mouths and plan.cell_size != DEFAULT_CELL_SIZE:
+        raise CaregiverError(f"cells must be of {DEFAULT_CELL_SIZE} m in a house with gates, got {plan.cell_size:g}")
+    if plan.floor_cells:
+        what = plan.hazards.at(Where.FLOOR)[0]
+        raise CaregiverError(
+            f"floor plan '{plan.name}' must have nothing on its floor to be built, got {what}: "
+            "it is for the grid only, for no robot can pick that up yet"
+        )
+
+
 def child_prefix(child: int) -> str:
     """Return what the names of a child's elements begin with."""
     return f"toddler_{child}/" if child else "toddler/"
@@ -110,8 +123,6 @@ def _shorten_camera_names(spec: mujoco.MjSpec) -> None:
 
 
 def _add_stairwells(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
-    if plan.mouths and plan.cell_size != DEFAULT_CELL_SIZE:
-        raise CaregiverError(f"cells must be of {DEFAULT_CELL_SIZE} m in a house with gates, got {plan.cell_size:g}")
     hazards = plan.hazards.at(Where.OPENING)
     for hazard, cell, step in zip(hazards, plan.stairwells, plan.stair_directions, strict=True):
         kind = hazard.kind

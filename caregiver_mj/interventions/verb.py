@@ -18,7 +18,8 @@ from caregiver_mj.plans.hazards import NOTHING, State, Where
 
 Half = TypeVar("Half")
 Mark = tuple[Literal["cell", "candle"], Cell | int]  # what a display points at: a cell, or a candle by its index
-BLOCK, CLOSE, RELOCATE, STAND_ASIDE, DO_NOTHING = "block", "close", "relocate", "stand aside", "nothing"
+BLOCK, CLOSE, RELOCATE, PICK_UP = "block", "close", "relocate", "pick up"
+STAND_ASIDE, DO_NOTHING = "stand aside", "nothing"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -110,7 +111,10 @@ class Verb:
         if self.where is None or intervention.hazard == NOTHING:
             return None
         index = plan.hazards.among(self.where, intervention.hazard)
-        return ("cell", plan.stairwells[index]) if self.where is Where.OPENING else ("candle", index)
+        if self.where is Where.ON_TABLE:
+            return "candle", index
+        cells = plan.stairwells if self.where is Where.OPENING else [plan.free_cells[cell] for cell in plan.floor_cells]
+        return "cell", cells[index]
 
 
 VERBS = {
@@ -119,6 +123,7 @@ VERBS = {
         Verb(BLOCK, "block {hazard}", Where.OPENING),
         Verb(CLOSE, "close {hazard}", Where.OPENING, leaves=State.SHUT),
         Verb(RELOCATE, "fetch {hazard}", Where.ON_TABLE, to_table=True),
+        Verb(PICK_UP, "pick up {hazard}", Where.FLOOR, leaves=State.GONE),
         Verb(STAND_ASIDE, "keep out of the way", counts=False),
         Verb(DO_NOTHING, "watch", counts=False),
     )

@@ -40,9 +40,16 @@ class Target(enum.IntEnum):
     BIN = 4
 
 
-_TARGETS = {FREE: Target.FREE, WALL: Target.WALL, BIN: Target.BIN} | {
-    kind.symbol: Target.STAIRWELL if kind.where is Where.OPENING else Target.TABLE for kind in hazards.KINDS
-}
+WALKABLE = (FREE, *(kind.symbol for kind in hazards.kinds_at(Where.FLOOR)))  # a child's cells
+_TARGETS = (
+    {WALL: Target.WALL, BIN: Target.BIN}
+    | dict.fromkeys(WALKABLE, Target.FREE)
+    | {
+        kind.symbol: Target.STAIRWELL if kind.where is Where.OPENING else Target.TABLE
+        for kind in hazards.KINDS
+        if kind.where is not Where.FLOOR
+    }
+)
 LEGEND = {  # what each symbol is called, one and several
     WALL: ("wall", "walls"),
     FREE: ("free cell", "free cells"),
@@ -156,6 +163,11 @@ class CellGraph:
     def table_distances(self) -> np.ndarray:
         """Moves that a child needs to bump into each table, (free cells, tables)."""
         return self.bump_distances(self._plan.tables)
+
+    @functools.cached_property
+    def floor_distances(self) -> np.ndarray:
+        """Moves after which a child takes each thing on the floor, (free cells, things); 1 for one in its cell."""
+        return np.maximum(1, self.child_distances_from(self._plan.floor_cells).T)
 
     @functools.cached_property
     def stairwell_distances(self) -> np.ndarray:

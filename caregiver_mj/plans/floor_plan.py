@@ -5,8 +5,8 @@ A plan is a rectangle of characters, one a cell::
     #####
     #B.S#      # wall          . free cell       S stairwell
     #.C.#      C table with a candle on it       T bare table
-    #..T#      B toy bin                         G stairwell with an open gate
-    #####
+    #o.T#      B toy bin                         G stairwell with an open gate
+    #####      o free cell with a battery on its floor
 
 Cells are ``(row, column)`` pairs counted from the upper left corner. Only free cells are walkable for a
 child; the caregiver may also step onto a stairwell's landing. Moves are 4-connected.
@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 
 from caregiver_mj.errors import CaregiverError, FloorPlanError, check_kind
-from caregiver_mj.plans.cell_graph import ACTIONS, BIN, FREE, LEGEND, TABLE, WALL, Cell, CellGraph
+from caregiver_mj.plans.cell_graph import ACTIONS, BIN, FREE, LEGEND, TABLE, WALKABLE, WALL, Cell, CellGraph
 from caregiver_mj.plans.hazards import KINDS, DamageWeights, Hazards, Where, kinds_at
 
 _FENCED = tuple(kind.symbol for kind in KINDS if kind.fenced)
@@ -166,7 +166,7 @@ class FloorPlan:
     @functools.cached_property
     def free_cells(self) -> tuple[Cell, ...]:
         """The child's cells; an index into this tuple is its state."""
-        return self.cells_of(FREE)
+        return self.cells_of(*WALKABLE)
 
     @functools.cached_property
     def stairwells(self) -> tuple[Cell, ...]:
@@ -183,13 +183,18 @@ class FloorPlan:
         return tuple(map(self.tables.index, self._cells_at(Where.ON_TABLE)))
 
     @functools.cached_property
+    def floor_cells(self) -> tuple[int, ...]:
+        """For each hazard on the floor the index of the free cell in which it lies."""
+        return tuple(map(self.free_cells.index, self._cells_at(Where.FLOOR)))
+
+    @functools.cached_property
     def bins(self) -> tuple[Cell, ...]:
         return self.cells_of(BIN)
 
     @functools.cached_property
     def hazards(self) -> Hazards:
         """What a child can be hurt by and a caregiver can do something about."""
-        kinds = kinds_at(Where.OPENING) + kinds_at(Where.ON_TABLE)
+        kinds = kinds_at(Where.OPENING) + kinds_at(Where.ON_TABLE) + kinds_at(Where.FLOOR)
         return Hazards(tuple(kind for kind in kinds for _ in self.cells_of(kind.symbol)), self.damage)
 
     def _cells_at(self, where: Where) -> tuple[Cell, ...]:
@@ -205,6 +210,11 @@ class FloorPlan:
     def caregiver_cells(self) -> tuple[Cell, ...]:
         """Where the caregiver can stand: the free cells, then the landings that are not fenced."""
         return self.free_cells + self.landings
+
+    @functools.cached_property
+    def starts(self) -> np.ndarray:
+        """Where an episode can begin: the indices in `caregiver_cells` of those in which nothing lies."""
+        return np.setdiff1d(np.arange(len(self.caregiver_cells)), self.floor_cells)
 
     @functools.cached_property
     def cell_index(self) -> dict[Cell, int]:
@@ -284,7 +294,7 @@ class FloorPlan:
         """Return the free cells north, east, south and west of a cell."""
         around = [(cell[0] + down, cell[1] + right) for down, right in ACTIONS]
         height, width = self.shape
-        return [n for n in around if 0 <= n[0] < height and 0 <= n[1] < width and self[n] == FREE]
+        return [n for n in around if 0 <= n[0] < height and 0 <= n[1] < width and self[n] in WALKABLE]
 
 
 def check_house(made: Any, plan: FloorPlan) -> None:
@@ -348,7 +358,7 @@ def _of_border(plan: FloorPlan, first_line: int) -> Iterator[str]:
         kind = plan[row, wrong[0]]
         problem = f"the border must be all wall (#), and here is a {LEGEND[kind][0]} ({kind}){_and_more(wrong)}"
         yield _at(plan, first_line, (row, wrong[0]), problem)
-    if not plan.free_cells:
+    if not plan.cells_of(FREE):
         yield _at(plan, first_line, (0, 0), "the plan has no free cell (.)")
 
 
@@ -364,7 +374,7 @@ def _of_cells(plan: FloorPlan, first_line: int) -> Iterator[str]:
         origin = f"line {start[0] + first_line}, column {start[1] + 1}"
         problem = f"this free cell is not connected to the one at {origin}{more}"
         yield _at(plan, first_line, plan.free_cells[cut_off[0]], problem)
-    for cell in plan.cells_of(*(kind.symbol for kind in KINDS), BIN):
+    for cell in plan.cells_of(*LEGEND.keys() - {WALL, *WALKABLE}):
         if not plan.free_neighbours(cell):
             problem = f"this {LEGEND[plan[cell]][0]} ({plan[cell]}) cannot be reached: no free cell is beside it"
             yield _at(plan, first_line, cell, problem)

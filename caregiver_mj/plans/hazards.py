@@ -20,10 +20,11 @@ _Number = TypeVar("_Number", int, np.ndarray)
 
 
 class Where(enum.Enum):
-    """Where a hazard is. In the table of a house's hazards those in openings come first, then those on tables."""
+    """Where a hazard is. In the table of a house's hazards those of the first place come first, and so on."""
 
     OPENING = enum.auto()  # whoever enters the cell is hurt; who stands in it is in the way of others
     ON_TABLE = enum.auto()  # whoever bumps into the table is hurt; it can be carried to another one
+    FLOOR = enum.auto()  # whoever enters the cell takes it and is hurt, once; the cell is free
     FURNITURE = enum.auto()  # the table itself
 
 
@@ -32,6 +33,7 @@ class State(enum.IntEnum):
 
     AS_PLANNED = 0
     SHUT = 1  # an opening that no child gets through
+    GONE = 2  # off the floor: a child has taken it, or the caregiver
 
 
 @dataclasses.dataclass(frozen=True)
@@ -87,7 +89,12 @@ TABLE = HazardKind(
     name="table", symbol="T", where=Where.FURNITURE, damage=1.0, verb=None, cell=("bare table", "bare tables"),
     at="bare tables", harm="bumps into bare tables", model="table", colour=(133, 100, 72),
 )  # fmt: skip
-KINDS = (STAIRWELL, CANDLE, TABLE, GATE)  # a kind of your own is a record here, and a model
+BATTERY = HazardKind(
+    name="battery", symbol="o", where=Where.FLOOR, damage=5.0, verb="pick up",
+    cell=("free cell with a battery", "free cells with batteries"), at="batteries",
+    harm="takes batteries off the floor", model="battery", colour=(186, 192, 206),
+)  # fmt: skip
+KINDS = (STAIRWELL, CANDLE, TABLE, GATE, BATTERY)  # a kind of your own is a record here, and a model
 _IN_SHORT = tuple(kind.name for kind in (STAIRWELL, CANDLE, TABLE))  # of "5:4:1"
 
 
@@ -204,7 +211,7 @@ class Hazard:
 
 @dataclasses.dataclass(frozen=True)
 class Hazards(Sequence[Hazard]):
-    """All hazards of a house: first those in openings, then those on tables, kind by kind.
+    """All hazards of a house: first those in openings, then those on tables, then those on the floor, kind by kind.
 
     A number of a hazard is its place in this table. The methods take such numbers, or numbers among those in one place,
     as integers or as integer arrays of any shape, and leave NOTHING as it is.
@@ -237,16 +244,19 @@ class Hazards(Sequence[Hazard]):
         return np.array([kind.verb for kind in self.kinds], object)
 
     @functools.cached_property
-    def _openings(self) -> int:
-        return sum(kind.where is Where.OPENING for kind in self.kinds)
+    def _spans(self) -> dict[Where, tuple[int, int]]:
+        """The numbers of those in each place: the first, and that after the last."""
+        counts = [sum(kind.where is where for kind in self.kinds) for where in Where]
+        ends = np.cumsum(counts).tolist()
+        return {where: (end - count, end) for where, count, end in zip(Where, counts, ends, strict=True)}
 
     def at(self, where: Where) -> list[Hazard]:
         """Return those in one place."""
-        return list(self)[slice(*self._span(where))]
+        return list(self)[slice(*self._spans[where])]
 
     def worst(self, where: Where) -> float:
         """Return the greatest damage of those in one place; 0 if there are none."""
-        return float(self.damage[slice(*self._span(where))].max(initial=0.0))
+        return float(self.damage[slice(*self._spans[where])].max(initial=0.0))
 
     def number(self, where: Where, index: _Number) -> _Number:
         """Return the numbers of hazards by their numbers among those in one place.
@@ -254,7 +264,7 @@ class Hazards(Sequence[Hazard]):
         Raises:
             CaregiverError: There is no such hazard there.
         """
-        first, end = self._span(where)
+        first, end = self._spans[where]
         wrong = np.less(index, NOTHING) | np.greater_equal(index, end - first)
         if wrong.any():
             words = " or ".join(kind.name for kind in kinds_at(where))
@@ -266,22 +276,19 @@ class Hazards(Sequence[Hazard]):
 
     def among(self, where: Where, number: _Number) -> _Number:
         """Return the numbers of hazards among those in one place, NOTHING for those that are not there."""
-        found = np.where(self.are_at(where, number), np.subtract(number, self._span(where)[0]), NOTHING)
+        found = np.where(self.are_at(where, number), np.subtract(number, self._spans[where][0]), NOTHING)
         return found if isinstance(number, np.ndarray) else int(found)
 
     def are_at(self, where: Where, number: int | np.ndarray) -> np.ndarray:
         """Return whether hazards are in one place."""
-        first, end = self._span(where)
+        first, end = self._spans[where]
         return np.asarray(np.greater_equal(number, first) & np.less(number, end))
 
-    def join(self, openings: np.ndarray, on_tables: np.ndarray) -> np.ndarray:
-        """Return values of hazards (..., hazards) of those of what is in openings and of what is on tables."""
-        return np.concatenate([openings, on_tables], axis=-1)
+    def join(self, openings: np.ndarray, on_tables: np.ndarray, on_floor: np.ndarray) -> np.ndarray:
+        """Return values of hazards (..., hazards) of those in openings, on tables and on the floor."""
+        return np.concatenate([openings, on_tables, on_floor], axis=-1)
 
-    def split(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def split(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the reverse of `join`."""
-        return values[..., : self._openings], values[..., self._openings :]
-
-    def _span(self, where: Where) -> tuple[int, int]:
-        """The numbers of those in one place: the first, and that after the last."""
-        return (0, self._openings) if where is Where.OPENING else (self._openings, len(self))
+        (_, openings), (_, on_tables) = self._spans[Where.OPENING], self._spans[Where.ON_TABLE]
+        return values[..., :openings], values[..., openings:on_tables], values[..., on_tables:]

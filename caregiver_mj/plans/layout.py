@@ -18,7 +18,7 @@ from xml.etree import ElementTree
 import numpy as np
 from scipy import ndimage
 
-from caregiver_mj.plans.cell_graph import BIN, FREE, WALL, Cell
+from caregiver_mj.plans.cell_graph import WALL, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 WALL_THICKNESS = 0.25  # metres, as of a brick wall
@@ -191,7 +191,7 @@ class Layout:
         plan, alcoves, no_place = self.plan, self._alcoves, {cell for cell, _ in self.doorways}
         half_wall = self.wall_thickness / 2
         places = []
-        for cell in sorted((*plan.cells_of(FREE, BIN), *plan.tables)):
+        for cell in sorted((*plan.free_cells, *plan.bins, *plan.tables)):
             for down, right in ((-1, 0), (0, 1), (0, -1)):
                 wall = (cell[0] + down, cell[1] + right)
                 beside = [(wall[0] + k * right, wall[1] + k * down) for k in (-1, 0, 1)]

@@ -25,7 +25,7 @@ from caregiver_mj.house.scene import build_house
 from caregiver_mj.house.sensing import Sensing
 from caregiver_mj.house.task_info import TaskInfo
 from caregiver_mj.interventions.verb import Intervention
-from caregiver_mj.plans.cell_graph import FREE
+from caregiver_mj.plans.cell_graph import WALKABLE
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house
 from caregiver_mj.policy.estimates import Senses, base_jumps, hand_error
 from caregiver_mj.policy.executive import Executive
@@ -214,7 +214,8 @@ class CaregiverPolicy:
         alien = any(np.shape(np.asarray(observation.get(key))) != shape for key, shape in self._shapes.items())
         base, children = observation["base_position"], np.atleast_2d(observation["toddler_position"])
         if self._sensing.is_exact and not alien:
-            alien = plan.cell_at(base) not in plan.cell_index or any(plan[plan.cell_at(c)] != FREE for c in children)
+            outside = (plan[plan.cell_at(child)] not in WALKABLE for child in children)
+            alien = plan.cell_at(base) not in plan.cell_index or any(outside)
         if alien:
             raise CaregiverError(
                 f"the environment of this policy must be that of {self._task.info.family} in house '{plan.name}', got "

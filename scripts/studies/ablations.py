@@ -104,8 +104,8 @@ class LeastExposedTable(PaperCaregiver):
 
     def worth_protecting(self, percept: Percept) -> np.ndarray:
         least, table = self._exposure_where_bare(percept).min(axis=1), percept.candle_table
-        stairwells, _ = self.plan.hazards.split(super().worth_protecting(percept))
-        return self.plan.hazards.join(stairwells, (table != NOTHING) & (self.exposure[table] > least[:, None]))
+        stairwells, _, lying = self.plan.hazards.split(super().worth_protecting(percept))
+        return self.plan.hazards.join(stairwells, (table != NOTHING) & (self.exposure[table] > least[:, None]), lying)
 
     def _exposure_where_bare(self, percept: Percept) -> np.ndarray:
         """Exposure of each bare table, infinite for others, (B, tables)."""

@@ -4,10 +4,19 @@ import numpy as np
 import pytest
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.interventions.verb import BLOCK, RELOCATE, STAND_ASIDE, VERBS, Intervention, Interventions, verb_of
+from caregiver_mj.interventions.verb import (
+    BLOCK,
+    PICK_UP,
+    RELOCATE,
+    STAND_ASIDE,
+    VERBS,
+    Intervention,
+    Interventions,
+    verb_of,
+)
 from caregiver_mj.plans.floor_plan import FloorPlan
 
-PLAN = FloorPlan.parse("########\n#S....B#\n##T#CT##\n########")
+PLAN = FloorPlan.parse("########\n#S..o.B#\n##T#CT##\n########")
 SINGLE = [Intervention(BLOCK, 0), Intervention(RELOCATE, 1, 2), Intervention()]
 
 
@@ -32,19 +41,21 @@ def test_another_destination_is_no_other_intervention():
 @pytest.mark.parametrize("name", list(VERBS))
 def test_every_verb_says_what_it_is_called_and_drawn_as(name):
     verb = verb_of(name)
-    intervention = Intervention(name, {BLOCK: 0, RELOCATE: 1}.get(name, -1))
+    intervention = Intervention(name, {BLOCK: 0, RELOCATE: 1, PICK_UP: 2}.get(name, -1))
+    marks = {BLOCK: ("cell", (1, 1)), RELOCATE: ("candle", 0), PICK_UP: ("cell", (1, 4))}
     assert verb.name == name
     assert verb.describe(PLAN, intervention)
-    assert verb.mark(PLAN, intervention) == {BLOCK: ("cell", (1, 1)), RELOCATE: ("candle", 0)}.get(name)
+    assert verb.mark(PLAN, intervention) == marks.get(name)
 
 
 def test_names_of_what_is_done():
     assert verb_of(BLOCK).describe(PLAN, Intervention(BLOCK, 0)) == "block stairwell 1"
     assert verb_of(RELOCATE).describe(PLAN, Intervention(RELOCATE, 1)) == "fetch candle 1"
+    assert verb_of(PICK_UP).describe(PLAN, Intervention(PICK_UP, 2)) == "pick up battery 1"
 
 
 def test_an_unknown_verb_is_refused_by_name():
     with pytest.raises(
-        CaregiverError, match="no verb 'tickle': there are block, close, relocate, stand aside, nothing"
+        CaregiverError, match="no verb 'tickle': there are block, close, relocate, pick up, stand aside, nothing"
     ):
         verb_of("tickle")

@@ -67,7 +67,7 @@ def test_malformed_plans_are_refused_with_line_and_column(text, place, problem):
     [
         (0, "#" * 12, "line 1, column 13: the row has 12 cells, but most have 13"),
         (0, "#" * 14, "line 1, column 14: the row has 14 cells, but most have 13"),
-        (0, "my own house", "line 1, column 1: 'm' is none of .*, and 11 more in this line"),
+        (0, "my own house", "line 1, column 1: 'm' is none of .*, and 9 more in this line"),
         (0, "." * 13, "line 1, column 1: the border must be all wall .*, and 12 more in this line"),
         (4, "#" * 13, "is not connected to the one at line 2, column 2, nor are [0-9]+ more$"),
         (5, "", "line 6, column 1: the row has 0 cells, but most have 13"),

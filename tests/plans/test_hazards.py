@@ -7,14 +7,16 @@ from hypothesis import strategies as st
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import CANDLE, NOTHING, STAIRWELL, DamageWeights, Hazard, Hazards, Where
+from caregiver_mj.plans.hazards import BATTERY, CANDLE, NOTHING, STAIRWELL, DamageWeights, Hazard, Hazards, Where
 
 #: Two stairwells and three candles: hazards 0 and 1, and 2 to 4.
 FIVE = Hazards((STAIRWELL,) * 2 + (CANDLE,) * 3)
 
 COUNTS = st.integers(0, 6)
+PLACES = Where.OPENING, Where.ON_TABLE, Where.FLOOR
 HAZARDS = st.builds(
-    lambda stairwells, candles: Hazards((STAIRWELL,) * stairwells + (CANDLE,) * candles), COUNTS, COUNTS
+    lambda stairs, candles, batteries: Hazards((STAIRWELL,) * stairs + (CANDLE,) * candles + (BATTERY,) * batteries),
+    *[COUNTS] * 3,
 )
 
 
@@ -23,7 +25,7 @@ HAZARDS = st.builds(
 
 def test_damage_is_that_of_the_paper():
     weights = DamageWeights()
-    assert weights == {"stairwell": 5.0, "candle": 4.0, "table": 1.0, "gate": 5.0}
+    assert weights == {"stairwell": 5.0, "candle": 4.0, "table": 1.0, "gate": 5.0, "battery": 5.0}
     assert weights.worst == 5.0
     assert DamageWeights(1, 2, 7).worst == 7
 
@@ -47,7 +49,7 @@ def test_damage_is_said_by_name_and_what_is_not_said_is_that_of_the_paper():
 @pytest.mark.parametrize(
     ("damage", "words"),
     [
-        ("stove=3", "no kind of damage 'stove': there are stairwell, candle, table, gate"),
+        ("stove=3", "no kind of damage 'stove': there are stairwell, candle, table, gate, battery"),
         ({"stove": 3}, "no kind of damage 'stove'"),
         ("candle=3,candle=4", "must name each kind once, got 'candle=3,candle=4'"),
         ("candle=3:4", "must be KIND=NUMBER, such as stairwell=5,candle=4, or .* got 'candle=3:4'"),
@@ -155,10 +157,10 @@ def test_a_single_number_stays_a_plain_one():
         assert type(FIVE.number(where, np.int64(1))) is type(FIVE.among(where, 3)) is int
 
 
-@given(HAZARDS, st.lists(st.lists(st.integers(-1, 11), min_size=2, max_size=2), min_size=1, max_size=4))
+@given(HAZARDS, st.lists(st.lists(st.integers(-1, 17), min_size=2, max_size=2), min_size=1, max_size=4))
 def test_arrays_are_treated_number_by_number(hazards, rows):
     numbers = np.array(rows).clip(max=len(hazards) - 1)
-    for where in (Where.OPENING, Where.ON_TABLE):
+    for where in PLACES:
         for method in (hazards.among, hazards.are_at):
             assert method(where, numbers).tolist() == [[method(where, int(n)) for n in row] for row in numbers]
         indices = numbers.clip(max=len(hazards.at(where)) - 1)
@@ -171,7 +173,7 @@ def test_arrays_are_treated_number_by_number(hazards, rows):
 def test_every_hazard_has_a_number_and_an_index_that_lead_to_each_other(hazards):
     for number, hazard in enumerate(hazards):
         assert hazards[number] == hazard  # noqa: PLR1736 that is what is tested
-        for where in (Where.OPENING, Where.ON_TABLE):
+        for where in PLACES:
             is_there = hazard.kind.where is where
             assert hazards.among(where, number) == (hazard.index if is_there else NOTHING)
             assert hazards.are_at(where, number) == is_there
@@ -182,7 +184,8 @@ def test_every_hazard_has_a_number_and_an_index_that_lead_to_each_other(hazards)
 @given(HAZARDS, st.integers(1, 3))
 def test_what_is_joined_can_be_split_again(hazards, worlds):
     values = np.arange(worlds * len(hazards)).reshape(worlds, len(hazards))
-    stairwells, candles = hazards.split(values)
+    stairwells, candles, batteries = hazards.split(values)
     assert stairwells.shape == (worlds, len(hazards.at(Where.OPENING)))
     assert candles.shape == (worlds, len(hazards.at(Where.ON_TABLE)))
-    assert (hazards.join(stairwells, candles) == values).all()
+    assert batteries.shape == (worlds, len(hazards.at(Where.FLOOR)))
+    assert (hazards.join(stairwells, candles, batteries) == values).all()

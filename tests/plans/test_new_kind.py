@@ -95,7 +95,7 @@ def found(tmp_path_factory):
 def test_it_is_numbered_named_and_costs_what_its_record_says(found):
     assert found["names"] == ["stairwell 1", "candle 1", "mug 1"]
     assert found["labels"] == ["S1", "C1", "M1"]
-    assert found["damage"] == "stairwell=5,candle=4,table=1,gate=5,mug=2.5"
+    assert found["damage"] == "stairwell=5,candle=4,table=1,gate=5,battery=5,mug=2.5"
     assert "no bare table" in found["refused"]
     assert "a candle or mug" in found["refused"]
 
@@ -104,7 +104,7 @@ def test_the_grid_books_it_in_a_column_of_its_own_and_every_caregiver_takes_it_a
     grid = found["grid"]
     for row in grid.values():
         assert row["damage_mug"] % 2.5 == 0
-        kinds = ("stairwell", "candle", "table", "gate", "mug")
+        kinds = ("stairwell", "candle", "table", "gate", "battery", "mug")
         assert row["damage"] == sum(row[f"damage_{kind}"] for kind in kinds)
     alone = grid.pop("none")
     assert alone["damage_mug"] > 0

@@ -34,11 +34,17 @@ class ClairvoyantCaregiver(ToldCaregiver, Caregiver):
     Of several children it goes round the first only.
 
     Raises:
-        CaregiverError: The house has too many layouts of candles; or, later, the world cannot tell the future.
+        CaregiverError: The house has something on its floor, or too many layouts of candles; or, later, the world
+            cannot tell the future.
     """
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
         super().__init__(plan, seed)
+        if plan.floor_cells:
+            what = plan.hazards.at(Where.FLOOR)[0]
+            raise CaregiverError(
+                f"floor plan '{plan.name}' must have nothing on its floor for 'clairvoyant', got {what}"
+            )
         if count_stands(plan) > LARGEST:  # before any of them is made
             raise CaregiverError(
                 f"floor plan '{plan.name}' must have at most {LARGEST:,} combinations of places for 'clairvoyant', got "

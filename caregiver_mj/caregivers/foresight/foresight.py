@@ -39,7 +39,8 @@ HYSTERESIS = 0.004
 class Options:
     """Everything that can be done in W worlds, and what is then to be expected.
 
-    In this order: to block each stairwell or close its gate, to stand aside, to stay, to relocate each candle.
+    In this order: to block each stairwell or close its gate, to stand aside, to stay, to relocate each candle, to pick
+    up each thing on the floor.
 
     Attributes:
         damage: Expected damage to come, (W, options).
@@ -140,10 +141,10 @@ class ForesightCaregiver(Caregiver):
         if worlds.size and len(self.plan.hazards):
             options = self.options(each_on_a_table(self.plan, percept), worlds)
             chosen = self._best(options, percept, worlds)
-            candle = np.clip(chosen - stairwells - 2, 0, None)
+            candle = self.plan.hazards.among(Where.ON_TABLE, chosen - 2)
             each = np.arange(len(worlds))
-            table = options.table[each, candle] if options.table.size else np.full(len(worlds), NOTHING)
-            self._order(answer, worlds, chosen, np.where(chosen >= stairwells + 2, table, NOTHING))
+            table = options.table[each, candle] if options.table.size else candle
+            self._order(answer, worlds, chosen, np.where(candle == NOTHING, NOTHING, table))
         return answer
 
     def options(self, percept: Percept, worlds: np.ndarray) -> Options:
@@ -171,22 +172,32 @@ class ForesightCaregiver(Caregiver):
         groups = list(itertools.combinations(range(candles), values.layouts.candles))
         chosen = np.array(groups, int).reshape(len(groups), values.layouts.candles)
         layout = values.layouts.now(tables[:, chosen])  # (W, groups)
+        gone = np.zeros((count, len(motion.floor)), bool) if percept.gone is None else percept.gone[worlds]
         stays = np.array([[candle not in group for candle in range(candles)] for group in groups])
         bare = np.nonzero(bare_tables(tables, len(motion.stands)))[1].reshape(count, -1)  # (W, bare tables)
 
         places = [*range(len(motion.posts)), motion.aside, motion.aside + 1]
         # What is to come on the way, and from when a candle is in the hand if it is by the child's next move.
-        going = np.zeros((count, len(places) + candles, len(groups)), np.float32)
+        things = len(motion.floor)
+        going = np.zeros((count, len(places) + candles + things, len(groups)), np.float32)
         carried = np.zeros((count, candles, bare.shape[1], len(groups)), np.float32)
         got = np.ones((count, candles), bool)
         for child, probability in enumerate(np.moveaxis(self.belief.probability[worlds], 1, 0)):
             belief = probability.reshape(count, -1)[:, values.possible].astype(np.float32)
             here = percept.child_cell[worlds, child]
             staying = np.einsum("wcs,ws->wc", values.staying[here[:, None], tables], belief) @ stays.T  # (W, groups)
+            taken = np.einsum("wos,ws->wo", values.taken[here], belief) * ~gone
+            staying += taken.sum(axis=1, keepdims=True)
             going += staying[:, None]
             for option, place in enumerate(places):
                 there = motion.after[steps, place, here, cell]
                 going[:, option] += np.einsum("wgs,ws->wg", values.at(layout, here[:, None], there[:, None]), belief)
+            for thing, place in enumerate(motion.floor):
+                begun, there = motion.picks_up(place, here, cell, left)
+                found = values.going[thing][layout, (here * len(self.plan.caregiver_cells) + there)[:, None]]
+                found = np.where(begun[:, None, None], values.picked[thing][layout, here[:, None]], found)
+                option = len(places) + candles + thing
+                going[:, option] += np.einsum("wgs,ws->wg", found, belief) - taken[:, thing, None]
             for candle, source in enumerate(tables.T):
                 in_hand, there, rest = motion.fetch(source, here, cell, left)
                 got[:, candle] &= in_hand
@@ -200,11 +211,13 @@ class ForesightCaregiver(Caregiver):
                 which = np.broadcast_to(layout[:, None], shape).ravel()
                 found = values.carried(which, source_, target, *others).reshape(*shape, -1)
                 carried[:, candle] += np.einsum("wbgs,ws->wbg", found, belief) + staying[:, None]
-        damage = going.min(axis=2)
+        damage, relocates = going.min(axis=2), slice(len(places), len(places) + candles)
+        damage[:, relocates.stop :][gone] = np.inf
         if not carried.size:
-            return Options(damage[:, : len(places)], np.full((count, candles), NOTHING))
+            damage[:, relocates] = np.inf
+            return Options(damage, np.full((count, candles), NOTHING))
         by_table = carried.min(axis=3)  # (W, candles, bare tables)
-        damage[:, len(places) :] = np.where(got, by_table.min(axis=2), damage[:, len(places) :])
+        damage[:, relocates] = np.where(got, by_table.min(axis=2), damage[:, relocates])
         return Options(damage, np.take_along_axis(bare, _first_of_least(by_table), axis=1))
 
     def expected_damage(self, percept: Percept, worlds: np.ndarray) -> np.ndarray:
@@ -221,9 +234,8 @@ class ForesightCaregiver(Caregiver):
         """Return the number of the option to take in some worlds, (W,)."""
         damage = options.damage.copy()
         if percept.out_of_reach is not None:
-            stairwells, candles = self.plan.hazards.split(percept.out_of_reach[worlds])
-            ways = np.zeros((len(worlds), 2), bool)
-            barred = np.concatenate([stairwells, ways, candles], axis=1)[:, : damage.shape[1]]
+            openings, *others = self.plan.hazards.split(percept.out_of_reach[worlds])
+            barred = np.concatenate([openings, np.zeros((len(worlds), 2), bool), *others], axis=1)
             damage = np.where(barred, np.inf, damage)
         goes_on = np.arange(damage.shape[1]) == self._begun[worlds, None]
         return _first_of_least(damage - goes_on * self._hysteresis * damage.min(axis=1, keepdims=True))
@@ -236,10 +248,8 @@ class ForesightCaregiver(Caregiver):
 
     def _order(self, answer: Interventions, worlds: np.ndarray, option: np.ndarray, table: np.ndarray) -> None:
         stairwells = len(self.plan.stairwells)
-        candle = option - stairwells - 2
         rest = np.where(option == stairwells, STAND_ASIDE, DO_NOTHING)
-        thing = self.plan.hazards.number(Where.ON_TABLE, np.maximum(candle, NOTHING))
-        hazard = np.where(option < stairwells, option, thing)
+        hazard = np.where(option < stairwells, option, np.where(option < stairwells + 2, NOTHING, option - 2))
         verb = np.append(self.plan.hazards.verb, "")[hazard]
         answer.hazard[worlds], answer.verb[worlds] = hazard, np.where(hazard == NOTHING, rest, verb)
         answer.destination[worlds] = self._table[worlds] = table

@@ -26,17 +26,19 @@ class Motion:
     """The caregiver's motion by the rules of `plans.routes`, the same that its world moves it by.
 
     The *places* are the posts (landings of stairwells, cells before gates), then the tables (any cell beside one will
-    do), then `aside`, out of the child's way, and `stay`. A *step* is the time in which the caregiver walks one cell.
+    do), then the cells of what lies on the floor, then `aside`, out of the child's way, and `stay`. A *step* is the
+    time in which the caregiver walks one cell.
 
     Attributes:
         pace: How long it takes.
         posts: Cells from which it keeps children from each opening.
+        floor: Numbers of the places of what lies on the floor.
         stands: The cells beside each table, (tables, cells beside one), filled up with the first of them.
         aside: Number of that place; that of `stay` is the next one.
         distance: Steps to every place, `UNREACHABLE` where the child bars the way, (aside + 1, C, R): by the child's
             cell and the caregiver's.
         after: Cell after a number of steps on the way to every place, (steps + 1, aside + 2, C, R).
-        open_distance: Steps to every post and table if there is no child, (aside, R).
+        open_distance: Steps to every place before `aside` if there is no child, (aside, R).
         nearest: Which of the cells beside each table is the nearest, a number among `stands`, (tables, R).
     """
 
@@ -45,7 +47,8 @@ class Motion:
         self.pace = pace
         self.posts = [plan.cell_index[cell] for cell in plan.posts]
         stands = graph.beside(plan.tables)
-        goals = [[post] for post in self.posts] + stands
+        goals = [[post] for post in self.posts] + stands + [[cell] for cell in plan.floor_cells]
+        self.floor = range(len(self.posts) + len(stands), len(goals))
         self.aside = len(goals)
         routes = Routes(plan, goals)
         self.open_distance = routes.open_distance.astype(int)
@@ -117,8 +120,26 @@ class Motion:
     @functools.cached_property
     def longest(self) -> int:
         """The most moves of a child that carrying a candle can take."""
-        far = self.open_distance[len(self.posts) :].max(initial=0)
+        far = self.open_distance[len(self.posts) : self.floor.start].max(initial=0)
         return int(self.timesteps(far + _PATIENCE * self.pace.cells + self.handling, 0.0))
+
+    def picks_up(
+        self, place: int, child: np.ndarray, cell: np.ndarray, left: np.ndarray | int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return what comes of going for what lies on the floor until the child's next move, n times.
+
+        Args:
+            place: Its number, of `floor`.
+            child: The child's cells, (n,).
+            cell: The caregiver's cells, (n,).
+            left: Steps until the child's next move, (n,) or for all.
+
+        Returns:
+            Whether it has begun to pick it up by then, and the cell in which it then is: (n,) each.
+        """
+        begun = left - self.distance[place, child, cell] - min(1.0, self.pace.pick_up) > -_ROUNDING
+        steps = np.clip(np.rint(left), 0, len(self.after) - 1).astype(int)
+        return begun, self.after[steps, place, child, cell].astype(int)
 
     @property
     def handling(self) -> float:

@@ -10,6 +10,13 @@ though the price of what it is denied meanwhile is counted.
 A gate that has been closed stays so: each set of closed gates has a table of its own, and what is to come once one more
 is closed is known before a table is worked out.
 
+What lies on the floor is in no table, for there would have to be twice as many with each such thing. Instead one step
+of policy improvement is made over leaving all of it where it is for ever. What a thing does if it is left is its
+damage, discounted to the child's first passage into its cell with nobody in its way. What comes of picking it up is the
+value of a fixed policy: to go straight there, whatever the child does. Once that is done, or the child has taken the
+thing, the table holds. Not foreseen is that other things may be picked up afterwards: what is worth the way only
+together with others is left.
+
 The values are found by value iteration (Bellman 1957; Puterman 1994, chapter 6).
 """
 
@@ -27,7 +34,7 @@ from scipy.sparse.csgraph import connected_components
 from caregiver_mj.caregivers.foresight.child_model import child_chain
 from caregiver_mj.caregivers.foresight.motion import motion
 from caregiver_mj.caregivers.percept import PAPER, Pace
-from caregiver_mj.danger.chain import ChildChain, expected_hits
+from caregiver_mj.danger.chain import ChildChain, discounted_entry, expected_hits
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, TABLE, Where
 
@@ -99,6 +106,7 @@ def candles_at_a_time(plan: FloorPlan) -> int:
     if len(plan.mouths) > GATES:
         return -1
     states = len(plan.free_cells) * len(_possible(child_chain(plan))) * len(plan.caregiver_cells) << len(plan.mouths)
+    states *= 1 + len(plan.floor_cells)
     tables, candles = len(plan.tables), len(plan.candle_tables)
     layouts = {count: math.comb(tables, count) for count in range(candles + 1)}
     return max((n for n, ways in layouts.items() if ways <= LAYOUTS and states * ways <= LARGEST), default=-1)
@@ -112,6 +120,14 @@ def costs(plan: FloorPlan) -> tuple[float, float, float]:
     falls, things = (plan.hazards.worst(where) for where in (Where.OPENING, Where.ON_TABLE))
     bare = plan.damage[TABLE.name]
     return falls, bare, things - bare
+
+
+@functools.lru_cache(maxsize=2)
+def _entries(plan: FloorPlan, discount: float) -> np.ndarray:
+    """Return the discount of the child's first move into the cell of each thing on the floor, (C, things, J)."""
+    chain = child_chain(plan)
+    found = discounted_entry(chain, plan.floor_cells, discount).reshape(chain.shape[0], -1, len(plan.floor_cells))
+    return found[:, _possible(chain)].swapaxes(1, 2).astype(np.float32)
 
 
 def _possible(chain: ChildChain) -> np.ndarray:
@@ -141,6 +157,9 @@ class ValueTable:
         value: The damage, (layouts, C R, J): by layout, by the cells of child and caregiver, c R + r, and by what is
             possible.
         staying: Damage of a candle that stays on each table for ever, beyond that of a bare table, (C, tables, J).
+        taken: Damage to come of each thing on the floor if it is left there, (C, things, J).
+        going: Damage to come, as `value`, if the caregiver goes to pick a thing up, for each, with that of the thing.
+        picked: The same from when it begins to, for each, (layouts, C, J).
         closed: For each gate that is shut what was to come when the caregiver, before it, began to close it as the last
             one, (layouts, C, J).
     """
@@ -181,6 +200,10 @@ class ValueTable:
         self._open = (hits @ harm).astype(np.float32)  # likewise of all else, if nobody is in the way
         self._alone = _single(objective.discount * chain.transition[among][:, among])
         self._ahead = np.empty(0)  # see `_arrive`
+        self._lying = plan.hazards.split(plan.hazards.damage)[2]
+        self.taken = self._lying[:, None] * _entries(plan, objective.discount)
+        self.going: list[np.ndarray] = []
+        self.picked: list[np.ndarray] = []
         self.value = self._solve(chain, (forever @ harm).astype(np.float32).reshape(self._cells, 1, self._states), shut)
 
     # -- What to expect --------------------------------------------------------------------------
@@ -293,12 +316,46 @@ class ValueTable:
             if change < self._objective.tolerance:
                 break
         self._arrive(value)
-        for gate in shut:  # it stands before that while it closes it
-            after = value
-            for _ in range(round(self.motion.pace.close / self.motion.pace.cells)):
-                after = (transition @ after.reshape(len(after), -1).T).T.reshape(after.shape) + cost
-            self.closed[gate] = after.reshape(-1, cells, places, states)[:, :, self.motion.posts[gate]]
+        for gate in shut:
+            self.closed[gate] = self._standing(value, transition, cost, self.motion.posts[gate], self.motion.pace.close)
+        for thing in range(len(self._lying)):
+            self._pick_up(thing, value, transition, cost, fetched)
         return value
+
+    def _standing(
+        self, value: np.ndarray, transition: csr_array, cost: np.ndarray, place: int, time: float
+    ) -> np.ndarray:
+        """Return what is to come if the caregiver stands in a cell for some steps first, (layouts, C, J)."""
+        for _ in range(round(time / self.motion.pace.cells)):
+            value = (transition @ value.reshape(len(value), -1).T).T.reshape(value.shape) + cost
+        return value.reshape(-1, self._cells, self._places, self._states)[:, :, place]
+
+    def _pick_up(
+        self, thing: int, value: np.ndarray, transition: csr_array, cost: np.ndarray, fetched: _Fetched
+    ) -> None:
+        """Evaluate going straight to a thing on the floor and picking it up, by iteration."""
+        place, here = self.motion.floor[thing], self.plan.floor_cells[thing]
+        picked = self._standing(value, transition, cost, here, self.motion.pace.pick_up)
+        child, cell = np.divmod(np.arange(self._cells * self._places), self._places)
+        begun = {steps: np.flatnonzero(self.motion.picks_up(place, child, cell, steps)[0]) for steps in self._rows}
+        rows, harm = np.flatnonzero(child == here), np.float32(self._lying[thing] / self._objective.discount)
+        alone = self.taken[:, thing].repeat(self._places, axis=0)
+        going, best = value + alone, np.empty_like(value[0])
+        for layout, now in enumerate(going):
+            self._best(layout, value[layout], fetched, best)
+            taken = best[rows] + harm  # the child has: then it goes on as if there had been no such thing
+            in_hand = {steps: (some, picked[layout, child[some]]) for steps, some in begun.items()}
+            for _ in range(self._objective.sweeps):
+                after = self._gone(now, place, in_hand)
+                after[rows] = taken
+                new = (transition @ after.ravel()).reshape(now.shape) + cost[layout]
+                change = np.abs(new - now).max()
+                now[:] = new
+                if change < self._objective.tolerance:
+                    break
+            now[rows] = value[layout, rows]
+        self.picked.append(picked)
+        self.going.append(going)
 
     def _close(self, layout: int, value: np.ndarray) -> None:
         """Let the caregiver close a gate before which it stands, where that is better: values of a layout, (C R, J)."""
