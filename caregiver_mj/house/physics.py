@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import mujoco
 import numpy as np
@@ -22,6 +22,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import Where, kinds_at
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.geometry import to_local
 from caregiver_mj.robot.view import LOOSE
 
 _SPRUNG = 0.002  # metres that the bolt of a gate that has latched is in, at most
@@ -93,11 +94,7 @@ class Physics(OffscreenRendering, engine.Physics):
         forces = raw.qfrc_applied[first : first + 3 * children].reshape(-1, 3)
         self._toddlers = list(zip(self._toddler_positions, self._toddler_velocities, forces, strict=True))
         self.touch_reader = TouchReader(model, raw, children)
-        counts = [
-            (kind.name, sum(name.startswith(f"{kind.name}_") for name in joints)) for kind in kinds_at(Where.ON_TABLE)
-        ]
-        first = [model.joint(f"{kind}_{i}/joint").qposadr[0] for kind, count in counts for i in range(count)]
-        self._candle_rows = np.array(first, int)[:, None] + np.arange(7)
+        self._candle_rows, self._thing_rows = (_pose_rows(model, where) for where in (Where.ON_TABLE, Where.FLOOR))
         in_order = (model.joint(i).name for i in range(model.njnt))
         gates = [name.removesuffix("hinge") for name in in_order if name.endswith("/hinge")]
         self._hinges, self._bolts = (
@@ -197,6 +194,26 @@ class Physics(OffscreenRendering, engine.Physics):
         _, x, y, _ = self.candle_poses()[:, 3:].T
         return 1.0 - 2.0 * (x * x + y * y)
 
+    def thing_positions(self) -> np.ndarray:
+        """Return where each small thing is that lay on the floor at first: its foot, (things, 3), m."""
+        return self._qpos[self._thing_rows[:, :3]]
+
+    def things_in_tray(self) -> np.ndarray:
+        """Return whether each is in the robot's tray, bool (things,)."""
+        tray = self.embodiment and self.embodiment.tray
+        if not tray:
+            return np.zeros(len(self._thing_rows), bool)
+        x, y, yaw = self._robot.base[0].tolist()
+        places = self.thing_positions().tolist()
+        return np.array([tray.holds((*to_local((x, y, yaw), (p[0], p[1])), p[2])) for p in places], bool)
+
+    def robot_touches_thing(self, index: int) -> bool:
+        """Return whether the robot touches one of them."""
+        model, data = self._raw
+        body = int(model.jnt_bodyid[np.flatnonzero(model.jnt_qposadr == self._thing_rows[index, 0])[0]])
+        pairs = data.contact.geom[(model.geom_bodyid[data.contact.geom] == body).any(axis=1)]
+        return any(model.geom(int(geom)).name.startswith("robot/") for geom in pairs.flat)
+
     def gate_positions(self) -> np.ndarray:
         """Return how far each gate stands open, (gates,), radians."""
         return self._qpos[self._hinges]
@@ -271,6 +288,13 @@ class Physics(OffscreenRendering, engine.Physics):
         """Stand a candle somewhere, for the start of an episode."""
         self._qpos[self._candle_rows[index]] = [*position, math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]
 
+    def set_thing(self, index: int, place: Sequence[float], yaw: float = 0.0) -> None:
+        """Lay a small thing somewhere, at rest: at the start of an episode, or when a child has taken it."""
+        rows = self._thing_rows[index]
+        self._qpos[rows] = [*place, math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]
+        first = int(self._raw[0].jnt_dofadr[np.flatnonzero(self._raw[0].jnt_qposadr == rows[0])[0]])
+        self._raw[1].qvel[first : first + 6] = 0.0
+
     def set_gates(self, angle: float = layout.GATE_OPEN) -> None:
         """Have all gates stand open, for the start of an episode: radians."""
         self._qpos[self._hinges] = angle
@@ -292,3 +316,11 @@ class Physics(OffscreenRendering, engine.Physics):
         if self._warnings.tolist() != warnings:
             with self.check_invalid_state():
                 self._warnings_before[:] = warnings
+
+
+def _pose_rows(model: mujoco.MjModel, where: Where) -> np.ndarray:
+    """Where in qpos the poses of the free things are that are in one place in the plan, (things, 7)."""
+    names = [model.joint(i).name for i in range(model.njnt)]
+    counts = [(kind.name, sum(name.startswith(f"{kind.name}_") for name in names)) for kind in kinds_at(where)]
+    first = [model.joint(f"{kind}_{i}/joint").qposadr[0] for kind, count in counts for i in range(count)]
+    return np.array(first, int)[:, None] + np.arange(7)

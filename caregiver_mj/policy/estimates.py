@@ -86,7 +86,7 @@ class Senses:
         if self._exact:
             return
         self._self = SelfEstimate(self._sensing.base, self._robot, self._steps)
-        self._candles = CandleEstimates(self._sensing.candle, self._robot.robot)
+        self._candles, self._things = (CandleEstimates(self._sensing.candle, self._robot.robot) for _ in range(2))
         self._children = ChildEstimates(self._sensing.child, self._timestep, self.age)
 
     def now(self, observation: Observation) -> Observation:
@@ -104,6 +104,10 @@ class Senses:
             estimate["candle_position"], estimate["candle_orientation"] = self._candles.update(
                 *poses, fingers, then, now
             )
+        if "battery_position" in observation:
+            places = observation["battery_position"]
+            upright = np.tile([1.0, 0.0, 0.0, 0.0], (len(places), 1))
+            estimate["battery_position"], _ = self._things.update(places, upright, math.inf, then, now)  # none is held
         return estimate
 
 

@@ -103,7 +103,7 @@ class CaregiverPolicy:
         self._shapes = {key: array.shape for key, array in spec.items()} if "base_position" in spec else {}
         self._sensing = info.sensing if sensing is None else Sensing.of(sensing)
         delay = self._sensing.delay_steps(self._timestep) * self._timestep
-        error = hand_error(self._sensing, embodiment) if self.plan.candle_tables else 0.0
+        error = hand_error(self._sensing, embodiment) if self.plan.candle_tables or self.plan.floor_cells else 0.0
         self.robot = RobotMotion(embodiment, self._timestep, delay, error, base_jumps(self._sensing.base))
         navigator = Navigator(self.plan, embodiment, self.caregiver.yields)
         self._clearance = navigator.clearance
@@ -203,7 +203,7 @@ class CaregiverPolicy:
 
     def _prepare_retrievals(self) -> None:
         """Have the planning scene made for tables as high as they seem, unless it is: before the robot moves."""
-        if self.plan.candle_tables:
+        if self.plan.candle_tables or self.plan.floor_cells:
             heights, before = _as_tuple(self._perception.table_heights), self._heights_prepared
             self._heights_prepared = heights
             self._retrievals.prepare(anew=heights != before)

@@ -159,7 +159,7 @@ class Arm:
 
     @functools.cached_property
     def _own_shapes(self) -> tuple[tuple[mujoco.MjModel, mujoco.MjData, np.ndarray], ...]:
-        """Without and with the tray: models in which the robot's parts meet, and which pairs of geoms are no neighbours."""
+        """Models in which the robot's parts meet, and which pairs of geoms are no neighbours: without and with tray."""
         bare, trayed = read_spec(self.embodiment.model), read_spec(self.embodiment.model)
         add_tray(trayed)
         return self._shapes(bare), self._shapes(trayed)

@@ -153,7 +153,7 @@ class RobotMotion(BaseMotion):
         self.reach_along(reach_path(arm_of(self.robot), round(1e4 * height)))
 
     def reach_along(self, path: ReachPath) -> None:
-        """Give the arm, which is tucked, the path for the next time that it reaches out."""
+        """Give the arm, which is tucked or in a pose that both have, the path for the next time that it moves."""
         if self.reach_path.returns and self.reached == self.reach_path.goal:
             self._reach = ScalarMotion(path.limits, 0.0)
         self.reach_path = path

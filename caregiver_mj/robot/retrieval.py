@@ -17,7 +17,7 @@ from caregiver_mj.robot.geometry import UPRIGHT, Pose, Vector, hand_rotation, up
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
-from caregiver_mj.robot.reach import ReachPath, pick_up_path, retrieval_paths, tray_path
+from caregiver_mj.robot.reach import LOW, ReachPath, pick_up_path, retrieval_paths, tray_path
 from caregiver_mj.robot.separation import distance_from_line
 from caregiver_mj.robot.view import CANDLE_HEIGHT, CANDLE_RADIUS, View
 
@@ -111,7 +111,7 @@ class RetrievalPlanner:
         return None
 
     def to_pick_up_small(self, view: View, thing: int) -> Work[Stance | None]:
-        """Search for the nearest stance from which the arm gets at a small thing on the floor; None if there is none."""
+        """Search for the nearest stance from which the arm gets at a thing on the floor; None if there is none."""
         for base, reach in (yield from self._stands(view, NOTHING, view.things[thing])):
             for heading in _HEADINGS:
                 path = pick_up_path(self._arm, reach, heading)
@@ -209,7 +209,7 @@ class RetrievalPlanner:
         """Whether the robot touches nothing along a path of the arm, or tucked; nor the candle that it lifts."""
         if path is None:
             return self._scene.is_free(base, [self._arm.tucked], view.candle_poses, candle)
-        last = path.goal - (candle == NOTHING)  # for small things it ends in the floor
+        last = LOW if candle == NOTHING else path.goal  # to something small it ends in the floor
         way = [path.joints(s) for s in np.linspace(last, 0.0, _CHECKS)]  # where it is tightest comes first
         return self._scene.is_free(base, way, view.candle_poses, candle) and (
             not lifts or self._scene.is_free(base, way, view.candle_poses, candle, held=True)

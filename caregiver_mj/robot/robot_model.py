@@ -26,7 +26,7 @@ def read_spec(file: Traversable) -> mujoco.MjSpec:
 
 
 def add_tray(spec: mujoco.MjSpec, prefix: str = "") -> None:
-    """Put the tray for small things on the base of a robot whose names begin with a prefix, if it has the site for it."""
+    """Put the tray for small things on a robot's base, if it has the site for it; its names begin with a prefix."""
     if site := spec.site(f"{prefix}tray"):
         spec.attach(read_spec(own_model("tray")), prefix=f"{prefix}tray/", site=site)
 

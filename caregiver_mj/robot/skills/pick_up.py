@@ -14,17 +14,20 @@ from caregiver_mj.robot.driver import TIME_OUT, Driver
 from caregiver_mj.robot.kinematics import ATTEMPTS, arm_of, hand_position
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.robot.reach import ReachPath, tray_path
+from caregiver_mj.robot.reach import LOW, UP, ReachPath, tray_path
 from caregiver_mj.robot.retrieval import RetrievalPlanner, Search, Stance
 from caregiver_mj.robot.skills.reaching import Reaching
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
 
 _FEELING = 0.02  # m/s of the fingertips that look for the floor
+# m/s of a hand that carries the thing, of which fingertips hold no more than 3 mm: where it goes round a corner the thing
+# slips outwards, by half of the square of the angle of every physics step, times the radius.
+_CARRYING = 0.5
 _TOUCHED = 0.0012  # metres that the hand stays above where it is told to be from which on the floor holds it up
 _ON_FLOOR = 0.0015  # metres that the fingertips may then be above the floor; else they stand on the thing
-_OVER_FLOOR = 0.0005  # metres above it at which they close, below the middle of the thing
-_SETTLES, _FIRM, _FALLS = 0.15, 0.4, 0.4  # seconds for the hand to come to rest, for a grip to hold, for a thing to fall
+_OVER_FLOOR = 0.0003  # metres above it at which they close, below the middle of the thing
+_SETTLES, _FIRM, _FALLS = 0.15, 0.4, 0.4  # seconds for a hand to come to rest, a grip to hold, a thing to fall
 # How much narrower than the thing the fingers are told to close, metres each: with their servos that is 2 to 5 N.
 _SQUEEZE = 0.0012
 _EMPTY = 0.0008  # metres narrower than the thing, both together, at which they have closed on nothing
@@ -53,7 +56,8 @@ class PickUp(Reaching):
         self._aim = np.zeros(3)
         self._search: Search[Stance | None] | None = None  # for one, under way
         self._stage: Callable[[View, RobotMotion], Status] = self._approach
-        self._pose = 0  # on the hand's path, to go to
+        self._way: list[float] = []  # of the hand on its path, to go to one after the other
+        self._speed = math.inf  # of that at most
         self._until = 0.0
 
     @property
@@ -81,7 +85,8 @@ class PickUp(Reaching):
         if status is not Status.DONE or robot.reached > 0.0 or not self._is_alone(view):
             return Status.RUNNING if status is Status.DONE else status
         robot.reach_along(self._stance.path)
-        self._begin(view, self._go_down, pose=1)
+        goal = float(robot.reach_path.goal)
+        self._begin(view, self._go_down, UP, goal - 1.0, LOW, goal)
         return Status.COMMITTED
 
     def _choose_stance(self, view: View) -> Status:
@@ -94,73 +99,81 @@ class PickUp(Reaching):
         self._stance, self._search = self._search.found, None
         return Status.RUNNING if self._stance else Status.OUT_OF_REACH
 
-    def _begin(self, view: View, stage: Callable[[View, RobotMotion], Status], pose: int) -> None:
-        self._stage, self._pose, self._since = stage, pose, view.now
+    def _begin(self, view: View, stage: Callable[[View, RobotMotion], Status], *way: float) -> None:
+        self._stage, self._way, self._since, self._speed = stage, list(way), view.now, math.inf
 
     def _go_down(self, view: View, robot: RobotMotion) -> Status:
         """Reach over the thing, and feel for the floor."""
-        path = robot.reach_path
-        feels = self._pose == path.goal
-        speed = _FEELING / (self._height(path.joints(path.goal - 1.0)) - self._height(path.joints(path.goal)))
+        path, feels = robot.reach_path, len(self._way) == 1
         if feels and self._height(view.arm) - self._height(path.joints(robot.reached)) > _TOUCHED:
             robot.stop_reaching()
             self._until, self._stage = view.now + _SETTLES, self._close
         elif self._child_comes(view) or view.things_gone[self.thing]:
-            self._begin(view, self._come_back, max(0, math.ceil(robot.reached) - 1))
-        elif self._reach(view, robot, self._pose, speed if feels else math.inf):
+            self._withdraw(view, robot)
+        elif self._goes_on(view, robot):
             if feels:  # there is no floor
-                self._begin(view, self._come_back, path.goal - 1)
-            else:
-                self._pose += 1
+                self._withdraw(view, robot)
+            elif self._way == [path.goal]:
+                depth = self._height(path.joints(LOW)) - self._height(path.joints(path.goal))
+                self._speed = _FEELING * (path.goal - LOW) / depth
         return Status.COMMITTED
 
     def _close(self, view: View, robot: RobotMotion) -> Status:
-        """Close the fingers just above the floor that they stand on."""
+        """Go to just above the floor on which the fingertips stand."""
         floor = self._height(view.arm)
         self.tries += 1
-        if floor < _ON_FLOOR:
+        if floor > _ON_FLOOR:
+            self._withdraw(view, robot)
+        else:
             robot.reach(_share_at(robot.reach_path, self._height, floor + _OVER_FLOOR))
             self._until, self._stage = view.now + _SETTLES, self._grip
-        else:
-            self._begin(view, self._come_back, robot.reach_path.goal - 1)
         return Status.COMMITTED
 
     def _grip(self, view: View, robot: RobotMotion) -> Status:
         robot.grip(layout.THING_RADIUS - _SQUEEZE)
         self._until = view.now + _FIRM
-        self._begin(view, self._lift, robot.reach_path.goal - 1)
+        self._carry(view, robot, self._lift, robot.reach_path.goal - 1.0, UP)
         return Status.COMMITTED
 
     def _lift(self, view: View, robot: RobotMotion) -> Status:
-        """Bring it to the tucked arm, if it comes up with the hand."""
-        is_there = self._reach(view, robot, self._pose)
-        if robot.reached <= robot.reach_path.goal - 1 and not self._is_in_hand(view):
-            return self._come_back(view, robot)
-        if is_there and self._pose == 0:
+        """Bring it up into mid air, if it comes with the hand."""
+        if robot.reached < LOW and not self._is_in_hand(view):
+            robot.grip(self.embodiment.grasp.open)
+            self._withdraw(view, robot)
+        elif self._goes_on(view, robot) and not self._way:
             robot.reach_along(tray_path(arm_of(self.embodiment)))
-            self._begin(view, self._put_in_tray, pose=1)
-        elif is_there:
-            self._pose -= 1
+            self._carry(view, robot, self._put_in_tray, float(robot.reach_path.goal))
         return Status.COMMITTED
 
     def _put_in_tray(self, view: View, robot: RobotMotion) -> Status:
         if view.now > self._since + TIME_OUT:  # a child stays near
-            robot.reach(self._pose, creeps=True)
-        if robot.reached == self._pose or self._reach(view, robot, self._pose):
+            robot.reach(self._way[0], creeps=True)
+        if robot.reached == self._way[0] or self._goes_on(view, robot):
             robot.grip(self.embodiment.grasp.open)
             self._until = view.now + _FALLS
-            self._begin(view, self._come_back, pose=0)
+            self._withdraw(view, robot)
         return Status.COMMITTED
 
+    def _withdraw(self, view: View, robot: RobotMotion) -> None:
+        """Have the hand come back by the poses that it went out by."""
+        self._begin(view, self._come_back, *map(float, range(max(0, math.ceil(robot.reached) - 1), -1, -1)))
+
     def _come_back(self, view: View, robot: RobotMotion) -> Status:
-        """Tuck the arm by the poses that it went out by, and look what has become of it."""
-        self._stage = self._come_back
-        robot.grip(self.embodiment.grasp.open)
-        if self._reach(view, robot, self._pose):
-            if self._pose == 0:
-                self._stage, self._stance = self._approach, None
-            self._pose = max(0, self._pose - 1)
+        """Tuck the arm, and look again."""
+        if self._goes_on(view, robot) and not self._way:
+            self._stage, self._stance = self._approach, None
         return Status.COMMITTED
+
+    def _carry(self, view: View, robot: RobotMotion, stage: Callable[[View, RobotMotion], Status], *way: float) -> None:
+        self._begin(view, stage, *way)
+        self._speed = _CARRYING / robot.reach_path.longest(arm_of(self.embodiment))
+
+    def _goes_on(self, view: View, robot: RobotMotion) -> bool:
+        """Move the hand on along its way; return whether it has just come to the next pose of that."""
+        is_there = self._reach(view, robot, self._way[0], self._speed)
+        if is_there:
+            del self._way[0]
+        return is_there
 
     def _height(self, joints: np.ndarray) -> float:
         """How high above the floor the fingertips of a hand that points down are, metres."""
@@ -179,7 +192,7 @@ class PickUp(Reaching):
 
 def _share_at(path: ReachPath, height: Callable[[np.ndarray], float], wanted: float) -> float:
     """How far on the last of its way down the hand is so high above the floor."""
-    low, high = path.goal - 1.0, float(path.goal)
+    low, high = LOW, float(path.goal)
     for _ in range(12):
         middle = (low + high) / 2
         low, high = (middle, high) if height(path.joints(middle)) > wanted else (low, middle)
