@@ -117,7 +117,7 @@ class RetrievalPlanner:
                 path = pick_up_path(self._arm, reach, heading)
                 is_clear = path is not None and self._is_clear(view, NOTHING, base, path)
                 yield _WAY
-                if is_clear:
+                if path is not None and is_clear:
                     return Stance(base, path)
         return None
 

@@ -21,8 +21,8 @@ from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
 
 _FEELING = 0.02  # m/s of the fingertips that look for the floor
-# m/s of a hand that carries the thing, of which fingertips hold no more than 3 mm: where it goes round a corner the thing
-# slips outwards, by half of the square of the angle of every physics step, times the radius.
+# m/s of a hand that carries the thing, of which the fingertips hold 3 mm: where they turn it slips outwards, by half the
+# square of the angle of every physics step, times the radius.
 _CARRYING = 0.5
 _TOUCHED = 0.0012  # metres that the hand stays above where it is told to be from which on the floor holds it up
 _ON_FLOOR = 0.0015  # metres that the fingertips may then be above the floor; else they stand on the thing
