@@ -21,7 +21,7 @@ from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
 
 _FEELING = 0.02  # m/s of the fingertips that look for the floor
-# m/s of a hand that carries the thing, of which the fingertips hold 3 mm: where they turn it slips outwards, by half the
+# m/s of a hand that carries the thing, of which fingertips hold 3 mm: where they turn, it slips outwards by half of the
 # square of the angle of every physics step, times the radius.
 _CARRYING = 0.5
 _TOUCHED = 0.0012  # metres that the hand stays above where it is told to be from which on the floor holds it up
