@@ -52,5 +52,6 @@ class Things:
             if lies and (cell := self._plan.cell_at(place[:2])) in cells and not physics.robot_touches_thing(i):
                 self._taken[i] = cells.index(cell)
                 children.hurt(self._taken[i], self._kinds[i])
+                self.go_along(physics)
         gone = in_tray | (np.array(self._taken) != NOTHING)
         self._plan.hazards.split(children.state)[2][:] = np.where(gone, State.GONE, State.AS_PLANNED)
