@@ -22,6 +22,7 @@ from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.rendering import Task
 from caregiver_mj.house.sensing import Sensing, Sensor
 from caregiver_mj.house.task_info import TaskInfo
+from caregiver_mj.house.things import Things
 from caregiver_mj.interventions.verb import Intervention
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -48,6 +49,7 @@ class CareTask(Task):
         family: Who the children are.
         children: The children in the house.
         candles: What looks after the candles.
+        things: What looks after the small things on the floor.
         ledger: What has happened in this episode, a batch of one.
         contacts: What the robot has done to the children in it.
         caregiver: Who may make the house safe before the children come in, as in the grid; a `CaregiverPolicy` enters
@@ -119,6 +121,7 @@ class CareTask(Task):
             rectangles[:, :2] += self.random.uniform(-table_offset, table_offset, (len(plan.tables), 2))
         self._shows_heights = table_height is not None
         self.candles = Candles(rectangles, _draw_heights(table_height, len(plan.tables), self.random))
+        self.things = Things(plan)
         self.sensing = Sensing.of(sensing)
         tables = np.column_stack([rectangles, self.candles.table_heights])
         things = layout.things(plan)
@@ -176,6 +179,7 @@ class CareTask(Task):
         for child in range(1, len(self.children)):  # last, so that all else is as it is for an only child
             start(child)
         physics.set_gates()
+        self.things.reset(physics, self.random)
         self.candles.reset(tables)
         self.children.state[:] = State.AS_PLANNED
         self.ledger, self.contacts = Ledger(self.plan, cells, EPISODE_TIMESTEPS), Contacts()
@@ -191,6 +195,7 @@ class CareTask(Task):
         if self._control_steps % self._steps_a_move == 0:
             self.children.begin(self.timestep, self.random, physics)
         self.children.step(self.control_timestep, physics)
+        self.things.go_along(physics)
 
     def after_step(self, physics: Physics) -> None:
         strikes = self.children.take_in(physics, self.candles, self.contacts)
@@ -203,6 +208,8 @@ class CareTask(Task):
             self.children.state[len(self.plan.landings) : len(self.plan.stairwells)] = np.where(
                 latched, State.SHUT, State.AS_PLANNED
             )
+        if self.plan.floor_cells:
+            self.things.take_in(physics, self.children)
         self._control_steps += 1
         if self._control_steps % self._steps_a_move == 0:
             self.ledger.book(*(np.array([values]) for values in zip(*self.children.end(), strict=True)))
@@ -227,6 +234,8 @@ class CareTask(Task):
             poses = physics.candle_poses()
             observation["candle_position"] = poses[:, :3]
             observation["candle_orientation"] = poses[:, 3:]
+        if self.plan.floor_cells:
+            observation["battery_position"] = physics.thing_positions()
         if self.plan.mouths:
             observation["gate_position"] = physics.gate_positions()
         if self.has_robot:

@@ -31,6 +31,7 @@ OBSERVED = {
     "toddler_velocity": Observed(_OF_EACH_CHILD, "m/s, m/s, rad/s", "their rates", "rates"),
     "candle_position": Observed("(candles, 3)", "m", "x, y and height of each candle's foot", "place"),
     "candle_orientation": Observed("(candles, 4)", "", "of each candle, a quaternion (w, x, y, z)", "quaternion"),
+    "battery_position": Observed("(batteries, 3)", "m", "x, y and height of each battery's foot", "place", True),
     "gate_position": Observed("(gates,)", "rad", "how far each gate stands open; 0 is closed", "gate", True),
     "base_position": Observed("(3,)", "m, m, rad", "x, y and yaw of the robot's base", "pose"),
     "base_velocity": Observed("(3,)", "m/s, m/s, rad/s", "their rates", "rates"),

@@ -146,12 +146,12 @@ class HouseChild:
             if touch.kind in _OPENINGS and self._state[self._number(touch)] == State.SHUT:
                 continue
             if touch.kind in _OPENINGS + _ON_TABLES:
-                self._hurt(touch.kind)
+                self.hurt(touch.kind)
                 self.move.fell |= touch.kind in _OPENINGS
             elif touch.kind == TABLE.name:
                 things = [kind for kind, is_on in zip(self._things, on_table(touch.index), strict=True) if is_on]
                 for kind in things or [TABLE]:
-                    self._hurt(kind.name)
+                    self.hurt(kind.name)
             elif touch.kind == "bin":
                 self.move.reached_toy |= touch.index == self.goal
             elif touch.kind == "panel":
@@ -173,7 +173,8 @@ class HouseChild:
     def _number(self, touch: Touch) -> int:
         return [kind.name for kind in self._plan.hazards.kinds].index(touch.kind) + touch.index
 
-    def _hurt(self, kind: str) -> None:
+    def hurt(self, kind: str) -> None:
+        """Take in that it hurts itself at a kind of thing."""
         self.move.hurt(kind, self._damage[kind])
 
     def end(self) -> Booking:

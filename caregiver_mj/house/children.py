@@ -108,6 +108,11 @@ class Children(Sequence[HouseChild]):
         self.harm = max(child.move.harm for child in self)
         return strikes
 
+    def hurt(self, number: int, kind: str) -> None:
+        """Have one of them hurt itself at a kind of thing."""
+        self[number].hurt(kind)
+        self.harm = max(self.harm, self[number].move.harm)
+
     def end(self) -> list[Booking]:
         """End their moves, and return what came of each."""
         self.harm = 0.0

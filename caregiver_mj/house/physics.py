@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import mujoco
 import numpy as np
@@ -19,9 +19,10 @@ from caregiver_mj.house.scene import build_house, child_joints
 from caregiver_mj.house.touch import Touch, TouchReader
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import Where, kinds_at
+from caregiver_mj.plans.hazards import HazardKind, Where, kinds_at
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.geometry import to_local
 from caregiver_mj.robot.view import loose
 
 _SPRUNG = 0.002  # metres that the bolt of a gate that has latched is in, at most
@@ -94,10 +95,8 @@ class Physics(OffscreenRendering, engine.Physics):
         forces = raw.qfrc_applied[first : first + 3 * children].reshape(-1, 3)
         self._toddlers = list(zip(self._toddler_positions, self._toddler_velocities, forces, strict=True))
         self.touch_reader = TouchReader(model, raw, children)
-        counts = [(kind, sum(name.startswith(f"{kind}_") for name in joints)) for kind in kinds_at(Where.ON_TABLE)]
-        first = [model.joint(f"{kind}_{i}/joint").qposadr[0] for kind, count in counts for i in range(count)]
-        self._candle_rows = np.array(first, int)[:, None] + np.arange(7)
-        self.carried = tuple(kind for kind, count in counts for _ in range(count))
+        self.carried, self._candle_rows = _free_things(model, Where.ON_TABLE)
+        _, self._thing_rows = _free_things(model, Where.FLOOR)
         self._loose = loose([layout.thing(kind) for kind in self.carried])
         in_order = (model.joint(i).name for i in range(model.njnt))
         gates = [name.removesuffix("hinge") for name in in_order if name.endswith("/hinge")]
@@ -198,6 +197,26 @@ class Physics(OffscreenRendering, engine.Physics):
         _, x, y, _ = self.candle_poses()[:, 3:].T
         return 1.0 - 2.0 * (x * x + y * y)
 
+    def thing_positions(self) -> np.ndarray:
+        """Return where each small thing is that lay on the floor at first: its foot, (things, 3), m."""
+        return self._qpos[self._thing_rows[:, :3]]
+
+    def things_in_tray(self) -> np.ndarray:
+        """Return whether each is in the robot's tray, bool (things,)."""
+        tray = self.embodiment and self.embodiment.tray
+        if not tray:
+            return np.zeros(len(self._thing_rows), bool)
+        x, y, yaw = self._robot.base[0].tolist()
+        places = self.thing_positions().tolist()
+        return np.array([tray.holds((*to_local((x, y, yaw), (p[0], p[1])), p[2])) for p in places], bool)
+
+    def robot_touches_thing(self, index: int) -> bool:
+        """Return whether the robot touches one of them."""
+        model, data = self._raw
+        body = int(model.jnt_bodyid[np.flatnonzero(model.jnt_qposadr == self._thing_rows[index, 0])[0]])
+        pairs = data.contact.geom[(model.geom_bodyid[data.contact.geom] == body).any(axis=1)]
+        return any(model.geom(int(geom)).name.startswith("robot/") for geom in pairs.flat)
+
     def gate_positions(self) -> np.ndarray:
         """Return how far each gate stands open, (gates,), radians."""
         return self._qpos[self._hinges]
@@ -272,6 +291,13 @@ class Physics(OffscreenRendering, engine.Physics):
         """Stand a candle somewhere, for the start of an episode."""
         self._qpos[self._candle_rows[index]] = [*position, math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]
 
+    def set_thing(self, index: int, place: Sequence[float], yaw: float = 0.0) -> None:
+        """Lay a small thing somewhere, at rest: at the start of an episode, or when a child has taken it."""
+        rows = self._thing_rows[index]
+        self._qpos[rows] = [*place, math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]
+        first = int(self._raw[0].jnt_dofadr[np.flatnonzero(self._raw[0].jnt_qposadr == rows[0])[0]])
+        self._raw[1].qvel[first : first + 6] = 0.0
+
     def set_gates(self, angle: float = layout.GATE_OPEN) -> None:
         """Have all gates stand open, for the start of an episode: radians."""
         self._qpos[self._hinges] = angle
@@ -293,3 +319,12 @@ class Physics(OffscreenRendering, engine.Physics):
         if self._warnings.tolist() != warnings:
             with self.check_invalid_state():
                 self._warnings_before[:] = warnings
+
+
+def _free_things(model: mujoco.MjModel, where: Where) -> tuple[tuple[HazardKind, ...], np.ndarray]:
+    """Return the kinds of the free things in one place of the plan, and where in qpos their poses are, (n, 7)."""
+    names = [model.joint(i).name for i in range(model.njnt)]
+    counts = [(kind, sum(name.startswith(f"{kind}_") for name in names)) for kind in kinds_at(where)]
+    first = [model.joint(f"{kind}_{i}/joint").qposadr[0] for kind, count in counts for i in range(count)]
+    kinds = tuple(kind for kind, count in counts for _ in range(count))
+    return kinds, np.array(first, int)[:, None] + np.arange(7)

@@ -18,7 +18,7 @@ from caregiver_mj.plans.floor_plan import DEFAULT_CELL_SIZE, FloorPlan
 from caregiver_mj.plans.hazards import Where
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.robot.robot_model import read_spec
+from caregiver_mj.robot.robot_model import add_tray, read_spec
 
 # What further children wear, in turn; the first one's clothes are those of its model. So they can be told apart.
 _CLOTHES = (
@@ -53,9 +53,8 @@ def build_house(
 
     Raises:
         CaregiverError: There are gates in it, which are of one size, and cells of another one; or something lies on its
-            floor, which no robot can pick up yet.
+            floor, and the robot has no tray for it.
     """
-    _check(plan)
     spec = fittings.read_model("scene")
     shapes = layout.Layout(plan)
     fittings.add_walls(spec, shapes)
@@ -69,31 +68,22 @@ def build_house(
         fittings.place_model(spec, fittings.table_model(height), f"table_{i}", position)
     for i, cell in enumerate(plan.bins):
         fittings.place_model(spec, fittings.read_model("toy_bin"), f"bin_{i}", plan.position(cell))
-    for hazard, table in zip(plan.hazards.at(Where.ON_TABLE), plan.candle_tables, strict=True):
-        frame = spec.worldbody.add_frame(pos=[*table_positions[table], table_heights[table]])
+    on_tables = [(*table_positions[table], table_heights[table]) for table in plan.candle_tables]
+    on_floor = [(*plan.position(plan.free_cells[cell]), 0.0) for cell in plan.floor_cells]
+    movable = plan.hazards.at(Where.ON_TABLE) + plan.hazards.at(Where.FLOOR)
+    for hazard, place in zip(movable, on_tables + on_floor, strict=True):
+        frame = spec.worldbody.add_frame(pos=place)
         spec.attach(fittings.read_model(hazard.kind.model), prefix=f"{hazard.element}/", frame=frame)
     _add_stairwells(spec, plan)
     for k in range(children):
         spec.attach(_child(k), prefix=child_prefix(k), frame=spec.worldbody.add_frame())
     if robot is not False:
-        model = find_embodiment(None if robot is True else robot).model
-        spec.attach(read_spec(model), prefix="robot/", frame=spec.worldbody.add_frame())
+        _add_robot(spec, find_embodiment(None if robot is True else robot), has_tray=bool(plan.floor_cells))
     fittings.add_cameras(spec, plan)
     _shorten_camera_names(spec)
     if not visuals:
         fittings.remove_visuals(spec)
     return spec
-
-
-def _check(plan: FloorPlan) -> None:
-    if plan.mouths and plan.cell_size != DEFAULT_CELL_SIZE:
-        raise CaregiverError(f"cells must be of {DEFAULT_CELL_SIZE} m in a house with gates, got {plan.cell_size:g}")
-    if plan.floor_cells:
-        what = plan.hazards.at(Where.FLOOR)[0]
-        raise CaregiverError(
-            f"floor plan '{plan.name}' must have nothing on its floor to be built, got {what}: "
-            "it is for the grid only, for no robot can pick that up yet"
-        )
 
 
 def child_prefix(child: int) -> str:
@@ -114,6 +104,14 @@ def _child(number: int) -> mujoco.MjSpec:
     return model
 
 
+def _add_robot(spec: mujoco.MjSpec, robot: Embodiment, has_tray: bool) -> None:
+    spec.attach(read_spec(robot.model), prefix="robot/", frame=spec.worldbody.add_frame())
+    if has_tray:
+        if robot.tray is None:
+            raise CaregiverError(f"a robot must have a tray where things lie on the floor, and '{robot.name}' has none")
+        add_tray(spec, "robot/")
+
+
 def _shorten_camera_names(spec: mujoco.MjSpec) -> None:
     """Take the prefix off cameras, save one whose name is taken without it."""
     for camera in spec.cameras:
@@ -123,6 +121,8 @@ def _shorten_camera_names(spec: mujoco.MjSpec) -> None:
 
 
 def _add_stairwells(spec: mujoco.MjSpec, plan: FloorPlan) -> None:
+    if plan.mouths and plan.cell_size != DEFAULT_CELL_SIZE:
+        raise CaregiverError(f"cells must be of {DEFAULT_CELL_SIZE} m in a house with gates, got {plan.cell_size:g}")
     hazards = plan.hazards.at(Where.OPENING)
     for hazard, cell, step in zip(hazards, plan.stairwells, plan.stair_directions, strict=True):
         kind = hazard.kind

@@ -52,7 +52,7 @@ class Sensing:
     """How well a task's observations show what there is.
 
     Attributes:
-        candle: Errors in which candles are seen.
+        candle: Errors in which candles are seen, and small things.
         child: Errors in which children are seen.
         base: Errors in which the robot knows where its base is.
         delay: How old all that is, and what is known of arm and fingers, seconds; in whole control timesteps, rounded
@@ -173,6 +173,7 @@ class Sensor:
         self._eyes = {
             kind: _Eye(getattr(sensing, kind), *axes[kind], [seed, number]) for number, kind in enumerate(KINDS)
         }
+        self._eyes["thing"] = _Eye(sensing.candle, 3, 0, [seed, len(KINDS)])
         self._queue.clear()
         self._step = -1
         # Which candles are lifted, and whether the hand has closed.
@@ -199,6 +200,8 @@ class Sensor:
             self._look_at(self._eyes["base"], seen, "base")
         if "candle_position" in seen:
             self._look_at_candles(exact, seen)
+        if "battery_position" in seen:
+            self._look_at_things(seen)
         return seen
 
     def _look_at(self, eye: _Eye, seen: dict[str, np.ndarray], name: str) -> None:
@@ -209,6 +212,13 @@ class Sensor:
         found = np.hstack([poses + eye.bias + eye.noise(), velocities + eye.velocity_noise()])
         shown = eye.show(found).reshape(*seen[f"{name}_position"].shape[:-1], 6)
         seen[f"{name}_position"], seen[f"{name}_velocity"] = shown[..., :3], shown[..., 3:]
+
+    def _look_at_things(self, seen: dict[str, np.ndarray]) -> None:
+        """Blur where small things are, like candles, with one sighting for the episode."""
+        eye, positions = self._eyes["thing"], seen["battery_position"]
+        if self._step == 0:
+            eye.see_anew(len(positions))
+        seen["battery_position"] = eye.show(positions + eye.bias + eye.noise())
 
     def _look_at_candles(self, exact: Observation, seen: dict[str, np.ndarray]) -> None:
         eye, positions, orientations = self._eyes["candle"], exact["candle_position"], exact["candle_orientation"]

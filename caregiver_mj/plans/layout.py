@@ -35,6 +35,7 @@ _SIZES = {
     "BIN_HALF_SIZE": ("toy_bin", "box", 0, 1),
     "CANDLE_RADIUS": ("candle", "wax", 0, 1),
     "CANDLE_HEIGHT": ("candle", "wax", 1, 2),
+    "THING_RADIUS": ("battery", "side_0", 0, 1),
     "CHILD_RADIUS": ("toddler", "body", 0, 1),
 }
 

@@ -16,7 +16,7 @@ from caregiver_mj.children.walk import BUMP_SPEED
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.sensing import Blur, Sensing
 from caregiver_mj.plans.hazards import NOTHING
-from caregiver_mj.plans.layout import Thing
+from caregiver_mj.plans.layout import CANDLE_RADIUS, Thing
 from caregiver_mj.robot import geometry
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.kinematics import arm_of, is_round
@@ -51,7 +51,7 @@ def hand_error(sensing: Sensing, robot: Embodiment, things: Sequence[Thing]) -> 
     candle, base = sensing.candle, sensing.base
     turn = robot.postures.reach * math.hypot(base.turn_bias, _error(base.turn_noise, _STEADY[1]))
     error = math.hypot(candle.bias, _error(candle.noise, _SLIPS), base.bias, _error(base.noise, _STEADY[0]), turn)
-    room = min((robot.grasp.opened(thing) - thing.radius for thing in things), default=math.inf)
+    room = min((robot.grasp.opened(thing) - thing.radius for thing in things), default=robot.grasp.open - CANDLE_RADIUS)
     most = room / _SIGMAS_BESIDE
     if error > most:
         raise CaregiverError(
@@ -88,7 +88,9 @@ class Senses:
         if self._exact:
             return
         self._self = SelfEstimate(self._sensing.base, self._robot, self._steps)
-        self._candles = CandleEstimates(self._sensing.candle, self._robot.robot, self._things)
+        self._candles, self._batteries = (
+            CandleEstimates(self._sensing.candle, self._robot.robot, things) for things in (self._things, ())
+        )
         self._children = ChildEstimates(self._sensing.child, self._timestep, self.age)
 
     def now(self, observation: Observation) -> Observation:
@@ -106,6 +108,10 @@ class Senses:
             estimate["candle_position"], estimate["candle_orientation"] = self._candles.update(
                 *poses, fingers, then, now
             )
+        if "battery_position" in observation:
+            places = observation["battery_position"]
+            upright = np.tile([1.0, 0.0, 0.0, 0.0], (len(places), 1))
+            estimate["battery_position"], _ = self._batteries.update(places, upright, math.inf, then, now)
         return estimate
 
 
@@ -259,7 +265,9 @@ class CandleEstimates:
         told[tell] = self._mean[tell]
 
     def _follow_hand(self, told: np.ndarray, positions: np.ndarray, fingers: float, then: Posture) -> None:
-        """Take in which candle is in the hand, and where in it."""
+        """Take in which candle is in the hand, and where in it; of nothing if no hand carries them so."""
+        if not self._things:
+            return
         if self._held != NOTHING and not is_round(self._things[self._held], fingers):
             self._let_go(told, then)
             return

@@ -18,7 +18,7 @@ from caregiver_mj.plans.cell_graph import ACTIONS, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.robot.geometry import Vector
-from caregiver_mj.robot.view import NO_GATES, ChildView, View
+from caregiver_mj.robot.view import NO_GATES, NO_THINGS, ChildView, View
 
 _CLEAR_DISTANCE = 0.05  # metres of a move after which it is clear where the toddler is heading, ...
 _LATEST = 0.5  # ... or the share of a novice timestep after which it will not go anywhere any more
@@ -98,6 +98,7 @@ class Perception:
             candles=observation.get("candle_position", _NO_CANDLES),
             candle_orientations=observation.get("candle_orientation", _NO_ORIENTATIONS),
             gates=observation.get("gate_position", NO_GATES),
+            things=observation.get("battery_position", NO_THINGS),
             table_heights=self.table_heights,
             age=self._age,
             unsure=self._unsure,
@@ -163,6 +164,7 @@ class Perception:
             candle_cell=cells[None],
             out_of_reach=out_of_reach[None],
             shut=None if shut is None else shut[None],
+            gone=view.things_gone[None] if len(view.things) else None,
             time_left=np.array([time_left]),
             clock=np.array([self._clock]),
             under_way=np.array([under_way]),

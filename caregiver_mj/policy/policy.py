@@ -105,7 +105,7 @@ class CaregiverPolicy:
         self._sensing = info.sensing if sensing is None else Sensing.of(sensing)
         delay = self._sensing.delay_steps(self._timestep) * self._timestep
         things = layout.things(self.plan)
-        error = hand_error(self._sensing, embodiment, things) if things else 0.0
+        error = hand_error(self._sensing, embodiment, things) if things or self.plan.floor_cells else 0.0
         self.robot = RobotMotion(embodiment, self._timestep, delay, error, base_jumps(self._sensing.base))
         navigator = Navigator(self.plan, embodiment, self.caregiver.yields)
         self._clearance = navigator.clearance
@@ -205,7 +205,7 @@ class CaregiverPolicy:
 
     def _prepare_retrievals(self) -> None:
         """Have the planning scene made for tables as high as they seem, unless it is: before the robot moves."""
-        if self.plan.candle_tables:
+        if self.plan.candle_tables or self.plan.floor_cells:
             heights, before = _as_tuple(self._perception.table_heights), self._heights_prepared
             self._heights_prepared = heights
             self._retrievals.prepare(anew=heights != before)

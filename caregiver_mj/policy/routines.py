@@ -8,7 +8,16 @@ from collections.abc import Callable
 import numpy as np
 
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.interventions.verb import BLOCK, CLOSE, DO_NOTHING, RELOCATE, STAND_ASIDE, Intervention, verb_of
+from caregiver_mj.interventions.verb import (
+    BLOCK,
+    CLOSE,
+    DO_NOTHING,
+    PICK_UP,
+    RELOCATE,
+    STAND_ASIDE,
+    Intervention,
+    verb_of,
+)
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, Where
 from caregiver_mj.robot import skills
@@ -246,11 +255,17 @@ def _close(means: Means, intervention: Intervention, *_: object) -> Routine:
     return Routine(means, intervention, skills.Close(means.navigator, opening - len(means.plan.landings)))
 
 
+def _pick_up(means: Means, intervention: Intervention, *_: object) -> Routine:
+    thing = means.plan.hazards.among(Where.FLOOR, intervention.hazard)
+    return Routine(means, intervention, skills.PickUp(means.navigator, means.retrievals, thing))
+
+
 # The robot's half of each verb: makes a routine by what the robot sees at the beginning, and the caregiver.
 ROUTINES: dict[str, Callable[[Means, Intervention, View, Percept], Routine]] = {
     BLOCK: _block,
     CLOSE: _close,
     RELOCATE: Relocating,
+    PICK_UP: _pick_up,
     STAND_ASIDE: lambda means, intervention, *_: Routine(means, intervention, skills.StandAside(means.navigator)),
     DO_NOTHING: lambda means, intervention, *_: Routine(means, intervention, skills.Rest(means.navigator)),
 }

@@ -158,7 +158,7 @@ class Driver:
         if self.is_loaded:
             self._hand = hand_offset(view, self._embodiment)
         self._note_progress(view, cell)
-        litter = _fallen_candle_cells(view, self._navigator.plan) - {cell}
+        litter = _littered_cells(view, self._navigator.plan) - {cell}
         under_way = self._leads_to(goal) and litter == self._litter
         self._litter = litter
         ahead = robot.points_ahead(_LOOK_AHEAD)
@@ -288,10 +288,11 @@ def _are_the_same(way: list[Vector], other: list[Vector]) -> bool:
     return len(way) == len(other) and all(math.dist(*points) < _SAME for points in zip(way, other, strict=True))
 
 
-def _fallen_candle_cells(view: View, plan: FloorPlan) -> set[Cell]:
-    """The cells on whose floor candles lie."""
+def _littered_cells(view: View, plan: FloorPlan) -> set[Cell]:
+    """The cells on whose floor candles or small things lie."""
     low = view.candles[:, 2] < layout.TABLE_HEIGHT / 2
-    return {plan.cell_at(place) for place in view.candles[low, :2]} if low.any() else set()
+    cells = {plan.cell_at(place) for place in view.candles[low, :2]} if low.any() else set()
+    return cells | {plan.cell_at(place) for place in view.things[~view.things_gone, :2]} if len(view.things) else cells
 
 
 class Patience:

@@ -8,7 +8,8 @@ A model file holds the robot alone. It faces +x with its origin on the floor, an
 - a body `base` with a collision geom `base_hull`, which moves in three joints: along x, along y, about z;
 - a body `hand` with a site `pinch` between the fingertips, whose axes are z ahead, y along which the fingers open;
 - two fingers whose joints open at positive positions, with collision geoms `finger_left_pad` and `finger_right_pad`;
-- velocity servos of the base, position servos of arm and fingers, in this order.
+- velocity servos of the base, position servos of arm and fingers, in this order;
+- a site `tray` on the base, where the tray for small things is put, unless it shall not pick such up.
 
 How a robot handles candles: where its hand is, how far out while the base drives, and how it grips. Its attributes are
 in metres, radians and seconds unless they say otherwise.
@@ -18,7 +19,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from importlib.resources.abc import Traversable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -102,6 +105,22 @@ class Servos:
     yaw_lag: float
 
 
+class Tray(NamedTuple):
+    """Where the tray for small things is on a base: its inside, in the base's frame.
+
+    Attributes:
+        middle: Of the box in which what lies in it has its foot, metres.
+        half: Half that box's sides.
+    """
+
+    middle: tuple[float, float, float]
+    half: tuple[float, float, float]
+
+    def holds(self, point: Sequence[float], unsure: float = 0.0) -> bool:
+        """Return whether a foot (3,), in the base's frame, is in it, or may be by some metres more."""
+        return all(abs(p - m) < h + unsure for p, m, h in zip(point, self.middle, self.half, strict=True))
+
+
 @dataclasses.dataclass(frozen=True, eq=False)
 class Embodiment:
     """A robot.
@@ -123,6 +142,8 @@ class Embodiment:
         grasp: How it takes a candle.
         clearances: Room that it needs.
         sides: Half the length and half the width of a box-shaped base, about its middle, metres; (0, 0) of a round one.
+        fingertip: How far the fingers' pads go beyond the pinch point.
+        tray: The tray for small things; None if it has none, and does not pick such up.
     """
 
     name: str
@@ -141,6 +162,8 @@ class Embodiment:
     grasp: Grasp
     clearances: Clearances
     sides: tuple[float, float] = (0.0, 0.0)
+    fingertip: float = 0.0
+    tray: Tray | None = None
 
     @property
     def rounding(self) -> float:

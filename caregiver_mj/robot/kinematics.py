@@ -23,7 +23,7 @@ from caregiver_mj.plans.layout import Thing
 from caregiver_mj.robot import geometry
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.geometry import Vector, hand_rotation
-from caregiver_mj.robot.robot_model import read_spec
+from caregiver_mj.robot.robot_model import add_tray, read_spec
 from caregiver_mj.robot.view import LOOSE, View
 
 _TOLERANCE = 1e-5  # metres and radians
@@ -143,9 +143,14 @@ class Arm:
         joints.flags.writeable = False
         return joints
 
-    def clears_itself(self, joints: np.ndarray) -> bool:
-        """Return whether the robot's parts, save neighbours, keep clear of each other, with joints (joints,), rad."""
-        model, data, apart = self._own_shapes
+    def clears_itself(self, joints: np.ndarray, tray: bool = False) -> bool:
+        """Return whether the robot's parts, save neighbours, keep clear of each other.
+
+        Args:
+            joints: Joint positions (joints,), radians.
+            tray: Whether its tray is one of them.
+        """
+        model, data, apart = self._own_shapes[tray]
         with self._lock:
             data.qpos[self._arm] = joints
             mujoco.mj_kinematics(model, data)
@@ -154,9 +159,13 @@ class Arm:
             return not apart[tuple(data.contact.geom[near].T)].any()
 
     @functools.cached_property
-    def _own_shapes(self) -> tuple[mujoco.MjModel, mujoco.MjData, np.ndarray]:
-        """A model in which the robot's parts meet each other, and which pairs of geoms are no neighbours."""
-        spec = read_spec(self.embodiment.model)
+    def _own_shapes(self) -> tuple[tuple[mujoco.MjModel, mujoco.MjData, np.ndarray], ...]:
+        """Models in which the robot's parts meet, and which pairs of geoms are no neighbours: without and with tray."""
+        bare, trayed = read_spec(self.embodiment.model), read_spec(self.embodiment.model)
+        add_tray(trayed)
+        return self._shapes(bare), self._shapes(trayed)
+
+    def _shapes(self, spec: mujoco.MjSpec) -> tuple[mujoco.MjModel, mujoco.MjData, np.ndarray]:
         for geom in spec.geoms:
             if geom.contype:
                 geom.contype = geom.conaffinity = 1

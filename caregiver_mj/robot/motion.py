@@ -153,25 +153,26 @@ class RobotMotion(BaseMotion):
         self.reach_along(reach_path(arm_of(self.robot), round(1e4 * height)))
 
     def reach_along(self, path: ReachPath) -> None:
-        """Give the arm, which is tucked, the path for the next time that it reaches out."""
+        """Give the arm, which is tucked or in a pose that both have, the path for the next time that it moves."""
         if self.reach_path.returns and self.reached == self.reach_path.goal:
             self._reach = ScalarMotion(path.limits, 0.0)
         self.reach_path = path
         self._reach.set_limits(path.limits)
 
-    def reach(self, s: float, creeps: bool = False) -> None:
+    def reach(self, s: float, creeps: bool = False, speed: float = math.inf) -> None:
         """Set how far the hand reaches out: 0 tucked, 1 at the goal, or more where the path has more poses.
 
         Args:
             s: So far.
             creeps: Whether it goes there more slowly than what counts as a strike, from rest on.
+            speed: At most, of s, per second.
         """
         self._lands_at, limits = None, self.reach_path.limits
         if creeps:
             slow = _CREEPS / self.reach_path.longest(arm_of(self.robot))
             self._reach.set_limits(dataclasses.replace(limits, velocity=min(limits.velocity, slow)))
         elif not self.may_be_off:
-            self._reach.set_limits(limits)
+            self._reach.set_limits(dataclasses.replace(limits, velocity=min(limits.velocity, speed)))
         else:
             share = self._landing if s >= self.reach_path.goal else 1.0
             moves = self._reach.arrival > self.now
@@ -180,7 +181,7 @@ class RobotMotion(BaseMotion):
                 self._lands_at = s
                 return
             self._reach.set_limits(
-                Limits(share * limits.velocity, share**2 * limits.acceleration, share**3 * limits.jerk)
+                Limits(min(share * limits.velocity, speed), share**2 * limits.acceleration, share**3 * limits.jerk)
             )
         self._reach.move_to(s, self.now)
 

@@ -41,8 +41,10 @@ class PlanningScene:
         self._robot = np.array([name.startswith("robot/") for name in names])
         self._pads = np.array([name.endswith("_pad") for name in names])
         things = [hazard.element for hazard in plan.hazards.at(Where.ON_TABLE)]
+        # Which geoms are of each, and how far to open the hand for it; the last ones are for NOTHING.
         self._things = [np.array([name.startswith(f"{one}/") for name in names]) for one in things]
-        self._open = [robot.grasp.opened(thing) for thing in layout.things(plan)]
+        self._things.append(np.zeros(len(names), bool))
+        self._open = [*map(robot.grasp.opened, layout.things(plan)), robot.grasp.open]
         joints = (robot.names.base, robot.names.arm, robot.names.fingers)
         rows = ([model.joint(f"robot/{name}").qposadr[0] for name in part] for part in joints)
         self._base, self._arm, self._fingers = rows
@@ -60,7 +62,7 @@ class PlanningScene:
             base: Pose (x, y, yaw) of its base, metres and radians.
             arm: Joint positions (joints,) one after the other, radians; the hand is open.
             candles: Pose of each candle, (candles, 7), metres and quaternions.
-            between: Index of the candle that may be between the fingers.
+            between: Index of the candle that may be between the fingers, or NOTHING.
             held: Whether the hand has got that candle, at the first of the arm's poses, and takes it along. It must
                 then touch nothing either, once it has been lifted.
         """

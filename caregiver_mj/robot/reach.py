@@ -10,13 +10,20 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.robot.geometry import hand_rotation
 from caregiver_mj.robot.kinematics import Arm
 from caregiver_mj.robot.limits import ArmLimits, Limits
 
 _SLOWEST = 0.25  # per second, of the way from one pose to the next, that is worth to go
 _CHECKS = 25  # poses on the arm's way that are checked
 _SHARES = 33  # that are looked at
-_HOVER = 0.10  # metres over a candle that lies, at which the hand stops
+_HOVER = 0.10  # metres over what lies, at which the hand stops
+_BEYOND = 0.004  # metres below the floor to which the fingertips may feel for it
+UP = 1.0  # where a hand that picks up something small is in mid air, on its way there and to the tray
+LOW = 2.0 + (_HOVER - 0.025) / (_HOVER + _BEYOND)  # where the fingertips begin to feel for the floor
+_UP = 0.45, 0.0, 0.50  # metres, of the pinch point in mid air
+_OVER_TRAY = 0.03  # metres over the tray's walls, of the fingertips
+_TRAY_PITCHES = np.radians((90, 110, 125, 140)).tolist()  # of the hand there: the tray is near to the arm's foot
 
 
 class ReachPath:
@@ -116,6 +123,66 @@ def retrieval_paths(arm: Arm, point: np.ndarray, rotation: np.ndarray, lift: flo
         quick = path.limits.velocity > _SLOWEST
         clear = quick and all(arm.clears_itself(path.joints(s)) for s in np.linspace(path.goal, 0.0, _CHECKS))
         yield path if clear else None
+
+
+@functools.cache
+def pick_up_path(arm: Arm, ahead: float, heading: float) -> ReachPath | None:
+    """Return the way to something small on the floor, straight down at last until the fingers touch that.
+
+    Its poses are in mid air (1), over the thing (2), and where the fingertips would be in the floor (3).
+
+    Args:
+        arm: The arm.
+        ahead: How far before the base's middle it lies, metres.
+        heading: Of the hand, radians: the fingers open sideways of that.
+
+    Returns:
+        The quickest way; None if there is none on which the robot keeps clear of itself and its tray.
+    """
+    down, heights = hand_rotation(heading, math.pi / 2), (_HOVER, -_BEYOND)
+    hands = [(np.array([ahead, 0.0, height + arm.embodiment.fingertip]), down) for height in heights]
+    up = tray_path(arm).joints(UP)
+    return max(_ways(arm, up, hands), key=_speed, default=None) if arm.may_reach(*hands[-1]) else None
+
+
+@functools.cache
+def tray_path(arm: Arm) -> ReachPath:
+    """Return the way by the same pose in mid air (1) to where the hand lets go over the tray (2).
+
+    It is that on which the hand turns least: what fingertips hold slips when it does.
+
+    Raises:
+        CaregiverError: The robot has no tray, or its arm cannot get there.
+    """
+    robot, down = arm.embodiment, math.pi / 2
+    if robot.tray is not None:
+        over = np.array(robot.tray.middle) + np.array([0.0, 0.0, robot.tray.half[2] + robot.fingertip + _OVER_TRAY])
+        up = arm.solve_nearest(np.array(_UP), hand_rotation(0.0, down), guesses(arm, hand_rotation(0.0, down)))
+        for pitch, heading in itertools.product(_TRAY_PITCHES, (0.0, down, -down)):
+            if ways := _ways(arm, up, [(over, hand_rotation(heading, pitch))]):
+                return max(ways, key=_speed)
+    raise CaregiverError(f"robot '{robot.name}' must have a tray within its arm's reach to pick up small things")
+
+
+def _ways(arm: Arm, up: np.ndarray, hands: Sequence[tuple[np.ndarray, np.ndarray]]) -> list[ReachPath]:
+    """Quick ways from mid air through poses of the hand, each near the one before, clear of robot and tray."""
+    found = []
+    for guess in (up, *guesses(arm, hands[0][1])):
+        poses = [guess]
+        try:
+            for place, rotation in hands:
+                poses.append(arm.solve_pose(place, rotation, poses[-1]))
+        except CaregiverError:
+            continue
+        path = ReachPath([arm.tucked, up, *poses[1:]], arm.embodiment.limits.arm)
+        shares = np.linspace(path.goal, 0.0, _CHECKS * path.goal)
+        if _speed(path) > _SLOWEST and all(arm.clears_itself(path.joints(s), tray=True) for s in shares):
+            found.append(path)
+    return found
+
+
+def _speed(path: ReachPath) -> float:
+    return path.limits.velocity
 
 
 def guesses(arm: Arm, rotation: np.ndarray) -> list[np.ndarray]:

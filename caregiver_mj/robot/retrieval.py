@@ -12,12 +12,13 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from caregiver_mj.plans import layout
+from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.robot import geometry
 from caregiver_mj.robot.geometry import UPRIGHT, Pose, Vector, hand_rotation, upright_grip
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
-from caregiver_mj.robot.reach import ReachPath, retrieval_paths
+from caregiver_mj.robot.reach import LOW, ReachPath, pick_up_path, retrieval_paths, tray_path
 from caregiver_mj.robot.separation import distance_from_line
 from caregiver_mj.robot.view import View
 
@@ -28,6 +29,7 @@ _NO_TURNING = 2.0  # metres of detour that it is worth to stand where the base c
 _PAST_CHILD, _SOON, _CHILD_AT_ARM = 3.0, 0.5, 0.6
 _LIFTS = (0.0, 0.25)  # metres that the hand goes up with it before it turns; the second is to clear a wall
 _OPEN_ANGLE = 0.5  # radians to both sides that must be free where it is laid down
+_HEADINGS = (0.0, math.pi / 2)  # of the hand over something small, in the base's frame
 _CHILD_AWAY = 1.7  # metres from a child to where the base stands then
 _CHECKS = 49  # poses on the arm's way that are checked for collisions
 # Milliseconds that pieces of a search take: a route, a pose checked, a way of the arm checked, a try at its kinematics.
@@ -77,6 +79,10 @@ class RetrievalPlanner:
         if anew:
             vars(self).pop("_scene", None)
         self._scene  # noqa: B018 (kept once asked for)
+        if self._navigator.plan.floor_cells:
+            tray_path(self._arm)
+            for reach, heading in itertools.product(self._robot.postures.lying_reaches, _HEADINGS):
+                pick_up_path(self._arm, reach, heading)
 
     def to_pick_up(self, view: View, candle: int) -> Work[Stance | None]:
         """Search for the nearest stance from which the arm gets at a candle; return None if there is none.
@@ -104,6 +110,17 @@ class RetrievalPlanner:
                 grip = hand_rotation(heading + turn, pitch)
                 if path := (yield from self._lifting_path(view, candle, base, (reach, point[2]), grip)):
                     return Stance(base, path, pitch + math.pi / 2 if on_its_head else pitch)
+        return None
+
+    def to_pick_up_small(self, view: View, thing: int) -> Work[Stance | None]:
+        """Search for the nearest stance from which the arm gets at a thing on the floor; None if there is none."""
+        for base, reach in (yield from self._stands(view, NOTHING, view.things[thing])):
+            for heading in _HEADINGS:
+                path = pick_up_path(self._arm, reach, heading)
+                is_clear = path is not None and self._is_clear(view, NOTHING, base, path)
+                yield _WAY
+                if path is not None and is_clear:
+                    return Stance(base, path)
         return None
 
     def to_lay_down(self, view: View, candle: int, pitch: float) -> Work[Stance | None]:
@@ -194,7 +211,8 @@ class RetrievalPlanner:
         """Whether the robot touches nothing along a path of the arm, or tucked; nor the candle that it lifts."""
         if path is None:
             return self._scene.is_free(base, [self._arm.tucked], view.candle_poses, candle)
-        way = [path.joints(s) for s in np.linspace(path.goal, 0.0, _CHECKS)]  # where it is tightest comes first
+        last = LOW if candle == NOTHING else path.goal  # to something small it ends in the floor
+        way = [path.joints(s) for s in np.linspace(last, 0.0, _CHECKS)]  # where it is tightest comes first
         return self._scene.is_free(base, way, view.candle_poses, candle) and (
             not lifts or self._scene.is_free(base, way, view.candle_poses, candle, held=True)
         )

@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.robot.embodiment import Layout, Names, Wheels
+from caregiver_mj.robot.embodiment import Layout, Names, Tray, Wheels
 
 
 def own_model(name: str) -> Traversable:
@@ -25,6 +25,12 @@ def read_spec(file: Traversable) -> mujoco.MjSpec:
         return mujoco.MjSpec.from_file(str(path))
 
 
+def add_tray(spec: mujoco.MjSpec, prefix: str = "") -> None:
+    """Put the tray for small things on a robot's base, if it has the site for it; its names begin with a prefix."""
+    if site := spec.site(f"{prefix}tray"):
+        spec.attach(read_spec(own_model("tray")), prefix=f"{prefix}tray/", site=site)
+
+
 class RobotModel:
     """A robot's model, to read from it what need not be written down again."""
 
@@ -34,7 +40,9 @@ class RobotModel:
         Raises:
             CaregiverError: It has not got the parts of that name.
         """
-        self._model, self._names = read_spec(file).compile(), names
+        spec = read_spec(file)
+        add_tray(spec)
+        self._model, self._names = spec.compile(), names
         self._file = file.name
         joints = [self._model.joint(i).name for i in range(self._model.njnt)]
         missing = [name for name in (*names.base, *names.arm, *names.fingers, *names.wheels) if name not in joints]
@@ -83,6 +91,26 @@ class RobotModel:
             for name in self._names.wheels
         )
         return Wheels(float(radius), round(float(np.abs(body.pos[:2]).sum()), 9), places)
+
+    def fingertip(self) -> float:
+        """Return how far the fingers' pads go beyond the pinch point, metres."""
+        data = self._at_zero()
+        pinch, pad = data.site("pinch"), data.geom("finger_left_pad")
+        ahead = pinch.xmat.reshape(3, 3)[:, 2]
+        return float(ahead @ (pad.xpos - pinch.xpos) + self._model.geom("finger_left_pad").size[2])
+
+    def tray(self) -> Tray | None:
+        """Return the tray on its base; None if there is no site for it."""
+        if mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_SITE, "tray") < 0:
+            return None
+        inside = self._at_zero().site("tray/inside")
+        half = np.abs(inside.xmat.reshape(3, 3)) @ self._model.site("tray/inside").size
+        return Tray(tuple(inside.xpos.tolist()), tuple(half.tolist()))
+
+    def _at_zero(self) -> mujoco.MjData:
+        data = mujoco.MjData(self._model)
+        mujoco.mj_kinematics(self._model, data)
+        return data
 
     def torque(self) -> np.ndarray:
         """Return what the arm's motors can do, of each joint, (joints,), N m."""

@@ -13,8 +13,9 @@ from caregiver_mj.plans import layout
 from caregiver_mj.robot.geometry import UPRIGHT, Pose, Vector, upwards
 
 CHILD_RADIUS = layout.CHILD_RADIUS  # metres
-NO_GATES = np.zeros(0)
+NO_GATES, NO_THINGS = np.zeros(0), np.zeros((0, 3))
 LOOSE = 0.002  # metres of each finger off what it has held from which on the hand has let go of that
+OFF_FLOOR = 0.05  # metres above the floor from which on something small does not lie there any more
 OFF_TABLE = 0.03  # metres from a table's height beyond which a candle is not on it (one that lies there: 0.022)
 
 
@@ -48,6 +49,7 @@ class View:
         candles: Position of each candle's foot, (candles, 3).
         candle_orientations: Its orientation, a quaternion (w, x, y, z), (candles, 4).
         gates: How far each gate stands open, (gates,), radians.
+        things: Where each small thing is that lay on the floor at first, (things, 3).
         table_heights: How high the tables' tops are, (tables,); None if as usual.
         age: Seconds since all this was observed; what it is now is foretold from that.
         unsure: Metres by which children may be nearer than they seem; 0 if all is seen exactly.
@@ -61,6 +63,7 @@ class View:
     candles: np.ndarray
     candle_orientations: np.ndarray
     gates: np.ndarray = dataclasses.field(default_factory=lambda: NO_GATES)
+    things: np.ndarray = dataclasses.field(default_factory=lambda: NO_THINGS)
     table_heights: np.ndarray | None = None
     age: float = 0.0
     unsure: float = 0.0
@@ -85,6 +88,11 @@ class View:
     def closed_gates(self) -> np.ndarray:
         """Whether each gate is closed, (gates,)."""
         return self.gates < layout.GATE_SHUT
+
+    @property
+    def things_gone(self) -> np.ndarray:
+        """Whether each small thing is off the floor, (things,)."""
+        return self.things[:, 2] > OFF_FLOOR
 
     def table_height(self, table: int) -> float:
         """Return how high a table's top is."""

@@ -392,7 +392,7 @@ def _knocked(seed: int) -> Episode:
     env = load("relocate_candle", load_house(HOUSES[seed % len(HOUSES)]), EPSILON, random=seed, visuals=False)
     policy = CaregiverPolicy(env)
     env.reset()
-    knock = Knock(env.physics, env.task.goal_candle, seed)
+    knock = Knock(env.physics, env.task.goal_candle, "candle", seed)
     env.task.reseed(seed)
     return env, policy, knock
 

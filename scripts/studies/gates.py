@@ -1,15 +1,19 @@
-"""How surely and how quickly the robot closes gates: trials in generated houses, with a child about.
+"""How surely and how quickly the robot closes gates, or picks up batteries: trials in generated houses, with a child.
 
-In every trial the robot starts in a cell, and is told to close a gate that is drawn; half of the children are novices,
-and half head for the robot. A trial is done when the gate has latched and the robot has let go of it, within 60 s.
+In every trial the robot starts in a cell, and is told to close a gate that is drawn, or to pick up a battery that lies
+on a free cell; half of the children are novices, and half head for the robot. A trial is done when the robot has
+finished, within 60 s. With a battery in its tray it is then sent to block a stairwell, and may not lose it. One that
+ends because the child has taken the battery is told apart.
 """
 
 from __future__ import annotations
 
 import argparse
 import collections
+import contextlib
 import functools
 import json
+import math
 import random
 from typing import Any
 
@@ -19,14 +23,17 @@ import pandas as pd
 from caregiver_mj.caregivers import Caregiver
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.errors import FloorPlanError
+from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import GATE, NOTHING
+from caregiver_mj.plans.hazards import BATTERY, GATE, NOTHING, HazardKind, State, Where
 from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.policy.policy import CaregiverPolicy
+from caregiver_mj.robot.skills import PickUp
 from caregiver_mj.tasks import load
 from study import Parser, make_console, make_table, run_all
 
-_LIMIT = 60.0  # seconds
+_LIMIT, _DRIVEN = 60.0, 15.0  # seconds, and those that it drives with what it has picked up
+_TOLD = ("stays", "taken", "begun", "tries")  # of a trial that went wrong
 _CHILDREN = ("0.5", "seeker:0.05")
 
 
@@ -34,67 +41,87 @@ def add_options(parser: Parser) -> None:
     """Declare the options."""
     parser.add_trials("count", 500)
     parser.add(
-        "houses", [f"house-{seed}" for seed in range(800000, 800010)], "whose stairwells get a gate where they can"
+        "houses",
+        [f"house-{seed}" for seed in range(800000, 800010)],
+        "whose stairwells get a gate where they can, or a floor a battery",
     )
+    parser.add("batteries", False, "instead, pick batteries up")
     parser.add("embodiment", None, "the robot (default: the task's own)", metavar="NAME")
     parser.add("sensing", None, "how things are seen, a dictionary in JSON", metavar="JSON")
 
 
-class Closer(Caregiver):
-    """Closes one gate, and then nothing.
+class Errand(Caregiver):
+    """Does what there is to do about one hazard, and then blocks a stairwell, if there is one without a gate.
 
     Attributes:
-        gate: Number of the hazard.
+        hazard: Its number.
     """
 
-    gate = NOTHING
+    hazard = NOTHING
 
     def choose(self, percept: Percept) -> np.ndarray:
-        shut = percept.shut is not None and percept.shut[0, self.gate]
-        return np.array([NOTHING if shut else self.gate])
+        shut, gone = (None if seen is None else seen[0] for seen in (percept.shut, percept.gone))
+        openings, _, lying = self.plan.hazards.split(np.arange(len(self.plan.hazards)))
+        done = [*openings[shut if shut is not None else []], *lying[gone if gone is not None else []]]
+        return np.array([self.hazard if self.hazard not in done else 0 if self.plan.landings else NOTHING])
 
 
 def with_gates(plan: FloorPlan) -> FloorPlan:
     """Return a house in which every stairwell has a gate that can have one."""
     for cell in plan.stairwells:
-        rows = [list(row) for row in plan.rows]
-        rows[cell[0]][cell[1]] = GATE.symbol
-        try:
-            plan = FloorPlan.parse("\n".join(map("".join, rows)), plan.name)
-        except FloorPlanError:
-            continue
+        with contextlib.suppress(FloorPlanError):
+            plan = _with(plan, cell, GATE)
     return plan
+
+
+def with_battery(plan: FloorPlan, lots: random.Random) -> FloorPlan:
+    """Return a house in which a battery lies on a free cell."""
+    return _with(plan, lots.choice(plan.free_cells), BATTERY)
+
+
+def _with(plan: FloorPlan, cell: Cell, kind: HazardKind) -> FloorPlan:
+    rows = [list(row) for row in plan.rows]
+    rows[cell[0]][cell[1]] = kind.symbol
+    return FloorPlan.parse("\n".join(map("".join, rows)), plan.name)
 
 
 def trial(options: argparse.Namespace, seed: int) -> dict[str, Any]:
     """Run one trial; return what came of it."""
     lots = random.Random(seed)
-    plan = with_gates(next(iter(houses_named([options.houses[seed % len(options.houses)]]))))
+    plan = next(iter(houses_named([options.houses[seed % len(options.houses)]])))
+    plan = with_battery(plan, lots) if options.batteries else with_gates(plan)
     kwargs = {"embodiment": options.embodiment, "sensing": json.loads(options.sensing) if options.sensing else None}
     env = load("supervise", plan, lots.choice(_CHILDREN), random=seed, task_kwargs=kwargs, visuals=False)
-    closer = Closer(plan)
-    closer.gate = lots.randrange(len(plan.landings), len(plan.stairwells))
-    policy, touched = CaregiverPolicy(env, closer), collections.Counter[str]()
+    errand = Errand(plan)
+    if options.batteries:
+        errand.hazard = plan.hazards.number(Where.FLOOR, 0)
+    else:
+        errand.hazard = lots.randrange(len(plan.landings), len(plan.stairwells))
+    policy, touched = CaregiverPolicy(env, errand), collections.Counter[str]()
     names = [env.physics.model.id2name(geom, "geom") for geom in range(env.physics.model.ngeom)]
-    step, gate = env.reset(), closer.gate - len(plan.landings)
-    while env.physics.time() < _LIMIT and not step.last():
+    step, until, tries, seconds = env.reset(), _LIMIT, 0, math.nan
+    while env.physics.time() < until and not step.last() and not env.task.outcome()["damage_battery"]:
         step = env.step(policy(step))
         for pair in env.physics.data.ptr.contact.geom.tolist():
             one, two = (names[geom] for geom in pair)
             thing = two if one.startswith("robot/") else one if two.startswith("robot/") else ""
             if thing and not thing.startswith("toddler"):
                 touched[thing.partition("/")[2] or thing] += 1
-        if policy.interventions_done:
-            break
+        skill = policy.executive.routine.skill if policy.executive.routine else None
+        tries = max(tries, skill.tries if isinstance(skill, PickUp) else 0)
+        if policy.interventions_done and math.isnan(seconds):
+            seconds = env.physics.time()
+            until = seconds + (_DRIVEN if options.batteries else 0.0)
     outcome = env.task.outcome()
-    latched = bool(env.physics.gates_latched()[gate])
     return {
         "house": plan.name,
         "family": str(env.task.family),
-        "done": latched and policy.interventions_done > 0,
-        "latched": latched,
-        "seconds": env.physics.time(),
-        "tries": policy.interventions,
+        "done": not math.isnan(seconds),
+        "stays": bool(env.task.children.state[errand.hazard] != State.AS_PLANNED),
+        "taken": bool(outcome["damage_battery"]),
+        "seconds": seconds,
+        "begun": policy.interventions,
+        "tries": tries,
         "touched": dict(touched),
         **{name: outcome[name] for name in ("strikes", "strikes_surface", "contact_speed", "pressings")},
     }
@@ -102,27 +129,29 @@ def trial(options: argparse.Namespace, seed: int) -> dict[str, Any]:
 
 def run(options: argparse.Namespace) -> int:
     """Run the trials, and print what came of them."""
-    usable = [plan.name for plan in houses_named(options.houses) if with_gates(plan).mouths]
+    usable = [plan.name for plan in houses_named(options.houses) if options.batteries or with_gates(plan).mouths]
     options = argparse.Namespace(**(vars(options) | {"houses": usable}))
     seeds = range(options.first, options.first + options.trials)
-    found = pd.DataFrame(run_all(functools.partial(trial, options), seeds, options.jobs, "closing gates"))
+    what = "batteries" if options.batteries else "gates"
+    found = pd.DataFrame(run_all(functools.partial(trial, options), seeds, options.jobs, what))
     if options.json:
         found.to_json(options.json, orient="records", lines=True)
     console = make_console()
-    table = make_table(
-        "Gates", "child", "trials", "done", "s, median", "s, 95 %", "begun more than once", "strikes", "surface"
-    )
+    counted = {"taken by the child": found.taken, "begun again": found.begun > 1 + found.done * options.batteries}
+    counted |= {"gripped again": found.tries > 1, "not so in the end": found.done & ~found.stays}
+    found = found.assign(**counted)
+    heads = ("child", "trials", "done", "s, median", "s, 95 %", *counted, "strikes", "strikes_surface")
+    table = make_table(what.capitalize(), *heads)
     for family, group in [*found.groupby("family"), ("all", found)]:
-        done = group[group.done]
-        counts = (str(int(group[name].sum())) for name in ("strikes", "strikes_surface"))
-        quick = (f"{done.seconds.quantile(share):.1f}" for share in (0.5, 0.95))
-        again = f"{int((group.tries > 1).sum())}"
-        table.add_row(str(family), str(len(group)), str(len(done)), *quick, again, *counts)
+        quick = (f"{group.seconds.quantile(share):.1f}" for share in (0.5, 0.95))
+        counts = (str(int(group[name].sum())) for name in heads[5:])
+        table.add_row(str(family), str(len(group)), str(int(group.done.sum())), *quick, *counts)
     console.print(table)
     touched = collections.Counter[str]()
     for each in found.touched:
         touched.update(dict.fromkeys(each, 1))
     console.print(f"{len(usable)} houses. Touched by the robot, in so many trials: {dict(touched)}.")
-    for _, row in found[~found.done].iterrows():
-        console.print(f"not done: {row.house}, {row.family}, latched {row.latched}, begun {row.tries} times")
+    for seed, row in zip(seeds, found.to_dict("records"), strict=True):
+        if not row["done"] or not row["stays"]:
+            console.print(f"not done: seed {seed}, {row['house']}, {row['family']}", {n: row[n] for n in _TOLD})
     return 0

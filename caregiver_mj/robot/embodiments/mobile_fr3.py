@@ -95,4 +95,6 @@ def mobile_fr3() -> Embodiment:
         approach=APPROACH,
         grasp=GRASP,
         clearances=CLEARANCES,
+        fingertip=model.fingertip(),
+        tray=model.tray(),
     )

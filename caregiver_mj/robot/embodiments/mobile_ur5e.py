@@ -85,4 +85,6 @@ def mobile_ur5e() -> Embodiment:
         grasp=GRASP,
         clearances=CLEARANCES,
         sides=model.sides(),
+        fingertip=model.fingertip(),
+        tray=model.tray(),
     )

@@ -9,27 +9,20 @@ import sys
 import numpy as np
 
 from caregiver_mj.plans import layout
-from caregiver_mj.robot import geometry
-from caregiver_mj.robot.driver import TIME_OUT, Driver
-from caregiver_mj.robot.kinematics import ATTEMPTS, hand_position, has_in_hand
+from caregiver_mj.robot.driver import Driver
+from caregiver_mj.robot.kinematics import ATTEMPTS, has_in_hand
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.retrieval import RetrievalPlanner, Search, Stance
-from caregiver_mj.robot.separation import distance_from_line
-from caregiver_mj.robot.skills.skill import Skill
+from caregiver_mj.robot.skills.reaching import Reaching
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
 
 _FIRM_GRIP_TIME = 0.3  # seconds from closing to a grip that has found hold, or nothing
-_STILL_TIME, _SHIFT = 0.3, 0.003  # seconds for which it must have lain still, and metres by which it may seem to move
 _CHOICE_INTERVAL = 1.0  # seconds between choices of a place
-_CHILD_AWAY = 1.2  # metres from any child to the candle, for the hand to go there
-_CHILD_COMES, _COMES_SOON = 0.7, 1.0  # metres below which it is withdrawn if a child may be so near, within seconds
-_CHILD_NEAR, _NEAR_SOON = 0.6, 0.4  # the same, below which it does not go on
-_CHILD_BESIDE, _BESIDE_SOON = 0.3, 0.3  # the same, below which it does not move at all
 
 
-class Retrieve(Skill):
+class Retrieve(Reaching):
     """Picks a candle up from where it lies, on a table or on the floor, and tucks it upright.
 
     Where it lies such that the arm cannot do that at once, it is taken out to the open floor first, and picked up
@@ -54,14 +47,15 @@ class Retrieve(Skill):
         self._search: Search[Stance | None] | None = None  # for one, under way
         self._steps: list[tuple[float, float | None]] = []  # of the hand: pose on its path to go to, gripper there
         self._until = self._choose_at = 0.0
-        self._since = 0.0  # when the hand began to go out, to grip or to withdraw
         self._failures = 0
-        self._seen, self._seen_since = np.full(3, np.inf), 0.0
         self._withdraws = False  # because a child comes
 
     @property
     def is_approaching(self) -> bool:
         return not self._steps
+
+    def _place(self, view: View) -> np.ndarray:
+        return view.candles[self.candle]
 
     def still_holds(self, view: View) -> bool:
         """Return whether, having failed, it has got a candle in the hand that must be laid down."""
@@ -73,7 +67,7 @@ class Retrieve(Skill):
         if not self._steps:
             return self._approach(view, robot, still, holds)
         goes_out = any(grip is not None for _, grip in self._steps)  # else what is left is to come back
-        if not self._withdraws and goes_out and self._child_within(view, _CHILD_COMES, _COMES_SOON):
+        if not self._withdraws and goes_out and self._child_comes(view):
             self._withdraw(view, robot)
         if view.now < self._until or not self._reach(view, robot, self._steps[0][0]):
             return Status.COMMITTED
@@ -98,7 +92,7 @@ class Retrieve(Skill):
         arrival = self.driver.drive(view, robot, (x, y), self._navigator.nearest_cell((x, y)), yaw)
         if arrival is Status.FAILED:
             return arrival
-        if arrival is Status.DONE and robot.reached == 0.0 and self._child_distance(view) > _CHILD_AWAY:
+        if arrival is Status.DONE and robot.reached == 0.0 and self._is_alone(view):
             robot.reach_along(self._stance.path)
             grasp, goal = self.embodiment.grasp, self._stance.path.goal
             grip = grasp.opened(self._thing) if holds else grasp.squeezed(self._thing)
@@ -154,43 +148,6 @@ class Retrieve(Skill):
         last = max(0, math.ceil(robot.reached) - 1)
         self._steps = [(float(pose), None) for pose in range(last, -1, -1)]
         self._withdraws, self._since = True, view.now
-
-    def _reach(self, view: View, robot: RobotMotion, pose: float) -> bool:
-        """Move the hand on, unless a child is near it; return whether it is there."""
-        comes_back, creeps = pose < robot.reached, view.now > self._since + TIME_OUT
-        if comes_back:
-            waits = self._child_within(view, _CHILD_BESIDE, _BESIDE_SOON)
-        else:
-            waits = self._child_within(view, _CHILD_NEAR, _NEAR_SOON)
-        if not waits:
-            robot.reach(pose)
-        elif comes_back and creeps:
-            robot.reach(pose, creeps=True)
-        else:
-            robot.stop_reaching()
-        return robot.reached == pose and (creeps or not robot.has_given_way)
-
-    def _child_within(self, view: View, distance: float, seconds: float) -> bool:
-        """Whether a child is, or may be within seconds, nearer than that to the candle, the hand, or the arm."""
-        candle, hand = view.candles[self.candle, :2].tolist(), hand_position(view, self.embodiment)[:2].tolist()
-        edge = geometry.to_world(view.base, (self.embodiment.footprint, 0.0))
-        return (
-            distance_from_line(view, candle, candle, seconds) < distance
-            or distance_from_line(view, hand, hand, seconds) < distance
-            or distance_from_line(view, edge, hand, seconds) < _CHILD_BESIDE
-        )
-
-    def _child_distance(self, view: View) -> float:
-        """Metres between the nearest child's middle and the candle, or the hand if that is nearer."""
-        places = view.candles[self.candle], hand_position(view, self.embodiment)
-        return min(view.child_distance(place[:2]) for place in places)
-
-    def _lies_still(self, view: View) -> bool:
-        """Whether the candle has been in its place for a moment."""
-        place = view.candles[self.candle]
-        if np.abs(place - self._seen).max() > _SHIFT:
-            self._seen, self._seen_since = place.copy(), view.now
-        return view.now - self._seen_since >= _STILL_TIME
 
 
 def _unless_in_hand(holds: bool) -> Status:

@@ -1,0 +1,57 @@
+"""Small things that lie on the floor: what children take, and where it is then."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from caregiver_mj.house.children import Children
+from caregiver_mj.house.physics import Physics
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING, State, Where
+from caregiver_mj.robot import geometry
+from caregiver_mj.robot.view import OFF_FLOOR
+
+_OFFSET = 0.2  # metres off the middle of its cell at the start, at most, in x and in y
+_MOUTH = 0.09, 0.62  # metres ahead of a child's axis, and above the floor: inside its body, where nothing touches it
+
+
+class Things:
+    """Looks after the small things of one episode.
+
+    A child takes what lies in the cell that it comes into, as in the grid, unless the robot has got hold of it. It has
+    no hands: from then on the thing is put, at every control timestep, where the child's mouth is. That alone is not
+    done by forces, as the child's own walk is not.
+    """
+
+    def __init__(self, plan: FloorPlan):
+        self._plan, self._kinds = plan, [hazard.kind.name for hazard in plan.hazards.at(Where.FLOOR)]
+        self._taken = [NOTHING] * len(self._kinds)  # by which child each has been taken
+
+    def reset(self, physics: Physics, random: np.random.RandomState) -> None:
+        """Lay each into its cell, for the start of an episode."""
+        for i, cell in enumerate(self._plan.floor_cells):
+            middle = self._plan.position(self._plan.free_cells[cell])
+            place = middle + random.uniform(-_OFFSET, _OFFSET, size=2)
+            physics.set_thing(i, (*place, 0.0), random.uniform(-np.pi, np.pi))
+            self._taken[i] = NOTHING
+
+    def go_along(self, physics: Physics) -> None:
+        """Have what children have taken go where they go."""
+        ahead, height = _MOUTH
+        for i, child in enumerate(self._taken):
+            if child != NOTHING:
+                x, y, yaw = physics.toddler_position(child).tolist()
+                physics.set_thing(i, (*geometry.to_world((x, y, yaw), (ahead, 0.0)), height), yaw)
+
+    def take_in(self, physics: Physics, children: Children) -> None:
+        """Take in which have been taken, by the children or into the tray, in the last control timestep."""
+        in_tray, places = physics.things_in_tray(), physics.thing_positions()
+        cells = [self._plan.cell_at(np.array(child.position)) for child in children]
+        for i, place in enumerate(places):
+            lies = self._taken[i] == NOTHING and place[2] < OFF_FLOOR
+            if lies and (cell := self._plan.cell_at(place[:2])) in cells and not physics.robot_touches_thing(i):
+                self._taken[i] = cells.index(cell)
+                children.hurt(self._taken[i], self._kinds[i])
+                self.go_along(physics)
+        gone = in_tray | (np.array(self._taken) != NOTHING)
+        self._plan.hazards.split(children.state)[2][:] = np.where(gone, State.GONE, State.AS_PLANNED)

@@ -1,0 +1,199 @@
+"""Pick up: to take something small off the floor, and to put it into the robot's tray."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from caregiver_mj.plans import layout
+from caregiver_mj.robot import geometry
+from caregiver_mj.robot.driver import TIME_OUT, Driver
+from caregiver_mj.robot.kinematics import ATTEMPTS, arm_of, hand_position
+from caregiver_mj.robot.motion import RobotMotion
+from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.reach import LOW, UP, ReachPath, tray_path
+from caregiver_mj.robot.retrieval import RetrievalPlanner, Search, Stance
+from caregiver_mj.robot.skills.reaching import Reaching
+from caregiver_mj.robot.status import Status
+from caregiver_mj.robot.view import View
+
+_FEELING = 0.02  # m/s of the fingertips that look for the floor
+# m/s of a hand that carries the thing, of which fingertips hold 3 mm: where they turn, it slips outwards by half of the
+# square of the angle of every physics step, times the radius.
+_CARRYING = 0.5
+_TOUCHED = 0.0012  # metres that the hand stays above where it is told to be from which on the floor holds it up
+_ON_FLOOR = 0.0015  # metres that the fingertips may then be above the floor; else they stand on the thing
+_OVER_FLOOR = 0.0003  # metres above it at which they close, below the middle of the thing
+_SETTLES, _FIRM, _FALLS = 0.15, 0.4, 0.4  # seconds for a hand to come to rest, a grip to hold, a thing to fall
+# How much narrower than the thing the fingers are told to close, metres each: with their servos that is 2 to 5 N.
+_SQUEEZE = 0.0012
+_EMPTY = 0.0008  # metres narrower than the thing, both together, at which they have closed on nothing
+_IN_HAND = 0.05  # metres from the pinch point within which what they hold is seen
+_STRAYED = 0.006  # metres that it may be from where the stance aims
+_UNSURE = 0.01  # metres that it may seem to be outside of the tray
+
+
+class PickUp(Reaching):
+    """Picks something small up off the floor, and lets it fall into the tray. Done when it is seen there.
+
+    The base stands still while the arm is out. The hand feels for the floor, so that the fingers close below the middle
+    of what is thin. It stops while a child is near and comes back before one that comes, but with the thing in it goes
+    on; what fails is tried again, and after three grips it has failed.
+
+    Attributes:
+        thing: Its number among those on the floor.
+        tries: How often the fingers have closed.
+    """
+
+    def __init__(self, navigator: Navigator, planner: RetrievalPlanner, thing: int):
+        super().__init__(navigator)
+        self.thing, self.tries = thing, 0
+        self._planner = planner
+        self._stance: Stance | None = None
+        self._aim = np.zeros(3)
+        self._search: Search[Stance | None] | None = None  # for one, under way
+        self._stage: Callable[[View, RobotMotion], Status] = self._approach
+        self._way: list[float] = []  # of the hand on its path, to go to one after the other
+        self._speed = math.inf  # of that at most
+        self._until = 0.0
+
+    @property
+    def is_approaching(self) -> bool:
+        return self._stage == self._approach
+
+    def _act(self, view: View, robot: RobotMotion) -> Status:
+        return Status.COMMITTED if view.now < self._until else self._stage(view, robot)
+
+    def _place(self, view: View) -> np.ndarray:
+        return view.things[self.thing]
+
+    def _approach(self, view: View, robot: RobotMotion) -> Status:
+        """Drive to where it can be picked up, and begin to reach there."""
+        robot.reach(0.0)
+        robot.grip(self.embodiment.grasp.open)
+        if view.things_gone[self.thing]:
+            return Status.DONE if self._is_in_tray(view) else Status.OVERTAKEN
+        if self.tries == ATTEMPTS:
+            return Status.FAILED
+        if self._stance is None or math.dist(self._place(view), self._aim) > _STRAYED:
+            return self._choose_stance(view)
+        x, y, yaw = self._stance.base
+        status = self.driver.drive(view, robot, (x, y), self._navigator.nearest_cell((x, y)), yaw)
+        if status is not Status.DONE or robot.reached > 0.0 or not self._is_alone(view):
+            return Status.RUNNING if status is Status.DONE else status
+        robot.reach_along(self._stance.path)
+        goal = float(robot.reach_path.goal)
+        self._begin(view, self._go_down, UP, goal - 1.0, LOW, goal)
+        return Status.COMMITTED
+
+    def _choose_stance(self, view: View) -> Status:
+        if self._search is None:
+            self._stance, self._aim = None, self._place(view).copy()
+            self.driver = Driver(self._navigator)
+            self._search = Search(functools.partial(self._planner.to_pick_up_small, view, self.thing))
+        if not self._search.go_on():
+            return Status.RUNNING
+        self._stance, self._search = self._search.found, None
+        return Status.RUNNING if self._stance else Status.OUT_OF_REACH
+
+    def _begin(self, view: View, stage: Callable[[View, RobotMotion], Status], *way: float) -> None:
+        self._stage, self._way, self._since, self._speed = stage, list(way), view.now, math.inf
+
+    def _go_down(self, view: View, robot: RobotMotion) -> Status:
+        """Reach over the thing, and feel for the floor."""
+        path, feels = robot.reach_path, len(self._way) == 1
+        if feels and self._height(view.arm) - self._height(path.joints(robot.reached)) > _TOUCHED:
+            robot.stop_reaching()
+            self._until, self._stage = view.now + _SETTLES, self._close
+        elif self._child_comes(view) or view.things_gone[self.thing]:
+            self._withdraw(view, robot)
+        elif self._goes_on(view, robot):
+            if feels:  # there is no floor
+                self._withdraw(view, robot)
+            elif self._way == [path.goal]:
+                depth = self._height(path.joints(LOW)) - self._height(path.joints(path.goal))
+                self._speed = _FEELING * (path.goal - LOW) / depth
+        return Status.COMMITTED
+
+    def _close(self, view: View, robot: RobotMotion) -> Status:
+        """Go to just above the floor on which the fingertips stand."""
+        floor = self._height(view.arm)
+        self.tries += 1
+        if floor > _ON_FLOOR:
+            self._withdraw(view, robot)
+        else:
+            robot.reach(_share_at(robot.reach_path, self._height, floor + _OVER_FLOOR))
+            self._until, self._stage = view.now + _SETTLES, self._grip
+        return Status.COMMITTED
+
+    def _grip(self, view: View, robot: RobotMotion) -> Status:
+        robot.grip(layout.THING_RADIUS - _SQUEEZE)
+        self._until = view.now + _FIRM
+        self._carry(view, robot, self._lift, robot.reach_path.goal - 1.0, UP)
+        return Status.COMMITTED
+
+    def _lift(self, view: View, robot: RobotMotion) -> Status:
+        """Bring it up into mid air, if it comes with the hand."""
+        if robot.reached < LOW and not self._is_in_hand(view):
+            robot.grip(self.embodiment.grasp.open)
+            self._withdraw(view, robot)
+        elif self._goes_on(view, robot) and not self._way:
+            robot.reach_along(tray_path(arm_of(self.embodiment)))
+            self._carry(view, robot, self._put_in_tray, float(robot.reach_path.goal))
+        return Status.COMMITTED
+
+    def _put_in_tray(self, view: View, robot: RobotMotion) -> Status:
+        if view.now > self._since + TIME_OUT:  # a child stays near
+            robot.reach(self._way[0], creeps=True)
+        if robot.reached == self._way[0] or self._goes_on(view, robot):
+            robot.grip(self.embodiment.grasp.open)
+            self._until = view.now + _FALLS
+            self._withdraw(view, robot)
+        return Status.COMMITTED
+
+    def _withdraw(self, view: View, robot: RobotMotion) -> None:
+        """Have the hand come back by the poses that it went out by."""
+        self._begin(view, self._come_back, *map(float, range(max(0, math.ceil(robot.reached) - 1), -1, -1)))
+
+    def _come_back(self, view: View, robot: RobotMotion) -> Status:
+        """Tuck the arm, and look again."""
+        if self._goes_on(view, robot) and not self._way:
+            self._stage, self._stance = self._approach, None
+        return Status.COMMITTED
+
+    def _carry(self, view: View, robot: RobotMotion, stage: Callable[[View, RobotMotion], Status], *way: float) -> None:
+        self._begin(view, stage, *way)
+        self._speed = _CARRYING / robot.reach_path.longest(arm_of(self.embodiment))
+
+    def _goes_on(self, view: View, robot: RobotMotion) -> bool:
+        """Move the hand on along its way; return whether it has just come to the next pose of that."""
+        is_there = self._reach(view, robot, self._way[0], self._speed)
+        if is_there:
+            del self._way[0]
+        return is_there
+
+    def _height(self, joints: np.ndarray) -> float:
+        """How high above the floor the fingertips of a hand that points down are, metres."""
+        return float(arm_of(self.embodiment).pinch(joints)[2]) - self.embodiment.fingertip
+
+    def _is_in_hand(self, view: View) -> bool:
+        """Whether the fingers have not closed on nothing, and the thing is seen between them."""
+        near = math.dist(self._place(view), hand_position(view, self.embodiment)) < _IN_HAND
+        return near and view.fingers > 2 * layout.THING_RADIUS - _EMPTY
+
+    def _is_in_tray(self, view: View) -> bool:
+        x, y, z = self._place(view).tolist()
+        tray = self.embodiment.tray
+        return tray is not None and tray.holds((*geometry.to_local(view.base, (x, y)), z), _UNSURE)
+
+
+def _share_at(path: ReachPath, height: Callable[[np.ndarray], float], wanted: float) -> float:
+    """How far on the last of its way down the hand is so high above the floor."""
+    low, high = LOW, float(path.goal)
+    for _ in range(12):
+        middle = (low + high) / 2
+        low, high = (middle, high) if height(path.joints(middle)) > wanted else (low, middle)
+    return low

@@ -1,0 +1,77 @@
+"""What picking up from anywhere shares: how the hand of a base at rest keeps out of the children's way."""
+
+from __future__ import annotations
+
+import abc
+import math
+
+import numpy as np
+
+from caregiver_mj.robot import geometry
+from caregiver_mj.robot.driver import TIME_OUT
+from caregiver_mj.robot.kinematics import hand_position
+from caregiver_mj.robot.motion import RobotMotion
+from caregiver_mj.robot.navigation import Navigator
+from caregiver_mj.robot.separation import distance_from_line
+from caregiver_mj.robot.skills.skill import Skill
+from caregiver_mj.robot.view import View
+
+_STILL_TIME, _SHIFT = 0.3, 0.003  # seconds for which it must have lain still, and metres by which it may seem to move
+_CHILD_AWAY = 1.2  # metres from any child to the thing, for the hand to go there
+_CHILD_COMES, _COMES_SOON = 0.7, 1.0  # metres below which it is withdrawn if a child may be so near, within seconds
+_CHILD_NEAR, _NEAR_SOON = 0.6, 0.4  # the same, below which it does not go on
+_CHILD_BESIDE, _BESIDE_SOON = 0.3, 0.3  # the same, below which it does not move at all
+
+
+class Reaching(Skill):
+    """Reaches for a thing that lies somewhere. The hand stops while a child is near."""
+
+    def __init__(self, navigator: Navigator, loaded: bool = False):
+        super().__init__(navigator, loaded)
+        self._since = 0.0  # when the hand began to go out, to grip or to withdraw
+        self._seen, self._seen_since = np.full(3, np.inf), 0.0
+
+    @abc.abstractmethod
+    def _place(self, view: View) -> np.ndarray:
+        """Where the thing is, (3,)."""
+
+    def _reach(self, view: View, robot: RobotMotion, pose: float, speed: float = math.inf) -> bool:
+        """Move the hand on, no faster than that on its path, unless a child is near it; return whether it is there."""
+        comes_back, creeps = pose < robot.reached, view.now > self._since + TIME_OUT
+        if comes_back:
+            waits = self._child_within(view, _CHILD_BESIDE, _BESIDE_SOON)
+        else:
+            waits = self._child_within(view, _CHILD_NEAR, _NEAR_SOON)
+        if not waits:
+            robot.reach(pose, speed=speed)
+        elif comes_back and creeps:
+            robot.reach(pose, creeps=True)
+        else:
+            robot.stop_reaching()
+        return robot.reached == pose and (creeps or not robot.has_given_way)
+
+    def _child_within(self, view: View, distance: float, seconds: float) -> bool:
+        """Whether a child is, or may be within seconds, nearer than that to the thing, the hand, or the arm."""
+        thing, hand = self._place(view)[:2].tolist(), hand_position(view, self.embodiment)[:2].tolist()
+        edge = geometry.to_world(view.base, (self.embodiment.footprint, 0.0))
+        return (
+            distance_from_line(view, thing, thing, seconds) < distance
+            or distance_from_line(view, hand, hand, seconds) < distance
+            or distance_from_line(view, edge, hand, seconds) < _CHILD_BESIDE
+        )
+
+    def _child_comes(self, view: View) -> bool:
+        """Whether a child may shortly be so near that the hand comes back."""
+        return self._child_within(view, _CHILD_COMES, _COMES_SOON)
+
+    def _is_alone(self, view: View) -> bool:
+        """Whether no child is near the thing, nor the hand."""
+        places = self._place(view), hand_position(view, self.embodiment)
+        return min(view.child_distance(place[:2]) for place in places) > _CHILD_AWAY
+
+    def _lies_still(self, view: View) -> bool:
+        """Whether the thing has been in its place for a moment."""
+        place = self._place(view)
+        if np.abs(place - self._seen).max() > _SHIFT:
+            self._seen, self._seen_since = place.copy(), view.now
+        return view.now - self._seen_since >= _STILL_TIME

@@ -1,0 +1,168 @@
+"""Small things on the floor: who takes them, how the robot picks them up by contact, and that its tray holds them."""
+
+import dataclasses
+
+import mujoco
+import numpy as np
+import pytest
+from scripted_child import EAST, WEST, Scripted
+
+import caregiver_mj
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.house.physics import Physics
+from caregiver_mj.house.scene import build_house
+from caregiver_mj.plans import layout
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING, State
+from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.skills import PickUp
+
+ROOM = FloorPlan.parse("########\n#B....S#\n#.o....#\n#......#\n#..T...#\n########", "room")
+HALL = FloorPlan.parse(
+    "\n".join(["#" * 17, "#B" + "." * 13 + "S#", *["#" + "." * 15 + "#"] * 13, "#oooooo" + "." * 9 + "#", "#" * 17])
+)
+ROBOTS = ("mobile_fr3", "mobile_ur5e")
+
+
+def test_a_child_takes_what_lies_in_the_cell_that_it_enters_and_is_hurt_once():
+    env = caregiver_mj.load("supervise", ROOM, random=0, task_kwargs={"robot": False}, visuals=False)
+    place = env.reset().observation["battery_position"][0]
+    assert ROOM.cell_at(place[:2]) == (2, 2)
+    child = env.task.children[0]
+    child.put((2, 1))
+    child.behaviour = Scripted(ROOM, EAST)
+    taken = []
+    for _ in range(3 * 84):
+        step = env.step(np.zeros(0))
+        taken.append(env.task.children.state[-1] == State.GONE)
+        entered = ROOM.cell_at(np.array(child.position)) != (2, 1)
+        assert taken[-1] == entered
+        place = step.observation["battery_position"][0]
+        assert (place[2] > 0.5) == taken[-1]
+        if taken[-1]:
+            assert np.linalg.norm(place[:2] - child.position) < layout.CHILD_RADIUS
+    outcome = env.task.outcome()
+    assert outcome["damage_battery"] == outcome["damage"] == 5
+    child.behaviour = Scripted(ROOM, WEST)
+    for _ in range(3 * 84):
+        env.step(np.zeros(0))
+    assert env.task.outcome()["damage"] == 5
+    step = env.reset()
+    assert env.task.children.state[-1] == State.AS_PLANNED
+    assert step.observation["battery_position"][0, 2] == pytest.approx(0.0, abs=1e-6)
+
+
+def picking(robot, friction=None, cell=(1, 5)):
+    """An episode in which the caregiver picks a battery up, the child standing far away."""
+    env = caregiver_mj.load("supervise", ROOM, 0.5, random=1, task_kwargs={"embodiment": robot}, visuals=False)
+    model = env.physics.model.ptr
+    for geom in range(model.ngeom):
+        name = model.geom(geom).name
+        if friction is not None and ("battery" in name or name.endswith("_pad")):
+            model.geom_friction[geom] = friction
+    policy = caregiver_mj.CaregiverPolicy(env, "childproof")
+    step = env.reset()
+    child = env.task.children[0]
+    child.behaviour.act = lambda sight, draws: np.array([NOTHING])
+    child.put(cell)
+    return env, policy, step
+
+
+def skill_of(policy):
+    skill = policy.executive.routine.skill if policy.executive.routine else None
+    return skill if isinstance(skill, PickUp) else None
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_a_robot_picks_it_up_by_contact_into_its_tray(robot):
+    env, policy, step = picking(robot)
+    model, data = env.physics.model.ptr, env.physics.data.ptr
+    met, forces, tries = set(), [], 0
+    while not env.physics.things_in_tray().any() or skill_of(policy):
+        assert env.physics.time() < 60.0
+        step = env.step(policy(step))
+        tries = max(tries, skill_of(policy).tries if skill_of(policy) else 0)
+        pads = {}
+        for number, pair in enumerate(data.contact.geom.tolist()):
+            one, two = sorted(model.geom(geom).name for geom in pair)
+            if "robot/" in two and "toddler" not in two:
+                met.add((one.partition("/")[0], two))
+            if one.startswith("battery") and two.endswith("_pad"):
+                force = np.empty(6)
+                mujoco.mj_contactForce(model, data, number, force)
+                pads[two] = pads.get(two, 0.0) + force[0]
+        if len(pads) == 2 and env.physics.thing_positions()[0, 2] > 0.02:
+            forces.append(pads.values())
+    assert {thing for thing, part in met} == {"battery_0", "floor"}
+    assert all(part.endswith("_pad") or "/tray/" in part for _, part in met)
+    squeezes = np.array([sorted(pair) for pair in forces])
+    assert 1.0 < squeezes.mean() < 5.0
+    assert tries == 1
+    assert env.task.children.state[-1] == State.GONE
+    assert policy.percept().gone.tolist() == [[True]]
+    assert env.task.outcome()["damage"] == env.task.strikes == 0
+
+
+def test_what_slips_out_of_the_fingers_is_tried_three_times():
+    env, policy, step = picking("mobile_fr3", friction=0.0)
+    skill = None
+    while skill is None or not skill.status.ended:
+        assert env.physics.time() < 90.0
+        step = env.step(policy(step))
+        skill = skill_of(policy) or skill
+    assert skill.tries == 3
+    assert skill.status.failed
+    assert env.task.children.state[-1] == State.AS_PLANNED
+
+
+def test_the_hand_comes_back_before_a_child_that_comes():
+    env, policy, step = picking("mobile_fr3")
+    while not (skill := skill_of(policy)) or skill.is_approaching or policy.robot.reached < 1.0:
+        step = env.step(policy(step))
+    x, y = env.physics.thing_positions()[0, :2]
+    env.task.children[0].put_at(x, y - 0.65)
+    while policy.robot.reached > 0.0:
+        step = env.step(policy(step))
+        assert skill.tries == 0
+        assert env.physics.time() < 60.0
+    assert env.task.strikes == 0
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_the_tray_holds_six_whatever_the_base_does(robot):
+    physics = Physics.from_plan(HALL, robot, visuals=False)
+    embodiment, random = physics.embodiment, np.random.default_rng(0)
+    x, y, z = embodiment.tray.middle
+    with physics.reset_context():
+        physics.set_robot(np.zeros(3))
+        for i in range(6):
+            physics.set_thing(i, (x + 0.03 * (i % 3 - 1), y + 0.03 * (i // 3 - 0.5), z))
+    physics.step(200)
+    action = np.array(physics.data.ctrl)[: embodiment.layout.size]
+    action[embodiment.layout.arm] = physics.arm_position()
+    limits = embodiment.limits.as_told
+    for _ in range(30):  # from full speed to full speed another way, as quickly as its drives can
+        action[embodiment.layout.base] = random.choice((-1, 1), 3) * (limits.velocity, limits.velocity, 2.0)
+        physics.set_action(action)
+        physics.step(60)
+    assert np.abs(physics.base_velocity()).max() > 0.5
+    assert physics.things_in_tray().all()
+
+
+def test_the_tray_is_there_only_where_it_is_needed():
+    bare = FloorPlan.parse(ROOM.text.replace("o", "."))
+    tray = [plan for plan in (ROOM, bare) if any("/tray/" in geom.name for geom in build_house(plan).geoms)]
+    assert tray == [ROOM]
+    without = dataclasses.replace(find_embodiment(), tray=None)
+    with pytest.raises(CaregiverError, match="a robot must have a tray where things lie on the floor"):
+        build_house(ROOM, without)
+
+
+def test_where_it_lies_is_seen_with_errors_like_a_candle():
+    kwargs = {"sensing": {"candle": {"noise": 0.01}}}
+    env = caregiver_mj.load("supervise", ROOM, 0.5, random=0, task_kwargs=kwargs, visuals=False)
+    seen, step = [], env.reset()
+    for _ in range(100):
+        seen.append(step.observation["battery_position"][0] - env.physics.thing_positions()[0])
+        step = env.step(np.zeros(env.action_spec().shape))
+    assert np.std(seen, axis=0) == pytest.approx([0.01] * 3, rel=0.3)
