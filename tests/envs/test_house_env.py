@@ -197,10 +197,7 @@ def films(monkeypatch):
 
 @pytest.mark.parametrize(
     ("name", "options", "fps", "steps"),
-    [
-        ("Supervise", {"task_kwargs": {"time_limit": 0.1}}, 50, 5),
-        ("Supervise-Targets", {"world": "grid"}, 5, 200),
-    ],
+    [("Supervise", {"task_kwargs": {"time_limit": 0.1}}, 50, 5), ("Supervise-Targets", {"world": "grid"}, 5, 200)],
 )
 def test_a_film_is_recorded(films, tmp_path, name, options, fps, steps):
     env = make(name, render_mode="rgb_array", width=64, height=48, **options)

@@ -101,8 +101,7 @@ def test_a_candle_is_relocated_and_with_it_in_the_hand_nothing_else_counts():
     carried = 0
     for _ in range(20):
         if observation["holding"].any():
-            assert info["action_mask"].tolist() == [0, 0, 1]
-            assert observation["holding"].tolist() == [0, 1]
+            assert (info["action_mask"].tolist(), observation["holding"].tolist()) == ([0, 0, 1], [0, 1])
             assert observation["hazard_nearness_to_child"][0, 1] == 0
             carried += 1
         observation, *_, info = env.step(CANDLE if info["action_mask"][CANDLE] else 0)
@@ -124,8 +123,7 @@ def test_an_action_that_is_masked_does_what_nothing_does():
 
 def test_houses_with_as_many_slots_look_alike():
     small, large = make(slots=(4, 6), flat=True), make(house="apartment", slots=(5, 6), flat=True)
-    assert small.action_space.n == 11
-    assert large.action_space.n == 12
+    assert (small.action_space.n, large.action_space.n) == (11, 12)
     assert make(house="paper", slots=(4, 6), flat=True).observation_space == small.observation_space
     _, info = small.reset(seed=0)
     assert info["action_mask"][2:5].tolist() == [0, 0, 0]  # three stairwells that are not there

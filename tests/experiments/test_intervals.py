@@ -195,12 +195,7 @@ def test_ratios_that_say_little(ours, theirs, wanted):
 
 @pytest.mark.parametrize(
     ("data", "wanted"),
-    [
-        ([5.0], (5, -INF, INF)),
-        ([10.0, 20.0], (15, -INF, INF)),
-        ([5.0, 5.0], (5, 5, 5)),
-        ([0.0] * 20, (0, 0, 0)),
-    ],
+    [([5.0], (5, -INF, INF)), ([10.0, 20.0], (15, -INF, INF)), ([5.0, 5.0], (5, 5, 5)), ([0.0] * 20, (0, 0, 0))],
 )
 def test_means_that_say_little(data, wanted):
     assert of_mean(np.array(data)) == wanted

@@ -207,8 +207,7 @@ def test_who_is_compared_with_whom():
     found = summarise(settings, episodes, by_house(episodes))
     compared = [(row["caregiver"], row["baseline"]) for row in found["comparisons"]]
     assert compared == [("guard", "none"), ("paper", "none"), ("paper", "guard")]
-    assert [row["caregiver"] for row in found["rows"]] == ["none", "guard", "paper"]
-    assert found["seed"] == 5
+    assert ([row["caregiver"] for row in found["rows"]], found["seed"]) == (["none", "guard", "paper"], 5)
     alone = dataclasses.replace(settings, caregivers=("guard",))
     found = summarise(alone, frame(guard=[1, 2]), by_house(frame(guard=[1, 2])))
     assert (found["comparisons"], found["harm"]) == ([], [])

@@ -95,8 +95,6 @@ def test_a_verdict_needs_both():
     assert judge(Estimate(0.0, 1, 2), np.array([1.0, -1, 1, -1, 1, -1])).verdict is Verdict.NONE
 
 
-# -- Margins -----------------------------------------------------------------------------------------
-
 TOYS = np.array([20.0, 24, 22, 25, 19, 23, 21, 24, 20, 22])
 
 

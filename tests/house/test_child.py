@@ -82,8 +82,7 @@ def test_harm_is_that_of_the_present_timestep():
     child.take_in([touch("candle", 0)], lambda table: np.zeros(1, bool), 0.0)
     assert (child.move.harm, child.move.kind) == (4.0, "candle")
     child.end()
-    assert child.move.harm == 0
-    assert timestep(child).harm.tolist() == [0, 0, 0, 0]
+    assert (child.move.harm, timestep(child).harm.tolist()) == (0, [0, 0, 0, 0])
 
 
 # -- Moves -------------------------------------------------------------------------------------------
@@ -105,8 +104,7 @@ def test_who_stays_stays_where_it_stands():
     child = child_in((1, 3))
     child.put_at(0.123, 0.456, 0.7)
     booking = timestep(child, touch("robot"))
-    assert child.position == (0.123, 0.456)
-    assert child.walk.yaw == 0.7
+    assert (child.position, child.walk.yaw) == ((0.123, 0.456), 0.7)
     assert not booking.blocked.any()
 
 
@@ -181,9 +179,7 @@ def test_strikes_are_contacts_faster_than_5_cm_a_second_and_half_a_second_apart(
     def strikes(time, *speeds):
         return child.take_in([touch(thing, speed=speed) for speed in speeds], lambda table: np.zeros(1, bool), time)
 
-    assert strikes(0.0, 0.04, -1.0) == 0
-    assert strikes(0.1, 0.06, 0.3) == 1
-    assert strikes(0.5, 0.3) == 0
+    assert (strikes(0.0, 0.04, -1.0), strikes(0.1, 0.06, 0.3), strikes(0.5, 0.3)) == (0, 1, 0)
     assert strikes(0.7, 0.3) == 1
 
 

@@ -36,15 +36,11 @@ def lasting(seconds, start=0.0, **how):
     return [touch(start + STEP * i, **how) for i in range(round(seconds / STEP))]
 
 
-# -- Counting ----------------------------------------------------------------------------------------
-
-
 def test_contacts_at_a_time_are_one_whose_forces_add_up_and_what_is_no_robot_is_none():
     tally = counted(touch(1.0, force=30.0), touch(1.0, force=20.0, height=0.4), touch(1.005, force=10.0))
     assert tally.contact_seconds == pytest.approx(2 * STEP)
     assert (tally.contact_force, tally.contact_force_legs, tally.contact_force_trunk) == (50.0, 30.0, 20.0)
-    assert tally.contact_force_head == 0.0
-    assert tally.contact_impulse == pytest.approx(60.0 * STEP)
+    assert (tally.contact_force_head, tally.contact_impulse) == (0.0, pytest.approx(60.0 * STEP))
     # Nothing is counted of what is no robot.
     assert counted(touch(0.0, 1.0, 50.0, kind="wall"), touch(0.0, 1.0, 50.0, kind="table")) == Contacts()
 
@@ -91,9 +87,6 @@ def test_of_the_candle_the_closest_and_the_time_within_the_distances_count():
     tally.carry(0.35, 0.09, 0.02)
     assert (tally.flame_distance, tally.wax_distance) == (0.29, 0.09)
     assert (tally.flame_seconds, tally.wax_seconds) == (0.02, 0.02)
-
-
-# -- In the simulation -------------------------------------------------------------------------------
 
 
 def touched_by_a_base_that_moves(velocity, told=(0.0, 0.0, 0.0)):
@@ -143,9 +136,6 @@ def test_a_base_that_comes_is_as_fast_as_its_surface_and_one_that_goes_is_not_fa
         for touch in found:
             assert touch.surface_speed == pytest.approx(speed, abs=0.05)
             assert math.copysign(1.0, touch.speed) == -math.copysign(1.0, came)
-
-
-# -- How deep the finger pads are in the wax, as the house's physics options see it ------------------
 
 
 # A grasp in the middle of an episode, pads 0.07 mm in the wax: positions, metres, and quaternions of wax and pads.

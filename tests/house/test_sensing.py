@@ -42,9 +42,6 @@ def candle_errors(moments, **blur):
     return [s["candle_position"] - exact["candle_position"] for s, exact in zip(seen, moments, strict=True)]
 
 
-# -- White and lasting errors --------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("kind", "key"), [("candle", "candle"), ("child", "toddler"), ("base", "base")])
 def test_each_kind_is_blurred_alone_and_by_as_much_as_is_asked_for(kind, key):
     seen = sensed([EXACT] * 4000, **{kind: {"noise": 0.01}})
@@ -94,9 +91,6 @@ def test_those_of_base_and_child_last_for_the_episode():
         assert (seen[0][key] != EXACT[key])[:2].all()
 
 
-# -- Gaps and delay ------------------------------------------------------------------------------
-
-
 def test_what_is_not_seen_is_shown_as_it_was_seen_last():
     moments = [EXACT | {"toddler_position": np.array([0.01 * i, 0.0, 0.0])} for i in range(1000)]
     seen = np.array([moment["toddler_position"][0] for moment in sensed(moments, child={"dropout": 0.3})])
@@ -128,8 +122,6 @@ def test_a_seed_makes_the_same_errors_again():
     assert all((a["candle_position"] == b["candle_position"]).all() for a, b in zip(one, again, strict=True))
     assert (one[0]["candle_position"] != other[0]["candle_position"]).all()
 
-
-# -- In the tasks --------------------------------------------------------------------------------
 
 ROUGH = {
     "candle": {"noise": 0.01, "bias": 0.005, "turn_noise": 0.02, "dropout": 0.1},

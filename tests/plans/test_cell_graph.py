@@ -17,9 +17,6 @@ PLANS = plan_texts().map(FloorPlan.parse)
 ROUND_A_LANDING = FloorPlan.parse("#######\n#B.S.T#\n##...##\n#######")
 
 
-# -- Moves ---------------------------------------------------------------------------------------
-
-
 def test_moves_by_hand():
     plan = FloorPlan.parse("#####\n#S.B#\n##.C#\n##T##\n#####")
     next_cell, target, index = plan.graph.moves
@@ -27,12 +24,10 @@ def test_moves_by_hand():
     assert dict(zip(ACTION_NAMES, ACTIONS, strict=True)) == STEPS
     # North, east, south, west of (1, 2): wall, bin 0, the other cell, stairwell 0.
     assert target[0].tolist() == [Target.WALL, Target.BIN, Target.FREE, Target.STAIRWELL]
-    assert next_cell[0].tolist() == [0, 0, 1, 0]
-    assert index[0].tolist() == [-1, 0, -1, 0]
+    assert (next_cell[0].tolist(), index[0].tolist()) == ([0, 0, 1, 0], [-1, 0, -1, 0])
     # Of (2, 2): the other cell, table 0 (with the candle), table 1 (bare), wall.
     assert target[1].tolist() == [Target.FREE, Target.TABLE, Target.TABLE, Target.WALL]
-    assert next_cell[1].tolist() == [0, 1, 1, 1]
-    assert index[1].tolist() == [-1, 0, 1, -1]
+    assert (next_cell[1].tolist(), index[1].tolist()) == ([0, 1, 1, 1], [-1, 0, 1, -1])
 
 
 @settings(max_examples=40, deadline=None)
@@ -56,9 +51,6 @@ def test_beside_an_object_are_free_cells_in_the_order_of_the_actions():
     cells = [[plan.free_cells[cell] for cell in around] for around in plan.graph.beside([*plan.tables, *plan.bins])]
     # Of C at (1, 2): east, south, west. Of T at (3, 1): north. Of B at (3, 2): north, east.
     assert cells == [[(1, 3), (2, 2), (1, 1)], [(2, 1)], [(2, 2), (3, 3)]]
-
-
-# -- Distances -----------------------------------------------------------------------------------
 
 
 @settings(max_examples=25, deadline=None)
@@ -140,9 +132,6 @@ def test_ways_too_long_for_their_numbers_are_refused_in_one_line():
         _ = plan.graph.bin_distances
 
 
-# -- Searches ------------------------------------------------------------------------------------
-
-
 @settings(max_examples=25, deadline=None)
 @given(PLANS, st.data())
 def test_a_search_finds_shortest_ways_nearest_cells_first(plan, data):
@@ -160,8 +149,7 @@ def test_a_search_finds_shortest_ways_nearest_cells_first(plan, data):
 
 def test_what_only_a_landing_joins_is_not_connected_for_a_child():
     plan = FloorPlan("unchecked", ("#####", "#.S.#", "#B#B#", "#####"))  # `parse` would refuse it
-    assert plan.graph.is_connected().tolist() == [True, False]
-    assert plan.graph.parts().max() == 0
+    assert (plan.graph.is_connected().tolist(), plan.graph.parts().max()) == ([True, False], 0)
 
 
 def test_downhill_leads_to_the_lowest_neighbour_or_stays():

@@ -18,8 +18,6 @@ SMALL = """\
 """
 
 
-# -- What is refused -----------------------------------------------------------------------------
-
 # What is wrong, the plan, where (line and column), what the message says.
 MALFORMED = [
     ("empty", "\n  \n", (1, 1), "the plan must not be empty"),
@@ -99,9 +97,6 @@ def test_cell_size_must_be_positive(size):
         FloorPlan.parse(SMALL, cell_size=size)
 
 
-# -- Loading -------------------------------------------------------------------------------------
-
-
 def test_the_paper_house_has_the_objects_its_description_names():
     plan = FloorPlan.load("paper")
     counts = [len(objects) for objects in (plan.stairwells, plan.candle_tables, plan.tables, plan.bins)]
@@ -130,18 +125,12 @@ def test_an_unreadable_file_is_an_error_of_ours(tmp_path, content):
         FloorPlan.load(path)
 
 
-# -- What stands where ---------------------------------------------------------------------------
-
-
 def test_objects_and_states_are_in_reading_order_and_candles_on_tables():
     plan = FloorPlan.parse(SMALL)
-    assert plan.shape == (6, 6)
-    assert plan.free_cells[:6] == ((1, 1), (1, 2), (1, 3), (1, 4), (2, 1), (2, 4))
+    assert (plan.shape, plan.free_cells[:6]) == ((6, 6), ((1, 1), (1, 2), (1, 3), (1, 4), (2, 1), (2, 4)))
     assert plan.free_cells[6:] == ((3, 1), (3, 4), (4, 2), (4, 3), (4, 4))
     assert plan.caregiver_cells == (*plan.free_cells, (2, 3))
-    assert plan.tables == ((2, 2), (3, 2), (4, 1))
-    assert plan.candle_tables == (0,)
-    assert plan.bins == ((3, 3),)
+    assert (plan.tables, plan.candle_tables, plan.bins) == (((2, 2), (3, 2), (4, 1)), (0,), ((3, 3),))
     # A candles table is an index among all tables.
     plan = FloorPlan.parse("######\n#TCTC#\n#....#\n##B###\n######")
     assert plan.candle_tables == (1, 3)

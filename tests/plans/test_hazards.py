@@ -18,20 +18,15 @@ HAZARDS = st.builds(
 )
 
 
-# -- Damage --------------------------------------------------------------------------------------
-
-
 def test_damage_is_that_of_the_paper():
     weights = DamageWeights()
     assert weights == {"stairwell": 5.0, "candle": 4.0, "table": 1.0, "gate": 5.0}
-    assert weights.worst == 5.0
-    assert DamageWeights(1, 2, 7).worst == 7
+    assert (weights.worst, DamageWeights(1, 2, 7).worst) == (5.0, 7)
 
 
 def test_damage_is_read_as_it_is_written():
     assert DamageWeights.of("2:3.5:0") == DamageWeights(2.0, 3.5, 0.0)
-    assert str(DamageWeights(2.0, 3.5, 0.0)) == "2:3.5:0"
-    assert str(DamageWeights()) == "5:4:1"
+    assert (str(DamageWeights(2.0, 3.5, 0.0)), str(DamageWeights())) == ("2:3.5:0", "5:4:1")
 
 
 def test_damage_is_said_by_name_and_what_is_not_said_is_that_of_the_paper():
@@ -80,9 +75,6 @@ def test_damage_is_finite_and_not_negative(kind, value):
         DamageWeights(**{kind: value})
 
 
-# -- The table -----------------------------------------------------------------------------------
-
-
 def test_stairwells_come_first_then_candles():
     assert list(FIVE) == [
         Hazard(STAIRWELL, 0, 5.0),
@@ -100,9 +92,6 @@ def test_stairwells_come_first_then_candles():
 def test_there_is_no_hazard_beyond_the_table(number):
     with pytest.raises(IndexError, match=f"no hazard {number}: there are 5"):
         FIVE[number]
-
-
-# -- Numbers -------------------------------------------------------------------------------------
 
 
 def test_numbers_by_hand():

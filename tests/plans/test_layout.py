@@ -92,8 +92,7 @@ def test_doorways_and_rooms_of_the_paper_house_and_a_corridor():
     assert sorted(int(room.sum()) for room in layout.Layout(PAPER).rooms) == [12, 12, 18, 29]
     # Corridor is no doorway.
     corridor = FloorPlan.parse("########\n#B.##..#\n#......#\n#..##..#\n########")
-    assert layout.Layout(corridor).doorways == ()
-    assert len(layout.Layout(corridor).rooms) == 1
+    assert (layout.Layout(corridor).doorways, len(layout.Layout(corridor).rooms)) == ((), 1)
 
 
 def test_apartment_is_as_large_as_asked_for():

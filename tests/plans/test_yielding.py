@@ -118,9 +118,6 @@ def test_divisions_are_what_remains_connected_without_a_cell(plan):
         assert sorted(map(sorted, parts)) == (sorted(map(sorted, expected)) if len(expected) > 1 else [])
 
 
-# -- Where children bar the caregiver's only way it keeps a free cell between itself and them --------
-
-
 # Cells 0 to 7 from west to east, the landing, cell 8, at the eastern end.
 HALL = FloorPlan.parse("###########\n#B.......S#\n###########")
 LANDING = 7
@@ -131,8 +128,7 @@ def test_behind_a_child_in_a_hall_there_is_a_free_cell():
     distance, next_cell = routes.around(4)
     assert distance[0, :4].tolist() == [UNREACHABLE] * 4
     assert next_cell[0, :4].tolist() == [1, 2, 2, 2]  # from 3, beside the child, it goes back
-    assert distance[0, 5:].tolist() == [2, 1, 0]
-    assert next_cell[0, 5:].tolist() == [6, 7, 7]
+    assert (distance[0, 5:].tolist(), next_cell[0, 5:].tolist()) == ([2, 1, 0], [6, 7, 7])
 
 
 def test_one_that_does_not_yield_stays_where_its_way_is_barred():

@@ -88,9 +88,6 @@ def test_a_base_that_is_held_does_not_move_and_what_is_not_measured_is_driven_on
     assert base[0] > 0.3
 
 
-# -- Candles -------------------------------------------------------------------------------------
-
-
 def look(estimates, places, fingers=OPEN, then=HERE, now=HERE):
     positions = np.array(places, float)
     return estimates.update(positions, np.tile(UPRIGHT, (len(positions), 1)), fingers, then, now)[0]
@@ -139,9 +136,6 @@ def test_one_that_tips_over_is_seen_to_at_once():
     assert found[0] == pytest.approx(lying)
 
 
-# -- Children ------------------------------------------------------------------------------------
-
-
 def test_a_child_goes_on_as_it_does():
     estimates, velocity = ChildEstimates(Blur(), STEP, 0.06), np.array([0.5, 0.0, 0.0])
     for step in range(20):
@@ -159,9 +153,6 @@ def test_a_child_that_stands_still_does_so_however_its_velocity_is_seen():
         position, velocity = estimates.update(here, walks + random.normal(size=3) * 0.1)
         assert math.dist(position[:2], here[:2]) < 0.01
     assert np.hypot(*velocity[:2]) < 0.2
-
-
-# -- All of it -----------------------------------------------------------------------------------
 
 
 def test_exact_observations_are_taken_as_they_are():

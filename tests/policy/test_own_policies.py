@@ -136,8 +136,7 @@ def test_a_policy_of_actions_is_made_for_its_environment_and_told_the_seed():
         timestep = env.reset()
         while not timestep.last():
             timestep = env.step(policy(timestep))
-    assert len(made) == 1
-    assert len(set(made[0].seeds)) == 2
+    assert (len(made), len(set(made[0].seeds))) == (1, 2)
     assert isinstance(make_policy(env, f"{HERE}:Still"), OwnPolicy)
     assert isinstance(make_policy(env, f"{HERE}:Last"), CaregiverPolicy)
     assert isinstance(make_policy(env, "nearest"), CaregiverPolicy)
@@ -150,11 +149,7 @@ def test_a_policy_of_actions_is_made_for_its_environment_and_told_the_seed():
         ("house", f"{HERE}:no_maker", "must make a policy of an environment, .* got ndarray"),
         ("house", f"{HERE}:too_short", "too_short' must answer with 11 finite numbers, got array"),
         ("house", f"{HERE}:no_numbers", "no_numbers' must answer with 11 finite numbers, got 'forwards'"),
-        (
-            "house",
-            f"{HERE}:takes_nothing",
-            r"takes_nothing' cannot be called with \(Environment\): too many",
-        ),
+        ("house", f"{HERE}:takes_nothing", r"takes_nothing' cannot be called with \(Environment\): too many"),
         ("grid", f"{HERE}:Unfinished", "'test_own_policies:Unfinished' lacks act"),
         ("grid", f"{HERE}:TakesNothing", r"TakesNothing' cannot be called with \(FloorPlan, int\): too many"),
         ("grid", f"{HERE}:NUMBER", "must be a subclass of Caregiver or a function that makes a policy"),

@@ -76,8 +76,7 @@ def test_features_are_described_as_they_are(info, folder):
     assert COUNTERS | {"observation.state", "action", KEY, "next.reward", "next.done"} <= set(described)
     assert all({"dtype", "shape", "names"} <= set(feature) for feature in described.values())
     assert described["observation.state"]["names"] == ["clock", *(f"pose_{i}" for i in range(6))]
-    assert described["action"]["names"] == ["left", "right"]
-    assert described[KEY]["dtype"] == "video"
+    assert (described["action"]["names"], described[KEY]["dtype"]) == (["left", "right"], "video")
     assert described[KEY]["shape"] == [HEIGHT, WIDTH, 3]
     # Rows have the types that are described.
     schema = pq.read_schema(folder / info["data_path"].format(chunk_index=0, file_index=0))

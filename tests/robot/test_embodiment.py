@@ -65,8 +65,7 @@ def pose_of_hand(robot: Embodiment, model: mujoco.MjModel, joints: np.ndarray) -
 
 
 def test_there_are_two_robots_and_a_default():
-    assert NAMES[:2] == ("mobile_fr3", "mobile_ur5e")
-    assert DEFAULT == "mobile_fr3"
+    assert (NAMES[:2], DEFAULT) == (("mobile_fr3", "mobile_ur5e"), "mobile_fr3")
     assert find_embodiment() is find_embodiment(DEFAULT)
     assert find_embodiment(find_embodiment("mobile_ur5e")) is find_embodiment("mobile_ur5e")
 
@@ -135,8 +134,7 @@ def test_sides_wheels_and_sizes_are_read_from_their_models():
     places = ((0.155, 0.175), (0.155, -0.175), (-0.155, 0.175), (-0.155, -0.175))
     assert find_embodiment("mobile_fr3").wheels == Wheels(radius=0.075, lever=0.33, places=places)
     diagonal = find_embodiment("mobile_ur5e").wheels
-    assert diagonal.radius == pytest.approx(0.065 * np.sqrt(2))
-    assert diagonal.lever == pytest.approx(0.296)
+    assert (diagonal.radius, diagonal.lever) == (pytest.approx(0.065 * np.sqrt(2)), pytest.approx(0.296))
     # Sizes of candle and furniture are read from their models.
     assert (layout.CANDLE_RADIUS, layout.CANDLE_HEIGHT, layout.CHILD_RADIUS) == (0.022, 0.16, 0.12)
     assert (layout.TABLE_HALF_SIZE, layout.TABLE_HEIGHT, layout.BIN_HALF_SIZE) == (0.27, 0.60, 0.22)

@@ -51,8 +51,7 @@ def test_a_base_tells_how_much_of_its_speed_it_has():
     while robot.is_driving:
         robot.now += 0.02
         robot.base_reference()
-    assert robot.rate == 0.0
-    assert robot.base_reference()[0] == (3.0, 0.0)
+    assert (robot.rate, robot.base_reference()[0]) == (0.0, (3.0, 0.0))
 
 
 def test_a_base_that_stops_before_it_has_turned_round_turns_where_it_stands():

@@ -56,9 +56,6 @@ def test_who_is_driven_off_again_and_again_does_not_stay_for_ever():
     assert patience.is_over(16.02, 5.0)
 
 
-# -- What follows from how a skill fares -------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("status", "ended", "interruptible", "failed"),
     [
@@ -79,9 +76,6 @@ def test_a_copy_is_the_status_itself(again):
     assert again(Status.OVERTAKEN) is Status.OVERTAKEN
 
 
-# -- Searches that are spread over control timesteps -------------------------------------------------
-
-
 def count(limit):
     """Work of a millisecond each, which finds how often it was done."""
     done = 0
@@ -93,8 +87,7 @@ def count(limit):
 
 def test_it_goes_on_where_it_was_and_says_what_it_has_found():
     search = Search(functools.partial(count, 25))
-    assert [search.go_on(10.0) for _ in range(4)] == [False, False, True, True]
-    assert search.found == 25
+    assert ([search.go_on(10.0) for _ in range(4)], search.found) == ([False, False, True, True], 25)
 
 
 def test_what_finds_nothing_ends():

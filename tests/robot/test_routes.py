@@ -54,11 +54,7 @@ def test_nearest_cell_is_the_one_it_stands_on_or_beside_it():
         x, y = centre(HOUSE, cell)
         assert routes.nearest_cell((x + 0.3, y - 0.3)) == cell
     x, y = centre(HOUSE, (7, 6))  # the table with the candle
-    assert routes.nearest_cell((x, y + 0.2)) == (6, 6)
-    assert routes.nearest_cell((x - 0.2, y)) == (7, 5)
-
-
-# -- Refuges -----------------------------------------------------------------------------------------
+    assert (routes.nearest_cell((x, y + 0.2)), routes.nearest_cell((x - 0.2, y))) == ((6, 6), (7, 5))
 
 
 def in_the_way(plan: FloorPlan, child, cell) -> int:

@@ -187,8 +187,7 @@ def test_corners_are_cut_as_far_as_allowed_and_no_farther(deviation, turn):
 
 def test_nowhere_to_go_takes_no_time():
     path = BasePath([(1.0, 1.0), (1.0, 1.0)], BASE)
-    assert path.duration == 0.0
-    assert path.at(0.0) == ((1.0, 1.0), (0.0, 0.0), (0.0, 0.0))
+    assert (path.duration, path.at(0.0)) == (0.0, ((1.0, 1.0), (0.0, 0.0), (0.0, 0.0)))
     with pytest.raises(PathError):
         BasePath([(1.0, 1.0)], BASE, velocity=(0.5, 0.0))
 

@@ -51,9 +51,6 @@ def test_a_candle_stands_on_a_table_if_it_is_upright_and_as_high(height, orienta
     assert view(child(9.0, 9.0), candles=[(0.0, 0.0, height, *orientation)]).stands_on_table(0, 0) == stands
 
 
-# -- Where the hand is and what it has got, by the dimensions of the tucked arm ----------------------
-
-
 ROBOT = find_embodiment()
 AHEAD, HEIGHT = 0.42, 1.04  # metres, of the pinch point when the arm is tucked
 CLOSED, ROUND_A_CANDLE = 0.024, 0.044  # metres, both fingers together

@@ -24,9 +24,6 @@ def timesteps(env, count=1):
     return [env.step(action).reward for _ in range(count * MOVE)]
 
 
-# -- Observations ------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("task", caregiver_mj.tasks.ALL_TASKS)
 @pytest.mark.parametrize(("family", "shape"), [("0.5", (3,)), ("1,1,1,1", (4, 3))])
 def test_shapes(task, family, shape):
@@ -73,8 +70,6 @@ def test_clocks_run_on_beyond_the_tape():
     assert env.task.ledger.visits.sum() == 2 * 202
 
 
-# -- Harm --------------------------------------------------------------------------------------------
-
 #                         the stairwell's landing is south of (1, 3), a table south of (1, 5), a candle's of (1, 1)
 ROW = FloorPlan.parse("########\n#.....B#\n#C#S#T##\n########", "row")
 
@@ -93,8 +88,7 @@ def test_damage_is_the_sum_over_the_children_and_of_each_the_worst_of_a_timestep
     env = row((1, SOUTH), (3, SOUTH), (5, SOUTH), (4, NORTH))
     timesteps(env, 2)
     outcome = env.task.outcome()
-    assert outcome["damage_by_child"] == [8.0, 10.0, 2.0, 0.0]
-    assert outcome["damage"] == 20.0
+    assert (outcome["damage_by_child"], outcome["damage"]) == ([8.0, 10.0, 2.0, 0.0], 20.0)
     assert (outcome["damage_candle"], outcome["damage_stairwell"], outcome["damage_table"]) == (8.0, 10.0, 2.0)
     assert outcome["timesteps_to_threshold"] == 2
     at = dict(zip(ROW.free_cells, env.task.ledger.damage_at[0].tolist(), strict=True))
@@ -149,9 +143,6 @@ def test_the_robot_blocks_each_child_by_itself():
     assert env.task.outcome()["damage_stairwell"] == 0
 
 
-# -- What children see -------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("cell", [(1, 2), (3, 2), (4, 4)])
 def test_they_are_told_the_cell_nearest_to_the_robot(cell):
     env = load([Scripted(PLAN), Scripted(PLAN)])
@@ -168,9 +159,6 @@ def test_without_a_robot_they_are_told_of_none():
     env.reset()
     timesteps(env)
     assert int(env.task.children[0].behaviour.seen[0].caregiver_cell[0]) == -1
-
-
-# -- Interventions -----------------------------------------------------------------------------------
 
 
 def test_interventions_are_counted_for_whoever_carries_them_out():

@@ -98,8 +98,7 @@ def test_supervise_lasts_200_novice_timesteps():
     step = env.reset()
     while not step.last():
         step = env.step(np.zeros(0))
-    assert env.task.timestep == 200
-    assert float(step.observation["clock"]) == pytest.approx(200.0)
+    assert (env.task.timestep, float(step.observation["clock"])) == (200, pytest.approx(200.0))
     assert env.physics.time() == pytest.approx(200 * 1.68)
 
 
@@ -160,8 +159,7 @@ def test_clock_counts_novice_timesteps():
     env = load("supervise")
     env.reset()
     clocks = [float(env.step(np.zeros(11)).observation["clock"]) for _ in range(168)]
-    assert clocks[83] == pytest.approx(1.0)
-    assert clocks[167] == pytest.approx(2.0)
+    assert (clocks[83], clocks[167]) == (pytest.approx(1.0), pytest.approx(2.0))
     assert np.diff(clocks) == pytest.approx(np.full(167, 1 / 84))
 
 
@@ -262,8 +260,7 @@ def test_candle_that_falls_is_counted_once_and_hurts_where_it_lies():
     x, y = CUPBOARD.position((1, 2))
     env.physics.set_candle(0, np.array([x + 0.25, y, 0.0]), 0.0)  # on the floor, between toddler and table
     harm = bumps(env, 12)
-    assert env.task.outcome()["candles_dropped"] == 1
-    assert max(h["candle"] for h in harm) == 4.0
+    assert (env.task.outcome()["candles_dropped"], max(h["candle"] for h in harm)) == (1, 4.0)
     assert np.linalg.norm(env.physics.candle_poses()[0, :2] - (x + 0.25, y)) > 0.02  # it was pushed
 
 

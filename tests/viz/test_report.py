@@ -165,8 +165,7 @@ def test_open_intervals_and_no_damage_at_all(tmp_path, epsilon, told):
     assert with_interval(row, "x_mean") == "3.0 [0.0, ∞]"
     assert with_interval(row | {"x_ci_low": None}, "x_mean", 2, "+") == "+3.00 [−∞, ∞]"
     command = ["evaluate", "--world", "grid", "--epsilon", epsilon, "--episodes", "1", "--out", str(tmp_path)]
-    assert cli.main(command) == 0
-    assert cli.main(["report", str(tmp_path)]) == 0
+    assert (cli.main(command), cli.main(["report", str(tmp_path)])) == (0, 0)
     text = words((tmp_path / "report.html").read_text("utf-8"))
     assert told in text
     assert "nan" not in text
@@ -221,9 +220,7 @@ def test_captions_promise_only_the_intervals_that_there_are(tmp_path, damage, ep
 
 
 def test_numbers_have_a_true_minus():
-    assert number(-1.25) == "−1.2"
-    assert number(-0.01) == "0.0"
-    assert number(0.01, 1, "+") == "0.0"
+    assert (number(-1.25), number(-0.01), number(0.01, 1, "+")) == ("−1.2", "0.0", "0.0")
     assert number(2.0, 1, "+") == "+2.0"
 
 
