@@ -81,12 +81,6 @@ def test_too_few_pairs_for_any_verdict():
     assert (row["damage_p"], row["damage_verdict"]) == (None, "no verdict")  # p = 2 / 2**5 at least
 
 
-def test_comparison_pairs_by_episode():
-    episodes = frame(none=[10, 20, 30, 40], paper=[9, 19, 29, 39]).iloc[::-1]
-    (row,) = statistics.comparison_rows(episodes, "paper", "none")
-    assert row["damage_difference_ci_low"] == row["damage_difference_ci_high"] == -1
-
-
 def test_comparison_without_any_damage():
     (row,) = statistics.comparison_rows(frame(none=[0, 0], paper=[0, 0]), "paper", "none")
     assert row["damage_left"] is row["damage_left_ci_low"] is row["damage_p"] is None
@@ -188,14 +182,6 @@ def test_kinds_of_children_stay_apart(episodes):
     both = pd.concat([episodes, episodes.assign(family="adversary:1", epsilon=1.0)[episodes.epsilon == 1.0]])
     found = statistics.comparison_rows(both, "paper", "none")
     assert [row["family"] for row in found] == ["1", "0.5", "adversary:1"]
-
-
-def test_one_house_and_several_have_the_same_keys(episodes):
-    one = episodes[episodes.house == "h03"]
-    for rows in (lambda part: statistics.mean_rows(part, ["damage"]),
-                 lambda part: statistics.comparison_rows(part, "paper", "none")):  # fmt: skip
-        more = {"houses", "houses_defined", "damage_left_by_house"}
-        assert set(rows(episodes)[0]) - more == set(rows(one)[0])
 
 
 # -- The summary -------------------------------------------------------------------------------------

@@ -69,19 +69,6 @@ def test_swapping_over_houses(houses):
     assert two_level.of_ratio(*houses[::-1]) == pytest.approx((1 / value, 1 / high, 1 / low))
 
 
-def test_more_houses_are_worth_more_than_more_episodes():
-    random = np.random.default_rng(2)
-
-    def width(houses, episodes):
-        share = random.uniform(0.1, 0.7, houses)
-        theirs = random.poisson(20, (houses, episodes)).astype(float)
-        _, low, high = two_level.of_ratio(random.binomial(theirs.astype(int), share[:, None]), theirs)
-        return high - low
-
-    assert width(10, 200) > 0.6 * width(10, 20)
-    assert width(100, 20) < 0.5 * width(10, 20)
-
-
 def test_little_to_go_on():
     lone = [[1, 2, 3]], [[4, 5, 6]]
     assert two_level.of_ratio(*lone) == two_level.of_mean_ratio(*lone) == (0.4, 0, np.inf)

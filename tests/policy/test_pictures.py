@@ -75,13 +75,3 @@ def test_a_house_without_visuals_cannot_be_rendered():
         env.physics.render(48, 64, camera_id="overview")
     with pytest.raises(RenderingError, match="visuals=True"):
         env.physics.copy().render(48, 64)
-
-
-def test_the_row_is_that_of_an_episode_without_pictures(monkeypatch):
-    def row(name):
-        episodes = evaluate(Settings(TINY, "house", (f"{HERE}:{name}",), (1.0,), 1)).episodes
-        return episodes.drop(columns=["caregiver", "wall_seconds"])
-
-    seeing = row("Seeing")
-    monkeypatch.setattr(Silent, "__call__", lambda self, timestep: self.action)
-    assert seeing.equals(row("Silent"))

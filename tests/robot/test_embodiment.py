@@ -17,7 +17,6 @@ from caregiver_mj.robot.embodiment import Embodiment, Wheels
 from caregiver_mj.robot.embodiments import DEFAULT, EMBODIMENTS, find_embodiment
 from caregiver_mj.robot.geometry import hand_rotation, upright_grip
 from caregiver_mj.robot.kinematics import Arm, arm_of
-from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.reach import reach_path
 from caregiver_mj.robot.robot_model import RobotModel, own_model, read_spec
 from caregiver_mj.robot.scalar_motion import ScalarMotion
@@ -274,16 +273,6 @@ def test_hand_out_over_a_table_touches_nothing(robot, arm):
         mujoco.mj_forward(model, data)
         names = [{model.geom(int(i)).name for i in pair} for pair in data.contact.geom]
         assert not [pair for pair in names if any(name.startswith("robot/") for name in pair)], s
-
-
-def test_motion_is_laid_out_as_the_robot(robot, arm):
-    motion = RobotMotion(robot, 0.02)
-    motion.reset((1.0, 2.0, 0.5))
-    action = motion.action((1.0, 2.0, 0.5))
-    assert action.shape == (robot.layout.size,)
-    np.testing.assert_array_equal(action[robot.layout.base], 0.0)
-    np.testing.assert_array_equal(action[robot.layout.arm], arm.tucked)
-    assert action[robot.layout.gripper] == pytest.approx(robot.grasp.open)
 
 
 def test_published_kinematics_of_the_six_axis_arm():

@@ -1,8 +1,6 @@
 """The arm against its published data: limits, and forward kinematics multiplied out from the DH table."""
 
-import concurrent.futures
 import itertools
-import sys
 
 import mujoco
 import numpy as np
@@ -227,28 +225,3 @@ def test_no_way_to_something_that_lies_leads_through_the_robot():
     checked = ways()
     assert len(checked) > 5
     assert all(map(clear, checked))
-
-
-@pytest.fixture
-def hasty_threads():
-    """Has threads take turns as often as they can."""
-    interval = sys.getswitchinterval()
-    sys.setswitchinterval(1e-6)
-    yield
-    sys.setswitchinterval(interval)
-
-
-def test_threads_that_ask_the_same_arm_get_the_answers_that_each_would_get_alone(hasty_threads):
-    arm = Arm(ROBOT)
-    heights = np.linspace(0.5, 0.9, 8).tolist()
-    poses = [arm.solve(0.7, height, guess=arm.tucked) for height in heights]
-
-    def answers(i: int) -> list[tuple]:
-        return [
-            (*arm.pinch(poses[i]), *arm.solve(0.7, heights[i], guess=arm.tucked), arm.clears_itself(poses[i]))
-            for _ in range(4)
-        ]
-
-    alone = [answers(i) for i in range(len(heights))]
-    with concurrent.futures.ThreadPoolExecutor(len(heights)) as threads:
-        assert list(threads.map(answers, range(len(heights)))) == alone

@@ -191,16 +191,6 @@ def test_worlds_side_by_side(page):
 
 
 @pytest.mark.usefixtures("words_alone")
-def test_command_gives_the_same_rows(tmp_path, capsys):
-    command = ["evaluate", "--world", "grid", "--house", "paper", "--caregiver", "none", "guard"]
-    command += ["--epsilon", "0.5", "--episodes", "3", "--seed", "5"]
-    assert cli.main([*command, "--out", str(tmp_path)]) == 0
-    assert report.read_run(tmp_path).command() == " ".join(["caregiver-mj", *command])
-    assert cli.main(["report", str(tmp_path)]) == 0  # of `guard`, for there is no `paper`
-    assert "caregiver <code>guard</code>" in (tmp_path / "report.html").read_text("utf-8")
-
-
-@pytest.mark.usefixtures("words_alone")
 @pytest.mark.parametrize(("damage", "episodes"), [("5:4:1", "1"), ("5:4:1", "4"), ("0:0:0", "4")])
 def test_captions_promise_only_the_intervals_that_there_are(tmp_path, damage, episodes):
     argv = ["evaluate", "--world", "grid", "--epsilon", "1", "0", "--caregiver", "none", "paper", "nearest"]
