@@ -312,8 +312,7 @@ def test_as_a_process(tmp_path, argv, message):
     # No library that is imported on the way has anything to add, least of all about a missing display.
     command = [sys.executable, "-m", "caregiver_mj", *argv]
     run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert run.returncode == 2
-    assert run.stdout == ""
+    assert (run.returncode, run.stdout) == (2, "")
     assert run.stderr.startswith(f"caregiver-mj: {message}")
     assert run.stderr.count("\n") == 1
 

@@ -34,9 +34,6 @@ def see(child_cell, candle_table=1, caregiver_cell=4, holding=NOTHING, batch=1):
     )
 
 
-# -- Parts of the rule ---------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("cell", range(5))
 def test_stairs_and_candles_see_to_nothing_else(cell):
     """The rule itself takes the stairwell from cells 0 and 1, the candle from the others."""
@@ -54,9 +51,6 @@ def test_the_caregiver_that_keeps_still_decides_as_the_rule_does_but_has_nothing
         caregiver = make_caregiver(name, without_stairs)
         assert list(caregiver.decide(see(0, 2))) == [Intervention(verb)]
         assert caregiver.yields == (verb == STAND_ASIDE)
-
-
-# -- The wanderer --------------------------------------------------------------------------------
 
 
 def wandering(hazard):
@@ -111,9 +105,6 @@ def test_wanderers_draw_evenly_and_by_their_seeds():
     assert np.mean(chosen == CANDLE) == pytest.approx(0.5, abs=4 * 0.5 / np.sqrt(batch))
     wanderer.reset(1, [17])
     assert wanderer.choose(see(2)).tolist() == [chosen[17]]
-
-
-# -- Childproofing -------------------------------------------------------------------------------
 
 
 def test_exposure_of_one_cell_and_of_two_by_hand():

@@ -367,8 +367,7 @@ def test_children_that_are_both_safe_beyond_doubt_are_told_apart_all_the_same():
         actions = [EAST, EAST if timestep else NORTH]
         caregiver.watch(dataclasses.replace(several(0, 2), previous_action=np.array([actions])))
     assessment = caregiver.assess(several(0, 2))
-    assert assessment.safe.tolist() == [[1.0, 1.0]]
-    assert assessment.danger.sum() == 0.0
+    assert (assessment.safe.tolist(), assessment.danger.sum()) == ([[1.0, 1.0]], 0.0)
     assert caregiver.choose(several(0, 2)).tolist() == [CANDLE]
 
 

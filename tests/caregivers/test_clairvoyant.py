@@ -112,8 +112,7 @@ class TestHindsight:
 
         assert least(NOTHING, NOTHING, 0, NOTHING) == [0, 0]
         assert least(NOTHING, 0, 0, NOTHING) == [0, 5]  # from the second it comes too late for the one of the two
-        assert least(0, 1, NOTHING, NOTHING) == [5, 5]
-        assert least(0, NOTHING, 1, NOTHING) == [0, 5]
+        assert (least(0, 1, NOTHING, NOTHING), least(0, NOTHING, 1, NOTHING)) == ([5, 5], [0, 5])
         assert least(1, 0, 1, 0) == [10, 10]
 
     def test_a_candle_by_hand(self):

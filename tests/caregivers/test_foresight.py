@@ -125,8 +125,7 @@ class TestLayouts:
 
     def test_no_candles(self):
         layouts = AllLayouts(2, 0)
-        assert len(layouts) == 1
-        assert layouts.now(np.empty((3, 0), int)).tolist() == [0, 0, 0]
+        assert (len(layouts), layouts.now(np.empty((3, 0), int)).tolist()) == (1, [0, 0, 0])
 
 
 class TestMotion:
@@ -163,8 +162,7 @@ class TestMotion:
         ways = motion(FloorPlan.parse(TABLES))
         child, start = np.full(4, 10), np.full(4, 1)  # the table is beside cell 0
         got, cell, left = ways.fetch(0, child, start, np.arange(4))
-        assert got.tolist() == [False, False, True, True]
-        assert cell.tolist() == [1, 0, 0, 0]
+        assert (got.tolist(), cell.tolist()) == ([False, False, True, True], [1, 0, 0, 0])
         assert left.tolist() == [0, 0, 0, 1]
 
     def test_carrying_past_a_child_takes_longer(self):

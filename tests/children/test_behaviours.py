@@ -63,8 +63,7 @@ def test_the_explorer_bumps_its_way_round_what_it_does_not_know():
 def test_the_explorer_takes_the_house_to_have_no_walls_but_those_it_knows():
     # With the first of equally good moves, north before south, it tries the outer wall too.
     cells, bumps = walk(Explorer(WALLED, 0.0), (1, 1), 0, 0.0)
-    assert bumps == [(1, 3), (0, 2), (2, 3)]
-    assert cells[-4:] == [(3, 3), (3, 4), (2, 4), (1, 4)]
+    assert (bumps, cells[-4:]) == ([(1, 3), (0, 2), (2, 3)], [(3, 3), (3, 4), (2, 4), (1, 4)])
 
 
 def test_the_explorer_remembers_to_the_end_of_the_episode_and_no_longer():

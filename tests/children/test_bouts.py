@@ -44,8 +44,7 @@ def runs(moving):
 
 def test_steps_of_a_bout():
     steps = bout_steps(GRID)
-    assert steps.min() == 1
-    assert np.mean(steps <= 3) == pytest.approx(0.5, abs=1e-5)
+    assert (steps.min(), np.mean(steps <= 3)) == (1, pytest.approx(0.5, abs=1e-5))
     assert steps.mean() == pytest.approx(mean_bout(), rel=1e-3)
     # That of the 19-month-olds, of whose bouts 41 % have three steps or fewer: 0.59 go on after three.
     steps = bout_steps(GRID)

@@ -115,8 +115,7 @@ def test_children_of_other_packages(monkeypatch):
     entry = importlib.metadata.EntryPoint("sleepy", f"{__name__}:Sleepy", "caregiver_mj.children")
     points = importlib.metadata.EntryPoints([entry])
     monkeypatch.setattr(importlib.metadata, "entry_points", lambda group: points.select(group=group))
-    assert list(CHILDREN)[:3] == ["novice", "expert", "adversary"]
-    assert list(CHILDREN)[-1] == "sleepy"
+    assert (list(CHILDREN)[:3], list(CHILDREN)[-1]) == (["novice", "expert", "adversary"], "sleepy")
     (made,) = Family.of("sleepy:0.5").make(PLAN)
     assert isinstance(made, Sleepy)
     assert str(Family.of("sleepy:0.5")) == "sleepy:0.5"
@@ -130,17 +129,13 @@ def test_a_child_by_where_it_is():
     assert Family.parse(str(family)) == family == Family.parse("novice:1,.5", name)
 
 
-# -- Different children side by side in one batch ----------------------------------------------------
-
-
 PAPER = FloorPlan.load("paper")
 
 
 def test_each_decides_for_its_share():
     families = [Family.of(epsilon) for epsilon in (1.0, 0.0)]
     together = side_by_side(PAPER, families, 3)
-    assert len(together) == 1
-    assert together.epsilon == 0.5
+    assert (len(together), together.epsilon) == (1, 0.5)
     random = np.random.default_rng(0)
     cell, goal = random.integers(len(PAPER.free_cells), size=6), random.integers(len(PAPER.bins), size=6)
     sight = Sight(cell, goal, np.full(6, -1), np.zeros(6, bool))

@@ -95,9 +95,6 @@ def test_the_probabilities_of_its_moves_by_hand():
     np.testing.assert_allclose(probability.sum(axis=-1), 1.0)
 
 
-# -- The experts: shortest routes, for so many timesteps, by their generator alone -------------------
-
-
 @settings(max_examples=15, deadline=None)
 @given(plan_texts(largest=12), st.integers(1, 300), st.integers(0, 2**31 - 1))
 def test_experts_walk_shortest_collision_free_routes_for_so_many_timesteps(text, timesteps, seed):

@@ -60,9 +60,6 @@ def test_the_largest_draw_picks_the_last(count):
     assert pick(np.array([0.0, np.nextafter(1.0, 0.0)]), count).tolist() == [0, count - 1]
 
 
-# -- Where everybody starts ----------------------------------------------------------------------
-
-
 def starts(free, landings, *rows):
     """Start cells by draws: of every row a child, of each the draws for its own cell and for the caregiver's."""
     draws = np.array([[(*row, 0.0) for row in rows]], float)
@@ -91,6 +88,5 @@ def test_start_cells_worked_by_hand():
 
 
 def test_without_room_children_share_a_cell_and_the_caregiver_takes_the_last_landing():
-    assert starts(1, 2, (0.9, 0.1)) == ([0], 2)
-    assert starts(1, 0, (0.9, 0.1)) == ([0], 0)
+    assert (starts(1, 2, (0.9, 0.1)), starts(1, 0, (0.9, 0.1))) == (([0], 2), ([0], 0))
     assert starts(2, 1, (0.9, 0.1), (0.1, 0.1), (0.7, 0.7)) == ([1, 0, 0], 2)

@@ -21,17 +21,11 @@ from caregiver_mj.danger import safety
 
 NORTH, EAST, SOUTH, WEST = range(4)
 
-EXPERTS = [
-    [(0, EAST), (1, EAST), (2, EAST)],
-    [(1, EAST), (2, EAST)],
-    [(2, EAST)],
-]
+EXPERTS = [[(0, EAST), (1, EAST), (2, EAST)], [(1, EAST), (2, EAST)], [(2, EAST)]]
 # With hyperprior 1, east is counted 1 + 1, 2 + 1 and 3 + 1 times in cells 0, 1 and 2; all else once.
 ALPHA = np.array([[1, 2, 1, 1], [1, 3, 1, 1], [1, 4, 1, 1]], float)
 # Divided by 5, 6 and 7.
-THETA = np.array(
-    [[1 / 5, 2 / 5, 1 / 5, 1 / 5], [1 / 6, 1 / 2, 1 / 6, 1 / 6], [1 / 7, 4 / 7, 1 / 7, 1 / 7]],
-)
+THETA = np.array([[1 / 5, 2 / 5, 1 / 5, 1 / 5], [1 / 6, 1 / 2, 1 / 6, 1 / 6], [1 / 7, 4 / 7, 1 / 7, 1 / 7]])
 # West from cell 1, then east from cells 0 and 1. theta: 1/6 * 2/5 * 1/2 = 1/30. rho: (1/4)^3 = 1/64.
 WALK = [(1, WEST), (0, EAST), (1, EAST)]
 
@@ -39,9 +33,6 @@ WALK = [(1, WEST), (0, EAST), (1, EAST)]
 def log_ratio(walk):
     states, actions = np.array(walk).T
     return safety.log_likelihood_ratio(THETA, states, actions).sum(keepdims=True)
-
-
-# -- Section II: action priors -------------------------------------------------------------------
 
 
 def test_counts_and_their_mean_by_hand():
@@ -88,9 +79,6 @@ def test_draws_of_the_tiniest_counts_are_probabilities_all_the_same():
     np.testing.assert_allclose(theta.mean(axis=0), 0.25, atol=4 * np.sqrt(0.25 * 0.75 / 2000))
 
 
-# -- Equation (1) --------------------------------------------------------------------------------
-
-
 def test_probabilities_by_hand():
     # East from cell 1: theta 1/2 against rho 1/4, the odds double: P = 2/3.
     assert log_ratio([(1, EAST)])[0] == pytest.approx(np.log(2), rel=1e-14)
@@ -120,12 +108,8 @@ def test_a_hundred_thousand_moves_neither_overflow_nor_lose_their_balance():
         actions = np.tile([EAST, NORTH], steps // 2)
         sums = np.cumsum(safety.log_likelihood_ratio(theta, np.zeros(steps, int), actions))
         balanced = safety.probability_safe(sums[-1:])
-    assert safe[0] == 1.0
-    assert odd[0] == 0.0
-    assert balanced[0] == pytest.approx(0.5, abs=1e-9)
+    assert (safe[0], odd[0], balanced[0]) == (1.0, 0.0, pytest.approx(0.5, abs=1e-9))
 
-
-# -- Equation (2) --------------------------------------------------------------------------------
 
 # From cell 0: 1 move into the stairwell, 3 (east, east, south) into the candle.
 DISTANCE = np.array([[1.0, 3.0]])

@@ -91,8 +91,7 @@ def test_a_formula_is_drawn_by_the_browser_alone(site):
 
 
 @pytest.mark.parametrize(
-    ("page", "names"),
-    [("caregivers", [*CAREGIVERS, FLOOR]), ("children", CHILDREN), ("interventions", VERBS)],
+    ("page", "names"), [("caregivers", [*CAREGIVERS, FLOOR]), ("children", CHILDREN), ("interventions", VERBS)]
 )
 def test_everything_that_has_a_name_is_explained(page, names):
     text = (DOCS / "guide" / f"{page}.md").read_text("utf-8")

@@ -143,10 +143,7 @@ def test_rows_do_not_depend_on_company(settings, result):
 
 
 # In a small house, for what it takes to know all of a larger one.
-@pytest.mark.parametrize(
-    ("caregiver", "family"),
-    [(name, "1,.25") for name in CAREGIVERS] + [("paper", "1")],
-)
+@pytest.mark.parametrize(("caregiver", "family"), [(name, "1,.25") for name in CAREGIVERS] + [("paper", "1")])
 def test_rows_do_not_depend_on_blocks(caregiver, family):
     settings = Settings(SMALL, "grid", (caregiver,), (family,), 3)
     assert [len(block) for block in settings.blocks(2)] == [2, 1]

@@ -162,8 +162,7 @@ def test_a_run_is_not_gone_on_with_by_code_that_has_changed(tmp_path, plugin, ca
         for more in ([], ["--episodes", "3"]):
             assert cli.main([*argv, "--resume", *more]) == 2
             out, err = capsys.readouterr()
-            assert out == ""
-            assert err.count("\n") == 1
+            assert (out, err.count("\n")) == ("", 1)
             assert "the code of caregiver a_plugin:Mine has changed, from a_plugin.py, sha256 " in err
         file.write_text(text)
 
@@ -258,10 +257,7 @@ def test_runs_are_compared_in_the_episodes_that_both_have(runs):
         (name, family, 8) for name in ("none", "nearest") for family in ("1", "0.5")
     ]
     assert all(row["first"] == row["second"] and row["damage_difference_mean"] == 0 for row in found["rows"])
-    assert found["settings"] == {
-        "caregivers": [["none", "nearest"], ["guard", "nearest", "none"]],
-        "episodes": [8, 10],
-    }
+    assert found["settings"] == {"caregivers": [["none", "nearest"], ["guard", "nearest", "none"]], "episodes": [8, 10]}
 
 
 def test_one_caregiver_against_another(runs):
@@ -297,8 +293,7 @@ def test_seeds_are_pooled(runs, tmp_path, capsys):
     assert cli.main(["pool", str(runs / "seed0"), str(runs / "seed1"), "--out", str(out)]) == 0
     assert "16 episodes each, seeds 0, 1" in capsys.readouterr().out
     pooled, (first, second) = read_finished(out), finished(runs, "seed0", "seed1")
-    assert pooled.settings.episodes == 16
-    assert pooled.seeds == [(0, 8), (1, 8)]
+    assert (pooled.settings.episodes, pooled.seeds) == (16, [(0, 8), (1, 8)])
     keys = ["caregiver", "family", "seed"]
     both = pd.concat([first.episodes, second.episodes]).sort_values(keys, ignore_index=True)
     pd.testing.assert_frame_equal(
@@ -357,8 +352,7 @@ def test_the_commands_say_what_is_wrong_in_a_line(runs, tmp_path, capsys):
     ):
         assert cli.main([str(part) for part in argv]) == 2
         out, err = capsys.readouterr()
-        assert out == ""
-        assert err.count("\n") == 1
+        assert (out, err.count("\n")) == ("", 1)
         assert words in err
 
 

@@ -5,7 +5,6 @@ import pytest
 from scipy import stats
 
 from caregiver_mj.experiments.intervals import (
-    of_difference,
     of_mean,
     of_mean_ratio,
     of_ratio,
@@ -56,17 +55,15 @@ def test_quantiles_by_hand():
     assert [float(end[0]) for end in quantiles(t)] == [-INF, INF]
 
 
-@pytest.mark.parametrize("size", [1, 2, 20, 400, 2000, 50_000])
-def test_resamples(size):
+@pytest.mark.parametrize("size", [1, 20, 2000, 50_000])
+def test_resamples_and_large_ones_in_parts(size):
     assert 999 <= resamples(size) <= 9999
     assert (resamples(size) + 1) % 40 == 0
     first = next(shares(size, 40))
     assert first.shape == (40, size)
     assert np.abs(first.sum(axis=1) - 1).max() < 1e-9
     assert np.array_equal(first, next(shares(size, 40)))
-
-
-def test_large_samples_come_in_parts():
+    # Large samples come in parts.
     parts = [len(part) for part in shares(4000)]
     assert len(parts) > 1
     assert sum(parts) == resamples(4000)
@@ -123,14 +120,6 @@ def test_other_units(pairs):
     assert of_mean(3 * ours + 7) == pytest.approx([3 * end + 7 for end in of_mean(ours)])
 
 
-def test_swapping(pairs):
-    ours, theirs = pairs
-    value, low, high = of_ratio(ours, theirs)
-    assert of_ratio(theirs, ours) == pytest.approx((1 / value, 1 / high, 1 / low))
-    value, low, high = of_difference(ours, theirs)
-    assert of_difference(theirs, ours) == pytest.approx((-value, -high, -low))
-
-
 def test_swapping_sparse_samples():
     random = np.random.default_rng(3)
     open_ends = 0
@@ -155,12 +144,6 @@ def test_columns_do_not_depend_on_company(pairs):
     for i, alone in enumerate(pairs):
         assert [end[i] for end in both] == pytest.approx(of_mean(alone))
     assert of_mean(pairs[0]) == of_mean(pairs[0])
-
-
-def test_more_confidence_is_wider(pairs):
-    _, low, high = of_ratio(*pairs)
-    _, narrow_low, narrow_high = of_ratio(*pairs, confidence=0.9)
-    assert low < narrow_low < narrow_high < high
 
 
 def test_large_samples():
@@ -195,12 +178,7 @@ def test_ratios_that_say_little(ours, theirs, wanted):
 
 @pytest.mark.parametrize(
     ("data", "wanted"),
-    [
-        ([5.0], (5, -INF, INF)),
-        ([10.0, 20.0], (15, -INF, INF)),
-        ([5.0, 5.0], (5, 5, 5)),
-        ([0.0] * 20, (0, 0, 0)),
-    ],
+    [([5.0], (5, -INF, INF)), ([10.0, 20.0], (15, -INF, INF)), ([5.0, 5.0], (5, 5, 5)), ([0.0] * 20, (0, 0, 0))],
 )
 def test_means_that_say_little(data, wanted):
     assert of_mean(np.array(data)) == wanted
@@ -238,17 +216,6 @@ def test_mean_of_one_ratio(pairs):
     assert of_mean_ratio(ours[:, None], theirs[:, None]) == pytest.approx(wanted, abs=0.03 * width)
     both = [np.stack([side, side], axis=1) for side in (ours, theirs)]
     assert of_mean_ratio(*both) == pytest.approx(of_mean_ratio(ours[:, None], theirs[:, None]))
-
-
-def test_coverage_of_a_mean_ratio():
-    random = np.random.default_rng(8)
-    covered = []
-    for _ in range(200):
-        shared = random.gamma(2.0, 1.0, (30, 1))
-        theirs = random.poisson(shared * [10, 5]).astype(float)
-        _, low, high = of_mean_ratio(random.poisson(shared * [3, 2]), theirs)
-        covered.append(low <= (0.3 + 0.4) / 2 <= high)
-    assert 0.91 < np.mean(covered) < 0.99
 
 
 # -- Coverage, in short; docs/coverage.md has it at length -------------------------------------------

@@ -192,9 +192,6 @@ def test_episodes_of_nobody_knows_what_are_not_adopted(tmp_path):
             RunFolder(tmp_path, SHORT.record(), resume=resume)
 
 
-# -- Worker processes that do every job, however often they are killed -------------------------------
-
-
 def _square(job):
     if job == "deadly":
         os.kill(os.getpid(), signal.SIGKILL)

@@ -75,8 +75,7 @@ SEVERAL = Settings(
 
 def test_the_record_says_everything():
     record = json.loads(json.dumps(SEVERAL.record()))
-    assert record["families"] == ["0.1", "1,adversary:0.25"]
-    assert record["epsilons"] == [0.1, 0.625]
+    assert (record["families"], record["epsilons"]) == (["0.1", "1,adversary:0.25"], [0.1, 0.625])
     assert record["damage"].startswith("7.5:0.333")
     assert Settings.of_record(record) == SEVERAL
     houses = dataclasses.replace(SEVERAL, plans=(*SEVERAL.plans, FloorPlan.load("house-3")), houses="those two")
@@ -102,9 +101,6 @@ def test_the_record_says_everything():
 )
 def test_other_settings_have_another_record(change):
     assert dataclasses.replace(SEVERAL, **change).record() != SEVERAL.record()
-
-
-# -- The work in pieces ------------------------------------------------------------------------------
 
 
 def test_blocks_are_all_of_the_work_once():
@@ -142,9 +138,6 @@ def test_blocks_of_several_houses_say_which():
 
 def test_in_the_house_a_block_is_an_episode():
     assert {len(block) for block in dataclasses.replace(SEVERAL, world="house").blocks()} == {1}
-
-
-# -- Seeds: episode i is the same whoever runs it ----------------------------------------------------
 
 
 PLAN = FloorPlan.parse("########\n#B....C#\n#....T.#\n#.S....#\n#....TB#\n########", "small")

@@ -31,9 +31,6 @@ def run_floor(plan, family, seeds):
     return FloorWorld(plan, family).run([Tape.draw_family(np.random.RandomState(seed), 1) for seed in seeds])
 
 
-# -- The floor -----------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("epsilon", "left"), [(1.0, 0.25), (0.5, 0.16), (0.05, 0.15)])
 def test_the_floor_in_the_paper_house(paper, epsilon, left):
     """The figures are an independent simulation's, with two decimals."""
@@ -57,9 +54,6 @@ def test_a_stairwell_that_is_shut_blocks_by_hand():
     for shut, damage, blocked in ((False, 10.0, 0), (True, 0.0, 2)):
         totals = GridWorld(plan, 1.0, None, stairs_shut=shut).run([moving(WEST, 2)]).totals()
         assert (totals["damage"].tolist(), totals["moves_blocked"].tolist()) == ([damage], [blocked])
-
-
-# -- A child that stays --------------------------------------------------------------------------
 
 
 class Statue(Behaviour):
@@ -87,9 +81,6 @@ def test_a_child_that_stays_comes_to_no_harm_and_to_no_toy(west, name):
         assert world.bumped.tolist() == [[False]]
     totals = world.ledger.totals()
     assert [totals[name].tolist() for name in ("damage", "toys_reached", "moves_blocked")] == [[0], [0], [0]]
-
-
-# -- A caregiver that makes no room --------------------------------------------------------------
 
 
 class Fixed(Caregiver):
@@ -137,9 +128,6 @@ def test_with_nothing_to_do_it_stays_even_in_the_way():
 def test_where_no_child_bars_the_way_making_room_changes_nothing():
     for yields in (True, False):
         assert after_a_step(Fixed(DOORWAY, yields), NORTH, (1, 1), (2, 2)) == (2, 5)
-
-
-# -- One among many ------------------------------------------------------------------------------
 
 
 SMALL = FloorPlan.parse("########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########")

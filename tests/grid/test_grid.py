@@ -388,12 +388,6 @@ def test_the_novice_draws_the_same_with_and_without_a_caregiver(paper):
     assert (alone.child_cell == assisted.child_cell)[untouched].all()
 
 
-def test_progress_is_reported_once_a_timestep(paper):
-    calls = []
-    GridWorld(paper, 1.0, None).run(tapes([0], timesteps=12), lambda: calls.append(1))
-    assert len(calls) == 12
-
-
 # -- Invariants ----------------------------------------------------------------------------------
 
 

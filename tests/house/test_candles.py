@@ -55,8 +55,7 @@ def test_a_mug_has_spilt_from_a_lesser_tilt_on():
 def test_every_fall_is_counted_once(physics, candles):
     assert candles.count_fallen(physics) == 0
     tilt(physics, 0, 90)
-    assert candles.count_fallen(physics) == 1
-    assert candles.count_fallen(physics) == 0
+    assert (candles.count_fallen(physics), candles.count_fallen(physics)) == (1, 0)
     tilt(physics, 1, 90)
     assert candles.count_fallen(physics) == 1
     tilt(physics, 0, 0)  # somebody has picked it up, ...
@@ -68,8 +67,7 @@ def test_every_fall_is_counted_once(physics, candles):
 
 
 @pytest.mark.parametrize(
-    ("east", "above", "on_it"),
-    [(0.0, 0.0, True), (0.26, 0.0, True), (0.30, 0.0, False), (0.0, 0.02, True), (0.0, 0.2, False), (0.0, -0.6, False)],
+    ("east", "above", "on_it"), [(0.26, 0.0, True), (0.30, 0.0, False), (0.0, 0.02, True), (0.0, 0.2, False)]
 )
 def test_a_candle_is_on_a_table_if_it_is_over_it_at_its_height(physics, candles, east, above, on_it):
     bare = 2

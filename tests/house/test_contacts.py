@@ -2,9 +2,11 @@
 
 import math
 
+import mujoco
 import numpy as np
 import pytest
 
+import caregiver_mj
 from caregiver_mj.house.children import ContactWatch
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.touch import Touch
@@ -34,19 +36,13 @@ def lasting(seconds, start=0.0, **how):
     return [touch(start + STEP * i, **how) for i in range(round(seconds / STEP))]
 
 
-# -- Counting ----------------------------------------------------------------------------------------
-
-
-def test_nothing_is_counted_of_what_is_no_robot():
-    assert counted(touch(0.0, 1.0, 50.0, kind="wall"), touch(0.0, 1.0, 50.0, kind="table")) == Contacts()
-
-
-def test_contacts_at_a_time_are_one_whose_forces_add_up():
+def test_contacts_at_a_time_are_one_whose_forces_add_up_and_what_is_no_robot_is_none():
     tally = counted(touch(1.0, force=30.0), touch(1.0, force=20.0, height=0.4), touch(1.005, force=10.0))
     assert tally.contact_seconds == pytest.approx(2 * STEP)
     assert (tally.contact_force, tally.contact_force_legs, tally.contact_force_trunk) == (50.0, 30.0, 20.0)
-    assert tally.contact_force_head == 0.0
-    assert tally.contact_impulse == pytest.approx(60.0 * STEP)
+    assert (tally.contact_force_head, tally.contact_impulse) == (0.0, pytest.approx(60.0 * STEP))
+    # Nothing is counted of what is no robot.
+    assert counted(touch(0.0, 1.0, 50.0, kind="wall"), touch(0.0, 1.0, 50.0, kind="table")) == Contacts()
 
 
 @pytest.mark.parametrize(("height", "region"), [(0.1, "legs"), (0.24, "trunk"), (0.5, "trunk"), (0.7, "head")])
@@ -91,9 +87,6 @@ def test_of_the_candle_the_closest_and_the_time_within_the_distances_count():
     tally.carry(0.35, 0.09, 0.02)
     assert (tally.flame_distance, tally.wax_distance) == (0.29, 0.09)
     assert (tally.flame_seconds, tally.wax_seconds) == (0.02, 0.02)
-
-
-# -- In the simulation -------------------------------------------------------------------------------
 
 
 def touched_by_a_base_that_moves(velocity, told=(0.0, 0.0, 0.0)):
@@ -143,3 +136,41 @@ def test_a_base_that_comes_is_as_fast_as_its_surface_and_one_that_goes_is_not_fa
         for touch in found:
             assert touch.surface_speed == pytest.approx(speed, abs=0.05)
             assert math.copysign(1.0, touch.speed) == -math.copysign(1.0, came)
+
+
+# A grasp in the middle of an episode, pads 0.07 mm in the wax: positions, metres, and quaternions of wax and pads.
+WAX = (
+    (2.1207237247473003, -4.728747904595135, 0.8332075669866753),
+    (0.9675994974417166, 0.0007332328299422369, 0.001713950685238936, 0.2524831425921403),
+)
+PADS = (
+    (
+        (2.1076392298695605, -4.755655676229092, 0.8507630677947854),
+        (0.00030769272280525834, 0.8881129018075454, -0.0012274295914277975, 0.4596236203512255),
+    ),
+    (
+        (2.107771892521534, -4.7017944310828454, 0.8507944031854572),
+        (0.4596236203506733, 0.0012274279973570454, 0.8881129018097484, -0.00030769354778209274),
+    ),
+)
+
+
+def test_a_pad_that_presses_the_wax_is_not_taken_for_one_deep_inside_it():
+    """At MuJoCo's default `ccd_tolerance` one of them is, by 10 mm, and the fingers jump."""
+    options = caregiver_mj.load("supervise", random=0).physics.model.opt
+    spec = mujoco.MjSpec()
+    spec.option.ccd_tolerance = options.ccd_tolerance
+    spec.option.ccd_iterations = options.ccd_iterations
+    spec.option.enableflags = options.enableflags
+    spec.option.disableflags = options.disableflags
+    wax = spec.worldbody.add_body(pos=WAX[0], quat=WAX[1])
+    wax.add_freejoint()
+    wax.add_geom(type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=(0.022, 0.08, 0.0))
+    for position, quaternion in PADS:
+        pad = spec.worldbody.add_body(pos=position, quat=quaternion, mocap=True)
+        pad.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=(0.011, 0.005, 0.015))
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    assert data.ncon == 4
+    assert min(contact.dist for contact in data.contact) > -0.0001

@@ -7,7 +7,7 @@ import pytest
 
 import caregiver_mj
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.house.sensing import Blur, Sensing, Sensor
+from caregiver_mj.house.sensing import Sensing, Sensor
 
 TABLES = np.array([[0.0, 0.0, 0.27, 0.27, 0.6], [1.0, 0.0, 0.27, 0.27, 0.6]])  # with their heights
 EXACT = {
@@ -42,9 +42,6 @@ def candle_errors(moments, **blur):
     return [s["candle_position"] - exact["candle_position"] for s, exact in zip(seen, moments, strict=True)]
 
 
-# -- White and lasting errors --------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("kind", "key"), [("candle", "candle"), ("child", "toddler"), ("base", "base")])
 def test_each_kind_is_blurred_alone_and_by_as_much_as_is_asked_for(kind, key):
     seen = sensed([EXACT] * 4000, **{kind: {"noise": 0.01}})
@@ -59,28 +56,24 @@ def test_each_kind_is_blurred_alone_and_by_as_much_as_is_asked_for(kind, key):
         assert kind == "candle" or not errors[:, 2].any()
 
 
-def test_headings_and_velocities_are_blurred_in_their_own_units():
+def test_headings_velocities_and_tilts_are_blurred_in_their_own_units():
     seen = sensed([EXACT] * 4000, child={"turn_noise": 0.1}, base={"velocity_noise": 0.05})
     child, base = (np.array([moment[key] for moment in seen]) for key in ("toddler_position", "base_velocity"))
     assert child.std(axis=0) == pytest.approx([0.0, 0.0, 0.1], rel=0.05)
     assert base.std(axis=0) == pytest.approx([0.05] * 3, rel=0.05)
-
-
-def test_a_candle_seems_tilted_by_as_much_as_is_asked_for():
+    # A candle seems tilted by as much as is asked for.
     seen = np.array([moment["candle_orientation"] for moment in sensed([EXACT] * 2000, candle={"turn_noise": 0.1})])
     assert np.linalg.norm(seen, axis=2) == pytest.approx(1.0)
     assert 2 * seen[..., 1:].std(axis=(0, 1)) == pytest.approx([0.1] * 3, rel=0.05)
 
 
-def test_a_lasting_error_lasts_as_long_as_a_sighting():
+def test_a_lasting_error_lasts_as_long_as_a_sighting_and_a_hand_that_opens_looks_again():
     first, second, lifted, down = candle_errors([candles(), candles(), candles(0.8), candles()], bias=0.01)
     assert first == pytest.approx(second, abs=1e-12)
     assert (np.abs(first - lifted) > 1e-6).any(axis=1).tolist() == [True, False]
     assert (np.abs(lifted - down) > 1e-6).any(axis=1).tolist() == [True, False]
     assert 0.0 < np.abs(first).max() < 0.05
-
-
-def test_a_hand_that_opens_again_looks_again():
+    # A hand that opens again looks again.
     _, closed, opened = candle_errors([candles(), candles(fingers=0.012), candles()], bias=0.01)
     assert (np.abs(closed - opened) > 1e-6).all()
 
@@ -91,19 +84,11 @@ def test_in_the_hand_the_error_turns_with_the_robot():
     assert left[1] == pytest.approx(ahead[1])
 
 
-def test_on_a_table_it_does_not_even_if_the_candle_lies_there():
-    (ahead,), (left,) = (candle_errors([candles(0.622, yaw=yaw)], bias=0.01) for yaw in (0.0, math.pi / 2))
-    assert left[0] == pytest.approx(ahead[0])
-
-
 def test_those_of_base_and_child_last_for_the_episode():
     seen = sensed([EXACT] * 3, base={"bias": 0.01, "turn_bias": 0.01}, child={"bias": 0.01})
     for key in ("base_position", "toddler_position"):
         assert (seen[0][key] == seen[2][key]).all()
         assert (seen[0][key] != EXACT[key])[:2].all()
-
-
-# -- Gaps and delay ------------------------------------------------------------------------------
 
 
 def test_what_is_not_seen_is_shown_as_it_was_seen_last():
@@ -138,8 +123,6 @@ def test_a_seed_makes_the_same_errors_again():
     assert (one[0]["candle_position"] != other[0]["candle_position"]).all()
 
 
-# -- In the tasks --------------------------------------------------------------------------------
-
 ROUGH = {
     "candle": {"noise": 0.01, "bias": 0.005, "turn_noise": 0.02, "dropout": 0.1},
     "child": {"noise": 0.02, "velocity_noise": 0.05, "turn_bias": 0.1},
@@ -158,9 +141,8 @@ def run(task, **task_kwargs):
     return env, [step.observation for step in steps]
 
 
-@pytest.mark.parametrize("task", caregiver_mj.ALL_TASKS)
-def test_exact_sensing_is_bit_identical_to_none(task):
-    (_, plain), (_, exact) = run(task), run(task, sensing=Sensing())
+def test_exact_sensing_is_bit_identical_to_none():
+    (_, plain), (_, exact) = run("relocate_candle"), run("relocate_candle", sensing=Sensing())
     for one, two in zip(plain, exact, strict=True):
         assert list(one) == list(two)
         assert all(np.array_equal(one[key], two[key]) for key in one)
@@ -191,12 +173,6 @@ def test_what_is_asked_for_is_told_by_what_is_seen():
     assert rough[5]["base_to_goal"] + rough[5]["base_position"][:2] == pytest.approx(landing)
 
 
-def test_it_can_be_written_as_a_dictionary():
-    assert Sensing.of({"candle": {"noise": 0.01}, "delay": 0.04}) == Sensing(candle=Blur(noise=0.01), delay=0.04)
-    assert Sensing.of(None).is_exact
-    assert not Sensing.of({"base": {"dropout": 0.1}}).is_exact
-
-
 @pytest.mark.parametrize(
     ("sensing", "words"),
     [
@@ -205,11 +181,9 @@ def test_it_can_be_written_as_a_dictionary():
         ({"base": 0.01}, "sensing: base must be a Blur or a dictionary, got 0.01"),
         (0.01, "sensing must be a Sensing or a dictionary, got 0.01"),
         ({"child": {"noise": -0.1}}, "child.noise must be 0 or more, got -0.1"),
-        ({"child": {"noise": math.nan}}, "child.noise must be 0 or more, got nan"),
         ({"child": {"bias": "much"}}, "child.bias must be 0 or more, got 'much'"),
         ({"child": {"dropout": 1.0}}, "child.dropout must be in 0 to 0.95, got 1.0"),
         ({"delay": 2.0}, "delay must be in 0 to 1, got 2.0"),
-        (Sensing(delay=-1.0), "delay must be in 0 to 1, got -1.0"),
         ({"candle": {"velocity_noise": 0.1}}, "candle.velocity_noise must be left out"),
     ],
 )

@@ -109,13 +109,11 @@ def test_children_count_together_and_each():
     )
     book(two, [[1, 4]], [[0, 1]], [[STAIRS + TABLE, NONE]])
     outcome = two.outcome()
-    assert outcome["damage"] == 16.0
-    assert outcome["damage_by_child"] == [10.0, 6.0]
+    assert (outcome["damage"], outcome["damage_by_child"]) == (16.0, [10.0, 6.0])
     assert (outcome["damage_stairwell"], outcome["damage_candle"], outcome["damage_table"]) == (10.0, 4.0, 2.0)
     assert outcome["timesteps_to_threshold"] == 3  # of all damage together
     assert outcome["cells_visited"] == 4  # 0, 1, 4 and 5, by whomever
-    assert outcome["toys_reached"] == 3
-    assert outcome["toys_by_child"] == [2.0, 1.0]
+    assert (outcome["toys_reached"], outcome["toys_by_child"]) == (3, [2.0, 1.0])
     assert outcome["moves_blocked"] == 2
     assert two.visits.sum() == 2 * 3
     assert two.damage_at.tolist() == [[0, 10, 0, 0, 0, 6]]

@@ -11,7 +11,7 @@ import pytest
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.recording.lerobot.dataset import check_rate, write_lerobot
-from caregiver_mj.recording.lerobot.layout import FILES_IN_CHUNK, Shard, of_values, together
+from caregiver_mj.recording.lerobot.layout import FILES_IN_CHUNK, Shard
 from caregiver_mj.recording.steps import About, Steps
 
 ABOUT = About("Guard: stand there.", "made_up", "nobody", 50.0, ("left", "right"), ("stairwell 1",), "9.9")
@@ -76,8 +76,7 @@ def test_features_are_described_as_they_are(info, folder):
     assert COUNTERS | {"observation.state", "action", KEY, "next.reward", "next.done"} <= set(described)
     assert all({"dtype", "shape", "names"} <= set(feature) for feature in described.values())
     assert described["observation.state"]["names"] == ["clock", *(f"pose_{i}" for i in range(6))]
-    assert described["action"]["names"] == ["left", "right"]
-    assert described[KEY]["dtype"] == "video"
+    assert (described["action"]["names"], described[KEY]["dtype"]) == (["left", "right"], "video")
     assert described[KEY]["shape"] == [HEIGHT, WIDTH, 3]
     # Rows have the types that are described.
     schema = pq.read_schema(folder / info["data_path"].format(chunk_index=0, file_index=0))
@@ -157,14 +156,6 @@ def test_statistics_are_those_of_the_rows(folder, listed, info):
         np.testing.assert_allclose(listed[f"stats/{name}/q50"][0], np.median(first, axis=0), atol=1e-9)
     assert np.shape(stats[KEY]["mean"]) == (3, 1, 1)
     assert 0 <= stats[KEY]["min"][0][0][0] < stats[KEY]["mean"][0][0][0] < stats[KEY]["max"][0][0][0] <= 1
-
-
-def test_statistics_of_parts_make_those_of_the_whole():
-    values = np.random.default_rng(0).normal(size=(100, 3)) * [1, 10, 100]
-    parts = [of_values(part) for part in np.split(values, [10, 70])]
-    found, wanted = together(parts), of_values(values)
-    for what in ("min", "max", "mean", "std", "count"):
-        np.testing.assert_allclose(found[what], wanted[what])
 
 
 def test_large_data_sets_have_several_files_and_after_many_another_chunk(tmp_path, episodes):

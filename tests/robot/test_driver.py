@@ -122,7 +122,7 @@ def test_a_turn_stops_when_a_child_comes_and_goes_on_when_it_has_gone():
     assert headings[-1] == pytest.approx(2.0)
 
 
-@pytest.mark.parametrize("start", [0.9, 1.0, 1.1, 1.2, 1.3, 1.6])
+@pytest.mark.parametrize("start", [0.9, 1.1, 1.3])
 def test_a_base_that_turns_has_slowed_down_when_a_child_comes_to_touch_it(start):
     driver, robot = Driver(Navigator(OPEN, ROBOT)), RobotMotion(ROBOT, TIMESTEP)
     x, y = centre(OPEN, (2, 4))
@@ -209,18 +209,6 @@ def test_what_children_keep_closed_is_given_up():
     assert 10.0 < drive.robot.now < 15.0
 
 
-def test_a_child_far_away_and_the_order_of_children_change_nothing():
-    near = walks_from(CORRIDOR, (2, 1), 0.5)
-    far = child(50.0, 0.0)
-    traces = []
-    for children in ([near], [near, far], [far, near], [near, near]):
-        drive = Drive(CORRIDOR, (2, 8), (2, 3), *children)
-        drive.run(4.0)
-        traces.append(drive.trace)
-    assert traces[0] == traces[1] == traces[2] == traces[3]
-    assert math.dist(traces[0][0][:2], traces[0][-1][:2]) > 0.5
-
-
 def test_a_base_gets_out_of_the_way_of_a_child_that_comes_and_goes_on_when_it_is_past():
     drive = Drive(CORRIDOR, (2, 5), (2, 1), walks_from(CORRIDOR, (2, 3), 1.0), child(50.0, 0.0))
     for _ in range(40):
@@ -250,7 +238,7 @@ def test_a_base_between_two_children_drives_into_neither():
     np.testing.assert_allclose(drive.robot.base_reference()[1], 0.0, atol=0.01)
 
 
-@pytest.mark.parametrize("way_left", [0.0, 0.05, 0.2, 0.35, 0.5])
+@pytest.mark.parametrize("way_left", [0.0, 0.2, 0.5])
 def test_a_base_stands_on_its_landing_before_a_child_that_comes(way_left):
     """That is what it goes there for, be it that it still has a little way to go when the child comes."""
     x, y = centre(OPEN, (2, 1))

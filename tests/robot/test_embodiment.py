@@ -18,7 +18,6 @@ from caregiver_mj.robot.embodiment import Embodiment, Wheels
 from caregiver_mj.robot.embodiments import DEFAULT, EMBODIMENTS, find_embodiment
 from caregiver_mj.robot.geometry import hand_rotation, upright_grip
 from caregiver_mj.robot.kinematics import Arm, arm_of
-from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.reach import reach_path
 from caregiver_mj.robot.robot_model import RobotModel, own_model, read_spec
 from caregiver_mj.robot.scalar_motion import ScalarMotion
@@ -66,15 +65,9 @@ def pose_of_hand(robot: Embodiment, model: mujoco.MjModel, joints: np.ndarray) -
 
 
 def test_there_are_two_robots_and_a_default():
-    assert NAMES[:2] == ("mobile_fr3", "mobile_ur5e")
-    assert DEFAULT == "mobile_fr3"
+    assert (NAMES[:2], DEFAULT) == (("mobile_fr3", "mobile_ur5e"), "mobile_fr3")
     assert find_embodiment() is find_embodiment(DEFAULT)
     assert find_embodiment(find_embodiment("mobile_ur5e")) is find_embodiment("mobile_ur5e")
-
-
-def test_unknown_robot_is_refused_with_the_names_of_those_that_there_are():
-    with pytest.raises(CaregiverError, match="no robot 'butler': there are mobile_fr3, mobile_ur5e"):
-        find_embodiment("butler")
 
 
 def make_another() -> Embodiment:
@@ -110,13 +103,10 @@ def test_robots_of_other_packages(monkeypatch):
         find_embodiment(f"{__name__}:needs_more")
 
 
-def test_model_without_a_joint_is_refused():
+def test_model_without_a_joint_or_with_actuators_in_another_order_is_refused():
     names = dataclasses.replace(find_embodiment().names, arm=("joint1", "joint8"))
     with pytest.raises(CaregiverError, match=r"robot mobile_fr3\.xml has no joint joint8: it has base_x"):
         RobotModel(own_model("mobile_fr3"), names)
-
-
-def test_model_whose_actuators_are_in_another_order_is_refused():
     names = dataclasses.replace(find_embodiment().names, base=("base_y", "base_x", "base_yaw"))
     with pytest.raises(CaregiverError, match=r"must be in the order of base_y, base_x, base_yaw"):
         RobotModel(own_model("mobile_fr3"), names).actuators()
@@ -125,48 +115,29 @@ def test_model_whose_actuators_are_in_another_order_is_refused():
 # -- What is read from the model ------------------------------------------------------------------------
 
 
-def test_layout_covers_an_action_exactly_once(robot):
-    for parts, fingers in ((robot.layout, 1), (robot.actuators, 2)):
-        count = np.zeros(parts.size, int)
-        for part in (parts.base, parts.arm, parts.gripper):
-            count[part] += 1
-        assert (count == 1).all()
-        assert count[parts.base].size == 3
-        assert count[parts.arm].size == len(robot.names.arm)
-        assert count[parts.gripper].size == fingers
-
-
 def test_layout_is_that_of_the_actuators(robot, model):
     driven = np.array([model.joint(int(joint)).name for joint in model.actuator_trnid[:, 0]])
+    assert robot.layout.size == robot.actuators.size - 1 == len(robot.names.arm) + 4  # two fingers are one number
     assert tuple(driven[robot.actuators.base]) == robot.names.base
     assert tuple(driven[robot.actuators.arm]) == robot.names.arm
     assert tuple(driven[robot.actuators.gripper]) == robot.names.fingers
     assert robot.actuators.size == model.nu
 
 
-def test_layout_of_the_default_robot():
-    layout = find_embodiment().layout
-    assert (layout.base, layout.arm, layout.gripper, layout.size) == (slice(0, 3), slice(3, 10), slice(10, 11), 11)
-
-
-def test_sides_are_read_from_the_hull():
+def test_sides_wheels_and_sizes_are_read_from_their_models():
     assert find_embodiment("mobile_fr3").sides == (0.0, 0.0)
     assert find_embodiment("mobile_ur5e").sides == (0.205, 0.205)
-    assert find_embodiment("mobile_fr3").rounding == pytest.approx(0.27)
+    assert find_embodiment("mobile_fr3").rounding == find_embodiment("mobile_fr3").footprint == pytest.approx(0.27)
+    assert find_embodiment("mobile_ur5e").footprint == pytest.approx(0.205 * np.sqrt(2))
     assert find_embodiment("mobile_ur5e").rounding == pytest.approx(0.0)
-
-
-@pytest.mark.parametrize(("name", "radius"), [("mobile_fr3", 0.27), ("mobile_ur5e", 0.205 * np.sqrt(2))])
-def test_footprint_is_read_from_the_hull(name, radius):
-    assert find_embodiment(name).footprint == pytest.approx(radius, abs=1e-12)
-
-
-def test_wheels_are_read_from_the_model():
+    # Wheels are read from the model.
     places = ((0.155, 0.175), (0.155, -0.175), (-0.155, 0.175), (-0.155, -0.175))
     assert find_embodiment("mobile_fr3").wheels == Wheels(radius=0.075, lever=0.33, places=places)
     diagonal = find_embodiment("mobile_ur5e").wheels
-    assert diagonal.radius == pytest.approx(0.065 * np.sqrt(2))
-    assert diagonal.lever == pytest.approx(0.296)
+    assert (diagonal.radius, diagonal.lever) == (pytest.approx(0.065 * np.sqrt(2)), pytest.approx(0.296))
+    # Sizes of candle and furniture are read from their models.
+    assert (layout.CANDLE_RADIUS, layout.CANDLE_HEIGHT, layout.CHILD_RADIUS) == (0.022, 0.16, 0.12)
+    assert (layout.TABLE_HALF_SIZE, layout.TABLE_HEIGHT, layout.BIN_HALF_SIZE) == (0.27, 0.60, 0.22)
 
 
 @pytest.mark.parametrize("motion", [(0.4, 0.0, 0.0), (0.0, 0.3, 0.0), (0.0, 0.0, 1.2), (0.3, -0.2, 0.7)])
@@ -197,12 +168,7 @@ def test_lags_follow_from_mass_and_gain():
     assert fr3.servos.base_lag == pytest.approx(lag, rel=0.02)
 
 
-def test_ranges_are_read_from_the_model(arm, robot, model):
-    for i, name in enumerate(robot.names.arm):
-        np.testing.assert_array_equal([arm.ranges[0][i], arm.ranges[1][i]], model.joint(name).range)
-
-
-def test_servos_allow_what_is_planned(robot, model):
+def test_servos_and_force_allow_what_is_planned(robot, model):
     limits, ranges = robot.limits, model.actuator_ctrlrange
     top = 0.998 * limits.base_speed
     assert (np.abs(ranges[robot.actuators.base][:2]) >= top - 1e-9).all()
@@ -211,21 +177,9 @@ def test_servos_allow_what_is_planned(robot, model):
     assert limits.base.velocity < limits.base_speed
     assert limits.gripper.velocity < limits.finger_speed
     assert limits.yaw_gentle.velocity < limits.yaw.velocity
-
-
-def test_force_of_the_base_is_enough_for_its_acceleration(robot, model):
+    # Force of the base is enough for its acceleration.
     force = model.actuator_forcerange[robot.actuators.base][0, 1]
     assert force > 1.2 * model.body("base").subtreemass[0] * robot.limits.base.acceleration
-
-
-def test_sizes_of_candle_and_furniture_are_read_from_their_models():
-    assert (layout.CANDLE_RADIUS, layout.CANDLE_HEIGHT, layout.CHILD_RADIUS) == (0.022, 0.16, 0.12)
-    assert (layout.TABLE_HALF_SIZE, layout.TABLE_HEIGHT, layout.BIN_HALF_SIZE) == (0.27, 0.60, 0.22)
-
-
-def test_layout_has_no_other_sizes():
-    with pytest.raises(AttributeError, match="no attribute 'CHAIR_HEIGHT'"):
-        _ = layout.CHAIR_HEIGHT
 
 
 # -- What each robot can do ------------------------------------------------------------------------------
@@ -252,7 +206,7 @@ def test_fingers_stand_as_far_off_the_middle_as_their_joints_say(robot, model, a
     assert abs(across[2]) < 1e-4
 
 
-@pytest.mark.parametrize("height", [0.62, 0.70, 0.75])
+@pytest.mark.parametrize("height", [0.62, 0.75])
 def test_hand_reaches_the_grasp_pose(robot, arm, model, height):
     position, rotation = pose_of_hand(robot, model, reach_path(arm, round(1e4 * height)).joints(1.0))
     np.testing.assert_allclose(position, [robot.postures.reach, 0.0, height], atol=1e-4)
@@ -290,7 +244,7 @@ def test_carried_candle_passes_over_a_child_and_within_the_clearances(robot, arm
 
 @pytest.mark.parametrize("height", [0.028, 0.628])
 # At -120 degrees the first way that mobile_fr3's arm finds, nearest to the usual pose, is too slow.
-@pytest.mark.parametrize("heading", [*range(-180, 180, 45), -120])
+@pytest.mark.parametrize("heading", [-180, -120, -45, 90])
 def test_lying_candle_is_gripped_such_that_it_stands_in_the_tucked_hand(robot, arm, model, heading, height):
     axis = np.array([np.cos(np.radians(heading)), np.sin(np.radians(heading)), 0.0])
     grip = upright_grip(axis, robot.postures.hand_pitch)
@@ -328,16 +282,6 @@ def test_hand_out_over_a_table_touches_nothing(robot, arm, kind, yaw):
         assert not [pair for pair in names if any(name.startswith("robot/") for name in pair)], s
 
 
-def test_motion_is_laid_out_as_the_robot(robot, arm):
-    motion = RobotMotion(robot, 0.02)
-    motion.reset((1.0, 2.0, 0.5))
-    action = motion.action((1.0, 2.0, 0.5))
-    assert action.shape == (robot.layout.size,)
-    np.testing.assert_array_equal(action[robot.layout.base], 0.0)
-    np.testing.assert_array_equal(action[robot.layout.arm], arm.tucked)
-    assert action[robot.layout.gripper] == pytest.approx(robot.grasp.open)
-
-
 def test_published_kinematics_of_the_six_axis_arm():
     robot = find_embodiment("mobile_ur5e")
     model = read_spec(robot.model).compile()
@@ -363,16 +307,6 @@ def test_published_limits_of_the_six_axis_arm():
         np.testing.assert_allclose(model.joint(name).range, [-turn, turn], atol=1e-6)
         torque = 150.0 if i < 3 else 28.0
         np.testing.assert_array_equal(model.jnt_actfrcrange[model.joint(name).id], [-torque, torque])
-
-
-def test_each_robot_can_be_in_a_house(robot):
-    plan = FloorPlan.load("paper")
-    for which in (robot, robot.name):
-        model = build_house(plan, which).compile()
-        assert model.nu == robot.actuators.size
-        assert model.joint(f"robot/{robot.names.arm[0]}").id >= 0
-    assert build_house(plan, robot=False).compile().nu == 0
-    assert build_house(plan).compile().nu == find_embodiment().actuators.size
 
 
 def test_models_are_stable_under_noise(robot):

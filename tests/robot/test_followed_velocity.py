@@ -81,8 +81,7 @@ def test_what_overshoots_a_wish_near_the_highest_speed_does_so_gently():
 
 def test_where_it_must_be_at_once_it_is():
     follower = moving_at((0.5, 0.3))
-    assert follower.follow((0.2, 0.0), at_once=True) == (0.2, 0.0)
-    assert follower.acceleration == (0.0, 0.0)
+    assert (follower.follow((0.2, 0.0), at_once=True), follower.acceleration) == ((0.2, 0.0), (0.0, 0.0))
 
 
 def test_faster_it_becomes_within_the_bounds_even_where_something_is_taken_away_at_once():

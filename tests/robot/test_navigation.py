@@ -60,13 +60,6 @@ def test_way_to_a_goal_round_the_corner_of_a_table_keeps_off_the_table():
     assert distances_to_obstacles(plan, points_along(path)).min() > BASE_RADIUS + CLEARANCE
 
 
-def test_points_know_their_distance_to_rectangles():
-    # In the 3 x 3 cells of BEND's lower left room the walls' faces are 0.375 + 0.375 - 0.125 m from a cell's centre.
-    assert distances_to_obstacles(BEND, np.array([centre(BEND, (3, 1))])) == pytest.approx([0.625])
-    # A table's edge is 0.27 m from its centre.
-    assert distances_to_obstacles(BEND, np.array([centre(BEND, (3, 3))])) == pytest.approx([0.75 - 0.27])
-
-
 @st.composite
 def journeys(draw, landings=True):
     """A plan, and two of the cells on which the robot can stand."""
@@ -103,28 +96,6 @@ def test_paths_cross_no_landing_on_their_way(goal):
     assert (2, 3) not in cells_of(BEND, points_along(path))
 
 
-def test_paths_cross_no_closed_cell():
-    path = path_between(Navigator(HOUSE, ROBOT), (1, 2), (3, 2), closed={(2, 2)})
-    assert (2, 2) not in cells_of(HOUSE, points_along(path))
-
-
-@settings(max_examples=40, deadline=None)
-@given(journey=journeys(), data=st.data())
-def test_paths_give_the_child_a_wide_berth(journey, data):
-    plan, start, goal = journey
-    child_cell = data.draw(st.sampled_from([cell for cell in plan.free_cells if cell not in (start, goal)] or [None]))
-    if child_cell is None:
-        return
-    child = centre(plan, child_cell)
-    path = path_between(Navigator(plan, ROBOT), start, goal, [child], {child_cell})
-    if path is None:
-        return
-    points = points_along(path)
-    distance = np.hypot(*(points - child).T)
-    assert child_cell not in cells_of(plan, points)
-    assert distance.min() > BASE_RADIUS + CHILD_RADIUS + CHILD_CLEARANCE
-
-
 @settings(max_examples=40, deadline=None)
 @given(journey=journeys(), data=st.data())
 def test_paths_give_every_child_a_wide_berth(journey, data):
@@ -132,7 +103,7 @@ def test_paths_give_every_child_a_wide_berth(journey, data):
     others = [cell for cell in plan.free_cells if cell not in (start, goal)]
     if not others:
         return
-    cells = data.draw(st.lists(st.sampled_from(others), min_size=2, max_size=4, unique=len(others) > 1))
+    cells = data.draw(st.lists(st.sampled_from(others), min_size=1, max_size=4, unique=True))
     children = [centre(plan, cell) for cell in cells]
     navigator = Navigator(plan, ROBOT)
     path = path_between(navigator, start, goal, children, set(cells))
@@ -152,15 +123,13 @@ def test_there_is_no_path_through_a_child_in_a_corridor():
     assert path_between(navigator, (1, 2), (1, 5), closed={(1, 5)}) is None
 
 
-def test_straight_ways_have_no_corners():
+def test_straight_ways_have_no_corners_and_others_are_not_much_longer_than_needed():
     navigator = Navigator(HOUSE, ROBOT)
     assert len(path_between(navigator, (2, 1), (2, 7))) == 2
     assert len(path_between(navigator, (1, 2), (7, 2))) == 2
     # Round one corner of the cross in the middle: four legs at most.
     assert len(path_between(navigator, (1, 3), (5, 7))) <= 5
-
-
-def test_paths_are_not_much_longer_than_needed():
+    # Paths are not much longer than needed.
     navigator = Navigator(HOUSE, ROBOT)
     path = path_between(navigator, (1, 1 + 1), (6, 7))
     length = sum(math.dist(a, b) for a, b in itertools.pairwise(path))
@@ -169,7 +138,7 @@ def test_paths_are_not_much_longer_than_needed():
     assert straight <= length < 0.95 * manhattan
 
 
-def test_a_base_too_close_to_a_wall_may_leave_but_not_come_closer():
+def test_what_is_clear_past_walls_and_children():
     navigator = Navigator(HOUSE, ROBOT)
     x, y = centre(HOUSE, (1, 6))
     y += 0.33  # the wall's face is 0.625 m from the cell's centre, so 0.295 m from here
@@ -177,9 +146,7 @@ def test_a_base_too_close_to_a_wall_may_leave_but_not_come_closer():
     assert navigator.visible((x - 0.3, y), (x + 0.3, y))
     # Between two such places in different rooms the wall juts out.
     assert not navigator.visible((x, y - 3 * 0.75 + 0.1), (x - 2.25, y - 3 * 0.75 + 0.1))
-
-
-def test_a_straight_line_through_a_wall_or_past_the_child_is_not_clear():
+    # A straight line through a wall or past the child is not clear.
     navigator = Navigator(HOUSE, ROBOT)
     a, b = centre(HOUSE, (2, 2)), centre(HOUSE, (2, 6))
     assert navigator.visible(a, b)

@@ -18,12 +18,10 @@ speeds, lengths, turns = st.floats(0.0, 1.5), st.floats(1e-4, 4.0), st.floats(1e
 def test_the_speed_that_is_reached_by_hand():
     # Acceleration builds up in 3 / 30 = 0.1 s: from rest 1.5 m/s take 1.5 / 3 + 0.1 = 0.6 s, and 0.45 m.
     path = PathSpeeds(LIMITS, deviation=0.1)
-    assert path.distance_to_change(0.0, 1.5) == pytest.approx(0.45)
-    assert path.reachable(0.0, 0.5) == 1.5
+    assert (path.distance_to_change(0.0, 1.5), path.reachable(0.0, 0.5)) == (pytest.approx(0.45), 1.5)
     assert path.reachable(0.0, 0.45 - 1e-6) == pytest.approx(1.5, abs=1e-5)
     # With 0.3 m/s the deceleration is never all there: 2 * sqrt(0.3 / 30) = 0.2 s, and 0.03 m.
-    assert path.reachable(0.0, 0.03) == pytest.approx(0.3)
-    assert path.reachable(0.4, 0.0) == 0.4
+    assert (path.reachable(0.0, 0.03), path.reachable(0.4, 0.0)) == (pytest.approx(0.3), 0.4)
     assert path.reachable(2.0, 1.0) == 1.5
 
 
@@ -33,8 +31,7 @@ def test_the_speed_in_a_corner_by_hand():
     size = 0.5 * (math.sqrt(0.5) / 3.0 + 0.1) / 2
     assert path.corner_size(0.5, math.pi / 2) == pytest.approx(size)
     assert path.corner_speed(math.pi / 2, size / 0.95) == pytest.approx(0.5)
-    assert path.corner_speed(math.pi, 10.0) == 0.0
-    assert path.corner_speed(1e-3, 10.0) == 1.5
+    assert (path.corner_speed(math.pi, 10.0), path.corner_speed(1e-3, 10.0)) == (0.0, 1.5)
 
 
 @settings(deadline=None)

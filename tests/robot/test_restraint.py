@@ -31,8 +31,7 @@ def left(seen, velocity, before=(0.0, 0.0), is_loaded=False):
 
 
 def test_nothing_is_left_that_leads_towards_a_child_that_touches_and_little_along_it():
-    assert left(TOUCHED, (0.03, 0.0)) == (0.0, 0.0)
-    assert left(TOUCHED, (0.03, -0.2)) == (0.0, -0.025)
+    assert (left(TOUCHED, (0.03, 0.0)), left(TOUCHED, (0.03, -0.2))) == ((0.0, 0.0), (0.0, -0.025))
     assert left(TOUCHED, (-0.3, 0.1)) == pytest.approx((-0.3, 0.025 - 0.08 * 0.3))  # it may leave
     for gap, towards in ((0.02, 0.0), (0.049, 0.0), (0.051, 0.03)):
         assert left(view(child(TOUCHING + gap, 0.0)), (0.03, 0.0)) == (towards, 0.0)

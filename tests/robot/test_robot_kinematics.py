@@ -1,8 +1,6 @@
 """The arm against its published data: limits, and forward kinematics multiplied out from the DH table."""
 
-import concurrent.futures
 import itertools
-import sys
 
 import mujoco
 import numpy as np
@@ -42,7 +40,7 @@ DH = [
 MOUNT = (-0.06, 0.0, 0.27)  # metres, of the arm on the base
 FLANGE, PINCH, HAND_TURN = 0.107, 0.1134, -np.pi / 4
 
-HEIGHTS = [0.62, 0.70, 0.75, 0.80]  # metres, of grasps on and above a table
+HEIGHTS = [0.62, 0.80]  # metres, of grasps on and above a table
 
 
 def turn(axis: int, angle: float) -> np.ndarray:
@@ -65,11 +63,6 @@ def pinch_pose(q: np.ndarray) -> np.ndarray:
     for (a, alpha, d), angle in zip(DH, q, strict=True):
         pose = pose @ turn(0, alpha) @ shift(a, 0, 0) @ turn(2, angle) @ shift(0, 0, d)
     return pose @ shift(0, 0, FLANGE) @ turn(2, HAND_TURN) @ shift(0, 0, PINCH)
-
-
-def pitch(q: np.ndarray) -> float:
-    """How far the hand points below the horizontal, degrees."""
-    return float(np.degrees(np.arcsin(-pinch_pose(q)[2, 2])))
 
 
 @pytest.fixture(scope="module")
@@ -100,14 +93,6 @@ def test_model_has_the_published_joint_ranges_and_torques(model):
         np.testing.assert_array_equal(model.jnt_actfrcrange[model.joint(name).id], [-TORQUE[i], TORQUE[i]])
 
 
-def test_dh_table_of_this_test_reaches_as_far_as_the_arm_does():
-    # All joints at zero: the arm stands straight up, 0.333 + 0.316 + 0.384 m, and comes back down from the flange
-    # by 0.107 + 0.1134 m, 0.088 m to the front.
-    pose = pinch_pose(np.zeros(7))
-    np.testing.assert_allclose(pose[:3, 3], [-0.06 + 0.088, 0, 0.27 + 1.033 - 0.2204], atol=1e-12)
-    np.testing.assert_allclose(pose[:3, 2], [0, 0, -1], atol=1e-12)
-
-
 def test_model_agrees_with_the_dh_table(model, arm):
     data = mujoco.MjData(model)
     address = [model.joint(f"joint{i}").qposadr[0] for i in range(1, 8)]
@@ -121,20 +106,8 @@ def test_model_agrees_with_the_dh_table(model, arm):
         np.testing.assert_allclose(arm.pinch(q), pose[:3, 3], atol=1e-6)
 
 
-def test_fingers_close_sideways_round_the_pinch_point(model, arm):
-    data = mujoco.MjData(model)
-    data.qpos[[model.joint(f"joint{i}").qposadr[0] for i in range(1, 8)]] = arm.solve(0.7, 0.7)
-    for name in ("finger_left", "finger_right"):
-        data.qpos[model.joint(name).qposadr[0]] = 0.03
-    mujoco.mj_kinematics(model, data)
-    pads = [data.geom(f"finger_{side}_pad").xpos for side in ("left", "right")]
-    # Each pad is 1 cm thick and begins at its joint's position; they lie on the sides of the pinch point.
-    np.testing.assert_allclose((pads[0] + pads[1]) / 2, [0.7, 0.0, 0.7], atol=2e-4)
-    np.testing.assert_allclose(np.abs(pads[0] - pads[1]), [0.0, 0.07, 0.0], atol=1e-4)
-
-
-@pytest.mark.parametrize("x", [0.42, 0.55, 0.70, 0.75])
-@pytest.mark.parametrize("z", [0.55, *HEIGHTS, 0.93])
+@pytest.mark.parametrize("x", [0.42, 0.70, 0.75])
+@pytest.mark.parametrize("z", [0.55, 0.75, 0.93])
 def test_inverse_kinematics_reaches_its_target(arm, x, z):
     q = arm.solve(x, z)
     pose = pinch_pose(q)
@@ -157,30 +130,9 @@ def test_inverse_kinematics_does_not_depend_on_what_was_asked_before(arm):
 def test_goal_out_of_reach_is_refused(arm, x, z):
     with pytest.raises(CaregiverError, match=rf"cannot reach {x:.3f} m ahead at a height of {z:.3f} m"):
         arm.solve(x, z)
-
-
-def test_no_way_leads_out_of_reach(arm):
     with pytest.raises(CaregiverError, match="cannot reach"):
         reach_path(arm, 25000)
     assert first_way(arm, np.array([1.2, 0.0, 0.022]), hand_rotation(0.0, np.pi / 2)) is None
-
-
-@pytest.mark.parametrize("height", HEIGHTS)
-def test_reach_path_leads_from_the_tucked_arm_to_the_goal(arm, height):
-    path = reach_path(arm, round(1e4 * height))
-    np.testing.assert_allclose(pinch_pose(path.joints(0.0))[:3, 3], [0.42, 0.0, 1.04], atol=1e-4)
-    np.testing.assert_allclose(pinch_pose(path.joints(1.0))[:3, 3], [0.70, 0.0, height], atol=1e-4)
-    np.testing.assert_allclose(arm.tucked, path.joints(0.0), atol=1e-6)
-
-
-@pytest.mark.parametrize("height", HEIGHTS)
-def test_reach_path_keeps_the_hand_pitch_and_plane_all_the_way(arm, height):
-    path = reach_path(arm, round(1e4 * height))
-    for s in np.linspace(0, 1, 51):
-        pose = pinch_pose(path.joints(s))
-        assert pitch(path.joints(s)) == pytest.approx(35.0, abs=0.1)
-        assert abs(pose[1, 3]) < 1e-3
-        np.testing.assert_allclose(pose[:3, 1], [0, -1, 0], atol=2e-3)  # the fingers close sideways, level
 
 
 @pytest.mark.parametrize("height", HEIGHTS)
@@ -206,7 +158,7 @@ def test_reach_path_keeps_the_published_joint_limits(arm, height):
 
 
 @pytest.mark.parametrize("height", [0.024, 0.622])
-@pytest.mark.parametrize("heading", range(-180, 180, 30))
+@pytest.mark.parametrize("heading", range(-180, 180, 60))
 def test_a_way_to_what_lies_about_grips_a_lying_candle_so_that_it_stands_in_the_tucked_hand(arm, heading, height):
     axis = np.array([np.cos(np.radians(heading)), np.sin(np.radians(heading)), 0.0])
     # Nearer, the forearm would go 2 cm into the base where the candle points back on the floor.
@@ -273,28 +225,3 @@ def test_no_way_to_something_that_lies_leads_through_the_robot():
     checked = ways()
     assert len(checked) > 5
     assert all(map(clear, checked))
-
-
-@pytest.fixture
-def hasty_threads():
-    """Has threads take turns as often as they can."""
-    interval = sys.getswitchinterval()
-    sys.setswitchinterval(1e-6)
-    yield
-    sys.setswitchinterval(interval)
-
-
-def test_threads_that_ask_the_same_arm_get_the_answers_that_each_would_get_alone(hasty_threads):
-    arm = Arm(ROBOT)
-    heights = np.linspace(0.5, 0.9, 8).tolist()
-    poses = [arm.solve(0.7, height, guess=arm.tucked) for height in heights]
-
-    def answers(i: int) -> list[tuple]:
-        return [
-            (*arm.pinch(poses[i]), *arm.solve(0.7, heights[i], guess=arm.tucked), arm.clears_itself(poses[i]))
-            for _ in range(4)
-        ]
-
-    alone = [answers(i) for i in range(len(heights))]
-    with concurrent.futures.ThreadPoolExecutor(len(heights)) as threads:
-        assert list(threads.map(answers, range(len(heights)))) == alone

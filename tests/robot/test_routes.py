@@ -2,7 +2,6 @@
 
 import itertools
 
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_plans import plan_texts
@@ -49,21 +48,13 @@ def test_a_landing_is_no_thoroughfare_but_can_be_a_goal_and_a_start():
     assert routes.route((1, 4), (1, 5)) == [(1, 4), (1, 5)]
 
 
-@pytest.mark.parametrize("cell", HOUSE.caregiver_cells)
-def test_nearest_cell_is_the_one_it_stands_on(cell):
+def test_nearest_cell_is_the_one_it_stands_on_or_beside_it():
     routes = Routes(HOUSE)
-    x, y = centre(HOUSE, cell)
-    assert routes.nearest_cell((x + 0.3, y - 0.3)) == cell
-
-
-def test_nearest_cell_of_a_place_to_stand_nowhere_is_beside_it():
-    routes = Routes(HOUSE)
+    for cell in HOUSE.caregiver_cells:
+        x, y = centre(HOUSE, cell)
+        assert routes.nearest_cell((x + 0.3, y - 0.3)) == cell
     x, y = centre(HOUSE, (7, 6))  # the table with the candle
-    assert routes.nearest_cell((x, y + 0.2)) == (6, 6)
-    assert routes.nearest_cell((x - 0.2, y)) == (7, 5)
-
-
-# -- Refuges -----------------------------------------------------------------------------------------
+    assert (routes.nearest_cell((x, y + 0.2)), routes.nearest_cell((x - 0.2, y))) == ((6, 6), (7, 5))
 
 
 def in_the_way(plan: FloorPlan, child, cell) -> int:

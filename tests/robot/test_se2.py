@@ -32,13 +32,6 @@ def test_there_and_back_leads_to_the_same_point(pose, point):
 
 
 @settings(deadline=None)
-@given(pose=poses, one=points, other=points)
-def test_distances_are_the_same_in_every_frame(pose, one, other):
-    there = [geometry.to_world(pose, point) for point in (one, other)]
-    assert math.dist(*there) == pytest.approx(math.dist(one, other), abs=1e-9)
-
-
-@settings(deadline=None)
 @given(yaw=angles, vector=points)
 def test_a_turn_changes_the_direction_only(yaw, vector):
     turned = geometry.rotate(yaw, vector)

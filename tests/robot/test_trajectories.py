@@ -55,26 +55,18 @@ def test_motion_takes_the_time_worked_out_by_hand():
     assert motion.at(2.6) == pytest.approx((3.0, 0.0, 0.0))
 
 
-def test_it_rests_where_it_starts_and_where_it_ends():
+def test_it_rests_where_it_starts_and_ends_and_keeps_a_velocity_up():
     motion = ScalarMotion(LIMITS, 0.4)
     assert motion.at(5.0) == (0.4, 0.0, 0.0)
     motion.move_to(-0.3, 5.0)
     assert motion.at(5.0) == pytest.approx((0.4, 0.0, 0.0))
     assert motion.at(motion.arrival + 0.5) == (-0.3, 0.0, 0.0)
-
-
-def test_it_keeps_a_velocity_up():
+    # It keeps a velocity up.
     motion = ScalarMotion(LIMITS, 0.0)
     motion.run_at(-1.0, 0.0)
     position, velocity, acceleration = motion.at(4.0)
     assert (velocity, acceleration) == pytest.approx((-1.0, 0.0))
     assert motion.at(5.0)[0] == pytest.approx(position - 1.0)
-
-
-def test_it_may_begin_with_a_velocity():
-    motion = ScalarMotion(LIMITS, 0.0)
-    motion.run_at(0.8, 1.0, at_once=True)
-    assert motion.at(2.5) == pytest.approx((1.2, 0.8, 0.0))
 
 
 def test_what_is_faster_than_a_new_limit_brakes_to_it_at_once():
@@ -96,12 +88,6 @@ def test_the_same_goal_again_changes_nothing():
     for time in np.arange(0.0, 2.0, 0.1):
         other.move_to(1.0, time)
         assert other.at(time) == motion.at(time)
-
-
-def test_a_goal_within_rounding_is_no_error():
-    motion = ScalarMotion(LIMITS, 0.3)
-    motion.move_to(0.3 + 1e-15, 0.0)
-    assert motion.at(1.0)[0] == pytest.approx(0.3)
 
 
 @settings(max_examples=150, deadline=None)
@@ -188,7 +174,7 @@ def test_corners_are_taken_without_a_stop():
     assert middle.min() > 0.4
 
 
-@pytest.mark.parametrize("deviation", [0.02, 0.06, 0.12])
+@pytest.mark.parametrize("deviation", [0.02, 0.12])
 @pytest.mark.parametrize("turn", [0.6, np.pi / 2, -2.4])
 def test_corners_are_cut_as_far_as_allowed_and_no_farther(deviation, turn):
     points = polyline([(3.0, 0.0), (3.0, turn)])
@@ -199,17 +185,9 @@ def test_corners_are_cut_as_far_as_allowed_and_no_farther(deviation, turn):
         assert nearest > 0.7 * deviation
 
 
-def test_a_wider_deviation_is_quicker():
-    points = [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (4.0, 2.0)]
-    durations = [BasePath(points, BASE, deviation=d).duration for d in (0.02, 0.06, 0.12, 0.2)]
-    assert durations == sorted(durations, reverse=True)
-    assert durations[0] > durations[-1] + 0.2
-
-
 def test_nowhere_to_go_takes_no_time():
     path = BasePath([(1.0, 1.0), (1.0, 1.0)], BASE)
-    assert path.duration == 0.0
-    assert path.at(0.0) == ((1.0, 1.0), (0.0, 0.0), (0.0, 0.0))
+    assert (path.duration, path.at(0.0)) == (0.0, ((1.0, 1.0), (0.0, 0.0), (0.0, 0.0)))
     with pytest.raises(PathError):
         BasePath([(1.0, 1.0)], BASE, velocity=(0.5, 0.0))
 
@@ -300,17 +278,9 @@ def test_a_base_that_lets_go_of_its_path_comes_to_rest_from_any_motion(speed, he
     assert path.duration <= along_takes + 3 * abs(across) / (0.3 * jerk)
 
 
-def test_looking_ahead_changes_nothing():
-    motion = ScalarMotion(LIMITS, 0.0)
-    motion.move_to(1.0, 0.0)
-    before = motion.at(0.3)
-    motion.at(10.0)
-    assert motion.at(0.3) == before
-
-
-@pytest.mark.parametrize("speed", [0.00025, 0.05, 0.4])
-@pytest.mark.parametrize("reach", [0.5, 0.8, 1.2, 1.8, 2.6])
-@pytest.mark.parametrize("more", [1.055, 1.1, 1.2])
+@pytest.mark.parametrize("speed", [0.00025, 0.4])
+@pytest.mark.parametrize("reach", [0.5, 1.2, 2.6])
+@pytest.mark.parametrize("more", [1.055, 1.2])
 def test_a_path_entered_at_speed_ends_at_its_goal_and_not_beyond(speed, reach, more):
     """Lines that go on only a little after the places at which a path may be entered at speed."""
     length = reach * more
@@ -321,8 +291,8 @@ def test_a_path_entered_at_speed_ends_at_its_goal_and_not_beyond(speed, reach, m
     assert np.abs(np.diff([velocity[0] for _, velocity, _ in states])).max() < BASE.acceleration * TIMESTEP * 1.01
 
 
-@pytest.mark.parametrize("along", [-1.2, -0.6, 0.3, 0.9])
-@pytest.mark.parametrize("length", [0.6, 0.75, 0.9, 1.3])
+@pytest.mark.parametrize("along", [-1.2, 0.3, 0.9])
+@pytest.mark.parametrize("length", [0.6, 0.9, 1.3])
 def test_a_corner_soon_after_a_turn_is_not_overshot(along, length):
     """It used to be passed, at low speed, and come back to, where the line up to it had been entered at speed."""
     points = [(0.0, 0.0), (length, 0.0), (length, 2.0)]

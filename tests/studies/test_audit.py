@@ -86,8 +86,7 @@ def test_arm_velocity_against_the_joints_own_limit():
     log = still(commands=commands([4, 7], ramp[:, None]))
     check = check_limits(log, ROBOT)[0]
     assert (check.name, check.where, check.unit) == ("arm velocity, commanded", "joint2", "rad/s")
-    assert check.ratio == pytest.approx(0.5)
-    assert check.worst == pytest.approx(1.31)
+    assert (check.ratio, check.worst) == (pytest.approx(0.5), pytest.approx(1.31))
 
 
 def test_arm_acceleration_and_its_moment():
@@ -95,10 +94,8 @@ def test_arm_acceleration_and_its_moment():
     n = np.arange(STEPS)
     log = still(commands=commands(3, 0.0048 * np.maximum(n - 59, 0)))
     velocity, acceleration, jerk = check_limits(log, ROBOT)[:3]
-    assert velocity.worst == pytest.approx(0.24)
-    assert acceleration.ratio == pytest.approx(1.2)
-    assert acceleration.where == "joint1"
-    assert acceleration.time == pytest.approx(1.2)
+    assert (velocity.worst, acceleration.ratio) == (pytest.approx(0.24), pytest.approx(1.2))
+    assert (acceleration.where, acceleration.time) == ("joint1", pytest.approx(1.2))
     assert jerk.worst == pytest.approx(600.0)  # 12 rad/s^2 within 0.02 s
     assert jerk.ratio == pytest.approx(0.12)
 
@@ -109,8 +106,7 @@ def test_base_speed_is_that_of_the_vector_at_every_physics_step():
     velocity[:, 2] = 2.0
     velocity[123] = 3 / 3.6, -4 / 3.6, 0.0
     check = check_limits(still(base_velocity=velocity), ROBOT)[3]
-    assert check.ratio == pytest.approx(1.0)
-    assert check.time == pytest.approx(123 * PHYSICS)
+    assert (check.ratio, check.time) == (pytest.approx(1.0), pytest.approx(123 * PHYSICS))
 
 
 def test_finger_speed_and_the_first_commands_which_count_from_rest():
@@ -161,8 +157,7 @@ def test_a_joint_must_be_slower_near_the_end_of_its_range():
     # 0.1 rad before the end of joint 2's range there are sqrt(5.17 * 0.1) - 0.2 = 0.519 rad/s left towards it.
     near = {"arm_position": [((50, 1), 1.6918)]}
     there = checks(**near, arm_velocity=[((50, 1), 0.5)])["arm velocity"]
-    assert there.limit == pytest.approx(0.519, abs=1e-3)
-    assert there.ratio == pytest.approx(0.963, abs=1e-3)
+    assert (there.limit, there.ratio) == (pytest.approx(0.519, abs=1e-3), pytest.approx(0.963, abs=1e-3))
     assert checks(**near, arm_velocity=[((50, 1), -0.5)])["arm velocity"].limit == 2.62
 
 
@@ -181,11 +176,7 @@ def test_torque_and_fingers():
 
 
 @pytest.mark.parametrize(
-    ("place", "where", "ratio"),
-    [
-        ((-0.0775, 0.0), "backwards", 0.5),
-        ((0.0, 0.175), "to the left", 1.0),
-    ],
+    ("place", "where", "ratio"), [((-0.0775, 0.0), "backwards", 0.5), ((0.0, 0.175), "to the left", 1.0)]
 )
 def test_balance_by_the_side_it_would_tip_over(place, where, ratio):
     found = checks(pressure_centre=[(20, place)])

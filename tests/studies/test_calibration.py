@@ -10,16 +10,7 @@ from caregiver_mj.children.tape import Tape
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from studies import calibration
-from studies.calibration import (
-    EACH,
-    HARMLESS,
-    HORIZONS,
-    SAFE,
-    Scores,
-    questions_of,
-    tally,
-    watch_children,
-)
+from studies.calibration import EACH, HARMLESS, HORIZONS, SAFE, Scores, questions_of, tally, watch_children
 from study import main
 
 # One cell: a toy west of it, stairs east, a table with a candle north and a bare one south.
@@ -95,8 +86,7 @@ def test_scores_by_hand():
     # Ten predictions of 0.1 of which two come true, and ten of 0.5, of which four do.
     rows = pd.DataFrame([made("a", 1, 10, 1.0, 2.0), made("b", 2, 10, 5.0, 4.0)])
     scores = Scores.of(rows, "1", 5)
-    assert scores.base_rate == pytest.approx(0.3)
-    assert scores.mean == pytest.approx(0.3)
+    assert (scores.base_rate, scores.mean) == (pytest.approx(0.3), pytest.approx(0.3))
     assert scores.bias.value == pytest.approx(1.0)
     brier = (2 * 0.81 + 8 * 0.01 + 10 * 0.25) / 20
     assert scores.brier == pytest.approx(brier)

@@ -8,16 +8,7 @@ from caregiver_mj.cli import main as caregiver_mj
 from caregiver_mj.experiments.settings import EPSILONS
 from caregiver_mj.experiments.verdicts import Verdict
 from caregiver_mj.plans.floor_plan import FloorPlan
-from studies.foresight import (
-    ABLATIONS,
-    COLUMNS,
-    FLOOR,
-    Bars,
-    draw,
-    made,
-    page,
-    variants,
-)
+from studies.foresight import ABLATIONS, COLUMNS, FLOOR, Bars, draw, made, page, variants
 from study import main
 
 HOUSES, EPISODES = 6, 10
@@ -54,15 +45,13 @@ class TestBars:
         assert low < below / 12 < high
 
     def test_houses(self, bars):
-        assert bars.houses_with("paper", "0.25") == (5, 0, 1)
-        assert bars.clear("paper", "0.25") == (5, 1)
+        assert (bars.houses_with("paper", "0.25"), bars.clear("paper", "0.25")) == ((5, 0, 1), (5, 1))
 
     def test_the_child(self, bars):
         ratio, verdict = bars.toys("0.5")
         assert ratio.value == 1
         assert verdict == Verdict.NOT_INFERIOR
-        assert bars.denied("0.5")[0] == 2
-        assert bars.denied("0.5")[1].value == 0
+        assert (bars.denied("0.5")[0], bars.denied("0.5")[1].value) == (2, 0)
 
     def test_against_the_rule(self, bars):
         found = bars.against("paper", ("0.5", "0.25"))

@@ -71,9 +71,6 @@ def test_who_decides_once_carries_on():
     assert walk(Handicap(once=True, pace=1.5), Turncoat, 10, 2)[0] == [8, 6]
 
 
-# -- Phases --------------------------------------------------------------------------------------
-
-
 def test_the_grid_logs_what_was_done_and_is_not_changed_by_it():
     plan, tapes = FloorPlan.load("paper"), [episode_tapes(episode_seed(0, i), 1) for i in range(10)]
     handicap = Handicap(True, 1.2, 0.3)
@@ -89,8 +86,6 @@ def test_the_grid_logs_what_was_done_and_is_not_changed_by_it():
     assert (table.near <= table.actions).all()
     assert 0 < table.near.sum() < table.actions.sum()
 
-
-# -- How much there is to be ---------------------------------------------------------------------
 
 # Two completed phases in which the robot needs 12 s instead of the grid's 10, and loses 3 s to the child.
 IN_HOUSE = pd.DataFrame(

@@ -18,9 +18,6 @@ GRASP = find_embodiment().grasp
 REST = Moment(time=0.0, x=0.0, y=0.0, speed=0.0, fingers=GRASP.open, height=0.0, reach=0.0, held=False)
 
 
-# -- What is measured ----------------------------------------------------------------------------
-
-
 def course(*changes):
     """Moments a second apart, each the one before with something changed."""
     moments = [REST]
@@ -50,9 +47,6 @@ def test_times_from_arriving_to_what_happens():
     # What does not happen has no time.
     assert times(course(*TAKES), GRASP) == pytest.approx((3.0, math.nan), nan_ok=True)
     assert times(course(*TAKES[:3]), GRASP) == pytest.approx((math.nan, math.nan), nan_ok=True)
-
-
-# -- One, and many -------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("table", "barred"), [(1, 0.0), (0, 0.04)])

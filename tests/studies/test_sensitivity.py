@@ -45,9 +45,6 @@ from studies.sensitivity import (
 CORRIDOR = FloorPlan.parse("##############\n#S..........C#\n##T######B####\n##############")
 
 
-# -- Where the two rules are the same ----------------------------------------------------------------
-
-
 def choices(plan, candle_table):
     """What the rule and `nearest` choose with a child in each cell."""
     cells = len(plan.free_cells)
@@ -78,9 +75,6 @@ def test_the_rules_differ_in_a_corridor_by_hand():
     dear = dataclasses.replace(CORRIDOR, damage=DamageWeights(20.0, 4.0, 1.0))
     apart = {(int(c), int(s)) for c, s, so in zip(east, west, cells_apart(dear), strict=True) if so}
     assert apart == {(2, 9), (3, 8), (4, 7), (5, 6)}
-
-
-# -- In the grid -------------------------------------------------------------------------------------
 
 
 def run_at(condition, epsilon=1.0, episodes=4):
@@ -151,9 +145,6 @@ def test_differences_are_paired_and_of_means_over_houses(results):
     assert results.mean_difference("paper", PAPER, NEAREST).value == pytest.approx(np.mean(ours) - np.mean(theirs))
 
 
-# -- In the house ------------------------------------------------------------------------------------
-
-
 def test_a_slowed_robot_is_the_same_but_for_its_speed():
     robot = find_embodiment()
     slow = slowed(robot, 0.5)
@@ -162,9 +153,6 @@ def test_a_slowed_robot_is_the_same_but_for_its_speed():
     assert slow.limits.base.acceleration == robot.limits.base.acceleration
     assert (slow.model, slow.layout, slow.footprint, slow.limits.yaw) == (
         robot.model, robot.layout, robot.footprint, robot.limits.yaw)  # fmt: skip
-
-
-# -- The page ----------------------------------------------------------------------------------------
 
 
 def made_episodes():

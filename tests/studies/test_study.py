@@ -20,9 +20,6 @@ from study import FOLDER, Page, Parser, fill, interval, listed, run_all, share, 
 SCRIPT = FOLDER.with_name("study.py")
 
 
-# -- All of them -------------------------------------------------------------------------------------
-
-
 def private_uses(source):
     """Private attributes of anything but the object itself, and private names from other modules."""
     found = []
@@ -60,9 +57,6 @@ def test_the_script_lists_the_studies(tmp_path):
     assert "invalid choice: 'nothing'" in wrong.stderr
 
 
-# -- Commands ----------------------------------------------------------------------------------------
-
-
 def parser():
     made = Parser("some", "A study.")
     made.add("houses", ["test-20"], "houses")
@@ -98,9 +92,6 @@ def test_bad_input_is_one_line(capsys):
     assert "study.py several_children: error: no floor plan 'nowhere'" in capsys.readouterr().err
 
 
-# -- Pages -------------------------------------------------------------------------------------------
-
-
 def test_paragraphs_are_filled_and_all_else_stays_as_it_is():
     words = "word-with-hyphens " * 20
     text = fill(f"# A title that stays as it is, however long it may be: {words}\n\n{words}\n\n- {words}\n- {words}\n")
@@ -134,17 +125,13 @@ def test_numbers_and_verdicts_as_they_are_told():
     assert interval(Estimate(0.5, 0.0, np.inf), 1) == "0.5 (–)"
     assert interval(Estimate(np.nan, np.nan, np.nan)) == "–"
     assert share(Estimate(0.5, 0.25, 0.754)) == "50 % (25 to 75)"
-    assert share(Estimate(0.5, 0.0, np.inf)) == "50 % (–)"
-    assert listed(["a"]) == "a"
+    assert (share(Estimate(0.5, 0.0, np.inf)), listed(["a"])) == ("50 % (–)", "a")
     assert listed(["a", "b", "c"]) == "a, b and c"
     # Verdicts.
     assert [verdict(Estimate(*e), "less", "?", "more") for e in ((-1, -2, -0.5), (0.1, -0.5, 2), (1, 0.5, 2))] == [
         "less", "?", "more"]  # fmt: skip
     assert side(Estimate(-1.0, -np.inf, -0.5)) == 0  # nothing bounds it
     assert [side(Estimate(1.2, 1.1, 1.3), of) for of in (1.0, 1.2, 2.0)] == [1, 0, -1]
-
-
-# -- Jobs --------------------------------------------------------------------------------------------
 
 
 def _identify(job):
@@ -171,9 +158,6 @@ def test_jobs_whose_results_are_kept_are_not_run_again(tmp_path):
     assert run_all(_count, jobs, 1, "counting") == [{"length": 2}, {"length": 2}]
     with pytest.raises(CaregiverError, match="study"):  # not another one's
         run_all(_identify, jobs, 1, "identifying", kept)
-
-
-# -- Trials ------------------------------------------------------------------------------------------
 
 
 def options(*arguments):

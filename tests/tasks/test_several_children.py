@@ -5,7 +5,6 @@ import pytest
 from scripted_child import EAST, NORTH, SOUTH, STAY, WEST, Scripted
 
 import caregiver_mj.tasks
-from caregiver_mj.children.family import ChildSpec, Family
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
 
@@ -25,11 +24,8 @@ def timesteps(env, count=1):
     return [env.step(action).reward for _ in range(count * MOVE)]
 
 
-# -- Observations ------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("task", caregiver_mj.tasks.ALL_TASKS)
-@pytest.mark.parametrize(("family", "shape"), [("0.5", (3,)), ("1,.25", (2, 3)), ("1,1,1,1", (4, 3))])
+@pytest.mark.parametrize(("family", "shape"), [("0.5", (3,)), ("1,1,1,1", (4, 3))])
 def test_shapes(task, family, shape):
     env = load(family, task)
     step = env.reset()
@@ -42,14 +38,6 @@ def test_shapes(task, family, shape):
     assert {key: spec[key].shape for key in others} == {
         key: value.shape for key, value in load(0.5, task).observation_spec().items() if key in others
     }
-
-
-def test_children_start_apart_from_each_other_and_from_the_robot():
-    env = load("1,1,1")
-    for _ in range(10):
-        seen = env.reset().observation
-        places = [*seen["toddler_position"][:, :2], seen["base_position"][:2]]
-        assert len({PLAN.cell_at(place) for place in places}) == 4
 
 
 def test_all_else_in_the_house_is_as_for_an_only_child():
@@ -82,8 +70,6 @@ def test_clocks_run_on_beyond_the_tape():
     assert env.task.ledger.visits.sum() == 2 * 202
 
 
-# -- Harm --------------------------------------------------------------------------------------------
-
 #                         the stairwell's landing is south of (1, 3), a table south of (1, 5), a candle's of (1, 1)
 ROW = FloorPlan.parse("########\n#.....B#\n#C#S#T##\n########", "row")
 
@@ -102,8 +88,7 @@ def test_damage_is_the_sum_over_the_children_and_of_each_the_worst_of_a_timestep
     env = row((1, SOUTH), (3, SOUTH), (5, SOUTH), (4, NORTH))
     timesteps(env, 2)
     outcome = env.task.outcome()
-    assert outcome["damage_by_child"] == [8.0, 10.0, 2.0, 0.0]
-    assert outcome["damage"] == 20.0
+    assert (outcome["damage_by_child"], outcome["damage"]) == ([8.0, 10.0, 2.0, 0.0], 20.0)
     assert (outcome["damage_candle"], outcome["damage_stairwell"], outcome["damage_table"]) == (8.0, 10.0, 2.0)
     assert outcome["timesteps_to_threshold"] == 2
     at = dict(zip(ROW.free_cells, env.task.ledger.damage_at[0].tolist(), strict=True))
@@ -158,9 +143,6 @@ def test_the_robot_blocks_each_child_by_itself():
     assert env.task.outcome()["damage_stairwell"] == 0
 
 
-# -- What children see -------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("cell", [(1, 2), (3, 2), (4, 4)])
 def test_they_are_told_the_cell_nearest_to_the_robot(cell):
     env = load([Scripted(PLAN), Scripted(PLAN)])
@@ -177,16 +159,6 @@ def test_without_a_robot_they_are_told_of_none():
     env.reset()
     timesteps(env)
     assert int(env.task.children[0].behaviour.seen[0].caregiver_cell[0]) == -1
-
-
-def test_everybody_behaves_as_asked():
-    env = load([ChildSpec(1.0), "adversary:0", Scripted(PLAN)], robot=False)
-    kinds = [type(child.behaviour).__name__ for child in env.task.children]
-    assert kinds == ["Novice", "Adversary", "Scripted"]
-    assert isinstance(env.task.family, Family)
-
-
-# -- Interventions -----------------------------------------------------------------------------------
 
 
 def test_interventions_are_counted_for_whoever_carries_them_out():

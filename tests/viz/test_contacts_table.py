@@ -30,8 +30,7 @@ def test_counts_are_added_up_and_the_worst_is_shown():
         ),
     }
     table = counts_table(groups)
-    assert table.columns == ("with the caregiver", "calm", "wild")
-    assert cells(table, "episodes") == ("2", "2")
+    assert (table.columns, cells(table, "episodes")) == (("with the caregiver", "calm", "wild"), ("2", "2"))
     assert cells(table, "strikes, turning") == ("0", "3")
     assert cells(table, "greatest force (the most, N)") == ("0", "70")
     assert cells(table, "seconds in contact (an episode, s)") == ("0.00", "2.00")

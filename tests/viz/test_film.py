@@ -27,13 +27,11 @@ def short_film(tmp_path_factory):
 
 def test_film_has_size_length_and_speed_and_can_start_before_it_is_loaded(short_film):
     frames, seconds = imageio_ffmpeg.count_frames_and_secs(str(short_film))
-    assert frames == 15
-    assert seconds == pytest.approx(1.5, abs=0.05)
+    assert (frames, seconds) == (15, pytest.approx(1.5, abs=0.05))
     meta = iio.immeta(short_film, plugin="FFMPEG")
     assert meta["codec"] == "h264"
     assert meta["pix_fmt"].startswith("yuv420p")
-    assert meta["source_size"] == (320, 240)
-    assert meta["fps"] == 10.0
+    assert (meta["source_size"], meta["fps"]) == ((320, 240), 10.0)
     # Film can start before it is loaded.
     data = short_film.read_bytes()
     assert 0 < data.find(b"moov") < data.find(b"mdat")
@@ -116,8 +114,7 @@ def test_nothing_is_said_of_a_film_that_never_began(tmp_path, caplog):
         raise CaregiverError("no OpenGL")
     with pytest.raises(CaregiverError, match="at least 1 picture"), film_writer(tmp_path / "film.mp4", 64, 48, 10):
         pass
-    assert caplog.text == ""
-    assert list(tmp_path.iterdir()) == []
+    assert (caplog.text, list(tmp_path.iterdir())) == ("", [])
     with film_writer(tmp_path / "film.mp4", 64, 48, 10) as write:
         write(np.zeros((48, 64, 3), np.uint8))
     assert [path.name for path in tmp_path.iterdir()] == ["film.mp4"]

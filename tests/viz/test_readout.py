@@ -15,10 +15,8 @@ def values(text, kind):
 
 def test_what_is_happening():
     text = readout(state(timestep=17, family="1,0.25", damage=5.0, damages={"stairs": 5.0}, intervention="<go>"))
-    assert values(text, "timestep") == ["17"]
-    assert values(text, "epsilon") == ["1, 0.25"]
-    assert values(text, "damage") == ["5"]
-    assert values(text, "doing") == ["&lt;go&gt;"]
+    assert (values(text, "timestep"), values(text, "epsilon")) == (["17"], ["1, 0.25"])
+    assert (values(text, "damage"), values(text, "doing")) == (["5"], ["&lt;go&gt;"])
     assert "stairs 5" in text
 
 

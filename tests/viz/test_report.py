@@ -165,8 +165,7 @@ def test_open_intervals_and_no_damage_at_all(tmp_path, epsilon, told):
     assert with_interval(row, "x_mean") == "3.0 [0.0, ∞]"
     assert with_interval(row | {"x_ci_low": None}, "x_mean", 2, "+") == "+3.00 [−∞, ∞]"
     command = ["evaluate", "--world", "grid", "--epsilon", epsilon, "--episodes", "1", "--out", str(tmp_path)]
-    assert cli.main(command) == 0
-    assert cli.main(["report", str(tmp_path)]) == 0
+    assert (cli.main(command), cli.main(["report", str(tmp_path)])) == (0, 0)
     text = words((tmp_path / "report.html").read_text("utf-8"))
     assert told in text
     assert "nan" not in text
@@ -192,16 +191,6 @@ def test_worlds_side_by_side(page):
 
 
 @pytest.mark.usefixtures("words_alone")
-def test_command_gives_the_same_rows(tmp_path, capsys):
-    command = ["evaluate", "--world", "grid", "--house", "paper", "--caregiver", "none", "guard"]
-    command += ["--epsilon", "0.5", "--episodes", "3", "--seed", "5"]
-    assert cli.main([*command, "--out", str(tmp_path)]) == 0
-    assert report.read_run(tmp_path).command() == " ".join(["caregiver-mj", *command])
-    assert cli.main(["report", str(tmp_path)]) == 0  # of `guard`, for there is no `paper`
-    assert "caregiver <code>guard</code>" in (tmp_path / "report.html").read_text("utf-8")
-
-
-@pytest.mark.usefixtures("words_alone")
 @pytest.mark.parametrize(("damage", "episodes"), [("5:4:1", "1"), ("5:4:1", "4"), ("0:0:0", "4")])
 def test_captions_promise_only_the_intervals_that_there_are(tmp_path, damage, episodes):
     argv = ["evaluate", "--world", "grid", "--epsilon", "1", "0", "--caregiver", "none", "paper", "nearest"]
@@ -221,9 +210,7 @@ def test_captions_promise_only_the_intervals_that_there_are(tmp_path, damage, ep
 
 
 def test_numbers_have_a_true_minus():
-    assert number(-1.25) == "−1.2"
-    assert number(-0.01) == "0.0"
-    assert number(0.01, 1, "+") == "0.0"
+    assert (number(-1.25), number(-0.01), number(0.01, 1, "+")) == ("−1.2", "0.0", "0.0")
     assert number(2.0, 1, "+") == "+2.0"
 
 

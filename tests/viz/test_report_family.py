@@ -38,13 +38,7 @@ def test_the_page_speaks_of_these_children_and_of_no_others(run, page):
 
 def test_each_child_has_a_row_of_its_own(run):
     table = children_table(report.read_run(run))
-    assert table.columns == (
-        "child",
-        "damage, without",
-        "damage, with",
-        "toys reached, without",
-        "toys reached, with",
-    )
+    assert table.columns == ("child", "damage, without", "damage, with", "toys reached, without", "toys reached, with")
     alone, guarded = (np.mean(DAMAGE[caregiver, "1"]) for caregiver in ("none", "paper"))
     assert table.rows[:2] == [
         ("100 % and 50 % random: novice 1, 100 %", f"{0.8 * alone:.1f}", f"{0.8 * guarded:.1f}", "2.0", "2.0"),
@@ -59,9 +53,6 @@ def test_single_children_and_families_beside_each_other(run, tmp_path):
     assert [row[0] for row in table.rows] == names
     assert table.columns == ("children", "Grid (paper)", "Physical house (paper)", "house against grid")
     assert [row[3] for row in table.rows] == ["–"] * 4
-
-
-# -- Which episode is filmed -------------------------------------------------------------------------
 
 
 def filmed(runs, tmp_path):

@@ -204,8 +204,7 @@ def test_everything_is_done_in_the_thread_that_runs_in_another_house_too(viewer)
 def test_bad_input_is_one_line(capsys, house, options, words):
     assert cli.main(["view", "--web", "--house", house, *options]) == 2
     out, err = capsys.readouterr()
-    assert out == ""
-    assert err.count("\n") == 1
+    assert (out, err.count("\n")) == ("", 1)
     assert all(word in err for word in words)
 
 
@@ -229,7 +228,6 @@ def test_without_a_display_a_line_says_what_there_is(capsys, monkeypatch, house)
 def test_without_viser_a_line_says_what_to_install(house):
     code = f"import sys; sys.modules['viser'] = None; from caregiver_mj import cli; cli.main({['view', '--web']!r})"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert done.stdout == ""
-    assert done.stderr.count("\n") == 1
+    assert (done.stdout, done.stderr.count("\n")) == ("", 1)
     assert "needs viser and mjviser" in done.stderr
     assert "pip install 'caregiver_mj[web]'" in done.stderr

@@ -33,8 +33,7 @@ def rows(shown, session):
 
 def test_what_stands_in_the_corner(session):
     shown = rows(state(damage=5.0, danger=np.array([0.0, 0.5, 2.0]), target=2), session)
-    assert shown["caregiver"] == "carry candle 2 to table 1"
-    assert shown["timestep"] == "50"
+    assert (shown["caregiver"], shown["timestep"]) == ("carry candle 2 to table 1", "50")
     assert shown["damage"] == "5"
     assert shown["P(safe)"].startswith("0.50 ||")
     bars = [shown[str(hazard)] for hazard in PLAN.hazards]
