@@ -42,26 +42,18 @@ def fails(capsys, argv):
         (["house"], ["show|check"]),
         ([*GRID, "--wrong"], ["--wrong"]),
         ([*GRID, "--epsilon", "half"], ["--epsilon", "half"]),
-        ([*GRID, "--epsilon"], ["--epsilon"]),
         ([*GRID, "--epsilon", "1,half"], ["--epsilon", "1,half"]),
         ([*GRID, "--epsilon", "1,2"], ["epsilon", "2.0", "[0, 1]"]),
         ([*GRID, "--epsilon", "angel:1"], ["angel", "novice", "adversary"]),
         ([*GRID, "--epsilon", "1,.5,.25", "--children", "2"], ["1,.5,.25", "3 children", "2", "--children"]),
         ([*GRID, "--children", "0"], ["--children", "0"]),
-        ([*GRID, "--children", "101"], ["at most 100 children, got 101"]),
         ([*GRID, "--epsilon", ",".join(["1"] * 101)], ["at most 100 children, got 101"]),
-        ([*GRID, "--children", "two"], ["--children", "two"]),
         ([*GRID, "--child", "angel"], ["angel", "novice", "expert", "adversary"]),
         ([*GRID, "--house", "apartment", "--houses", "test-2"], ["--houses: not allowed with argument --house"]),
         ([*GRID, "--damage", "1e308:1:1"], ["damage of a stairwell must be at most 1e+06"]),
         ([*GRID, "--damage", "5:4"], ["STAIRWELL:CANDLE:TABLE", "5:4"]),
-        ([*GRID, "--damage", "5:-4:1"], ["candle", "-4"]),
         ([*GRID, "--damage", "5:4:inf"], ["table", "inf"]),
-        ([*GRID, "--epsilon", "0.5", "1.5"], ["epsilon", "1.5", "[0, 1]"]),
-        ([*GRID, "--epsilon", "-0.1"], ["epsilon", "-0.1"]),
-        ([*GRID, "--epsilon", "nan"], ["epsilon", "nan"]),
         ([*GRID, "--episodes", "0"], ["episodes", "0"]),
-        ([*GRID, "--episodes", "-3"], ["episodes", "-3"]),
         ([*GRID, "--episodes", "99999999999999"], ["999,999,999,999,990", "10,000,000"]),
         ([*GRID, "--episodes", "2.5"], ["--episodes", "2.5"]),
         ([*GRID, "--jobs", "0"], ["jobs", "0"]),
@@ -74,17 +66,11 @@ def fails(capsys, argv):
         (["render"], ["--out"]),
         (["render", "--out", "film.gif"], ["film.gif", ".mp4"]),
         (["render", "--out", f"{'x' * 300}.mp4"], ["cannot be written", "too long"]),
-        (["render", "--out", "film.mp4", "--epsilon", "2"], ["epsilon", "2"]),
         (["render", "--out", "film.mp4", "--epsilon", "1,.5", "--children", "3"], ["1,.5", "2 children", "3"]),
-        (["render", "--out", "film.mp4", "--child", "angel"], ["angel"]),
         (["render", "--out", "film.mp4", "--child", "adversary:0"], ["a name alone", "use --epsilon adversary:0"]),
         (["render", "--out", "film.mp4", "--damage", "1"], ["STAIRWELL:CANDLE:TABLE"]),
         (["render", "--out", "film.mp4", "--overlay", "rain"], ["--overlay", "rain", "danger"]),
         (["render", "--out", "film.mp4", "--seconds", "0"], ["seconds", "0"]),
-        (["render", "--out", "film.mp4", "--seconds", "inf"], ["seconds", "inf"]),
-        (["render", "--out", "film.mp4", "--seed", "-1"], ["seed", "-1"]),
-        (["render", "--out", "film.mp4", "--episode", "-1"], ["episode", "-1"]),
-        (["render", "--out", "film.mp4", "--epsilon", "1,half"], ["1,half"]),
         (["render", "--out", "film.mp4", "--caregiver", "nanny"], ["nanny"]),
         (["house", "check", "igloo"], ["igloo"]),
         (["house", "show", "two\nlines"], ["two lines"]),
@@ -93,7 +79,6 @@ def fails(capsys, argv):
         (["house", "make", "--size", "10"], ["--size", "14x12", "'10'"]),
         (["house", "make", "--size", "10x2"], ["5 to 100", "2"]),
         (["house", "make", "--bins", "0"], ["bins", "at least 1"]),
-        (["house", "make", "--bins", "many"], ["--bins", "many"]),
         (["house", "make", "--size", "8x8", "--rooms", "12"], ["house-0-8x8-rooms12", "rooms 12", "8 x 8"]),
     ],
 )
@@ -134,26 +119,22 @@ def test_house_check_says_all_that_is_wrong(capsys, tmp_path):
     assert len(lines) == len(words)
     assert all(word in line for word, line in zip(words, lines, strict=True))
     assert lines[0] in fails(capsys, ["house", "show", tmp_path / "bad.txt"])  # the first of them, elsewhere
-
-
-def test_house_check_of_what_is_no_floor_plan_tells_the_first_of_what_is_wrong(capsys, tmp_path):
-    (tmp_path / "prose.txt").write_text("#####\n" + "Words.\n" * 200)
+    (tmp_path / "prose.txt").write_text("#####\n" + "Words.\n" * 200)  # no floor plan: the first twenty
     assert cli.main(["house", "check", str(tmp_path / "prose.txt")]) == 2
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 21
     assert "line 1, column 6: the row has 5 cells, but most have 6" in lines[0]
-    assert "line 2, column 1: 'W'" in lines[1]
     assert lines[-1] == "caregiver-mj: and 181 more"
 
 
-def test_floor_plan_with_a_byte_order_mark(capsys, tmp_path):
+def test_files_of_odd_bytes(capsys, tmp_path):
     (tmp_path / "marked.txt").write_bytes(b"\xef\xbb\xbf" + PLAN.replace("\n", "\r\n").encode())
     assert cli.main(["house", "check", str(tmp_path / "marked.txt")]) == 0
     assert capsys.readouterr().out.startswith("OK: marked, 5 x 5 cells")
-
-
-def test_floor_plan_without_an_end(capsys):
     assert "at most 1,000,000 bytes" in fails(capsys, ["house", "check", "/dev/zero"])
+    (tmp_path / "noise.txt").write_bytes(b"\xff\xfe\x00")
+    assert "noise.txt" in fails(capsys, ["house", "check", tmp_path / "noise.txt"])
+    assert str(tmp_path) in fails(capsys, ["house", "check", tmp_path])
 
 
 def test_floor_plan_whose_name_is_no_text(capsys, tmp_path):
@@ -163,12 +144,6 @@ def test_floor_plan_whose_name_is_no_text(capsys, tmp_path):
     assert cli.main([*GRID, "--house", file, "--epsilon", "1", "--episodes", "1", "--out", str(tmp_path / "run")]) == 0
     assert "grid 'our?'" in capsys.readouterr().out
     assert cli.main(["compare", str(tmp_path / "run"), str(tmp_path / "run")]) == 0
-
-
-def test_floor_plan_that_is_not_text(capsys, tmp_path):
-    (tmp_path / "noise.txt").write_bytes(b"\xff\xfe\x00")
-    assert "noise.txt" in fails(capsys, ["house", "check", tmp_path / "noise.txt"])
-    assert str(tmp_path) in fails(capsys, ["house", "check", tmp_path])
 
 
 @pytest.mark.parametrize("below", ["", "/run"])
@@ -205,11 +180,6 @@ def test_folders_that_cannot_be_looked_into(tmp_path):
     assert all(line.startswith("caregiver-mj: ") and "Permission denied" in line for line in lines)
 
 
-def test_film_that_is_a_folder(capsys, tmp_path):
-    (tmp_path / "film.mp4").mkdir()
-    assert "film.mp4" in fails(capsys, ["render", "--out", tmp_path / "film.mp4"])
-
-
 def test_bad_input_leaves_nothing_behind(capsys, tmp_path):
     fails(capsys, [*GRID, "--epsilon", "2", "--out", tmp_path / "run"])
     fails(capsys, ["render", "--seconds", "0", "--out", tmp_path / "films" / "film.mp4"])
@@ -230,25 +200,17 @@ def test_two_runs_do_not_mix(capsys, tmp_path):
         assert "run.json" in fails(capsys, [*argv, "--resume"])
 
 
-def test_json_stands_alone_on_standard_output(capsys):
-    assert cli.main([*GRID, "--episodes", "3", "--epsilon", "1", "0.5", "--json"]) == 0
+def test_table_and_json(capsys):
+    argv = [*GRID, "--episodes", "3", "--epsilon", "1", "0.5"]
+    assert cli.main([*argv, "--json"]) == 0
     out, err = capsys.readouterr()
-    summary = json.loads(out, parse_constant=pytest.fail)  # NaN is no JSON
-    assert [(row["epsilon"], row["caregiver"]) for row in summary["rows"]] == [
-        (1.0, "none"),
-        (1.0, "expected-danger"),
-        (0.5, "none"),
-        (0.5, "expected-danger"),
-    ]
-    assert "normalised" in err
-
-
-def test_table(capsys):
-    assert cli.main([*GRID, "--episodes", "3", "--epsilon", "1"]) == 0
-    out, _ = capsys.readouterr()
-    none, paper = (line.split() for line in out.splitlines() if line.split()[:1] == ["1"])
-    assert none[1] == "none"
-    assert paper[1] == "expected-danger"
+    rows = json.loads(out, parse_constant=pytest.fail)["rows"]  # NaN is no JSON
+    names = ("none", "expected-danger")
+    assert [(row["epsilon"], row["caregiver"]) for row in rows] == [(e, name) for e in (1.0, 0.5) for name in names]
+    assert "normalised" in err  # the table beside it
+    assert cli.main(argv) == 0
+    none, paper = (line.split() for line in capsys.readouterr().out.splitlines() if line.split()[:1] == ["1"])
+    assert (none[1], paper[1]) == names
     assert none[6] == "1.00"  # left: epsilon, name, mean, ±, sd, normalised, left
     assert float(paper[6]) == pytest.approx(float(paper[2]) / float(none[2]), abs=0.01)
 
@@ -256,7 +218,6 @@ def test_table(capsys):
 @pytest.mark.parametrize(
     ("argv", "families", "epsilons"),
     [
-        (["--epsilon", "1,.25", ".5"], ["1,0.25", "0.5"], [0.625, 0.5]),
         (["--epsilon", "1,.25", ".5", "--children", "2"], ["1,0.25", "0.5,0.5"], [0.625, 0.5]),
         (["--epsilon", "1", "--children", "3"], ["1,1,1"], [1.0]),
         (["--epsilon", "1", "1.0", "1,0", "1,.0"], ["1", "1,0"], [1.0, 0.5]),
@@ -286,14 +247,6 @@ def test_damage_is_what_was_asked_for(capsys, tmp_path):
     assert means == [means[0], 2 * means[0], 0]
     message = fails(capsys, [*argv, "--damage", "1:1:1", "--out", tmp_path / "5_4_1", "--resume"])
     assert "damage is 5:4:1 there and 1:1:1 here" in message
-
-
-def test_a_run_of_other_children_is_not_continued(capsys, tmp_path):
-    argv = [*GRID, "--caregiver", "none", "--episodes", "2", "--out", str(tmp_path)]
-    assert cli.main([*argv, "--epsilon", "1,.5"]) == 0
-    capsys.readouterr()
-    message = fails(capsys, [*argv, "--epsilon", "1,adversary:.5", "--resume"])
-    assert "families is ['1,0.5'] there and ['1,adversary:0.5'] here" in message
 
 
 def test_house_commands(capsys):
@@ -348,55 +301,36 @@ def test_help_says_defaults_as_one_types_them(capsys):
     assert "(default: ) " not in said
 
 
-def test_help_lists_the_commands(capsys):
-    with pytest.raises(SystemExit) as stop:
-        cli.main(["--help"])
-    assert stop.value.code == 0
-    out = capsys.readouterr().out
-    assert all(command in out for command in ("evaluate", "render", "house"))
-
-
 @pytest.mark.parametrize(
     ("argv", "message"),
     [
         ([*GRID, "--episodes", "0"], "episodes must be an integer of at least 1, got 0"),
-        (["render", "--out", "film.gif"], "the file must be called FILE.mp4, got 'film.gif'"),
         (["render", "--task", "fly", "--out", "film.mp4"], "no task 'fly': there are "),
     ],
 )
 def test_as_a_process(tmp_path, argv, message):
     # No library that is imported on the way has anything to add, least of all about a missing display.
-    run = subprocess.run(
-        [sys.executable, "-m", "caregiver_mj", *argv], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
+    command = [sys.executable, "-m", "caregiver_mj", *argv]
+    run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert run.returncode == 2
     assert run.stdout == ""
     assert run.stderr.startswith(f"caregiver-mj: {message}")
     assert run.stderr.count("\n") == 1
 
 
-@pytest.mark.parametrize("how", [[], ["-u"]])  # -u: nothing is kept in a buffer
 @pytest.mark.parametrize(
     "command",
     [
-        ["--help"],
-        ["house", "-h"],
-        ["--version"],
-        ["house", "check", "paper"],
-        [*GRID, "--episodes", "1", "--epsilon", "1"],
+        ["-m", "caregiver_mj", "--help"],
+        ["-u", "-m", "caregiver_mj", "house", "check", "paper"],  # -u: nothing is kept in a buffer
+        ["-m", "caregiver_mj", *GRID, "--episodes", "1", "--epsilon", "1"],
     ],
 )
-def test_a_full_disk_below_standard_output(command, how):
+def test_a_full_disk_below_standard_output(command):
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}  # that is -u
     with open("/dev/full", "w") as full:
-        run = subprocess.run(
-            [sys.executable, *how, "-m", "caregiver_mj", *command],
-            env=environment,
-            stdout=full,
-            stderr=subprocess.PIPE,
-            text=True,
-            check=False,
-        )
+        options = {"stdout": full, "stderr": subprocess.PIPE, "text": True, "check": False}
+        run = subprocess.run([sys.executable, *command], env=environment, **options)
     assert run.returncode == 1
     assert run.stderr.splitlines()[-1] == "caregiver-mj: the output cannot be written: No space left on device"
     assert "Traceback" not in run.stderr

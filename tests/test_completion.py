@@ -54,17 +54,12 @@ def bash(tmp_path_factory):
         (["ev"], {"evaluate"}),
         (["re"], {"render", "report", "record"}),
         (["house", ""], {"show", "check", "make"}),
-        (["evaluate", "--caregiver", "fo"], {"foresight"}),
         (["evaluate", "--caregiver", "none", "paper-a"], {"paper-alike"}),
         (["render", "--caregiver", "exp"], {"expected-danger"}),
         (["evaluate", "--caregiver", "none", "--ep"], {"--epsilon", "--episodes"}),
-        (["evaluate", "--world", "g"], {"grid"}),
         (["evaluate", "--houses", "te"], {"test-100", "tenement", "terrace"}),
-        (["evaluate", "--houses", "dr"], {"drawn-10"}),
         (["evaluate", "--house", "hal"], {"hall-17"}),
         (["render", "--child", "ad"], {"adversary"}),
-        (["render", "--task", "block"], {"block_stairs"}),
-        (["render", "--embodiment", "mobile_u"], {"mobile_ur5e"}),
         (["record", "--format", "l"], {"lerobot"}),
         (["completion", "z"], {"zsh"}),
     ],
@@ -137,14 +132,8 @@ def test_a_tab_in_bash(tmp_path):
 
 
 @pytest.mark.skipif(shutil.which("zsh") is None, reason="there is no zsh")
-@pytest.mark.parametrize(
-    ("typed", "wanted"),
-    [
-        ("caregiver-mj eval", "caregiver-mj evaluate"),
-        ("caregiver-mj render --caregiver fores", "--caregiver foresight"),
-    ],
-)
-def test_a_tab_in_zsh(tmp_path, typed, wanted):
+def test_a_tab_in_zsh(tmp_path):
+    typed, wanted = "caregiver-mj render --caregiver fores", "--caregiver foresight"
     script_of("zsh", tmp_path)
     beginning = f"fpath=({tmp_path} $fpath); autoload -U compinit; compinit -u -D"
     assert wanted in at_a_tab(["zsh", "-f", "-i"], beginning, typed, wanted)

@@ -140,11 +140,7 @@ VALUES = {
     "--camera": ["wrist", "hall"],
     "--port": ["0", "65536"],
 }
-_SAFE = {
-    "--jobs": VALUES["--jobs"],
-    "--size": VALUES["--size"],
-    "--world": VALUES["--world"],
-}  # no odd one that is large
+_SAFE = {option: VALUES[option] for option in ("--jobs", "--size", "--world")}  # no odd one that is large
 
 
 @st.composite

@@ -49,26 +49,22 @@ def test_imports_run_one_way(rooms, tmp_path):
     assert "4 kept, 0 broken" in found.stdout
 
 
-@pytest.mark.parametrize(
-    ("room", "line"),
-    [
-        ("robot", "import caregiver_mj.caregivers.caregiver"),
-        ("danger", "import caregiver_mj.grid.world"),
+def test_imports_the_wrong_way_are_found(rooms, tmp_path):
+    rooms.assemble(tmp_path)
+    for room, line in (
         ("tasks", "import caregiver_mj.grid.world"),
         ("envs", "from dm_control.rl import control"),
         ("viz", "from study import table"),
-        ("recording", "from studies.audit import EpisodeLog"),
         ("plans", "def f():\n    import caregiver_mj.viz.colours"),
-    ],
-)
-def test_an_import_the_wrong_way_is_found(rooms, tmp_path, room, line):
-    rooms.assemble(tmp_path)
-    folder = tmp_path / "caregiver_mj" / room
-    source = folder.resolve()
-    folder.unlink()
-    shutil.copytree(source, folder, ignore=shutil.ignore_patterns("__pycache__"))
-    (folder / "offender.py").write_text(line + "\n")
-    assert lint(tmp_path).returncode == 1
+    ):
+        folder = tmp_path / "caregiver_mj" / room
+        source = folder.resolve()
+        folder.unlink()
+        shutil.copytree(source, folder, ignore=shutil.ignore_patterns("__pycache__"))
+        (folder / "offender.py").write_text(line + "\n")
+    found = lint(tmp_path)
+    assert found.returncode == 1
+    assert "0 kept, 4 broken" in found.stdout
 
 
 def test_the_danger_model_needs_numpy_and_scipy_alone(imports):

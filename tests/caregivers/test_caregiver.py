@@ -2,8 +2,6 @@
 
 import dataclasses
 import importlib.metadata
-import subprocess
-import sys
 import warnings
 
 import numpy as np
@@ -12,13 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_plans import plan_texts
 
-from caregiver_mj.caregivers import CAREGIVERS, Caregiver, Percept, make_caregiver
+from caregiver_mj.caregivers import CAREGIVERS, Percept, make_caregiver
 from caregiver_mj.caregivers.baselines import GuardCaregiver, NearestCaregiver, RandomCaregiver
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.paper import CandlesCaregiver, PaperCaregiver, StairsCaregiver
 from caregiver_mj.caregivers.registry import find_caregiver
 from caregiver_mj.children.tape import Tape, pick
-from caregiver_mj.danger import safety
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.grid.world import GridWorld
@@ -61,15 +58,13 @@ def all_caregivers(plan, seed=0):
 # -- The paper's rule ----------------------------------------------------------------------------
 
 
-def test_the_greatest_expected_danger_wins_by_hand():
+def test_the_greatest_expected_danger_wins_by_hand_in_either_reading():
     # Stairwell 5/d, candle 4/d; the stairwell's table twin 0 has no candle and is no candidate.
     #   cell 0: 5/1 > 4/3   cell 1: 5/2 > 4/2   cell 2: 5/3 < 4/1   cell 3: 5/4 < 4/2   cell 4: 5/5 < 4/3
     caregiver = PaperCaregiver(CORRIDOR)
     caregiver.reset(5)
     assert caregiver.choose(see(range(5))).tolist() == [STAIRWELL, STAIRWELL, CANDLE, CANDLE, CANDLE]
-
-
-def test_the_linear_reading_by_hand():
+    # The linear reading by hand.
     # The largest distance is 5: reach 1 - d/5.
     #   cell 0: 5 * 4/5 > 4 * 2/5   cell 1: 5 * 3/5 > 4 * 3/5   cell 2: 5 * 2/5 < 4 * 4/5   cell 3: 5 * 1/5 < 4 * 3/5
     caregiver = PaperCaregiver(CORRIDOR, reach="linear")
@@ -136,18 +131,12 @@ def test_a_novice_that_is_safe_beyond_doubt_is_protected_all_the_same():
     assert caregiver.choose(see(3)).tolist() == [CANDLE]
 
 
-def test_a_carried_candle_is_no_candidate():
-    caregiver = PaperCaregiver(CORRIDOR)
-    caregiver.reset(1)
-    carried = see(2, candle_table=[[NOTHING]], holding=0)
-    assert caregiver.choose(carried).tolist() == [STAIRWELL]
-    np.testing.assert_array_equal(caregiver.assess(carried).reach, [[[1.0, 0.0]]])
-
-
 def test_a_candle_that_is_safest_where_it_stands_is_left_there():
     # On table 2 (4 moves from cell 1) it is farther from the novice than on the bare tables 0 (2) and 1 (2).
     for caregiver in (PaperCaregiver(CORRIDOR), NearestCaregiver(CORRIDOR)):
         assert caregiver.worth_protecting(see([1, 4], candle_table=[[2]])).tolist() == [[True, False], [True, True]]
+    carried = see(2, candle_table=[[NOTHING]], holding=0)  # nor is one in the hand a candidate
+    assert PaperCaregiver(CORRIDOR).choose(carried).tolist() == [STAIRWELL]
     without_stairs = FloorPlan.parse("#########\n#......B#\n##T#C#T##\n#########")
     for caregiver in all_caregivers(without_stairs):
         caregiver.reset(1)
@@ -162,15 +151,6 @@ def test_the_safe_table_is_the_bare_one_farthest_on_foot():
     two = FloorPlan.parse("#########\n#S.....B#\n##T#C#C##\n#########")
     candles = see([0, 4], candle_table=[[1, 2]])
     assert PaperCaregiver(two).destination(candles, np.zeros(2, int)).tolist() == [0, 0]
-
-
-def test_distance_is_on_foot_and_not_as_the_crow_flies():
-    # The east room's table is 2 cells from the novice, behind a wall, and 8 moves on foot.
-    plan = FloorPlan.parse("#######\n#..#T.#\n#C.#..#\n#..#..#\n#.....#\n#T..B.#\n#######")
-    caregiver = PaperCaregiver(plan)
-    start = plan.cell_index[(1, 2)]
-    assert caregiver.table_distances[start].tolist() == [8.0, 2.0, 5.0]
-    assert caregiver.destination(see(start, candle_table=[[1]]), np.zeros(1, int)).tolist() == [0]
 
 
 @pytest.mark.parametrize("option", [{"reach": "near"}, {"prior": "median"}])
@@ -189,23 +169,10 @@ def test_the_action_prior_depends_on_the_seed_alone_and_its_mean_on_the_experts(
     np.testing.assert_allclose(mean[:, [NORTH, SOUTH, WEST]], mean[:, [NORTH]] * np.ones(3))
 
 
-def test_the_decision_does_not_depend_on_what_is_thought_of_the_novice():
-    """Equation (2) has 1 - P(safe) in every object's danger: it cannot change which is greatest."""
-    percept = see(range(5))
-    decisions = []
-    for seed in range(4):
-        caregiver = PaperCaregiver(CORRIDOR, seed)
-        caregiver.reset(5)
-        for action in np.random.default_rng(seed).integers(4, size=30):
-            caregiver.watch(see(range(5), previous_action=action))
-        decisions.append(caregiver.choose(percept).tolist())
-    assert all(decision == decisions[0] for decision in decisions)
-
-
 # -- Houses that lack something ------------------------------------------------------------------
 
 
-def test_a_house_without_candles():
+def test_houses_without_candles_without_stairwells_and_without_either():
     plan = FloorPlan.parse("######\n#S..B#\n#T..S#\n######")
     for caregiver in all_caregivers(plan):
         caregiver.reset(2)
@@ -214,9 +181,7 @@ def test_a_house_without_candles():
             assert decision.tolist() == [NOTHING] * 2
         else:
             assert ((decision >= 0) & (decision < 2)).all()
-
-
-def test_a_house_without_stairwells():
+    # A house without stairwells.
     plan = FloorPlan.parse("#########\n#......B#\n##T#C#T##\n#########")
     percept = see([0, 3])
     for caregiver in all_caregivers(plan):
@@ -227,9 +192,7 @@ def test_a_house_without_stairwells():
             continue
         cannot = isinstance(caregiver, GuardCaregiver | StairsCaregiver)
         assert decision.tolist() == ([NOTHING] * 2 if cannot else [0, 0])
-
-
-def test_a_house_without_hazards():
+    # A house without hazards.
     plan = FloorPlan.parse("####\n#..#\n#.B#\n####")
     for caregiver in all_caregivers(plan):
         caregiver.reset(3)
@@ -293,7 +256,7 @@ def test_random_draws_for_an_episode_by_its_seed_and_not_by_its_place():
     assert (decisions([9])[:, 0] == together[:, 1]).all()
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(plan_texts(largest=12), st.integers(0, 2**31 - 1), st.integers(1, 3))
 def test_every_caregiver_decides_for_each_world_alone_and_only_on_hazards(text, seed, children):
     plan = FloorPlan.parse(text)
@@ -380,43 +343,6 @@ def test_dangers_to_several_children_add_up_by_hand():
     assert greatest.choose(percept).tolist() == [STAIRWELL]
 
 
-class AmongBareTables(PaperCaregiver):
-    """P(reach) normalised over the bare tables 0 and 2 as well, which the paper counts among its objects."""
-
-    def reach(self, percept):
-        bare = self.table_distances[percept.child_cell][..., [0, 2]]
-        return safety.reach_inverse(np.concatenate([self.hazard_distances(percept), bare], axis=-1))[..., :2]
-
-
-def test_bare_tables_in_the_sum_change_nothing_for_one_child_but_at_a_threshold():
-    # They divide both dangers to a child by the same: from cell 2 by 1 + 1/3 + 1/3 + 1/3 instead of 1 + 1/3.
-    without, among = (kind(CORRIDOR) for kind in (PaperCaregiver, AmongBareTables))
-    for caregiver in (without, among):
-        caregiver.reset(5)
-    first, second = (caregiver.assess(see(range(5))).urgency for caregiver in (without, among))
-    np.testing.assert_allclose(first[:, 0] / first[:, 1], second[:, 0] / second[:, 1])
-    assert (first > second).all()
-    assert without.choose(see(range(5))).tolist() == among.choose(see(range(5))).tolist()
-    # So the candle's danger there is 1/2 * 1/2 * 4 = 1 instead of 3/2.
-    for kind, decision in ((PaperCaregiver, CANDLE), (AmongBareTables, NOTHING)):
-        caregiver = kind(CORRIDOR, threshold=1.25)
-        caregiver.reset(1)
-        assert caregiver.choose(see(2)).tolist() == [decision]
-
-
-def test_bare_tables_in_the_sum_may_change_what_several_children_are_protected_from():
-    # From cell 1 stairwell, candle and bare tables are 2, 2, 2 and 4 moves away, from cell 4 5, 3, 5 and 1: the dangers
-    # are divided by 1 and 8/15 without bare tables, by 7/4 and 26/15 with them, so the child at cell 4 counts for less.
-    for kind, urgency in (
-        (PaperCaregiver, [5 / 2 + 1 / (8 / 15), 2 + 4 / 3 / (8 / 15)]),
-        (AmongBareTables, [5 / 2 / (7 / 4) + 1 / (26 / 15), 2 / (7 / 4) + 4 / 3 / (26 / 15)]),
-    ):
-        caregiver = kind(CORRIDOR)
-        caregiver.reset(1, children=2)
-        np.testing.assert_allclose(caregiver.assess(several(1, 4)).urgency, [urgency])
-        assert (urgency[STAIRWELL] > urgency[CANDLE]) == (kind is AmongBareTables)
-
-
 def test_the_child_that_is_not_safe_is_attended_to():
     """The one in cell 0 is beside the stairs, the one in cell 2 beside the candle: whoever behaves worse decides."""
     for careless, decision in ((0, STAIRWELL), (1, CANDLE)):
@@ -497,16 +423,13 @@ def test_a_whole_answer_that_is_none_is_refused_in_its_world(wrong, problem):
 # -- Candles on the floor ---------------------------------------------------------------------------
 
 
-def test_a_candle_on_the_floor_is_protected_like_any_other():
+@pytest.mark.parametrize(("child_cell", "moves"), [(0, 3), (1, 2), (2, 1), (3, 1), (4, 1)])
+def test_a_candle_on_the_floor_is_protected_like_any_other_as_near_as_its_cell(child_cell, moves):
     """From cell 4 it is one move away, the stairwell five."""
     seen = dataclasses.replace(see(4, candle_table=((NOTHING,),)), candle_cell=np.array([[3]]))
     assert make_caregiver("paper", CORRIDOR).choose(seen).tolist() == [CANDLE]
     assert make_caregiver("paper", CORRIDOR).choose(see(4, candle_table=((NOTHING,),))).tolist() == [STAIRWELL]
-
-
-@pytest.mark.parametrize(("child_cell", "moves"), [(0, 3), (1, 2), (2, 1), (3, 1), (4, 1)])
-def test_a_candle_on_the_floor_is_as_near_as_its_cell(child_cell, moves):
-    """It lies in cell 3: one runs into it by stepping there, or is there already."""
+    # It lies in cell 3: one runs into it by stepping there, or is there already.
     seen = dataclasses.replace(see(child_cell, candle_table=((NOTHING,),)), candle_cell=np.array([[3]]))
     caregiver = make_caregiver("nearest", CORRIDOR)
     assert caregiver.hazard_distances(seen).tolist() == [[[child_cell + 1, moves]]]
@@ -523,13 +446,6 @@ def test_caregivers_are_made_by_name():
         caregiver = make_caregiver(name, CORRIDOR, 3)
         assert isinstance(caregiver, CAREGIVERS[name])
         assert (caregiver.plan, caregiver.seed) == (CORRIDOR, 3)
-
-
-def test_an_unknown_name_lists_those_there_are():
-    with pytest.raises(
-        CaregiverError, match="no caregiver 'nanny': there are none, random, nearest, guard, expected-danger, paper"
-    ):
-        make_caregiver("nanny", CORRIDOR)
 
 
 @pytest.fixture
@@ -557,12 +473,6 @@ def test_other_packages_caregivers_are_found_when_asked_for(offered):
     assert "nanny" in CAREGIVERS
     assert list(CAREGIVERS)[-1] == "nanny"
     assert isinstance(make_caregiver("nanny", CORRIDOR, 0), Nanny)
-
-
-def test_other_packages_do_not_replace_ours(offered):
-    offered["paper"] = f"{__name__}:Nanny"
-    assert CAREGIVERS["paper"] is PaperCaregiver
-    assert list(CAREGIVERS).count("paper") == 1
 
 
 def test_an_offer_that_has_the_name_of_one_of_ours_is_told_once(offered):
@@ -614,18 +524,3 @@ def test_a_broken_offer_is_an_error_of_ours_and_only_when_used(offered, value, p
     assert "nanny" in CAREGIVERS
     with pytest.raises(CaregiverError, match=problem):
         make_caregiver("nanny", CORRIDOR)
-
-
-def test_importing_the_caregiver_looks_up_no_entry_points():
-    code = (
-        "import importlib.metadata as m\n"
-        "def refuse(*args, **kwargs): raise SystemExit('looked up at import')\n"
-        "m.entry_points = refuse\n"
-        "import caregiver_mj.caregivers.caregiver"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True)
-
-
-def test_the_base_class_cannot_be_made():
-    with pytest.raises(TypeError, match="abstract"):
-        Caregiver(CORRIDOR)

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from caregiver_mj.caregivers.foresight.child_model import EPSILONS, child_chain
+from caregiver_mj.caregivers.foresight.child_model import EPSILONS
 from caregiver_mj.caregivers.foresight.foresight import (
     ForesightCaregiver,
     KnowsGoalCaregiver,
@@ -229,9 +229,7 @@ class TestValueTable:
         # With the child beside the first table and the caregiver far from it, the candle is better elsewhere.
         assert (found.at(near_second, 0, 3) < found.at(near_first, 0, 3)).all()
 
-    @pytest.mark.parametrize(
-        ("house", "epsilon", "hope"), [("train-100/36", 1.0, 1.1), ("train-100/36", 0.5, 1.1), ("alcoves", 1.0, 1.25)]
-    )
+    @pytest.mark.parametrize(("house", "epsilon", "hope"), [("train-100/36", 0.5, 1.1), ("alcoves", 1.0, 1.25)])
     def test_what_is_expected_is_what_happens(self, house, epsilon, hope):
         """The damage and the price that are expected at first are about what comes, told everything.
 
@@ -357,13 +355,6 @@ class TestForesight:
         ledger = GridWorld(plan, "0.5", ForesightCaregiver(plan)).run(tapes(3, timesteps=60))
         assert ledger.timestep == 60
 
-    def test_an_episode_does_not_depend_on_its_batch(self):
-        plan = FloorPlan.load("paper")
-        caregiver = ForesightCaregiver(plan)
-        together = run_episodes(plan, "0.5", caregiver, range(3)).totals()
-        alone = run_episodes(plan, "0.5", caregiver, [2]).totals()
-        assert all(values[2] == alone[name][0] for name, values in together.items())
-
     def test_it_beats_the_rule_where_that_is_weak(self):
         plan, seeds = FloorPlan.load("train-100/6"), range(60)
         rule, ours = (run_episodes(plan, "0.5", c(plan), seeds).totals() for c in (PaperCaregiver, ForesightCaregiver))
@@ -396,11 +387,6 @@ class TestForesight:
         assert not ours.belief.understood.any()
         assert np.concatenate(as_the_rule[:20]).mean() < np.concatenate(as_the_rule[-20:]).mean() == 1.0
 
-    def test_several_children(self):
-        plan = FloorPlan.load("paper")
-        ledger = run_episodes(plan, "0.5,0.75", ForesightCaregiver(plan), range(2))
-        assert ledger.harm.shape[1] == 2
-
 
 class TestManyCandles:
     """Where there are too many layouts for a table of all candles."""
@@ -418,11 +404,10 @@ class TestManyCandles:
         assert candles_at_a_time(plan) == 2
         assert caregiver.options(percept(plan, 1, 9), np.array([0])).table.shape == (1, 2)
 
-    @pytest.mark.parametrize("caregiver", [ForesightCaregiver, KnowsGoalCaregiver])
-    def test_it_prevents_much_of_the_damage(self, caregiver):
+    def test_it_prevents_much_of_the_damage(self):
         plan, seeds = FloorPlan.load("train-100/6"), range(60)
         assert candles_at_a_time(plan) < len(plan.candle_tables)
-        alone, ours = (run_episodes(plan, "0.5", c, seeds).totals() for c in (None, caregiver(plan)))
+        alone, ours = (run_episodes(plan, "0.5", c, seeds).totals() for c in (None, ForesightCaregiver(plan)))
         assert ours["damage"].mean() < 0.6 * alone["damage"].mean()
         assert ours["toys_reached"].mean() > 0.95 * alone["toys_reached"].mean()
 
@@ -479,9 +464,3 @@ class TestPredictive:
         caregiver = PaperPredictiveCaregiver(plan)
         assert caregiver.reach(percept(plan, 1, 9)) > 0
         assert caregiver.reach(percept(plan, 1, 9, candle_table=[-1])) == 0
-
-
-def test_all_children_move_somehow():
-    chain = child_chain(FloorPlan.load("paper"))
-    assert chain.moves.sum(axis=-1) == pytest.approx(1.0)
-    assert chain.transition.sum(axis=1) == pytest.approx(1.0)

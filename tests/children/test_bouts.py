@@ -42,21 +42,16 @@ def runs(moving):
     return np.array(lengths)
 
 
-def test_half_of_the_bouts_have_one_to_three_steps():
+def test_steps_of_a_bout():
     steps = bout_steps(GRID)
     assert steps.min() == 1
     assert np.mean(steps <= 3) == pytest.approx(0.5, abs=1e-5)
     assert steps.mean() == pytest.approx(mean_bout(), rel=1e-3)
-
-
-def test_a_longer_bout_goes_on_with_the_same_probability_however_long_it_is():
-    """That of the 19-month-olds, of whose bouts 41 % have three steps or fewer: 0.59 go on after three."""
+    # That of the 19-month-olds, of whose bouts 41 % have three steps or fewer: 0.59 go on after three.
     steps = bout_steps(GRID)
     for length in (3, 5, 8, 12):
         assert np.mean(steps[steps > length] > length + 3) == pytest.approx(0.59, abs=0.002)
-
-
-def test_the_shortest_and_the_longest_bout_that_can_be_drawn():
+    # The shortest and the longest bout that can be drawn.
     assert bout_steps(np.array([0.0, np.nextafter(1.0, 0.0)])).tolist() == [1, 3 + 205]
 
 
@@ -76,14 +71,6 @@ def test_it_walks_as_far_in_an_hour_as_was_measured(cell_size):
     metres = share * 3600 * 1.6 / 3.6  # at 1.6 km/h whenever it walks
     assert metres == pytest.approx(704, rel=0.04)
     assert metres / toddler.STEP_LENGTH == pytest.approx(2368, rel=0.04)
-
-
-def test_it_begins_at_rest_and_stops_between_bouts():
-    actions, _ = walks(0.5, 0.75)
-    assert (actions[0] == NOTHING).all()
-    lengths = runs(actions != NOTHING)
-    # With 0.4 moves a step, the half of the bouts that are short carry it no farther than two cells.
-    assert np.mean(lengths <= 2) > 0.5
 
 
 def test_bouts_with_a_goal_lead_to_the_bin_and_into_nothing_else():

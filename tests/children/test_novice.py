@@ -1,5 +1,7 @@
 """The novice: who moves where, how often, and from which draws."""
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,9 +9,9 @@ from hypothesis import strategies as st
 from random_plans import plan_texts
 
 from caregiver_mj.children.behaviour import Sight
-from caregiver_mj.children.novice import Expert, Novice
+from caregiver_mj.children.novice import Expert, Novice, expert_trajectories
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.plans.cell_graph import ACTIONS, Target
+from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
@@ -34,22 +36,18 @@ def test_epsilon_outside_its_range_is_refused(epsilon):
         Novice(SQUARE, epsilon)
 
 
-def test_a_draw_below_epsilon_makes_a_random_move_in_the_order_of_the_actions():
+def test_draws_make_random_and_shortest_moves_by_hand():
     novice = Novice(SQUARE, 0.3)
     cell, goal = np.zeros(4, int), np.zeros(4, int)
     which = [0.1, 0.3, 0.6, 0.9]
     actions = novice.act(sight(cell, goal), draws(*[(0.29, w) for w in which]))
     assert actions.tolist() == [NORTH, EAST, SOUTH, WEST]
-
-
-def test_a_draw_of_epsilon_or_more_makes_a_shortest_move():
+    # A draw of epsilon or more makes a shortest move.
     # To bin (1, 3) from (1, 1): east, east. To (3, 1): south, south. Bins in reading order.
     novice = Novice(SQUARE, 0.3)
     cell, goal = np.array([0, 0, 0]), np.array([0, 1, 0])
     assert novice.act(sight(cell, goal), draws((0.3, 0.1), (0.9, 0.1), (0.3, 0.999))).tolist() == [EAST, SOUTH, EAST]
-
-
-def test_equally_short_moves_are_drawn_equally_often():
+    # Equally short moves are drawn equally often.
     novice = Novice(SQUARE, 0.0)
     cell, goal = np.zeros(4, int), np.full(4, 2)  # from (1, 1) to (3, 3): east or south
     assert novice.act(sight(cell, goal), draws((0, 0.0), (0, 0.49), (0, 0.5), (0, 0.99))).tolist() == [
@@ -58,23 +56,6 @@ def test_equally_short_moves_are_drawn_equally_often():
         SOUTH,
         SOUTH,
     ]
-
-
-def test_epsilon_1_is_uniform_and_epsilon_0_never_random():
-    random = np.random.default_rng(0)
-    many = 40_000
-    cell, goal = np.zeros(many, int), np.zeros(many, int)
-    share = np.bincount(Novice(SQUARE, 1.0).act(sight(cell, goal), random.random((many, 2))), minlength=4) / many
-    np.testing.assert_allclose(share, 0.25, atol=4 * np.sqrt(0.25 * 0.75 / many))
-    assert set(Novice(SQUARE, 0.0).act(sight(cell, goal), random.random((many, 2)))) == {EAST}
-
-
-def test_the_share_of_shortest_moves_is_one_minus_epsilon_plus_a_quarter_of_it():
-    random = np.random.default_rng(1)
-    many = 40_000
-    actions = Novice(SQUARE, 0.6).act(sight(np.zeros(many, int), np.zeros(many, int)), random.random((many, 2)))
-    # East is the one shortest move: 0.4 + 0.6 / 4 = 0.55.
-    assert np.mean(actions == EAST) == pytest.approx(0.55, abs=4 * np.sqrt(0.55 * 0.45 / many))
 
 
 @settings(max_examples=25, deadline=None)
@@ -95,20 +76,14 @@ def test_without_chance_it_needs_the_bump_distance_to_its_bin(text, seed):
     assert arrival.tolist() == plan.graph.bump_distances(plan.bins)[start, goal].tolist()
 
 
-def test_bins_are_uniform():
+def test_bins_are_uniform_and_an_expert_makes_no_random_move():
     grid = (np.arange(600) + 0.5) / 600
     assert np.bincount(Novice(SQUARE, 0.5).next_bin(grid)).tolist() == [200] * 3
-
-
-def test_an_expert_makes_no_random_move_whatever_its_epsilon():
+    # An expert makes no random move whatever its epsilon.
     random = np.random.default_rng(0)
     expert = Expert(SQUARE, 1.0)
     assert expert.epsilon == 0.0
     assert set(expert.act(sight(np.zeros(100, int), np.zeros(100, int)), random.random((100, 3)))) == {EAST}
-
-
-def test_actions_are_the_four_directions():
-    assert ACTIONS == ((-1, 0), (0, 1), (1, 0), (0, -1))
 
 
 def test_the_probabilities_of_its_moves_by_hand():
@@ -118,3 +93,34 @@ def test_the_probabilities_of_its_moves_by_hand():
         probability[0], [[0.1, 0.7, 0.1, 0.1], [0.1, 0.1, 0.7, 0.1], [0.1, 0.4, 0.4, 0.1]], atol=1e-12
     )
     np.testing.assert_allclose(probability.sum(axis=-1), 1.0)
+
+
+# -- The experts: shortest routes, for so many timesteps, by their generator alone -------------------
+
+
+@settings(max_examples=15, deadline=None)
+@given(plan_texts(largest=12), st.integers(1, 300), st.integers(0, 2**31 - 1))
+def test_experts_walk_shortest_collision_free_routes_for_so_many_timesteps(text, timesteps, seed):
+    plan = FloorPlan.parse(text)
+    next_cell, target, index = plan.graph.moves
+    distance = plan.graph.bump_distances(plan.bins)
+    trajectories = expert_trajectories(plan, np.random.default_rng(seed), timesteps)
+    assert sum(len(t) for t in trajectories) == timesteps
+    for number, trajectory in enumerate(trajectories):
+        for (cell, action), (after, _) in itertools.pairwise(trajectory):
+            assert target[cell, action] == Target.FREE
+            assert next_cell[cell, action] == after
+        cell, action = trajectory[-1]
+        if target[cell, action] == Target.BIN:
+            assert len(trajectory) == distance[trajectory[0][0], index[cell, action]]
+        else:
+            assert number == len(trajectories) - 1  # only the last one is cut off
+            assert target[cell, action] == Target.FREE
+
+
+def test_experts_depend_on_their_generator_only_and_need_a_timestep():
+    first, again, other = (expert_trajectories(SQUARE, np.random.default_rng(seed), 50) for seed in (3, 3, 4))
+    assert first == again != other
+    # Experts need a timestep.
+    with pytest.raises(CaregiverError, match="timesteps of experts must be at least 1, got 0"):
+        expert_trajectories(SQUARE, np.random.default_rng(0), 0)

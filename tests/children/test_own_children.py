@@ -40,23 +40,20 @@ def in_the_house(child):
 
 
 @pytest.mark.parametrize("call", [in_the_grid, in_the_house])
-@pytest.mark.parametrize("kind", [K9, Heir])
 @pytest.mark.parametrize(
     ("answer", "words"),
     [
         (lambda batch: np.full(batch, 99), "[99]"),
-        (lambda batch: [4] * batch, "[4]"),
         (lambda batch: np.full(batch, -2), "[-2]"),
         (np.ones, "[1.0]"),
         (lambda batch: np.ones((batch, 2), int), "[[1, 1]]"),
-        (lambda batch: 2, "2"),
         (lambda batch: None, "None"),
     ],
 )
-def test_moves_that_there_are_not(call, kind, answer, words):
-    message = f"{kind.__name__}.act must answer with 1 integers, -1 to 3, got {words}"
+def test_moves_that_there_are_not(call, answer, words):
+    message = f"Heir.act must answer with 1 integers, -1 to 3, got {words}"
     with pytest.raises(CaregiverError, match=f"^{re.escape(message)}$"):
-        call(kind(answer))
+        call(Heir(answer))
 
 
 class TakesNothing(K9):

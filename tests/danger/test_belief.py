@@ -41,10 +41,14 @@ def test_goals_reached_are_drawn_anew(corridor):
     assert found == pytest.approx(np.array([[0.4, 0.15], [0.4, 0.05]]))
 
 
-def test_no_move_tells_nothing(corridor):
+def test_what_nobody_does_and_no_move_tell_nothing(corridor):
     belief = Belief(corridor)
     belief.watch(np.array([[1]]), np.array([[-1]]))
     assert belief.probability == pytest.approx(0.25)
+    # What nobody does tells nothing.
+    certain = Belief(corridor)
+    certain.probability = np.array([[[[1.0, 0.0], [0.0, 0.0]]]])
+    assert watched(certain, (0, 1)) == pytest.approx(np.array([[1.0, 0.0], [0.0, 0.0]]))
 
 
 def test_it_may_be_another_child_from_now_on(corridor):
@@ -94,12 +98,6 @@ def test_who_moves_at_random_or_to_a_goal_is_understood(corridor):
         belief.watch(np.array([[cell]]), np.array([[move]]))
         assert belief.understood.all()
         cell = int(corridor.next_cell[cell, move])
-
-
-def test_what_nobody_does_tells_nothing(corridor):
-    certain = Belief(corridor)
-    certain.probability = np.array([[[[1.0, 0.0], [0.0, 0.0]]]])
-    assert watched(certain, (0, 1)) == pytest.approx(np.array([[1.0, 0.0], [0.0, 0.0]]))
 
 
 def test_children_are_independent(corridor):

@@ -44,21 +44,15 @@ def log_ratio(walk):
 # -- Section II: action priors -------------------------------------------------------------------
 
 
-def test_counts_by_hand():
+def test_counts_and_their_mean_by_hand():
     np.testing.assert_array_equal(safety.action_counts(EXPERTS, 3), ALPHA)
-
-
-def test_the_hyperprior_is_added_to_every_count():
+    # The hyperprior is added to every count.
     np.testing.assert_array_equal(safety.action_counts(EXPERTS, 3, 0.5), ALPHA - 0.5)
-
-
-def test_a_trajectory_counts_once_however_often_it_passes():
+    # A trajectory counts once however often it passes.
     there_and_back = [(0, EAST), (1, WEST), (0, EAST), (1, EAST)]
     np.testing.assert_array_equal(safety.action_counts([there_and_back], 2, 1.0), [[1, 2, 1, 1], [1, 2, 1, 2]])
-
-
-def test_unvisited_states_keep_the_hyperprior():
-    np.testing.assert_array_equal(safety.action_counts([], 2, 0.5), np.full((2, 4), 0.5))
+    # The mean by hand.
+    np.testing.assert_allclose(safety.action_prior_mean(ALPHA), THETA, rtol=1e-15)
 
 
 @pytest.mark.parametrize("hyperprior", [0.0, -1.0, float("nan")])
@@ -72,10 +66,6 @@ def test_counts_are_conserved_and_do_not_depend_on_the_order(trajectories):
     alpha = safety.action_counts(trajectories, 5, 1.0)
     assert alpha.sum() == 5 * 4 + sum(len(set(t)) for t in trajectories)
     np.testing.assert_array_equal(alpha, safety.action_counts([t[::-1] for t in trajectories[::-1]], 5, 1.0))
-
-
-def test_the_mean_by_hand():
-    np.testing.assert_allclose(safety.action_prior_mean(ALPHA), THETA, rtol=1e-15)
 
 
 @pytest.mark.parametrize("alpha", [[1, 4, 1, 1], [0.1, 2.1, 0.1, 0.1], [10, 30, 20, 40]])
@@ -98,49 +88,25 @@ def test_draws_of_the_tiniest_counts_are_probabilities_all_the_same():
     np.testing.assert_allclose(theta.mean(axis=0), 0.25, atol=4 * np.sqrt(0.25 * 0.75 / 2000))
 
 
-def test_a_draw_depends_on_its_generator_only():
-    first, again, other = (safety.action_prior_draw(ALPHA, np.random.default_rng(seed)) for seed in (1, 1, 2))
-    assert (first == again).all()
-    assert (first != other).any()
-
-
 # -- Equation (1) --------------------------------------------------------------------------------
 
 
-def test_one_move_by_hand():
+def test_probabilities_by_hand():
     # East from cell 1: theta 1/2 against rho 1/4, the odds double: P = 2/3.
     assert log_ratio([(1, EAST)])[0] == pytest.approx(np.log(2), rel=1e-14)
     assert safety.probability_safe(log_ratio([(1, EAST)]))[0] == pytest.approx(2 / 3, rel=1e-14)
-
-
-def test_a_walk_by_hand():
+    # A walk by hand.
     # (1/30 * 1/2) / (1/30 * 1/2 + 1/64 * 1/2) = 64 / (64 + 30) = 32/47
     assert safety.probability_safe(log_ratio(WALK))[0] == pytest.approx(32 / 47, rel=1e-14)
-
-
-def test_a_walk_with_another_prior_by_hand():
+    # A walk with another prior by hand.
     # (1/30 * 1/5) / (1/30 * 1/5 + 1/64 * 4/5) = (1/150) / (1/150 + 1/80) = 80 / (80 + 150) = 8/23
     assert safety.probability_safe(log_ratio(WALK), prior=0.2)[0] == pytest.approx(8 / 23, rel=1e-14)
-
-
-def test_before_the_first_move_it_is_the_prior():
+    # Before the first move it is the prior.
     np.testing.assert_allclose(safety.probability_safe(np.zeros(2)), 0.5, rtol=1e-15)
     np.testing.assert_allclose(safety.probability_safe(np.zeros(2), prior=0.9), 0.9, rtol=1e-14)
-
-
-def test_the_order_of_the_moves_does_not_matter():
-    np.testing.assert_allclose(log_ratio(WALK), log_ratio(WALK[::-1]), rtol=1e-14)
-
-
-def test_the_uniform_prior_says_nothing():
-    uniform = np.full((3, 4), 0.25)
-    np.testing.assert_allclose(safety.log_likelihood_ratio(uniform, np.arange(3), np.arange(3)), 0.0, atol=1e-15)
-
-
-@given(hnp.arrays(float, 5, elements=st.floats(-500, 500)))
-def test_the_two_models_are_symmetric(ratio):
-    # Exchanging theta and rho exchanges P and 1 - P.
-    np.testing.assert_allclose(safety.probability_safe(ratio) + safety.probability_safe(-ratio), 1.0, rtol=1e-14)
+    # Small probabilities keep their digits.
+    # Odds of 4^-200 = 2^-400, and P = odds / (1 + odds).
+    assert safety.probability_safe(np.array([-200 * np.log(4)]))[0] == pytest.approx(2.0**-400, rel=1e-12)
 
 
 def test_a_hundred_thousand_moves_neither_overflow_nor_lose_their_balance():
@@ -159,11 +125,6 @@ def test_a_hundred_thousand_moves_neither_overflow_nor_lose_their_balance():
     assert balanced[0] == pytest.approx(0.5, abs=1e-9)
 
 
-def test_small_probabilities_keep_their_digits():
-    # Odds of 4^-200 = 2^-400, and P = odds / (1 + odds).
-    assert safety.probability_safe(np.array([-200 * np.log(4)]))[0] == pytest.approx(2.0**-400, rel=1e-12)
-
-
 # -- Equation (2) --------------------------------------------------------------------------------
 
 # From cell 0: 1 move into the stairwell, 3 (east, east, south) into the candle.
@@ -171,17 +132,13 @@ DISTANCE = np.array([[1.0, 3.0]])
 DAMAGE = np.array([5.0, 4.0])
 
 
-def test_inverse_distance_by_hand():
+def test_distances_and_danger_by_hand():
     # 1/1 and 1/3 of their sum 4/3.
     np.testing.assert_allclose(safety.reach_inverse(DISTANCE), [[3 / 4, 1 / 4]], rtol=1e-15)
-
-
-def test_linear_distance_by_hand():
+    # Linear distance by hand.
     # The largest distance in the house is 3: 1 - 1/3 and 1 - 3/3.
     np.testing.assert_allclose(safety.reach_linear(DISTANCE, 3.0), [[2 / 3, 0.0]], rtol=1e-15)
-
-
-def test_expected_danger_by_hand():
+    # Expected danger by hand.
     safe = np.array([32 / 47])
     # (1 - 32/47) = 15/47; times 3/4 * 5 = 15/4 and 1/4 * 4 = 1.
     inverse = safety.expected_danger(safe, safety.reach_inverse(DISTANCE), DAMAGE)
@@ -189,9 +146,7 @@ def test_expected_danger_by_hand():
     # 15/47 * 2/3 * 5 = 50/47, and 0.
     linear = safety.expected_danger(safe, safety.reach_linear(DISTANCE, 3.0), DAMAGE)
     np.testing.assert_allclose(linear, [[50 / 47, 0.0]], rtol=1e-14)
-
-
-def test_what_cannot_be_collided_with_is_not_reached():
+    # What cannot be collided with is not reached.
     np.testing.assert_array_equal(safety.reach_inverse(np.array([[2.0, np.inf]])), [[1.0, 0.0]])
     np.testing.assert_array_equal(safety.reach_inverse(np.array([[np.inf, np.inf]])), [[0.0, 0.0]])
     np.testing.assert_array_equal(safety.reach_linear(np.array([[2.0, np.inf]]), 4.0), [[0.5, 0.0]])
@@ -221,23 +176,3 @@ def test_nearer_objects_are_likelier_in_both_readings(distance):
     for reach in (safety.reach_inverse(distance), safety.reach_linear(distance, 50.0)):
         assert (np.diff(np.take_along_axis(reach, distance.argsort(axis=1), axis=1), axis=1) <= 1e-15).all()
         assert ((reach >= 0) & (reach <= 1)).all()
-
-
-@settings(max_examples=50)
-@given(DISTANCES, hnp.arrays(float, 3, elements=st.floats(0, 0.999)))
-def test_the_safety_of_the_novice_scales_all_dangers_alike(distance, safe):
-    damage = np.array([5.0, 5.0, 4.0, 4.0])
-    reach = safety.reach_inverse(distance)
-    danger = safety.expected_danger(safe, reach, damage)
-    np.testing.assert_allclose(danger, (1 - safe)[:, None] * safety.expected_danger(np.zeros(3), reach, damage))
-
-
-def test_a_batch_is_as_good_as_one_at_a_time():
-    random = np.random.default_rng(0)
-    distance, safe = random.uniform(1, 9, (5, 3)), random.random(5)
-    together = safety.expected_danger(safe, safety.reach_inverse(distance), np.array([5.0, 4.0, 4.0]))
-    for i in range(5):
-        alone = safety.expected_danger(
-            safe[i : i + 1], safety.reach_inverse(distance[i : i + 1]), np.array([5.0, 4.0, 4.0])
-        )
-        assert (alone[0] == together[i]).all()

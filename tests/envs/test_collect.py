@@ -129,6 +129,7 @@ def test_other_tasks(task, tmp_path):
         ({"world": "grid", "task": "targets"}, "cameras and seconds must be left out in the grid"),
         ({"task": "targets"}, "seconds must be left out with targets"),
         ({"cameras": ("overview", "overview")}, "cameras must be different"),
+        ({"cameras": ("hall",)}, "no camera 'hall': there are follow, overview, wrist"),
         ({"size": (65, 48)}, "a picture's sides must be even, from 32 to 2160 pixels"),
         ({"caregiver": "none"}, "caregiver must be one that acts, got 'none'"),
         ({"task": "targets", "seconds": None, "caregiver": "knows-goal"}, "needs privileged information"),
@@ -137,8 +138,3 @@ def test_other_tasks(task, tmp_path):
 def test_what_cannot_be_recorded(changes, message):
     with pytest.raises(CaregiverError, match=message):
         dataclasses.replace(SHORT, **changes).spaces()
-
-
-def test_unknown_camera():
-    with pytest.raises(CaregiverError, match="no camera 'hall': there are follow, overview, wrist"):
-        dataclasses.replace(SHORT, cameras=("hall",)).spaces()

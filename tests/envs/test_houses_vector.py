@@ -91,10 +91,6 @@ def test_gymnasiums_wrappers_take_it():
     ("options", "message"),
     [
         ({"num_envs": 5, "at_once": 2}, "must be a multiple of 2 houses at once x 1 families, got 5"),
-        (
-            {"num_envs": 2, "families": (1, 0.5), "at_once": 2},
-            "must be a multiple of 2 houses at once x 2 families, got 2",
-        ),
         ({"num_envs": 4, "at_once": 4}, "at_once, .* must be an integer from 1 to 3, got 4"),
         ({"num_envs": 2, "at_once": 2, "slots": (1, 1)}, r"for house 'other', got \(1, 1\)"),
     ],
@@ -102,8 +98,3 @@ def test_gymnasiums_wrappers_take_it():
 def test_bad_input_is_named(options, message):
     with pytest.raises(CaregiverError, match=message):
         GridHousesVector(PLANS, **options).reset(seed=0)
-
-
-def test_only_all_together():
-    with pytest.raises(CaregiverError, match="all episodes of the batch begin together"):
-        GridHousesVector(PLANS, 2, 2).reset(options={"reset_mask": np.array([True, False])})

@@ -198,13 +198,6 @@ def test_in_the_house_a_simulation_that_comes_apart_ends_the_episode():
         env.step(0)
 
 
-def test_a_picture_of_the_house():
-    env = make("house", render_mode="rgb_array", width=64, height=48)
-    env.reset(seed=0)
-    assert env.render().shape == (48, 64, 3)
-    env.close()
-
-
 @pytest.mark.parametrize("options", [{}, {"epsilon": "1,.25"}, {"house": "house-3-40x40-candles6", "width": 48}])
 def test_a_picture_of_the_grid_shows_what_moves(options):
     env = make(**{"house": PLAN, "render_mode": "rgb_array"} | options)
@@ -284,7 +277,6 @@ def test_masks_as_a_learner_asks_for_them():
         ),
         ({"world": "house", "render_mode": "human"}, "no render mode 'human'"),
         ({"world": "house", "flat": "yes"}, "flat must be a bool, got 'yes'"),
-        ({"world": "grid", "flat": "yes"}, "flat must be a bool, got 'yes'"),
     ],
 )
 def test_bad_input_is_named(options, message):
@@ -293,13 +285,11 @@ def test_bad_input_is_named(options, message):
 
 
 @pytest.mark.parametrize("world", ["grid", "house"])
-def test_an_unknown_option_is_a_type_error(world):
+def test_an_unknown_option_is_a_type_error_and_the_house_has_no_batch(world):
     with pytest.raises(TypeError, match="colour"):
         make(world, colour="red")
     with pytest.raises(TypeError, match="colour"):
         gymnasium.make_vec(NAME, 2, colour="red")
-
-
-def test_the_house_has_no_batch():
+    # The house has no batch.
     with pytest.raises(CaregiverError, match="vectorization_mode='sync'"):
         gymnasium.make_vec(NAME, 2, world="house")

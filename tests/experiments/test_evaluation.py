@@ -141,10 +141,10 @@ def test_rows_do_not_depend_on_company(settings, result):
     pd.testing.assert_frame_equal(rows(found), wanted, check_exact=True)
 
 
-# In a small house, for what it takes to know all of a larger one; all is tried with two children and some with one.
+# In a small house, for what it takes to know all of a larger one.
 @pytest.mark.parametrize(
     ("caregiver", "family"),
-    [(name, "1,.25") for name in CAREGIVERS] + [(name, "1") for name in ("none", "paper", "foresight")],
+    [(name, "1,.25") for name in CAREGIVERS] + [("paper", "1")],
 )
 def test_rows_do_not_depend_on_blocks(caregiver, family):
     settings = Settings(SMALL, "grid", (caregiver,), (family,), 3)
@@ -154,14 +154,9 @@ def test_rows_do_not_depend_on_blocks(caregiver, family):
     assert found.episodes.damage.nunique() > 1
 
 
-def test_the_same_seeds_everywhere(settings, result):
-    episodes = result.episodes
-    for _, group in episodes.groupby("episode"):
-        assert group.seed.nunique() == 1
-    assert episodes.seed.nunique() == settings.episodes
-
-
-def test_seed_changes_the_rows():
+def test_seeds_are_those_of_the_run(settings, result):
+    assert (result.episodes.groupby("episode").seed.nunique() == 1).all()
+    assert result.episodes.seed.nunique() == settings.episodes
     damages = [evaluate(Settings(PAPER, "grid", ("none",), (1.0,), 5, seed)).episodes.damage for seed in (0, 1)]
     assert not damages[0].equals(damages[1])
 

@@ -2,6 +2,7 @@
 
 import functools
 import json
+import os
 import pathlib
 import resource
 import shutil
@@ -16,7 +17,7 @@ import pytest
 from comparing import comparable, rows, same, without_times
 
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.experiments import evaluation
+from caregiver_mj.experiments import evaluation, workers
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import Settings
@@ -70,9 +71,8 @@ def check_finished(folder, undisturbed):
     assert not list(folder.rglob("*.tmp"))
 
 
-@pytest.mark.parametrize("jobs", ["1", "2"])
-def test_killed_run_is_continued(tmp_path, undisturbed, jobs):
-    process = start(tmp_path, "--jobs", jobs)
+def test_killed_run_is_continued(tmp_path, undisturbed):
+    process = start(tmp_path, "--jobs", "2")
     wait_for_blocks(tmp_path, 2, process)
     children = psutil.Process(process.pid).children()
     process.kill()
@@ -83,7 +83,7 @@ def test_killed_run_is_continued(tmp_path, undisturbed, jobs):
     before = blocks_on_disk(tmp_path)
     assert 2 <= len(before) < BLOCKS
 
-    process = start(tmp_path, "--jobs", jobs, "--resume")
+    process = start(tmp_path, "--jobs", "2", "--resume")
     _, err = process.communicate()
     assert process.returncode == 0, err
     assert before.items() <= blocks_on_disk(tmp_path).items()  # not run again
@@ -102,29 +102,20 @@ def test_killed_worker_is_replaced(tmp_path, undisturbed):
     check_finished(tmp_path, undisturbed)
 
 
-def test_terminated_run_says_how_to_go_on(tmp_path):
-    process = start(tmp_path)
-    wait_for_blocks(tmp_path, 1, process)
-    process.terminate()
-    _, err = process.communicate()
-    assert process.returncode == 1
-    assert "Traceback" not in err
-    last = err.splitlines()[-1]
-    assert last.startswith("caregiver-mj: terminated; ")
-    assert f"--out {tmp_path} --resume" in last
-
-
-def test_interrupted_run_says_how_to_go_on(tmp_path, undisturbed):
+@pytest.mark.parametrize(("number", "word"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated")])
+def test_interrupted_run_says_how_to_go_on(tmp_path, undisturbed, number, word):
     process = start(tmp_path, "--jobs", "2")
     wait_for_blocks(tmp_path, 1, process)
     children = psutil.Process(process.pid).children()
-    process.send_signal(signal.SIGINT)
+    process.send_signal(number)
     _, err = process.communicate()
     assert process.returncode == 1
     last = err.splitlines()[-1]
-    assert "interrupted" in last
+    assert last.startswith(f"caregiver-mj: {word}; ")
     assert "Traceback" not in err
     assert not psutil.wait_procs(children, timeout=5)[1]
+    if number == signal.SIGTERM:  # from here on it is the same
+        return
     command = last.split("go on with: caregiver-mj ")[1].split()
     again = subprocess.run([sys.executable, "-m", "caregiver_mj", *command], capture_output=True, check=False)
     assert again.returncode == 0
@@ -161,34 +152,25 @@ def first(short, tmp_path):
     return short[1]
 
 
-def test_damaged_block_is_run_again(tmp_path, first):
-    (block,) = blocks_on_disk(tmp_path)
-    block.write_text(block.read_text()[:-20])
-    same(evaluate(SHORT, RunFolder(tmp_path, SHORT.record(), resume=True)), first)
-
-
-@pytest.mark.parametrize("value", [False, [], None, "2", -1, 0.5, 1e30], ids=str)
-def test_block_with_a_value_of_another_type_is_run_again(tmp_path, first, value):
-    (block,) = blocks_on_disk(tmp_path)
-    content = json.loads(block.read_text())
-    content["rows"][1]["candles_dropped"] = value
-    block.write_text(json.dumps(content))
-    same(evaluate(SHORT, RunFolder(tmp_path, SHORT.record(), resume=True)), first)
-
-
 def test_finished_run_is_not_run_again(tmp_path, first, monkeypatch):
     monkeypatch.setattr(evaluation, "run_block", lambda *_: pytest.fail("run again"))
     same(evaluate(SHORT, RunFolder(tmp_path, SHORT.record(), resume=True)), first)
 
 
+def with_rows(**changes):
+    return lambda block: block | {"rows": [row | changes for row in block["rows"]]}
+
+
 FOREIGN = {
     "nothing": lambda block: {},
+    "half of it": lambda block: json.dumps(block)[:-20],
     "a list": lambda block: [],
     "no rows": lambda block: block | {"rows": []},
     "empty rows": lambda block: block | {"rows": [{}, {}, {}]},
     "rows that are none": lambda block: block | {"rows": 3},
-    "another seed": lambda block: block | {"rows": [row | {"seed": 5} for row in block["rows"]]},
-    "another caregiver": lambda block: block | {"rows": [row | {"caregiver": "guard"} for row in block["rows"]]},
+    "another seed": with_rows(seed=5),
+    "another caregiver": with_rows(caregiver="guard"),
+    **{f"{value} candles": with_rows(candles_dropped=value) for value in (False, [], None, "2", -1, 0.5, 1e30)},
     "no maps": lambda block: block | {"maps": {}},
     "another house's maps": lambda block: block | {"maps": {"1": {"visits": [0], "damage": [0]}}},
 }
@@ -197,7 +179,8 @@ FOREIGN = {
 @pytest.mark.parametrize("change", FOREIGN.values(), ids=FOREIGN)
 def test_block_that_is_not_of_the_run_is_run_again(tmp_path, first, change):
     (block,) = blocks_on_disk(tmp_path)
-    block.write_text(json.dumps(change(json.loads(block.read_text()))))
+    changed = change(json.loads(block.read_text()))
+    block.write_text(changed if isinstance(changed, str) else json.dumps(changed))
     same(evaluate(SHORT, RunFolder(tmp_path, SHORT.record(), resume=True)), first)
 
 
@@ -207,3 +190,22 @@ def test_episodes_of_nobody_knows_what_are_not_adopted(tmp_path):
     for resume in (True, False):
         with pytest.raises(CaregiverError, match=r"holds episodes, but no run\.json"):
             RunFolder(tmp_path, SHORT.record(), resume=resume)
+
+
+# -- Worker processes that do every job, however often they are killed -------------------------------
+
+
+def _square(job):
+    if job == "deadly":
+        os.kill(os.getpid(), signal.SIGKILL)
+    if job == "wrong":
+        raise ValueError("job is wrong")
+    return job**2
+
+
+def test_workers_do_every_job_or_say_which_they_do_not():
+    assert dict(workers.run_jobs(_square, range(7), 2)) == {job: job**2 for job in range(7)}
+    with pytest.raises(workers.WorkerError, match="deadly: its worker process died 2 times"):
+        list(workers.run_jobs(_square, [1, "deadly", 2], 2, deaths=2))
+    with pytest.raises(workers.WorkerError, match="ValueError: job is wrong"):
+        list(workers.run_jobs(_square, [1, "wrong"], 2))

@@ -3,25 +3,25 @@
 import dataclasses
 import json
 
+import numpy as np
 import pytest
 
+import caregiver_mj.tasks
 from caregiver_mj.children.family import ChildSpec, Family
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
-from caregiver_mj.experiments.settings import EPSILONS, Settings
+from caregiver_mj.experiments.settings import EPSILONS, Settings, episode_random, episode_seed, episode_tapes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
 
 PAPER = FloorPlan.load("paper")
 
 
-def test_several_may_be_said_in_lists():
+def test_families_and_lists_may_be_said():
     settings = Settings([PAPER], "grid", ["none"], [1.0], 1)
     assert settings == Settings((PAPER,), "grid", ("none",), (1.0,), 1)
     assert len(evaluate(settings).episodes) == 1
-
-
-def test_families_may_be_said_by_their_epsilon():
+    # Families may be said by their epsilon.
     families = Settings(PAPER, families=(1.0, "0.5", "1,.25", ChildSpec(0.1, "expert"))).families
     assert families == (
         Family((ChildSpec(1.0),)),
@@ -60,11 +60,6 @@ def test_bad_settings_are_refused(wrong, words):
         settings.check()
     with pytest.raises(CaregiverError, match=words):
         evaluate(settings)
-
-
-def test_there_must_be_a_job():
-    with pytest.raises(CaregiverError, match="jobs must be an integer of at least 1, got 0"):
-        evaluate(Settings(PAPER, "grid"), jobs=0)
 
 
 SEVERAL = Settings(
@@ -147,3 +142,33 @@ def test_blocks_of_several_houses_say_which():
 
 def test_in_the_house_a_block_is_an_episode():
     assert {len(block) for block in dataclasses.replace(SEVERAL, world="house").blocks()} == {1}
+
+
+# -- Seeds: episode i is the same whoever runs it ----------------------------------------------------
+
+
+PLAN = FloorPlan.parse("########\n#B....C#\n#....T.#\n#.S....#\n#....TB#\n########", "small")
+
+
+def test_seeds_depend_on_the_run_and_the_episode():
+    seeds = {episode_seed(seed, episode) for seed in range(20) for episode in range(20)}
+    assert len(seeds) == 400
+    assert episode_seed(3, 1) == episode_seed(3, 1)
+
+
+def test_seeds_are_those_of_all_former_runs():
+    assert [episode_seed(0, i) for i in range(3)] == [2968811710, 3964924996, 3141116543]
+
+
+@pytest.mark.parametrize("children", [1, 3])
+def test_the_house_draws_the_children_of_the_grid(children):
+    seed = episode_seed(5, 2)
+    env = caregiver_mj.tasks.load("supervise", PLAN, ",".join(["1"] * children), task_kwargs={"robot": False})
+    env.task.reseed(episode_random(seed))
+    step = env.reset()
+    tapes = episode_tapes(seed, children)
+    assert env.task.caregiver_seed == tapes[0].caregiver_seed
+    positions = step.observation["toddler_position"].reshape(children, 3)
+    first = int(tapes[0].start[0] * len(PLAN.free_cells))
+    np.testing.assert_allclose(positions[0, :2], PLAN.position(PLAN.free_cells[first]))
+    assert len(np.unique(positions[:, :2], axis=0)) == children

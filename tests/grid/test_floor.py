@@ -34,7 +34,7 @@ def run_floor(plan, family, seeds):
 # -- The floor -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("epsilon", "left"), [(1.0, 0.25), (0.75, 0.18), (0.5, 0.16), (0.25, 0.16), (0.05, 0.15)])
+@pytest.mark.parametrize(("epsilon", "left"), [(1.0, 0.25), (0.5, 0.16), (0.05, 0.15)])
 def test_the_floor_in_the_paper_house(paper, epsilon, left):
     """The figures are an independent simulation's, with two decimals."""
     alone, floor = run_episodes(paper, epsilon, None, range(500)), run_floor(paper, epsilon, range(500))
@@ -152,17 +152,15 @@ def caregiver_of(name):
     return make_caregiver(name, SMALL if name == "clairvoyant" else FloorPlan.load("apartment"))
 
 
-# Every caregiver with the novice, and every child with the caregivers that take most notice of it.
+# Every caregiver with the novice, and every child with the rule.
 @pytest.mark.parametrize(
     ("child", "name"),
     [("novice", name) for name in CAREGIVERS]
-    + [(child, name) for child in CHILDREN if child != "novice" for name in ("none", "paper", "clairvoyant")],
+    + [(child, "paper") for child in CHILDREN if child != "novice"]
+    + [("seeker", "clairvoyant")],
 )
 def test_an_episode_with_any_child_is_the_same_alone_and_among_others(child, name):
-    """With a novice beside it, for what a child remembers must be its own.
-
-    What each child remembers is tried with three caregivers, and what each caregiver does with the novice.
-    """
+    """With a novice beside it, for what a child remembers must be its own."""
     caregiver = caregiver_of(name)
     plan = caregiver.plan if caregiver else FloorPlan.load("apartment")
     world = GridWorld(plan, f"{child}:0.6,0.3", caregiver)

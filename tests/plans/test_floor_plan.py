@@ -1,11 +1,8 @@
 """Floor plans: what is refused and why, what loads, and what stands where."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
 from random_plans import plan_texts
 
 from caregiver_mj.errors import FloorPlanError
@@ -27,23 +24,17 @@ SMALL = """\
 MALFORMED = [
     ("empty", "\n  \n", (1, 1), "the plan must not be empty"),
     ("unknown character", "####\n#.x#\n####", (2, 3), "'x' is none of # (wall), . (free cell), S (stairwell)"),
-    ("lower case", "#####\n#.Tb#\n#####", (2, 4), "'b' is none of"),
     ("blank inside a row", "#####\n#. B#\n#####", (2, 3), "' ' is none of"),
-    ("indented", " ###\n#.B#\n####", (1, 1), "' ' is none of"),
     ("short row", "#####\n#.B\n#####", (2, 4), "the row has 3 cells, but most have 5"),
     ("long row", "####\n#.B##\n####", (2, 5), "the row has 5 cells, but most have 4"),
     ("blank line inside", "####\n#.B#\n\n####", (3, 1), "the row has 0 cells, but most have 4"),
     ("door in the north wall", "##.#\n#.B#\n####", (1, 3), "the border must be all wall (#), and here is a free cell"),
     ("stairwell in the south", "####\n#.B#\n##S#", (3, 3), "the border must be all wall (#), and here is a stairwell"),
-    ("table in the west wall", "####\nT.B#\n####", (2, 1), "the border must be all wall (#), and here is a bare table"),
     ("bin in the east wall", "####\n#..B\n####", (2, 4), "the border must be all wall (#), and here is a toy bin"),
     ("no free cell", "####\n#BT#\n####", (1, 1), "the plan has no free cell (.)"),
-    ("all wall", "##\n##", (1, 1), "the plan has no free cell (.)"),
     ("two halves", "#####\n#.#.#\n#B#B#\n#####", (2, 4), "is not connected to the one at line 2, column 2"),
     ("joined by a landing only", "#####\n#.S.#\n#B#B#\n#####", (2, 4), "this free cell is not connected to the one"),
     ("unreachable stairwell", "#####\n#.#S#\n#B###\n#####", (2, 4), "this stairwell (S) cannot be reached"),
-    ("unreachable candle", "#####\n#.#C#\n#BT##\n#####", (2, 4), "this table with a candle (C) cannot be reached"),
-    ("unreachable table", "#####\n#.BT#\n#####", (2, 4), "this bare table (T) cannot be reached"),
     ("unreachable bin", "######\n#.BTB#\n#.T.##\n#..###\n######", (3, 4), "this free cell is not connected"),
     ("enclosed bin", "######\n#.BBB#\n#..###\n######", (2, 4), "this toy bin (B) cannot be reached"),
     ("diagonal only", "#####\n#.B##\n##T##\n#####", (3, 3), "this bare table (T) cannot be reached"),
@@ -66,14 +57,11 @@ def test_malformed_plans_are_refused_with_line_and_column(text, place, problem):
     ("row", "line", "problem"),
     [
         (0, "#" * 12, "line 1, column 13: the row has 12 cells, but most have 13"),
-        (0, "#" * 14, "line 1, column 14: the row has 14 cells, but most have 13"),
         (0, "my own house", "line 1, column 1: 'm' is none of .*, and 9 more in this line"),
         (0, "." * 13, "line 1, column 1: the border must be all wall .*, and 12 more in this line"),
         (4, "#" * 13, "is not connected to the one at line 2, column 2, nor are [0-9]+ more$"),
         (5, "", "line 6, column 1: the row has 0 cells, but most have 13"),
-        (5, "?" * 13, r"line 6, column 1: '\?' is none of .*, and 12 more in this line"),
         (5, "." * 13, "line 6, column 1: the border must be all wall .*, and 1 more in this line"),
-        (9, "#" * 6, "line 10, column 7: the row has 6 cells, but most have 13"),
     ],
 )
 def test_one_bad_line_is_one_problem(row, line, problem):
@@ -98,12 +86,10 @@ def test_a_plan_without_an_indispensable_object_is_refused(text, problem):
     assert problem in str(error.value)
 
 
-def test_lines_are_counted_from_the_top_of_the_file():
+def test_lines_are_counted_from_the_top_of_the_file_and_blanks_do_not_matter():
     with pytest.raises(FloorPlanError, match="line 4, column 2: 'x'"):
         FloorPlan.parse("\n\n####\n#xB#\n####\n")
-
-
-def test_trailing_blanks_line_ends_and_blank_lines_do_not_matter():
+    # Trailing blanks line ends and blank lines do not matter.
     assert FloorPlan.parse("\r\n\n####  \r\n#.B#\t\r\n####\r\n\n").rows == ("####", "#.B#", "####")
 
 
@@ -113,24 +99,15 @@ def test_cell_size_must_be_positive(size):
         FloorPlan.parse(SMALL, cell_size=size)
 
 
-def test_a_house_without_hazards_needs_no_table():
-    plan = FloorPlan.parse("####\n#.B#\n####")
-    assert plan.stairwells == plan.tables == plan.candle_tables == ()
-
-
 # -- Loading -------------------------------------------------------------------------------------
-
-
-def test_every_house_that_comes_with_the_package_is_valid():
-    assert "paper" in house_names()
-    for name in house_names():
-        assert FloorPlan.load(name).name == name
 
 
 def test_the_paper_house_has_the_objects_its_description_names():
     plan = FloorPlan.load("paper")
     counts = [len(objects) for objects in (plan.stairwells, plan.candle_tables, plan.tables, plan.bins)]
     assert counts == [3, 4, 8, 4]
+    assert "paper" in house_names()
+    assert all(FloorPlan.load(name).name == name for name in house_names())
 
 
 def test_load_reads_a_file_and_calls_it_by_its_stem(tmp_path):
@@ -156,7 +133,7 @@ def test_an_unreadable_file_is_an_error_of_ours(tmp_path, content):
 # -- What stands where ---------------------------------------------------------------------------
 
 
-def test_objects_and_states_are_in_reading_order():
+def test_objects_and_states_are_in_reading_order_and_candles_on_tables():
     plan = FloorPlan.parse(SMALL)
     assert plan.shape == (6, 6)
     assert plan.free_cells[:6] == ((1, 1), (1, 2), (1, 3), (1, 4), (2, 1), (2, 4))
@@ -165,9 +142,7 @@ def test_objects_and_states_are_in_reading_order():
     assert plan.tables == ((2, 2), (3, 2), (4, 1))
     assert plan.candle_tables == (0,)
     assert plan.bins == ((3, 3),)
-
-
-def test_a_candles_table_is_an_index_among_all_tables():
+    # A candles table is an index among all tables.
     plan = FloorPlan.parse("######\n#TCTC#\n#....#\n##B###\n######")
     assert plan.candle_tables == (1, 3)
 
@@ -177,17 +152,6 @@ def test_positions_are_metres_from_the_middle_east_and_north():
     # Column 3 is 1 cell east of the middle column 2; row 1 is half a cell north of the middle, 1.5 rows down.
     np.testing.assert_allclose(plan.position((1, 3)), [1 * 0.5, 0.5 * 0.5])
     np.testing.assert_allclose(plan.position((2, 1)), [-1 * 0.5, -0.5 * 0.5])
-
-
-def test_points_outside_count_to_the_nearest_cell():
-    plan = FloorPlan.parse("#####\n#B.T#\n#...#\n#####")
-    assert plan.cell_at(np.array([-99.0, 99.0])) == (0, 0)
-    assert plan.cell_at(np.array([99.0, -99.0])) == (3, 4)
-
-
-def test_a_plan_is_frozen():
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        FloorPlan.parse("####\n#.B#\n####").name = "other"
 
 
 @settings(max_examples=60, deadline=None)
@@ -203,14 +167,3 @@ def test_random_plans_round_trip(text):
         assert len(cells) == text.count(kind)
     assert len(plan.tables) == text.count("C") + text.count("T")
     assert all(plan[plan.tables[i]] == "C" for i in plan.candle_tables)
-
-
-@settings(max_examples=30, deadline=None)
-@given(plan_texts(), st.data())
-def test_one_wrong_character_is_found_where_it_is(text, data):
-    rows = text.splitlines()
-    row = data.draw(st.integers(0, len(rows) - 1))
-    column = data.draw(st.integers(0, len(rows[0]) - 1))
-    rows[row] = rows[row][:column] + "?" + rows[row][column + 1 :]
-    with pytest.raises(FloorPlanError, match=rf"line {row + 1}, column {column + 1}: '\?'"):
-        FloorPlan.parse("\n".join(rows))

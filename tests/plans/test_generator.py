@@ -57,7 +57,7 @@ def counts(plan):
 
 @settings(max_examples=100, deadline=None)
 @given(requests())
-def test_a_house_has_what_was_asked_for(request):
+def test_a_house_has_what_was_asked_for_and_is_furnished_as_houses_are(request):
     plan, shell = design(request)
     if request.size is not None:
         assert plan.shape == request.size[::-1]
@@ -65,44 +65,36 @@ def test_a_house_has_what_was_asked_for(request):
     found = [len(shell.rooms), *counts(plan)]
     assert all(wish in (None, count) for wish, count in zip(wishes, found, strict=True))
     assert counts(plan) == [plan.text.count(kind) for kind in "SCTB"]
-
-
-@settings(max_examples=60, deadline=None)
-@given(SEED)
-def test_a_house_without_wishes_is_of_a_usual_kind(seed):
-    plan, shell = design(Request(seed))
-    assert all(10 <= side <= 18 for side in plan.shape)
-    ranges = ((2, 6), (1, 4), (2, 6), (2, 6), (2, 5))
-    for count, (least, most) in zip([len(shell.rooms), *counts(plan)], ranges, strict=True):
-        assert least <= count <= most
-
-
-@settings(max_examples=100, deadline=None)
-@given(requests())
-def test_a_child_can_walk_everywhere_and_reach_every_thing(request):
-    plan = design(request)[0]
+    # A child can walk everywhere and reach every thing.
     assert FloorPlan.parse(plan.text, plan.name) == plan
-    reached = distances(set(plan.free_cells), plan.free_cells[0])
-    assert set(reached) == set(plan.free_cells)
+    free = set(plan.free_cells)
+    reached = distances(free, plan.free_cells[0])
+    assert set(reached) == free
     assert all(reached.keys() & set(neighbours(thing)) for thing in things(plan))
     assert len(plan.hazards) > 0
     assert len(plan.bins) > 0
+    # Nothing stands in a doorway or before it, and nothing but stairs in a corridor.
+    for gap in shell.doorway_cells:
+        assert plan[gap] == "."
+        assert all(plan[cell] in "#." for cell in neighbours(gap))
+    for room in shell.rooms:
+        if room.is_corridor:
+            assert set(np.unique(plan.symbols[room.inside])) <= {".", "S"}
+    # No thing makes the way from one of its sides to another a long one.
+    for row, column in things(plan):
+        sides = [cell for cell in neighbours((row, column)) if cell in free]
+        block = {(r, c) for r in range(row - 3, row + 4) for c in range(column - 3, column + 4)} & free
+        assert set(sides) <= set(distances(block, sides[0]))
+    check_rooms(plan, shell)
+    # It is made again from its name.
+    assert plan.name == request.name
+    assert Request.from_name(plan.name) == request
+    again = FloorPlan.load(plan.name, cell_size=0.9)
+    assert (again.rows, again.name, again.cell_size) == (plan.rows, plan.name, 0.9)
 
 
-@pytest.mark.parametrize("side", range(SMALLEST, 12))
-def test_small_houses_have_less_in_them(side):
-    for seed in range(5):
-        plan = generate(seed, (side, side))
-        assert len(things(plan)) <= (side - 2) ** 2 / 2
-
-
-# -- Built and furnished as houses are -----------------------------------------------------------
-
-
-@settings(max_examples=100, deadline=None)
-@given(requests())
-def test_rooms_are_separated_by_walls_and_joined_by_doorways(request):
-    plan, shell = design(request)
+def check_rooms(plan, shell):
+    """Rooms are separated by walls and joined by doorways."""
     owner = np.full(plan.shape, -1)
     for i, room in enumerate(shell.rooms):
         assert (owner[room.inside] == -1).all()
@@ -127,33 +119,14 @@ def test_rooms_are_separated_by_walls_and_joined_by_doorways(request):
     assert len(met) == len(shell.rooms)
 
 
-@settings(max_examples=100, deadline=None)
-@given(requests())
-def test_nothing_stands_in_a_doorway_or_before_it(request):
-    plan, shell = design(request)
-    for gap in shell.doorway_cells:
-        assert plan[gap] == "."
-        assert all(plan[cell] in "#." for cell in neighbours(gap))
+@pytest.mark.parametrize("side", [SMALLEST, 8, 11])
+def test_small_houses_have_less_in_them(side):
+    for seed in range(5):
+        plan = generate(seed, (side, side))
+        assert len(things(plan)) <= (side - 2) ** 2 / 2
 
 
-@settings(max_examples=60, deadline=None)
-@given(requests())
-def test_nothing_but_stairs_is_in_a_corridor(request):
-    plan, shell = design(request)
-    for room in shell.rooms:
-        if room.is_corridor:
-            assert set(np.unique(plan.symbols[room.inside])) <= {".", "S"}
-
-
-@settings(max_examples=60, deadline=None)
-@given(requests())
-def test_no_thing_makes_the_way_from_one_of_its_sides_to_another_a_long_one(request):
-    plan = design(request)[0]
-    free = set(plan.free_cells)
-    for row, column in things(plan):
-        sides = [cell for cell in neighbours((row, column)) if cell in free]
-        block = {(r, c) for r in range(row - 3, row + 4) for c in range(column - 3, column + 4)} & free
-        assert set(sides) <= set(distances(block, sides[0]))
+# -- Built and furnished as houses are -----------------------------------------------------------
 
 
 def test_most_things_stand_at_walls_and_some_in_the_open(usual):
@@ -175,6 +148,10 @@ def test_houses_are_of_many_kinds(usual):
     shells = [shell for _, shell in usual]
     corridors = [[room for room in shell.rooms if room.is_corridor] for shell in shells]
     assert {len(shell.rooms) for shell in shells} == {2, 3, 4, 5, 6}
+    for plan, _ in usual:
+        assert all(10 <= side <= 18 for side in plan.shape)
+        ranges = ((1, 4), (2, 6), (2, 6), (2, 5))
+        assert all(least <= count <= most for count, (least, most) in zip(counts(plan), ranges, strict=True))
     assert 0.15 < np.mean([len(found) == 1 for found in corridors]) < 0.85
     assert {min(room.sides) for found in corridors for room in found} == {1, 2}
     assert {len(doorway) for shell in shells for doorway in shell.doorways} == {1, 2}
@@ -220,18 +197,11 @@ def digest() -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-@pytest.mark.parametrize("hash_seed", ["1", "2"])
-def test_another_process_makes_the_same_houses(hash_seed):
+def test_another_process_makes_the_same_houses():
     code = "import test_generator; print(test_generator.digest())"
-    path = {"PYTHONPATH": ":".join(sys.path), "PYTHONHASHSEED": hash_seed}
+    path = {"PYTHONPATH": ":".join(sys.path), "PYTHONHASHSEED": "1"}
     run = subprocess.run([sys.executable, "-c", code], env=path, capture_output=True, text=True, check=True)
     assert run.stdout.strip() == DIGEST
-
-
-@settings(max_examples=30, deadline=None)
-@given(requests())
-def test_the_same_request_gives_the_same_house(request):
-    assert design(request) == design(request)
 
 
 def test_other_seeds_give_other_houses(usual):
@@ -251,16 +221,6 @@ def test_one_wish_does_not_change_what_else_is_drawn(request, field):
 
 
 # -- Names ---------------------------------------------------------------------------------------
-
-
-@settings(max_examples=30, deadline=None)
-@given(requests())
-def test_a_house_is_loaded_by_its_name(request):
-    plan = design(request)[0]
-    assert plan.name == request.name
-    assert Request.from_name(plan.name) == request
-    again = FloorPlan.load(plan.name, cell_size=0.9)
-    assert (again.rows, again.name, again.cell_size) == (plan.rows, plan.name, 0.9)
 
 
 def test_names_by_hand():
@@ -313,11 +273,9 @@ def test_a_house_has_as_many_gates_mugs_and_batteries_as_are_asked_for():
     ("request_", "problem"),
     [
         (Request(-1), "the seed must be an integer from 0 to 4294967295, got -1"),
-        (Request(SEEDS), "got 4294967296"),
         (Request(0, (4, 10)), "rows and columns must be 5 to 100, got 4"),
         (Request(0, (10, LARGEST + 1)), "got 101"),
         (Request(0, rooms=0), "rooms must be at least 1, got 0"),
-        (Request(0, bins=0), "bins must be at least 1, got 0"),
         (Request(0, candles=-2), "candles must be at least 0, got -2"),
         (Request(0, stairwells=0, candles=0), "there is nothing to protect a child from"),
         (Request(0, stairwells=0, tables=0), "there is nothing to protect a child from"),
@@ -328,7 +286,6 @@ def test_a_house_has_as_many_gates_mugs_and_batteries_as_are_asked_for():
             "no way was found to fit .*, gates 40, mugs 0 and batteries 0 into 12 x 12 cells",
         ),
         (Request(0, (9, 9), rooms=30), "no way was found to fit rooms 30, .* into 9 x 9 cells"),
-        (Request(0, (9, 9), rooms=12), "no way was found"),
         (Request(0, (9, 9), candles=15, tables=15), "no way was found"),
         (Request(0, (30, 30), candles=1000), "no way was found"),
     ],
@@ -339,9 +296,3 @@ def test_what_cannot_be_is_refused_in_one_line(request_, problem):
     message = str(error.value)
     assert message.startswith(f"floor plan '{request_.name}' cannot be made: ")
     assert "\n" not in message
-
-
-def test_a_house_without_tables_has_no_candles():
-    plan = generate(3, tables=0)
-    assert plan.tables == ()
-    assert plan.stairwells

@@ -87,20 +87,13 @@ def test_where_stairs_go_down(text: str, directions: list):
     assert list(FloorPlan.parse(text).stair_directions) == directions
 
 
-def test_doorways_and_rooms_of_the_paper_house():
+def test_doorways_and_rooms_of_the_paper_house_and_a_corridor():
     assert layout.Layout(PAPER).doorways == (((3, 4), (0, 1)), ((5, 2), (1, 0)), ((7, 7), (0, 1)))
     assert sorted(int(room.sum()) for room in layout.Layout(PAPER).rooms) == [12, 12, 18, 29]
-
-
-def test_corridor_is_no_doorway():
+    # Corridor is no doorway.
     corridor = FloorPlan.parse("########\n#B.##..#\n#......#\n#..##..#\n########")
     assert layout.Layout(corridor).doorways == ()
     assert len(layout.Layout(corridor).rooms) == 1
-
-
-@pytest.mark.parametrize("plan", [PAPER, APARTMENT], ids=lambda plan: plan.name)
-def test_houses_that_come_along_have_real_stairs_everywhere(plan: FloorPlan):
-    assert None not in plan.stair_directions
 
 
 def test_apartment_is_as_large_as_asked_for():
@@ -109,6 +102,7 @@ def test_apartment_is_as_large_as_asked_for():
     assert (len(plan.stairwells), len(plan.candle_tables), len(plan.bins)) == (5, 6, 5)
     assert len(plan.tables) - len(plan.candle_tables) == 6
     assert len(layout.Layout(plan).rooms) >= 5
+    assert None not in plan.stair_directions + PAPER.stair_directions  # real stairs everywhere
 
 
 PLANS = plan_texts().map(FloorPlan.parse)

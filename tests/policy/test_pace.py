@@ -59,13 +59,6 @@ def test_candles_take_as_long_in_the_house_as_the_pace_says(name):
     assert took == pytest.approx(told, rel=0.2)
 
 
-@pytest.mark.parametrize("name", EMBODIMENTS)
-def test_the_hand_takes_longer_than_its_parts_and_less_than_a_timestep(name):
-    robot = find_embodiment(name)
-    for seconds in handling_times(robot):
-        assert robot.grasp.grip_time < seconds < 1.68
-
-
 def test_a_house_without_ways():
     assert robot_pace(Navigator(NOWHERE_TO_GO, find_embodiment()), 1.68, 0.02) == PAPER
 

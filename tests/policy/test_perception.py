@@ -57,7 +57,7 @@ def test_six_centimetres_show_the_move_and_where_it_ends(offset, action, cell):
     assert seen.previous_action.tolist() == [[action]]
 
 
-def test_a_move_into_a_table_ends_where_it_began():
+def test_a_move_into_a_table_ends_where_it_began_and_who_stands_still_has_made_none_by_half_time():
     perception = Perception(ROOM)
     x, y = centre(2, 3)
     perception.reset(observe((x, y)))
@@ -65,9 +65,7 @@ def test_a_move_into_a_table_ends_where_it_began():
     seen = perception.percept(perception.look(observe((x - 0.06, y)), 0.3), NOTHING, FREE)
     assert seen.child_cell.tolist() == seen.previous_cell.tolist() == [[ROOM.cell_index[(2, 3)]]]
     assert seen.previous_action.tolist() == [[WEST]]
-
-
-def test_a_child_that_stands_still_has_made_no_move_by_half_time():
+    # A child that stands still has made no move by half time.
     perception = Perception(ROOM)
     here = centre(2, 4)
     perception.reset(observe(here))

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import caregiver_mj
-from caregiver_mj import cli
 from caregiver_mj.children.family import Family
 from caregiver_mj.envs.recipe import Recipe, prepared
 from caregiver_mj.errors import CaregiverError, RenderingError
@@ -63,18 +62,6 @@ def test_a_policy_sees_the_same_in_evaluate_record_and_render(pictures, tmp_path
         np.testing.assert_array_equal(mine, also)
 
 
-def test_a_film_may_be_smaller_than_what_its_policy_sees(tmp_path, monkeypatch):
-    def look(self, timestep):
-        seen.append(self.env.physics.render(480, 640, camera_id="wrist"))
-        return self.action
-
-    monkeypatch.setattr(Seeing, "__call__", look)
-    seen.clear()
-    said = {"house": TINY, "caregiver": f"{HERE}:Seeing", "seconds": 0.1, "width": 320, "height": 240}
-    render_episode(tmp_path / "film.mp4", **said, quiet=True)
-    assert len(seen) > 3
-
-
 def test_a_policy_that_does_not_say_so_gets_no_pictures():
     settings = Settings(TINY, "house", (f"{HERE}:Silent",), (1.0,), 1)
     with pytest.raises(CaregiverError, match=r"cannot render: .* needs_pictures = True"):
@@ -98,19 +85,3 @@ def test_the_row_is_that_of_an_episode_without_pictures(monkeypatch):
     seeing = row("Seeing")
     monkeypatch.setattr(Silent, "__call__", lambda self, timestep: self.action)
     assert seeing.equals(row("Silent"))
-
-
-def test_workers_render_too(tmp_path, monkeypatch, capsys):
-    (tmp_path / "sees_here.py").write_text(
-        "import numpy as np\n"
-        "def look(env):\n"
-        "    def policy(timestep):\n"
-        "        assert not timestep.first() or env.physics.render(48, 64, camera_id='wrist').std() > 10\n"
-        "        return np.zeros(env.action_spec().shape)\n"
-        "    return policy\n"
-        "look.needs_pictures = True\n"
-    )
-    (tmp_path / "tiny.txt").write_text(TINY.text)
-    monkeypatch.chdir(tmp_path)
-    said = ["--house", "tiny.txt", "--epsilon", "1", "--caregiver", "sees_here:look"]
-    assert cli.main(["evaluate", *said, "--episodes", "2", "--jobs", "2"]) == 0

@@ -155,7 +155,7 @@ def test_a_candle_that_is_seen_late_is_not_taken_to_have_stayed_behind(delay):
     assert_relocated(scene)
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3, 4, 12, 14])
+@pytest.mark.parametrize("seed", [1, 3, 12])
 def test_limits_are_kept_where_a_candle_is_not_quite_where_it_seems(seed):
     """One finger meets it before the other one, and it stands on the table before it should."""
     scene = Scene(seed, embodiment="mobile_ur5e", sensing={"candle": {"bias": 0.005}})
@@ -185,7 +185,7 @@ def test_on_a_neighbouring_table_of_another_height_the_hand_is_aimed_anew(seed):
 # -- Fallen candles ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("heading", [0, 100, 215])
+@pytest.mark.parametrize("heading", [100, 215])
 @pytest.mark.parametrize("place", ["floor", "table"])
 def test_candle_is_picked_up_from_where_it_lies(scene, place, heading):
     if place == "floor":
@@ -200,6 +200,7 @@ def test_limits_are_kept_while_a_candle_is_taken_out_to_the_open_and_picked_up(s
     scene.put_candle(*scene.candle()[:2], TABLE_TOP + 0.16, np.pi, 0.0)  # on its head: two grips, in all directions
     with Recorder(scene.env) as recorder:
         assert scene.until_done()
+    assert_relocated(scene)
     robot = find_embodiment()
     checks = check_limits(recorder.log(), robot)
     assert all(check.ratio <= 1.0 for check in checks)
@@ -213,13 +214,7 @@ def test_candle_that_stands_on_the_floor_is_picked_up(scene):
     assert_relocated(scene)
 
 
-def test_candle_that_stands_on_its_head_is_laid_down_and_picked_up(scene):
-    scene.put_candle(*scene.candle()[:2], TABLE_TOP + 0.16, np.pi, 0.0)
-    assert scene.until_done()
-    assert_relocated(scene)
-
-
-@pytest.mark.parametrize("direction", range(0, 360, 60))
+@pytest.mark.parametrize("direction", range(0, 360, 120))
 def test_candle_that_is_knocked_over_while_the_robot_comes_is_picked_up(scene, direction):
     scene.run(30)
     angle = np.radians(direction)
@@ -322,26 +317,6 @@ def test_child_that_walks_about_where_a_candle_is_picked_up_is_not_struck():
     assert env.task.outcome()["strikes"] == 0
 
 
-def test_caregiver_sees_a_candle_on_the_floor():
-    env = caregiver_mj.load("supervise", ROOM, epsilon=0.0, random=0)
-    policy = caregiver_mj.CaregiverPolicy(env)
-    timestep = env.reset()
-    observation = dict(timestep.observation)
-    observation["candle_position"] = np.array([[*OPEN_FLOOR, CANDLE_RADIUS]])
-    policy(timestep._replace(observation=observation))
-    assert policy.assessment.reach[0, 0, 0] > 0.0  # it can be run into
-
-
-def test_fallen_candle_comes_to_rest(scene, monkeypatch):
-    still = np.array([0.0, 0.0, 0.0, *scene.physics.arm_position(), 0.036])
-    monkeypatch.setattr(scene, "act", lambda: still)
-    scene.push((2.0, 0.0))
-    scene.run(250)
-    joint = scene.physics.model.ptr.joint("candle_0/joint")
-    assert not scene.task.is_standing(scene.physics, 0)
-    assert np.abs(scene.physics.data.qvel[joint.dofadr[0] :][:6]).max() < 1e-3
-
-
 # -- Changes of plan ---------------------------------------------------------------------------------
 
 
@@ -393,7 +368,7 @@ def test_robot_waits_with_the_candle_at_a_table_without_room():
     assert scene.task.is_placed(scene.physics)
 
 
-@pytest.mark.parametrize("off", [0.3, 1.5, 5.0])
+@pytest.mark.parametrize("off", [0.3, 5.0])
 def test_candle_outside_of_the_house_is_left_there(scene, off):
     x = 4.5 * 0.75 + off  # beyond the eastern wall
     scene.put_candle(x, 0.0, CANDLE_RADIUS, np.pi / 2, 0.0)

@@ -11,7 +11,7 @@ import pytest
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.recording.lerobot.dataset import check_rate, write_lerobot
-from caregiver_mj.recording.lerobot.layout import FILES_IN_CHUNK, Shard, of_frames, of_values, together
+from caregiver_mj.recording.lerobot.layout import FILES_IN_CHUNK, Shard, of_values, together
 from caregiver_mj.recording.steps import About, Steps
 
 ABOUT = About("Guard: stand there.", "made_up", "nobody", 50.0, ("left", "right"), ("stairwell 1",), "9.9")
@@ -67,7 +67,7 @@ def listed(folder):
     return pd.read_parquet(folder / "meta/episodes/chunk-000/file-000.parquet")
 
 
-def test_info(info):
+def test_features_are_described_as_they_are(info, folder):
     assert info["codebase_version"] == "v3.0"
     assert (info["total_episodes"], info["total_frames"], info["total_tasks"]) == (3, sum(LENGTHS), 1)
     assert (info["fps"], info["robot_type"], info["splits"]) == (50, "made_up", {"train": "0:3"})
@@ -79,9 +79,7 @@ def test_info(info):
     assert described["action"]["names"] == ["left", "right"]
     assert described[KEY]["dtype"] == "video"
     assert described[KEY]["shape"] == [HEIGHT, WIDTH, 3]
-
-
-def test_rows_have_the_types_that_are_described(info, folder):
+    # Rows have the types that are described.
     schema = pq.read_schema(folder / info["data_path"].format(chunk_index=0, file_index=0))
     described = {name: feature for name, feature in info["features"].items() if feature["dtype"] != "video"}
     assert set(schema.names) == set(described)
@@ -113,7 +111,7 @@ def test_rows_are_those_of_the_episodes(folder, episodes):
         assert own["next.truncated"].tolist() == [one and not episode.terminated for one in last]
 
 
-def test_episodes_are_told_apart(listed, episodes):
+def test_episodes_are_told_apart(folder, listed, episodes):
     assert listed.length.tolist() == list(LENGTHS)
     ends = np.cumsum(LENGTHS)
     assert listed.dataset_to_index.tolist() == ends.tolist()
@@ -122,14 +120,10 @@ def test_episodes_are_told_apart(listed, episodes):
     assert listed.terminated.tolist() == [False, True, False]
     assert listed.diverged.tolist() == [False, False, True]
     assert [list(tasks) for tasks in listed.tasks] == [[ABOUT.task]] * 3
+    tasks = pd.read_parquet(folder / "meta/tasks.parquet")
+    assert (tasks.index.tolist(), tasks.task_index.tolist()) == ([ABOUT.task], [0])
     for what in ("data", "meta/episodes", f"videos/{KEY}"):
         assert (listed[[f"{what}/chunk_index", f"{what}/file_index"]] == 0).all(axis=None)
-
-
-def test_tasks(folder):
-    tasks = pd.read_parquet(folder / "meta/tasks.parquet")
-    assert tasks.index.tolist() == [ABOUT.task]
-    assert tasks.task_index.tolist() == [0]
 
 
 def test_the_film_shows_each_row_its_own_frame(folder, info, listed, episodes):
@@ -173,22 +167,7 @@ def test_statistics_of_parts_make_those_of_the_whole():
         np.testing.assert_allclose(found[what], wanted[what])
 
 
-def test_a_film_of_one_colour():
-    frames = np.zeros((3, 32, 32, 3), np.uint8)
-    frames[..., 1] = 51
-    found = of_frames(frames)
-    assert found["mean"].ravel().tolist() == pytest.approx([0.0, 0.2, 0.0])
-    assert found["std"].ravel().tolist() == pytest.approx([0.0, 0.0, 0.0])
-    assert found["count"].tolist() == [3]
-
-
-def test_files_after_many_go_to_another_chunk():
-    last = Shard(FILES_IN_CHUNK - 1)
-    assert last.place == {"chunk_index": 0, "file_index": FILES_IN_CHUNK - 1}
-    assert Shard(last.number + 1).columns("data") == {"data/chunk_index": 1, "data/file_index": 0}
-
-
-def test_large_data_sets_have_several_files(tmp_path, episodes):
+def test_large_data_sets_have_several_files_and_after_many_another_chunk(tmp_path, episodes):
     write_lerobot(tmp_path / "set", episodes, ABOUT, megabytes=(1e-4, 1e-4))
     data = sorted((tmp_path / "set/data/chunk-000").iterdir())
     assert [pq.read_metadata(path).num_rows for path in data] == list(LENGTHS)
@@ -197,6 +176,10 @@ def test_large_data_sets_have_several_files(tmp_path, episodes):
     assert listed["data/file_index"].tolist() == [0, 1, 2]
     assert listed[f"videos/{KEY}/file_index"].tolist() == [0, 1, 2]
     assert listed[f"videos/{KEY}/from_timestamp"].tolist() == [0.0, 0.0, 0.0]
+    # Files after many go to another chunk.
+    last = Shard(FILES_IN_CHUNK - 1)
+    assert last.place == {"chunk_index": 0, "file_index": FILES_IN_CHUNK - 1}
+    assert Shard(last.number + 1).columns("data") == {"data/chunk_index": 1, "data/file_index": 0}
 
 
 def test_what_breaks_off_leaves_no_data_set(tmp_path, episodes):

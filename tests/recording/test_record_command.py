@@ -54,7 +54,7 @@ def test_minari_in_two_processes_is_minari_in_one(tmp_path, monkeypatch):
     same(one, load(tmp_path / "two", "mine-v1", monkeypatch))
 
 
-@pytest.mark.parametrize("house", ["tiny.txt", "tiny", "house-3"])
+@pytest.mark.parametrize("house", ["tiny.txt", "house-3"])
 def test_a_data_set_of_ones_own_house_is_recovered_in_another_folder(house, tmp_path, monkeypatch):
     for folder in ("here", "there"):
         (tmp_path / folder).mkdir()
@@ -119,25 +119,23 @@ def test_a_recording_that_breaks_off_is_gone_on_with(tmp_path, monkeypatch, caps
         (["--format", "lerobot", "--camera", "hall"], "no camera 'hall'"),
         (["--format", "lerobot", "--size", "big"], "--size must be WIDTHxHEIGHT"),
         (["--format", "lerobot", "--size", "33x40"], "must be even"),
-        (["--format", "lerobot", "--episodes", "0"], "episodes must be 1 to 1,000,000, got 0"),
         (
             ["--format", "lerobot", "--episodes", "99999999999999"],
             "episodes must be 1 to 1,000,000, got 99999999999999",
         ),
         (["--format", "lerobot", "--seconds", "1e9"], "at most 3600, got 1000000000.0"),
         (["--format", "lerobot", "--seed", "-1"], "seed must be at least 0"),
-        (["--format", "lerobot", "--seconds", "0"], "seconds must be a positive number"),
         (["--format", "lerobot", "--caregiver", "nanny"], "no caregiver 'nanny'"),
         (["--format", "lerobot", "--caregiver", "none"], "caregiver 'none' takes no actions"),
-        (["--format", "lerobot", "--jobs", "0"], "jobs must be an integer of at least 1"),
-        (["--format", "lerobot", "--embodiment", "butler"], "no robot 'butler'"),
         (["--format", "minari", "--world", "grid", "--task", "targets", "--embodiment", "butler"], "no robot 'butler'"),
         (["--format", "csv"], "invalid choice: 'csv'"),
+        (["--format", "lerobot", *GRID[3:]], "steps a second must be a whole number for LeRobot"),
+        (["--format", "minari", "--out", ""], "--out must be a folder, got an empty name"),
         (["--format", "lerobot", "--caregiver", "json:x"], "'json:x' cannot be loaded"),
     ],
 )
 def test_what_is_refused(options, message, tmp_path, capsys):
-    assert cli.main([*HOUSE, *options, "--out", str(tmp_path / "set")]) == 2
+    assert cli.main([*HOUSE, "--out", str(tmp_path / "set"), *options]) == 2
     error = capsys.readouterr().err
     assert message in error
     assert error.count("\n") == 1
@@ -264,16 +262,6 @@ def test_a_recording_killed_before_there_is_an_episode_is_resumed_with_other_cod
     assert "interrupted recording: use --resume, or remove it" in capsys.readouterr().err
     assert cli.main(command) == 0
     assert not left.exists()
-
-
-def test_decisions_are_too_rare_for_lerobot(tmp_path, capsys):
-    assert cli.main([*GRID[:2], "lerobot", *GRID[3:], "--out", str(tmp_path / "set")]) == 2
-    assert "steps a second must be a whole number for LeRobot" in capsys.readouterr().err
-
-
-def test_a_folder_without_a_name(capsys):
-    assert cli.main([*HOUSE, "--format", "minari", "--out", ""]) == 2
-    assert "--out must be a folder, got an empty name" in capsys.readouterr().err
 
 
 def test_a_policy_of_actions_chooses_no_targets(own, tmp_path, capsys):

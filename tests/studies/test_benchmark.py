@@ -6,10 +6,9 @@ import pytest
 from rich.console import Console
 
 from studies.benchmark import Clock, Effort, Scene, dissect, hitches, print_parts
-from study import main
 
 
-def test_a_clock_stands_still_while_another_runs():
+def test_a_clock_stands_still_while_another_runs_and_is_taken_off_again():
     outer, inner = Clock(), Clock()
     sleep = inner.around(lambda: time.sleep(0.05))
 
@@ -22,8 +21,7 @@ def test_a_clock_stands_still_while_another_runs():
     assert 0.02 <= outer.own < 0.05
     assert outer.times[0] == pytest.approx(outer.own + inner.own)
 
-
-def test_a_clock_is_taken_off_again():
+    # A clock is taken off again.
     class Thing:
         def do(self):
             return 3
@@ -60,9 +58,3 @@ def test_the_worst_control_step_of_each_kind_of_episode(capsys):
     assert set(found) == {"supervise, paper", "supervise, foresight", "candles knocked over"}
     assert all(row["steps"] == 49 * (1 if "knocked" in name else 2) for name, row in found.items())
     assert all(0.0 < row["worst"] < 10.0 for row in found.values())
-
-
-def test_only_some_sections(tmp_path, capsys):
-    with pytest.raises(SystemExit):
-        main(["benchmark", "--only", "nothing"])
-    assert "invalid choice: 'nothing'" in capsys.readouterr().err

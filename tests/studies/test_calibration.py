@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from caregiver_mj.caregivers.foresight.child_model import EPSILONS
-from caregiver_mj.children.family import CHILDREN, Family
+from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -15,12 +15,9 @@ from studies.calibration import (
     HARMLESS,
     HORIZONS,
     SAFE,
-    House,
     Scores,
-    Watched,
     questions_of,
     tally,
-    tally_house,
     watch_children,
 )
 from study import main
@@ -32,21 +29,6 @@ KITCHEN = FloorPlan.parse("#######\n#B..C##\n#....S#\n#.T..B#\n#######", "kitche
 
 def tapes(count, first=0):
     return [Tape.draw_family(np.random.RandomState(seed), 1) for seed in range(first, first + count)]
-
-
-def test_questions():
-    kinds, groups = questions_of(KITCHEN)
-    assert kinds.tolist() == ["stairwell", "candle", "table", "any stairwell", "any candle", "anything"]
-    assert groups.astype(int).tolist() == [[1, 0, 0, 1, 0, 1], [0, 1, 0, 0, 1, 1], [0, 0, 1, 0, 0, 1]]
-
-
-def test_what_happens_within_some_timesteps():
-    bumped = np.array([0, 0, 1, 0, 0, 1], bool)[:, None, None]
-    watched = Watched(np.empty(0), np.empty(0), bumped, np.empty(0))
-    assert watched.happened(1).ravel().tolist() == bumped.ravel().tolist()
-    # From the times 0 to 3: moves 0 to 2, 1 to 3, 2 to 4, 3 to 5.
-    assert watched.happened(3).ravel().tolist() == [True, True, True, True]
-    assert watched.happened(2).ravel().tolist() == [False, True, True, False, True]
 
 
 def test_the_first_prediction_by_hand():
@@ -82,15 +64,6 @@ def test_bumps_are_the_damage_of_the_world():
     assert watched.bumped.sum(axis=0)[:, :3] * [5, 4, 1] == pytest.approx(harm)
 
 
-def test_what_cannot_happen_is_no_prediction():
-    watched = watch_children(KITCHEN, [Family.of(1.0)], tapes(10), (1, 5))
-    for number, horizon in enumerate((1, 5)):
-        happened = watched.happened(horizon)
-        assert watched.possible[number, : len(happened)][happened].all()
-    assert not watched.possible[0].all()
-    assert (watched.predicted[~watched.possible] == 0).all()
-
-
 def test_a_child_of_the_model_is_calibrated():
     """Five novices, each as often, whose epsilon never changes: on average just what the belief begins with."""
     count, names = 150, calibration.MODELLED
@@ -108,12 +81,6 @@ def test_a_child_of_the_model_is_calibrated():
     assert Scores.of(rows, calibration.TOGETHER, 15, (HARMLESS,)).calibration_error < 0.02
     # The paper's number is not one of harm.
     assert Scores.of(rows, calibration.TOGETHER, 15, (SAFE,)).calibration_error > 0.2
-
-
-def test_a_child_that_is_not_of_the_model_is_not():
-    watched = watch_children(KITCHEN, [Family.parse("toddler:0.5")], tapes(50), HORIZONS)
-    rows = tally(watched, questions_of(KITCHEN)[0], ["toddler:0.5"], 50).assign(house="kitchen")
-    assert Scores.of(rows, "toddler:0.5", 15).mean > 1.3 * Scores.of(rows, "toddler:0.5", 15).base_rate
 
 
 def made(house, place, count, predicted, happened):
@@ -144,29 +111,6 @@ def test_scores_by_hand():
     assert (high.base_rate, high.mean) == (pytest.approx(0.4), pytest.approx(0.5))
 
 
-def test_every_behaviour_is_watched():
-    names = {name.rpartition(":")[0] or "novice" for name in calibration.families()}
-    assert names == set(CHILDREN)
-    assert {f"{epsilon:g}" for epsilon in EPSILONS} <= set(calibration.families())
-
-
-def test_company_makes_a_difference():
-    """Without a robot a seeker is a novice."""
-    family = [Family.parse("seeker:0.25")]
-    alone, beside = (
-        watch_children(KITCHEN, family, tapes(5), (1,), robot) for robot in (None, calibration.Bystander(KITCHEN))
-    )
-    novice = watch_children(KITCHEN, [Family.of(0.25)], tapes(5), (1,))
-    np.testing.assert_array_equal(alone.bumped, novice.bumped)
-    assert (beside.bumped != novice.bumped).any()
-
-
-def test_a_house_depends_on_nothing_else():
-    rows = tally_house(House(KITCHEN, 2, 7))
-    assert rows.equals(tally_house(House(KITCHEN, 2, 7)))
-    assert set(rows.family) == set(calibration.families())
-
-
 def test_the_page(tmp_path, capsys):
     house, docs = tmp_path / "kitchen.txt", tmp_path / "docs"
     house.write_text("\n".join("".join(row) for row in KITCHEN.symbols) + "\n")
@@ -178,17 +122,3 @@ def test_the_page(tmp_path, capsys):
     for family in calibration.families():
         assert f"| {calibration.title(family)} |" in text
     assert "nan" not in text
-
-
-def test_the_page_says_what_its_numbers_say():
-    """The same children twice: as they are, and with a tenth of what happened."""
-    rows = pd.concat([tally_house(House(KITCHEN, 2, seed)).assign(house=str(seed)) for seed in range(5)])
-    told, less = (
-        calibration.page(found, "some", 2).text("calibration", "the command")
-        for found in (rows, rows.assign(happened=rows.happened / 10))
-    )
-    assert "times as many collisions are predicted as happen within 15 timesteps (too many)" in " ".join(less.split())
-    assert "times as many collisions are predicted as happen within 15 timesteps (too many)" not in " ".join(
-        told.split()
-    )
-    assert "are predicted of none of them" in " ".join(less.split())

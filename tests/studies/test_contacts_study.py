@@ -51,20 +51,3 @@ def test_the_exit_status_says_that_a_limit_was_not_kept(options, rows, capsys):
     rows.write_text(json.dumps(row) + "\n")
     assert main(["contacts", *options]) == 1
     assert "1.400" in capsys.readouterr().out
-
-
-def test_the_robot_sees_as_it_is_said(monkeypatch, capsys):
-    class LoadedError(Exception):
-        pass
-
-    def load(*_, task_kwargs, **__):
-        raise LoadedError(task_kwargs["sensing"])
-
-    monkeypatch.setattr(contacts, "load", load)
-    command = ["contacts", "--houses", HOUSE, "--epsilon", FAMILY, "--jobs", "1", "--sensing"]
-    with pytest.raises(LoadedError, match=r"^\{'delay': 0.06\}$"):
-        main([*command, '{"delay": 0.06}'])
-    for wrong in ("late", '{"delay": 9}'):
-        with pytest.raises(SystemExit):
-            main([*command, wrong])
-        assert f"sensing must be a dictionary in JSON, got '{wrong}'" in capsys.readouterr().err

@@ -1,13 +1,11 @@
 """The study of coverage: its parts by hand and against SciPy, and a small run of all of it."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 from scipy import stats
 
 from caregiver_mj.plans.floor_plan import FloorPlan
-from studies.coverage import METHODS, Coverage, Pool, cover_houses, cover_ratio, draw, fieller, misses, page, run_pool
+from studies.coverage import METHODS, Coverage, draw, fieller, misses, page, run_pool
 
 SMALL = Coverage(
     houses=("paper", "apartment"), samples=20, episodes=40, sizes=(5, 20), epsilons=(1.0, 0.05),
@@ -49,28 +47,8 @@ def test_pool_pairs_episodes():
     assert set(zip(ours, theirs, strict=True)) <= set(zip(pool.ours, pool.theirs, strict=True))
 
 
-def test_samples_always_have_a_ratio():
-    pool = Pool("h", 0.05, ours=np.array([0.0, 0, 0, 1]), theirs=np.array([0.0, 0, 0, 2]))
-    assert pool.harmless == 0.75
-    rows = cover_ratio(pool, 2, 60, (0,))
-    assert [row["method"] for row in rows] == list(METHODS)
-    ours = rows[0]
-    assert ours["covered"] == ours["open"] == 1  # two pairs say nothing, and it says so
-
-
-def test_houses_alike_are_covered():
-    pools = [Pool(f"h{i}", 1.0, ours=np.arange(40.0) % (3 + i), theirs=np.arange(40.0)) for i in range(6)]
-    rows = cover_houses(pools, 8, 10, 20, (0,))
-    assert [row["quantity"] for row in rows] == ["ratio of means", "mean of ratios", "mean difference"]
-    assert all(row["covered"] >= 0.7 for row in rows)
-
-
-@pytest.fixture(scope="module")
-def results():
-    return SMALL.in_houses(), SMALL.over_houses()
-
-
-def test_page(results):
+def test_page():
+    results = SMALL.in_houses(), SMALL.over_houses()
     text = page(SMALL, *results).text("coverage", "the command")
     assert "{" not in text
     assert "the command" in text
@@ -79,17 +57,4 @@ def test_page(results):
     for table in text.split("\n\n"):
         if table.startswith("|"):
             assert len({line.count("|") for line in table.splitlines()}) == 1
-
-
-def test_figure_has_every_cell(results):
-    figure = draw(results[0])
-    above, below = figure.axes
-    points = sum(len(line.get_xdata()) for line in above.lines if line.get_marker() == "o")
-    assert points == len(SMALL.houses) * 2 * 2 * len(METHODS)
-    assert len(below.patches) == 2 * 2 * len(METHODS)
-
-
-def test_seed_decides(results):
-    again = dataclasses.replace(SMALL, epsilons=(0.05,)).in_houses()
-    first = results[0][results[0].epsilon == 0.05].reset_index(drop=True)
-    assert again.equals(first)
+    assert len(draw(results[0]).axes) == 2

@@ -5,7 +5,6 @@ import pandas as pd
 import pytest
 
 from caregiver_mj.cli import main as caregiver_mj
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.settings import EPSILONS
 from caregiver_mj.experiments.verdicts import Verdict
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -14,13 +13,9 @@ from studies.foresight import (
     COLUMNS,
     FLOOR,
     Bars,
-    Job,
     draw,
-    key_of,
     made,
     page,
-    read,
-    run_job,
     variants,
 )
 from study import main
@@ -97,11 +92,6 @@ class TestVariants:
                 assert made(name, plan).plan is plan
         assert made("none", plan) is None
 
-    def test_every_way_is_measured(self):
-        names = variants()
-        for what, ways in ABLATIONS.items():
-            assert all(key_of(what, how) in names for how in ways)
-
 
 def test_the_page(tmp_path, capsys):
     run = tmp_path / "runs" / "some"
@@ -132,15 +122,3 @@ def test_the_page_of_what_is_taken_apart():
     assert "0.818" in text  # 4.5 / 5.5
     assert "Damage left over 3 houses of 4 episodes" in text
     assert len(draw(table).axes) == 2 * (len(EPSILONS) - 1)
-
-
-def test_rows_of_a_variant():
-    rows = pd.DataFrame(run_job(Job("house-100002", "hysteresis (share of the damage to come): 0.1", 2)))
-    assert list(rows.columns) == ["house", "caregiver", "family", "episode", *COLUMNS]
-    assert len(rows) == 2 * len(EPSILONS)
-    assert rows.damage.gt(0).any()
-
-
-def test_a_folder_without_a_run(tmp_path):
-    with pytest.raises(CaregiverError, match="must hold a finished run"):
-        read(tmp_path)

@@ -45,13 +45,6 @@ def test_a_tour_goes_to_every_hazard_once():
     assert tour.left == []
 
 
-def test_a_tour_takes_no_candle_back_to_its_table():
-    tour = Tour(PLAN)
-    assert PLAN.tables == ((1, 4), (2, 1), (2, 5))
-    # From the child, in (2, 4), the candle's own table is one bump away, as is the third; the second is three.
-    assert tour.destination(percept(candle_table=NOTHING, holding=0), np.array([0])).tolist() == [1]
-
-
 def test_what_went_wrong_is_named():
     houses = [house(1), house(2, missed=("candle 1",)), house(3, strikes=1), house(4, timesteps=20)]
     text = printed(report, pd.DataFrame(houses))

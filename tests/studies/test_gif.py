@@ -8,15 +8,7 @@ import pathlib
 from PIL import Image
 
 from caregiver_mj.viz.episode import Episode
-from studies.gif import frames, write
-
-
-def test_pictures_go_round_at_their_speed(tmp_path):
-    path = tmp_path / "film.gif"
-    picture = Image.linear_gradient("L").convert("RGB")
-    write(path, (picture.rotate(angle) for angle in (0, 90, 180)))
-    with Image.open(path) as film:
-        assert (film.n_frames, film.info["loop"], film.info["duration"], film.size) == (3, 0, 100, (256, 256))
+from studies.gif import frames
 
 
 def test_frames_are_those_of_a_part_of_the_episode():

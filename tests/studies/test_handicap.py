@@ -10,7 +10,7 @@ from caregiver_mj.children.tape import Tape
 from caregiver_mj.experiments.settings import episode_seed, episode_tapes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from studies import grid_to_house
-from studies.grid_to_house import GRID, Handicap, HandicappedGrid, WatchedGrid, ladder, minded_cells
+from studies.grid_to_house import Handicap, HandicappedGrid, WatchedGrid, minded_cells
 
 # Free cells 0 to 17 from west to east, and beyond them the landings 18 in the west and 19 in the east. The child stands
 # in cell 0 and bumps into its bin.
@@ -71,23 +71,7 @@ def test_who_decides_once_carries_on():
     assert walk(Handicap(once=True, pace=1.5), Turncoat, 10, 2)[0] == [8, 6]
 
 
-def test_worlds_are_handicapped_each_for_itself():
-    """In a batch, an episode is what it is alone."""
-    plan, tapes = FloorPlan.load("apartment"), [episode_tapes(episode_seed(0, i), 1) for i in range(5)]
-    handicap = Handicap(True, 1.3, 0.4)
-
-    def damage(some):
-        return HandicappedGrid(plan, 0.75, make_caregiver("paper", plan), handicap).run(some).damage.tolist()
-
-    assert damage(tapes) == damage(tapes[:1]) + damage(tapes[1:])
-
-
 # -- Phases --------------------------------------------------------------------------------------
-
-
-def test_the_log_of_a_phase():
-    _, world = walk(Handicap(near=2.0), Eastward, 1, 8, WatchedGrid)
-    assert world.phases == [{"phase": "block", "actions": 17, "near": 2, "shortest": 17}]
 
 
 def test_the_grid_logs_what_was_done_and_is_not_changed_by_it():
@@ -130,26 +114,14 @@ IN_GRID = pd.DataFrame(
 )
 
 
-def test_pace():
+def test_how_much_of_each_handicap_there_is():
     assert grid_to_house.pace_of(IN_HOUSE) == pytest.approx(12 / 10)
-
-
-def test_near():
+    # Near.
     # The child costs the robot 1.5 s a phase, which are 3 actions. The grid's caregiver loses 1 action in a mean block
     # and none in a fetch, 0.5 in all at a pace of 1, and has 3 actions near the child in a block and 1 in a fetch.
     assert grid_to_house.near_of(IN_HOUSE, IN_GRID, Handicap(), 0.5) == pytest.approx((3 - 0.5) / 2)
     assert grid_to_house.near_of(IN_HOUSE, IN_GRID, Handicap(pace=4.0), 0.5) == pytest.approx((3 - 2) / 2)
     assert grid_to_house.near_of(IN_HOUSE, IN_GRID, Handicap(pace=9.0), 0.5) == 0.0
-
-
-def test_delay():
+    # Delay.
     # 0 and 4 actions in a block, 1 in a fetch: 1.5 in the mean of one of each.
     assert grid_to_house.delay_of(IN_HOUSE, IN_GRID, 0.5) == pytest.approx(0.75)
-
-
-def test_every_level_has_the_handicaps_of_those_before():
-    levels = ladder(1.1, 0.4)
-    assert levels[GRID] == Handicap()
-    assert list(levels.values())[1:4] == [Handicap(True), Handicap(True, 1.1), Handicap(True, 1.1, 0.4)]
-    assert levels["driving alone"] == Handicap(pace=1.1)
-    assert levels["waiting alone"] == Handicap(near=0.4)

@@ -5,14 +5,13 @@ import pytest
 
 from caregiver_mj.children.behaviour import Sight
 from caregiver_mj.children.family import Family
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.settings import episode_tapes
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.cell_graph import ACTION_NAMES
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from studies.learning_child import KINDS, MEASURES, Grown, Job, Learner, Lesson, draw, jobs_of, live, page
-from study import main, run_all
+from study import run_all
 
 # Two cells in a row: a bin to the east, stairs to the west, another bin south of the first.
 PLAN = FloorPlan.parse("######\n#S..B#\n##B###\n######", "row")
@@ -109,18 +108,3 @@ def test_lives_are_kept_and_make_a_page(tmp_path):
     assert "nan" not in text
     assert max(len(line) for line in text.splitlines() if not line.startswith(("|", "!"))) <= 120
     assert len(draw(grown).axes) == 8
-
-
-@pytest.mark.parametrize("options", [["--childhood", "4"], ["--after", "5"]])
-def test_lives_too_short_for_the_tables_are_refused(options, capsys):
-    with pytest.raises(SystemExit) as end:
-        main(["learning_child", *options])
-    assert end.value.code == 2
-    assert "at least" in capsys.readouterr().err
-
-
-def test_bad_input_is_named():
-    with pytest.raises(CaregiverError, match="no caregiver 'nobody'"):
-        jobs_of("train-2", ("nobody",), COUNTS, ())
-    with pytest.raises(CaregiverError, match="leave 'none' out"):
-        jobs_of("train-2", ("none",), COUNTS, ())

@@ -11,21 +11,11 @@ from printed import printed
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.tasks import load
-from studies.relocations import LIFTED, Barred, Conditions, Moment, relocate, report, report_each, times
-from study import HOUSES, load_house, main
+from studies.relocations import LIFTED, Barred, Conditions, Moment, relocate, report, times
+from study import main
 
 GRASP = find_embodiment().grasp
 REST = Moment(time=0.0, x=0.0, y=0.0, speed=0.0, fingers=GRASP.open, height=0.0, reach=0.0, held=False)
-
-
-def test_houses_are_known_by_their_names():
-    assert HOUSES[:2] == ("paper", "apartment")
-    assert load_house(HOUSES[2]).shape == (14, 13)
-    assert load_house(HOUSES[2]) is load_house(HOUSES[2])
-    for name in HOUSES:
-        plan = load_house(name)
-        assert len(plan.candle_tables) > 0
-        assert len(plan.tables) > len(plan.candle_tables)
 
 
 # -- What is measured ----------------------------------------------------------------------------
@@ -55,31 +45,14 @@ PUTS = (
 )
 
 
-def test_times_from_arriving():
+def test_times_from_arriving_to_what_happens():
     assert times(course(*TAKES, *PUTS), GRASP) == (3.0, 3.0)
-
-
-def test_what_does_not_happen_has_no_time():
+    # What does not happen has no time.
     assert times(course(*TAKES), GRASP) == pytest.approx((3.0, math.nan), nan_ok=True)
     assert times(course(*TAKES[:3]), GRASP) == pytest.approx((math.nan, math.nan), nan_ok=True)
 
 
-def test_a_candle_lost_under_way_is_not_put_down():
-    lost = ({"x": 3.0, "speed": 1.0, "height": 0.0}, {"fingers": GRASP.open, "held": False, "reach": 0.0})
-    assert times(course(*TAKES, *lost), GRASP) == pytest.approx((3.0, math.nan), nan_ok=True)
-
-
 # -- One, and many -------------------------------------------------------------------------------
-
-
-def test_a_relocation():
-    result = relocate(Conditions(), 3)
-    expected = {"house": "paper", "seed": 3, "failure": "", "touches": (), "strikes": 0, "drops": 0, "tipped": 0}
-    assert result | expected == result
-    assert result["error"] < 0.005
-    assert result["tilt"] < 1.0
-    assert 0.1 < result["lifting"] < 1.5
-    assert 0.1 < result["clearing"] < 1.5
 
 
 @pytest.mark.parametrize(("table", "barred"), [(1, 0.0), (0, 0.04)])
@@ -115,49 +88,19 @@ def rows(*relocations):
     return pd.DataFrame(relocations)
 
 
-def test_report_of_good_ones():
+def test_report_tells_what_went_well_and_names_what_went_wrong():
     text = printed(report, rows(relocation(0), relocation(1, house="apartment", lifting=0.6)))
     lines = {line[:30].strip(): line[30:].split() for line in text.splitlines()}
     assert lines["done"] == ["1/1", "1/1", "2/2", "all", "200/200"]
     assert lines["arrived to lifted, s: worst"][:3] == ["0.40", "0.60", "0.60"]
     assert "touched nothing but candles" in text
-
-
-def test_report_of_many_houses_tells_of_all_of_them_together():
-    text = printed(report, rows(*(relocation(i, house=f"house-10000{i}") for i in range(6))))
-    lines = {line[:30].strip(): line[30:].split() for line in text.splitlines()}
-    assert lines["done"] == ["6/6", "all", "200/200"]
-    assert lines["arrived to lifted, s: worst"][:2] == ["0.40", "1.50"]
-
-
-def test_report_names_what_went_wrong():
+    # Report names what went wrong.
     bad = relocation(5, failure="candle lost", drops=1, lifting=math.nan, touches=(("robot/hand", "wall"),))
     text = printed(report, rows(relocation(2, clearing=1.7), bad))
     assert "paper, seed 2: clearing took 1.70 s" in text
     assert "touched in 1: robot/hand and wall (paper 5)" in text
     assert "paper, seed 5: candle lost; a child stood in the only way for 2.5 s\n" in text
     assert "paper, seed 5: 1 drops\n" in text
-
-
-def test_report_of_each_condition_tells_tipped_candles_beside_done():
-    dark = rows(relocation(1), relocation(2, tipped=1, drops=1))
-    text = printed(report_each, {"plain": rows(relocation(0)), "dark": dark})
-    lines = {line.split()[0]: line.split()[1:] for line in text.splitlines() if line.strip()}
-    assert lines["plain"][:4] == ["1/1", "0", "0", "0"]
-    assert lines["dark"][:4] == ["2/2", "1", "1", "0"]
-    assert "dark: paper, seed 2: 1 tipped\n" in text
-
-
-def test_conditions_alter_what_things_are_made_of():
-    env = load("relocate_candle", "paper", visuals=False)
-    model = env.physics.model
-    mass, friction, gain = model.body_mass.copy(), model.geom_friction.copy(), model.actuator_gainprm.copy()
-    Conditions(mass=3.0, friction=0.5, gain=0.8).alter(env.physics)
-    candle = model.body("candle_0/candle").id
-    assert model.body_mass[candle] == 3 * mass[candle]
-    assert model.body_mass[model.body("robot/base").id] == mass[model.body("robot/base").id]
-    assert model.geom_friction == pytest.approx(0.5 * friction)
-    assert model.actuator_gainprm == pytest.approx(0.8 * gain)
 
 
 def test_command(tmp_path, capsys):

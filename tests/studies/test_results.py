@@ -6,8 +6,7 @@ import pandas as pd
 import pytest
 
 from caregiver_mj import cli
-from caregiver_mj.errors import CaregiverError
-from studies.results import CHILDREN, RUNS, call, command, publish
+from studies.results import CHILDREN, RUNS, command, publish
 
 
 @pytest.mark.parametrize("name", [*RUNS, *CHILDREN])
@@ -19,18 +18,6 @@ def test_every_run_could_be_run(name, capsys, tmp_path):
     assert cli.main([*asked, "--episodes", "0"]) == 2
     assert "episodes must be an integer of at least 1, got 0" in capsys.readouterr().err
     assert not (tmp_path / name).exists()
-
-
-def test_runs_go_to_a_cluster_instead(tmp_path):
-    asked = command(tmp_path, "grid-paper", 2, "tcp://10.0.0.1:8786")
-    assert asked[-7:-3] == ["--executor", "dask", "--scheduler", "tcp://10.0.0.1:8786"]
-    assert "--jobs" not in asked
-
-
-def test_a_run_that_fails_ends_it_all():
-    with pytest.raises(CaregiverError, match="house check nowhere failed"):
-        call(["house", "check", "nowhere"])
-    call(["house", "check", "paper"])
 
 
 def test_tables_figures_and_houses_are_published(tmp_path):

@@ -13,13 +13,11 @@ from random_plans import plan_texts
 from caregiver_mj.caregivers.baselines import NearestCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
-from caregiver_mj.experiments.intervals import Estimate, of_difference, of_ratio
+from caregiver_mj.experiments.intervals import of_difference, of_ratio
 from caregiver_mj.experiments.settings import EPSILONS, Settings
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, DamageWeights
-from caregiver_mj.recording.record import DAMAGE_THRESHOLD
 from caregiver_mj.robot.embodiments import find_embodiment
 from studies.sensitivity import (
     COLLISIONS,
@@ -36,19 +34,11 @@ from studies.sensitivity import (
     Job,
     Place,
     Results,
-    Robot,
     cells_apart,
     draw,
-    first,
-    first_apart,
-    house_difference,
-    make,
     page,
-    plans_apart,
     run_job,
-    share_apart,
     slowed,
-    verdict_at,
 )
 
 # A corridor: wherever the child is, stairwell and candle are 11 moves away together. The bare table is by the stairs.
@@ -90,26 +80,7 @@ def test_the_rules_differ_in_a_corridor_by_hand():
     assert apart == {(2, 9), (3, 8), (4, 7), (5, 6)}
 
 
-def test_the_nearest_distances_at_which_they_differ():
-    assert first_apart(5, 4, 7) == [(4, 5), (5, 6), (6, 7)]
-    assert first_apart(5, 4, 4) == []
-    assert first_apart(1, 1, 30) == []
-    assert first_apart(20, 4, 3) == [(1, 2), (1, 3), (2, 3)]
-
-
-def test_without_stairs_or_candles_there_is_nothing_to_differ_about():
-    assert not cells_apart(FloorPlan.parse("######\n#S..B#\n###T##\n######")).any()
-    assert not cells_apart(FloorPlan.parse("######\n#C..B#\n###T##\n######")).any()
-
-
 # -- In the grid -------------------------------------------------------------------------------------
-
-
-def test_places_are_houses_or_sets():
-    assert Place.of("paper", 4, 2) == Place("paper", ("paper",), 4)
-    assert Place.of("train-2", 4, 3) == Place("train-2", ("house-100000", "house-100001"), 3)
-    with pytest.raises(CaregiverError, match="no floor plan 'nowhere'"):
-        Place.of("nowhere", 4, 2)
 
 
 def run_at(condition, epsilon=1.0, episodes=4):
@@ -128,24 +99,11 @@ def test_episodes_are_those_of_an_evaluation():
         assert (found["at"] <= found.above).all()
 
 
-def test_the_first_timestep_of_either_reading():
-    damage = np.array([[4.0, 14.0, 0.0], [15.0, 16.0, 15.0], [15.0, 16.0, 15.0], [19.0, 16.0, 15.0]])
-    assert first(damage >= DAMAGE_THRESHOLD).tolist() == [2, 2, 2]
-    assert first(damage > DAMAGE_THRESHOLD).tolist() == [4, 2, 4]  # 4 timesteps are all
-
-
 def test_what_is_varied_changes_what_happens_but_for_equal_weights_which_make_the_rule_nearest():
     at = {one: run_at(one)[COLLISIONS].to_numpy().tolist() for one in CONDITIONS}
     for one in (LINEAR, STILL, WEIGHTED["20:4:1"], *(SPEEDS[actions] for actions in (1, 2, 4))):
         assert at[one] != at[PAPER]
     assert at[WEIGHTED["1:1:1"]] == at[NEAREST]
-
-
-def test_the_two_rules_differ_in_a_timestep_only_where_they_can():
-    assert run_at(PAPER).differs.any()
-    assert not run_at(NEAREST).differs.any()
-    assert share_apart("house-100001", "1:1:1") == 0 < share_apart("house-100001", "5:4:1")
-    assert share_apart("house-100001", "5:4:1") < share_apart("house-100001", "20:4:1")
 
 
 @pytest.fixture(scope="module")
@@ -193,19 +151,6 @@ def test_differences_are_paired_and_of_means_over_houses(results):
     assert results.mean_difference("paper", PAPER, NEAREST).value == pytest.approx(np.mean(ours) - np.mean(theirs))
 
 
-def test_what_is_averaged_over_houses_and_epsilons(results):
-    several = results.places[1]
-    found = pd.concat([results.rows[name, e, PAPER] for name in several.houses for e in EPSILONS])
-    assert results.collisions(several, PAPER) == pytest.approx(found[COLLISIONS].mean().to_numpy())
-    assert results.mean(several, PAPER, "apart") == pytest.approx((found["at"] != found.above).mean())
-    above = np.mean([results.rows[name, 0.25, PAPER].above for name in several.houses])
-    assert results.means(several, PAPER, "above")[3] == pytest.approx(above)
-
-
-def test_plans_on_which_the_rules_never_differ_are_left_out(results):
-    assert [place.name for place in plans_apart(results)] == ["paper", "house-100001"]
-
-
 # -- In the house ------------------------------------------------------------------------------------
 
 
@@ -219,20 +164,6 @@ def test_a_slowed_robot_is_the_same_but_for_its_speed():
         robot.model, robot.layout, robot.footprint, robot.limits.yaw)  # fmt: skip
 
 
-def test_a_slowed_robot_drives_no_faster():
-    """Measured in the physics, over the first 20 seconds of an episode."""
-    fastest = {}
-    for share in (1.0, 0.5):
-        env, policy = make(Robot(speed=share), 1.0)
-        timestep, speeds = env.reset(), [0.0]
-        for _ in range(1000):
-            timestep = env.step(policy(timestep))
-            speeds.append(float(np.hypot(*env.physics.base_velocity()[:2])))
-        fastest[share] = max(speeds)
-    top = find_embodiment().limits.base_speed
-    assert fastest[0.5] <= 0.5 * top < fastest[1.0] <= 1.001 * top
-
-
 # -- The page ----------------------------------------------------------------------------------------
 
 
@@ -244,24 +175,6 @@ def made_episodes():
         for robot in ROBOTS for epsilon in EPSILONS for i in range(6)
     ]  # fmt: skip
     return pd.DataFrame(rows)
-
-
-def test_differences_in_the_house_are_paired():
-    episodes = made_episodes()
-    own, still = (episodes[(episodes.robot == name) & (episodes.epsilon == 0.5)] for name in ("paper", "paper-still"))
-    shuffled = episodes.sample(frac=1.0, random_state=0).sort_values("epsilon", ascending=False, kind="stable")
-    found = house_difference(shuffled, "paper-still", "damage")[EPSILONS.index(0.5)]
-    assert found.value == pytest.approx(still.damage.mean() - own.damage.mean())
-
-
-def test_verdicts_in_words():
-    above, below, neither = Estimate(1.0, 0.5, 1.5), Estimate(-1.0, -1.5, -0.5), Estimate(0.1, -0.5, 0.6)
-    assert verdict_at([above, above, neither, below, neither]) == (
-        "more at epsilon 1 and 0.75, less at epsilon 0.25, no difference seen at the others"
-    )
-    assert verdict_at([neither] * 5) == "no difference seen at any epsilon"
-    assert verdict_at([Estimate(0.0, 0.0, 0.0)] * 5) == "the same in every episode"
-    assert verdict_at([below] * 5) == "less at epsilon 1, 0.75, 0.5, 0.25 and 0.05"
 
 
 def test_page_and_figure(results):

@@ -1,13 +1,11 @@
 """What caregivers leave in house and grid by shape: worked out by hand for a run of a few episodes."""
 
 import pandas as pd
-import pytest
 
 from caregiver_mj.children.family import Family
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.plans.floor_plan import FloorPlan
 from studies import shapes
-from study import main
 
 
 def rows(damage: dict[str, tuple[int, ...]], caregiver: str) -> list[dict[str, object]]:
@@ -41,9 +39,3 @@ def test_by_hand():
     assert values["alike"] == (7, 8)
     assert values["harm"] == {"paper": ["railroad"]}
     assert values["counts"]["strikes"] == values["with_robot"] == 8
-
-
-def test_what_is_no_run_in_the_house_is_refused(tmp_path, capsys):
-    with pytest.raises(SystemExit):
-        main(["shapes", "--run", str(tmp_path)])
-    assert "must hold a finished run" in capsys.readouterr().err

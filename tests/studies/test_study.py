@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 import study
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.intervals import Estimate
-from study import FOLDER, Page, Parser, fill, interval, listed, run_all, share, side, table, verdict
+from study import FOLDER, Page, Parser, fill, interval, listed, run_all, share, side, verdict
 
 SCRIPT = FOLDER.with_name("study.py")
 
@@ -32,11 +32,6 @@ def private_uses(source):
         elif isinstance(node, ast.ImportFrom):
             found += [alias.name for alias in node.names]
     return [name for name in found if name.startswith("_") and not name.endswith("__")]
-
-
-def test_private_uses_are_found():
-    assert private_uses("self._x\nself.a.b\nrobot.__dict__\nprint(_y)") == []
-    assert private_uses("from m import _f\nself.policy._skill\nrobot._x = 1") == ["_f", "_skill", "_x"]
 
 
 @pytest.mark.parametrize("path", sorted(FOLDER.glob("*.py")), ids=lambda path: path.stem)
@@ -96,14 +91,6 @@ def test_a_command_says_what_a_page_depends_on(given, said):
     assert parser().command(again) == command
 
 
-def test_types_are_those_of_the_defaults(capsys):
-    options = parser().parse_args(["--set-episodes", "3", "--houses", "7"])
-    assert (options.set_episodes, options.houses, options.quick) == (3, ["7"], False)
-    with pytest.raises(SystemExit):
-        parser().parse_args(["--set-episodes", "many"])
-    assert "invalid int value: 'many'" in capsys.readouterr().err
-
-
 def test_bad_input_is_one_line(capsys):
     with pytest.raises(SystemExit) as end:
         study.main(["several_children", "--house", "nowhere", "--world", "grid", "--episodes", "1", "--jobs", "1"])
@@ -114,7 +101,7 @@ def test_bad_input_is_one_line(capsys):
 # -- Pages -------------------------------------------------------------------------------------------
 
 
-def test_paragraphs_are_filled_and_words_kept_whole():
+def test_paragraphs_are_filled_and_all_else_stays_as_it_is():
     words = "word-with-hyphens " * 20
     text = fill(f"# A title that stays as it is, however long it may be: {words}\n\n{words}\n\n- {words}\n- {words}\n")
     title, paragraph, items = text.rstrip("\n").split("\n\n")
@@ -122,9 +109,7 @@ def test_paragraphs_are_filled_and_words_kept_whole():
     assert all(len(line) <= 120 for line in (paragraph + "\n" + items).splitlines())
     assert paragraph.split() == words.split()
     assert [line[:6] for line in items.splitlines()] == ["- word", "  word", "  word", "  word"] * 2
-
-
-def test_tables_code_and_pictures_stay_as_they_are():
+    # Tables code and pictures stay as they are.
     text = "| a | b |\n| --- | ---: |\n| x  y | 1 |\n\n    some  command\n\n![A picture](x.png)\n"
     assert fill(text) == text
 
@@ -142,11 +127,7 @@ def test_a_page_is_written_with_its_figures(tmp_path, monkeypatch):
     assert (tmp_path / "docs" / "some.md").read_text() == text
 
 
-def test_table():
-    assert table(("a", "b"), [("x", "1")]) == "| a | b |\n| --- | ---: |\n| x | 1 |"
-
-
-def test_numbers_as_they_are_told():
+def test_numbers_and_verdicts_as_they_are_told():
     assert interval(Estimate(-0.004, -1.0, 2.0), sign="+") == "+0.00 (-1.00 to +2.00)"
     assert interval(Estimate(0.5, 0.5, 0.5)) == "0.50 (0.50 to 0.50)"
     assert interval(Estimate(0.5, 0.5, 0.5), exact=True) == "0.50"
@@ -156,9 +137,7 @@ def test_numbers_as_they_are_told():
     assert share(Estimate(0.5, 0.0, np.inf)) == "50 % (–)"
     assert listed(["a"]) == "a"
     assert listed(["a", "b", "c"]) == "a, b and c"
-
-
-def test_verdicts():
+    # Verdicts.
     assert [verdict(Estimate(*e), "less", "?", "more") for e in ((-1, -2, -0.5), (0.1, -0.5, 2), (1, 0.5, 2))] == [
         "less", "?", "more"]  # fmt: skip
     assert side(Estimate(-1.0, -np.inf, -0.5)) == 0  # nothing bounds it

@@ -121,32 +121,22 @@ def test_what_it_needs_is_seen_to():
         caregiver_mj.tasks.load("stay_calm", PLAN, task_kwargs={"robot": False})
 
 
-@pytest.mark.usefixtures("stay_calm")
-def test_who_asks_for_another_hears_of_it():
-    with pytest.raises(CaregiverError, match=r"no task 'tidy_up': there are .*, stay_calm"):
-        caregiver_mj.tasks.load("tidy_up", PLAN)
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         ({"environment_kwargs": {"time_limit": 3}}, "must be without time_limit: give it in task_kwargs"),
-        ({"environment_kwargs": {"control_timestep": 0.02}}, "must be without control_timestep"),
         ({"environment_kwargs": {"colour": "red"}}, "environment_kwargs: got an unexpected keyword argument 'colour'"),
         ({"environment_kwargs": {"n_sub_steps": 0.5}}, "cannot be made"),
         ({"task_kwargs": {"colour": "red"}}, "task_kwargs: got an unexpected keyword argument 'colour'"),
         ({"task_kwargs": {"candle_offset": 5}}, "candle_offset must be in 0 to 0.27 m, got 5"),
-        ({"task_kwargs": {"candle_offset": -0.01}}, "candle_offset"),
         ({"task_kwargs": {"table_offset": float("nan")}}, "table_offset must be in 0 to 0.105 m, got nan"),
         ({"task_kwargs": {"control_timestep": 0}}, "control_timestep must be positive .* got 0"),
-        ({"task_kwargs": {"control_timestep": "fast"}}, "control_timestep must be positive .* got 'fast'"),
         ({"task_kwargs": {"control_timestep": 3.0}}, "no longer than a child's move, 1.69 s, got 3.0"),
         ({"task_kwargs": {"control_timestep": 0.007}}, "multiple of physics timestep"),
         ({"task_kwargs": {"robot": "no"}}, "robot must be a bool, got 'no'"),
         ({"task_kwargs": {"compliant_children": "x"}}, "compliant_children must be a bool, got 'x'"),
         ({"random": 0, "task_kwargs": {"random": 5}}, "random must be given once"),
         ({"task_kwargs": {"time_limit": 0}}, "time_limit must be a positive number of seconds, got 0"),
-        ({"task_kwargs": {"time_limit": "long"}}, "time_limit must be a positive number of seconds, got 'long'"),
         ({"random": 2**40}, "must be an integer from 0 to 4294967295, got 1099511627776"),
     ],
 )

@@ -83,10 +83,6 @@ for _name, _robot in [*((name, True) for name in caregiver_mj.ALL_TASKS), ("supe
 del ContractTest  # not a test by itself
 
 
-def test_there_are_three_tasks():
-    assert set(caregiver_mj.ALL_TASKS) == {"supervise", "relocate_candle", "block_stairs"}
-
-
 @every_task
 def test_episode_ends_at_the_time_limit(task):
     env = load(task, time_limit=TIME_LIMIT)
@@ -108,15 +104,6 @@ def test_supervise_lasts_200_novice_timesteps():
 
 
 # -- Observations and rewards ------------------------------------------------------------------------
-
-
-@every_task
-def test_specs_are_known_before_the_first_episode(task):
-    env = load(task)
-    spec = env.observation_spec()
-    assert {key: value.shape for key, value in spec.items()} == {
-        key: value.shape for key, value in env.reset().observation.items()
-    }
 
 
 @every_task
@@ -187,8 +174,8 @@ def test_starts_are_random():
         assert PLAN[PLAN.cell_at(start["toddler_position"][:2])] == "."
         assert PLAN[PLAN.cell_at(start["base_position"][:2])] == "."
         assert PLAN.cell_at(start["base_position"][:2]) != PLAN.cell_at(start["toddler_position"][:2])
-        offset = start["candle_position"][0] - [*PLAN.position(PLAN.tables[PLAN.candle_tables[0]]), 0.6]
-        assert np.abs(offset).max() <= 0.03
+    offsets = np.array([start["candle_position"][0, :2] - PLAN.position(PLAN.tables[0]) for start in starts])
+    assert 0.015 < np.abs(offsets).max() <= 0.03
 
 
 @every_task
@@ -314,16 +301,6 @@ def test_there_are_the_cameras_of_the_design(task):
 # -- Actions -----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("task", ["block_stairs", "relocate_candle"])
-def test_a_task_for_the_robot_says_so_without_one(task):
-    with pytest.raises(CaregiverError, match=f"{task} needs the robot"):
-        load(task, robot=False)
-
-
-def test_a_toddler_left_alone_takes_no_action():
-    assert load("supervise", robot=False).action_spec().shape == (0,)
-
-
 @every_task
 def test_action_spec_is_that_of_the_actuators(task):
     env = load(task)
@@ -337,8 +314,7 @@ def test_action_spec_is_that_of_the_actuators(task):
     np.testing.assert_allclose(spec.maximum[[3, 6, 8, 10]], [2.7437, -0.1518, 4.5169, 0.04])
 
 
-@pytest.mark.parametrize("index", range(11))
-@pytest.mark.parametrize("value", [np.nan, np.inf])
+@pytest.mark.parametrize(("index", "value"), [(0, np.nan), (6, np.inf), (10, np.nan)])
 def test_action_that_is_not_finite_is_refused_by_index_and_joint(index, value):
     env = LOADED["supervise"]
     env.reset()
@@ -416,8 +392,6 @@ def test_control_follows_the_action():
         ({"task_kwargs": {"family": []}}, "at least 1 child"),
         ({"task": "tidy_up"}, "no task 'tidy_up': there are supervise, relocate_candle, block_stairs"),
         ({"epsilon": 1.5}, r"epsilon must be in \[0, 1\], got 1.5"),
-        ({"epsilon": -0.1}, r"epsilon must be in \[0, 1\], got -0.1"),
-        ({"epsilon": float("nan")}, r"epsilon must be in \[0, 1\], got nan"),
         ({"house": "no_such_house"}, "no floor plan 'no_such_house'"),
         (
             {"task": "relocate_candle", "house": NO_CANDLE},
@@ -432,21 +406,14 @@ def test_bad_input_gives_one_clear_line(arguments, message):
     assert "\n" not in str(caught.value)
 
 
-def test_policy_needs_the_keys_of_the_observation():
+def test_policy_needs_a_robot_and_the_keys_of_the_observation():
+    with pytest.raises(CaregiverError, match="must have a robot"):
+        caregiver_mj.CaregiverPolicy(load("supervise", robot=False))
+    # Policy needs the keys of the observation.
     env = caregiver_mj.load("supervise", PLAN, random=0, environment_kwargs={"flat_observation": True})
     policy = caregiver_mj.CaregiverPolicy(env)
     with pytest.raises(CaregiverError, match="must be a dictionary, got a flattened one"):
         policy(env.reset())
-
-
-def test_policy_needs_a_robot():
-    with pytest.raises(CaregiverError, match="must have a robot"):
-        caregiver_mj.CaregiverPolicy(load("supervise", robot=False))
-
-
-def test_policy_needs_a_caregiver_that_exists():
-    with pytest.raises(CaregiverError, match="nanny"):
-        caregiver_mj.CaregiverPolicy(load("supervise"), caregiver="nanny")
 
 
 @pytest.mark.parametrize("plan", [NO_CANDLE, NO_STAIRS])
@@ -533,12 +500,10 @@ _LARGE_CELLS = FloorPlan.load("house-11-11x9-stairwells2-candles3", cell_size=0.
     [
         (FloorPlan.load("paper", damage=DamageWeights(2.0, 7.0, 0.5)), "1,.5,adversary:0", 8),
         (FloorPlan.load("house-13-8x8-candles1"), ",".join(["1"] * 6), 9),
-        (FloorPlan.load("paper"), 1.0, 3),
         (FloorPlan.load("paper"), 0.5, 4),
         (_LARGE_CELLS, 0.75, 5),
-        (FloorPlan.load("house-12-8x8-candles2"), 0.9, 6),
     ],
-    ids=["three_children", "crowded", "paper", "paper_half_random", "large_cells", "generated"],
+    ids=["three_children", "crowded", "paper_half_random", "large_cells"],
 )
 def test_unassisted_toddler_fares_in_the_house_as_in_the_grid(plan, epsilon, seed):
     env = caregiver_mj.load("supervise", plan, epsilon=epsilon, task_kwargs={"robot": False})
@@ -558,15 +523,6 @@ def test_unassisted_toddler_fares_in_the_house_as_in_the_grid(plan, epsilon, see
 # -- Candles and tables out of place -----------------------------------------------------------------
 
 
-def test_candles_start_within_their_offset():
-    env = load("supervise", candle_offset=0.1)
-    centre = PLAN.position(PLAN.tables[0])
-    offsets = np.array([env.reset().observation["candle_position"][0, :2] - centre for _ in range(40)])
-    assert np.abs(offsets).max() <= 0.1
-    assert (offsets.max(axis=0) > 0.06).all()
-    assert (offsets.min(axis=0) < -0.06).all()
-
-
 def test_tables_stand_out_of_place_but_the_map_does_not_know():
     env = load("relocate_candle", table_offset=0.04, candle_offset=0.0)
     named = env.physics.named.model.geom_pos
@@ -581,15 +537,8 @@ def test_tables_stand_out_of_place_but_the_map_does_not_know():
     assert goal[:2] == pytest.approx(tops[env.task.goal_table])
     env.physics.set_candle(0, np.array([*(tops[1] + [0.26, -0.26]), 0.6]), 0.0)
     assert env.task.candles.are_on(env.physics, 1).any()
-    assert np.array_equal(env.task.table_positions, tops)
-
-
-def test_tables_stay_where_they_are_from_one_episode_to_the_next():
-    env = load("supervise", table_offset=0.04)
-    before = env.task.table_positions.copy()
-    env.reset()
-    assert np.array_equal(env.task.table_positions, before)
-    assert not np.array_equal(load("supervise", table_offset=0.04, seed=1).task.table_positions, before)
+    assert np.array_equal(env.task.table_positions, tops)  # as in the episode before
+    assert not np.array_equal(load("supervise", table_offset=0.04, seed=1).task.table_positions, tops)
 
 
 # -- A child that heads for the robot ----------------------------------------------------------------

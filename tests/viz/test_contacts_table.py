@@ -1,7 +1,6 @@
 """The report's tables of what the robot did to the child, by rows made by hand."""
 
 import pandas as pd
-import pytest
 
 from caregiver_mj.recording.contacts import BODY_LIMITS, CAUTION, REGIONS, Contacts
 from caregiver_mj.viz.report.tables import counts_table, limits_table
@@ -48,8 +47,3 @@ def test_forces_stand_beside_the_limits_of_their_region():
     assert ("trunk", "chest", "21", "140", "210", "10 %") in table.rows
     assert CAUTION in table.note
     assert "adults" in CAUTION
-
-
-@pytest.mark.parametrize("limit", BODY_LIMITS, ids=lambda limit: limit.part)
-def test_an_impact_may_be_harder_than_clamping(limit):
-    assert 0 < limit.clamping <= limit.impact

@@ -5,7 +5,6 @@ import pandas as pd
 import pytest
 
 from caregiver_mj import cli
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.record import COLUMNS
 from caregiver_mj.viz.episode import Episode
@@ -71,12 +70,6 @@ def test_any_episode_of_a_run_can_be_filmed_and_is_that_of_the_run(house, rows, 
     assert rows.seed[0] != rows.seed[1]
 
 
-def test_an_episode_can_be_told_by_its_own_seed(house, rows):
-    alone = Episode.load(house=house, children=1.0, seed=int(rows.seed[0]), number=None, caregiver="none")
-    watched = Episode.load(house=house, children=1.0, seed=SEED, number=0, caregiver="random")
-    assert alone.hud_state(1).children[0].position.tolist() == watched.hud_state(1).children[0].position.tolist()
-
-
 def test_the_display_is_told_what_happens(house):
     episode = Episode.load(house=house, children=1.0, seed=SEED, caregiver="paper")
     for second in range(1, 41):
@@ -136,9 +129,3 @@ def test_nearest_candle_in_the_hand(house):
     shown = episode.hud_state(1)
     assert found == pytest.approx(np.linalg.norm(shown.candles[0, :2] - shown.children[0].position))
     assert shown.candles[0, 2] > 0.5
-
-
-def test_there_are_no_negative_seeds():
-    for seed, number in ((-1, 0), (0, -1)):
-        with pytest.raises(CaregiverError, match="must be an integer of at least 0, got -1"):
-            Episode.load(seed=seed, number=number)

@@ -3,10 +3,8 @@
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.colors import to_rgba
 
 from caregiver_mj.viz import figures
-from caregiver_mj.viz.colours import unit
 from caregiver_mj.viz.figures.shares import going
 
 NAMES = {"1": "random motion", "0.5": "50 % random"}
@@ -30,16 +28,19 @@ def by_house(left):
     )
 
 
-def test_every_house_with_damage_is_a_point():
+def test_every_house_with_damage_is_a_point_and_the_floor_a_line():
     figure = figures.houses(by_house([0.2, 0.3, 0.5, np.nan]), MEANS, NAMES)
-    first, second = figure.axes
-    for axes in (first, second):
+    for axes, level in zip(figure.axes, (0.25, 0.1), strict=True):
         drawn = [c for c in axes.collections if type(c).__name__ == "PathCollection" and len(c.get_offsets())]
         assert sorted(float(x) for c in drawn for x in c.get_offsets()[:, 0]) == [0.2, 0.3, 0.5]
         assert [label.get_text() for label in axes.get_yticklabels()] == ["random", "paper"]  # as in the run
         heights = [float(y) for c in drawn for y in c.get_offsets()[:, 1]]
         assert np.all(np.abs(np.array(heights) - 1) < 0.5)  # in the row of `paper`
+        dashed = [line for line in axes.lines if line.get_linestyle() == "--" and len(set(line.get_xdata())) == 1]
+        assert [float(line.get_xdata()[0]) for line in dashed] == [level]
     assert [axes.get_title(loc="left") for axes in figure.axes] == list(NAMES.values())
+    alone = figures.houses(None, MEANS, NAMES).axes[0]  # of a single house
+    assert [float(line.get_xdata()[0]) for line in alone.lines if line.get_marker() == "D"] == [0.7, 0.3]
 
 
 def test_a_house_beyond_the_axis_is_drawn_at_its_edge():
@@ -48,19 +49,6 @@ def test_a_house_beyond_the_axis_is_drawn_at_its_edge():
     drawn = [c for c in axes.collections if type(c).__name__ == "PathCollection" and len(c.get_offsets())]
     assert max(float(c.get_offsets()[:, 0].max()) for c in drawn) == pytest.approx(axes.get_xlim()[1])
     assert axes.get_xlim()[1] <= 2
-
-
-def test_the_floor_is_a_line_and_no_row():
-    first, second = figures.houses(by_house([0.3]), MEANS, NAMES).axes
-    for axes, level in ((first, 0.25), (second, 0.1)):
-        dashed = [line for line in axes.lines if line.get_linestyle() == "--" and len(set(line.get_xdata())) == 1]
-        assert [float(line.get_xdata()[0]) for line in dashed] == [level]
-
-
-def test_of_a_single_house_only_means_are_drawn():
-    figure = figures.houses(None, MEANS, NAMES)
-    means = [float(line.get_xdata()[0]) for line in figure.axes[0].lines if line.get_marker() == "D"]
-    assert means == [0.7, 0.3]
 
 
 def test_kinds_are_shares_of_the_damage_without():
@@ -84,17 +72,6 @@ def test_survival_is_the_share_not_yet_stopped():
     episodes = pd.DataFrame({"timesteps_to_threshold": [10, 100, 200, 200], "stopped": [1, 1, 0, 1]})
     share = going(episodes, np.array([0, 9, 10, 99, 100, 199, 200]))
     assert share == pytest.approx([1, 1, 0.75, 0.75, 0.5, 0.5, 0.25])  # the third is never stopped
-
-
-def test_survival_has_a_curve_for_each_caregiver():
-    rows = [(c, f, 50, 1) for c in ("none", "paper", "guard", "floor") for f in NAMES]
-    episodes = pd.DataFrame(rows, columns=["caregiver", "family", "timesteps_to_threshold", "stopped"])
-    figure = figures.survival(episodes, NAMES, ["none", "paper", "guard", "floor"])
-    shown = [axes for axes in figure.axes if axes.get_visible()]
-    assert len(shown) == 2
-    for axes in shown:
-        assert len(axes.lines) == 4
-        assert to_rgba(axes.lines[0].get_color()) == to_rgba(unit(figures.ALONE))
 
 
 def test_toys_have_the_margin_as_a_line():

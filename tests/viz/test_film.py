@@ -1,7 +1,5 @@
 """Films of episodes: what can be read back from the files, and what is refused."""
 
-import pathlib
-
 import imageio.v3 as iio
 import imageio_ffmpeg
 import numpy as np
@@ -27,7 +25,7 @@ def short_film(tmp_path_factory):
     return folder / "short.mp4"
 
 
-def test_film_has_size_length_and_speed(short_film):
+def test_film_has_size_length_and_speed_and_can_start_before_it_is_loaded(short_film):
     frames, seconds = imageio_ffmpeg.count_frames_and_secs(str(short_film))
     assert frames == 15
     assert seconds == pytest.approx(1.5, abs=0.05)
@@ -36,14 +34,14 @@ def test_film_has_size_length_and_speed(short_film):
     assert meta["pix_fmt"].startswith("yuv420p")
     assert meta["source_size"] == (320, 240)
     assert meta["fps"] == 10.0
-
-
-def test_film_can_start_before_it_is_loaded(short_film):
+    # Film can start before it is loaded.
     data = short_film.read_bytes()
     assert 0 < data.find(b"moov") < data.find(b"mdat")
+    # Nothing else is left behind.
+    assert sorted(p.name for p in short_film.parent.iterdir()) == ["short.mp4", "short.png"]
 
 
-def test_film_shows_house_and_display(short_film):
+def test_film_shows_house_and_display_and_the_still_is_its_middle(short_film):
     frames = iio.imread(short_film, plugin="FFMPEG").astype(int)
     assert frames.shape == (15, 240, 320, 3)
     top = hud.strip_top(320, 240)
@@ -51,9 +49,7 @@ def test_film_shows_house_and_display(short_film):
     assert house.std(axis=(1, 2)).min() > 15
     assert np.median(np.abs(strip - GROUND)) < 8
     assert np.abs(frames[-1] - frames[0]).max() > 60  # the toddler has moved
-
-
-def test_still_is_the_middle_of_the_film_when_nothing_is_carried(short_film):
+    # Still is the middle of the film when nothing is carried.
     still = iio.imread(short_film.with_suffix(".png")).astype(int)
     frames = iio.imread(short_film, plugin="FFMPEG").astype(int)
     difference = np.abs(frames - still).mean(axis=(1, 2, 3))
@@ -61,14 +57,12 @@ def test_still_is_the_middle_of_the_film_when_nothing_is_carried(short_film):
     assert difference.min() < 5  # the film is compressed
 
 
-def test_nothing_else_is_left_behind(short_film):
-    assert sorted(p.name for p in short_film.parent.iterdir()) == ["short.mp4", "short.png"]
-
-
 def test_same_seed_same_still(short_film, tmp_path):
     film(tmp_path / "again.mp4", still=tmp_path / "again.png")
     first, again = (iio.imread(p) for p in (short_film.with_suffix(".png"), tmp_path / "again.png"))
     np.testing.assert_array_equal(first, again)
+    film(tmp_path / "large.mp4", seed=2**64 + 1, seconds=0.1, caregiver="paper")  # larger than NumPy takes
+    assert imageio_ffmpeg.count_frames_and_secs(str(tmp_path / "large.mp4"))[0] == 1
 
 
 def test_failure_leaves_no_film(tmp_path):
@@ -88,12 +82,9 @@ def test_failure_leaves_no_film(tmp_path):
     ("name", "settings", "message"),
     [
         ("film.avi", {}, "must be called FILE.mp4"),
-        ("film", {}, "must be called FILE.mp4"),
         ("film.mp4", {"still": "still.jpg"}, "must be called FILE.png"),
         ("film.mp4", {"width": 321}, "width must be an even number"),
-        ("film.mp4", {"height": 100}, "height must be an even number"),
         ("film.mp4", {"fps": 0.0}, "fps must be in"),
-        ("film.mp4", {"seconds": -1.0}, "seconds must be a positive"),
         ("film.mp4", {"seconds": float("nan")}, "seconds must be a positive"),
         ("film.mp4", {"camera": "nowhere"}, "no camera 'nowhere': there are follow, overview"),
         ("film.mp4", {"task": "nap"}, "no task 'nap'"),
@@ -120,12 +111,6 @@ def test_unwritable_place_is_refused_at_once(tmp_path):
         film(tmp_path / "folder.mp4")
 
 
-def test_film_with_the_caregiver(tmp_path):
-    path = pathlib.Path(tmp_path / "care.mp4")
-    film(path, caregiver="paper", seconds=0.5, width=480, height=270)
-    assert imageio_ffmpeg.count_frames_and_secs(str(path))[0] == 5
-
-
 def test_nothing_is_said_of_a_film_that_never_began(tmp_path, caplog):
     with pytest.raises(CaregiverError, match="no OpenGL"), film_writer(tmp_path / "film.mp4", 64, 48, 10):
         raise CaregiverError("no OpenGL")
@@ -136,9 +121,3 @@ def test_nothing_is_said_of_a_film_that_never_began(tmp_path, caplog):
     with film_writer(tmp_path / "film.mp4", 64, 48, 10) as write:
         write(np.zeros((48, 64, 3), np.uint8))
     assert [path.name for path in tmp_path.iterdir()] == ["film.mp4"]
-
-
-@pytest.mark.parametrize("seed", [2**32, 2**64 + 1])
-def test_a_seed_may_be_larger_than_numpy_takes(tmp_path, seed):
-    film(tmp_path / "film.mp4", seed=seed, seconds=0.1)
-    assert (tmp_path / "film.mp4").stat().st_size > 0

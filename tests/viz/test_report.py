@@ -8,7 +8,7 @@ import imageio_ffmpeg
 import numpy as np
 import pandas as pd
 import pytest
-from made_runs import PAPER, TINY, as_older_version, drawn_once, undrawn, write_run
+from made_runs import TINY, as_older_version, drawn_once, undrawn, write_run
 from test_cli import fails
 
 from caregiver_mj import cli
@@ -17,12 +17,11 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.record import COLUMNS
 from caregiver_mj.viz import figures, report
 from caregiver_mj.viz.figures import Series, bars
-from caregiver_mj.viz.report.charts import mean_map
 from caregiver_mj.viz.report.film import Film
 from caregiver_mj.viz.report.left import side_by_side, verdicts
 from caregiver_mj.viz.report.page import headline, section
 from caregiver_mj.viz.report.published import PUBLISHED, compares_with
-from caregiver_mj.viz.report.tables import comparison_table, damage_table, measures_tables, timesteps_table
+from caregiver_mj.viz.report.tables import measures_tables
 from caregiver_mj.viz.report.words import family_name, in_lines, number, with_interval
 
 
@@ -90,12 +89,10 @@ def test_headline_interval_is_that_of_paired_episodes(tmp_path):
 def test_tables_stand_beside_the_published_ones(folder, page):
     tables = (folder / "tables.md").read_text("utf-8")
     # Means over the greatest damage, 60: 50 / 60 = 0.833, 15 / 60 = 0.250, and 15 / 50 = 0.30 of it left.
-    row = next(line for line in tables.splitlines() if line.startswith("| random motion | 0.833"))
-    cells = [cell.split(" [")[0] for cell in row.strip("| ").split(" | ")]
-    assert cells == ["random motion", "0.833", "0.735", "0.250", "0.229", "0.30", "0.31"]
-    row = next(line for line in tables.splitlines() if line.startswith("| random motion | 100.0"))
-    cells = [cell.split(" [")[0] for cell in row.strip("| ").split(" | ")]
-    assert cells == ["random motion", "100.0", "35.5", "170.0", "97.0"]
+    for wanted in (["0.833", "0.735", "0.250", "0.229", "0.30", "0.31"], ["100.0", "35.5", "170.0", "97.0"]):
+        row = next(line for line in tables.splitlines() if line.startswith(f"| random motion | {wanted[0]}"))
+        cells = [cell.split(" [")[0] for cell in row.strip("| ").split(" | ")]
+        assert cells == ["random motion", *wanted]
     for row in ("random motion 0.833 [", "] 0.735 0.250 [", "] 0.229 0.30 [", "] 35.5 170.0 ["):
         assert row in words(page)
 
@@ -149,7 +146,6 @@ def test_verdicts_at_a_margin(folder):
         ("less", "different", True, "Against guard: less damage with every novice."),
         ("less", "equivalent", False, "less damage, but within 10 % with 25 % random (difference"),
         ("more", "different", False, "more damage with 25 % random (difference"),
-        ("more", "equivalent", False, "more damage with 25 % random (difference"),
         ("no verdict", "no verdict", False, "; no verdict with 25 % random (difference"),
     ],
 )
@@ -161,15 +157,18 @@ def test_verdicts_in_words(folder, verdict, equivalence, all_less, told):
     assert told in text
 
 
-def test_open_intervals(tmp_path):
+@pytest.mark.parametrize(
+    ("epsilon", "told"), [("1", "So few do not bound it"), ("0", "0 damage, without the caregiver too")]
+)
+def test_open_intervals_and_no_damage_at_all(tmp_path, epsilon, told):
     row = {"x_mean": 3.0, "x_ci_low": 0.0, "x_ci_high": None}
     assert with_interval(row, "x_mean") == "3.0 [0.0, ∞]"
     assert with_interval(row | {"x_ci_low": None}, "x_mean", 2, "+") == "+3.00 [−∞, ∞]"
-    command = ["evaluate", "--world", "grid", "--epsilon", "1", "--episodes", "1", "--out", str(tmp_path)]
+    command = ["evaluate", "--world", "grid", "--epsilon", epsilon, "--episodes", "1", "--out", str(tmp_path)]
     assert cli.main(command) == 0
     assert cli.main(["report", str(tmp_path)]) == 0
     text = words((tmp_path / "report.html").read_text("utf-8"))
-    assert "So few do not bound it" in text
+    assert told in text
     assert "nan" not in text
 
 
@@ -192,14 +191,6 @@ def test_worlds_side_by_side(page):
     assert re.search(f"random motion {left} {left} 0\\.31 0 %", text)
 
 
-def test_maps_are_means_of_an_episode(folder):
-    run = report.read_run(folder)
-    cells = len(PAPER.free_cells)
-    for caregiver, damage in (("none", 500 / 16), ("paper", 160 / 16)):
-        np.testing.assert_allclose(mean_map(run, caregiver, "visits"), 200 / cells)
-        np.testing.assert_allclose(mean_map(run, caregiver, "damage"), damage / cells)
-
-
 @pytest.mark.usefixtures("words_alone")
 def test_command_gives_the_same_rows(tmp_path, capsys):
     command = ["evaluate", "--world", "grid", "--house", "paper", "--caregiver", "none", "guard"]
@@ -208,15 +199,6 @@ def test_command_gives_the_same_rows(tmp_path, capsys):
     assert report.read_run(tmp_path).command() == " ".join(["caregiver-mj", *command])
     assert cli.main(["report", str(tmp_path)]) == 0  # of `guard`, for there is no `paper`
     assert "caregiver <code>guard</code>" in (tmp_path / "report.html").read_text("utf-8")
-
-
-def test_no_damage_at_all(tmp_path):
-    command = ["evaluate", "--world", "grid", "--epsilon", "0", "--episodes", "1", "--out", str(tmp_path)]
-    assert cli.main(command) == 0
-    assert cli.main(["report", str(tmp_path)]) == 0
-    text = words((tmp_path / "report.html").read_text("utf-8"))
-    assert "0 damage, without the caregiver too" in text
-    assert "nan" not in text
 
 
 @pytest.mark.usefixtures("words_alone")
@@ -264,9 +246,7 @@ def test_every_measure_is_called_what_its_column_is(folder):
     ("family", "name", "lines"),
     [
         ("1", "random motion", "random\nmotion"),
-        ("0.75", "75 % random", "75 %\nrandom"),
         ("0.125", "12.5 % random", "12.5 %\nrandom"),
-        ("1,0.25", "100 % and 25 % random", "100 % and\n25 %\nrandom"),
         ("1,0.5,0.25", "100 %, 50 % and 25 % random", "100 %,\n50 % and\n25 %\nrandom"),
         ("0.5,0.5", "2 x 50 % random", "2 x 50 %\nrandom"),
         ("1,adversary:0.5", "100 % and adversary 50 % random", None),
@@ -275,16 +255,6 @@ def test_every_measure_is_called_what_its_column_is(folder):
 def test_families_have_names(family, name, lines):
     assert family_name(family) == name
     assert lines is None or in_lines(family) == lines
-
-
-def test_a_run_of_an_older_version_gives_the_same_tables(tmp_path):
-    new, old = (write_run(tmp_path / age) for age in ("new", "old"))
-    runs = report.read_run(new), report.read_run(as_older_version(old))
-    for table in (damage_table, timesteps_table, comparison_table):
-        first, second = (table(run).markdown() for run in runs)
-        assert first == second
-    assert measures_tables(runs[0]) == measures_tables(runs[1])
-    assert runs[0].command() == runs[1].command()
 
 
 # -- Harm --------------------------------------------------------------------------------------------
@@ -344,6 +314,9 @@ def test_page_is_self_contained(page):
     assert "url(" not in page
     assert "@import" not in page
     assert "<script" not in page
+    targets = set(re.findall(r'href="#([a-z]+)"', page))
+    assert len(targets) >= 7
+    assert targets <= set(re.findall(r'id="([a-z]+)"', page))
 
 
 def test_the_same_report_again_of_copies(folder, page, tmp_path, monkeypatch):
@@ -380,12 +353,6 @@ def test_larger_film_is_refused(tmp_path):
     assert film.data().startswith("data:video/mp4;base64,")
     with pytest.raises(CaregiverError, match=r"at most .* MB"):
         film.data(largest=0.001)
-
-
-def test_links_lead_somewhere(page):
-    targets = set(re.findall(r'href="#([a-z]+)"', page))
-    assert len(targets) >= 7
-    assert targets <= set(re.findall(r'id="([a-z]+)"', page))
 
 
 def test_published_numbers():

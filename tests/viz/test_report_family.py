@@ -23,20 +23,15 @@ def page(run):
         return words(report.write_report([run]).read_text("utf-8"))
 
 
-def test_families_are_called_by_their_children(page):
+def test_the_page_speaks_of_these_children_and_of_no_others(run, page):
     assert "100 % and 50 % random 0.833 [" in page
     assert "2 x 25 % random 0.208 [" in page
     assert "8 paired episodes of each of 2 families." in page
     assert "episode i has the same children both times" in page
     assert "Where the children went, without the caregiver — Physical house (paper)" in page
-
-
-def test_there_is_no_talk_of_one_novice(page):
+    assert " --epsilon 1,0.5 0.25,0.25 --episodes 8 --seed 7" in report.read_run(run).command()
     for word in ("novice ", "novices", "the toddler", "the child "):
         assert word not in page.split("To know before comparing")[0], word
-
-
-def test_the_paper_is_not_cited(page):
     for word in ("published", "In the paper, the same", "diamonds", "Its numbers are those"):
         assert word not in page
 
@@ -56,14 +51,6 @@ def test_each_child_has_a_row_of_its_own(run):
         ("100 % and 50 % random: novice 2, 50 %", f"{0.2 * alone:.1f}", f"{0.2 * guarded:.1f}", "1.0", "1.0"),
     ]
     assert len(table.rows) == 4
-
-
-def test_an_only_child_has_no_such_table(tmp_path):
-    assert children_table(report.read_run(write_run(tmp_path))) is None
-
-
-def test_command_names_the_families(run):
-    assert " --epsilon 1,0.5 0.25,0.25 --episodes 8 --seed 7" in report.read_run(run).command()
 
 
 def test_single_children_and_families_beside_each_other(run, tmp_path):

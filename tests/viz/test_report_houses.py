@@ -2,7 +2,6 @@
 
 import re
 
-import numpy as np
 import pandas as pd
 import pytest
 from made_runs import PAPER, TINY, drawn_once, undrawn, write_run
@@ -52,6 +51,7 @@ def test_order_of_runs(folder, tmp_path):
     other = write_run(tmp_path / "other", plan=FloorPlan.parse("\n".join(PAPER.rows), "another"))
     ranks = [report.read_run(path).rank for path in (folder / "many", other, folder / "paper")]
     assert ranks == [0, 2, 3]
+    assert wins_table(report.read_run(folder / "paper")) is None  # of a single house
 
 
 def test_the_headline_is_over_houses(page, many):
@@ -77,22 +77,6 @@ def test_in_how_many_houses_one_does_better(many):
             sums = chosen.groupby(["house", "caregiver"])["damage"].sum().unstack()
             difference = sums["paper"] - sums[row[0]]
             assert cell == f"{(difference < 0).sum()} : {(difference > 0).sum()}"
-
-
-def test_a_single_house_has_no_such_table(folder):
-    assert wins_table(report.read_run(folder / "paper")) is None
-
-
-def test_houses_are_read_from_their_table_where_there_is_one(folder, many, tmp_path):
-    for path in (folder / "many").glob("*.*"):
-        (tmp_path / path.name).write_bytes(path.read_bytes())
-    many.by_house.assign(damage=7.0).to_parquet(tmp_path / "houses.parquet")
-    assert set(report.read_run(tmp_path).by_house.damage) == {7.0}
-
-
-def test_command_names_the_set(many, tmp_path):
-    assert "--houses test-2 --caregiver" in many.command()
-    assert many.name == "grid_test-2"
 
 
 def test_what_did_the_damage(many):
@@ -149,23 +133,13 @@ def test_disclosures(folder, many, page):
         assert text.replace("`", "") in page
 
 
-def test_nearest_and_paper_differ_only_from_four_moves_on():
-    # What the page says of the two rules: of a stairwell a moves and a candle b moves away, one takes the greater of
-    # 5 / a and 4 / b, the other the smaller of a and b; of equals, stairwells come first.
-    a, b = np.mgrid[1:30, 1:30]
-    paper, nearest = 5 * b >= 4 * a, a <= b
-    assert np.minimum(a, b)[paper != nearest].min() == 4
-
-
-def test_figures_of_several_houses(folder):
+def test_figures_of_several_houses_and_those_that_the_tables_show(folder):
     found = {path.stem for path in (folder / "paper" / "figures").glob("*.svg")}
     names = {"damage_left", "kinds", "survival", "toys", "figure_2", "figure_3", "figure_4"}
     assert {f"{name}_grid_test-2" for name in names} <= found
     assert "damage_left_grid_test-2_wide" in found
     assert not {name for name in found if name.startswith("map_") and "test-2" in name}
-
-
-def test_tables_in_markdown_show_their_figures(folder):
+    # Tables in markdown show their figures.
     text = (folder / "paper" / "tables.md").read_text("utf-8")
     shown = re.findall(r"\]\((figures/[^)]+)\)", text)
     assert len(shown) >= 12

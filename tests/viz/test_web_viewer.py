@@ -159,13 +159,18 @@ def viewer(house):
         yield viewer
 
 
-def test_it_serves_this_machine_alone(viewer):
+def test_it_serves_this_machine_alone_at_a_port_of_its_own(viewer):
     assert viewer.url.startswith("http://127.0.0.1:")
     with urllib.request.urlopen(viewer.url, timeout=10) as page:
         assert b"<html" in page.read()
+    # Nobody makes it public.
+    assert viewer.server.request_share_url() is None
+    # Two do not share a port.
+    with pytest.raises(CaregiverError, match=r"cannot listen at 127\.0\.0\.1"):
+        web.WebViewer(viewer.session, port=viewer.server.get_port())
 
 
-def test_everything_is_done_in_the_thread_that_runs(viewer):
+def test_everything_is_done_in_the_thread_that_runs_in_another_house_too(viewer):
     threads, looks = set(), []
 
     def enough():
@@ -177,22 +182,11 @@ def test_everything_is_done_in_the_thread_that_runs(viewer):
     viewer.run(until=enough)
     assert threads == {threading.get_ident()}
     assert looks[-1] > looks[0]
-
-
-def test_another_house_is_shown(viewer):
+    # Another house is shown.
     viewer.show()
     viewer.session.change(house="house-3-8x8-rooms1", family=Family.parse("0.5"))
     viewer.show()
     viewer.run(until=iter([False, True]).__next__)
-
-
-def test_nobody_makes_it_public(viewer):
-    assert viewer.server.request_share_url() is None
-
-
-def test_two_do_not_share_a_port(viewer):
-    with pytest.raises(CaregiverError, match=r"cannot listen at 127\.0\.0\.1"):
-        web.WebViewer(viewer.session, port=viewer.server.get_port())
 
 
 @pytest.mark.parametrize(
