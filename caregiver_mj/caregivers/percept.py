@@ -155,7 +155,8 @@ class Outlook:
             for world, candle in np.argwhere(percept.candle_cell != NOTHING):
                 steps = plan.graph.distances_from([percept.candle_cell[world, candle]])[0, self.cell[world]]
                 candles[world, :, candle] = 1.0 / np.maximum(1, steps)
-        entry = _entries(self.chain, plan.floor_cells, timesteps).reshape(cells, goals * epsilons, -1)
+        entry = _entries(self.chain, plan.floor_cells, timesteps)
+        entry = entry.reshape(cells, goals * epsilons, len(plan.floor_cells))
         lying = np.einsum("bkg,bkgo->bko", belief, entry[self.cell])
         if percept.gone is not None:
             lying = np.where(percept.gone[:, None], 0.0, lying)
@@ -172,4 +173,6 @@ class Outlook:
         return found
 
 
-_passages, _entries = map(functools.lru_cache(maxsize=4), (first_passage, first_entry))  # made once for a chain
+# Made once for a chain.
+_passages = functools.lru_cache(maxsize=4)(first_passage)
+_entries = functools.lru_cache(maxsize=4)(first_entry)

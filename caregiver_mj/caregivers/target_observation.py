@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from numbers import Integral
 
@@ -17,6 +18,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, Where
 
 Observations = dict[str, np.ndarray] | np.ndarray
+Places = tuple[int, int] | tuple[int, int, int]  # for stairwells and candles, and for what lies on the floor
 _MOST = 1_000  # of a kind: each takes memory in every observation
 
 
@@ -118,33 +120,47 @@ class Lookout:
         return plan.hazards.join(self._to_stairwell[cell], candles, self._to_floor[cell])
 
 
+def places_needed(plans: Sequence[FloorPlan]) -> Places:
+    """Return how many places there must be for the hazards of some houses; two numbers if nothing lies on a floor."""
+    each = ((len(plan.stairwells), len(plan.candle_tables), len(plan.floor_cells)) for plan in plans)
+    stairwells, candles, things = map(max, zip(*each, strict=True))
+    return (stairwells, candles, things) if things else (stairwells, candles)
+
+
 class Slots:
-    """So many places for stairwells, then so many for candles; those that a house has no hazard for stay empty.
+    """So many places for stairwells, then for candles, then for what lies on the floor.
+
+    Those that a house has no hazard for stay empty.
 
     Attributes:
         of_hazard: Slot of each hazard, (hazards,).
         hazard: Hazard in each slot, or NOTHING, (slots,).
     """
 
-    def __init__(self, plan: FloorPlan, slots: tuple[int, int] | None = None):
+    def __init__(self, plan: FloorPlan, slots: Places | None = None):
         """Lay the places out.
 
         Args:
             plan: The house.
-            slots: How many places for stairwells and for candles; as many as the house has if None.
+            slots: How many places for stairwells, for candles and, as a third number, for what lies on the floor; as
+                many as the house has if None.
 
         Raises:
-            CaregiverError: They are no two numbers, or more than 1,000 of a kind, or the house has more.
+            CaregiverError: They are not two or three numbers, or more than 1,000 of a kind, or the house has more.
         """
-        stairwells, candles = len(plan.stairwells), len(plan.candle_tables)
-        places = (stairwells, candles) if slots is None else slots
-        if not (isinstance(places, Sequence) and len(places) == 2 and all(isinstance(n, Integral) for n in places)):
+        needed = places_needed([plan])
+        places = needed if slots is None else slots
+        good = isinstance(places, Sequence) and len(places) in (2, 3) and all(isinstance(n, Integral) for n in places)
+        if not good:
             raise CaregiverError(f"slots must be numbers of stairwells and candles, such as (4, 6), got {slots!r}")
         if slots is not None and max(slots) > _MOST:
             raise CaregiverError(f"slots must be at most {_MOST:,} of a kind, got {slots}")
-        if places[0] < stairwells or places[1] < candles:
-            raise CaregiverError(f"slots must be at least {(stairwells, candles)} for house '{plan.name}', got {slots}")
-        self.of_hazard = np.concatenate([np.arange(stairwells), places[0] + np.arange(candles)])
+        if any(place < number for place, number in itertools.zip_longest(places, needed, fillvalue=0)):
+            raise CaregiverError(f"slots must be at least {needed} for house '{plan.name}', got {slots}")
+        firsts = itertools.accumulate(places, initial=0)
+        self.of_hazard = np.concatenate(
+            [first + np.arange(number) for first, number in zip(firsts, needed, strict=False)]
+        )
         self.hazard = np.full(sum(places), NOTHING)
         self.hazard[self.of_hazard] = np.arange(len(plan.hazards))
 

@@ -10,7 +10,7 @@ import numpy as np
 from caregiver_mj.caregivers.caregiver import check_numbers
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.caregivers.target_observation import Lookout, Observations, Slots
+from caregiver_mj.caregivers.target_observation import Lookout, Observations, Places, Slots
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.registry import errors_of
 
@@ -27,7 +27,7 @@ class TargetPolicy(CommandedCaregiver, abc.ABC):
         lookout: What is observed, from `reset` on.
     """
 
-    slots: tuple[int, int] | None = None
+    slots: Places | None = None
     flat = False
 
     def __init__(self, plan: FloorPlan, seed: int = 0):

@@ -122,9 +122,9 @@ def first_passage(chain: ChildChain, timesteps: int, groups: np.ndarray | None =
 
 def first_entry(chain: ChildChain, cells: tuple[int, ...], timesteps: int) -> np.ndarray:
     """Return the probability of coming into each of some cells within some timesteps, (states, cells)."""
-    within = np.zeros((chain.size, len(cells)))
+    within, by_cell = np.zeros((chain.size, len(cells))), (chain.shape[0], chain.size // chain.shape[0], len(cells))
     for _ in range(timesteps):
-        there = within.reshape(chain.shape[0], -1, len(cells)).copy()
+        there = within.reshape(by_cell).copy()
         there[list(cells), :, np.arange(len(cells))] = 1.0
         within = chain.transition @ there.reshape(within.shape)
     return within

@@ -11,7 +11,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
-from caregiver_mj.caregivers.target_observation import Observations
+from caregiver_mj.caregivers.target_observation import Observations, Places, places_needed
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.family import ChildSpec, Family, Who
 from caregiver_mj.children.side_by_side import side_by_side
@@ -45,7 +45,7 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         families: Sequence[Who] = (0.5,),
         *,
         flat: bool = False,
-        slots: tuple[int, int] | None = None,
+        slots: Places | None = None,
     ):
         """Make an environment.
 
@@ -79,9 +79,7 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
                 f"num_envs must be a multiple of {at_once} houses at once x {len(self._families)} families, "
                 f"got {num_envs}"
             )
-        needed = ((len(plan.stairwells), len(plan.candle_tables)) for plan in self.plans)
-        stairwells, candles = map(max, zip(*needed, strict=True))
-        self.slots = (stairwells, candles) if slots is None else slots
+        self.slots = places_needed(self.plans) if slots is None else slots
         self.num_envs, self._each = num_envs, num_envs // at_once
         self._made: dict[int, GridTargetsVector] = {}
         self.now = np.arange(at_once)

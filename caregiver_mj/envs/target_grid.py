@@ -14,7 +14,7 @@ from gymnasium.vector.utils import batch_space
 
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.caregivers.target_observation import Lookout, Observations, Slots
+from caregiver_mj.caregivers.target_observation import Lookout, Observations, Places, Slots
 from caregiver_mj.children.family import Family, Who
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
 from caregiver_mj.envs.spaces import CostMeter, check_render_mode, episode_seed, observation_space
@@ -47,7 +47,7 @@ class TargetGrid:
         house: str | os.PathLike[str] | FloorPlan,
         epsilon: Who | Sequence[Who],
         flat: bool,
-        slots: tuple[int, int] | None,
+        slots: Places | None,
     ):
         plan = house if isinstance(house, FloorPlan) else FloorPlan.load(house)
         self.family, self.caregiver = Family.of(epsilon), CommandedCaregiver(plan)
@@ -137,7 +137,7 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
         epsilon: Who | Sequence[Who] = 0.5,
         *,
         flat: bool = False,
-        slots: tuple[int, int] | None = None,
+        slots: Places | None = None,
         render_mode: str | None = None,
         width: int = 640,
         height: int = 480,

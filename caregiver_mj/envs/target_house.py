@@ -10,7 +10,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.caregivers.target_observation import Lookout, Observations, Slots
+from caregiver_mj.caregivers.target_observation import Lookout, Observations, Places, Slots
 from caregiver_mj.children.family import Who
 from caregiver_mj.envs.spaces import CostMeter
 from caregiver_mj.house.rendering import control
@@ -38,7 +38,7 @@ class TargetHouse:
         house: str | os.PathLike[str] | FloorPlan,
         epsilon: Who | Sequence[Who],
         flat: bool,
-        slots: tuple[int, int] | None,
+        slots: Places | None,
         task_kwargs: dict[str, Any] | None = None,
         visuals: bool = False,
     ):

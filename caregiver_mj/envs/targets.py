@@ -10,7 +10,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from caregiver_mj.caregivers.target_observation import Observations
+from caregiver_mj.caregivers.target_observation import Observations, Places
 from caregiver_mj.children.family import Who
 from caregiver_mj.envs.spaces import check_render_mode, episode_seed, observation_space
 from caregiver_mj.envs.target_grid import TargetGrid
@@ -96,7 +96,7 @@ def make_targets(
     epsilon: Who | Sequence[Who] = 0.5,
     *,
     flat: bool = False,
-    slots: tuple[int, int] | None = None,
+    slots: Places | None = None,
     task_kwargs: dict[str, Any] | None = None,
     render_mode: str | None = None,
     width: int = 640,
@@ -111,8 +111,8 @@ def make_targets(
         epsilon: The children, as `load` takes them.
         flat: Whether an observation is one array, its values in the order of the keys of the dictionary that it is
             else.
-        slots: How many places for stairwells and for candles actions and observations have, so that they are of one
-            size in different houses; as many as the house has if None.
+        slots: How many places for stairwells and for candles, and (a third number) for what lies on the floor, actions
+            and observations have, so that they are of one size in different houses; as many as the house has if None.
         task_kwargs: Further arguments of the task in the house, as `load` takes them.
         render_mode: "rgb_array" or None. A picture of the grid is its floor plan, with whoever is where.
         width: Of a picture, in pixels.

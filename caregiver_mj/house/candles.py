@@ -93,7 +93,7 @@ def watch_candle(physics: Physics, seconds: float, tally: Contacts) -> None:
     spheres = np.concatenate([bodies[nearest], _FLAME if kind is CANDLE else ()])
     distances = _distances(poses[nearest, :3] + spheres[:, None] * axes[nearest], children)
     wax = min(distances[:_SPHERES]) - CHILD_RADIUS - layout.thing(kind).width
-    flame = min(distances[_SPHERES:], default=FAR) - CHILD_RADIUS - FLAME_RADIUS
+    flame = min(distances[_SPHERES:], default=math.inf) - CHILD_RADIUS - FLAME_RADIUS
     tally.carry(min(FAR, max(0.0, flame)), min(FAR, max(0.0, wax)), seconds)
 
 

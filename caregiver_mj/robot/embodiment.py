@@ -251,7 +251,7 @@ class Grasp:
 
     def opened(self, thing: layout.Thing) -> float:
         """Return how far each finger stands off the middle before it takes a thing."""
-        return max(self.open, min(self.widest, self.open + thing.radius - layout.CANDLE_RADIUS))
+        return max(self.open, min(self.widest, self.open + (thing.radius - layout.CANDLE_RADIUS)))
 
     def squeezed(self, thing: layout.Thing) -> float:
         """Return how far each finger is told to stand off the middle when it has got one, which it squeezes alike."""

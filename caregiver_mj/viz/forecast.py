@@ -86,6 +86,9 @@ def place_of(plan: FloorPlan, hazard: int, candles: np.ndarray) -> np.ndarray:
     stairwell = plan.hazards.among(Where.OPENING, hazard)
     if stairwell != NOTHING:
         return plan.position(plan.stairwells[stairwell])
+    lying = plan.hazards.among(Where.FLOOR, hazard)
+    if lying != NOTHING:
+        return plan.position(plan.free_cells[plan.floor_cells[lying]])
     return candles[plan.hazards.among(Where.ON_TABLE, hazard)]
 
 

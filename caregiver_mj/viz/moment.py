@@ -67,6 +67,7 @@ class HudState:
         intervention: What the caregiver is doing, in words.
         forecast: What may be coming, if that is to be shown.
         gates: How far each gate stands open, radians, (gates,).
+        gone: Numbers of the hazards that are gone.
     """
 
     plan: FloorPlan
@@ -84,6 +85,7 @@ class HudState:
     intervention: str = ""
     forecast: Forecast | None = None
     gates: Sequence[float] = ()
+    gone: Sequence[int] = ()
 
 
 def child_positions(observation: Observation) -> np.ndarray:
@@ -128,6 +130,7 @@ def hud_state(
         damages={kind.at.split()[-1]: outcome[f"damage_{kind.name}"] for kind in KINDS},
         robot=observation.get("base_position"),
         gates=observation.get("gate_position", np.zeros(0)).tolist(),
+        gone=np.flatnonzero(task.children.state == State.GONE).tolist(),
         danger=danger,
         unsafe_danger=unsafe_danger,
         target=policy.target if policy else NOTHING,
@@ -155,6 +158,7 @@ def grid_state(world: GridWorld, family: Family, number: int = 0) -> HudState:
         gates=np.where(world.state[number] == State.SHUT, 0.0, layout.GATE_OPEN)[
             len(plan.landings) : len(plan.stairwells)
         ].tolist(),
+        gone=np.flatnonzero(world.state[number] == State.GONE).tolist(),
         target=intervention.hazard,
         mark=verb_of(intervention.verb).mark(plan, intervention),
     )

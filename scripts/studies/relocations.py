@@ -58,7 +58,7 @@ LIFTED = 0.02  # metres above the table
 _ARRIVED, _ARRIVED_SPEED = 0.006, 0.03  # metres, m/s
 _CLEAR = 0.62  # of the reach: from there on the base may drive
 _SHAKEN = 1e-4  # metres by which the command to the fingers must change to count
-_FORCE, _SECONDS, _HEIGHT = (1.2, 2.5), 0.16, 0.07  # newtons, how long, metres above the middle of the candle
+_FORCE, _SECONDS, _HEIGHT = (1.2, 2.5), 0.16, 0.07  # N for each 0.25 kg, how long, metres above its middle
 _WITHIN = 1.0  # seconds in which it happens
 # Whose touch is not worth telling.
 _CARRIED = {kind.name: kind for kind in kinds_at(Where.ON_TABLE)}
@@ -175,10 +175,11 @@ class Knock:
 
     def __init__(self, physics: Physics, candle: int, kind: str, seed: int):
         self._data = physics.data.ptr
-        self._body = physics.model.ptr.body(f"{kind}_{candle}/{kind}").id
+        body = physics.model.ptr.body(f"{kind}_{candle}/{kind}")
+        self._body, mass = body.id, body.mass.item()
         random = np.random.default_rng(seed)
         self._start, angle = random.uniform(0.0, _WITHIN - _SECONDS), random.uniform(-math.pi, math.pi)
-        force = random.uniform(*_FORCE) * np.array([math.cos(angle), math.sin(angle), 0.0])
+        force = mass / 0.25 * random.uniform(*_FORCE) * np.array([math.cos(angle), math.sin(angle), 0.0])
         self._wrench = np.concatenate([force, np.cross([0.0, 0.0, _HEIGHT], force)])
 
     def apply(self) -> None:

@@ -157,9 +157,9 @@ def test_what_is_nearest_to_the_caregiver_is_first_wherever_the_child_is(cell, f
 
 
 def test_when_all_is_put_right_the_nearest_stairs_are_guarded():
-    caregiver, guard = make_caregiver("nearest-first", CORRIDOR), make_caregiver("guard", CORRIDOR)
     # The candle's table has as few cells beside it as the bare ones.
-    assert list(caregiver.decide(see(2))) == list(guard.decide(see(2)))
+    tidy, childproof, guard = (make_caregiver(one, CORRIDOR) for one in ("nearest-first", "childproof", "guard"))
+    assert list(tidy.decide(see(2))) == list(childproof.decide(see(2))) == list(guard.decide(see(2)))
     done = dataclasses.replace(see(2, 0), shut=np.array([[True]]), gone=np.array([[True]]))
     assert make_caregiver("nearest-first", HOME).choose(done).tolist() == [NOTHING]
 

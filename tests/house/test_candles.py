@@ -27,9 +27,9 @@ def candles():
     return Candles(layout.Layout(PLAN).tables)
 
 
-def tilt(physics, candle, degrees):
+def tilt(physics, candle, degrees, kind="candle"):
     angle = math.radians(degrees) / 2
-    row = physics.model.ptr.joint(f"candle_{candle}/joint").qposadr[0]
+    row = physics.model.ptr.joint(f"{kind}_{candle}/joint").qposadr[0]
     physics.data.qpos[row + 3 : row + 7] = [math.cos(angle), math.sin(angle), 0, 0]
 
 
@@ -41,6 +41,15 @@ def test_a_candle_stands_if_it_is_upright_and_up(physics, candles):
     assert candles.standing(physics).tolist() == [False, True]
     physics.set_candle(1, np.array([0.0, 0.0, 0.0]), 0.0)  # upright, on the floor
     assert candles.standing(physics).tolist() == [False, False]
+
+
+def test_a_mug_has_spilt_from_a_lesser_tilt_on():
+    physics = Physics.from_plan(FloorPlan.parse(PLAN.text.replace("C", "M", 1)), robot=False)
+    found = Candles(layout.Layout(PLAN).tables)
+    for degrees, stands in ((19, [True, True]), (21, [True, False])):  # candles come first
+        tilt(physics, 0, degrees)
+        tilt(physics, 0, degrees, "mug")
+        assert found.standing(physics).tolist() == stands
 
 
 def test_every_fall_is_counted_once(physics, candles):

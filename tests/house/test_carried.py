@@ -3,19 +3,20 @@
 import numpy as np
 import pytest
 
-from caregiver_mj.house.candles import FLAME_RADIUS, WAX_RADIUS, watch_candle
+from caregiver_mj.house.candles import FLAME_RADIUS, watch_candle
 from caregiver_mj.house.fittings import read_model
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import CANDLE, MUG
 from caregiver_mj.recording.contacts import FLAME_CLEAR, WAX_CLEAR, Contacts
-from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.view import CHILD_RADIUS
 
 HALL = FloorPlan.parse("#########\n#.......#\n#B.....C#\n#T......#\n#########", "hall")
 GRIP = 0.08  # metres above the candle's foot
+WAX_RADIUS = 0.022  # metres
 
 
-def held(child, fingers=0.01, off=0.0, grip=GRIP, robot="mobile_fr3"):
+def held(child, fingers=0.01, off=0.0, grip=GRIP, robot="mobile_fr3", kind=CANDLE):
     """What is counted of a candle held upright in the tucked hand, with a child at an offset (x, y) from it.
 
     Args:
@@ -24,11 +25,13 @@ def held(child, fingers=0.01, off=0.0, grip=GRIP, robot="mobile_fr3"):
         off: How far the candle is from between the fingertips, metres.
         grip: How far these are above its foot, metres.
         robot: The robot's name.
+        kind: What is held.
 
     Returns:
         The tally, and how high the candle's foot is.
     """
-    physics = Physics.from_plan(HALL, robot, visuals=False)
+    hall = FloorPlan.parse(HALL.text.replace("C", kind.symbol))
+    physics = Physics.from_plan(hall, robot, visuals=False)
     with physics.reset_context():
         physics.set_robot(np.array([0.0, 0.0, 0.0]))
         physics.data.qpos[[physics.model.joint(f"robot/{j}").qposadr[0] for j in physics.embodiment.names.fingers]] = (
@@ -69,9 +72,15 @@ def test_carried_over_the_child_the_lower_ends_are_nearest(across):
 
 @pytest.mark.parametrize("robot", ["mobile_fr3", "mobile_ur5e"])
 def test_a_child_right_below_the_tucked_hand_is_clear_of_candle_and_flame(robot):
-    tally, _ = held((0.0, 0.0), grip=find_embodiment(robot).grasp.height, robot=robot)
+    tally, _ = held((0.0, 0.0), grip=CANDLE.grip, robot=robot)
     assert tally.wax_distance > WAX_CLEAR + 0.03  # a candle may slip in the hand
     assert tally.flame_distance > FLAME_CLEAR
+
+
+def test_a_mug_is_as_wide_as_it_is_and_has_no_flame():
+    tally, foot = held((0.0, 0.0), fingers=0.028, grip=MUG.grip, kind=MUG)
+    assert tally.wax_distance == pytest.approx(foot - 0.68 - CHILD_RADIUS, abs=1e-6)
+    assert tally.flame_distance == Contacts().flame_distance
 
 
 def test_an_open_hand_or_a_candle_elsewhere_is_none_in_the_hand():

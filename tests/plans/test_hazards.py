@@ -25,7 +25,7 @@ HAZARDS = st.builds(
 
 def test_damage_is_that_of_the_paper():
     weights = DamageWeights()
-    assert weights == {"stairwell": 5.0, "candle": 4.0, "table": 1.0, "gate": 5.0, "battery": 5.0}
+    assert weights == {"stairwell": 5.0, "candle": 4.0, "table": 1.0, "gate": 5.0, "mug": 5.0, "battery": 5.0}
     assert weights.worst == 5.0
     assert DamageWeights(1, 2, 7).worst == 7
 
@@ -49,7 +49,7 @@ def test_damage_is_said_by_name_and_what_is_not_said_is_that_of_the_paper():
 @pytest.mark.parametrize(
     ("damage", "words"),
     [
-        ("stove=3", "no kind of damage 'stove': there are stairwell, candle, table, gate, battery"),
+        ("stove=3", "no kind of damage 'stove': there are stairwell, candle, table, gate, mug, battery"),
         ({"stove": 3}, "no kind of damage 'stove'"),
         ("candle=3,candle=4", "must name each kind once, got 'candle=3,candle=4'"),
         ("candle=3:4", "must be KIND=NUMBER, such as stairwell=5,candle=4, or .* got 'candle=3:4'"),
@@ -123,7 +123,7 @@ def test_numbers_by_hand():
         (Where.OPENING, 7, r"the number of a stairwell or gate must be from 0 to 1, or NOTHING \(-1\), got 7"),
         (Where.OPENING, -2, "from 0 to 1, .* got -2"),
         (Where.OPENING, np.array([[0, NOTHING], [1, 3]]), "from 0 to 1, .* got 3"),
-        (Where.ON_TABLE, 3, r"the number of a candle must be from 0 to 2, or NOTHING \(-1\), got 3"),
+        (Where.ON_TABLE, 3, r"the number of a candle or mug must be from 0 to 2, or NOTHING \(-1\), got 3"),
         (Where.ON_TABLE, np.array([0, -5]), "got -5"),
     ],
 )

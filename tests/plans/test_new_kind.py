@@ -14,25 +14,25 @@ import pytest
 
 ROOT = pathlib.Path(__file__).parents[2]
 RECORD = """
-MUG = HazardKind(
-    name="mug", symbol="M", where=Where.ON_TABLE, damage=3.0, verb="relocate",
-    cell=("table with a mug", "tables with a mug"), at="mugs", harm="bumps into mugs", model="mug",
-    colour=(0, 114, 178),
+VASE = HazardKind(
+    name="vase", symbol="V", where=Where.ON_TABLE, damage=3.0, verb="relocate",
+    cell=("table with a vase", "tables with a vase"), at="vases", harm="bumps into vases", model="vase",
+    colour=(0, 158, 115),
 )
-KINDS = (*KINDS, MUG)
+KINDS = (*KINDS, VASE)
 """
 MODEL = """
-<mujoco model="mug">
+<mujoco model="vase">
   <worldbody>
-    <body name="mug">
+    <body name="vase">
       <freejoint name="joint"/>
-      <geom name="china" type="cylinder" size=".022 .08" pos="0 0 .08" mass=".25" contype="4" conaffinity="39"
+      <geom name="glass" type="cylinder" size=".022 .08" pos="0 0 .08" mass=".25" contype="4" conaffinity="39"
         condim="4" friction="1 .01 .002" solref=".004 1" solimp=".95 .99 .001"/>
     </body>
   </worldbody>
 </mujoco>
 """
-PLAN = "##########\n#S......B#\n#........#\n#M....C..#\n#...T....#\n##########"
+PLAN = "##########\n#S......B#\n#........#\n#V....C..#\n#...T....#\n##########"
 USE = f"""
 import json, sys
 import numpy as np
@@ -44,7 +44,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz.hud.display import draw_plan
 from caregiver_mj.viz.moment import grid_state
 
-plan = FloorPlan.parse({PLAN!r}, damage="mug=2.5")
+plan = FloorPlan.parse({PLAN!r}, damage="vase=2.5")
 found = {{"names": [*map(str, plan.hazards)], "labels": [h.label for h in plan.hazards], "damage": str(plan.damage)}}
 try:
     FloorPlan.parse(plan.text.replace("T", "."))
@@ -59,7 +59,7 @@ for name in ("none", "paper", "foresight", "wanderer", "clairvoyant"):
     seen[name]["moved"] = float((world.candle_table != plan.candle_tables).any(axis=0)[1])
 found["grid"] = seen
 picture = draw_plan(grid_state(world, "1"), 400, 300).reshape(-1, 3)
-found["drawn"] = int((picture == (0, 114, 178)).all(axis=1).sum())
+found["drawn"] = int((picture == (0, 158, 115)).all(axis=1).sum())
 
 env = caregiver_mj.load("supervise", plan, 1.0, random=1, visuals=False)
 policy = caregiver_mj.CaregiverPolicy(env, "candles")
@@ -67,7 +67,7 @@ step, activities = env.reset(), []
 for _ in range(4000):
     step = env.step(policy(step))
     activities += [policy.activity] if policy.activity not in activities else []
-    if policy.interventions_done and any(what.startswith("carry mug") for what in activities):
+    if policy.interventions_done and any(what.startswith("carry vase") for what in activities):
         break
 found["activities"], found["done"] = activities, env.task.outcome()["interventions_done"]
 print(json.dumps(found))
@@ -76,14 +76,14 @@ print(json.dumps(found))
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("mugs")
+    folder = tmp_path_factory.mktemp("vases")
     package = folder / "caregiver_mj"
     shutil.copytree(ROOT / "caregiver_mj", package, ignore=shutil.ignore_patterns("__pycache__"))
     (package / "tasks").symlink_to(ROOT / "tasks")
     shutil.copytree(ROOT / "models", package / "models", ignore=shutil.ignore_patterns("__pycache__"))
     with (package / "plans" / "hazards.py").open("a", encoding="utf-8") as file:
         file.write(RECORD)
-    (package / "models" / "mug.xml").write_text(MODEL)
+    (package / "models" / "vase.xml").write_text(MODEL)
     command = [sys.executable, "-c", USE]
     ran = subprocess.run(
         command, cwd=folder, env=os.environ | {"PYTHONPATH": str(folder)}, capture_output=True, text=True, check=False
@@ -93,21 +93,21 @@ def found(tmp_path_factory):
 
 
 def test_it_is_numbered_named_and_costs_what_its_record_says(found):
-    assert found["names"] == ["stairwell 1", "candle 1", "mug 1"]
-    assert found["labels"] == ["S1", "C1", "M1"]
-    assert found["damage"] == "stairwell=5,candle=4,table=1,gate=5,battery=5,mug=2.5"
+    assert found["names"] == ["stairwell 1", "candle 1", "vase 1"]
+    assert found["labels"] == ["S1", "C1", "V1"]
+    assert found["damage"] == "stairwell=5,candle=4,table=1,gate=5,mug=5,battery=5,vase=2.5"
     assert "no bare table" in found["refused"]
-    assert "a candle or mug" in found["refused"]
+    assert "a candle or vase" in found["refused"]
 
 
 def test_the_grid_books_it_in_a_column_of_its_own_and_every_caregiver_takes_it_away(found):
     grid = found["grid"]
     for row in grid.values():
-        assert row["damage_mug"] % 2.5 == 0
-        kinds = ("stairwell", "candle", "table", "gate", "battery", "mug")
+        assert row["damage_vase"] % 2.5 == 0
+        kinds = ("stairwell", "candle", "table", "gate", "mug", "battery", "vase")
         assert row["damage"] == sum(row[f"damage_{kind}"] for kind in kinds)
     alone = grid.pop("none")
-    assert alone["damage_mug"] > 0
+    assert alone["damage_vase"] > 0
     assert all(row["moved"] and row["damage"] < alone["damage"] for row in grid.values())
 
 
@@ -116,6 +116,6 @@ def test_it_is_drawn_in_its_colour(found):
 
 
 def test_the_robot_carries_it(found):
-    assert "fetch mug 1" in found["activities"]
-    assert any(what.startswith("carry mug 1 to table") for what in found["activities"])
+    assert "fetch vase 1" in found["activities"]
+    assert any(what.startswith("carry vase 1 to table") for what in found["activities"])
     assert found["done"] >= 1

@@ -7,6 +7,8 @@ import pytest
 from views import ROBOT
 
 from caregiver_mj.house.sensing import Blur, Sensing
+from caregiver_mj.plans import layout
+from caregiver_mj.plans.hazards import CANDLE
 from caregiver_mj.policy.estimates import CandleEstimates, ChildEstimates, SelfEstimate, Senses
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.motion import RobotMotion
@@ -15,7 +17,7 @@ from caregiver_mj.robot.reach import as_high, reach_path
 STEP = 0.02  # seconds
 OPEN, ROUND = 0.072, 0.044  # metres that the fingers stand off the middle, both together
 UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
-TUCKED = arm_of(ROBOT).tucked
+TUCKED, CANDLES = arm_of(ROBOT).tucked, (layout.thing(CANDLE),) * 2
 HERE = (np.zeros(3), TUCKED)
 
 
@@ -97,14 +99,18 @@ def look(estimates, places, fingers=OPEN, then=HERE, now=HERE):
 
 
 def test_a_standing_candle_is_where_it_is_seen_on_average_and_one_that_has_been_moved_soon_elsewhere():
-    random, estimates, place = np.random.default_rng(0), CandleEstimates(Blur(noise=0.01), ROBOT), [1.0, 0.0, 0.6]
+    random, estimates, place = (
+        np.random.default_rng(0),
+        CandleEstimates(Blur(noise=0.01), ROBOT, CANDLES),
+        [1.0, 0.0, 0.6],
+    )
     found = np.array([look(estimates, [place + random.normal(size=3) * 0.01])[0] for _ in range(500)])
     late = found[100:]
     assert np.linalg.norm(late - place, axis=1).max() < 0.008
     assert np.linalg.norm(late - place, axis=1).mean() < 0.004
     assert (np.diff(late, axis=0) != 0).any(axis=1).sum() < 20  # goals stay where they are
     # A candle that has been moved is soon elsewhere.
-    random, estimates = np.random.default_rng(0), CandleEstimates(Blur(noise=0.01), ROBOT)
+    random, estimates = np.random.default_rng(0), CandleEstimates(Blur(noise=0.01), ROBOT, CANDLES)
     for step in range(100):
         place = np.array([1.0, 0.0 if step < 80 else 0.1, 0.6])
         found = look(estimates, [place + random.normal(size=3) * 0.01])[0]
@@ -112,7 +118,7 @@ def test_a_standing_candle_is_where_it_is_seen_on_average_and_one_that_has_been_
 
 
 def test_one_in_the_hand_goes_with_it_and_is_not_late():
-    estimates, pinch = CandleEstimates(Blur(), ROBOT), arm_of(ROBOT).pinch(TUCKED)
+    estimates, pinch = CandleEstimates(Blur(), ROBOT, CANDLES), arm_of(ROBOT).pinch(TUCKED)
     foot = pinch - [0.0, 0.0, 0.1]
     look(estimates, [foot])
     for step in range(1, 5):
@@ -122,7 +128,7 @@ def test_one_in_the_hand_goes_with_it_and_is_not_late():
 
 
 def test_one_let_go_stays_where_it_was_in_the_hand():
-    random, estimates = np.random.default_rng(0), CandleEstimates(Blur(noise=0.01), ROBOT)
+    random, estimates = np.random.default_rng(0), CandleEstimates(Blur(noise=0.01), ROBOT, CANDLES)
     foot = arm_of(ROBOT).pinch(TUCKED) - [0.0, 0.0, 0.1]
     for fingers in (*[OPEN] * 60, *[ROUND] * 60, OPEN):
         found = look(estimates, [foot + random.normal(size=3) * 0.01], fingers)[0]
@@ -131,7 +137,7 @@ def test_one_let_go_stays_where_it_was_in_the_hand():
 
 
 def test_one_that_tips_over_is_seen_to_at_once():
-    estimates = CandleEstimates(Blur(noise=0.01), ROBOT)
+    estimates = CandleEstimates(Blur(noise=0.01), ROBOT, CANDLES)
     random, lying = np.random.default_rng(0), np.array([np.sqrt(0.5), np.sqrt(0.5), 0.0, 0.0])
     for orientation in (*[UPRIGHT] * 60, lying):
         places = np.array([[1.0, 0.0, 0.6]]) + random.normal(size=3) * 0.01
@@ -165,7 +171,7 @@ def test_a_child_that_stands_still_does_so_however_its_velocity_is_seen():
 
 
 def test_exact_observations_are_taken_as_they_are():
-    senses, observation = Senses(Sensing(), motion(), STEP), {"base_position": np.zeros(3)}
+    senses, observation = Senses(Sensing(), motion(), STEP, ()), {"base_position": np.zeros(3)}
     senses.reset()
     assert senses.now(observation) is observation
     assert senses.age == 0.0

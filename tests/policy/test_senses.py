@@ -7,16 +7,18 @@ import pytest
 import caregiver_mj
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.sensing import Sensing
+from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import CANDLE
 from caregiver_mj.policy.estimates import Senses, hand_error
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.motion import RobotMotion
 
-ROBOT = find_embodiment()
+ROBOT, CANDLES = find_embodiment(), (layout.thing(CANDLE),)
 
 
 def unsure(sensing):
-    return Senses(Sensing.of(sensing), RobotMotion(ROBOT, 0.02), 0.02).unsure
+    return Senses(Sensing.of(sensing), RobotMotion(ROBOT, 0.02), 0.02, CANDLES).unsure
 
 
 def test_a_child_may_be_nearer_by_what_it_walks_meanwhile_and_by_what_is_seen_wrongly():
@@ -29,13 +31,13 @@ def test_a_child_may_be_nearer_by_what_it_walks_meanwhile_and_by_what_is_seen_wr
 
 def test_the_hand_is_off_by_what_is_wrong_with_candle_and_base():
     for kind in ("candle", "base"):
-        assert hand_error(Sensing.of({kind: {"bias": 0.004}}), ROBOT) == pytest.approx(0.004)
-        assert 0.0 < hand_error(Sensing.of({kind: {"noise": 0.01}}), ROBOT) < 0.0035  # a mean over many
+        assert hand_error(Sensing.of({kind: {"bias": 0.004}}), ROBOT, CANDLES) == pytest.approx(0.004)
+        assert 0.0 < hand_error(Sensing.of({kind: {"noise": 0.01}}), ROBOT, CANDLES) < 0.0035  # a mean over many
     both = Sensing.of({"candle": {"bias": 0.003}, "base": {"bias": 0.004}})
-    assert hand_error(both, ROBOT) == pytest.approx(0.005)
-    assert hand_error(Sensing.of({"base": {"turn_bias": 0.005}}), ROBOT) == pytest.approx(0.7 * 0.005)
-    assert hand_error(Sensing.of({"child": {"bias": 0.1}, "delay": 0.1}), ROBOT) == 0.0
-    assert math.isclose(hand_error(Sensing.of(None), ROBOT), 0.0)
+    assert hand_error(both, ROBOT, CANDLES) == pytest.approx(0.005)
+    assert hand_error(Sensing.of({"base": {"turn_bias": 0.005}}), ROBOT, CANDLES) == pytest.approx(0.7 * 0.005)
+    assert hand_error(Sensing.of({"child": {"bias": 0.1}, "delay": 0.1}), ROBOT, CANDLES) == 0.0
+    assert math.isclose(hand_error(Sensing.of(None), ROBOT, CANDLES), 0.0)
 
 
 def test_who_sees_too_badly_to_take_a_candle_is_told_so():

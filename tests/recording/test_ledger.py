@@ -9,8 +9,8 @@ from caregiver_mj.recording.record import names
 
 PLAN = FloorPlan.parse("#####\n#B..#\n#...#\n#T.S#\n#####", "small")  # six free cells
 FREE = 6
-STAIRS, CANDLE, TABLE = (np.array(row, float) for row in ([5, 0, 0, 0], [0, 4, 0, 0], [0, 0, 1, 0]))
-NONE = np.zeros(4)
+STAIRS, CANDLE, TABLE = np.eye(3, len(KINDS)) * [[5], [4], [1]]
+NONE = np.zeros(len(KINDS))
 STAIRWELL, FREE_CELL, NOT = [True, False], [False, True], [False, False]  # what a child is denied
 
 
@@ -41,6 +41,8 @@ def test_an_episode_of_an_only_child():
         "damage_candle": 8.0,
         "damage_table": 1.0,
         "damage_gate": 0.0,
+        "damage_mug": 0.0,
+        "damage_battery": 0.0,
         "damage_by_child": [14.0],
         "damage_until_stop": 14.0,
         "stopped": 0,

@@ -13,6 +13,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import CANDLE, MUG
 from caregiver_mj.robot.embodiment import Embodiment, Wheels
 from caregiver_mj.robot.embodiments import DEFAULT, EMBODIMENTS, find_embodiment
 from caregiver_mj.robot.geometry import hand_rotation, upright_grip
@@ -230,8 +231,11 @@ def test_layout_has_no_other_sizes():
 # -- What each robot can do ------------------------------------------------------------------------------
 
 
-def test_fingers_open_wide_and_close_on_a_candle(robot):
-    assert robot.grasp.closed < layout.CANDLE_RADIUS < robot.grasp.open
+@pytest.mark.parametrize(("kind", "radius", "room"), [(CANDLE, 0.022, 0.014), (MUG, 0.028, 0.011)])
+def test_fingers_open_wide_and_close_on_what_is_carried(robot, model, kind, radius, room):
+    thing, widest = layout.thing(kind), model.actuator_ctrlrange[robot.actuators.gripper][:, 1]
+    assert radius + room <= robot.grasp.opened(thing) < widest.min()
+    assert 0.0 < robot.grasp.squeezed(thing) < radius - 0.009
 
 
 def test_fingers_stand_as_far_off_the_middle_as_their_joints_say(robot, model, arm):
@@ -276,7 +280,7 @@ def test_reach_is_within_the_published_limits(robot, arm):
 
 def test_carried_candle_passes_over_a_child_and_within_the_clearances(robot, arm):
     ahead, height = robot.postures.carry
-    assert height - robot.grasp.height > CHILD_HEIGHT
+    assert height - max(CANDLE.grip, MUG.grip) > CHILD_HEIGHT
     np.testing.assert_allclose(arm.pinch(arm.tucked), [ahead, 0.0, height], atol=1e-4)
     out = ahead + layout.CANDLE_RADIUS
     assert out + 0.02 < robot.clearances.turning
@@ -301,19 +305,22 @@ def test_lying_candle_is_gripped_such_that_it_stands_in_the_tucked_hand(robot, a
     np.testing.assert_allclose(tucked @ grip.T @ axis, [0, 0, 1], atol=1e-3)
 
 
-def test_hand_out_over_a_table_touches_nothing(robot, arm):
-    """Neither the table on which a candle stands nor the candle, from the tucked arm to the grasp."""
-    plan = FloorPlan.parse("#######\n#.....#\n#B.C..#\n#.....#\n#....T#\n#######", "room")
+@pytest.mark.parametrize(("kind", "yaw"), [(CANDLE, 0.0), *((MUG, yaw) for yaw in np.arange(0.0, 2 * np.pi, 0.5))])
+def test_hand_out_over_a_table_touches_nothing(robot, arm, kind, yaw):
+    """Neither the table on which a thing stands nor that, wherever its handle is, from the tucked arm to the grasp."""
+    plan = FloorPlan.parse(f"#######\n#.....#\n#B.{kind.symbol}..#\n#.....#\n#....T#\n#######", "room")
     model = build_house(plan, robot).compile()
     data = mujoco.MjData(model)
-    x, y, z = data.qpos[model.joint("candle_0/joint").qposadr[0] :][:3]
+    row = model.joint(f"{kind}_0/joint").qposadr[0]
+    data.qpos[row + 3 : row + 7] = np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)
+    x, y, z = data.qpos[row:][:3]
     parts = (*robot.names.base, *robot.names.arm, *robot.names.fingers)
     joint = {name: model.joint(f"robot/{name}").qposadr[0] for name in parts}
     data.qpos[model.joint("toddler/x").qposadr[0]] = 100.0
     base = (x, y - robot.postures.reach, RIGHT_ANGLE)  # it looks north
     data.qpos[[joint[name] for name in robot.names.base]] = base
-    data.qpos[[joint[name] for name in robot.names.fingers]] = robot.grasp.open
-    path = reach_path(arm, round(1e4 * (z + robot.grasp.height)))
+    data.qpos[[joint[name] for name in robot.names.fingers]] = robot.grasp.opened(layout.thing(kind))
+    path = reach_path(arm, round(1e4 * (z + kind.grip)))
     for s in np.linspace(0.0, 1.0, 31):
         data.qpos[[joint[name] for name in robot.names.arm]] = path.joints(s)
         mujoco.mj_forward(model, data)

@@ -71,8 +71,12 @@ def test_copy_of_a_simulation_has_the_same_robot(env):
     np.testing.assert_array_equal(copied.arm_position(), env.physics.arm_position())
 
 
-def test_candle_is_taken_from_table_to_table(env):
+@pytest.mark.parametrize("symbol", ["C", "M"])
+def test_candles_and_mugs_are_taken_from_table_to_table(env, symbol):
     """Judged by the physics: it stands upright on the right table, let go, and nobody was struck."""
+    if symbol != "C":
+        house, kwargs = FloorPlan.parse(SMALL.text.replace("C", symbol)), {"embodiment": env.task.embodiment}
+        env = caregiver_mj.load("relocate_candle", house, 0.5, random=2, task_kwargs=kwargs, visuals=False)
     policy = caregiver_mj.CaregiverPolicy(env)
     step, physics, task = env.reset(), env.physics, env.task
     while not policy.interventions_done:

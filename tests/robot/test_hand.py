@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from views import child, view
 
+from caregiver_mj.plans import layout
+from caregiver_mj.plans.hazards import CANDLE, MUG
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.kinematics import hand_is_empty, hand_position, has_in_hand
 
 ROBOT = find_embodiment()
 AHEAD, HEIGHT = 0.42, 1.04  # metres, of the pinch point when the arm is tucked
-CLOSED, ROUND_A_CANDLE = 0.024, 0.044  # metres, both fingers together
+CLOSED, ROUND_A_CANDLE, ROUND_A_MUG = 0.024, 0.044, 0.056  # metres, both fingers together
 
 
 def test_the_hand_is_ahead_of_the_base_wherever_that_looks():
@@ -21,12 +23,18 @@ def test_the_hand_is_ahead_of_the_base_wherever_that_looks():
 
 
 @pytest.mark.parametrize(
-    ("fingers", "off", "held"),
-    [(ROUND_A_CANDLE, 0.0, True), (CLOSED, 0.0, False), (ROUND_A_CANDLE, 0.3, False)],
-    ids=["held", "closed on nothing", "another candle"],
+    ("kind", "fingers", "off", "held"),
+    [
+        (CANDLE, ROUND_A_CANDLE, 0.0, True),
+        (CANDLE, CLOSED, 0.0, False),
+        (CANDLE, ROUND_A_CANDLE, 0.3, False),
+        (MUG, ROUND_A_MUG, 0.0, True),
+        (MUG, ROUND_A_CANDLE, 0.0, False),
+    ],
+    ids=["held", "closed on nothing", "another candle", "mug held", "closed beside a mug"],
 )
-def test_a_candle_is_in_the_hand_if_the_fingers_have_closed_on_it(fingers, off, held):
-    foot = (AHEAD + off, 0.0, HEIGHT - 0.10, 1.0, 0.0, 0.0, 0.0)  # gripped 0.1 m above its foot
-    seen = view(child(9, 9), fingers=fingers, candles=[foot])
-    assert has_in_hand(seen, ROBOT, 0) == held
-    assert hand_is_empty(seen) == (fingers == CLOSED)
+def test_a_thing_is_in_the_hand_if_the_fingers_have_closed_on_it(kind, fingers, off, held):
+    foot = (AHEAD + off, 0.0, HEIGHT - kind.grip, 1.0, 0.0, 0.0, 0.0)
+    seen, thing = view(child(9, 9), fingers=fingers, candles=[foot]), layout.thing(kind)
+    assert has_in_hand(seen, ROBOT, 0, thing) == held
+    assert hand_is_empty(seen, thing) == (not held and off == 0.0)

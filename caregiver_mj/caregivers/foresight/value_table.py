@@ -126,8 +126,10 @@ def costs(plan: FloorPlan) -> tuple[float, float, float]:
 def _entries(plan: FloorPlan, discount: float) -> np.ndarray:
     """Return the discount of the child's first move into the cell of each thing on the floor, (C, things, J)."""
     chain = child_chain(plan)
-    found = discounted_entry(chain, plan.floor_cells, discount).reshape(chain.shape[0], -1, len(plan.floor_cells))
-    return found[:, _possible(chain)].swapaxes(1, 2).astype(np.float32)
+    cells, goals, epsilons = chain.shape
+    found = discounted_entry(chain, plan.floor_cells, discount)
+    found = found.reshape(cells, goals * epsilons, len(plan.floor_cells))[:, _possible(chain)]
+    return found.swapaxes(1, 2).astype(np.float32)
 
 
 def _possible(chain: ChildChain) -> np.ndarray:

@@ -87,6 +87,9 @@ def _furnish(axes: Axes, plan: FloorPlan) -> None:
                 (column - 0.26, row - 0.26), 0.52, 0.52, "round,pad=0.1", facecolor=unit(colour), linewidth=0
             )
             axes.add_patch(box)
+    for hazard, cell in zip(plan.hazards.at(Where.FLOOR), plan.floor_cells, strict=True):
+        y, x = plan.free_cells[cell]
+        axes.add_patch(Circle((x, y), 0.16, facecolor=unit(hazard.kind.colour), linewidth=0))
     for hazard, table in zip(plan.hazards.at(Where.ON_TABLE), plan.candle_tables, strict=True):
         (y, x), r = plan.tables[table], 0.17
         y += 0.4 * r

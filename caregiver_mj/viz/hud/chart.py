@@ -76,6 +76,9 @@ class Chart:
             canvas.rectangle(self._ground.square(where), outline=TEXT, width=max(FINE, round(0.12 * unit)))
         for number, child in enumerate(state.children):
             self._draw_trail(canvas, child, colours.of_child(number))
+        for number, hazard in enumerate(state.plan.hazards):
+            if hazard.kind.where is Where.FLOOR and number not in state.gone:
+                self._draw_disc(canvas, place_of(state.plan, number, state.candles), hazard.kind.colour)
         things = state.plan.hazards.at(Where.ON_TABLE)
         for index, (thing, position) in enumerate(zip(things, state.candles, strict=True)):
             self._draw_candle(canvas, position, thing.kind.colour, halo=(pointed_at, where) == ("candle", index))
@@ -124,6 +127,12 @@ class Chart:
         canvas.ellipse((x - r, y - r, x + r, y + r), colour)
         canvas.ellipse((x - 0.45 * r, y - 0.35 * r, x + 0.45 * r, y + 0.55 * r), colours.FLAME)
 
+    def _draw_disc(self, canvas: ImageDraw.ImageDraw, position: np.ndarray, colour: Colour) -> None:
+        """What lies on the floor: a disc with a rim."""
+        x, y = self._ground.pixel(position)
+        r = 0.16 * self._ground.unit
+        canvas.ellipse((x - r, y - r, x + r, y + r), colour, outline=mix(colour, GROUND, 0.5), width=FINE)
+
     def _draw_gate(self, canvas: ImageDraw.ImageDraw, frame: Pose, angle: float) -> None:
         """The fences beside a landing, and the gate between them as far open as it is, radians."""
         (front, side), length, _ = layout.gate()
@@ -146,6 +155,8 @@ class Chart:
 
     def _write_names(self, chart: Image.Image, state: HudState) -> None:
         for number, hazard in enumerate(state.plan.hazards):
+            if number in state.gone:
+                continue
             low = 0.3 if hazard.kind.where is Where.OPENING else 0.85  # in the cell, or below the flame
             self._write_at(chart, place_of(state.plan, number, state.candles), low, hazard.label, outline=GROUND)
         for number, child in enumerate(state.children if len(state.children) > 1 else ()):
