@@ -182,7 +182,7 @@ class Scene:
 
     def measure(self, seconds: float) -> dict[str, float]:
         """Play the episode of so many simulated seconds and replay it: a row of figures."""
-        policy = Clock()
+        policy = Clock(time.process_time)  # other processes do not count
         total = self.play(policy.around(self.policy))
         bare, deviation = self.replay()
         return {
