@@ -96,7 +96,7 @@ MUG = HazardKind(
     name="mug", symbol="M", where=Where.ON_TABLE, damage=5.0, verb="relocate",
     cell=("table with a hot drink", "tables with a hot drink"), at="hot drinks",
     harm="pulls a hot drink over itself, in the house also bumps into one anywhere",
-    model="mug", colour=(0, 114, 178), grip=0.075, upset=20.0,
+    model="mug", colour=(0, 114, 178), grip=0.08, upset=20.0,
 )  # fmt: skip
 KINDS = (STAIRWELL, CANDLE, TABLE, GATE, MUG)  # a kind of your own is a record here, and a model
 _IN_SHORT = tuple(kind.name for kind in (STAIRWELL, CANDLE, TABLE))  # of "5:4:1"
