@@ -58,7 +58,7 @@ LIFTED = 0.02  # metres above the table
 _ARRIVED, _ARRIVED_SPEED = 0.006, 0.03  # metres, m/s
 _CLEAR = 0.62  # of the reach: from there on the base may drive
 _SHAKEN = 1e-4  # metres by which the command to the fingers must change to count
-_FORCE, _SECONDS, _HEIGHT = (1.2, 2.5), 0.16, 0.07  # N for each 0.25 kg, how long, metres above the middle of the candle
+_FORCE, _SECONDS, _HEIGHT = (1.2, 2.5), 0.16, 0.07  # N a 0.25 kg, how long, metres above the middle of a candle
 _WITHIN = 1.0  # seconds in which it happens
 # Whose touch is not worth telling.
 _CARRIED = {kind.name: kind for kind in kinds_at(Where.ON_TABLE)}
@@ -92,7 +92,8 @@ def run(options: argparse.Namespace) -> None:
         found = {"": rows(asked, "relocating")}
         report(make_console(), found[""])
     else:
-        each = {name: dataclasses.replace(one, embodiment=asked.embodiment, kind=asked.kind) for name, one in EACH.items()}
+        also = {"embodiment": asked.embodiment, "kind": asked.kind}
+        each = {name: dataclasses.replace(one, **also) for name, one in EACH.items()}
         found = {name: rows(conditions, name) for name, conditions in each.items()}
         report_each(make_console(), found)
     write_json(options.json, pd.concat(found.values()))
