@@ -6,7 +6,7 @@ A plan is a rectangle of characters, one a cell::
     #B.S#      # wall          . free cell       S stairwell
     #.C.#      C table with a candle on it       T bare table
     #o.T#      B toy bin                         G stairwell with an open gate
-    #####      o free cell with a battery on its floor
+    #####      o free cell with a battery        M table with a hot drink on it
 
 Cells are ``(row, column)`` pairs counted from the upper left corner. Only free cells are walkable for a
 child; the caregiver may also step onto a stairwell's landing. Moves are 4-connected.

@@ -98,7 +98,7 @@ MUG = HazardKind(
     name="mug", symbol="M", where=Where.ON_TABLE, damage=5.0, verb="relocate",
     cell=("table with a hot drink", "tables with a hot drink"), at="hot drinks",
     harm="pulls a hot drink over itself, in the house also bumps into one anywhere",
-    model="mug", colour=(0, 114, 178), grip=0.075, upset=20.0,
+    model="mug", colour=(0, 114, 178), grip=0.08, upset=20.0,
 )  # fmt: skip
 BATTERY = HazardKind(
     name="battery", symbol="o", where=Where.FLOOR, damage=5.0, verb="pick up",

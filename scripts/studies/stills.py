@@ -1,4 +1,4 @@
-"""Takes the pictures in docs/: the robot picks a candle up, carries it past the toddler, blocks stairs, closes a gate.
+"""Takes the pictures in docs/: the robot picks up a candle and a mug, carries one past the toddler, blocks, closes.
 
 Another one is of the grid: one of what each environment looks like.
 """
@@ -19,7 +19,8 @@ import caregiver_mj
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.rendering import engine
 from caregiver_mj.interventions.verb import BLOCK, CLOSE, RELOCATE
-from caregiver_mj.plans.hazards import Where
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import CANDLE, MUG, Where
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.tasks import load
 from study import Parser
@@ -45,8 +46,9 @@ def views(physics: Physics, policy: CaregiverPolicy) -> dict[str, tuple[Any, ...
     found: dict[str, tuple[Any, ...]] = {}
     if verb == RELOCATE and physics.is_gripping():
         if policy.activity.startswith("fetch"):
-            candle = physics.candle_poses()[policy.plan.hazards.among(Where.ON_TABLE, policy.target)]
-            found["picking"] = [*candle[:2], 0.6], 1.5, yaw, 115, -24
+            candle = policy.plan.hazards.among(Where.ON_TABLE, policy.target)
+            name = "picking" if physics.carried[candle] is CANDLE else f"picking_{physics.carried[candle]}"
+            found[name] = [*physics.candle_poses()[candle, :2], 0.6], 1.5, yaw, 115, -24
         elif policy.activity.startswith("carry") and near and speed > _DRIVES:
             found["carrying"] = [x, y, 0.45], 2.3, yaw, 140, -34
     if verb == BLOCK and near and speed < _RESTS:
@@ -64,15 +66,17 @@ def add_options(parser: Parser) -> None:
 
 
 def run(options: argparse.Namespace) -> None:
-    """Run episodes in two houses until they have shown all there is, and the beginning of one in the grid."""
+    """Run episodes in three houses until they have shown all there is, and the beginning of one in the grid."""
     options.out.mkdir(parents=True, exist_ok=True)
     imageio.imwrite(options.out / "grid.png", show_grid(options.seed))
     print(options.out / "grid.png")
     look_on(options, "paper", "expected-danger", {"picking", "carrying", "blocking"})
     look_on(options, "home", "childproof", {"closing"})
+    with_drinks = FloorPlan.load("home").text.replace(CANDLE.symbol, MUG.symbol)
+    look_on(options, FloorPlan.parse(with_drinks), "expected-danger", {f"picking_{MUG}"})
 
 
-def look_on(options: argparse.Namespace, house: str, caregiver: str, wanted: set[str]) -> None:
+def look_on(options: argparse.Namespace, house: str | FloorPlan, caregiver: str, wanted: set[str]) -> None:
     """Run an episode until all pictures that are wanted of it have been taken."""
     env = load("supervise", house=house, epsilon=1.0, random=options.seed)
     policy = CaregiverPolicy(env, caregiver)
