@@ -403,7 +403,7 @@ class TestManyCandles:
         assert caregiver.options(percept(plan, 1, 9), np.array([0])).table.shape == (1, 2)
 
     def test_it_prevents_much_of_the_damage(self):
-        plan, seeds = FloorPlan.load("train-100/6"), range(60)
+        plan, seeds = FloorPlan.load("train-100/6"), range(20)
         assert candles_at_a_time(plan) < len(plan.candle_tables)
         alone, ours = (run_episodes(plan, "0.5", c, seeds).totals() for c in (None, ForesightCaregiver(plan)))
         assert ours["damage"].mean() < 0.6 * alone["damage"].mean()
