@@ -22,7 +22,6 @@ from caregiver_mj.caregivers.foresight.value_table import (
 )
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Pace, Percept
-from caregiver_mj.caregivers.registry import CAREGIVERS
 from caregiver_mj.caregivers.told import ToldCaregiver, Truth
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.family import Family
@@ -122,10 +121,6 @@ class TestLayouts:
     def test_what_comes_after(self):
         after = AllLayouts(3, 2).after
         assert after[0].tolist() == [[-1, -1, 2], [-1, -1, 1], [-1, -1, -1]]
-
-    def test_no_candles(self):
-        layouts = AllLayouts(2, 0)
-        assert (len(layouts), layouts.now(np.empty((3, 0), int)).tolist()) == (1, [0, 0, 0])
 
 
 class TestMotion:
@@ -403,7 +398,7 @@ class TestManyCandles:
         assert caregiver.options(percept(plan, 1, 9), np.array([0])).table.shape == (1, 2)
 
     def test_it_prevents_much_of_the_damage(self):
-        plan, seeds = FloorPlan.load("train-100/6"), range(60)
+        plan, seeds = FloorPlan.load("train-100/6"), range(20)
         assert candles_at_a_time(plan) < len(plan.candle_tables)
         alone, ours = (run_episodes(plan, "0.5", c, seeds).totals() for c in (None, ForesightCaregiver(plan)))
         assert ours["damage"].mean() < 0.6 * alone["damage"].mean()
@@ -420,10 +415,6 @@ def test_in_a_house_too_large_for_a_table_it_follows_the_rule(monkeypatch):
 
 
 class TestToldCaregivers:
-    def test_only_two_are_told(self):
-        told = {name for name, maker in CAREGIVERS.items() if maker and issubclass(maker, ToldCaregiver)}
-        assert told == {"knows-goal", "clairvoyant"}
-
     def test_the_world_tells_the_truth(self):
         class Listener(PaperCaregiver, ToldCaregiver):
             def hear(self, truth):
@@ -456,9 +447,3 @@ class TestPredictive:
         wants = 0.05 * (1 - np.mean([0.05, 0.5]))
         assert caregiver.reach(percept(plan, 2, 0)) == pytest.approx(random / 4 + wants)
         assert caregiver.reach(percept(plan, 1, 0)) == pytest.approx(0.0)
-
-    def test_a_candle_in_the_hand_is_out_of_reach(self):
-        plan = FloorPlan.parse(TABLES)
-        caregiver = PaperPredictiveCaregiver(plan)
-        assert caregiver.reach(percept(plan, 1, 9)) > 0
-        assert caregiver.reach(percept(plan, 1, 9, candle_table=[-1])) == 0

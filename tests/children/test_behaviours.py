@@ -103,15 +103,6 @@ def test_the_explorer_finds_every_bin_and_bumps_into_nothing_twice(text, seed):
         assert len(set(bumps)) == len(bumps)
 
 
-def test_explorers_do_not_share_what_they_know():
-    explorer = Explorer(WALLED, 0.5)
-    explorer.reset(2)
-    here = WALLED.cell_index[(1, 2)]
-    # One bumps into the wall at random, the other goes west at random.
-    assert explorer.act(see([here, here]), draws((0, 0.3, 0), (0, 0.9, 0))).tolist() == [EAST, WEST]
-    assert explorer.act(see([here, here]), draws((0.9, LAST, 0), (0.9, LAST, 0))).tolist() == [SOUTH, EAST]
-
-
 # -- The avoider ---------------------------------------------------------------------------------
 
 # Two equally short ways round a pillar, and one bin that only a passage leads to.
@@ -269,10 +260,3 @@ def test_it_goes_into_a_landing_only_if_the_caregiver_is_there():
 
 def test_without_a_caregiver_it_goes_north():
     assert way((1, 1), None) == NORTH
-
-
-def test_children_of_a_batch_decide_alone():
-    cells = np.array([WINDING.cell_index[cell] for cell in ((1, 2), (3, 4), (1, 1))])
-    goals = np.array([WINDING.cell_index[(1, 4)], WINDING.cell_index[(1, 4)], NOTHING])
-    sight = Sight(cells, np.zeros(3, int), goals, np.zeros(3, bool))
-    assert Adversary(WINDING, 0.0).act(sight, np.zeros((3, 3))).tolist() == [WEST, NORTH, NORTH]

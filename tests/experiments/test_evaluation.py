@@ -3,14 +3,12 @@
 import dataclasses
 import json
 
-import numpy as np
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 from comparing import rows, same
 
 from caregiver_mj.caregivers.registry import CAREGIVERS
-from caregiver_mj.children.family import Family
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import Settings
@@ -157,16 +155,6 @@ def test_seeds_are_those_of_the_run(settings, result):
     assert result.episodes.seed.nunique() == settings.episodes
     damages = [evaluate(Settings(PAPER, "grid", ("none",), (1.0,), 5, seed)).episodes.damage for seed in (0, 1)]
     assert not damages[0].equals(damages[1])
-
-
-def test_an_only_child_is_the_first_one_of_any_family(settings, result):
-    """Without a caregiver it walks as it would alone, until another child is in its way."""
-    alone = dataclasses.replace(settings, caregivers=("none",), families=(Family.parse("1"),))
-    family = result.episodes[(result.episodes.caregiver == "none") & (result.episodes.family == "1,0.25")]
-    one = evaluate(alone).episodes.damage.to_numpy()
-    first = family.damage_by_child.map(lambda damage: damage[0]).to_numpy()
-    assert np.abs(one - first).mean() < 0.5 * one.mean()
-    assert (one != first).any()
 
 
 def test_damage_is_that_of_the_settings():

@@ -90,14 +90,14 @@ def test_user_choice_wins(wish):
             "nonsense",
             "CaregiverError the environment variable MUJOCO_GL must be one of egl, osmesa, glfw, glx, off, got",
         ),
-        ("glfw", "RenderingError cannot render: no way is what the environment variable MUJOCO_GL asks for"),
+        ("glfw", "MUJOCO_GL asks for (glfw: there is no display"),
     ],
 )
 def test_what_cannot_be_had_is_told_in_a_line(wish, told):
     printed = run(
         f"from caregiver_mj.house import rendering{RENDER}", MUJOCO_GL=wish, DISPLAY=None, WAYLAND_DISPLAY=None
     )
-    assert printed.startswith(told)
+    assert told in printed
     assert f"'{wish}'" in printed or f"({wish}: " in printed
     assert "\n" not in printed
 

@@ -129,7 +129,6 @@ def test_a_recording_that_breaks_off_is_gone_on_with(tmp_path, monkeypatch, caps
         (["--format", "lerobot", "--caregiver", "none"], "caregiver 'none' takes no actions"),
         (["--format", "minari", "--world", "grid", "--task", "targets", "--embodiment", "butler"], "no robot 'butler'"),
         (["--format", "csv"], "invalid choice: 'csv'"),
-        (["--format", "lerobot", *GRID[3:]], "steps a second must be a whole number for LeRobot"),
         (["--format", "minari", "--out", ""], "--out must be a folder, got an empty name"),
         (["--format", "lerobot", "--caregiver", "json:x"], "'json:x' cannot be loaded"),
     ],
@@ -271,7 +270,9 @@ def test_a_policy_of_actions_chooses_no_targets(own, tmp_path, capsys):
     assert not (tmp_path / "set").exists()
 
 
-def test_nothing_is_written_over(tmp_path, capsys):
+def test_decisions_are_too_rare_for_lerobot_and_nothing_is_written_over(tmp_path, capsys):
+    assert cli.main([*GRID[:2], "lerobot", *GRID[3:], "--out", str(tmp_path / "set")]) == 2
+    assert "steps a second must be a whole number for LeRobot" in capsys.readouterr().err
     (tmp_path / "set").mkdir()
     assert cli.main([*HOUSE, "--format", "lerobot", "--out", str(tmp_path / "set")]) == 2
     assert "which exists" in capsys.readouterr().err

@@ -87,17 +87,6 @@ def test_a_bump_costs_what_stands_on_the_table_now():
     assert costs == {"guard": 4.0, "childproof": 1.0}
 
 
-def test_other_houses_are_as_their_plans_say():
-    for caregiver in ("paper", "nearest"):
-        env, policy, step = started(PASSAGE, caregiver)
-        env.step(policy(step))
-        assert tables_bearing_candles(env) == {0: {"table_0"}}
-    alone = caregiver_mj.load("supervise", PASSAGE, random=0, task_kwargs={"robot": False})
-    alone.reset()
-    alone.step(np.zeros(0))
-    assert tables_bearing_candles(alone) == {0: {"table_0"}}
-
-
 def test_all_else_is_drawn_alike():
     """Child, robot and every offset are those of the same episode with another caregiver."""
     (_, _, moved), (_, _, planned) = started(PASSAGE, "childproof"), started(PASSAGE, "guard")
