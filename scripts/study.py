@@ -250,6 +250,12 @@ def share(estimate: Iterable[float]) -> str:
     return f"{shown} ({100 * low:.0f} to {100 * high:.0f})" if np.isfinite((value, low, high)).all() else f"{shown} (–)"
 
 
+def rest(estimate: Estimate[float]) -> Estimate[float]:
+    """What an estimated share leaves of 1."""
+    value, low, high = estimate
+    return Estimate(1 - value, 1 - high, 1 - low)
+
+
 def percent(value: float, digits: int = 1) -> str:
     """A share in percent."""
     return f"{100 * value:.{digits}f} %"

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-from collections.abc import Iterator, Sequence
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import matplotlib as mpl
@@ -27,7 +28,7 @@ from caregiver_mj.children.side_by_side import side_by_side
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.children.toddler import SHARE_OF_TIME_WALKING
 from caregiver_mj.danger.belief import Belief
-from caregiver_mj.danger.chain import ChildChain, first_passage
+from caregiver_mj.danger.chain import first_passage
 from caregiver_mj.experiments.intervals import Estimate, of_ratio
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -35,7 +36,7 @@ from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.figures.style import INK, MUTED, STYLE, explain, panels
-from study import Page, Parser, interval, run_all, side, tapes
+from study import Page, Parser, interval, rest, run_all, side, tapes
 
 HORIZONS = (1, 5, 15)  # timesteps
 LONGEST = HORIZONS[-1]
@@ -48,6 +49,8 @@ KINDS = {
     "any candle": "any table with a candle",
     "anything": "anything",
 }
+Kinds = tuple[str, ...]
+
 HARMLESS, SAFE = "harmless", "P(safe)"  # what is asked of a stretch of timesteps, and the paper's number for it
 # Ends of the bins of what is predicted. Most collisions are improbable, so the lower ones are narrow.
 EDGES = np.array([0, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0])
@@ -85,11 +88,9 @@ def run(options: argparse.Namespace) -> Page:
 def families() -> tuple[str, ...]:
     """All children, as `Family.parse` takes them: novices, the most random first, then every other behaviour."""
     novices = sorted((*MODELLED, *BETWEEN), key=float, reverse=True)
-    others: list[str] = []
-    for name in CHILDREN:
-        if name != NOVICE:
-            others += [_WITHOUT[name]] if name in _WITHOUT else [f"{name}:{share:g}" for share in _SHARES]
-    return (*novices, *others)
+    others = [[_WITHOUT[name]] if name in _WITHOUT else [f"{name}:{share:g}" for share in _SHARES]
+              for name in CHILDREN if name != NOVICE]  # fmt: skip
+    return (*novices, *itertools.chain.from_iterable(others))
 
 
 def has_company(family: str) -> bool:
@@ -173,16 +174,15 @@ def watch_children(
     """
     world = GridWorld(plan, side_by_side(plan, children, len(chance)), caregiver)
     world.reset([*chance] * len(children))
-    timesteps, batch = len(chance[0][0].steps), len(chance) * len(children)
+    batch = len(chance) * len(children)
     chain, (kinds, groups) = child_chain(plan), questions_of(plan)
-    passages = [_by_cell(chain, first_passage(chain, horizon, groups)) for horizon in horizons]
+    passages = [first_passage(chain, horizon, groups).reshape(chain.shape[0], -1, len(kinds)) for horizon in horizons]
     belief, rule = Belief(chain, batch, 1, change), PaperCaregiver(plan)
     rule.reset(batch)
-    shape = timesteps, batch, len(kinds)
-    predicted = np.empty((len(horizons), *shape), np.float32)
-    possible, bumped = np.empty(predicted.shape, bool), np.empty(shape, bool)
-    safe = np.empty(shape[:2])
-    for time in range(timesteps):
+    shape = len(horizons), len(chance[0][0].steps), batch, len(kinds)
+    predicted, possible, bumped = np.empty(shape, np.float32), np.empty(shape, bool), np.empty(shape[1:], bool)
+    safe = np.empty(shape[1:3])
+    for time in range(shape[1]):
         cell, safe[time] = world.child_cell[:, 0], rule.assess(world.percept()).safe[:, 0]
         probability = belief.probability.reshape(batch, 1, -1)
         for number, passage in enumerate(passages):
@@ -190,22 +190,12 @@ def watch_children(
             possible[number, time] = np.any(passage > 0, axis=1)[cell]
         world.step()
         percept = world.percept()
-        bumped[time] = _bumps(chain, percept.previous_cell[:, 0], percept.previous_action[:, 0]) @ groups
-        followed = percept.caregiver_cell if caregiver else None
-        belief.watch(percept.previous_cell, percept.previous_action, followed)
+        before, move = percept.previous_cell[:, 0], percept.previous_action[:, 0]
+        into = np.where(move == NOTHING, NOTHING, chain.object_at[before, move])
+        bumped[time] = (into[:, None] == np.arange(chain.objects)) @ groups
+        belief.watch(percept.previous_cell, percept.previous_action, percept.caregiver_cell if caregiver else None)
         rule.watch(percept)
     return Watched(predicted, possible, bumped, safe)
-
-
-def _by_cell(chain: ChildChain, values: np.ndarray) -> np.ndarray:
-    """Values of states (states, Q) as (cells, states of a cell, Q)."""
-    return values.reshape(chain.shape[0], -1, values.shape[1])
-
-
-def _bumps(chain: ChildChain, cell: np.ndarray, move: np.ndarray) -> np.ndarray:
-    """Which object each child has just bumped into, bool (N, objects)."""
-    bumped = np.where(move == NOTHING, NOTHING, chain.object_at[cell, move])
-    return bumped[:, None] == np.arange(chain.objects)
 
 
 # -- Predictions and what became of them, sorted by what was predicted: sums over the episodes of a house --------------
@@ -276,72 +266,42 @@ def _rows(predicted: np.ndarray, happened: np.ndarray, **what: Any) -> Iterator[
 # -- How well predictions did. One counts the same wherever it was made; intervals resample houses ---------------------
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class Scores:
-    """Predictions of one kind, of one child."""
+def sums_of(rows: pd.DataFrame, family: str, horizon: int, kinds: Kinds = EACH) -> np.ndarray:
+    """Return the sums of `tally` of one child's predictions of some kinds, (sums, houses, bins)."""
+    members = MODELLED if family == TOGETHER else (family,)
+    some = rows[rows.family.isin(members) & (rows.horizon == horizon) & rows.kind.isin(kinds)]
+    places = pd.MultiIndex.from_product([rows.house.unique(), range(BINS)])
+    sums = some.groupby(["house", "bin"])[_SUMS].sum().reindex(places, fill_value=0.0)
+    return sums.to_numpy(float).T.reshape(len(_SUMS), -1, BINS)
 
-    count: np.ndarray  # how many there were in each house and bin, (houses, bins)
-    predicted: np.ndarray  # sum of what was predicted, likewise
-    happened: np.ndarray  # how often it happened, likewise
-    square: np.ndarray  # sum of the squared differences, likewise
+
+class Scores(NamedTuple):
+    """How well predictions did; all is NaN if there are none."""
+
+    base_rate: float  # share of them that came true
+    mean: float  # of what was predicted
+    bias: Estimate[float]  # what was predicted over what happened: above 1 it was too much
+    brier: float  # mean squared difference (Brier score)
+    # 1 - the Brier score over that of somebody who always says the base rate: 1 at best, 0 no better than that.
+    skill: Estimate[float]
+    calibration_error: float  # mean distance of frequency and prediction, bin by bin (expected calibration error)
 
     @classmethod
-    def of(cls, rows: pd.DataFrame, family: str, horizon: int, kinds: tuple[str, ...] = EACH) -> Scores:
-        """Those of tallies of several houses."""
-        members = MODELLED if family == TOGETHER else (family,)
-        some = rows[rows.family.isin(members) & (rows.horizon == horizon) & rows.kind.isin(kinds)]
-        places = pd.MultiIndex.from_product([rows.house.unique(), range(BINS)])
-        sums = some.groupby(["house", "bin"])[_SUMS].sum().reindex(places, fill_value=0.0)
-        return cls(*sums.to_numpy(float).T.reshape(len(_SUMS), -1, BINS))
+    def of(cls, sums: np.ndarray) -> Scores:
+        """Score predictions by their sums, (sums, houses, bins)."""
+        whole, error = sums.sum(axis=(1, 2)), np.abs((sums[1] - sums[2]).sum(axis=0)).sum()
+        _, mean, rate, brier = whole / whole[0] if whole[0] else np.full(len(whole), np.nan)
+        number, predicted, happened, square = sums.sum(axis=2)
+        by_rate = number * rate**2 + happened * (1 - 2 * rate)
+        skill = rest(of_ratio(square, by_rate))
+        return cls(rate, mean, of_ratio(predicted, happened), brier, skill, error / whole[0] if whole[0] else np.nan)
 
-    def part(self, low: float, high: float) -> Scores:
-        """Those of predictions from one edge of the bins to another."""
-        first, end = np.searchsorted(EDGES, (low, high))
-        return Scores(*(sums[:, first:end] for sums in (self.count, self.predicted, self.happened, self.square)))
 
-    @property
-    def base_rate(self) -> float:
-        """Share of the predictions that came true."""
-        return self._mean(self.happened)
-
-    @property
-    def mean(self) -> float:
-        """Mean of what was predicted."""
-        return self._mean(self.predicted)
-
-    @property
-    def bias(self) -> Estimate[float]:
-        """What was predicted over what happened: above 1 it was too much."""
-        return of_ratio(self.predicted.sum(axis=1), self.happened.sum(axis=1))
-
-    @property
-    def brier(self) -> float:
-        """Mean squared difference (Brier score)."""
-        return self._mean(self.square)
-
-    @property
-    def skill(self) -> Estimate[float]:
-        """1 - the Brier score over that of somebody who always says the base rate: 1 at best, 0 no better than that."""
-        rate, happened = self.base_rate, self.happened.sum(axis=1)
-        by_rate = self.count.sum(axis=1) * rate**2 + happened * (1 - 2 * rate)
-        value, low, high = of_ratio(self.square.sum(axis=1), by_rate)
-        return Estimate(1 - value, 1 - high, 1 - low)
-
-    @property
-    def calibration_error(self) -> float:
-        """Mean distance of frequency and prediction, bin by bin (expected calibration error)."""
-        return self._mean(np.abs((self.predicted - self.happened).sum(axis=0)))
-
-    def _mean(self, sums: np.ndarray) -> float:
-        """A sum over all predictions as their mean; NaN where there are none."""
-        count = self.count.sum()
-        return float(sums.sum() / count) if count else np.nan
-
-    def reliability(self) -> tuple[np.ndarray, Estimate[np.ndarray]]:
-        """Of every bin the mean of what was predicted, and the frequency with which it happened, (bins,) each."""
-        count = self.count.sum(axis=0)
-        predicted = np.divide(self.predicted.sum(axis=0), count, out=np.full(BINS, np.nan), where=count > 0)
-        return predicted, of_ratio(self.happened, self.count)
+def reliability(sums: np.ndarray) -> tuple[np.ndarray, Estimate[np.ndarray]]:
+    """Return of every bin the mean of what was predicted, and the frequency with which it happened, (bins,) each."""
+    number, predicted, *_ = sums.sum(axis=1)
+    mean = np.divide(predicted, number, out=np.full(BINS, np.nan), where=number > 0)
+    return mean, of_ratio(sums[2], sums[0])
 
 
 # -- The page ----------------------------------------------------------------------------------------
@@ -355,9 +315,13 @@ def page(rows: pd.DataFrame, names: str, episodes: int) -> Page:
         names: What the houses were asked for as.
         episodes: How many of each child in each house.
     """
-    everybody = (TOGETHER, *families())
-    stretches = {kind: {f: Scores.of(rows, f, LONGEST, (kind,)) for f in everybody} for kind in (HARMLESS, SAFE)}
-    children = {h: {f: Scores.of(rows, f, h) for f in everybody} for h in reversed(HORIZONS)}
+
+    def scores(family: str, horizon: int, *kinds: str) -> Scores:
+        return Scores.of(sums_of(rows, family, horizon, kinds or EACH))
+
+    everybody, (_, explorer) = (TOGETHER, *families()), _SHARES
+    children = {horizon: {f: scores(f, horizon) for f in everybody} for horizon in reversed(HORIZONS)}
+    careful, edge = sums_of(rows, f"explorer:{explorer:g}", LONGEST), EDGES.tolist().index(IMPROBABLE)
     values = {
         "change": CHANGE,
         "episodes": episodes,
@@ -368,26 +332,31 @@ def page(rows: pd.DataFrame, names: str, episodes: int) -> Page:
         "walking": SHARE_OF_TIME_WALKING,
         "improbable": IMPROBABLE,
         "kinds": [
-            (what, horizon, Scores.of(rows, TOGETHER, horizon, (kind,)))
-            for kind, what in KINDS.items()
-            for horizon in HORIZONS
+            (what, horizon, scores(TOGETHER, horizon, kind)) for kind, what in KINDS.items() for horizon in HORIZONS
         ],
         "children": children,
         "modelled": [children[LONGEST][family].calibration_error for family in MODELLED],
         "between": [children[LONGEST][family].calibration_error for family in BETWEEN],
         "skill_at_once": max(children[1][family].skill.value for family in (*MODELLED, *BETWEEN)),
         "too_few": [title(family) for family, scores in children[LONGEST].items() if side(scores.bias, 1) < 0],
-        "stretches": [(family, stretches[HARMLESS][family], stretches[SAFE][family]) for family in everybody],
+        "stretches": [(f, scores(f, LONGEST, HARMLESS), scores(f, LONGEST, SAFE)) for f in everybody],
+        "explorer": [Scores.of(part).bias for part in (careful[..., :edge], careful[..., edge:])],
         "title": title,
         "cells": score_cells,
         "timesteps": timesteps,
     }
-    return Page(values, {"calibration.png": draw_collisions(rows), "calibration_safe.png": draw_harmless(rows)})
+    within = {f"within {timesteps(horizon)}": (horizon, EACH) for horizon in HORIZONS}
+    said = {"the belief": (LONGEST, (HARMLESS,)), "the paper's P(safe|tau)": (LONGEST, (SAFE,))}
+    figures = {
+        "calibration.png": draw(rows, within, "a collision", _LOWEST),
+        "calibration_safe.png": draw(rows, said, f"{timesteps(LONGEST)} without harm"),
+    }
+    return Page(values, figures)
 
 
 def score_cells(scores: Scores) -> str:
     """The figures of a line of a table; dashes where there are no predictions."""
-    if not scores.count.any():
+    if np.isnan(scores.mean):
         return " | ".join("–" * 6)
     shares = f"{scores.base_rate:.2%} | {scores.mean:.2%} | {interval(scores.bias)}"
     return f"{shares} | {scores.brier:.4f} | {interval(scores.skill, 3)} | {scores.calibration_error:.2%}"
@@ -405,57 +374,41 @@ _SHADES = (colours.CANDLE, colours.ROBOT, colours.BIN)
 _LOWEST = 1e-4  # where the axes of collisions begin
 
 
-def draw_collisions(rows: pd.DataFrame) -> Figure:
-    """Predicted probability of a collision with an object against its frequency, both on a logarithmic scale."""
+def draw(rows: pd.DataFrame, lines: Mapping[str, tuple[int, Kinds]], what: str, lowest: float = 0.0) -> Figure:
+    """Predicted probability of something against its frequency: on a logarithmic scale, if that begins somewhere.
+
+    Args:
+        rows: Tallies.
+        lines: Horizon and kinds of what each line is about, by its name.
+        what: What happens, in words.
+        lowest: Where the axes begin.
+    """
     with mpl.rc_context(STYLE):
-        figure, grid = _grid()
+        figure, grid = panels({family: title(family) for family in (TOGETHER, *families())}, _COLUMNS, _WIDTH, _HEIGHT)
         for family, axes in grid.items():
-            axes.set(xscale="log", yscale="log", xlim=(_LOWEST, 1), ylim=(_LOWEST, 1))
-            axes.plot([_LOWEST, 1], [_LOWEST, 1], color=MUTED, linewidth=0.8, zorder=1)
-            for horizon, shade in zip(HORIZONS, _SHADES, strict=True):
-                _line(axes, Scores.of(rows, family, horizon), shade)
-        _finish(figure, [f"within {timesteps(horizon)}" for horizon in HORIZONS], "a collision")
+            if lowest:
+                axes.set(xscale="log", yscale="log", xlim=(lowest, 1), ylim=(lowest, 1))
+            axes.plot([lowest, 1], [lowest, 1], color=MUTED, linewidth=0.8, zorder=1)
+            for asked, shade in zip(lines.values(), _SHADES, strict=False):
+                _line(axes, sums_of(rows, family, *asked), shade, lowest)
+            if not lowest:
+                axes.set(xlim=(0, 1), ylim=(0, 1.02))
+        keys = (Line2D([], [], color=colours.unit(shade), marker="o", markersize=4) for shade in _SHADES)
+        explain(figure, dict(zip(lines, keys, strict=False)))
+        figure.supxlabel(f"predicted probability of {what}", fontsize=9.5, color=INK)
+        figure.supylabel("frequency with which it happened", fontsize=9.5, color=INK)
     return figure
 
 
-def draw_harmless(rows: pd.DataFrame) -> Figure:
-    """What is said of the next timesteps against how often they were harmless: the belief, and P(safe|tau)."""
-    with mpl.rc_context(STYLE):
-        figure, grid = _grid()
-        for family, axes in grid.items():
-            axes.plot([0, 1], [0, 1], color=MUTED, linewidth=0.8, zorder=1)
-            for kind, shade in zip((HARMLESS, SAFE), _SHADES[:2], strict=True):
-                _line(axes, Scores.of(rows, family, LONGEST, (kind,)), shade)
-            axes.set(xlim=(0, 1), ylim=(0, 1.02))
-        _finish(figure, ["the belief", "the paper's P(safe|tau)"], f"{timesteps(LONGEST)} without harm")
-    return figure
-
-
-def _grid() -> tuple[Figure, dict[str, Axes]]:
-    return panels({family: title(family) for family in (TOGETHER, *families())}, _COLUMNS, _WIDTH, _HEIGHT)
-
-
-def _line(axes: Axes, scores: Scores, shade: colours.Colour) -> None:
+def _line(axes: Axes, sums: np.ndarray, shade: colours.Colour, lowest: float) -> None:
     """What happened by what was predicted, in bins of which there is enough."""
-    predicted, (value, low, high) = scores.reliability()
-    drawn = scores.count.sum(axis=0) >= FEWEST
+    predicted, frequency = reliability(sums)
+    drawn = sums[0].sum(axis=0) >= FEWEST
     if not drawn.any():
         return  # an empty line would stretch the layout
-    x, value, low, high = (values[drawn] for values in (predicted, value, low, high))
+    x, value, low, high = (values[drawn] for values in (predicted, *frequency))
     colour = colours.unit(shade)
     # What never happened lies below a logarithmic scale, and is drawn at its edge.
-    foot = axes.get_ylim()[0] if axes.get_yscale() == "log" else 0.0
-    x = np.maximum(x, foot)
-    bounded = np.isfinite(high) & (low > 0)
-    axes.vlines(x[bounded], np.maximum(low, foot)[bounded], high[bounded], color=colour, linewidth=1.0, alpha=0.55)
-    axes.plot(x, np.maximum(value, foot), "o-", color=colour, markersize=2.8, linewidth=1.1, clip_on=False)
-
-
-def _finish(figure: Figure, keys: Sequence[str], what: str) -> None:
-    shades = dict(zip(keys, _SHADES, strict=False))
-    handles = {
-        key: Line2D([], [], color=colours.unit(shade), marker="o", markersize=4) for key, shade in shades.items()
-    }
-    explain(figure, handles)
-    figure.supxlabel(f"predicted probability of {what}", fontsize=9.5, color=INK)
-    figure.supylabel("frequency with which it happened", fontsize=9.5, color=INK)
+    x, bounded = np.maximum(x, lowest), np.isfinite(high) & (low > 0)
+    axes.vlines(x[bounded], np.maximum(low, lowest)[bounded], high[bounded], color=colour, linewidth=1.0, alpha=0.55)
+    axes.plot(x, np.maximum(value, lowest), "o-", color=colour, markersize=2.8, linewidth=1.1, clip_on=False)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import itertools
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -18,18 +19,18 @@ from scipy import stats
 
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.experiments import two_level
-from caregiver_mj.experiments.intervals import CONFIDENCE, Estimate, of_difference, of_mean, of_ratio, solve
+from caregiver_mj.experiments.intervals import CONFIDENCE, of_difference, of_mean, of_ratio, solve
 from caregiver_mj.grid.world import run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import house_set
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.figures.style import INK, STYLE
-from study import Page, Parser, progress
+from study import Page, Parser, load_house, progress
 
 IN_USE = "studentised (in use)"
 WANTED = (0.94, 0.965)  # coverage of what is called 95 %
-_EPISODES_AT_ONCE, _SAMPLES_AT_ONCE = 1000, 100
-_CAREGIVERS = ("none", "paper")
+_SAMPLES_AT_ONCE = 100
+_CAREGIVERS = ("paper", "none")
 _RESAMPLES = 1999
 _TAILS = np.array([(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2])
 _OVER_HOUSES = {
@@ -59,32 +60,30 @@ class Coverage:
     seed: int = 0  # seed of everything
 
     def in_houses(self) -> pd.DataFrame:
-        """Coverage over episodes, in a house."""
+        """Return coverage over episodes, in a house."""
         rows: list[dict[str, Any]] = []
-        plans = [FloorPlan.load(name) for name in self.houses]
-        cells = [(i, plan, epsilon) for i, plan in enumerate(plans) for epsilon in self.epsilons]
-        for i, plan, epsilon in progress(cells, "episodes"):
-            pool = run_pool(plan, epsilon, self.episodes, self.seed)
+        for (i, house), epsilon in progress([*itertools.product(enumerate(self.houses), self.epsilons)], "episodes"):
+            pool = run_pool(load_house(house), epsilon, self.episodes, self.seed)
+            cell = {"house": house, "epsilon": epsilon, "truth": ratio(pool), "harmless": (~pool.any(axis=0)).mean()}
             for size in self.sizes:
                 seed = (self.seed, i, round(100 * epsilon), size)
                 found = cover_ratio(pool, size, self.samples, (*seed, 0))
                 found += cover_means(pool, size, self.samples // 4, (*seed, 1))
-                cell = {"house": plan.name, "epsilon": epsilon, "size": size}
-                rows += [cell | {"truth": pool.ratio, "harmless": pool.harmless} | row for row in found]
+                rows += [cell | {"size": size} | row for row in found]
         return pd.DataFrame(rows)
 
     def over_houses(self) -> pd.DataFrame:
-        """Coverage over houses, without those in which a child alone is never hurt."""
+        """Return coverage over houses, without those in which a child alone is never hurt."""
         rows: list[dict[str, Any]] = []
         houses = house_set(self.house_set)
         for epsilon in progress(self.house_epsilons, "houses"):
             runs = 20 * self.in_house
             pools = [run_pool(plan, epsilon, runs, self.seed + runs * i) for i, plan in enumerate(houses)]
-            pools = [pool for pool in pools if pool.theirs.any()]
+            pools = [pool for pool in pools if pool[1].any()]
             for size in self.house_sizes:
                 seed = (self.seed, round(100 * epsilon), size)
                 found = cover_houses(pools, size, self.in_house, self.house_samples, seed)
-                rows += [{"epsilon": epsilon, "pools": len(pools)} | row for row in found]
+                rows += [{"epsilon": epsilon, "houses": size} | row for row in found]
         return pd.DataFrame(rows)
 
 
@@ -122,55 +121,31 @@ def page(study: Coverage, episodes: pd.DataFrame, houses: pd.DataFrame) -> Page:
 
 def _summary(rows: pd.DataFrame, key: str) -> list[tuple[str, int, tuple[float, ...]]]:
     """By a key and the size of samples, shares: covered on average, at least, at most; too low, and too high."""
+    parts = rows.groupby([key, "size"], sort=False)
     return [
-        (name, size, (group.covered.mean(), group.covered.min(), group.covered.max(), *group[_SIDES].mean()))
-        for (name, size), group in rows.groupby([key, "size"], sort=False)
+        (*at, (*part.covered.agg(["mean", "min", "max"]), part.too_low.mean(), part.too_high.mean()))
+        for at, part in parts
     ]
-
-
-_SIDES = ["too_low", "too_high"]
 
 
 # -- Populations to draw episodes from, whose true means are known: many real episodes of the grid world ---------------
 
 
-@dataclasses.dataclass(frozen=True)
-class Pool:
-    """Pairs of episodes, the same child in both."""
-
-    house: str  # name of the floor plan
-    epsilon: float  # share of the child's moves that are random
-    ours: np.ndarray  # damage with the paper's caregiver, (episodes,)
-    theirs: np.ndarray  # damage without any, likewise
-
-    @property
-    def ratio(self) -> float:
-        """The true damage left."""
-        return float(self.ours.mean() / self.theirs.mean())
-
-    @property
-    def harmless(self) -> float:
-        """Share of the pairs without damage in either."""
-        return float(((self.ours == 0) & (self.theirs == 0)).mean())
-
-    def draw(self, random: np.random.Generator, shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
-        """Draw pairs at random: ours and theirs, of some shape."""
-        drawn = random.integers(len(self.ours), size=shape)
-        return self.ours[drawn], self.theirs[drawn]
+def run_pool(plan: FloorPlan, epsilon: float, episodes: int, seed: int) -> np.ndarray:
+    """Return the damage of so many pairs of episodes, with the paper's caregiver and without any, (2, episodes)."""
+    seeds = range(seed, seed + episodes)
+    return np.array([run_episodes(plan, epsilon, make_caregiver(name, plan), seeds).damage for name in _CAREGIVERS])
 
 
-def run_pool(plan: FloorPlan, epsilon: float, episodes: int, seed: int) -> Pool:
-    """Run so many pairs of episodes."""
-    damage = []
-    for name in _CAREGIVERS:
-        starts = range(0, episodes, _EPISODES_AT_ONCE)
-        blocks = [range(first, min(first + _EPISODES_AT_ONCE, episodes)) for first in starts]
-        runs = (
-            run_episodes(plan, epsilon, make_caregiver(name, plan), [seed + i for i in block]).damage
-            for block in blocks
-        )
-        damage.append(np.concatenate(list(runs)))
-    return Pool(plan.name, epsilon, ours=damage[1], theirs=damage[0])
+def ratio(pool: np.ndarray) -> float:
+    """Return the true damage left."""
+    ours, theirs = pool.mean(axis=1)
+    return float(ours / theirs)
+
+
+def draw_pairs(pool: np.ndarray, random: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
+    """Draw pairs at random: ours and theirs, of some shape."""
+    return pool[:, random.integers(pool.shape[1], size=shape)]
 
 
 # -- Intervals of a ratio of means to compare ours with; samples are (columns, n) --------------------------------------
@@ -258,66 +233,58 @@ def misses(low: np.ndarray, high: np.ndarray, truth: float) -> dict[str, float]:
     return {"covered": 1 - too_low - too_high, "too_low": too_low, "too_high": too_high, "open": open_ended}
 
 
-def cover_ratio(pool: Pool, size: int, samples: int, seed: Sequence[int]) -> list[dict[str, Any]]:
-    """Coverage of the damage left, a row a method; samples in which it is not defined are drawn anew."""
+def cover_ratio(pool: np.ndarray, size: int, samples: int, seed: Sequence[int]) -> list[dict[str, Any]]:
+    """Return coverage of the damage left, a row a method; samples in which it is not defined are drawn anew."""
     random = np.random.default_rng(seed)
     ends: dict[str, list[Ends]] = {name: [] for name in METHODS}
-    for first in range(0, samples, _SAMPLES_AT_ONCE):
-        ours, theirs = _draw_defined(pool, random, (min(_SAMPLES_AT_ONCE, samples - first), size))
+    for count in _batches(samples):
+        ours, theirs = draw_pairs(pool, random, (count, size))
+        while (harmless := ~theirs.any(axis=1)).any():
+            ours[harmless], theirs[harmless] = draw_pairs(pool, random, (int(harmless.sum()), size))
         for name, method in METHODS.items():
             ends[name].append(method(ours, theirs, random))
-    rows = []
-    for name, found in ends.items():
-        low, high = np.concatenate(found, axis=1)
-        rows.append({"quantity": "damage left", "method": name, **misses(low, high, pool.ratio)})
-    return rows
+    return [
+        {"quantity": "damage left", "method": name, **misses(*np.concatenate(found, axis=1), ratio(pool))}
+        for name, found in ends.items()
+    ]
 
 
-def cover_means(pool: Pool, size: int, samples: int, seed: Sequence[int]) -> list[dict[str, Any]]:
-    """Coverage of mean damage with the caregiver, and of the mean difference to that without."""
+def cover_means(pool: np.ndarray, size: int, samples: int, seed: Sequence[int]) -> list[dict[str, Any]]:
+    """Return coverage of mean damage with the caregiver, and of the mean difference to that without."""
     random = np.random.default_rng(seed)
-    means, differences = [], []
-    for first in range(0, samples, _SAMPLES_AT_ONCE):
-        ours, theirs = pool.draw(random, (size, min(_SAMPLES_AT_ONCE, samples - first)))
-        means.append(of_mean(ours, least=0)[1:])
-        differences.append(of_difference(ours, theirs)[1:])
-    truths = {"mean damage": (means, pool.ours.mean()), "difference": (differences, (pool.ours - pool.theirs).mean())}
-    rows = []
-    for name, (found, truth) in truths.items():
-        low, high = np.concatenate(found, axis=1)
-        rows.append({"quantity": name, "method": IN_USE, **misses(low, high, truth)})
-    return rows
+    truths = {"mean damage": pool[0].mean(), "difference": (pool[0] - pool[1]).mean()}
+    ends: dict[str, list[Ends]] = {name: [] for name in truths}
+    for count in _batches(samples):
+        ours, theirs = draw_pairs(pool, random, (size, count))
+        for found, estimate in zip(ends.values(), (of_mean(ours, least=0), of_difference(ours, theirs)), strict=True):
+            found.append(estimate[1:])
+    return [
+        {"quantity": name, "method": IN_USE, **misses(*np.concatenate(ends[name], axis=1), truth)}
+        for name, truth in truths.items()
+    ]
+
+
+def _batches(samples: int) -> list[int]:
+    """How many samples there are at once."""
+    return [min(_SAMPLES_AT_ONCE, samples - first) for first in range(0, samples, _SAMPLES_AT_ONCE)]
 
 
 def cover_houses(
-    pools: Sequence[Pool], houses: int, episodes: int, samples: int, seed: Sequence[int]
+    pools: Sequence[np.ndarray], houses: int, episodes: int, samples: int, seed: Sequence[int]
 ) -> list[dict[str, Any]]:
-    """Coverage over houses: so many of the pools are drawn, then so many episodes in each of them."""
+    """Return coverage over houses: so many of the pools are drawn, then so many episodes in each of them."""
     random = np.random.default_rng(seed)
-    found: dict[str, list[Estimate[float]]] = {name: [] for name in _OVER_HOUSES}
+    found: dict[str, list[Any]] = {name: [] for name in _OVER_HOUSES}
     for _ in range(samples):
-        drawn = [pools[i].draw(random, (episodes,)) for i in random.integers(len(pools), size=houses)]
+        drawn = [draw_pairs(pools[i], random, (episodes,)) for i in random.integers(len(pools), size=houses)]
         for name, estimate in _OVER_HOUSES.items():
-            one, other = zip(*drawn, strict=True)
-            found[name].append(estimate(one, other))
-    ours, theirs = (np.array([getattr(pool, side).mean() for pool in pools]) for side in ("ours", "theirs"))
-    truths = {
-        "ratio of means": ours.sum() / theirs.sum(),
-        "mean of ratios": (ours / theirs).mean(),
-        "mean difference": (ours - theirs).mean(),
-    }
-    rows = []
-    for name, truth in truths.items():
-        _, low, high = np.array(found[name]).T
-        rows.append({"quantity": name, "houses": houses, "truth": truth, **misses(low, high, truth)})
-    return rows
-
-
-def _draw_defined(pool: Pool, random: np.random.Generator, shape: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
-    ours, theirs = pool.draw(random, shape)
-    while (harmless := ~theirs.any(axis=1)).any():
-        ours[harmless], theirs[harmless] = pool.draw(random, (int(harmless.sum()), shape[1]))
-    return ours, theirs
+            found[name].append(estimate([ours for ours, _ in drawn], [theirs for _, theirs in drawn])[1:])
+    ours, theirs = np.array([pool.mean(axis=1) for pool in pools]).T
+    truths = ours.sum() / theirs.sum(), (ours / theirs).mean(), (ours - theirs).mean()
+    return [
+        {"quantity": name, **misses(*np.transpose(ends), truth)}
+        for (name, ends), truth in zip(found.items(), truths, strict=True)
+    ]
 
 
 # -- The figure --------------------------------------------------------------------------------------
@@ -329,16 +296,16 @@ def draw(episodes: pd.DataFrame) -> Figure:
     with mpl.rc_context(STYLE | {"axes.grid": False}):
         figure = Figure((5.2, 5.6), layout="constrained")
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-        sizes, methods = left["size"].unique(), left.method.unique()
-        for i, (method, colour) in enumerate(zip(methods, _COLOURS, strict=True)):
+        sizes = left["size"].unique()
+        for i, (method, colour) in enumerate(zip(METHODS, _COLOURS, strict=True)):
             shade = colours.unit(colour)
-            places = np.arange(len(sizes)) + (i - (len(methods) - 1) / 2) * _WIDTH
-            groups = [left[(left.method == method) & (left["size"] == size)] for size in sizes]
-            for place, group in zip(places, groups, strict=True):
+            places = np.arange(len(sizes)) + (i - (len(METHODS) - 1) / 2) * _WIDTH
+            own = left[left.method == method].groupby("size")
+            for place, (_, group) in zip(places, own, strict=True):
                 spread = place + np.linspace(-0.35, 0.35, len(group)) * _WIDTH
                 above.plot(spread, 100 * group.covered, "o", color=shade, markersize=3.4, markeredgewidth=0)
-            below.bar(places, [100 * g.too_low.mean() for g in groups], 0.85 * _WIDTH, color=shade, label=method)
-            below.bar(places, [-100 * g.too_high.mean() for g in groups], 0.85 * _WIDTH, color=shade, alpha=0.45)
+            below.bar(places, 100 * own.too_low.mean(), 0.85 * _WIDTH, color=shade, label=method)
+            below.bar(places, -100 * own.too_high.mean(), 0.85 * _WIDTH, color=shade, alpha=0.45)
         above.axhspan(100 * WANTED[0], 100 * WANTED[1], color=_BAND, zorder=0)
         above.axhline(95, color=INK, linewidth=0.8, zorder=1)
         above.set_ylabel("interval covers the truth, %\n(a point: house and epsilon)")

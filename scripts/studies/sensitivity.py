@@ -20,8 +20,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import functools
-import pathlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import matplotlib as mpl
@@ -30,7 +29,6 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from caregiver_mj.caregivers.baselines import NearestCaregiver
-from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import bare_tables
 from caregiver_mj.caregivers.registry import make_caregiver
@@ -41,7 +39,7 @@ from caregiver_mj.experiments.intervals import Estimate, of_difference, of_ratio
 from caregiver_mj.experiments.settings import EPSILONS, episode_random, episode_seed
 from caregiver_mj.grid.world import CAREGIVER_ACTIONS, GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import KINDS, NOTHING, DamageWeights
+from caregiver_mj.plans.hazards import NOTHING, DamageWeights
 from caregiver_mj.plans.sets import house_set
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.recording.record import DAMAGE_THRESHOLD
@@ -53,12 +51,14 @@ from caregiver_mj.viz.figures.style import INK, STYLE
 from caregiver_mj.viz.report.published import PUBLISHED
 from study import Page, Parser, interval, listed, run_all, run_in_grid, side
 
-COLLISIONS = [kind.name for kind in KINDS if not kind.fenced]  # of the paper's kinds
+COLLISIONS = ["stairwell", "candle", "table"]  # of the paper's kinds, which come first
 WEIGHTS = ("1:1:1", "5:4:1", "20:4:1")  # of a fall down stairs, a bump into a candle's table and one into a bare table
 OWN_WEIGHTS = str(DamageWeights())  # the paper's
 ACTIONS = (1, 2, 3, 4)  # of the caregiver in a novice timestep
 HOUSE = "paper"  # the physical one
 ALONE, OWN = "none", "paper"
+
+Estimator = Callable[[Any, Any], Estimate[Any]]
 
 
 def add_options(parser: Parser) -> None:
@@ -75,29 +75,21 @@ def run(options: argparse.Namespace) -> Page:
     """Run all episodes; return the page."""
     places = [Place.of(name, options.episodes, options.set_episodes) for name in options.place]
     results = measure(places, options.jobs)
-    episodes = pd.DataFrame()
-    if options.house_episodes:
-        episodes = measure_house(options.house_episodes, options.jobs, options.out)
-    return page(results, episodes)
+    work = [HouseJob(robot, epsilon, options.house_episodes) for epsilon in EPSILONS for robot in ROBOTS]
+    found = run_all(run_in_house, work, options.jobs, "in the house", options.out) if options.house_episodes else []
+    return page(results, pd.DataFrame([row for rows in found for row in rows]))
 
 
 # -- What is varied in the grid, and where -----------------------------------------------------------
 
 
-@dataclasses.dataclass(frozen=True)
-class Condition:
+class Condition(NamedTuple):
     """A caregiver, and what it goes by."""
 
     caregiver: str  # its name
     weights: str = OWN_WEIGHTS  # what it takes a collision to cost
     actions: int = CAREGIVER_ACTIONS  # how many actions it has in a novice timestep
     reach: str = "inverse"  # its reading of P(reach), if it is `paper`
-
-    def make(self, plan: FloorPlan) -> Caregiver | None:
-        """Make the caregiver for a house."""
-        if self.caregiver == "paper":
-            return PaperCaregiver(plan, reach=self.reach)
-        return make_caregiver(self.caregiver, plan)
 
 
 NONE, NEAREST, PAPER, STILL = map(Condition, ("none", "nearest", "paper", "paper-still"))
@@ -114,8 +106,7 @@ def costs(weights: str) -> np.ndarray:
     return np.array([damage[kind] for kind in COLLISIONS])
 
 
-@dataclasses.dataclass(frozen=True)
-class Place:
+class Place(NamedTuple):
     """A house, or several."""
 
     name: str  # its name
@@ -124,22 +115,12 @@ class Place:
 
     @classmethod
     def of(cls, name: str, episodes: int, episodes_in_sets: int) -> Place:
-        """The place of a name.
-
-        Args:
-            name: Of a floor plan, or of a set of houses such as `train-20`.
-            episodes: How many in a single house.
-            episodes_in_sets: How many in each house of a set.
-
-        Raises:
-            CaregiverError: There is no such place.
-        """
+        """Return the place of a floor plan, or of a set of houses such as `train-20`, with its number of episodes."""
         try:
-            houses = tuple(plan.name for plan in house_set(name))
+            return cls(name, tuple(plan.name for plan in house_set(name)), episodes_in_sets)
         except FloorPlanError:
             FloorPlan.load(name)
             return cls(name, (name,), episodes)
-        return cls(name, houses, episodes_in_sets)
 
     def __str__(self) -> str:
         """What it is called in tables."""
@@ -179,24 +160,25 @@ def run_job(job: Job) -> pd.DataFrame:
         the damage, as the caregiver takes it, came above 15, or to 15, 200 if never; whether these are `apart`; and
         `differs`, the share of the timesteps at whose end `nearest` would set about something else, 0 but for `paper`.
     """
-    plan = _load(job.house, job.condition.weights)
-    caregiver = job.condition.make(plan)
-    make = functools.partial(GridWorld, caregiver=caregiver, caregiver_actions=job.condition.actions)
-    nearest = NearestCaregiver(plan) if job.condition == PAPER else None
-    damage, differs = [], np.zeros(job.episodes)
+    _, weights, actions, reach = condition = job.condition
+    plan = _load(job.house, weights)
+    is_paper = condition.caregiver == OWN
+    caregiver = PaperCaregiver(plan, reach=reach) if is_paper else make_caregiver(condition.caregiver, plan)
+    nearest, damage, differs = NearestCaregiver(plan), [], np.zeros(job.episodes)
 
     def look(world: GridWorld) -> None:
         damage.append(world.ledger.damage)
-        if nearest is not None and caregiver is not None:
+        if condition == PAPER:
             percept = world.percept()
-            other = caregiver.choose(percept) != nearest.choose(percept)
+            other = caregiver.choose(percept) != nearest.choose(percept)  # type: ignore[union-attr]  # it is one
             differs[:] += other & (percept.holding == NOTHING)
 
+    make = functools.partial(GridWorld, caregiver=caregiver, caregiver_actions=actions)
     ledger = run_in_grid(make, plan, [job.epsilon], job.episodes, look=look).ledger
     courses = np.array(damage)
-    collisions = np.rint(ledger.harm.sum(axis=1)[:, : len(COLLISIONS)] / costs(job.condition.weights)).astype(int)
+    collisions = np.rint(ledger.harm.sum(axis=1)[:, : len(COLLISIONS)] / costs(weights)).astype(int)
     above, at = first(courses > DAMAGE_THRESHOLD), first(courses >= DAMAGE_THRESHOLD)
-    return pd.DataFrame(collisions, columns=list(COLLISIONS)).assign(
+    return pd.DataFrame(collisions, columns=COLLISIONS).assign(
         toys=ledger.totals()["toys_reached"], above=above, at=at, apart=above != at, differs=differs / EPISODE_TIMESTEPS
     )
 
@@ -224,7 +206,7 @@ class Results:
     def of(self, house: str, epsilon: float, condition: Condition, what: str = OWN_WEIGHTS) -> np.ndarray:
         """What was measured in every episode, (episodes,)."""
         rows = self.rows[house, epsilon, condition]
-        return rows[list(COLLISIONS)].to_numpy() @ costs(what) if what in WEIGHTS else rows[what].to_numpy()
+        return rows[COLLISIONS].to_numpy() @ costs(what) if what in WEIGHTS else rows[what].to_numpy()
 
     def left(self, place: Place, condition: Condition, weights: str = OWN_WEIGHTS) -> list[Estimate[float]]:
         """Share of the unassisted damage that is left; over several houses, of the mean over them."""
@@ -240,45 +222,32 @@ class Results:
         """Means over houses."""
         return [float(np.mean([self.of(h, e, condition, what).mean() for h in place.houses])) for e in EPSILONS]
 
-    def mean(self, place: Place, condition: Condition, what: str) -> float:
-        """The mean over houses and epsilons."""
-        return float(np.mean(self.means(place, condition, what)))
-
     def collisions(self, place: Place, condition: Condition) -> np.ndarray:
         """Mean collisions of each kind an episode, over houses and epsilons, (kinds,)."""
-        return np.array([self.mean(place, condition, kind) for kind in COLLISIONS])
+        return np.array([np.mean(self.means(place, condition, kind)) for kind in COLLISIONS])
 
     def mean_difference(self, house: str, ours: Condition, theirs: Condition) -> Estimate[float]:
         """Damage an episode under one condition less that under another, in one house, averaged over the epsilons."""
         return of_difference(*(np.mean([self.of(house, e, one) for e in EPSILONS], axis=0) for one in (ours, theirs)))
 
     def _compare(
-        self, in_one: Any, in_several: Any, place: Place, ours: Condition, theirs: Condition, what: str
+        self, in_one: Estimator, in_several: Estimator, place: Place, ours: Condition, theirs: Condition, what: str
     ) -> list[Estimate[float]]:
         """Hold one condition against another, with what is for episodes of one house, or of several."""
-        found = []
-        for epsilon in EPSILONS:
-            both = [[self.of(house, epsilon, one, what) for house in place.houses] for one in (ours, theirs)]
-            found.append(in_several(*both) if len(place.houses) > 1 else in_one(*(one for (one,) in both)))
-        return found
+        pairs = ([[self.of(house, e, one, what) for house in place.houses] for one in (ours, theirs)] for e in EPSILONS)
+        return [in_several(*p) if len(place.houses) > 1 else in_one(*(one for (one,) in p)) for p in pairs]
 
 
 # -- The physical house: speed and yielding ----------------------------------------------------------
 
 
-class Robot(NamedTuple):
-    """A caregiver in the house, and the share of its base's highest speed that it may use."""
-
-    caregiver: str = OWN
-    speed: float = 1.0
-
-
-ROBOTS: Mapping[str, Robot | None] = {
+# A caregiver in the house, and the share of its base's highest speed that it may use.
+ROBOTS: Mapping[str, tuple[str, float] | None] = {
     ALONE: None,
-    OWN: Robot(),
-    "paper-still": Robot("paper-still"),
-    "paper at 75 % of its speed": Robot(speed=0.75),
-    "paper at 50 % of its speed": Robot(speed=0.5),
+    OWN: (OWN, 1.0),
+    "paper-still": ("paper-still", 1.0),
+    "paper at 75 % of its speed": (OWN, 0.75),
+    "paper at 50 % of its speed": (OWN, 0.5),
 }
 
 
@@ -291,62 +260,34 @@ def slowed(robot: Embodiment, share: float) -> Embodiment:
 
 
 class HouseJob(NamedTuple):
-    """An episode: of which of `ROBOTS`, with what novice, and its number."""
+    """All episodes of one of `ROBOTS` with a novice."""
 
     robot: str
     epsilon: float
-    episode: int
+    episodes: int
 
 
-def measure_house(
-    episodes: int, jobs: int, out: pathlib.Path | None = None, epsilons: Sequence[float] = EPSILONS
-) -> pd.DataFrame:
-    """Run the episodes: a row each.
-
-    Args:
-        episodes: How many for each robot and epsilon.
-        jobs: Worker processes.
-        out: A folder in which finished episodes are kept, and looked for first.
-        epsilons: Shares of random moves.
-    """
-    work = [HouseJob(robot, epsilon, i) for epsilon in epsilons for robot in ROBOTS for i in range(episodes)]
-    return pd.DataFrame(run_all(run_in_house, work, jobs, "in the house", out))
-
-
-def run_in_house(job: HouseJob) -> dict[str, Any]:
-    """Run an episode."""
-    env, policy = make(ROBOTS[job.robot], job.epsilon)
-    env.task.reseed(episode_random(episode_seed(0, job.episode)))
-    timestep = env.reset()
-    while not timestep.last():
-        timestep = env.step(policy(timestep) if policy else np.zeros(env.action_spec().shape))
-    return {"robot": job.robot, "epsilon": job.epsilon, "episode": job.episode} | env.task.outcome()
+def run_in_house(job: HouseJob) -> list[dict[str, Any]]:
+    """Run the episodes of a job, those that `evaluate` runs with seed 0: a row each."""
+    robot = ROBOTS[job.robot]
+    kwargs = {"robot": True, "embodiment": slowed(find_embodiment(), robot[1])} if robot else {"robot": False}
+    env = load("supervise", FloorPlan.load(HOUSE), job.epsilon, np.random.RandomState(0), task_kwargs=kwargs)
+    policy = CaregiverPolicy(env, robot[0]) if robot else None
+    rows = []
+    for episode in range(job.episodes):
+        env.task.reseed(episode_random(episode_seed(0, episode)))
+        timestep = env.reset()
+        while not timestep.last():
+            timestep = env.step(policy(timestep) if policy else np.zeros(env.action_spec().shape))
+        rows.append({"robot": job.robot, "epsilon": job.epsilon, "episode": episode} | env.task.outcome())
+    return rows
 
 
-@functools.lru_cache(maxsize=1)  # jobs of one robot and epsilon follow each other
-def make(robot: Robot | None, epsilon: float) -> tuple[Any, CaregiverPolicy | None]:
-    """A house with a novice, and what acts in it, if anything does."""
-    kwargs: dict[str, Any] = {"robot": robot is not None}
-    if robot:
-        kwargs["embodiment"] = slowed(find_embodiment(), robot.speed)
-    env = load("supervise", FloorPlan.load(HOUSE), epsilon, np.random.RandomState(0), task_kwargs=kwargs)
-    return env, CaregiverPolicy(env, robot.caregiver) if robot else None
-
-
-def house_left(episodes: pd.DataFrame, robot: str) -> list[Estimate[float]]:
-    """Share of the unassisted damage that is left with one of `ROBOTS`, at each epsilon."""
-    return [of_ratio(_of(group, robot), _of(group, ALONE)) for _, group in episodes.groupby("epsilon", sort=False)]
-
-
-def house_difference(episodes: pd.DataFrame, robot: str, column: str) -> list[Estimate[float]]:
-    """What is measured with one of `ROBOTS` less that with `paper`, at each epsilon."""
-    groups = episodes.groupby("epsilon", sort=False)
-    return [of_difference(_of(group, robot, column), _of(group, OWN, column)) for _, group in groups]
-
-
-def _of(episodes: pd.DataFrame, robot: str, column: str = "damage") -> np.ndarray:
-    """A column of one robot, by episode."""
-    return episodes[episodes.robot == robot].sort_values("episode")[column].to_numpy(float)
+def in_house(episodes: pd.DataFrame, compare: Estimator, robot: str, other: str, column: str) -> list[Estimate[float]]:
+    """Hold what is measured with one of `ROBOTS` against that with another, at each epsilon."""
+    by = episodes.sort_values("episode").groupby(["epsilon", "robot"])[column]
+    epsilons = episodes.epsilon.unique()
+    return [compare(*(by.get_group((e, one)).to_numpy(float) for one in (robot, other))) for e in epsilons]
 
 
 # -- Where the rule is no more than `nearest` --------------------------------------------------------
@@ -399,7 +340,7 @@ def share_apart(house: str, weights: str) -> float:
 def plans_apart(results: Results) -> list[Place]:
     """The houses, each as a place, in which the two ever differ: at the start, or in an episode."""
     houses = [Place(house, (house,), place.episodes) for place in results.places for house in place.houses]
-    return [one for one in houses if share_apart(one.name, OWN_WEIGHTS) or results.mean(one, PAPER, "differs")]
+    return [one for one in houses if share_apart(one.name, OWN_WEIGHTS) or any(results.means(one, PAPER, "differs"))]
 
 
 # -- The page ----------------------------------------------------------------------------------------
@@ -413,14 +354,19 @@ def page(results: Results, episodes: pd.DataFrame) -> Page:
         where.append(several if len(place.houses) > 1 else f"{place.episodes:,} episodes on {place}")
         linear, inverse = (np.mean([one.value for one in results.left(place, c)]) for c in (LINEAR, PAPER))
         readings.append(f"{linear / inverse:.2f} times on {place}")
-        alone, ours = (f"{results.mean(place, one, 'apart'):.0%}" for one in (NONE, PAPER))
+        alone, ours = (f"{np.mean(results.means(place, one, 'apart')):.0%}" for one in (NONE, PAPER))
         endings.append(f"{alone} unassisted and {ours} assisted episodes on {place}")
     robots = []
-    for robot in dict.fromkeys(episodes.robot[episodes.robot != ALONE]) if len(episodes) else ():
+    for robot in ROBOTS if len(episodes) else ():
+        if robot == ALONE:
+            continue
         caregiver, *rest = robot.split(" ", 1)
-        columns = ("damage", "toys_reached")
-        differences = [house_difference(episodes, robot, column) if robot != OWN else None for column in columns]
-        robots.append((" ".join([f"`{caregiver}`", *rest]), house_left(episodes, robot), *differences))
+        less = [
+            in_house(episodes, of_difference, robot, OWN, column) if robot != OWN else None
+            for column in ("damage", "toys_reached")
+        ]
+        left = in_house(episodes, of_ratio, robot, ALONE, "damage")
+        robots.append((" ".join([f"`{caregiver}`", *rest]), left, *less))
     values = {
         "results": results,
         "where": where,
@@ -428,7 +374,7 @@ def page(results: Results, episodes: pd.DataFrame) -> Page:
         "endings": endings,
         "robots": robots,
         "episodes": episodes,
-        "each": len(episodes) // len(episodes[["robot", "epsilon"]].drop_duplicates()) if robots else 0,
+        "each": episodes.episode.nunique() if robots else 0,
         "houses": sum(len(place.houses) for place in results.places),
         "apart": [(one, results.mean_difference(one.name, PAPER, NEAREST)) for one in plans_apart(results)],
         "cells": cells,
@@ -474,19 +420,15 @@ _COLOURS = (colours.ROBOT, colours.BIN, colours.CANDLE, colours.STAIRWELL)
 _TOP = 1.2  # share left at which an axis ends; there is room for the legend above what is measured
 _SPREAD = 0.6  # of the room between two epsilons
 
-Series = dict[str, list[Estimate[float]]]
-
 
 def draw(results: Results) -> Figure:
     """Damage left, a row of panels for each place, a column for each of four things that are varied."""
     rows = [_series(results, place) for place in results.places]
-    titles = list(rows[0])
     with mpl.rc_context(STYLE):
-        figure = Figure((3.0 * len(titles), 2.4 * len(rows)), layout="constrained")
-        grid = figure.subplots(len(rows), len(titles), sharex=True, sharey=True, squeeze=False)
+        figure = Figure((3.0 * len(rows[0]), 2.4 * len(rows)), layout="constrained")
+        grid = figure.subplots(len(rows), len(rows[0]), sharex=True, sharey=True, squeeze=False)
         for line, place, found in zip(grid, results.places, rows, strict=True):
-            for axes, title in zip(line, titles, strict=True):
-                series = found[title]
+            for axes, series in zip(line, found.values(), strict=True):
                 offsets = np.linspace(-0.5, 0.5, len(series)) * _SPREAD * (len(series) - 1) / len(series)
                 for (name, estimates), shade, offset in zip(series.items(), _COLOURS, offsets, strict=False):
                     value, low, high = np.array(estimates).T
@@ -494,9 +436,8 @@ def draw(results: Results) -> Figure:
                     axes.vlines(at, low, high, color=colour, linewidth=1.8)
                     edge = {"markeredgecolor": INK, "markeredgewidth": 0.5, "markersize": 4.5}
                     axes.plot(at, value, "o", color=colour, label=name, **edge)
-                axes.set_ylim(0.0, _TOP)
-            line[0].set_ylabel(f"{place.name}: damage left")
-        for axes, title in zip(grid[0], titles, strict=True):
+            line[0].set(ylim=(0.0, _TOP), ylabel=f"{place.name}: damage left")
+        for axes, title in zip(grid[0], rows[0], strict=True):
             axes.set_title(title, fontsize=10)
             axes.legend(fontsize=7.5, loc="upper left", ncols=2, handlelength=1.0, labelspacing=0.2)
         for axes in grid[-1]:
@@ -505,7 +446,7 @@ def draw(results: Results) -> Figure:
     return figure
 
 
-def _series(results: Results, place: Place) -> dict[str, Series]:
+def _series(results: Results, place: Place) -> dict[str, dict[str, list[Estimate[float]]]]:
     """What there is to compare, by the panel's title."""
     weights = {name: results.left(place, condition, name) for name, condition in WEIGHTED.items()}
     dearest = list(WEIGHTED)[-1]

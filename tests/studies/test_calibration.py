@@ -10,7 +10,18 @@ from caregiver_mj.children.tape import Tape
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from studies import calibration
-from studies.calibration import EACH, HARMLESS, HORIZONS, SAFE, Scores, questions_of, tally, watch_children
+from studies.calibration import (
+    EACH,
+    HARMLESS,
+    HORIZONS,
+    SAFE,
+    Scores,
+    questions_of,
+    reliability,
+    sums_of,
+    tally,
+    watch_children,
+)
 from study import main
 
 # One cell: a toy west of it, stairs east, a table with a candle north and a bare one south.
@@ -61,17 +72,18 @@ def test_a_child_of_the_model_is_calibrated():
     watched = watch_children(KITCHEN, [Family.parse(name) for name in names], tapes(count), HORIZONS, change=0.0)
     rows = tally(watched, questions_of(KITCHEN)[0], names, count).assign(house="kitchen")
     for horizon in HORIZONS:
-        scores = Scores.of(rows, calibration.TOGETHER, horizon)
+        sums = sums_of(rows, calibration.TOGETHER, horizon)
+        scores = Scores.of(sums)
         assert scores.mean == pytest.approx(scores.base_rate, rel=0.03)
         assert scores.calibration_error < 0.006
         assert scores.skill.value > 0.03
-        predicted, frequency = scores.reliability()
-        often = scores.predicted.sum(axis=0) > 400  # collisions: chance alone is 5 % then
+        predicted, frequency = reliability(sums)
+        often = sums[1].sum(axis=0) > 400  # collisions: chance alone is 5 % then
         assert often.sum() >= 2
         assert frequency.value[often] == pytest.approx(predicted[often], rel=0.15)
-    assert Scores.of(rows, calibration.TOGETHER, 15, (HARMLESS,)).calibration_error < 0.02
+    assert Scores.of(sums_of(rows, calibration.TOGETHER, 15, (HARMLESS,))).calibration_error < 0.02
     # The paper's number is not one of harm.
-    assert Scores.of(rows, calibration.TOGETHER, 15, (SAFE,)).calibration_error > 0.2
+    assert Scores.of(sums_of(rows, calibration.TOGETHER, 15, (SAFE,))).calibration_error > 0.2
 
 
 def made(house, place, count, predicted, happened):
@@ -85,18 +97,20 @@ def made(house, place, count, predicted, happened):
 def test_scores_by_hand():
     # Ten predictions of 0.1 of which two come true, and ten of 0.5, of which four do.
     rows = pd.DataFrame([made("a", 1, 10, 1.0, 2.0), made("b", 2, 10, 5.0, 4.0)])
-    scores = Scores.of(rows, "1", 5)
-    assert (scores.base_rate, scores.mean) == (pytest.approx(0.3), pytest.approx(0.3))
+    sums = sums_of(rows, "1", 5)
+    scores = Scores.of(sums)
+    assert scores.base_rate == pytest.approx(0.3)
+    assert scores.mean == pytest.approx(0.3)
     assert scores.bias.value == pytest.approx(1.0)
     brier = (2 * 0.81 + 8 * 0.01 + 10 * 0.25) / 20
     assert scores.brier == pytest.approx(brier)
     assert scores.skill.value == pytest.approx(1 - brier / (0.3 * 0.7))
     assert scores.calibration_error == pytest.approx(0.1)  # each bin is off by 0.1
-    predicted, frequency = scores.reliability()
+    predicted, frequency = reliability(sums)
     assert predicted[1:3] == pytest.approx([0.1, 0.5])
     assert frequency.value[1:3] == pytest.approx([0.2, 0.4])
     assert np.isnan(predicted[0])
-    low, high = scores.part(0, calibration.EDGES[2]), scores.part(calibration.EDGES[2], 1)
+    low, high = Scores.of(sums[..., :2]), Scores.of(sums[..., 2:])
     assert (low.base_rate, low.mean) == (pytest.approx(0.2), pytest.approx(0.1))
     assert (high.base_rate, high.mean) == (pytest.approx(0.4), pytest.approx(0.5))
 

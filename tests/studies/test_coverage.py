@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 from caregiver_mj.plans.floor_plan import FloorPlan
-from studies.coverage import METHODS, Coverage, draw, fieller, misses, page, run_pool
+from studies.coverage import METHODS, Coverage, draw, draw_pairs, fieller, misses, page, ratio, run_pool
 
 SMALL = Coverage(
     houses=("paper", "apartment"), samples=20, episodes=40, sizes=(5, 20), epsilons=(1.0, 0.05),
@@ -41,10 +41,10 @@ def test_fieller_by_hand():
 def test_pool_pairs_episodes():
     plan = FloorPlan.load("paper")
     pool = run_pool(plan, 0.5, 30, seed=4)
-    assert np.array_equal(pool.theirs[3:], run_pool(plan, 0.5, 27, seed=7).theirs)
-    assert pool.ratio == pytest.approx(pool.ours.sum() / pool.theirs.sum())
-    ours, theirs = pool.draw(np.random.default_rng(0), (500,))
-    assert set(zip(ours, theirs, strict=True)) <= set(zip(pool.ours, pool.theirs, strict=True))
+    assert np.array_equal(pool[:, 3:], run_pool(plan, 0.5, 27, seed=7))
+    assert ratio(pool) == pytest.approx(pool[0].sum() / pool[1].sum())
+    drawn = draw_pairs(pool, np.random.default_rng(0), (500,))
+    assert set(zip(*drawn, strict=True)) <= set(zip(*pool, strict=True))
 
 
 def test_page():
