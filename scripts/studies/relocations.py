@@ -92,8 +92,9 @@ def run(options: argparse.Namespace) -> None:
         found = {"": rows(asked, "relocating")}
         report(make_console(), found[""])
     else:
-        also = {"embodiment": asked.embodiment, "kind": asked.kind}
-        each = {name: dataclasses.replace(one, **also) for name, one in EACH.items()}
+        each = {
+            name: dataclasses.replace(one, embodiment=asked.embodiment, kind=asked.kind) for name, one in EACH.items()
+        }
         found = {name: rows(conditions, name) for name, conditions in each.items()}
         report_each(make_console(), found)
     write_json(options.json, pd.concat(found.values()))
