@@ -25,6 +25,19 @@ def plan_texts(smallest: int = SMALLEST, largest: int = LARGEST) -> st.SearchStr
     return st.builds(_random_plan, st.integers(0, 2**32 - 1), size, size)
 
 
+def with_things(text: str, seed: int) -> str:
+    """A plan with something on the floor of up to four of its free cells, but not of the last two."""
+    random, cells = np.random.default_rng(seed), np.array(list(text))
+    free = random.permutation(np.flatnonzero(cells == "."))
+    cells[free[2:][: int(random.integers(1, 5))]] = "o"
+    return "".join(cells)
+
+
+def plans_with_things(largest: int) -> st.SearchStrategy[str]:
+    """Random plans of at most so many rows and columns, with something on the floor of some."""
+    return st.builds(with_things, plan_texts(largest=largest), st.integers(0, 2**32 - 1))
+
+
 def _random_plan(seed: int, rows: int, columns: int) -> str:
     """Draws a plan with walls here and there, and one or more of each object; of candles maybe none."""
     random = np.random.default_rng(seed)

@@ -83,5 +83,17 @@ def test_a_candle_that_is_carried_or_lies_on_the_floor():
     assert caregiver.assess(lying).reach == pytest.approx(1 / 2)
 
 
+def test_what_lies_on_the_floor_is_reached_by_coming_into_its_cell_until_it_is_gone():
+    plan = FloorPlan.parse("#######\n#B.o.S#\n#######")
+    caregiver = ForesightCaregiver(plan)
+    percept = see(plan, 0)
+    outlook = caregiver.assess(percept).outlook
+    random, other = 0.85 * np.mean(EPSILONS) + 0.15 * np.mean([0.05, 0.5]), np.mean([0.05, 0.5])
+    assert outlook.reach(plan, percept, 1)[0, 0, 1] == pytest.approx(random / 4 + 0.05 * (1 - other))  # to the stairs
+    gone = dataclasses.replace(percept, gone=np.array([[True]]))
+    assert outlook.reach(plan, gone, 1)[0, 0, 1] == 0.0
+    assert caregiver.hazard_distances(gone)[0, 0, 1] == np.inf
+
+
 def test_the_rule_has_no_outlook():
     assert PaperCaregiver(CORRIDOR).assess(see(CORRIDOR, 1)).outlook is None

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from caregiver_mj.danger.chain import ChildChain, expected_hits, first_passage
+from caregiver_mj.danger.chain import ChildChain, discounted_entry, expected_hits, first_entry, first_passage
 
 
 @pytest.fixture
@@ -22,6 +22,14 @@ def test_first_passage(corridor):
     assert first_passage(corridor, 2)[:, 0] == pytest.approx([0, 0.25, 0, 0.5])
     assert first_passage(corridor, 3)[:, 0] == pytest.approx([0, 0.375, 0, 0.5 + 0.5 * 0.25])
     assert first_passage(corridor, 1000)[:, 0] == pytest.approx([0, 1, 0, 1])  # sooner or later
+
+
+def test_first_entry(corridor):
+    # Into the east cell, from the west one: never, or with 1/2; for a child that is there, too
+    assert first_entry(corridor, (1,), 1)[:, 0] == pytest.approx([0, 0.5, 0, 0.5])
+    assert first_entry(corridor, (1, 0), 2)[:, 1] == pytest.approx([1, 0.75, 1, 0.75])
+    # West w = 1/2 + d w / 2 for a discount d, as a child that is in the cell already comes into it by staying.
+    assert discounted_entry(corridor, (1,), 0.8)[:, 0] == pytest.approx([0, 0.5 / 0.6, 0, 0.5 / 0.6])
 
 
 def test_expected_hits(corridor):

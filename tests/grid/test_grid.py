@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from random_plans import plan_texts
+from random_plans import plan_texts, plans_with_things
 
 from caregiver_mj.caregivers import CAREGIVERS, Caregiver, make_caregiver
 from caregiver_mj.children.family import CHILDREN
@@ -16,7 +16,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.generator import generate
-from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.hazards import NOTHING, State
 from caregiver_mj.plans.routes import Routes
 from caregiver_mj.plans.yielding import yielding
 
@@ -86,6 +86,8 @@ class PlainWorld:
 
     def __init__(self, text, assisted):
         self.at = {(r, c): kind for r, row in enumerate(text.splitlines()) for c, kind in enumerate(row)}
+        self.things = [cell for cell in sorted(self.at) if self.at[cell] == "o"]
+        self.at |= dict.fromkeys(self.things, ".")
         self.assisted = assisted
         self.free = [cell for cell in sorted(self.at) if self.at[cell] == "."]
         self.stairwells = [cell for cell in sorted(self.at) if self.at[cell] == "S"]
@@ -145,15 +147,17 @@ class PlainWorld:
 
     def begin(self, tape, epsilon):
         self.tape, self.time, self.epsilon = tape, 0, epsilon
-        self.novice = self.free[int(tape.start[0] * len(self.free))]
-        others = [cell for cell in self.free if cell != self.novice]
+        starts = [cell for cell in self.free if cell not in self.things]
+        self.novice = starts[int(tape.start[0] * len(starts))]
+        others = [cell for cell in starts if cell != self.novice]
         self.caregiver = others[int(tape.start[1] * len(others))] if others else self.stairwells[-1]
         self.goal = self.bins[int(tape.start[2] * len(self.bins))]
         self.candles = [cell for cell in self.tables if self.at[cell] == "C"]  # each candle's table
         self.held = self.destination = self.intended = None
+        self.lying = list(self.things)  # what is gone is None
         self.seen = {self.novice}
         self.over = False
-        self.harm = dict.fromkeys("SCT", 0)
+        self.harm = dict.fromkeys("SCTo", 0)
         self.lasted, self.toys, self.begun, self.done = len(tape.steps), 0, 0, 0
         self.blocked, self.series, self.longest, self.until_stop = {"S": 0, ".": 0}, 0, 0, 0
 
@@ -175,6 +179,9 @@ class PlainWorld:
             self.longest = max(self.longest, self.series)
         elif kind == ".":
             self.novice = there
+            if there in self.lying:
+                self.lying[self.lying.index(there)] = None
+                self.harm["o"] += 5
         elif kind == "S":
             self.harm["S"] += 5
         elif kind in "CT" and there in self.candles:
@@ -201,9 +208,10 @@ class PlainWorld:
             moves = self.bump(table)[self.novice]
             if moves < max(bare):
                 dangers.append((Fraction(4, moves), ("C", i)))
+        dangers += [(Fraction(5, self.bump(o)[self.novice]), ("o", i)) for i, o in enumerate(self.lying) if o]
         return max(dangers, key=lambda danger: danger[0])[1] if dangers else None
 
-    def act(self):
+    def act(self):  # noqa: C901 one action, written out
         target = ("C", self.held) if self.held is not None else self.decide()
         if target != self.intended:
             self.intended, self.counted = target, False
@@ -215,6 +223,9 @@ class PlainWorld:
         kind, index = target
         if kind == "S":
             stand = safe = frozenset([self.stairwells[index]])
+        elif kind == "o":
+            stand = frozenset([self.lying[index]])
+            safe = stand - self.traps
         else:
             table = self.destination if self.held is not None else self.candles[index]
             stand = frozenset(cell for cell in self.around(table) if self.at[cell] == ".")
@@ -226,6 +237,9 @@ class PlainWorld:
             self.make_room(stand)
         elif moves > 0:
             self.walk(safe)
+        elif kind == "o":
+            self.lying[index] = None
+            self.done += 1
         elif kind == "C" and self.held is None:
             bare = [t for t in self.tables if t not in self.candles]
             self.destination = max(bare, key=lambda t: self.bump(t)[self.novice])
@@ -261,7 +275,8 @@ class PlainWorld:
             self.caregiver = min(self.around(self.caregiver), key=lambda cell: moves.get(cell, 999))
 
     def state(self):
-        return self.novice, self.goal, self.caregiver, self.held, tuple(self.candles)
+        gone = tuple(thing is None for thing in self.lying)
+        return self.novice, self.goal, self.caregiver, self.held, tuple(self.candles), gone
 
     def figures(self):
         return {
@@ -269,6 +284,7 @@ class PlainWorld:
             "damage_stairwell": self.harm["S"],
             "damage_candle": self.harm["C"],
             "damage_table": self.harm["T"],
+            "damage_battery": self.harm["o"],
             "damage_until_stop": self.until_stop,
             "stopped": int(self.over),
             "timesteps_to_threshold": self.lasted,
@@ -292,6 +308,7 @@ def batched_state(world, i):
         plan.caregiver_cells[world.caregiver_cell[i]],
         None if held == NOTHING else held,
         tuple(None if t == NOTHING else plan.tables[t] for t in world.candle_table[i]),
+        tuple((plan.hazards.split(world.state[i])[2] == State.GONE).tolist()),
     )
 
 
@@ -324,13 +341,21 @@ def compare_with_the_plain_world(text, epsilon, assisted, seeds, timesteps):
 
 
 @settings(max_examples=15, deadline=None)
-@given(plan_texts(largest=12), st.sampled_from(EPSILONS), st.lists(st.integers(0, 10**6), min_size=1, max_size=4))
+@given(
+    plan_texts(largest=12) | plans_with_things(largest=12),
+    st.sampled_from(EPSILONS),
+    st.lists(st.integers(0, 10**6), min_size=1, max_size=4),
+)
 def test_with_a_caregiver_it_is_the_plain_world_step_by_step(text, epsilon, seeds):
     compare_with_the_plain_world(text, epsilon, True, seeds, timesteps=60)
 
 
 @settings(max_examples=15, deadline=None)
-@given(plan_texts(), st.sampled_from(EPSILONS), st.lists(st.integers(0, 10**6), min_size=1, max_size=4))
+@given(
+    plan_texts() | plans_with_things(largest=20),
+    st.sampled_from(EPSILONS),
+    st.lists(st.integers(0, 10**6), min_size=1, max_size=4),
+)
 def test_without_a_caregiver_it_is_the_plain_world_step_by_step(text, epsilon, seeds):
     compare_with_the_plain_world(text, epsilon, False, seeds, timesteps=100)
 

@@ -10,8 +10,8 @@ from caregiver_mj.recording.record import names
 
 PLAN = FloorPlan.parse("#####\n#B..#\n#...#\n#T.S#\n#####", "small")  # six free cells
 FREE = 6
-STAIRS, CANDLE, TABLE = (np.array(row, float) for row in ([5, 0, 0, 0], [0, 4, 0, 0], [0, 0, 1, 0]))
-NONE = np.zeros(4)
+STAIRS, CANDLE, TABLE = 5.0 * np.eye(len(KINDS))[0], 4.0 * np.eye(len(KINDS))[1], np.eye(len(KINDS))[2]
+NONE = np.zeros(len(KINDS))
 STAIRWELL, FREE_CELL, NOT = [True, False], [False, True], [False, False]  # what a child is denied
 
 
@@ -28,7 +28,7 @@ def book(ledger, begun, ended, harm, toys=None, blocked=None) -> None:
 
 
 def test_kinds_are_those_of_the_columns():
-    assert [kind.name for kind in KINDS] == ["stairwell", "candle", "table", "gate"]
+    assert [kind.name for kind in KINDS] == ["stairwell", "candle", "table", "gate", "battery"]
 
 
 def test_an_episode_of_an_only_child():
@@ -46,6 +46,7 @@ def test_an_episode_of_an_only_child():
         "damage_candle": 8.0,
         "damage_table": 1.0,
         "damage_gate": 0.0,
+        "damage_battery": 0.0,
         "damage_by_child": [14.0],
         "damage_until_stop": 14.0,
         "stopped": 0,

@@ -31,6 +31,7 @@ def test_former_columns_are_all_there_in_their_order():
         "family",
         "children",
         "damage_gate",
+        "damage_battery",
         "damage_by_child",
         "toys_by_child",
         "stopped",

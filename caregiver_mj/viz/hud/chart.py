@@ -23,6 +23,7 @@ from caregiver_mj.viz.moment import ChildState, HudState
 _OPACITY = 232  # of 255
 _LABELLED_CELL = 16  # pixels; names would hide what is in smaller cells
 _TRAIL_WIDTH = 0.14  # cells
+_LABELS = {Where.OPENING: 0.3, Where.ON_TABLE: 0.85, Where.FLOOR: 0.5}  # cells below: within, below a flame or a disc
 Square = tuple[float, float, float, float]  # left, top, right, bottom, in pixels of the fine drawing
 _TREADS = 4  # of a stairwell
 
@@ -157,7 +158,7 @@ class Chart:
         for number, hazard in enumerate(state.plan.hazards):
             if number in state.gone:
                 continue
-            low = 0.3 if hazard.kind.where is Where.OPENING else 0.85  # in the cell, or below the flame
+            low = _LABELS[hazard.kind.where]
             self._write_at(chart, place_of(state.plan, number, state.candles), low, hazard.label, outline=GROUND)
         for number, child in enumerate(state.children if len(state.children) > 1 else ()):
             self._write_at(chart, child.position, 0.25, str(number + 1))
