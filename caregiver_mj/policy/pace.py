@@ -18,9 +18,10 @@ from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.limits import Limits
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.robot.reach import reach_path
+from caregiver_mj.robot.reach import UP, pick_up_path, reach_path, tray_path
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 from caregiver_mj.robot.skills.close import closing
+from caregiver_mj.robot.skills.pick_up import AT_FLOOR, CARRYING
 
 _WAYS = 40  # driven to find the mean
 _STEP = 0.005  # seconds
@@ -51,7 +52,8 @@ def robot_pace(navigator: Navigator, novice_timestep: float, control_timestep: f
     of_a_cell = max(seconds / cells, navigator.plan.cell_size / base.velocity)
     times = (novice_timestep, *handling_times(navigator.robot), lost)
     closes = closing_time(navigator.robot) if navigator.plan.mouths else of_a_cell
-    return Pace(*(time / of_a_cell for time in (*times, closes)))
+    picks_up = picking_up_time(navigator.robot) if navigator.plan.floor_cells else of_a_cell
+    return Pace(*(time / of_a_cell for time in (*times, closes, picks_up)))
 
 
 def _ways(plan: FloorPlan) -> list[tuple[Cell, Cell]]:
@@ -75,6 +77,16 @@ def closing_time(robot: Embodiment) -> float:
     """Return the seconds that it takes to close a gate, once the base stands before it."""
     path = closing(arm_of(robot)).path
     return path.goal * (_time(path.limits, 0.0, 1.0, 1.0) + robot.grasp.grip_time)
+
+
+def picking_up_time(robot: Embodiment) -> float:
+    """Return the seconds that it takes to pick up something small, once the base stands before it."""
+    arm = arm_of(robot)
+    ways = (pick_up_path(arm, reach, 0.0) for reach in robot.postures.lying_reaches)
+    there, aside = next(way for way in ways if way), tray_path(arm)
+    carried = ((there.goal - UP) * there.longest(arm) + (aside.goal - UP) * aside.longest(arm)) / CARRYING
+    empty = there.goal * _time(there.limits, 0.0, 1.0, 1.0) + aside.goal * _time(aside.limits, 0.0, 1.0, 1.0)
+    return empty + AT_FLOOR + carried
 
 
 def _time(limits: Limits, start: float, end: float, until: float) -> float:

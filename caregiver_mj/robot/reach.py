@@ -20,8 +20,9 @@ _SHARES = 33  # that are looked at
 _HOVER = 0.10  # metres over what lies, at which the hand stops
 _BEYOND = 0.004  # metres below the floor to which the fingertips may feel for it
 UP = 1.0  # where a hand that picks up something small is in mid air, on its way there and to the tray
-LOW = 2.0 + (_HOVER - 0.025) / (_HOVER + _BEYOND)  # where the fingertips begin to feel for the floor
-_UP = 0.45, 0.0, 0.50  # metres, of the pinch point in mid air
+LOW = 0.015  # metres over the floor at which the fingertips begin to feel for it
+_QUICK, _HALVINGS = 0.6, 14  # per second, as above, that is quick enough
+_UP = 0.42, 0.0, 0.85  # metres, of the pinch point in mid air: over a child's head
 _OVER_TRAY = 0.03  # metres over the tray's walls, of the fingertips
 _TRAY_PITCHES = np.radians((90, 110, 125, 140)).tolist()  # of the hand there: the tray is near to the arm's foot
 
@@ -127,9 +128,9 @@ def retrieval_paths(arm: Arm, point: np.ndarray, rotation: np.ndarray, lift: flo
 
 @functools.cache
 def pick_up_path(arm: Arm, ahead: float, heading: float) -> ReachPath | None:
-    """Return the way to something small on the floor, straight down at last until the fingers touch that.
+    """Return the way down to something small, on the floor, until the fingers touch that.
 
-    Its poses are in mid air (1), over the thing (2), and where the fingertips would be in the floor (3).
+    Its poses are in mid air (1), and where the fingertips would be in the floor (2).
 
     Args:
         arm: The arm.
@@ -139,17 +140,26 @@ def pick_up_path(arm: Arm, ahead: float, heading: float) -> ReachPath | None:
     Returns:
         The quickest way; None if there is none on which the robot keeps clear of itself and its tray.
     """
-    down, heights = hand_rotation(heading, math.pi / 2), (_HOVER, -_BEYOND)
-    hands = [(np.array([ahead, 0.0, height + arm.embodiment.fingertip]), down) for height in heights]
-    up = tray_path(arm).joints(UP)
-    return max(_ways(arm, up, hands), key=_speed, default=None) if arm.may_reach(*hands[-1]) else None
+    hand = np.array([ahead, 0.0, arm.embodiment.fingertip - _BEYOND]), hand_rotation(heading, math.pi / 2)
+    return max(_ways(arm, tray_path(arm).joints(UP), *hand), key=_speed, default=None) if arm.may_reach(*hand) else None
+
+
+@functools.cache
+def share_at(arm: Arm, path: ReachPath, height: float) -> float:
+    """Return how far along a `pick_up_path` the fingertips are at a height above the floor, on the last of it."""
+    low, high = UP, float(path.goal)
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        is_above = arm.pinch(path.joints(middle))[2] - arm.embodiment.fingertip > height
+        low, high = (middle, high) if is_above else (low, middle)
+    return low
 
 
 @functools.cache
 def tray_path(arm: Arm) -> ReachPath:
     """Return the way by the same pose in mid air (1) to where the hand lets go over the tray (2).
 
-    It is that on which the hand turns least: what fingertips hold slips when it does.
+    It is one on which the hand turns little: what fingertips hold slips when it does.
 
     Raises:
         CaregiverError: The robot has no tray, or its arm cannot get there.
@@ -158,25 +168,22 @@ def tray_path(arm: Arm) -> ReachPath:
     if robot.tray is not None:
         over = np.array(robot.tray.middle) + np.array([0.0, 0.0, robot.tray.half[2] + robot.fingertip + _OVER_TRAY])
         up = arm.solve_nearest(np.array(_UP), hand_rotation(0.0, down), guesses(arm, hand_rotation(0.0, down)))
-        for pitch, heading in itertools.product(_TRAY_PITCHES, (0.0, down, -down)):
-            if ways := _ways(arm, up, [(over, hand_rotation(heading, pitch))]):
+        for heading, pitch in itertools.product((0.0, down, -down), _TRAY_PITCHES):
+            if ways := _ways(arm, up, over, hand_rotation(heading, pitch)):
                 return max(ways, key=_speed)
     raise CaregiverError(f"robot '{robot.name}' must have a tray within its arm's reach to pick up small things")
 
 
-def _ways(arm: Arm, up: np.ndarray, hands: Sequence[tuple[np.ndarray, np.ndarray]]) -> list[ReachPath]:
-    """Quick ways from mid air through poses of the hand, each near the one before, clear of robot and tray."""
+def _ways(arm: Arm, up: np.ndarray, place: np.ndarray, rotation: np.ndarray) -> list[ReachPath]:
+    """Quick ways by a pose in mid air to one of the hand, clear of robot and tray."""
     found = []
-    for guess in (up, *guesses(arm, hands[0][1])):
-        poses = [guess]
+    for guess in (up, *guesses(arm, rotation)):
         try:
-            for place, rotation in hands:
-                poses.append(arm.solve_pose(place, rotation, poses[-1]))
+            path = ReachPath([arm.tucked, up, arm.solve_pose(place, rotation, guess)], arm.embodiment.limits.arm)
         except CaregiverError:
             continue
-        path = ReachPath([arm.tucked, up, *poses[1:]], arm.embodiment.limits.arm)
         shares = np.linspace(path.goal, 0.0, _CHECKS * path.goal)
-        if _speed(path) > _SLOWEST and all(arm.clears_itself(path.joints(s), tray=True) for s in shares):
+        if _speed(path) > _QUICK and all(arm.clears_itself(path.joints(s), tray=True) for s in shares):
             found.append(path)
     return found
 

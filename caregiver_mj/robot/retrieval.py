@@ -18,7 +18,7 @@ from caregiver_mj.robot.geometry import UPRIGHT, Pose, Vector, hand_rotation, up
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
-from caregiver_mj.robot.reach import LOW, ReachPath, pick_up_path, retrieval_paths, tray_path
+from caregiver_mj.robot.reach import LOW, ReachPath, pick_up_path, retrieval_paths, share_at, tray_path
 from caregiver_mj.robot.separation import distance_from_line
 from caregiver_mj.robot.view import View
 
@@ -211,7 +211,7 @@ class RetrievalPlanner:
         """Whether the robot touches nothing along a path of the arm, or tucked; nor the candle that it lifts."""
         if path is None:
             return self._scene.is_free(base, [self._arm.tucked], view.candle_poses, candle)
-        last = LOW if candle == NOTHING else path.goal  # to something small it ends in the floor
+        last = share_at(self._arm, path, LOW) if candle == NOTHING else path.goal  # or it ends in the floor
         way = [path.joints(s) for s in np.linspace(last, 0.0, _CHECKS)]  # where it is tightest comes first
         return self._scene.is_free(base, way, view.candle_poses, candle) and (
             not lifts or self._scene.is_free(base, way, view.candle_poses, candle, held=True)

@@ -14,6 +14,7 @@ from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, State
+from caregiver_mj.policy.pace import picking_up_time
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.skills import PickUp
 
@@ -77,10 +78,11 @@ def skill_of(policy):
 def test_a_robot_picks_it_up_by_contact_into_its_tray(robot):
     env, policy, step = picking(robot)
     model, data = env.physics.model.ptr, env.physics.data.ptr
-    met, forces, tries = set(), [], 0
+    met, forces, tries, began = set(), [], 0, 0.0
     while not env.physics.things_in_tray().any() or skill_of(policy):
         assert env.physics.time() < 60.0
         step = env.step(policy(step))
+        began = began or (skill_of(policy) and not skill_of(policy).is_approaching and env.physics.time()) or 0.0
         tries = max(tries, skill_of(policy).tries if skill_of(policy) else 0)
         pads = {}
         for number, pair in enumerate(data.contact.geom.tolist()):
@@ -98,6 +100,7 @@ def test_a_robot_picks_it_up_by_contact_into_its_tray(robot):
     squeezes = np.array([sorted(pair) for pair in forces])
     assert 1.0 < squeezes.mean() < 5.0
     assert tries == 1
+    assert env.physics.time() - began == pytest.approx(picking_up_time(env.physics.embodiment), rel=0.15)
     assert env.task.children.state[-1] == State.GONE
     assert policy.percept().gone.tolist() == [[True]]
     assert env.task.outcome()["damage"] == env.task.strikes == 0

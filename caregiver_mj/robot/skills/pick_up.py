@@ -14,23 +14,26 @@ from caregiver_mj.robot.driver import TIME_OUT, Driver
 from caregiver_mj.robot.kinematics import ATTEMPTS, arm_of, hand_position
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.robot.reach import LOW, UP, ReachPath, tray_path
+from caregiver_mj.robot.reach import LOW, UP, share_at, tray_path
 from caregiver_mj.robot.retrieval import RetrievalPlanner, Search, Stance
 from caregiver_mj.robot.skills.reaching import Reaching
+from caregiver_mj.robot.skills.skill import StandAside
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
 
 _FEELING = 0.02  # m/s of the fingertips that look for the floor
 # m/s of a hand that carries the thing, of which fingertips hold 3 mm: where they turn, it slips outwards by half of the
 # square of the angle of every physics step, times the radius.
-_CARRYING = 0.5
+CARRYING = 0.5
 _TOUCHED = 0.0012  # metres that the hand stays above where it is told to be from which on the floor holds it up
 _ON_FLOOR = 0.0015  # metres that the fingertips may then be above the floor; else they stand on the thing
 _OVER_FLOOR = 0.0003  # metres above it at which they close, below the middle of the thing
 _SETTLES, _FIRM, _FALLS = 0.15, 0.4, 0.4  # seconds for a hand to come to rest, a grip to hold, a thing to fall
+AT_FLOOR = 2.0  # seconds that it takes there to feel for the floor and to grip, about
 # How much narrower than the thing the fingers are told to close, metres each: with their servos that is 2 to 5 N.
 _SQUEEZE = 0.0012
 _EMPTY = 0.0008  # metres narrower than the thing, both together, at which they have closed on nothing
+_AT_TRAY = 0.6  # metres from a child to the hand, or the arm, within which it does not go down to the tray
 _IN_HAND = 0.05  # metres from the pinch point within which what they hold is seen
 _STRAYED = 0.006  # metres that it may be from where the stance aims
 _UNSURE = 0.01  # metres that it may seem to be outside of the tray
@@ -40,8 +43,9 @@ class PickUp(Reaching):
     """Picks something small up off the floor, and lets it fall into the tray. Done when it is seen there.
 
     The base stands still while the arm is out. The hand feels for the floor, so that the fingers close below the middle
-    of what is thin. It stops while a child is near and comes back before one that comes, but with the thing in it goes
-    on; what fails is tried again, and after three grips it has failed.
+    of what is thin. It stops while a child is near, and comes back before one that comes. With the thing in it, over a
+    child's head, the base then gets away from the child before the hand goes down to the tray. What fails is tried
+    again, and after three grips it has failed.
 
     Attributes:
         thing: Its number among those on the floor.
@@ -58,6 +62,7 @@ class PickUp(Reaching):
         self._stage: Callable[[View, RobotMotion], Status] = self._approach
         self._way: list[float] = []  # of the hand on its path, to go to one after the other
         self._speed = math.inf  # of that at most
+        self._aside = StandAside(navigator)
         self._until = 0.0
 
     @property
@@ -86,7 +91,7 @@ class PickUp(Reaching):
             return Status.RUNNING if status is Status.DONE else status
         robot.reach_along(self._stance.path)
         goal = float(robot.reach_path.goal)
-        self._begin(view, self._go_down, UP, goal - 1.0, LOW, goal)
+        self._begin(view, self._go_down, UP, share_at(arm_of(self.embodiment), robot.reach_path, LOW), goal)
         return Status.COMMITTED
 
     def _choose_stance(self, view: View) -> Status:
@@ -114,8 +119,8 @@ class PickUp(Reaching):
             if feels:  # there is no floor
                 self._withdraw(view, robot)
             elif self._way == [path.goal]:
-                depth = self._height(path.joints(LOW)) - self._height(path.joints(path.goal))
-                self._speed = _FEELING * (path.goal - LOW) / depth
+                depth = LOW - self._height(path.joints(path.goal))
+                self._speed = _FEELING * (path.goal - robot.reached) / depth
         return Status.COMMITTED
 
     def _close(self, view: View, robot: RobotMotion) -> Status:
@@ -125,33 +130,57 @@ class PickUp(Reaching):
         if floor > _ON_FLOOR:
             self._withdraw(view, robot)
         else:
-            robot.reach(_share_at(robot.reach_path, self._height, floor + _OVER_FLOOR))
+            robot.reach(share_at(arm_of(self.embodiment), robot.reach_path, floor + _OVER_FLOOR))
             self._until, self._stage = view.now + _SETTLES, self._grip
         return Status.COMMITTED
 
     def _grip(self, view: View, robot: RobotMotion) -> Status:
         robot.grip(layout.THING_RADIUS - _SQUEEZE)
         self._until = view.now + _FIRM
-        self._carry(view, robot, self._lift, robot.reach_path.goal - 1.0, UP)
+        self._carry(view, robot, self._lift, UP)
         return Status.COMMITTED
 
     def _lift(self, view: View, robot: RobotMotion) -> Status:
         """Bring it up into mid air, if it comes with the hand."""
-        if robot.reached < LOW and not self._is_in_hand(view):
+        if self._height(view.arm) > LOW and not self._is_in_hand(view):
             robot.grip(self.embodiment.grasp.open)
             self._withdraw(view, robot)
         elif self._goes_on(view, robot) and not self._way:
             robot.reach_along(tray_path(arm_of(self.embodiment)))
-            self._carry(view, robot, self._put_in_tray, float(robot.reach_path.goal))
+            if self._child_comes(view):
+                self._evade(view, robot)
+            else:
+                self._carry(view, robot, self._put_in_tray, float(robot.reach_path.goal))
         return Status.COMMITTED
 
     def _put_in_tray(self, view: View, robot: RobotMotion) -> Status:
-        if view.now > self._since + TIME_OUT:  # a child stays near
-            robot.reach(self._way[0], creeps=True)
-        if robot.reached == self._way[0] or self._goes_on(view, robot):
-            robot.grip(self.embodiment.grasp.open)
-            self._until = view.now + _FALLS
-            self._withdraw(view, robot)
+        """Go down to the tray and let go, unless a child is there."""
+        robot.reach(self._way[0], speed=self._speed)
+        if self._child_within(view, _AT_TRAY, 0.0):
+            self._evade(view, robot)
+        elif robot.reached == self._way[0]:
+            del self._way[0]
+            if not self._way:
+                robot.grip(self.embodiment.grasp.open)
+                self._until = view.now + _FALLS
+                self._withdraw(view, robot)
+        return Status.COMMITTED
+
+    def _evade(self, view: View, robot: RobotMotion) -> None:
+        self._aside = StandAside(self._navigator)
+        self._carry(view, robot, self._keep_away, *([UP] if robot.reached > UP else []))
+
+    def _keep_away(self, view: View, robot: RobotMotion) -> Status:
+        """Get away from the children, and for a while from one that follows, with the thing over their heads."""
+        if self._way:
+            self._goes_on(view, robot)
+            return Status.COMMITTED
+        self._aside.step(view, robot)
+        robot.reach(0.0, speed=self._speed)
+        is_late = view.now > self._since + TIME_OUT
+        is_clear = self._is_alone(view) or (is_late and not self._child_within(view, _AT_TRAY, 0.0))
+        if is_clear and not robot.moving and robot.reached == 0.0:
+            self._carry(view, robot, self._put_in_tray, UP, float(robot.reach_path.goal))
         return Status.COMMITTED
 
     def _withdraw(self, view: View, robot: RobotMotion) -> None:
@@ -166,7 +195,7 @@ class PickUp(Reaching):
 
     def _carry(self, view: View, robot: RobotMotion, stage: Callable[[View, RobotMotion], Status], *way: float) -> None:
         self._begin(view, stage, *way)
-        self._speed = _CARRYING / robot.reach_path.longest(arm_of(self.embodiment))
+        self._speed = CARRYING / robot.reach_path.longest(arm_of(self.embodiment))
 
     def _goes_on(self, view: View, robot: RobotMotion) -> bool:
         """Move the hand on along its way; return whether it has just come to the next pose of that."""
@@ -188,12 +217,3 @@ class PickUp(Reaching):
         x, y, z = self._place(view).tolist()
         tray = self.embodiment.tray
         return tray is not None and tray.holds((*geometry.to_local(view.base, (x, y)), z), _UNSURE)
-
-
-def _share_at(path: ReachPath, height: Callable[[np.ndarray], float], wanted: float) -> float:
-    """How far on the last of its way down the hand is so high above the floor."""
-    low, high = LOW, float(path.goal)
-    for _ in range(12):
-        middle = (low + high) / 2
-        low, high = (middle, high) if height(path.joints(middle)) > wanted else (low, middle)
-    return low

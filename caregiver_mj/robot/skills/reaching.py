@@ -35,9 +35,22 @@ class Reaching(Skill):
     def _place(self, view: View) -> np.ndarray:
         """Where the thing is, (3,)."""
 
-    def _reach(self, view: View, robot: RobotMotion, pose: float, speed: float = math.inf) -> bool:
-        """Move the hand on, no faster than that on its path, unless a child is near it; return whether it is there."""
-        comes_back, creeps = pose < robot.reached, view.now > self._since + TIME_OUT
+    def _reach(
+        self, view: View, robot: RobotMotion, pose: float, speed: float = math.inf, comes_back: bool = False
+    ) -> bool:
+        """Move the hand on, unless a child is near it.
+
+        Args:
+            view: What is seen.
+            robot: What moves.
+            pose: Where to, on the hand's path.
+            speed: At most, on that path.
+            comes_back: Whether it comes back, although the pose is farther on that path.
+
+        Returns:
+            Whether it is there.
+        """
+        comes_back, creeps = comes_back or pose < robot.reached, view.now > self._since + TIME_OUT
         if comes_back:
             waits = self._child_within(view, _CHILD_BESIDE, _BESIDE_SOON)
         else:
