@@ -123,7 +123,7 @@ class Bars:
     def shares(self, caregiver: str, families: tuple[str, ...]) -> list[np.ndarray]:
         """Damage in each house, as that of several kinds of children added up, each over its unassisted mean."""
         each = [np.array(self.of(caregiver, family)) / self.mean("none", family) for family in families]
-        return list(sum(each) / len(families))
+        return list(np.sum(each, axis=0) / len(families))
 
     def against(self, other: str, families: tuple[str, ...], caregiver: str = OURS) -> Comparison:
         """Damage less that with another caregiver, as a share of the unassisted damage."""
@@ -168,9 +168,9 @@ class Bars:
 
     def toys(self, family: str) -> tuple[Estimate[float], Verdict]:
         """Toys reached over those without a caregiver, and whether that is no worse by the margin."""
-        both = [self.of(name, family, "toys_reached") for name in (OURS, "none")]
-        ratio = two_level.of_ratio(*both)
-        kept, whole = map(two_level.house_means, both)
+        ours, alone = (self.of(name, family, "toys_reached") for name in (OURS, "none"))
+        ratio = two_level.of_ratio(ours, alone)
+        kept, whole = map(two_level.house_means, (ours, alone))
         return ratio, not_inferior(kept, whole, MARGINS["toys_reached"], more_is_better=True, ratio=ratio)
 
     def denied(self, family: str) -> tuple[float, Estimate[float]]:
@@ -204,11 +204,11 @@ _foresight = functools.partial(functools.partial, ForesightCaregiver)  # what ma
 
 def _values(name: str, ours: float, others: Sequence[float]) -> dict[str, Way]:
     """Foresight as it is, and with other values of an option, or of a part of its objective."""
-    of_objective = hasattr(OBJECTIVE, name)
-    options = ({name: value} for value in others)
-    made = (_foresight(objective=Objective(**one)) if of_objective else _foresight(**one) for one in options)
-    ways = {f"{value:g}": way for value, way in zip(others, made, strict=True) if value != ours}
-    return {f"{ours:g}": OURS, **ways}
+    options: list[dict[str, Any]] = [{name: value} for value in others if value != ours]
+    if hasattr(OBJECTIVE, name):
+        options = [{"objective": Objective(**one)} for one in options]
+    named = (f"{value:g}" for value in others if value != ours)
+    return {f"{ours:g}": OURS} | {value: _foresight(**one) for value, one in zip(named, options, strict=True)}
 
 
 # By what is changed, then by how; the first of each is the caregiver as it is.

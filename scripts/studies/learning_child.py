@@ -180,7 +180,8 @@ def live(job: Job) -> dict[str, Any]:
         known = learner.believed_harmful()[:, dangerous].mean(axis=1) if dangerous.any() else np.full(len(toys), np.nan)
         values = np.stack([damage, toys, TOY * toys - damage, coverage, known])
         course[:, age] = values.reshape(len(MEASURES), len(KINDS), job.learners)
-    measured = np.where(np.isnan(course), None, course)  # JSON has no NaN
+    measured = course.astype(object)
+    measured[np.isnan(course)] = None  # JSON has no NaN
     return {"course": measured.tolist(), "exams": np.reshape(exams, (-1, len(KINDS), job.learners)).tolist()}
 
 
@@ -292,10 +293,11 @@ def _row(grown: Grown, kind: str, name: str) -> dict[str, Any]:
     before, soon, later, life = (start - 1, start), (start, start + FIRST), (start + FIRST, end), (0, end)
 
     def less(measure: str, first: int, last: int, times: int = 1) -> Estimate[float]:
-        both = ([times * one for one in grown.mean(who, measure, kind, first, last)] for who in (name, NONE))
-        return two_level.of_difference(*both)
+        ours, theirs = ([times * one for one in grown.mean(who, measure, kind, first, last)] for who in (name, NONE))
+        return two_level.of_difference(ours, theirs)
 
     damage = grown.mean(name, "damage", kind, *soon)
+    protected, unprotected = (grown.mean(who, "damage", kind, 0, start) for who in (name, NONE))
     alone = name == NONE
     return {
         "kind": kind,
@@ -305,13 +307,13 @@ def _row(grown: Grown, kind: str, name: str) -> dict[str, Any]:
             [_mean(grown.mean(name, measure, kind, *span)) for span in ((0, FIRST), (start - FIRST, start))]
             for measure in ("damage", "toys", "coverage")
         ],
-        "whole": start * _mean(grown.mean(name, "damage", kind, 0, start)),
+        "whole": start * _mean(protected),
         "known": _mean(grown.mean(name, "known", kind, *before)),
         "damage": _mean(damage),
         "spread": np.mean([one.std(ddof=1) for one in damage]),
         "life": end * _mean(grown.mean(name, "damage", kind, *life)),
         "exams": grown.exam(name, kind),
-        "spared": two_level.of_ratio(*(grown.mean(who, "damage", kind, 0, start) for who in (name, NONE))),
+        "spared": two_level.of_ratio(protected, unprotected),
         "less_known": None if alone else less("known", *before),
         "less_soon": None if alone else less("damage", *soon),
         "less_later": None if alone else less("damage", *later),
