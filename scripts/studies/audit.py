@@ -1,10 +1,8 @@
-"""Whether the robot kept its limits: runs episodes, or reads a logged one, and prints the worst of each.
+"""Whether the robot kept its limits in some episodes: prints the worst of each.
 
 Two tables: what was commanded, and what was measured at every physics step. The exit status is 1 if a limit was not
-kept.
-
-The log has what the servos were told and the simulation measured, not what the skills meant to do. Nothing of it is in
-the package: a `Recorder` looks on.
+kept. What is audited is what the servos were told and the simulation measured, not what the skills meant to do. Nothing
+of it is in the package: a `Recorder` looks on.
 """
 
 from __future__ import annotations
@@ -13,7 +11,7 @@ import argparse
 import contextlib
 import dataclasses
 import functools
-import os
+import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -22,11 +20,9 @@ import numpy as np
 import pandas as pd
 from rich.console import Console
 
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.robot.embodiment import Embodiment, Names
 from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.robot.limits import Limits
 from caregiver_mj.tasks import load
 from study import Parser, load_house, make_console, make_table, run_all
 
@@ -86,18 +82,6 @@ class EpisodeLog:
                 timestep = env.step(policy(timestep))
         return recorder.log()
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes an .npz file."""
-        np.savez_compressed(path, **dataclasses.asdict(self))
-
-    @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> EpisodeLog:
-        """Reads what `save` has written."""
-        with np.load(path) as file:
-            arrays = {field.name: file[field.name] for field in dataclasses.fields(cls)}
-        values: dict[str, Any] = {name: array if array.ndim else float(array) for name, array in arrays.items()}
-        return cls(**values)
-
 
 @contextlib.contextmanager
 def each_physics_step(physics: control.Physics, look: Callable[[], None]) -> Iterator[None]:
@@ -119,20 +103,18 @@ def each_physics_step(physics: control.Physics, look: Callable[[], None]) -> Ite
         del physics.step  # the class's own shows again
 
 
-class Recorder:
+class Recorder(contextlib.AbstractContextManager["Recorder"]):
     """Looks on while an environment with a robot is stepped, within a `with` block of one episode."""
 
     def __init__(self, env: control.Environment):
-        self._physics = env.physics
-        self._control_timestep = env.control_timestep()
-        self._model, self._data = model, _ = env.physics.model.ptr, env.physics.data.ptr
-        self._dynamics = Dynamics(model, env.physics.data.ptr, env.task.embodiment.names)
+        self._physics, self._control_timestep = env.physics, env.control_timestep()
+        self._model, self._data = model, data = env.physics.model.ptr, env.physics.data.ptr
+        self._dynamics = Dynamics(model, data, env.task.embodiment.names)
         geoms = [model.geom(i) for i in range(model.ngeom)]
         self._parts = [geom.id for geom in geoms if geom.name.startswith("robot/") and geom.contype[0]]
         self._pads = {geom.id for geom in geoms if geom.name.endswith("_pad")}
         self._wax = {geom.id for geom in geoms if geom.name.endswith("/wax")}
-        self._child = model.geom("toddler/body").id
-        self._hull = model.geom("robot/base_hull").id
+        self._child, self._hull = model.geom("toddler/body").id, model.geom("robot/base_hull").id
         self._rows: dict[str, list[Any]] = {
             field.name: [] for field in dataclasses.fields(EpisodeLog) if field.type == "np.ndarray"
         }
@@ -153,22 +135,18 @@ class Recorder:
         return EpisodeLog(self._control_timestep, physics_timestep, **arrays)
 
     def _look(self) -> None:
-        rows, data = self._rows, self._data
-        rows["commands"].append(data.ctrl.copy())
-        for name, values in self._dynamics.measure().items():
-            rows[name].append(values)
+        data = self._data
         touching = {frozenset(pair) for pair in data.contact.geom.tolist()}
-        rows["pads"].append(sum(any({pad, wax} in touching for wax in self._wax) for pad in self._pads))
         speeds = [touch.speed for touch in self._physics.touches if touch.kind == "robot"]
-        rows["contact_speed"].append(max(speeds, default=-np.inf))
-        distance, speed, approach = np.full(len(self._parts), np.inf), *np.zeros((2, len(self._parts)))
         across = data.geom_xpos[self._child, :2] - data.geom_xpos[self._hull, :2]
-        if np.hypot(*across) < _FAR + _REACH:
-            for i, part in enumerate(self._parts):
-                distance[i], speed[i], approach[i] = self._measure(part)
-        rows["distance"].append(distance)
-        rows["speed"].append(speed)
-        rows["approach"].append(approach)
+        near = np.hypot(*across) < _FAR + _REACH
+        parts = [self._measure(part) if near else (np.inf, 0.0, 0.0) for part in self._parts]
+        row = self._dynamics.measure() | dict(zip(("distance", "speed", "approach"), np.transpose(parts), strict=True))
+        row["commands"] = data.ctrl.copy()
+        row["pads"] = sum(any({pad, wax} in touching for wax in self._wax) for pad in self._pads)
+        row["contact_speed"] = max(speeds, default=-np.inf)
+        for name, value in row.items():
+            self._rows[name].append(value)
 
     def _measure(self, part: int) -> tuple[float, float, float]:
         """Distance of a geom to the child, and speed and approach of its nearest point."""
@@ -272,13 +250,19 @@ def check_limits(log: EpisodeLog, robot: Embodiment) -> list[Check]:
     targets, fingers = rest[:, robot.actuators.arm], rest[2:, robot.actuators.gripper]
     arm = [np.diff(targets, order, axis=0)[3 - order :] / step**order for order in (1, 2, 3)]  # (n, joints) each
     speed = np.hypot(*log.base_velocity[:, :2].T)[:, None]
-    gripper = np.full(2, limits.finger_speed)
     return [
         worst("arm velocity, commanded", "rad/s", arm[0], limits.arm.velocity, step, joints),
         worst("arm acceleration, commanded", "rad/s^2", arm[1], limits.arm.acceleration, step, joints),
         worst("arm jerk, commanded", "rad/s^3", arm[2], limits.arm.jerk, step, joints),
-        worst("base speed, measured", "m/s", speed, np.array([limits.base_speed]), log.physics_timestep),
-        worst("finger speed, commanded", "m/s", np.diff(fingers, axis=0) / step, gripper, step, ("left", "right")),
+        worst("base speed, measured", "m/s", speed, limits.base_speed, log.physics_timestep),
+        worst(
+            "finger speed, commanded",
+            "m/s",
+            np.diff(fingers, axis=0) / step,
+            limits.finger_speed,
+            step,
+            ("left", "right"),
+        ),
     ]
 
 
@@ -286,13 +270,11 @@ def check_limits(log: EpisodeLog, robot: Embodiment) -> list[Check]:
 class NearChild:
     """How the robot moved near the child in an episode."""
 
-    # The least distance between the child and a part of the robot that moved, metres. It is 0 or less where the
-    # child ran into the robot.
+    # The least distance between the child and a part of the robot that moved, metres: 0 or less where it ran into it.
     separation: float
     approach_separation: float  # the least distance to a part that moved towards the child, metres
     fast_seconds: float  # how long a part was within 0.5 m of the child and faster than 0.25 m/s
-    # How fast, at the most, a part that touched the child moved towards it, m/s; 0 without contact.
-    contact_speed: float
+    contact_speed: float  # of a part that touched the child towards it, at the most, m/s; 0 without contact
 
 
 def near_child(log: EpisodeLog) -> NearChild:
@@ -307,9 +289,9 @@ def near_child(log: EpisodeLog) -> NearChild:
 
 
 def worst(
-    name: str, unit: str, values: np.ndarray, bounds: np.ndarray, timestep: float, names: tuple[str, ...] = ("",)
+    name: str, unit: str, values: np.ndarray, bounds: np.ndarray | float, timestep: float, names: Sequence[str] = ("",)
 ) -> Check:
-    """The check of values (steps, things) with bounds, (things,) or of every step (steps, things)."""
+    """Return the check of values (steps, things) with bounds, of all, (things,) or of every step (steps, things)."""
     size = np.abs(values)
     bounds = np.broadcast_to(bounds, size.shape)
     place = row, column = np.unravel_index(np.argmax(size / bounds), size.shape)
@@ -331,29 +313,28 @@ def check_motion(log: EpisodeLog, robot: Embodiment) -> list[Check]:
     finger springs at the wax, and base and arm take the knock.
     """
     limits, step, joints = robot.limits, log.physics_timestep, robot.names.arm
-    arm, base, fingers = log.arm_velocity, log.base_velocity[:, :2], log.finger_velocity
+    arm, base, turns = log.arm_velocity, log.base_velocity[:, :2], log.base_velocity[:, 2:]
     windows = {steps: f"{1000 * steps * step:.0f} ms" for steps in (1, round(_LONG / step))}
     free, knocked = ~pushed(log)[:, None], off_a_pad(log)[:, None]
-    bound = np.maximum(limits.arm.velocity_at(log.arm_position, arm), _LEAST)
-    checks = [worst("arm velocity", "rad/s", arm, bound, step, joints)]
-    for order, what in enumerate(("acceleration", "jerk"), start=1):
+    checks = []
+    for (order, what), (steps, over) in itertools.product(enumerate(("acceleration", "jerk"), 1), windows.items()):
+        change = (free & ~knocked if steps == 1 else free) * _differences(
+            np.hstack([arm, base, turns]), steps, order, step
+        )
+        along = np.hypot(*change[:, -3:-1].T)[:, None]
         unit = f"s^{order + 1}"
-        for steps, over in windows.items():
-            counts = free & ~knocked if steps == 1 else free
-            change = counts * _differences(arm, steps, order, step)
-            checks.append(worst(f"arm {what}, {over}", f"rad/{unit}", change, getattr(limits.arm, what), step, joints))
-            speed = counts * np.hypot(*_differences(base, steps, order, step).T)[:, None]
-            checks.append(
-                worst(f"base {what}, {over}", f"m/{unit}", speed, np.array([getattr(limits, f"base_{what}")]), step)
-            )
-            turn = counts * _differences(log.base_velocity[:, 2:], steps, order, step)
-            checks.append(worst(f"turn {what}, {over}", f"rad/{unit}", turn, _only(limits.turn, what), step))
-    speed = np.hypot(*base.T)[:, None]
+        checks += [
+            worst(f"arm {what}, {over}", f"rad/{unit}", change[:, :-3], getattr(limits.arm, what), step, joints),
+            worst(f"base {what}, {over}", f"m/{unit}", along, getattr(limits, f"base_{what}"), step),
+            worst(f"turn {what}, {over}", f"rad/{unit}", change[:, -1:], getattr(limits.turn, what), step),
+        ]
+    bound = np.maximum(limits.arm.velocity_at(log.arm_position, arm), _LEAST)
     checks += [
+        worst("arm velocity", "rad/s", arm, bound, step, joints),
         worst("arm torque", "N m", log.arm_torque, robot.torque, step, joints),
-        worst("base speed", "m/s", speed, np.array([limits.base_speed]), step),
-        worst("turn rate", "rad/s", log.base_velocity[:, 2:], _only(limits.turn, "velocity"), step),
-        worst("finger speed", "m/s", fingers, np.full(2, limits.finger_speed), step, robot.names.fingers),
+        worst("base speed", "m/s", np.hypot(*base.T)[:, None], limits.base_speed, step),
+        worst("turn rate", "rad/s", turns, limits.turn.velocity, step),
+        worst("finger speed", "m/s", log.finger_velocity, limits.finger_speed, step, robot.names.fingers),
         *(_balance(log, robot, free, steps, over) for steps, over in windows.items()),
     ]
     return sorted(checks, key=lambda check: check.name)
@@ -361,9 +342,8 @@ def check_motion(log: EpisodeLog, robot: Embodiment) -> list[Check]:
 
 def pushed(log: EpisodeLog) -> np.ndarray:
     """At which physics steps a child touched the robot, or had just done so, (m,)."""
-    touched = np.flatnonzero(np.isfinite(log.contact_speed))
     found = np.zeros(len(log.contact_speed), bool)
-    for step in touched:
+    for step in np.flatnonzero(np.isfinite(log.contact_speed)):
         found[step : step + 1 + round(_AFTER / log.physics_timestep)] = True
     return found
 
@@ -378,10 +358,6 @@ def off_a_pad(log: EpisodeLog) -> np.ndarray:
         if steps and held >= 0 and both[held:off].all():
             found[off : off + steps + after] = True
     return found
-
-
-def _only(limits: Limits, what: str) -> np.ndarray:
-    return np.array([getattr(limits, what)])
 
 
 def _differences(velocity: np.ndarray, steps: int, order: int, step: float) -> np.ndarray:
@@ -423,8 +399,8 @@ class Audit:
     off: float = 0.0  # seconds in which a pad was off the candle in the hand for a moment, see `check_motion`
 
     @classmethod
-    def of(cls, log: EpisodeLog, embodiment: str | None, name: str = "") -> Audit:
-        """Audits an episode, which may have a name to be told by."""
+    def of(cls, log: EpisodeLog, embodiment: str | None, name: str) -> Audit:
+        """Audit an episode, which has a name to be told by."""
         robot = find_embodiment(embodiment)
         commanded, measured = (
             [dataclasses.replace(found, where=", ".join(filter(None, (found.where, name)))) for found in checks]
@@ -466,33 +442,24 @@ def add_options(parser: Parser) -> None:
     parser.add("episodes", 1, "how many in each house")
     parser.add("seconds", 340.0, "simulated seconds, at most")
     parser.add("embodiment", None, "the robot (default: the task's own)", metavar="NAME")
-    parser.add_file("save", "keep the log, of a single episode", "FILE.npz")
-    parser.add_file("log", "read a log instead of running an episode", "FILE.npz")
     parser.add_jobs()
 
 
 def run(options: argparse.Namespace) -> int:
     """Audit episodes; return the exit status, which is 1 if a limit was not kept."""
-    if options.log:
-        found = Audit.of(EpisodeLog.load(options.log), options.embodiment)
-    else:
-        jobs = [(house, options.seed + i) for house in options.house for i in range(options.episodes)]
-        if options.save and len(jobs) > 1:
-            raise CaregiverError("--save is for a single episode")
-        processes = min(options.jobs, len(jobs))
-        found = Audit.worst_of(run_all(functools.partial(audit, options), jobs, processes, "auditing"))
+    jobs = [(house, options.seed + i) for house in options.house for i in range(options.episodes)]
+    processes = min(options.jobs, len(jobs))
+    found = Audit.worst_of(run_all(functools.partial(audit, options), jobs, processes, "auditing"))
     report(make_console(), found)
     return int(not found.is_kept)
 
 
 def audit(options: argparse.Namespace, job: tuple[str, int]) -> Audit:
-    """Audit the episode of a house and a seed; keep its log, if it is to be kept."""
+    """Audit the episode of a house and a seed."""
     house, seed = job
     task_kwargs = {"embodiment": options.embodiment} if options.embodiment else None
     env = load("supervise", load_house(house), options.epsilon, random=seed, task_kwargs=task_kwargs)
     log = EpisodeLog.record(env, CaregiverPolicy(env), round(options.seconds / env.control_timestep()))
-    if options.save:
-        log.save(options.save)
     return Audit.of(log, options.embodiment, f"{house} {seed}")
 
 

@@ -215,18 +215,18 @@ def _quantile(ordered: np.ndarray, tail: np.ndarray) -> np.ndarray:
 # -- Samples, and how often intervals of them cover what is true of the pool -------------------------------------------
 
 
-def misses(low: np.ndarray, high: np.ndarray, truth: float) -> dict[str, float]:
-    """How often intervals miss the truth, and on which side.
+def misses(ends: Sequence[np.ndarray] | np.ndarray, truth: float) -> dict[str, float]:
+    """Return how often intervals miss the truth, and on which side.
 
     Args:
-        low: Lower ends, (samples,).
-        high: Upper ends.
+        ends: Their lower and upper ends, (2, samples).
         truth: The true value.
 
     Returns:
         Shares of the samples: `covered`; `too_low`, the interval lies below the truth, which flatters the caregiver;
         `too_high`; and `open`, it has no upper end.
     """
+    low, high = ends
     slack = 1e-12 * abs(truth)  # of rounding
     too_low, too_high = float((high < truth - slack).mean()), float((low > truth + slack).mean())
     open_ended = float(np.isinf(high).mean())
@@ -244,7 +244,7 @@ def cover_ratio(pool: np.ndarray, size: int, samples: int, seed: Sequence[int]) 
         for name, method in METHODS.items():
             ends[name].append(method(ours, theirs, random))
     return [
-        {"quantity": "damage left", "method": name, **misses(*np.concatenate(found, axis=1), ratio(pool))}
+        {"quantity": "damage left", "method": name, **misses(np.concatenate(found, axis=1), ratio(pool))}
         for name, found in ends.items()
     ]
 
@@ -259,7 +259,7 @@ def cover_means(pool: np.ndarray, size: int, samples: int, seed: Sequence[int]) 
         for found, estimate in zip(ends.values(), (of_mean(ours, least=0), of_difference(ours, theirs)), strict=True):
             found.append(estimate[1:])
     return [
-        {"quantity": name, "method": IN_USE, **misses(*np.concatenate(ends[name], axis=1), truth)}
+        {"quantity": name, "method": IN_USE, **misses(np.concatenate(ends[name], axis=1), truth)}
         for name, truth in truths.items()
     ]
 
@@ -282,7 +282,7 @@ def cover_houses(
     ours, theirs = np.array([pool.mean(axis=1) for pool in pools]).T
     truths = ours.sum() / theirs.sum(), (ours / theirs).mean(), (ours - theirs).mean()
     return [
-        {"quantity": name, **misses(*np.transpose(ends), truth)}
+        {"quantity": name, **misses(np.transpose(ends), truth)}
         for (name, ends), truth in zip(found.items(), truths, strict=True)
     ]
 

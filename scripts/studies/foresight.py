@@ -9,7 +9,6 @@ what the child pays for it.
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import functools
 import pathlib
 from collections.abc import Callable, Sequence
@@ -46,7 +45,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import house_set
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.figures.style import INK, STYLE
-from study import Page, Parser, read_run, run_all, run_in_grid
+from study import Page, Parser, read_run, rest, run_all, run_in_grid
 
 OURS, RULE, TOLD, FLOOR = "foresight", "paper", "knows-goal", "floor"
 _SHOWN = ("paper", "nearest", "paper-predictive", "foresight", "knows-goal", "clairvoyant", "floor")
@@ -92,32 +91,21 @@ def read(folder: pathlib.Path) -> Bars:
 # -- What a run over many houses says of foresight; the house is the unit of chance ------------------
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
 class Bars:
-    """Episodes of a run."""
+    """Episodes of a run.
 
-    name: str  # what the run is called
-    rows: pd.DataFrame  # a row an episode, with the columns of `episodes.parquet`
+    Attributes:
+        name: What the run is called.
+        caregivers: Their names.
+        families: The children, in order of appearance.
+        houses: Names of the houses.
+    """
 
-    @functools.cached_property
-    def caregivers(self) -> tuple[str, ...]:
-        """Their names."""
-        return tuple(self.rows.caregiver.unique())
-
-    @functools.cached_property
-    def families(self) -> tuple[str, ...]:
-        """The children, in order of appearance."""
-        return tuple(self.rows.family.unique())
-
-    @functools.cached_property
-    def houses(self) -> tuple[str, ...]:
-        """Names of the houses."""
-        return tuple(sorted(self.rows.house.unique()))
-
-    @functools.cached_property
-    def _values(self) -> dict[tuple[str, str], pd.DataFrame]:
-        ordered = self.rows.sort_values(["house", "episode"])
-        return dict(iter(ordered.groupby(["caregiver", "family"], sort=False)))
+    def __init__(self, name: str, rows: pd.DataFrame):
+        """Sort them: a row an episode, with the columns of `episodes.parquet`."""
+        self.name, self.houses = name, sorted(rows.house.unique())
+        self.caregivers, self.families = (tuple(rows[column].unique()) for column in ("caregiver", "family"))
+        self._values = dict(iter(rows.sort_values(["house", "episode"]).groupby(["caregiver", "family"], sort=False)))
 
     def of(self, caregiver: str, family: str, column: str = "damage") -> list[np.ndarray]:
         """What was measured in each house, a list of (episodes,)."""
@@ -134,71 +122,66 @@ class Bars:
 
     def shares(self, caregiver: str, families: tuple[str, ...]) -> list[np.ndarray]:
         """Damage in each house, as that of several kinds of children added up, each over its unassisted mean."""
-        total = np.zeros(())
-        for family in families:
-            alone = two_level.house_means(self.of("none", family)).mean()
-            total = total + np.array(self.of(caregiver, family)) / alone
-        return list(total / len(families))
+        each = [np.array(self.of(caregiver, family)) / self.mean("none", family) for family in families]
+        return list(np.sum(each, axis=0) / len(families))
 
     def against(self, other: str, families: tuple[str, ...], caregiver: str = OURS) -> Comparison:
         """Damage less that with another caregiver, as a share of the unassisted damage."""
-        ours, theirs = (self.shares(name, families) for name in (caregiver, other))
-        difference = two_level.house_means(ours) - two_level.house_means(theirs)
-        return judge(two_level.of_difference(ours, theirs), difference)
+        return _by_houses(*(self.shares(name, families) for name in (caregiver, other)))
 
     def summed(self, caregiver: str) -> list[np.ndarray]:
         """Damage of an episode in each house, that of all children added up: episode i of each has the same chance."""
         return [np.sum(house, axis=0) for house in zip(*(self.of(caregiver, f) for f in self.families), strict=True)]
 
-    def reduction(self, other: str, caregiver: str = OURS) -> tuple[Comparison, Comparison]:
+    def reduction(self, other: str) -> tuple[Comparison, Comparison]:
         """The summed damage less that with another caregiver; by houses, and by episodes."""
-        ours, theirs = self.summed(caregiver), self.summed(other)
-        difference = two_level.house_means(ours) - two_level.house_means(theirs)
-        by_houses = judge(two_level.of_difference(ours, theirs), difference)
-        return by_houses, compare_means(np.concatenate(ours), np.concatenate(theirs))
+        ours, theirs = self.summed(OURS), self.summed(other)
+        return _by_houses(ours, theirs), compare_means(np.concatenate(ours), np.concatenate(theirs))
 
-    def gone(self, other: str, below: str | None = None, caregiver: str = OURS) -> Estimate[float]:
+    def gone(self, other: str, below: str | None = None) -> Estimate[float]:
         """The share of the summed damage with another caregiver that is gone, or of that above a third's."""
-        ours, theirs = self.summed(caregiver), self.summed(other)
+        ours, theirs = self.summed(OURS), self.summed(other)
         if below is not None:
-            least = self.summed(below)
-            ours, theirs = _less(ours, least), _less(theirs, least)
-        value, low, high = two_level.of_ratio(ours, theirs)
-        return Estimate(1 - value, 1 - high, 1 - low)
+            ours, theirs = (_less(one, self.summed(below)) for one in (ours, theirs))
+        return rest(two_level.of_ratio(ours, theirs))
 
-    def closed(self, families: tuple[str, ...], caregiver: str = OURS) -> Estimate[float]:
+    def closed(self, families: tuple[str, ...]) -> Estimate[float]:
         """Share of the damage between the rule and who is told bin and epsilon that is gone."""
-        rule, told, ours = (self.shares(name, families) for name in (RULE, TOLD, caregiver))
+        rule, told, ours = (self.shares(name, families) for name in (RULE, TOLD, OURS))
         return two_level.of_ratio(_less(rule, ours), _less(rule, told))
 
     def removed(self, families: tuple[str, ...], caregiver: str = OURS) -> Estimate[float]:
         """Share of the damage between the rule and the floor that is gone."""
         rule, floor, ours = (self.shares(name, families) for name in (RULE, FLOOR, caregiver))
-        value, low, high = two_level.of_ratio(_less(ours, floor), _less(rule, floor))
-        return Estimate(1 - value, 1 - high, 1 - low)
+        return rest(two_level.of_ratio(_less(ours, floor), _less(rule, floor)))
 
     def houses_with(self, other: str, family: str, caregiver: str = OURS) -> tuple[int, int, int]:
         """In how many houses there is less damage than with another caregiver, as much, and more."""
         ours, theirs = (two_level.house_means(self.of(name, family)) for name in (caregiver, other))
         return int((ours < theirs).sum()), int((ours == theirs).sum()), int((ours > theirs).sum())
 
-    def clear(self, other: str, family: str, caregiver: str = OURS) -> tuple[int, int]:
+    def clear(self, other: str, family: str) -> tuple[int, int]:
         """In how many houses episodes show less damage, and more: by sign flips, at 5 % after Holm's correction."""
-        gaps = np.stack(_less(self.of(caregiver, family), self.of(other, family)), axis=1)  # (episodes, houses)
+        gaps = np.stack(_less(self.of(OURS, family), self.of(other, family)), axis=1)  # (episodes, houses)
         shown, means = holm(np.asarray(sign_flip_p(gaps))) <= LEVEL, gaps.mean(axis=0)
         return int((shown & (means < 0)).sum()), int((shown & (means > 0)).sum())
 
-    def toys(self, family: str, caregiver: str = OURS) -> tuple[Estimate[float], Verdict]:
+    def toys(self, family: str) -> tuple[Estimate[float], Verdict]:
         """Toys reached over those without a caregiver, and whether that is no worse by the margin."""
-        ours, alone = (self.of(name, family, "toys_reached") for name in (caregiver, "none"))
+        ours, alone = (self.of(name, family, "toys_reached") for name in (OURS, "none"))
         ratio = two_level.of_ratio(ours, alone)
-        kept, whole = (two_level.house_means(values) for values in (ours, alone))
+        kept, whole = map(two_level.house_means, (ours, alone))
         return ratio, not_inferior(kept, whole, MARGINS["toys_reached"], more_is_better=True, ratio=ratio)
 
-    def denied(self, family: str, caregiver: str = OURS) -> tuple[float, Estimate[float]]:
+    def denied(self, family: str) -> tuple[float, Estimate[float]]:
         """Free moves denied in an episode, and how many more that are than with the rule."""
-        ours, rule = (self.of(name, family, "moves_blocked_free") for name in (caregiver, RULE))
+        ours, rule = (self.of(name, family, "moves_blocked_free") for name in (OURS, RULE))
         return float(two_level.house_means(ours).mean()), two_level.of_difference(ours, rule)
+
+
+def _by_houses(ours: list[np.ndarray], theirs: list[np.ndarray]) -> Comparison:
+    difference = two_level.house_means(ours) - two_level.house_means(theirs)
+    return judge(two_level.of_difference(ours, theirs), difference)
 
 
 def _less(ours: list[np.ndarray], theirs: list[np.ndarray]) -> list[np.ndarray]:
@@ -215,73 +198,54 @@ class UniformBelief(ForesightCaregiver):
         """Takes nothing in."""
 
 
-def _foresight(**options: Any) -> Callable[[FloorPlan], Caregiver]:
-    return functools.partial(ForesightCaregiver, **options)
+Way = Callable[[FloorPlan], Caregiver] | str  # what makes the caregiver, or its name
+_foresight = functools.partial(functools.partial, ForesightCaregiver)  # what makes it with some options
 
 
-def _objective(**options: Any) -> Callable[[FloorPlan], Caregiver]:
-    return _foresight(objective=Objective(**options))
+def _values(name: str, ours: float, others: Sequence[float]) -> dict[str, Way]:
+    """Foresight as it is, and with other values of an option, or of a part of its objective."""
+    options: list[dict[str, Any]] = [{name: value} for value in others if value != ours]
+    if hasattr(OBJECTIVE, name):
+        options = [{"objective": Objective(**one)} for one in options]
+    named = (f"{value:g}" for value in others if value != ours)
+    return {f"{ours:g}": OURS} | {value: _foresight(**one) for value, one in zip(named, options, strict=True)}
 
 
 # By what is changed, then by how; the first of each is the caregiver as it is.
-ABLATIONS: dict[str, dict[str, Callable[[FloorPlan], Caregiver] | str]] = {
+ABLATIONS: dict[str, dict[str, Way]] = {
     "belief": {
-        "Bayes filter": _foresight(),
+        "Bayes filter": OURS,
         "told bin and epsilon": "knows-goal",
         "uniform": UniformBelief,
         "epsilon never changes": _foresight(change=0.0),
         "epsilon changes often (.02)": _foresight(change=0.02),
     },
-    "horizon (discount a timestep)": {
-        f"{OBJECTIVE.discount:g}": _foresight(),
-        **{f"{discount:g}": _objective(discount=discount) for discount in (0.9, 0.95, 0.97, 0.993)},
-    },
-    "sweeps of value iteration": {
-        f"{OBJECTIVE.sweeps}": _foresight(),
-        **{f"{sweeps}": _objective(sweeps=sweeps) for sweeps in (10, 25, 50)},
-    },
-    "hysteresis (share of the damage to come)": {
-        f"{HYSTERESIS:g}": _foresight(),
-        **{f"{share:g}": _foresight(hysteresis=share) for share in (0.0, 0.001, 0.02, 0.1) if share != HYSTERESIS},
-    },
-    PRICE: {
-        f"{OBJECTIVE.price:g}": _foresight(),
-        **{f"{value:g}": _objective(price=value) for value in PRICES if value != OBJECTIVE.price},
-    },
-    "price of a denied random move (damage)": {
-        f"{OBJECTIVE.random_price:g}": _foresight(),
-        **{
-            f"{value:g}": _objective(random_price=value)
-            for value in (0.0, 0.1, 0.2, 0.6, 1.5)
-            if value != OBJECTIVE.random_price
-        },
-    },
+    "horizon (discount a timestep)": _values("discount", OBJECTIVE.discount, (0.9, 0.95, 0.97, 0.993)),
+    "sweeps of value iteration": _values("sweeps", OBJECTIVE.sweeps, (10, 25, 50)),
+    "hysteresis (share of the damage to come)": _values("hysteresis", HYSTERESIS, (0.0, 0.001, 0.02, 0.1)),
+    PRICE: _values("price", OBJECTIVE.price, PRICES),
+    "price of a denied random move (damage)": _values(
+        "random_price", OBJECTIVE.random_price, (0.0, 0.1, 0.2, 0.6, 1.5)
+    ),
 }
-
-
-def variants() -> dict[str, Callable[[FloorPlan], Caregiver] | str]:
-    """All of them by name, each once, and the other caregivers of the frontier; a text is a caregiver's name."""
-    found: dict[str, Callable[[FloorPlan], Caregiver] | str] = {"none": "none", FLOOR: FLOOR, "foresight": "foresight"}
-    found |= {name: name for name in BESIDE}
-    for what, ways in ABLATIONS.items():
-        for how, make in list(ways.items())[1:]:
-            if not isinstance(make, str):
-                found[f"{what}: {how}"] = make
-    return found
 
 
 def key_of(what: str, how: str) -> str:
     """Under what name `variants` has a way."""
-    make = ABLATIONS[what][how]
-    if how == next(iter(ABLATIONS[what])):
-        return "foresight"
-    return make if isinstance(make, str) else f"{what}: {how}"
+    way = ABLATIONS[what][how]
+    return way if isinstance(way, str) else f"{what}: {how}"
+
+
+def variants() -> dict[str, Way]:
+    """All of them by name, each once, and the other caregivers of the frontier."""
+    named = {name: name for name in ("none", FLOOR, OURS, *BESIDE)}
+    return named | {key_of(what, how): way for what, ways in ABLATIONS.items() for how, way in ways.items()}
 
 
 def made(name: str, plan: FloorPlan) -> Caregiver | None:
-    """Makes the caregiver of a variant for a house; None for `none`."""
-    make = variants()[name]
-    return make_caregiver(make, plan) if isinstance(make, str) else make(plan)
+    """Make the caregiver of a variant for a house; None for `none`."""
+    way = variants()[name]
+    return make_caregiver(way, plan) if isinstance(way, str) else way(plan)
 
 
 class Job(NamedTuple):
@@ -297,15 +261,18 @@ def run_job(job: Job) -> dict[str, Any]:
     plan = FloorPlan.load(job.house)
     make = FloorWorld if job.variant == FLOOR else functools.partial(GridWorld, caregiver=made(job.variant, plan))
     totals = run_in_grid(make, plan, EPSILONS, job.episodes).ledger.totals()
-    family = [f"{epsilon:g}" for epsilon in EPSILONS for _ in range(job.episodes)]
-    index = {"house": job.house, "caregiver": job.variant, "family": family}
-    numbers = {"episode": list(range(job.episodes)) * len(EPSILONS)}
-    return index | numbers | {name: totals[name].tolist() for name in COLUMNS}
+    return {
+        "house": job.house,
+        "caregiver": job.variant,
+        "family": [f"{epsilon:g}" for epsilon in EPSILONS for _ in range(job.episodes)],
+        "episode": list(range(job.episodes)) * len(EPSILONS),
+        **{name: totals[name].tolist() for name in COLUMNS},
+    }
 
 
-def means(rows: pd.DataFrame, columns: Sequence[str] = COLUMNS) -> pd.DataFrame:
+def means(rows: pd.DataFrame) -> pd.DataFrame:
     """Means over episodes and houses, a row for each variant and kind of children."""
-    return rows.groupby(["caregiver", "family"], sort=False)[list(columns)].mean()
+    return rows.groupby(["caregiver", "family"], sort=False)[list(COLUMNS)].mean()
 
 
 # -- The page ----------------------------------------------------------------------------------------
@@ -375,11 +342,7 @@ _PANELS = {"moves_blocked_free": "free moves denied an episode", "toys_reached":
 
 
 def draw(rows: pd.DataFrame) -> Figure:
-    """A column of panels for each epsilon: damage left over free moves denied, and over toys kept.
-
-    Args:
-        rows: What `measure` has found.
-    """
+    """A column of panels for each epsilon: damage left over free moves denied, and over toys kept."""
     found = means(rows)
     with mpl.rc_context(STYLE):
         figure = Figure((3.1 * len(_BELOW), 6.0), layout="constrained")

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import argparse
 import functools
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import matplotlib as mpl
@@ -93,7 +93,7 @@ class Walks(NamedTuple):
 
 
 def walks(plan: FloorPlan, episodes: int) -> Walks:
-    """Watches novices of each of `EPSILONS` in so many episodes each."""
+    """Watch novices of each of `EPSILONS` in so many episodes each."""
     seen, damage = [], [np.zeros(episodes * len(EPSILONS))]
 
     def look(world: GridWorld) -> None:
@@ -103,11 +103,6 @@ def walks(plan: FloorPlan, episodes: int) -> Walks:
     run_in_grid(functools.partial(GridWorld, caregiver=None), plan, EPSILONS, episodes, look=look)
     cell, action = np.array(seen).swapaxes(0, 1)
     return Walks(cell, action, np.diff(damage, axis=0) > 0, np.repeat(EPSILONS, episodes))
-
-
-def experts(whose: str, elsewhere: Elsewhere) -> Experts:
-    """Those of a name."""
-    return {IN_PLACE: InPlace(), ELSEWHERE: elsewhere, NOBODY: Nobody()}[whose]
 
 
 def tell(plan: FloorPlan, theta: np.ndarray, seen: Walks) -> Telling:
@@ -173,28 +168,23 @@ class Found(NamedTuple):
 
 
 def run_job(job: Job) -> Found:
-    """Runs the episodes of a house: those that `evaluate` runs with seed 0."""
-    plan, elsewhere = FloorPlan.load(job.house), _learnt(job.learnt_in)
+    """Run the episodes of a house: those that `evaluate` runs with seed 0."""
+    plan = FloorPlan.load(job.house)
+    experts: dict[str, Experts] = {IN_PLACE: InPlace(), ELSEWHERE: _learnt(job.learnt_in), NOBODY: Nobody()}
     seen = walks(plan, job.alone)
     telling = {}
     for whose, how in PRIORS:
-        theta = experts(whose, elsewhere).action_prior(plan, np.random.default_rng(0), how == HOW[0])
+        theta = experts[whose].action_prior(plan, np.random.default_rng(0), how == HOW[0])
         telling[whose, how] = tell(plan, theta, seen)
-    guards: dict[str, Callable[[FloorPlan], Caregiver | None]] = {
-        NONE: lambda _: None,
-        **{whose: functools.partial(PaperCaregiver, experts=experts(whose, elsewhere)) for whose in WHOSE},
-        ALIKE: functools.partial(PaperCaregiver, weighs_safety=False),
-    }
-    watchers: dict[str, Callable[[FloorPlan], Caregiver | None]] = {
-        NONE: lambda _: None,
-        RULE: PaperCaregiver,
-        **{foresight(change): functools.partial(ForesightCaregiver, change=change) for change in CHANGES},
-        KNOWS: KnowsGoalCaregiver,
-    }
+    guards = {whose: PaperCaregiver(plan, experts=experts[whose]) for whose in WHOSE}
+    guards[ALIKE] = PaperCaregiver(plan, weighs_safety=False)
+    watchers: dict[str, Caregiver] = {RULE: PaperCaregiver(plan)}
+    watchers |= {foresight(change): ForesightCaregiver(plan, change=change) for change in CHANGES}
+    watchers[KNOWS] = KnowsGoalCaregiver(plan)
     return Found(
         telling,
-        {name: _damage(plan, make(plan), FAMILIES, job.two) for name, make in guards.items()},
-        {name: _damage(plan, make(plan), CHILDREN, job.changing) for name, make in watchers.items()},
+        {name: _damage(plan, caregiver, FAMILIES, job.two) for name, caregiver in ({NONE: None} | guards).items()},
+        {n: _damage(plan, caregiver, CHILDREN, job.changing) for n, caregiver in ({NONE: None} | watchers).items()},
     )
 
 
@@ -219,16 +209,11 @@ def _learnt(houses: str) -> Elsewhere:
 
 def page(found: Sequence[Found], houses: str, learnt_in: str) -> Page:
     """The page of what came out in each of some houses, for experts of others."""
-    place = {prior: _values(found, *prior) for prior in PRIORS}
-    telling = [(whose, how, list(map(_over, place[whose, how]))) for whose, how in PRIORS]
-    telling_less = [
-        (whose, how, list(map(_over, place[whose, how] - place[IN_PLACE, how])))
-        for how in HOW
-        for whose in (ELSEWHERE, NOBODY)
-    ]
+    place = {prior: np.array([one.telling[prior].measures for one in found]).T for prior in PRIORS}
+    telling_less = [(whose, how, place[whose, how] - place[IN_PLACE, how]) for how in HOW for whose in WHOSE[1:]]
     two: list[tuple[str, str, Estimate[float] | None, Estimate[float] | None]] = []
     for i, family in enumerate(FAMILIES):
-        damage = {name: _column(found, name, i, "two") for name in (NONE, *WHOSE, ALIKE)}
+        damage = {name: [one.two[name][:, i] for one in found] for name in (NONE, *WHOSE, ALIKE)}
         for name in (*WHOSE, ALIKE):
             less = None if name == ALIKE else two_level.of_difference(damage[name], damage[ALIKE])
             left = two_level.of_ratio(damage[name], damage[NONE])
@@ -236,15 +221,15 @@ def page(found: Sequence[Found], houses: str, learnt_in: str) -> Page:
         less = two_level.of_difference(damage[ELSEWHERE], damage[IN_PLACE])
         two.append((family, "elsewhere, less in place", None, less))
     ours, names = foresight(CHANGE), (RULE, *map(foresight, CHANGES), KNOWS)
-    columns = {name: [_column(found, name, i) for i in range(len(CHILDREN))] for name in (NONE, *names)}
+    columns = {n: [[one.changing[n][:, i] for one in found] for i in range(len(CHILDREN))] for n in (NONE, *names)}
     values = {
         "count": len(found),
         "houses": houses,
         "learnt_in": learnt_in,
         "horizon": HORIZON,
         "measures": MEASURES.values(),
-        "telling": telling,
-        "telling_less": telling_less,
+        "telling": [(*prior, list(map(_over, place[prior]))) for prior in PRIORS],
+        "telling_less": [(whose, how, list(map(_over, less))) for whose, how, less in telling_less],
         "two": two,
         "change": CHANGE,
         "children": CHILDREN,
@@ -257,20 +242,9 @@ def page(found: Sequence[Found], houses: str, learnt_in: str) -> Page:
     return Page(values, {"generalisation.png": draw(found)})
 
 
-def _values(found: Sequence[Found], whose: str, how: str) -> np.ndarray:
-    """Each of `MEASURES` in every house, (measures, houses)."""
-    return np.array([one.telling[whose, how].measures for one in found]).T
-
-
 def _over(values: np.ndarray) -> Estimate[float]:
     """The mean over those houses that have a value."""
     return intervals.of_mean(values[~np.isnan(values)])
-
-
-def _column(found: Sequence[Found], name: str, number: int, part: str = "changing") -> list[np.ndarray]:
-    """Damage in every episode of each house, of one caregiver with one family."""
-    damages: list[Damages] = [getattr(one, part) for one in found]
-    return [damage[name][:, number] for damage in damages]
 
 
 _COLOURS = [colours.unit(colour) for colour in (colours.ROBOT, colours.BIN, colours.CANDLE, colours.STAIRWELL)]
@@ -281,49 +255,36 @@ def draw(found: Sequence[Found]) -> Figure:
     with mpl.rc_context(STYLE):
         figure = Figure((11.0, 3.4), layout="constrained")
         telling, two, changing = figure.subplots(1, 3)
-        _telling(telling, found)
-        _two(two, found)
-        _changing(changing, found)
+        for whose, colour in zip(WHOSE, _COLOURS, strict=False):
+            for how, line in zip(HOW, ("-", ":"), strict=True):
+                courses = np.mean([one.telling[whose, how].course for one in found], axis=0)
+                telling.plot(np.arange(1, len(courses) + 1), courses, line, color=colour, label=f"{whose}, {how}")
+        telling.set(xlabel="timesteps watched", ylabel="area under the curve, mean over houses")
+        telling.legend(fontsize=7.5, title="experts", title_fontsize=7.5, loc="center right")
+        for i, (whose, colour) in enumerate(zip(WHOSE, _COLOURS, strict=False)):
+            differences = two_level.of_difference([one.two[whose] for one in found], [one.two[ALIKE] for one in found])
+            _bars(two, np.arange(len(FAMILIES)) + (i - 1) * 0.18, differences, color=colour, label=whose)
+        two.axhline(0, color=INK, linewidth=0.8)
+        two.set_xticks(range(len(FAMILIES)), [family.replace(",", " and ") for family in FAMILIES])
+        two.legend(fontsize=7.5, title="experts (draw)", title_fontsize=7.5)
+        alone = [one.changing[NONE] for one in found]
+        names = [RULE, *map(foresight, CHANGES)]
+        left = [two_level.of_ratio([one.changing[name] for one in found], alone) for name in names]
+        shades = [MUTED, _COLOURS[0], _COLOURS[1], INK, _COLOURS[2]]
+        for i, (child, shade) in enumerate(zip(CHILDREN, shades, strict=True)):
+            estimate = np.array([[part[i] for part in one] for one in left]).T
+            _bars(changing, np.arange(len(names)) + (i - 2) * 0.13, estimate, color=shade, label=child)
+        changing.set_xticks(range(len(names)), ["rule", *(f"{change:g}" for change in CHANGES)])
+        changing.set(xlabel="the rule; foresight, by its change", ylim=(0, None))
+        changing.legend(fontsize=7.5, ncols=2)
+        titles = (
+            "telling epsilon below .5 from above",
+            "two children: damage, less that without P(safe)",
+            "children that change: damage left",
+        )
+        for axes, title in zip(figure.axes, titles, strict=True):
+            axes.set_title(title, fontsize=10)
     return figure
-
-
-def _telling(axes: Axes, found: Sequence[Found]) -> None:
-    for whose, colour in zip(WHOSE, _COLOURS, strict=False):
-        for how, line in zip(HOW, ("-", ":"), strict=True):
-            courses = np.mean([one.telling[whose, how].course for one in found], axis=0)
-            label = f"{whose}, {how}"
-            axes.plot(np.arange(1, len(courses) + 1), courses, line, color=colour, label=label)
-    axes.set_title("telling epsilon below .5 from above", fontsize=10)
-    axes.set_xlabel("timesteps watched")
-    axes.set_ylabel("area under the curve, mean over houses")
-    axes.legend(fontsize=7.5, title="experts", title_fontsize=7.5, loc="center right")
-
-
-def _two(axes: Axes, found: Sequence[Found]) -> None:
-    for i, (whose, colour) in enumerate(zip(WHOSE, _COLOURS, strict=False)):
-        differences = two_level.of_difference([one.two[whose] for one in found], [one.two[ALIKE] for one in found])
-        place = np.arange(len(FAMILIES)) + (i - 1) * 0.18
-        _bars(axes, place, differences, color=colour, label=whose)
-    axes.axhline(0, color=INK, linewidth=0.8)
-    axes.set_xticks(range(len(FAMILIES)), [family.replace(",", " and ") for family in FAMILIES])
-    axes.set_title("two children: damage, less that without P(safe)", fontsize=10)
-    axes.legend(fontsize=7.5, title="experts (draw)", title_fontsize=7.5)
-
-
-def _changing(axes: Axes, found: Sequence[Found]) -> None:
-    alone = [one.changing[NONE] for one in found]
-    names = [RULE, *map(foresight, CHANGES)]
-    places = np.arange(len(names))
-    shades = [MUTED, _COLOURS[0], _COLOURS[1], INK, _COLOURS[2]]
-    left = [two_level.of_ratio([one.changing[name] for one in found], alone) for name in names]
-    for i, (child, shade) in enumerate(zip(CHILDREN, shades, strict=True)):
-        estimate = np.array([[part[i] for part in one] for one in left]).T
-        _bars(axes, places + (i - 2) * 0.13, estimate, color=shade, label=child)
-    axes.set_xticks(places, ["rule", *(f"{change:g}" for change in CHANGES)])
-    axes.set_xlabel("the rule; foresight, by its change")
-    axes.set_title("children that change: damage left", fontsize=10)
-    axes.set_ylim(bottom=0)
-    axes.legend(fontsize=7.5, ncols=2)
 
 
 def _bars(axes: Axes, place: np.ndarray, estimate: Iterable[np.ndarray], **options: Any) -> None:

@@ -10,9 +10,8 @@ from __future__ import annotations
 
 import argparse
 import copy
-import dataclasses
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -75,9 +74,8 @@ def run(options: argparse.Namespace) -> Page:
         raise CaregiverError(f"childhood has at least {FIRST} episodes, and at least {FIRST + 1} come after it")
     counts = {name: getattr(options, name) for name in (*_COUNTS, "epsilon")}
     work = jobs_of(options.houses, options.caregivers, counts, options.exams)
-    return page(
-        Grown(work, run_all(live, work, options.jobs, "growing up", options.out)), options.houses, options.epsilon
-    )
+    grown = Grown(work, run_all(live, work, options.jobs, "growing up", options.out))
+    return page(grown, options.houses, options.epsilon)
 
 
 # -- The child ---------------------------------------------------------------------------------------
@@ -98,13 +96,7 @@ class Learner(Behaviour):
     """
 
     def __init__(self, plan: FloorPlan, epsilon: float, wary: np.ndarray):
-        """Prepares children that know nothing.
-
-        Args:
-            plan: The house.
-            epsilon: Share of moves that are random.
-            wary: Whether each is wary, (B,).
-        """
+        """Prepare children of a house that know nothing, of whom (B,) some are wary."""
         super().__init__(plan, epsilon)
         self._wary, self._each = np.asarray(wary, bool), np.arange(len(wary))
         _, target, index = plan.graph.moves
@@ -142,29 +134,17 @@ class Learner(Behaviour):
 # -- Its life: some episodes with a caregiver, then some alone ---------------------------------------
 
 
-@dataclasses.dataclass(frozen=True)
-class Job:
-    """All children that grow up in one house with one caregiver.
+class Job(NamedTuple):
+    """All children that grow up in one house with one caregiver."""
 
-    Attributes:
-        house: Its name.
-        caregiver: Its name.
-        learners: Children of each kind.
-        childhood: Episodes with the caregiver.
-        after: Episodes alone after these.
-        exams: Ages, in episodes, at which it is asked what would happen if it were alone now.
-        epsilon: Share of random moves.
-        seed: Seed of all chance.
-    """
-
-    house: str
-    caregiver: str
-    learners: int
-    childhood: int
-    after: int
-    exams: tuple[int, ...]
-    epsilon: float
-    seed: int
+    house: str  # its name
+    caregiver: str  # its name
+    learners: int  # children of each kind
+    childhood: int  # episodes with the caregiver
+    after: int  # episodes alone after these
+    seed: int  # of all chance
+    epsilon: float  # share of random moves
+    exams: tuple[int, ...]  # ages, in episodes, at which it is asked what would happen if it were alone now
 
 
 def live(job: Job) -> dict[str, Any]:
@@ -180,12 +160,15 @@ def live(job: Job) -> dict[str, Any]:
     learner = Learner(plan, job.epsilon, np.repeat([False, True], job.learners))
     guarded = GridWorld(plan, Family((learner,)), make_caregiver(job.caregiver, plan, job.seed))
     alone = GridWorld(plan, Family((learner,)), None)
-    dangerous = _dangerous(plan)
+    _, target, index = plan.graph.moves
+    # Which moves lead into a stairwell, or into a table on which a candle stands at first, (free cells, 4).
+    dangerous = (target == Target.STAIRWELL) | ((target == Target.TABLE) & np.isin(index, plan.candle_tables))
     length = job.childhood + job.after
     course, exams = np.empty((len(MEASURES), length, len(KINDS), job.learners)), []
     for age in range(length + 1):
-        if age in job.exams:
-            exams.append(_exam(plan, learner, _tapes(job, length + age)))
+        if age in job.exams:  # of children that stay as they are
+            exam = GridWorld(plan, Family((copy.copy(learner),)), None).run(_tapes(job, length + age))
+            exams.append(exam.damage)
         if age == length:
             break
         world = guarded if age < job.childhood else alone
@@ -227,17 +210,6 @@ class Lesson:
             self._learner.learn(*move)
 
 
-def _dangerous(plan: FloorPlan) -> np.ndarray:
-    """Which moves lead into a stairwell, or into a table on which a candle stands at first, (free cells, 4)."""
-    _, target, index = plan.graph.moves
-    return (target == Target.STAIRWELL) | ((target == Target.TABLE) & np.isin(index, plan.candle_tables))
-
-
-def _exam(plan: FloorPlan, learner: Learner, tapes: Sequence[Sequence[Tape]]) -> np.ndarray:
-    """Damage in an episode alone of children that stay as they are, (B,)."""
-    return GridWorld(plan, Family((copy.copy(learner),)), None).run(tapes).damage
-
-
 def _tapes(job: Job, number: int) -> Sequence[Sequence[Tape]]:
     """The chance of every child in an episode of a number, the same for both kinds."""
     seeds = [episode_seed(job.seed, 1000 * number + learner) for learner in range(job.learners)]
@@ -245,13 +217,7 @@ def _tapes(job: Job, number: int) -> Sequence[Sequence[Tape]]:
 
 
 def jobs_of(houses: str, guards: Sequence[str], options: Mapping[str, Any], exams: Sequence[int]) -> list[Job]:
-    """All jobs, house by house.
-
-    Args:
-        houses: Name of a set.
-        guards: Names of caregivers.
-        options: What else a `Job` is made of.
-        exams: The ages of the exams; those after childhood are left out.
+    """All jobs of a set, house by house, and of caregivers, with what else a `Job` is made of.
 
     Raises:
         CaregiverError: There is no such set or caregiver.
@@ -269,36 +235,33 @@ class Grown:
     """The children that have grown up, by caregiver.
 
     Attributes:
-        guards: Names of the caregivers, without `none`.
-        childhood: Episodes with the caregiver.
-        after: Episodes alone after these.
-        exams: Ages at which it was asked what would happen if they were alone.
+        job: One of them, for what all of them have in common.
+        names: Names of the caregivers, `none` first.
+        houses: How many there are.
     """
 
     def __init__(self, jobs: Sequence[Job], lives: Sequence[dict[str, Any]]):
-        """Sorts them, a job and its lives each."""
-        first = jobs[0]
-        self.childhood, self.after, self.exams = first.childhood, first.after, first.exams
-        self._course: dict[str, list[np.ndarray]] = {}
-        self._exams: dict[str, list[np.ndarray]] = {}
-        for job, found in zip(jobs, lives, strict=True):
-            self._course.setdefault(job.caregiver, []).append(np.array(found["course"], float))
-            self._exams.setdefault(job.caregiver, []).append(np.array(found["exams"], float))
-        self.guards = tuple(name for name in self._course if name != NONE)
-        self.houses, self.learners = len(self._course[NONE]), first.learners
+        """Sort them, a job and its lives each."""
+        self.job, self.names = jobs[0], tuple(dict.fromkeys(job.caregiver for job in jobs))
+        self.houses = len(jobs) // len(self.names)
+        self._lives = {
+            name: [found for job, found in zip(jobs, lives, strict=True) if job.caregiver == name]
+            for name in self.names
+        }
 
     def course(self, caregiver: str, measure: str, kind: str) -> Houses:
         """A measure in every episode of every child of a kind, (learners, episodes) for each house."""
         which = MEASURES.index(measure), slice(None), KINDS.index(kind)
-        return [one[which].T for one in self._course[caregiver]]
+        return [np.array(found["course"], float)[which].T for found in self._lives[caregiver]]
 
     def mean(self, caregiver: str, measure: str, kind: str, first: int, end: int) -> Houses:
         """The mean over episodes [first, end), (learners,) for each house."""
         return [one[:, first:end].mean(axis=1) for one in self.course(caregiver, measure, kind)]
 
-    def exam(self, caregiver: str, kind: str) -> Houses:
-        """Damage in an episode alone at each of the ages, (learners, ages) for each house."""
-        return [one[:, KINDS.index(kind)].T for one in self._exams[caregiver]]
+    def exam(self, caregiver: str, kind: str) -> list[Estimate[float]]:
+        """Damage in an episode alone at each of the ages."""
+        found = [np.array(found["exams"], float)[:, KINDS.index(kind)].T for found in self._lives[caregiver]]
+        return [two_level.of_mean([one[:, i] for one in found]) for i in range(len(self.job.exams))]
 
 
 # -- The page and its figure -------------------------------------------------------------------------
@@ -306,8 +269,10 @@ class Grown:
 
 def page(grown: Grown, houses: str, epsilon: float) -> Page:
     """The page of children that have grown up in a set of houses, with a share of random moves."""
+    rows = [_row(grown, kind, name) for kind in KINDS for name in grown.names]
     values = {
         "grown": grown,
+        "job": grown.job,
         "houses": houses,
         "epsilon": epsilon,
         "first": FIRST,
@@ -315,63 +280,46 @@ def page(grown: Grown, houses: str, epsilon: float) -> Page:
         "rate": RATE,
         "discount": DISCOUNT,
         "temperature": TEMPERATURE,
-        "childhood": [_childhood(grown, kind, name) for kind in KINDS for name in (NONE, *grown.guards)],
-        "leaving": [_leaving(grown, kind, name) for kind in KINDS for name in (NONE, *grown.guards)],
-        "exams": [
-            (kind, name, [two_level.of_mean(grown.exam(name, kind)).column(i) for i in range(len(grown.exams))])
-            for kind in KINDS
-            for name in (NONE, *grown.guards)
-        ],
-        "said": {name: [(kind, *_said(grown, kind, name)) for kind in KINDS] for name in grown.guards},
+        "rows": rows,
+        "said": {name: [row for row in rows if row["name"] == name] for name in grown.names[1:]},
     }
     return Page(values, {"learning_child.png": draw(grown)})
 
 
-def _childhood(grown: Grown, kind: str, name: str) -> dict[str, Any]:
-    """Means of the first and last episodes of childhood, and all damage in it."""
-    last = grown.childhood
-    found = {
-        measure: [_mean(grown.mean(name, measure, kind, *span)) for span in ((0, FIRST), (last - FIRST, last))]
-        for measure in ("damage", "toys", "coverage")
-    }
-    whole = _mean([one * last for one in grown.mean(name, "damage", kind, 0, last)])
-    return {"kind": kind, "name": name, "means": found.values(), "whole": whole}
+def _row(grown: Grown, kind: str, name: str) -> dict[str, Any]:
+    """What becomes of the children of a kind with a caregiver, and how that is beside those that never had one."""
+    start = grown.job.childhood
+    end = start + grown.job.after
+    before, soon, later, life = (start - 1, start), (start, start + FIRST), (start + FIRST, end), (0, end)
 
-
-def _leaving(grown: Grown, kind: str, name: str) -> dict[str, Any]:
-    """What is known and suffered when the caregiver leaves, and how that is beside those that never had one."""
-    start, end = grown.childhood, grown.childhood + grown.after
-    before, soon, later = (start - 1, start), (start, start + FIRST), (start + FIRST, end)
-
-    def less(measure: str, span: tuple[int, int]) -> Estimate[float]:
-        return _against(*(grown.mean(who, measure, kind, *span) for who in (name, NONE)))
+    def less(measure: str, first: int, last: int, times: int = 1) -> Estimate[float]:
+        ours, theirs = ([times * one for one in grown.mean(who, measure, kind, first, last)] for who in (name, NONE))
+        return two_level.of_difference(ours, theirs)
 
     damage = grown.mean(name, "damage", kind, *soon)
-    asked = ("known", before), ("damage", soon), ("damage", later), ("toys", soon)
+    protected, unprotected = (grown.mean(who, "damage", kind, 0, start) for who in (name, NONE))
+    alone = name == NONE
     return {
         "kind": kind,
         "name": name,
+        # Of the first and last episodes of childhood.
+        "means": [
+            [_mean(grown.mean(name, measure, kind, *span)) for span in ((0, FIRST), (start - FIRST, start))]
+            for measure in ("damage", "toys", "coverage")
+        ],
+        "whole": start * _mean(protected),
         "known": _mean(grown.mean(name, "known", kind, *before)),
-        "less": [less(*one) for one in asked] if name != NONE else None,
         "damage": _mean(damage),
         "spread": np.mean([one.std(ddof=1) for one in damage]),
-        "life": _mean([one * end for one in grown.mean(name, "damage", kind, 0, end)]),
+        "life": end * _mean(grown.mean(name, "damage", kind, *life)),
+        "exams": grown.exam(name, kind),
+        "spared": two_level.of_ratio(protected, unprotected),
+        "less_known": None if alone else less("known", *before),
+        "less_soon": None if alone else less("damage", *soon),
+        "less_later": None if alone else less("damage", *later),
+        "less_toys": None if alone else less("toys", *soon),
+        "less_life": None if alone else less("damage", *life, times=end),
     }
-
-
-def _said(grown: Grown, kind: str, name: str) -> tuple[Estimate[float], ...]:
-    """What protection has come to: damage in childhood over that alone; known, damage soon and in a life less those."""
-    start, end = grown.childhood, grown.childhood + grown.after
-    ours, theirs = (grown.mean(who, "damage", kind, 0, start) for who in (name, NONE))
-    known = _against(*(grown.mean(who, "known", kind, start - 1, start) for who in (name, NONE)))
-    soon = _against(*(grown.mean(who, "damage", kind, start, start + FIRST) for who in (name, NONE)))
-    life = _against(*([one * end for one in grown.mean(who, "damage", kind, 0, end)] for who in (name, NONE)))
-    return two_level.of_ratio(ours, theirs), known, soon, life
-
-
-def _against(ours: Houses, theirs: Houses) -> Estimate[float]:
-    """The mean difference, over houses."""
-    return two_level.of_difference(ours, theirs)
 
 
 def _mean(houses: Houses) -> float:
@@ -407,7 +355,7 @@ def draw(grown: Grown) -> Figure:
 
 
 def _panel(axes: Axes, grown: Grown, measure: str, kind: str) -> None:
-    for name, colour in zip((NONE, *grown.guards), _COLOURS, strict=False):
+    for name, colour in zip(grown.names, _COLOURS, strict=False):
         houses = [one for one in grown.course(name, measure, kind) if not np.isnan(one).any()]
         value = np.mean([one.mean(axis=0) for one in houses], axis=0)
         low, high = np.mean([np.quantile(one, (0.25, 0.75), axis=0) for one in houses], axis=0)
@@ -415,5 +363,5 @@ def _panel(axes: Axes, grown: Grown, measure: str, kind: str) -> None:
         label = "alone from the first" if name == NONE else f"with {name}"
         axes.fill_between(age, low, high, color=shade, alpha=0.15, linewidth=0)
         axes.plot(age, value, color=shade, linewidth=1.4, label=label)
-    axes.axvline(grown.childhood + 0.5, color=INK, linewidth=0.9, linestyle="--")
+    axes.axvline(grown.job.childhood + 0.5, color=INK, linewidth=0.9, linestyle="--")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))

@@ -1,7 +1,6 @@
 """Audits of logs made by hand, whose ratios are known, of a robot in the simulation, and of episodes."""
 
 import dataclasses
-import re
 
 import mujoco
 import numpy as np
@@ -356,18 +355,13 @@ def test_recorder_measures_contact_with_the_child():
 # -- The command ------------------------------------------------------------------------------------
 
 
-def test_a_log_read_again_says_the_same(tmp_path, capsys):
-    path = str(tmp_path / "log.npz")
-    status = main(["audit", "--seconds", "3", "--save", path])
-    first = capsys.readouterr().out
-    assert "Limits in 3 s: commanded" in first
-    assert "arm acceleration, 20 ms" in first
-    assert "arm jerk, commanded" in first
-    assert main(["audit", "--log", path]) == status
-    again = capsys.readouterr().out
-    # A log does not know its house, which makes the tables narrower.
-    told, expected = (re.sub("─+|,? paper 0", "", text).split() for text in (again, first))
-    assert told == expected
+def test_an_audit_is_printed(capsys):
+    assert main(["audit", "--seconds", "3", "--jobs", "1"]) in (0, 1)
+    out = capsys.readouterr().out
+    assert "Limits in 3 s: commanded" in out
+    assert "arm acceleration, 20 ms" in out
+    assert "arm jerk, commanded" in out
+    assert "paper 0" in out
 
 
 def test_of_several_episodes_the_worst_is_told():

@@ -15,7 +15,7 @@ SMALL = Coverage(
 
 def test_misses_by_hand():
     low, high = np.array([0.1, 0.2, 0.4, 0.3, 0.1]), np.array([0.2, 0.5, 0.6, 0.9, np.inf])
-    assert misses(low, high, 0.3) == pytest.approx({"covered": 0.6, "too_low": 0.2, "too_high": 0.2, "open": 0.2})
+    assert misses((low, high), 0.3) == pytest.approx({"covered": 0.6, "too_low": 0.2, "too_high": 0.2, "open": 0.2})
 
 
 @pytest.mark.parametrize(("name", "method"), [("percentile", "percentile"), ("BCa", "BCa")])
