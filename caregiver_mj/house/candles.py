@@ -12,7 +12,7 @@ from caregiver_mj.plans import layout
 from caregiver_mj.plans.hazards import CANDLE, HazardKind
 from caregiver_mj.recording.contacts import FAR, Contacts
 from caregiver_mj.robot.geometry import upwards
-from caregiver_mj.robot.view import CHILD_RADIUS, OFF_TABLE
+from caregiver_mj.robot.view import CHILD_RADIUS, off_table
 
 _BELOW = 0.05  # metres below the top of a table from which on a candle counts as fallen down
 FLAME_RADIUS = 0.016  # metres, of a candle as in models/candle.xml
@@ -61,7 +61,8 @@ class Candles:
         x, y, half_x, half_y = self.table_rectangles[table]
         poses = physics.candle_poses()
         over = (np.abs(poses[:, 0] - x) < half_x) & (np.abs(poses[:, 1] - y) < half_y)
-        return over & (np.abs(poses[:, 2] - self.table_heights[table]) < OFF_TABLE)
+        off = off_table([layout.thing(kind) for kind in physics.carried])
+        return over & (np.abs(poses[:, 2] - self.table_heights[table]) < off)
 
 
 def watch_candle(physics: Physics, seconds: float, tally: Contacts) -> None:

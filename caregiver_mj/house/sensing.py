@@ -14,7 +14,7 @@ import numpy as np
 
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans import layout
-from caregiver_mj.robot.view import OFF_TABLE, loose
+from caregiver_mj.robot.view import loose, off_table
 
 LONGEST_DELAY = 1.0  # seconds
 _OFTENEST = 0.95  # probability of a gap, at most
@@ -155,11 +155,9 @@ class _Eye:
 class Sensor:
     """Makes observations as they are perceived of exact ones."""
 
-    def __init__(
-        self, sensing: Sensing, control_timestep: float, tables: np.ndarray, things: Sequence[layout.Thing] = ()
-    ):
+    def __init__(self, sensing: Sensing, control_timestep: float, tables: np.ndarray, things: Sequence[layout.Thing]):
         self.sensing = sensing
-        self._loose = loose(things)
+        self._loose, self._off_table = loose(things), off_table(things)
         self._tables = tables  # their rectangles and the heights of their tops, (tables, 5), metres
         self._queue: collections.deque[dict[str, np.ndarray]] = collections.deque(
             maxlen=sensing.delay_steps(control_timestep) + 1
@@ -224,7 +222,7 @@ class Sensor:
         eye, positions, orientations = self._eyes["candle"], exact["candle_position"], exact["candle_orientation"]
         over = (np.abs(positions[:, None, :2] - self._tables[:, :2]) < self._tables[:, 2:4]).all(axis=2)
         top = np.where(over, self._tables[:, 4], 0.0).max(axis=1, initial=0.0)
-        lifted = positions[:, 2] > np.where(top > 0.0, top + OFF_TABLE, _OFF_FLOOR)
+        lifted = positions[:, 2] > np.where(top > 0.0, top + self._off_table, _OFF_FLOOR)
         closed = "finger_position" in exact and bool(exact["finger_position"].sum() < 2 * self._loose)
         self._note(eye, lifted, closed)
         errors = eye.bias.copy()

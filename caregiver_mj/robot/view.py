@@ -24,6 +24,11 @@ def loose(things: Sequence[layout.Thing]) -> float:
     return LOOSE + max((thing.radius for thing in things), default=layout.CANDLE_RADIUS)
 
 
+def off_table(things: Sequence[layout.Thing]) -> np.ndarray:
+    """Return the metres from a table's height beyond which each of some things does not even lie on it, (things,)."""
+    return np.array([OFF_TABLE + (thing.width - layout.CANDLE_RADIUS) for thing in things])
+
+
 class ChildView(NamedTuple):
     """What the robot sees of one child.
 

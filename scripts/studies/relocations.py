@@ -92,9 +92,14 @@ def run(options: argparse.Namespace) -> None:
         found = {"": rows(asked, "relocating")}
         report(make_console(), found[""])
     else:
+<<<<<<< HEAD
         each = {
             name: dataclasses.replace(one, embodiment=asked.embodiment, kind=asked.kind) for name, one in EACH.items()
         }
+=======
+        which = functools.partial(dataclasses.replace, embodiment=asked.embodiment, kind=asked.kind)
+        each = {name: which(one) for name, one in EACH.items()}
+>>>>>>> mug
         found = {name: rows(conditions, name) for name, conditions in each.items()}
         report_each(make_console(), found)
     write_json(options.json, pd.concat(found.values()))
@@ -175,9 +180,9 @@ EACH = {
 class Knock:
     """Knocks a candle over in the first second of an episode: a push near its top, in any direction."""
 
-    def __init__(self, physics: Physics, candle: int, kind: str, seed: int):
-        self._data = physics.data.ptr
-        body = physics.model.ptr.body(f"{kind}_{candle}/{kind}")
+    def __init__(self, physics: Physics, candle: int, seed: int):
+        self._data, kind = physics.data.ptr, physics.carried[candle]
+        body = physics.model.ptr.body(f"{kind}_{physics.carried[:candle].count(kind)}/{kind}")
         self._body, mass = body.id, body.mass.item()
         random = np.random.default_rng(seed)
         self._start, angle = random.uniform(0.0, _WITHIN - _SECONDS), random.uniform(-math.pi, math.pi)
@@ -211,7 +216,7 @@ def relocate(conditions: Conditions, seed: int, houses: Sequence[str] = HOUSES) 
     timestep = env.reset()
     start, goal = int(task.candles.starting_tables[task.goal_candle]), task.goal_candle
     barred = Barred(physics, plan, (start, task.goal_table), env.control_timestep())
-    knock = Knock(physics, goal, kind.name, seed)
+    knock = Knock(physics, goal, seed)
     end = math.inf
     with each_physics_step(physics, touches.look):
         while not timestep.last() and physics.time() < end:

@@ -75,3 +75,11 @@ def test_a_candle_is_on_a_table_if_it_is_over_it_at_its_height(physics, candles,
     x, y = PLAN.position(PLAN.tables[bare])
     physics.set_candle(0, np.array([x + east, y, HEIGHT + above]), 0.0)
     assert [candles.are_on(physics, table).any() for table in range(3)] == [False, True, on_it]
+
+
+def test_a_mug_that_lies_is_on_its_table_though_its_foot_is_higher_than_that_of_a_candle():
+    physics = Physics.from_plan(FloorPlan.parse(PLAN.text.replace("C", "M")), robot=False)
+    found, (x, y) = Candles(layout.Layout(PLAN).tables), PLAN.position(PLAN.tables[2])
+    for above, on_it in ((0.041, True), (0.2, False)):
+        physics.set_candle(0, np.array([x, y, HEIGHT + above]), 0.0)
+        assert found.are_on(physics, 2).any() == on_it

@@ -7,8 +7,15 @@ import pytest
 
 import caregiver_mj
 from caregiver_mj.errors import CaregiverError
+<<<<<<< HEAD
 from caregiver_mj.house.sensing import Sensing, Sensor
+=======
+from caregiver_mj.house.sensing import Blur, Sensing, Sensor
+from caregiver_mj.plans import layout
+from caregiver_mj.plans.hazards import CANDLE
+>>>>>>> mug
 
+CANDLES = (layout.thing(CANDLE),) * 2
 TABLES = np.array([[0.0, 0.0, 0.27, 0.27, 0.6], [1.0, 0.0, 0.27, 0.27, 0.6]])  # with their heights
 EXACT = {
     "toddler_position": np.array([2.0, 1.0, 0.5]),
@@ -32,7 +39,7 @@ def candles(height=0.6, fingers=0.036, yaw=0.0):
 
 def sensed(moments, seed=0, **sensing):
     """What is seen of what there is, one moment after the other."""
-    sensor = Sensor(Sensing.of(sensing), 0.02, TABLES)
+    sensor = Sensor(Sensing.of(sensing), 0.02, TABLES, CANDLES)
     sensor.reset(seed)
     return [sensor.sense(step, exact) for step, exact in enumerate(moments)]
 
@@ -109,7 +116,7 @@ def test_all_is_as_old_as_the_delay(delay, steps):
 
 
 def test_looking_twice_shows_the_same_and_shares_no_memory():
-    sensor = Sensor(Sensing.of({"candle": {"noise": 0.01}, "delay": 0.02}), 0.02, TABLES)
+    sensor = Sensor(Sensing.of({"candle": {"noise": 0.01}, "delay": 0.02}), 0.02, TABLES, CANDLES)
     sensor.reset(0)
     one, two = sensor.sense(0, EXACT), sensor.sense(0, EXACT)
     for key in EXACT:
