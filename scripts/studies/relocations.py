@@ -92,14 +92,8 @@ def run(options: argparse.Namespace) -> None:
         found = {"": rows(asked, "relocating")}
         report(make_console(), found[""])
     else:
-<<<<<<< HEAD
-        each = {
-            name: dataclasses.replace(one, embodiment=asked.embodiment, kind=asked.kind) for name, one in EACH.items()
-        }
-=======
         which = functools.partial(dataclasses.replace, embodiment=asked.embodiment, kind=asked.kind)
         each = {name: which(one) for name, one in EACH.items()}
->>>>>>> mug
         found = {name: rows(conditions, name) for name, conditions in each.items()}
         report_each(make_console(), found)
     write_json(options.json, pd.concat(found.values()))

@@ -7,13 +7,9 @@ import pytest
 
 import caregiver_mj
 from caregiver_mj.errors import CaregiverError
-<<<<<<< HEAD
 from caregiver_mj.house.sensing import Sensing, Sensor
-=======
-from caregiver_mj.house.sensing import Blur, Sensing, Sensor
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.hazards import CANDLE
->>>>>>> mug
 
 CANDLES = (layout.thing(CANDLE),) * 2
 TABLES = np.array([[0.0, 0.0, 0.27, 0.27, 0.6], [1.0, 0.0, 0.27, 0.27, 0.6]])  # with their heights
