@@ -35,5 +35,7 @@ def test_targets_say_what_they_show():
 
 def test_what_is_asked_for_is_shown():
     env = caregiver_mj.load("supervise", "paper", visuals=False, task_kwargs={"table_height": (0.5, 0.7)})
-    assert {"table_height", "gate_position", "battery_position"} == {key for key, observed in OBSERVED.items() if observed.asked}
+    assert {"table_height", "gate_position", "battery_position"} == {
+        key for key, observed in OBSERVED.items() if observed.asked
+    }
     assert env.observation_spec()["table_height"].shape == (len(env.task.plan.tables),)
