@@ -144,7 +144,6 @@ def pick_up_path(arm: Arm, ahead: float, heading: float) -> ReachPath | None:
     return max(_ways(arm, tray_path(arm).joints(UP), *hand), key=_speed, default=None) if arm.may_reach(*hand) else None
 
 
-@functools.cache
 def share_at(arm: Arm, path: ReachPath, height: float) -> float:
     """Return how far along a `pick_up_path` the fingertips are at a height above the floor, on the last of it."""
     low, high = UP, float(path.goal)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+import sys
 from collections.abc import Callable
 
 import numpy as np
@@ -45,7 +46,7 @@ class PickUp(Reaching):
     The base stands still while the arm is out. The hand feels for the floor, so that the fingers close below the middle
     of what is thin. It stops while a child is near, and comes back before one that comes. With the thing in it, over a
     child's head, the base then gets away from the child before the hand goes down to the tray. What fails is tried
-    again, and after three grips it has failed.
+    three times.
 
     Attributes:
         thing: Its number among those on the floor.
@@ -63,7 +64,7 @@ class PickUp(Reaching):
         self._way: list[float] = []  # of the hand on its path, to go to one after the other
         self._speed = math.inf  # of that at most
         self._aside = StandAside(navigator)
-        self._until = 0.0
+        self._until, self._failures = 0.0, 0
 
     @property
     def is_approaching(self) -> bool:
@@ -81,7 +82,7 @@ class PickUp(Reaching):
         robot.grip(self.embodiment.grasp.open)
         if view.things_gone[self.thing]:
             return Status.DONE if self._is_in_tray(view) else Status.OVERTAKEN
-        if self.tries == ATTEMPTS:
+        if self._failures == ATTEMPTS:
             return Status.FAILED
         if self._stance is None or math.dist(self._place(view), self._aim) > _STRAYED:
             return self._choose_stance(view)
@@ -95,9 +96,14 @@ class PickUp(Reaching):
         return Status.COMMITTED
 
     def _choose_stance(self, view: View) -> Status:
+        patience = self.driver.patience
+        patience.note(sys.maxsize, view.now)
+        if patience.is_over(view.now):
+            return Status.FAILED
         if self._search is None:
             self._stance, self._aim = None, self._place(view).copy()
-            self.driver = Driver(self._navigator)
+            self.driver = Driver(self._navigator)  # the way there is another one
+            self.driver.patience = patience
             self._search = Search(functools.partial(self._planner.to_pick_up_small, view, self.thing))
         if not self._search.go_on():
             return Status.RUNNING
@@ -191,6 +197,8 @@ class PickUp(Reaching):
         """Tuck the arm, and look again."""
         if self._goes_on(view, robot) and not self._way:
             self._stage, self._stance = self._approach, None
+            self._failures += 1  # unless it is in the tray
+            self.driver.patience.begin_anew()
         return Status.COMMITTED
 
     def _carry(self, view: View, robot: RobotMotion, stage: Callable[[View, RobotMotion], Status], *way: float) -> None:
