@@ -201,8 +201,8 @@ class Exact:
     def layout(self, candle_table: np.ndarray, holding: np.ndarray, destination: np.ndarray) -> np.ndarray:
         """Return the numbers of layouts, (B,).
 
-        They are of the table of each candle, or NOTHING, (B, candles), the candle in the hand, or NOTHING, and the table
-        to which that is carried, (B,) each.
+        They are of the table of each candle, or NOTHING, (B, candles), the candle in the hand, or NOTHING, and the
+        table to which that is carried, (B,) each.
         """
         where = np.where(holding == NOTHING, NOTHING, 0 if self._free else destination)
         return np.array(
