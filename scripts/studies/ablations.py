@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import functools
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Percept, bare_tables
 from caregiver_mj.children.tape import Tape
@@ -55,9 +55,8 @@ def run(options: argparse.Namespace) -> None:
     seeds = range(options.seed, options.seed + options.episodes)
     tapes = [Tape.draw_family(np.random.RandomState(seed), 1) for seed in seeds]
     study = Study(FloorPlan.load(options.house), tapes)
-    alone = study.alone()
-    print(variants_table(study, alone, variants()), end="\n\n", flush=True)
-    print(thresholds_table(study, alone, PRIORS), end="\n\n", flush=True)
+    print(variants_table(study, variants()), end="\n\n", flush=True)
+    print(thresholds_table(study, PRIORS), end="\n\n", flush=True)
     print(safety_table(study, PRIORS))
 
 
@@ -112,25 +111,20 @@ class LeastExposedTable(PaperCaregiver):
         return np.where(bare_tables(percept.candle_table, len(self.exposure)), self.exposure, np.inf)
 
 
-@dataclasses.dataclass(frozen=True)
-class Variant:
+class Variant(NamedTuple):
     """A caregiver with something changed."""
 
-    make: Callable[[FloorPlan], Caregiver]  # makes it for a house
+    make: Callable[..., PaperCaregiver] = PaperCaregiver  # makes it for a house
+    options: Mapping[str, Any] = {}
     actions: int = CAREGIVER_ACTIONS  # how many actions it has in a novice timestep
-
-
-def paper(**options: Any) -> Callable[[FloorPlan], Caregiver]:
-    """What makes the paper's caregiver with some options."""
-    return lambda plan: PaperCaregiver(plan, **options)
 
 
 def variants() -> dict[str, Variant]:
     """All variants by name; the first one is the default."""
-    found = {name: Variant(paper(**options)) for name, options in PRIORS.items()}
-    found["P(reach) linear"] = Variant(paper(reach="linear"))
+    found = {name: Variant(options=options) for name, options in PRIORS.items()}
+    found["P(reach) linear"] = Variant(options={"reach": "linear"})
     for actions in _ACTIONS:
-        found[f"{actions} caregiver action{'s' * (actions > 1)} a timestep"] = Variant(paper(), actions)
+        found[f"{actions} caregiver action{'s' * (actions > 1)} a timestep"] = Variant(actions=actions)
     found["candle to the nearest bare table"] = Variant(NearestTable)
     found["candle to the least exposed bare table"] = Variant(LeastExposedTable)
     return found
@@ -143,13 +137,15 @@ class Study:
     plan: FloorPlan  # the house
     tapes: Sequence[tuple[Tape, ...]]  # the novices' chance, the same for every variant
 
-    def run(self, epsilon: float, variant: Variant) -> Figures:
-        """Run all episodes with a variant."""
-        caregiver = variant.make(self.plan)
-        return GridWorld(self.plan, epsilon, caregiver, caregiver_actions=variant.actions).run(self.tapes).totals()
+    def run(self, variant: Variant, epsilons: Sequence[float] = EPSILONS) -> dict[float, Figures]:
+        """Run all episodes with a variant, by epsilon."""
+        caregiver = variant.make(self.plan, **variant.options)
+        worlds = {e: GridWorld(self.plan, e, caregiver, caregiver_actions=variant.actions) for e in epsilons}
+        return {epsilon: world.run(self.tapes).totals() for epsilon, world in worlds.items()}
 
+    @functools.cached_property
     def alone(self) -> dict[float, Figures]:
-        """Run all episodes without a caregiver, by epsilon."""
+        """All episodes without a caregiver, by epsilon."""
         return {epsilon: GridWorld(self.plan, epsilon, None).run(self.tapes).totals() for epsilon in EPSILONS}
 
     def safety(self, epsilon: float, caregiver: PaperCaregiver, at: Sequence[int]) -> np.ndarray:
@@ -169,32 +165,30 @@ class Study:
 # -- Tables ------------------------------------------------------------------------------------------
 
 
-def variants_table(study: Study, alone: dict[float, Figures], made: Mapping[str, Variant]) -> str:
+def variants_table(study: Study, made: Mapping[str, Variant]) -> str:
     """Damage left under every variant, and whether it changes any episode at all."""
     rows, default = [], dict[float, Figures]()
     for name, variant in progress(made.items(), "variants"):
-        found = {epsilon: study.run(epsilon, variant) for epsilon in EPSILONS}
+        found = study.run(variant)
         default = default or found
-        same = np.mean([_same(found[e], default[e]) for e in EPSILONS])
-        toys, toys_alone = (sum(world[e]["toys_reached"].mean() for e in EPSILONS) for world in (found, alone))
+        same = np.mean([np.all([found[e][what] == default[e][what] for what in found[e]], axis=0) for e in EPSILONS])
+        toys, toys_alone = (sum(world[e]["toys_reached"].mean() for e in EPSILONS) for world in (found, study.alone))
         begun = np.mean([found[e]["interventions"].mean() for e in EPSILONS])
-        rows.append((name, *_left(found, alone), f"{toys / toys_alone:.1%}", f"{begun:.1f}", f"{same:.0%}"))
+        rows.append((name, *_left(study, found), f"{toys / toys_alone:.1%}", f"{begun:.1f}", f"{same:.0%}"))
     left = (f"left at {epsilon:g}" for epsilon in EPSILONS)
     return table(("variant", *left, "toys kept", "interventions", "episodes as default"), rows)
 
 
-def thresholds_table(study: Study, alone: dict[float, Figures], priors: Mapping[str, dict[str, Any]]) -> str:
+def thresholds_table(study: Study, priors: Mapping[str, dict[str, Any]]) -> str:
     """What the prior does once expected danger is compared with a threshold."""
-    made: dict[str, dict[str, Any]] = {
-        f"threshold {threshold:g}": {"threshold": threshold} for threshold in _THRESHOLDS
+    made = {f"threshold {threshold:g}": {"threshold": threshold} for threshold in _THRESHOLDS}
+    made |= {
+        f"threshold {_MIDDLE:g}, {name}": {"threshold": _MIDDLE, **priors[name]} for name in priors if priors[name]
     }
-    for name, options in priors.items():
-        if options:
-            made[f"threshold {_MIDDLE:g}, {name}"] = {"threshold": _MIDDLE, **options}
     rows = []
     for name, options in progress(made.items(), "thresholds"):
-        found = {epsilon: study.run(epsilon, Variant(paper(**options))) for epsilon in _FEW_EPSILONS}
-        rows.append((name, *_left(found, alone), *(f"{found[e]['interventions'].mean():.1f}" for e in found)))
+        found = study.run(Variant(options=options), _FEW_EPSILONS)
+        rows.append((name, *_left(study, found), *(f"{found[e]['interventions'].mean():.1f}" for e in found)))
     return table(("variant", *(f"{what} at {e:g}" for what in ("left", "interventions") for e in _FEW_EPSILONS)), rows)
 
 
@@ -214,13 +208,8 @@ def safety_table(study: Study, priors: Mapping[str, dict[str, Any]]) -> str:
     return table(("prior", *columns, f"told apart after {_TIMES[0]}"), rows)
 
 
-def _left(assisted: dict[float, Figures], alone: dict[float, Figures]) -> Iterator[str]:
+def _left(study: Study, assisted: dict[float, Figures]) -> Iterator[str]:
     """Damage left at each epsilon, with half the width of its interval."""
     for epsilon in assisted:
-        ratio, low, high = of_ratio(assisted[epsilon]["damage"], alone[epsilon]["damage"])
+        ratio, low, high = of_ratio(assisted[epsilon]["damage"], study.alone[epsilon]["damage"])
         yield f"{ratio:.3f} ± {(high - low) / 2:.3f}"
-
-
-def _same(one: Figures, other: Figures) -> np.ndarray:
-    """Whether every figure of an episode is the same, (B,)."""
-    return np.all([one[name] == other[name] for name in one], axis=0)

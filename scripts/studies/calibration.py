@@ -227,14 +227,7 @@ def tally_house(house: House) -> pd.DataFrame:
 
 
 def tally(watched: Watched, kinds: np.ndarray, names: Sequence[str], episodes: int) -> pd.DataFrame:
-    """Sort what was watched.
-
-    Args:
-        watched: Children of several kinds, as many episodes of each.
-        kinds: What each question is about, (Q,).
-        names: What the children are called.
-        episodes: How many of each there are.
-    """
+    """Sort what was watched of children of some names, so many episodes of each, by what is asked for, (Q,)."""
     rows: list[dict[str, Any]] = []
     for number, horizon in enumerate(HORIZONS):
         happened = watched.happened(horizon)
@@ -308,13 +301,7 @@ def reliability(sums: np.ndarray) -> tuple[np.ndarray, Estimate[np.ndarray]]:
 
 
 def page(rows: pd.DataFrame, names: str, episodes: int) -> Page:
-    """The page.
-
-    Args:
-        rows: Tallies of all houses.
-        names: What the houses were asked for as.
-        episodes: How many of each child in each house.
-    """
+    """The page of tallies of all houses, asked for by some names, with so many episodes of each child in each."""
 
     def scores(family: str, horizon: int, *kinds: str) -> Scores:
         return Scores.of(sums_of(rows, family, horizon, kinds or EACH))
@@ -375,13 +362,9 @@ _LOWEST = 1e-4  # where the axes of collisions begin
 
 
 def draw(rows: pd.DataFrame, lines: Mapping[str, tuple[int, Kinds]], what: str, lowest: float = 0.0) -> Figure:
-    """Predicted probability of something against its frequency: on a logarithmic scale, if that begins somewhere.
+    """Predicted probability of something against its frequency; with a logarithmic scale, if that begins above zero.
 
-    Args:
-        rows: Tallies.
-        lines: Horizon and kinds of what each line is about, by its name.
-        what: What happens, in words.
-        lowest: Where the axes begin.
+    Each line is of a horizon and of some kinds of questions, by its name.
     """
     with mpl.rc_context(STYLE):
         figure, grid = panels({family: title(family) for family in (TOGETHER, *families())}, _COLUMNS, _WIDTH, _HEIGHT)

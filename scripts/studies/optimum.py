@@ -181,13 +181,9 @@ class Exact:
     def __init__(
         self, plan: FloorPlan, epsilons: Sequence[float], objective: Objective = OBJECTIVE, free: bool = False
     ):
-        """Solve it by value iteration.
+        """Solve it for a small house, for the caregiver that is `free` in its motion or the other one.
 
-        Args:
-            plan: A small house.
-            epsilons: Those of the children.
-            objective: What is to be least; its sweeps and its tolerance are not heeded.
-            free: Whether it is for the caregiver that is free in its motion.
+        Of the objective, which is to be least, sweeps and tolerance are not heeded.
         """
         self.plan, self.epsilons, self.objective, self._free = plan, np.asarray(epsilons, float), objective, free
         cells, places = len(plan.free_cells), len(plan.caregiver_cells)
@@ -211,11 +207,8 @@ class Exact:
     ) -> np.ndarray:
         """Return the numbers of layouts, (B,).
 
-        Args:
-            candle_table: The table of each candle, or NOTHING, (B, candles).
-            holding: The candle in the hand, or NOTHING, (B,).
-            destination: To which table it is carried, (B,).
-            lying: Whether each thing still lies on the floor, (B, things).
+        They are of the table of each candle, or NOTHING, (B, candles), the candle in the hand, or NOTHING, and the
+        table to which that is carried, (B,) each, and of whether each thing still lies on the floor, (B, things).
         """
         where = np.where(holding == NOTHING, NOTHING, 0 if self._free else destination)
         return np.array(

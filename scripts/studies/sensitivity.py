@@ -3,16 +3,7 @@
 What a collision costs, the reading of P(reach), when an interaction ends, how fast the caregiver is, and whether it
 makes room for the child: in the grid on two plans and over a set of generated ones, where the house is the unit of
 chance, and speed and yielding in the physical house too. And where the rule is no more than "protect from what is
-nearest".
-
-With one child the expected danger of hazard o, at d_o moves and of damage D_o, is
-
-    E(o) = (1 - P(safe)) P(reach_o) D_o    and    P(reach_o) = (1 / d_o) / sum of 1 / d over all hazards.
-
-1 - P(safe) and the sum are the same for all hazards, so the rule protects from the one of greatest D_o / d_o, and
-`nearest` from the one of greatest 1 / d_o. Among hazards of one kind that is the same one. So all depends on the
-nearest stairwell, at s moves, and the nearest candle that is worth moving, at c. What is equal goes to the stairwell,
-which comes first in the table of hazards: `nearest` takes it if s <= c, the rule if D_c s <= D_s c.
+nearest". The page derives that.
 """
 
 from __future__ import annotations

@@ -72,20 +72,17 @@ def measure(houses: list[str], worlds: list[str], episodes: dict[str, int], jobs
 
 def rows(episodes: pd.DataFrame) -> list[dict[str, Any]]:
     """For each world, house and family what every caregiver leaves, and what the factor 1 - P(safe) changes."""
-    found = []
+    found, without = [], dict(PAIRS)
     for (world, house, family), group in episodes.groupby(["world", "house", "family"], sort=False):
-        by = {name: part.set_index("episode").sort_index() for name, part in group.groupby("caregiver")}
-        without = dict(PAIRS)
+        by = {name: part.sort_values("episode") for name, part in group.groupby("caregiver")}
+        damage = {name: part.damage.to_numpy() for name, part in by.items()}
         for name in CAREGIVERS[world]:
-            part = by[name]
-            damage = part.damage.to_numpy()
-            row = {"world": world, "house": house, "family": family, "caregiver": name, "episodes": len(part)}
-            row["damage"] = float(damage.mean())
-            row["by_child"] = np.array(part.damage_by_child.tolist()).mean(axis=0).tolist()
-            row["left"] = of_ratio(damage, by["none"].damage.to_numpy())
-            row |= {column: float(part[column].mean()) for column in MEANS}
+            row = {"world": world, "house": house, "family": family, "caregiver": name, "episodes": len(by[name])}
+            row |= by[name][["damage", *MEANS]].mean().to_dict()
+            row["by_child"] = np.array(by[name].damage_by_child.tolist()).mean(axis=0).tolist()
+            row["left"] = of_ratio(damage[name], damage["none"])
             if name in without:
-                row["factor"] = of_difference(damage, by[without[name]].damage.to_numpy())
+                row["factor"] = of_difference(damage[name], damage[without[name]])
             found.append(row)
     return found
 

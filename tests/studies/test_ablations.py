@@ -10,7 +10,6 @@ from studies.ablations import (
     NearestTable,
     Study,
     Variant,
-    paper,
     safety_table,
     thresholds_table,
     variants_table,
@@ -52,18 +51,16 @@ def cells(text):
 
 def test_tables_have_a_row_a_variant():
     few = {"default": {}, "hyperprior 3": {"hyperprior": 3.0}}
-    slow = Variant(paper(), actions=1)
-    made = {name: Variant(paper(**options)) for name, options in few.items()} | {"one action": slow}
+    made = {name: Variant(options=options) for name, options in few.items()} | {"one action": Variant(actions=1)}
     short = study(timesteps=100)
-    alone = short.alone()
-    rows = cells(variants_table(short, alone, made))
+    rows = cells(variants_table(short, made))
     assert [row[0] for row in rows] == ["variant", "---", *made]
     assert {len(row) for row in rows} == {9}
     assert [row[-1] for row in rows[2:4]] == ["100%", "100%"]  # P(safe) changes no choice
     assert rows[2][1:] == rows[3][1:]
     assert rows[4][1:] != rows[2][1:]
 
-    rows = cells(thresholds_table(short, alone, few))
+    rows = cells(thresholds_table(short, few))
     assert [row[0] for row in rows[2:]] == [f"threshold {t}" for t in ("0", "0.1", "0.5", "1", "0.5, hyperprior 3")]
     assert {len(row) for row in rows} == {7}
 
