@@ -17,7 +17,7 @@ from caregiver_mj.plans.sets import houses_named
 
 # Columns of the contract, written out once more.
 COLUMNS = ["world", "house", "caregiver", "family", "epsilon", "children", "episode", "seed"]
-KINDS = ("stairwell", "candle", "table", "gate", "mug")
+KINDS = ("stairwell", "candle", "table", "gate", "mug", "battery")
 DAMAGE = ["damage", *(f"damage_{kind}" for kind in KINDS), "damage_until_stop"]
 COUNTS = ["stopped", "timesteps_to_threshold", "cells_visited", "toys_reached", "moves_blocked"]
 COUNTS += ["moves_blocked_stairwell", "moves_blocked_free", "longest_blocked"]
