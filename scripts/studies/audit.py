@@ -58,7 +58,7 @@ class EpisodeLog:
     arm_velocity: np.ndarray  # joint velocities, rad/s, (m, joints)
     arm_torque: np.ndarray  # what moved each joint and held it up, N m, (m, joints), see `Dynamics`
     finger_velocity: np.ndarray  # of each finger, m/s, (m, 2)
-    pads: np.ndarray  # how many of the fingers' pads touch the wax of a candle, (m,)
+    pads: np.ndarray  # how many of the fingers' pads touch the wax of a candle, or the neck of a mug, (m,)
     # Where on the floor the wheels' forces together act, in the base's frame, metres, (m, 2).
     pressure_centre: np.ndarray
     # From each part of the robot that can touch something to the child, metres, (m, parts); infinite if far away.
@@ -113,7 +113,7 @@ class Recorder(contextlib.AbstractContextManager["Recorder"]):
         geoms = [model.geom(i) for i in range(model.ngeom)]
         self._parts = [geom.id for geom in geoms if geom.name.startswith("robot/") and geom.contype[0]]
         self._pads = {geom.id for geom in geoms if geom.name.endswith("_pad")}
-        self._wax = {geom.id for geom in geoms if geom.name.endswith("/wax")}
+        self._wax = {geom.id for geom in geoms if geom.name.endswith(("/wax", "/neck"))}
         self._child, self._hull = model.geom("toddler/body").id, model.geom("robot/base_hull").id
         self._rows: dict[str, list[Any]] = {
             field.name: [] for field in dataclasses.fields(EpisodeLog) if field.type == "np.ndarray"
