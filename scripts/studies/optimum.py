@@ -28,7 +28,7 @@ from caregiver_mj.experiments import two_level
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.cell_graph import ACTIONS, Target
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.hazards import NOTHING, State, Where
 from caregiver_mj.plans.routes import Routes
 from study import Parser, fill_in, run_all
 from study import table as in_markdown
@@ -111,7 +111,8 @@ def forgone(exact: Exact, caregiver: Caregiver | None, episodes: int) -> np.ndar
     for timestep in range(TIMESTEPS):
         world.step()
         now = _state(exact, world)
-        moved = (now[0], *before[1:3], *now[3:])  # the child has, and the caregiver not yet
+        layout = exact.taken[now[0], before[2]]
+        moved = (now[0], before[1], layout, *now[3:])  # the child has, and the caregiver not yet
         found[timestep] = exact.objective.discount ** (timestep + 1) * (exact.value[now] - exact.after[moved])
         before = now
     return found
@@ -119,7 +120,8 @@ def forgone(exact: Exact, caregiver: Caregiver | None, episodes: int) -> np.ndar
 
 def _state(exact: Exact, world: GridWorld) -> tuple[np.ndarray, ...]:
     """Return the indices of the worlds' states in the tables, (B,) each."""
-    layout = exact.layout(world.candle_table, world.holding, world.orders.destination)
+    lying = world.plan.hazards.split(world.state)[2] == State.AS_PLANNED
+    layout = exact.layout(world.candle_table, world.holding, world.orders.destination, lying)
     epsilon = np.repeat(np.arange(len(exact.epsilons)), len(layout) // len(exact.epsilons))
     return world.child_cell[:, 0], world.caregiver_cell, layout, world.goal[:, 0], epsilon
 
@@ -158,16 +160,18 @@ class Exact:
     - one that is free in every one of its three actions in a timestep: to walk to any cell next to it in which the
       child is not, to wait, to get, to place;
     - one that has the interventions of ours: before each action it chooses to block a stairwell, to stand aside, to
-      stay, or to relocate a candle to a table, and is moved by the rule of `plans.routes`; while a candle is in its
-      hand, it carries it to its table.
+      stay, to relocate a candle to a table, or to pick something up off the floor, and is moved by the rule of
+      `plans.routes`; while a candle is in its hand, it carries it to its table.
 
     The layouts are first the sets of tables that bear a candle, the hand being empty; then those with a candle less,
-    which is in the hand, for each table to which it is carried (for the free caregiver: for none in particular).
+    which is in the hand, for each table to which it is carried (for the free caregiver: for none in particular). There
+    are as many again for each set of things that lie on the floor, all of them first.
 
     Attributes:
         plan: The house.
         epsilons: Those of the children, (E,).
         objective: What is least.
+        taken: What a child in each cell leaves of each layout, by what it takes off the floor, (C, layouts).
         cost: Of the child's next move, (C, R, layouts, G, E): by cell of the child and of the caregiver, toy bin and
             epsilon.
         value: To come just before the child's move, likewise.
@@ -202,19 +206,22 @@ class Exact:
 
     # -- What to expect --------------------------------------------------------------------------
 
-    def layout(self, candle_table: np.ndarray, holding: np.ndarray, destination: np.ndarray) -> np.ndarray:
+    def layout(
+        self, candle_table: np.ndarray, holding: np.ndarray, destination: np.ndarray, lying: np.ndarray
+    ) -> np.ndarray:
         """Return the numbers of layouts, (B,).
 
         Args:
             candle_table: The table of each candle, or NOTHING, (B, candles).
             holding: The candle in the hand, or NOTHING, (B,).
             destination: To which table it is carried, (B,).
+            lying: Whether each thing still lies on the floor, (B, things).
         """
         where = np.where(holding == NOTHING, NOTHING, 0 if self._free else destination)
         return np.array(
             [
-                self._number[tuple(sorted(set(tables) - {NOTHING})), to]
-                for tables, to in zip(candle_table.tolist(), where.tolist(), strict=True)
+                self._number[tuple(sorted(set(tables) - {NOTHING})), to, tuple(things)]
+                for tables, to, things in zip(candle_table.tolist(), where.tolist(), lying.tolist(), strict=True)
             ]
         )
 
@@ -226,20 +233,31 @@ class Exact:
         fewer = list(itertools.combinations(tables, candles - 1)) if candles else []
         to = [0] if self._free else tables
         held = [(layout, table) for table in to for layout in fewer if self._free or table not in layout]
-        self._number = {layout: number for number, layout in enumerate([*full, *held])}
-        self._empty = np.arange(len(full))
-        self._held = {table: np.array([self._number[one] for one in held if one[1] == table], int) for table in to}
-        self._bears = np.array([[table in layout for table in tables] for layout, _ in self._number], bool)
-        self._bears = self._bears.reshape(len(self._number), len(tables))
-        # What an action at a table makes of a layout.
-        self._handled = []
-        for (layout, to_table), number in self._number.items():
+        floors = list(itertools.product((True, False), repeat=len(self.plan.floor_cells)))
+        self._number = {(*one, lying): n for n, (lying, one) in enumerate(itertools.product(floors, [*full, *held]))}
+        listed = list(self._number)
+        self._empty = np.array([number for number, (_, there, _) in enumerate(listed) if there == NOTHING], int)
+        self._held = {table: np.array([n for n, one in enumerate(listed) if one[1] == table], int) for table in to}
+        self._bears = np.array([[table in layout for table in tables] for layout, *_ in listed], bool)
+        self._bears = self._bears.reshape(len(listed), len(tables))
+        self._lying = np.array([lying for *_, lying in listed], bool).reshape(len(listed), -1)
+        self.taken = np.tile(np.arange(len(listed)), (len(self.plan.free_cells), 1))
+        # What an action at a table, or in the cell of a thing, makes of a layout.
+        self._handled, self._picked = [], []
+        for (layout, to_table, lying), number in self._number.items():
+            for thing, cell in enumerate(self.plan.floor_cells):
+                gone = self._number[layout, to_table, (*lying[:thing], False, *lying[thing + 1 :])]
+                self.taken[cell, number] = gone
+                if lying[thing] and to_table == NOTHING:
+                    self._picked.append((cell, number, gone))
             for table in tables:
                 if to_table == NOTHING and table in layout:
                     rest = tuple(one for one in layout if one != table)
-                    others = [self._number.get((rest, there)) for there in to if self._free or there not in layout]
+                    others = [
+                        self._number.get((rest, there, lying)) for there in to if self._free or there not in layout
+                    ]
                 elif to_table != NOTHING and table not in layout and (self._free or table == to_table):
-                    others = [self._number[tuple(sorted((*layout, table))), NOTHING]]
+                    others = [self._number[tuple(sorted((*layout, table))), NOTHING, lying]]
                 else:
                     others = []
                 self._handled += [(table, number, other) for other in others]
@@ -255,11 +273,14 @@ class Exact:
             self._choices = [(np.arange(len(self._number)), there) for there in steps]
         else:
             posts = [[self.plan.cell_index[cell]] for cell in self.plan.stairwells]
-            routes = Routes(self.plan, [*posts, *stands])
+            things = [[cell] for cell in self.plan.floor_cells]
+            routes = Routes(self.plan, [*posts, *stands, *things])
             far, towards = (np.stack(one, axis=1) for one in zip(*map(routes.around, range(cells)), strict=True))
             at = [far[len(posts) + table] == 0 for table in range(len(stands))]
             self._choices = [(self._empty, there) for there in (here, *towards[: len(posts)], towards[-1])]
-            for table, there in enumerate(towards[len(posts) : -1]):
+            for thing, there in enumerate(towards[len(posts) + len(stands) : -1]):
+                self._choices.append((self._empty[self._lying[self._empty, thing]], there))
+            for table, there in enumerate(towards[len(posts) : len(posts) + len(stands)]):
                 bears = self._empty[self._bears[self._empty, table]]
                 self._choices += [(bears, there), (self._held[table], there)]
         self._at = at
@@ -275,6 +296,9 @@ class Exact:
                 harm[cell, :, :, move] = damage["stairwell"] * is_open[:, None]
             elif target[cell, move] == Target.TABLE:
                 harm[cell, :, :, move] = np.where(self._bears[:, index[cell, move]], damage["candle"], damage["table"])
+        for thing, cell in zip(self.plan.hazards.at(Where.FLOOR), self.plan.floor_cells, strict=True):
+            enters = (self._there == cell) & (self._child[..., None] != cell)  # (C, R, moves)
+            harm += thing.damage * enters[:, :, None] * self._lying[:, thing.index, None]
         return np.einsum("crlm,cgem->crlge", harm, self._chance)
 
     def _solve(self) -> tuple[np.ndarray, np.ndarray]:
@@ -307,7 +331,8 @@ class Exact:
             chance = np.broadcast_to(self._chance[:, None, None, ..., move], shape)
             reaches = (target[:, move, None] == Target.BIN) & (index[:, move, None] == np.arange(shape[3]))
             reaches = np.broadcast_to(reaches[:, None, None, :, None], shape) & (chance > 0)
-            there = state[self._there[:, :, move], np.arange(shape[1])]
+            cell = self._there[:, :, move]
+            there = state[cell[..., None], np.arange(shape[1])[:, None], self.taken[cell]]
             goes_on = ~reaches & (chance > 0)
             entries.append((chance[goes_on], state[goes_on], there[goes_on]))
             for goal in range(shape[3]):
@@ -337,4 +362,6 @@ class Exact:
         for table, number, other in self._handled:
             child, cell = np.nonzero(self._at[table])
             consider((child, cell, number), after[child, cell, other], state[child, cell, other])
+        for place, number, other in self._picked:
+            consider((slice(None), place, number), after[:, place, other], state[:, place, other])
         return best.ravel(), chosen.ravel()

@@ -19,6 +19,7 @@ from study import main
 
 CORRIDOR = "#######\n#B...S#\n#######"
 TABLES = "#######\n#C...T#\n#.....#\n#B#.#S#\n#######"
+THINGS = "########\n#S..o.B#\n#.##...#\n#o...oS#\n########"
 PRICE = 0.3
 EPSILONS = (1.0, 0.5)
 
@@ -43,6 +44,26 @@ def test_who_may_stand_anywhere_leaves_no_more(name):
     ours, free = (Exact(plan, EPSILONS, free=one).value[:, :, :on_tables] for one in (False, True))
     assert (free <= ours + 1e-3).all()
     assert free.mean() < 0.99 * ours.mean()
+
+
+@pytest.mark.parametrize("free", [False, True])
+def test_by_hand_with_something_on_the_floor(free):
+    """The same corridor without stairs: as the child comes towards it the caregiver has it, or has it not yet."""
+    plan = FloorPlan.parse("#########\n#B.o....#\n#########")
+    exact = Exact(plan, [1.0], Objective(discount=0.5, price=0.0, random_price=0.0), free)
+    assert exact.value[0, 3, 0, 0, 0] == pytest.approx(5 / 4, rel=1e-5)  # two moves and an action
+    assert exact.value[0, 5, 0, 0, 0] == pytest.approx(5 / 4 + 0.5 * 3 / 4 * 5 / 4, rel=1e-5)
+    assert exact.value[0, 5, 1, 0, 0] == pytest.approx(0.0, abs=1e-5)
+
+
+@pytest.mark.parametrize("caregiver", ["foresight", "paper", "childproof"])
+def test_with_things_on_the_floor_no_step_is_better_and_the_planner_is_nearest_to_the_best(caregiver, monkeypatch):
+    monkeypatch.setattr(optimum, "TIMESTEPS", 60)
+    exact = Exact(FloorPlan.parse(THINGS), EPSILONS)
+    forgone = optimum.forgone(exact, make_caregiver(caregiver, exact.plan), 40)
+    assert forgone.min() > -1e-4
+    least = optimum.at_first(exact, 40).mean()
+    assert (forgone.sum(axis=0).mean() < 0.35 * least) == (caregiver == "foresight")
 
 
 @pytest.mark.parametrize("caregiver", ["knows-goal", "foresight", "paper", "guard", "random"])
@@ -100,7 +121,7 @@ class Best(Caregiver, ToldCaregiver):
             ]
             on = [[NOTHING if i == taken else table for i, table in enumerate(tables)] for taken in candle]
             to = np.array([verb.destination for _, verb in answers])
-            layout = self.exact.layout(np.array(on), np.array(candle), to)
+            layout = self.exact.layout(np.array(on), np.array(candle), to, np.zeros((len(to), 0), bool))
             cost = after[child[world], there, layout, self.goal[world], self.epsilon[world]]
             found.append(answers[int(cost.argmin())][1])
         return Interventions.of(found)

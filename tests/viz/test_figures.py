@@ -65,9 +65,9 @@ def test_of_a_single_house_only_means_are_drawn():
 
 def test_kinds_are_shares_of_the_damage_without():
     rows = [
-        ("none", "1", 10.0, 5.0, 4.0, 1.0, 0.0),
-        ("paper", "1", 4.0, 1.0, 0.0, 3.0, 0.0),
-        ("floor", "1", 2.0, 0.0, 0.0, 2.0, 0.0),
+        ("none", "1", 10.0, 5.0, 4.0, 1.0, 0.0, 0.0),
+        ("paper", "1", 4.0, 1.0, 0.0, 3.0, 0.0, 0.0),
+        ("floor", "1", 2.0, 0.0, 0.0, 2.0, 0.0, 0.0),
     ]
     kinds = [f"{kind}_mean" for kind in figures.KINDS]
     means = pd.DataFrame(rows, columns=["caregiver", "family", "damage_mean", *kinds])

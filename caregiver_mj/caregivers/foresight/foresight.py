@@ -182,22 +182,22 @@ class ForesightCaregiver(Caregiver):
         going = np.zeros((count, len(places) + candles + things, len(groups)), np.float32)
         carried = np.zeros((count, candles, bare.shape[1], len(groups)), np.float32)
         got = np.ones((count, candles), bool)
+        lying = np.zeros((count, things), np.float32)
+        then = np.zeros((count, things, things, len(groups)), np.float32)
         for child, probability in enumerate(np.moveaxis(self.belief.probability[worlds], 1, 0)):
             belief = probability.reshape(count, -1)[:, values.possible].astype(np.float32)
             here = percept.child_cell[worlds, child]
             staying = np.einsum("wcs,ws->wc", values.staying[here[:, None], tables], belief) @ stays.T  # (W, groups)
-            taken = np.einsum("wos,ws->wo", values.taken[here], belief) * ~gone
-            staying += taken.sum(axis=1, keepdims=True)
             going += staying[:, None]
+            lying += np.einsum("wos,ws->wo", values.taken[here], belief)
+            then += np.einsum("towgs,ws->wtog", values.others[:, :, layout, here[:, None]], belief)
             for option, place in enumerate(places):
                 there = motion.after[steps, place, here, cell]
                 going[:, option] += np.einsum("wgs,ws->wg", values.at(layout, here[:, None], there[:, None]), belief)
-            for thing, place in enumerate(motion.floor):
-                begun, there = motion.picks_up(place, here, cell, left)
-                found = values.going[thing][layout, (here * len(self.plan.caregiver_cells) + there)[:, None]]
-                found = np.where(begun[:, None, None], values.picked[thing][layout, here[:, None]], found)
-                option = len(places) + candles + thing
-                going[:, option] += np.einsum("wgs,ws->wg", found, belief) - taken[:, thing, None]
+            for thing in range(things):
+                going[:, len(places) + candles + thing] += np.einsum(
+                    "wgs,ws->wg", values.picking_up(thing, layout, here, cell, left), belief
+                )
             for candle, source in enumerate(tables.T):
                 in_hand, there, rest = motion.fetch(source, here, cell, left)
                 got[:, candle] &= in_hand
@@ -211,12 +211,17 @@ class ForesightCaregiver(Caregiver):
                 which = np.broadcast_to(layout[:, None], shape).ravel()
                 found = values.carried(which, source_, target, *others).reshape(*shape, -1)
                 carried[:, candle] += np.einsum("wbgs,ws->wbg", found, belief) + staying[:, None]
-        damage, relocates = going.min(axis=2), slice(len(places), len(places) + candles)
+        relocates = slice(len(places), len(places) + candles)
+        lying *= ~gone
+        all_left = lying.sum(axis=1, keepdims=True)
+        # Of the other things those are picked up after one for which that is better than to leave them.
+        going[:, relocates.stop :] += np.minimum(then, lying[:, None, :, None]).sum(axis=2) - all_left[..., None]
+        damage = going.min(axis=2) + all_left
         damage[:, relocates.stop :][gone] = np.inf
         if not carried.size:
             damage[:, relocates] = np.inf
             return Options(damage, np.full((count, candles), NOTHING))
-        by_table = carried.min(axis=3)  # (W, candles, bare tables)
+        by_table = carried.min(axis=3) + all_left[..., None]  # (W, candles, bare tables)
         damage[:, relocates] = np.where(got, by_table.min(axis=2), damage[:, relocates])
         return Options(damage, np.take_along_axis(bare, _first_of_least(by_table), axis=1))
 

@@ -13,9 +13,9 @@ is closed is known before a table is worked out.
 What lies on the floor is in no table, for there would have to be twice as many with each such thing. Instead one step
 of policy improvement is made over leaving all of it where it is for ever. What a thing does if it is left is its
 damage, discounted to the child's first passage into its cell with nobody in its way. What comes of picking it up is the
-value of a fixed policy: to go straight there, whatever the child does. Once that is done, or the child has taken the
-thing, the table holds. Not foreseen is that other things may be picked up afterwards: what is worth the way only
-together with others is left.
+value of a fixed policy: to go straight there, whatever the child does; once that is done, or the child has taken the
+thing, the table holds. Then the other things follow that are worth the way from there: each is counted as if it were
+the only one, and as if the child had not moved meanwhile.
 
 The values are found by value iteration (Bellman 1957; Puterman 1994, chapter 6).
 """
@@ -162,6 +162,8 @@ class ValueTable:
         taken: Damage to come of each thing on the floor if it is left there, (C, things, J).
         going: Damage to come, as `value`, if the caregiver goes to pick a thing up, for each, with that of the thing.
         picked: The same from when it begins to, for each, (layouts, C, J).
+        others: By how much it is more than that of the table to go from the cell of each thing for each other one,
+            (things, things, layouts, C, J).
         closed: For each gate that is shut what was to come when the caregiver, before it, began to close it as the last
             one, (layouts, C, J).
     """
@@ -213,6 +215,25 @@ class ValueTable:
     def at(self, layout: np.ndarray, child: np.ndarray, cell: np.ndarray) -> np.ndarray:
         """Return the damage to come before the child's move, (..., J), by layout, child's and caregiver's cell."""
         return self.value[layout, child * self._places + cell]
+
+    def picking_up(
+        self, thing: int, layout: np.ndarray, child: np.ndarray, cell: np.ndarray, left: np.ndarray
+    ) -> np.ndarray:
+        """Return the damage to come if the caregiver goes for a thing on the floor, with that of the thing alone.
+
+        Args:
+            thing: Its number.
+            layout: Layouts, (n, groups).
+            child: The child's cells, (n,).
+            cell: The caregiver's cells, (n,).
+            left: Steps until the child's next move, (n,).
+
+        Returns:
+            Array (n, groups, J).
+        """
+        begun, there = self.motion.picks_up(self.motion.floor[thing], child, cell, left)
+        going = self.going[thing][layout, (child * self._places + there)[:, None]]
+        return np.where(begun[:, None, None], self.picked[thing][layout, child[:, None]], going)
 
     def carried(
         self,
@@ -320,8 +341,13 @@ class ValueTable:
         self._arrive(value)
         for gate in shut:
             self.closed[gate] = self._standing(value, transition, cost, self.motion.posts[gate], self.motion.pace.close)
-        for thing in range(len(self._lying)):
+        things = len(self._lying)
+        for thing in range(things):
             self._pick_up(thing, value, transition, cost, fetched)
+        self.others = np.zeros((things, things, len(bears), cells, states), np.float32)
+        for thing, other in itertools.permutations(range(things), 2):
+            more = (self.going[other] - value).reshape(-1, cells, places, states)
+            self.others[thing, other] = more[:, :, self.plan.floor_cells[thing]]
         return value
 
     def _standing(
