@@ -20,7 +20,11 @@ from caregiver_mj.plans.sets import houses_named
 
 # Columns of the contract, written out once more.
 COLUMNS = ["world", "house", "caregiver", "family", "epsilon", "children", "episode", "seed"]
-DAMAGE = ["damage", "damage_stairwell", "damage_candle", "damage_table", "damage_gate", "damage_until_stop"]
+DAMAGE = [
+    "damage",
+    *(f"damage_{kind}" for kind in ("stairwell", "candle", "table", "gate", "battery")),
+    "damage_until_stop",
+]
 COUNTS = ["stopped", "timesteps_to_threshold", "cells_visited", "toys_reached", "moves_blocked"]
 COUNTS += ["moves_blocked_stairwell", "moves_blocked_free", "longest_blocked"]
 COUNTS += ["moves_entered", "moves_entered_blocked", "moves_held_up", "interventions"]

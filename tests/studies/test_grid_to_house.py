@@ -205,6 +205,7 @@ def made_rows(houses, called, grid=10.0, house=12.0, alone=40.0, who="paper"):
         "damage_candle": 4.0,
         "damage_table": 1.0,
         "damage_gate": 0.0,
+        "damage_battery": 0.0,
         "interventions_done": 6,
     }
     rows = [
