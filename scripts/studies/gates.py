@@ -109,7 +109,8 @@ def trial(options: argparse.Namespace, seed: int) -> dict[str, Any]:
                 touched[thing.partition("/")[2] or thing] += 1
         skill = policy.executive.routine.skill if policy.executive.routine else None
         tries = max(tries, skill.tries if isinstance(skill, PickUp) else 0)
-        if policy.interventions_done and math.isnan(seconds):
+        is_done = policy.interventions_done and env.task.children.state[errand.hazard] != State.AS_PLANNED
+        if is_done and math.isnan(seconds):
             seconds = env.physics.time()
             until = seconds + (_DRIVEN if options.batteries else 0.0)
     outcome = env.task.outcome()

@@ -25,7 +25,7 @@ from caregiver_mj.robot.view import View
 _FEELING = 0.02  # m/s of the fingertips that look for the floor
 # m/s of a hand that carries the thing, of which fingertips hold 3 mm: where they turn, it slips outwards by half of the
 # square of the angle of every physics step, times the radius.
-CARRYING = 0.5
+CARRYING, _TURNING = 0.5, 0.2  # the second where the hand is tucked, and turns
 _TOUCHED = 0.0012  # metres that the hand stays above where it is told to be from which on the floor holds it up
 _ON_FLOOR = 0.0015  # metres that the fingertips may then be above the floor; else they stand on the thing
 _OVER_FLOOR = 0.0003  # metres above it at which they close, below the middle of the thing
@@ -149,8 +149,7 @@ class PickUp(Reaching):
     def _lift(self, view: View, robot: RobotMotion) -> Status:
         """Bring it up into mid air, if it comes with the hand."""
         if self._height(view.arm) > LOW and not self._is_in_hand(view):
-            robot.grip(self.embodiment.grasp.open)
-            self._withdraw(view, robot)
+            self._let_go(view, robot)
         elif self._goes_on(view, robot) and not self._way:
             robot.reach_along(tray_path(arm_of(self.embodiment)))
             if self._child_comes(view):
@@ -162,31 +161,41 @@ class PickUp(Reaching):
     def _put_in_tray(self, view: View, robot: RobotMotion) -> Status:
         """Go down to the tray and let go, unless a child is there."""
         robot.reach(self._way[0], speed=self._speed)
-        if self._child_within(view, _AT_TRAY, 0.0):
+        if not self._is_in_hand(view):
+            self._let_go(view, robot)
+        elif self._child_within(view, _AT_TRAY, 0.0):
             self._evade(view, robot)
         elif robot.reached == self._way[0]:
             del self._way[0]
             if not self._way:
-                robot.grip(self.embodiment.grasp.open)
-                self._until = view.now + _FALLS
-                self._withdraw(view, robot)
+                self._let_go(view, robot)
         return Status.COMMITTED
+
+    def _let_go(self, view: View, robot: RobotMotion) -> None:
+        robot.grip(self.embodiment.grasp.open)
+        self._until = view.now + _FALLS
+        self._withdraw(view, robot)
 
     def _evade(self, view: View, robot: RobotMotion) -> None:
         self._aside = StandAside(self._navigator)
-        self._carry(view, robot, self._keep_away, *([UP] if robot.reached > UP else []))
+        self._carry(view, robot, self._keep_away, *([UP] if robot.reached > UP else []), speed=_TURNING)
 
     def _keep_away(self, view: View, robot: RobotMotion) -> Status:
         """Get away from the children, and for a while from one that follows, with the thing over their heads."""
+        if not self._is_in_hand(view):
+            self._let_go(view, robot)
+            return Status.COMMITTED
         if self._way:
             self._goes_on(view, robot)
             return Status.COMMITTED
+        if robot.reached > 0.0:  # first, and slowly
+            robot.reach(0.0, speed=self._speed)
+            return Status.COMMITTED
         self._aside.step(view, robot)
-        robot.reach(0.0, speed=self._speed)
         is_late = view.now > self._since + TIME_OUT
         is_clear = self._is_alone(view) or (is_late and not self._child_within(view, _AT_TRAY, 0.0))
-        if is_clear and not robot.moving and robot.reached == 0.0:
-            self._carry(view, robot, self._put_in_tray, UP, float(robot.reach_path.goal))
+        if is_clear and not robot.moving:
+            self._carry(view, robot, self._put_in_tray, UP, float(robot.reach_path.goal), speed=_TURNING)
         return Status.COMMITTED
 
     def _withdraw(self, view: View, robot: RobotMotion) -> None:
@@ -201,9 +210,16 @@ class PickUp(Reaching):
             self.driver.patience.begin_anew()
         return Status.COMMITTED
 
-    def _carry(self, view: View, robot: RobotMotion, stage: Callable[[View, RobotMotion], Status], *way: float) -> None:
+    def _carry(
+        self,
+        view: View,
+        robot: RobotMotion,
+        stage: Callable[[View, RobotMotion], Status],
+        *way: float,
+        speed: float = CARRYING,
+    ) -> None:
         self._begin(view, stage, *way)
-        self._speed = CARRYING / robot.reach_path.longest(arm_of(self.embodiment))
+        self._speed = speed / robot.reach_path.longest(arm_of(self.embodiment))
 
     def _goes_on(self, view: View, robot: RobotMotion) -> bool:
         """Move the hand on along its way; return whether it has just come to the next pose of that."""
