@@ -295,7 +295,7 @@ def worst(
     size = np.abs(values)
     bounds = np.broadcast_to(bounds, size.shape)
     place = row, column = np.unravel_index(np.argmax(size / bounds), size.shape)
-    return Check(name, unit, float(size[place]), float(bounds[place]), float(row * timestep), names[column])
+    return Check(name, unit, float(size[place]), float(bounds[place]), float(row * timestep), names[int(column)])
 
 
 def check_motion(log: EpisodeLog, robot: Embodiment) -> list[Check]:
