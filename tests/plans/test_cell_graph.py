@@ -46,6 +46,16 @@ def test_moves_are_what_the_plan_shows(plan):
             assert index[i, action] == (objects[kind].index(there) if kind in objects else -1)
 
 
+@settings(max_examples=40, deadline=None)
+@given(PLANS)
+def test_neighbours_are_mutual_and_one_step_away(plan):
+    for cell, around in enumerate(plan.graph.neighbours):
+        row, column = plan.caregiver_cells[cell]
+        wanted = [(row + down, column + right) for down, right in STEPS.values()]
+        assert [plan.caregiver_cells[other] for other in around] == [c for c in wanted if plan[c] in ".S"]
+        assert all(cell in plan.graph.neighbours[other] for other in around)
+
+
 def test_beside_an_object_are_free_cells_in_the_order_of_the_actions():
     plan = FloorPlan.parse("#####\n#.C.#\n#...#\n#TB.#\n#####")
     cells = [[plan.free_cells[cell] for cell in around] for around in plan.graph.beside([*plan.tables, *plan.bins])]
