@@ -89,7 +89,7 @@ class Elsewhere(NearestCaregiver):
 @pytest.mark.parametrize(
     ("name", "own"),
     [
-        ("childproof", "prepare"),
+        ("childproof", "prepare, destination"),
         ("foresight", "decide, destination"),
         ("paper-still", "yields"),
         (f"{__name__}:Tidy", "prepare"),
