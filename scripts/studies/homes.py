@@ -77,7 +77,7 @@ def add_options(parser: Parser) -> None:
     """Declare the options."""
     parser.add_file("run", "a finished run in the grid, in homes", "DIR", required=True)
     parser.add("episodes", 20, "of each child in each house, of all but that run")
-    parser.add("sweep", 20, "houses of the run with other weights")
+    parser.add("houses", 20, "of the run, the first ones, for all but that run")
     parser.add_file("out", "keep results there, and go on with them", "DIR")
     parser.add_jobs()
 
@@ -88,7 +88,7 @@ def run(options: argparse.Namespace) -> Page:
     needed = {"none", "expected-danger", "foresight", "knows-goal", "floor"}
     if settings.world != "grid" or not needed <= set(settings.caregivers):
         raise CaregiverError(f"'{options.run}' must hold a run in the grid with {', '.join(sorted(needed))}")
-    houses = [plan.name for plan in settings.plans]
+    houses = [plan.name for plan in settings.plans[: options.houses]]
     families = tuple(map(str, settings.families))
     jobs = [
         Job(house, "", ("none", "expected-danger", "foresight", *_NO_GATES), families, options.episodes)
@@ -97,7 +97,7 @@ def run(options: argparse.Namespace) -> Page:
     jobs += [
         Job(house, weights, ("none", *RANKED), families, options.episodes)
         for weights in SWEEP.values()
-        for house in houses[: options.sweep]
+        for house in houses
     ]
     found = dict(zip(jobs, run_all(damage, jobs, options.jobs, "in homes", options.out), strict=True))
     return page(episodes, pd.read_parquet(options.run / "houses.parquet"), settings, found)
@@ -152,7 +152,7 @@ def page(
         ],
         "sweep": [(title, *_ranking(_of(found, weights, RANKED[0]))) for title, weights in SWEEP.items()],
         "weights": SWEEP,
-        "swept": len(_of(found, SWEEP["table at 1 %"], RANKED[0])),
+        "few": len(_of(found, SWEEP["table at 1 %"], RANKED[0])),
     }
     return Page(values)
 
