@@ -16,7 +16,7 @@ from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.interventions.verb import Mark, verb_of
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import KINDS, NOTHING, State
+from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, State
 from caregiver_mj.viz.forecast import Forecast
 
 if TYPE_CHECKING:
@@ -127,7 +127,11 @@ def hud_state(
         ),
         candles=candle_positions(observation),
         damage=outcome["damage"],
-        damages={kind.at.split()[-1]: outcome[f"damage_{kind.name}"] for kind in KINDS},
+        damages={
+            kind.at.split()[-1]: outcome[f"damage_{kind.name}"]
+            for kind in KINDS
+            if kind is TABLE or kind in task.plan.hazards.kinds  # there is little room
+        },
         robot=observation.get("base_position"),
         gates=observation.get("gate_position", np.zeros(0)).tolist(),
         gone=np.flatnonzero(task.children.state == State.GONE).tolist(),
