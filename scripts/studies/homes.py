@@ -58,8 +58,8 @@ BARE_TABLE = 0.5  # percent, assumed: the end of the scale, at which damage is 1
 # all new kinds as light as a bare table, or twice as heavy as stairs.
 SWEEP = {
     "as by default": "",
-    "table at 1 %": "mug=5.1,battery=5",
-    "table at 0.25 %": "mug=6.3,battery=6",
+    "table at 0.25 %": "mug=5.1,battery=5",
+    "table at 1 %": "mug=6.3,battery=6",
     "by the formula alone": "stairwell=3.4,gate=3.4,candle=4,mug=5.5,battery=5.4",
     "new kinds at 1": "gate=1,mug=1,battery=1",
     "new kinds at 10": "gate=10,mug=10,battery=10",
@@ -69,8 +69,8 @@ _NO_GATES = ("studies.homes:NoGates", "studies.homes:ForesightNoGates")
 
 
 def weight(admitted: float, least: float = BARE_TABLE) -> float:
-    """Return the damage of injuries with a share admitted, percent: 1 for bare tables, 1 more for twice as much."""
-    return 1 + math.log2(admitted / least)
+    """Return the damage of injuries by the share admitted, percent: on a line in its log from bare tables to candles."""
+    return 1 + (CANDLE.damage - 1) * math.log(admitted / least) / math.log(SOURCES[1].admitted / least)
 
 
 def add_options(parser: Parser) -> None:
@@ -133,7 +133,7 @@ def page(
         "settings": settings,
         "sources": [(one, weight(one.admitted)) for one in SOURCES],
         "ends": {
-            one.kind: [weight(one.admitted, least) for least in (2 * BARE_TABLE, BARE_TABLE / 2)] for one in SOURCES
+            one.kind: [weight(one.admitted, least) for least in (BARE_TABLE / 2, 2 * BARE_TABLE)] for one in SOURCES
         },
         "default": DamageWeights(),
         "least": BARE_TABLE,
