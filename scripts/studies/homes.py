@@ -69,7 +69,7 @@ _NO_GATES = ("studies.homes:NoGates", "studies.homes:ForesightNoGates")
 
 
 def weight(admitted: float, least: float = BARE_TABLE) -> float:
-    """Return the damage of injuries by the share admitted, percent: on a line in its log from bare tables to candles."""
+    """Return the damage of injuries by the share admitted, percent: on a line in its logarithm."""
     return 1 + (CANDLE.damage - 1) * math.log(admitted / least) / math.log(SOURCES[1].admitted / least)
 
 
