@@ -120,6 +120,12 @@ def test_nobody_knows_anything_without_a_caregiver(house):
     assert (shown.target, shown.intervention) == (-1, "")
 
 
+def test_damage_is_told_of_the_kinds_that_the_house_has():
+    plan = FloorPlan.parse("#########\n#B..M..T#\n#..o....#\n#########")
+    shown = Episode.load(house=plan, children=1.0, caregiver="none").hud_state(1)
+    assert list(shown.damages) == ["tables", "drinks", "batteries"]
+
+
 def test_nearest_candle_in_the_hand(house):
     episode = Episode.load(house=house, children=0.0, caregiver="paper")
     assert episode.child_to_carried_candle() == np.inf
