@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,6 +14,7 @@ from caregiver_mj.caregivers.percept import Assessment, Percept
 from caregiver_mj.children.novice import EXPERT_TIMESTEPS
 from caregiver_mj.danger import safety
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.interventions.verb import Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, Where
 
@@ -100,6 +102,11 @@ class PaperCaregiver(Caregiver):
 
     def reach(self, percept: Percept) -> np.ndarray:
         """Return P(reach_o|tau) of each hazard by each child, (B, K, hazards), normalised over hazards, not tables."""
+        if percept.belief is not None:  # what is to be expected over all cells
+            presence = percept.belief.sum(axis=(3, 4))
+            anywhere = np.broadcast_to(np.arange(presence.shape[2]), (len(presence), presence.shape[2]))
+            reach = self.reach(dataclasses.replace(percept, child_cell=anywhere, belief=None))
+            return np.einsum("bkc,bch->bkh", presence, reach)
         distance = self.hazard_distances(percept)
         if self._reach == "inverse":
             return safety.reach_inverse(distance)
@@ -150,6 +157,30 @@ class CandlesCaregiver(PaperCaregiver):
     def worth_protecting(self, percept: Percept) -> np.ndarray:
         hazards = self.plan.hazards
         return super().worth_protecting(percept) & hazards.are_at(Where.ON_TABLE, np.arange(len(hazards)))
+
+
+class LastSeenCaregiver(PaperCaregiver):
+    """The rule without a tracker: a child that is not seen is thought to be where it was seen last."""
+
+    def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
+        super().reset(batch, seeds, children)
+        self._last = np.full((batch, children), NOTHING)
+
+    def watch(self, percept: Percept) -> None:
+        super().watch(self._as_seen(percept))
+
+    def assess(self, percept: Percept) -> Assessment:
+        return super().assess(self._as_seen(percept))
+
+    def decide(self, percept: Percept) -> Interventions:
+        return super().decide(self._as_seen(percept))
+
+    def _as_seen(self, percept: Percept) -> Percept:
+        """Return what it knows without belief; a child that it has never seen is where that says."""
+        if percept.seen is not None:
+            self._last = np.where(percept.seen, percept.child_cell, self._last)
+        known = np.where(self._last == NOTHING, percept.child_cell, self._last)
+        return percept if percept.seen is None else dataclasses.replace(percept, child_cell=known, belief=None)
 
 
 class PaperStillCaregiver(PaperCaregiver):

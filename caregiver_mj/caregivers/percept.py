@@ -61,6 +61,10 @@ class Percept:
             does not know yet, (B,). Left out where all of it is left.
         clock: Novice timesteps since the start of the episode, with their fraction, (B,). Left out where nobody asks.
         under_way: Number of the hazard that the caregiver is about, or NOTHING, (B,). Left out likewise.
+        seen: Whether each child is seen now, bool (B, K). One that is not stands in the most probable cell, and its
+            last move is NOTHING. Left out where all are seen, always.
+        belief: Probability of every free cell, goal and epsilon of each child, (B, K, cells, G, E), as a `Tracker`
+            holds it. Left out likewise.
         hears: Whether, with a candle in the hand, it takes notice of stairwells, and puts it down the sooner, (B,).
             Left out where it does not.
     """
@@ -79,6 +83,8 @@ class Percept:
     clock: np.ndarray | None = None
     under_way: np.ndarray | None = None
     hears: np.ndarray | None = None
+    seen: np.ndarray | None = None
+    belief: np.ndarray | None = None
 
 
 @dataclasses.dataclass(frozen=True)

@@ -18,6 +18,7 @@ from caregiver_mj.caregivers.foresight.clairvoyant import ClairvoyantCaregiver
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, KnowsGoalCaregiver, PaperPredictiveCaregiver
 from caregiver_mj.caregivers.paper import (
     CandlesCaregiver,
+    LastSeenCaregiver,
     PaperAlikeCaregiver,
     PaperCaregiver,
     PaperMaxAlikeCaregiver,
@@ -42,6 +43,7 @@ CAREGIVERS: Registry[type[Caregiver] | None] = Registry(
         "guard": GuardCaregiver,
         "expected-danger": PaperCaregiver,
         "paper": PaperCaregiver,  # an alias, and what the rows of earlier runs have
+        "last-seen": LastSeenCaregiver,
         "paper-max": PaperMaxCaregiver,
         "paper-alike": PaperAlikeCaregiver,
         "paper-max-alike": PaperMaxAlikeCaregiver,

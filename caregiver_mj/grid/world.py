@@ -9,6 +9,8 @@ its own (`plans/routes.py`).
 Whether a move is blocked is decided when the child gets there: at once, as in the paper, so that a caregiver cannot
 come in between. With `meanwhile`, as in the house, it sees where the children are going, and does so many of its
 actions before they get there.
+
+What the caregiver sees of all this is everything, as in the paper, or what its `Sight` lets it (`grid/eyes.py`).
 """
 
 from __future__ import annotations
@@ -26,12 +28,14 @@ from caregiver_mj.children.behaviour import Sight
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import Tape, start_cells
 from caregiver_mj.errors import LARGEST_SEED, CaregiverError, check_integer, check_kind
+from caregiver_mj.grid.eyes import Eyes
 from caregiver_mj.grid.verbs import GRID_VERBS
 from caregiver_mj.interventions.verb import Interventions, half_of, verb_of
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house
 from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, State, Where
 from caregiver_mj.plans.routes import STAY, routes
+from caregiver_mj.plans.visibility import Sight as Eyesight
 from caregiver_mj.recording.ledger import BLOCKED, MET, Ledger
 
 CAREGIVER_ACTIONS = int(PAPER.cells)  # in a novice timestep
@@ -100,6 +104,7 @@ class GridWorld:
         caregiver_actions: int = CAREGIVER_ACTIONS,
         stairs_shut: bool = False,
         meanwhile: int = 0,
+        sight: Eyesight | str = "all",
     ):
         """Prepare the episodes.
 
@@ -111,6 +116,7 @@ class GridWorld:
             stairs_shut: Whether every stairwell is shut, as if a caregiver stood in it all the time.
             meanwhile: How many of these it does while the children are on their way: 0 as in the paper; 1 is nearest to
                 the house.
+            sight: What the caregiver sees, as `plans.visibility.Sight.of` takes it.
 
         Raises:
             CaregiverError: There are not so many actions, or the caregiver is told what comes of moves under way, or
@@ -127,6 +133,8 @@ class GridWorld:
         self.plan = plan
         self.timestep, self._draws = 0, np.zeros((0, 0, 0, 3))  # of no episode
         self.meanwhile: float = meanwhile
+        self.sight = Eyesight.of(sight)
+        self.eyes: Eyes | None = None  # where it sees everything, and where there is nobody to see it
         self.behaviours = list(Family.of(family).make(plan))
         self.caregiver = caregiver
         self._caregiver_actions, self._stairs = caregiver_actions, State.SHUT if stairs_shut else State.AS_PLANNED
@@ -175,11 +183,14 @@ class GridWorld:
         if self.caregiver:
             self.caregiver.reset(batch, [family[0].caregiver_seed for family in tapes], children)
         self.candle_table = starting_tables(plan, self.caregiver, batch)
+        self.eyes = None if self.sight.is_full or not self.caregiver else Eyes(self, self.sight)
 
     def step(self) -> None:
         """Run one novice timestep: the children's moves, then the caregiver's actions."""
         self.move_children()
         if self.caregiver:
+            if self.eyes:
+                self.eyes.watch(np.stack([way.met for way in self._ways], axis=1))
             self.caregiver.watch(self.percept())
             if isinstance(self.caregiver, ToldCaregiver):
                 self.caregiver.hear(self.truth())
@@ -204,7 +215,7 @@ class GridWorld:
     def percept(self) -> Percept:
         """Return what the caregiver sees now."""
         left = self.state != State.AS_PLANNED  # there is nothing more to be done about it
-        return Percept(
+        everything = Percept(
             _shown(self.child_cell),
             _shown(self.previous_cell),
             _shown(self.previous_action),
@@ -218,6 +229,7 @@ class GridWorld:
             gone=self.plan.hazards.split(left)[2] if left.any() else None,
             under_way=_shown(self.orders.hazard),
         )
+        return self.eyes.percept(everything) if self.eyes else everything
 
     def truth(self) -> Truth:
         """Return what no caregiver can see."""
@@ -227,7 +239,7 @@ class GridWorld:
     def future(self) -> Future:
         """Return what will come to the end of the episode if the caregiver is nowhere."""
         alone = copy.copy(self)
-        alone.caregiver, alone.goal, alone.bumped = None, self.goal.copy(), self.bumped.copy()
+        alone.caregiver, alone.eyes, alone.goal, alone.bumped = None, None, self.goal.copy(), self.bumped.copy()
         alone.behaviours = copy.deepcopy(self.behaviours, {id(self.plan): self.plan})
         alone.ledger, alone.state = Ledger(self.plan, self.child_cell, len(self._draws)), self.state.copy()
         cells, objects = [], []
@@ -371,7 +383,11 @@ class GridWorld:
                 place[which] = np.where(there < 0, there, there + self._offsets[verb.name])
         distance, next_cell = self._routes.towards(place, percept.child_cell, percept.caregiver_cell, caregiver.yields)
         stood, moves = distance == 0, distance > 0
-        self.caregiver_cell = np.where(moves, next_cell, self.caregiver_cell)
+        if self.eyes:
+            felt = acts[:, None] & moves[:, None] & (next_cell[:, None] == self.child_cell)
+            moves &= ~felt.any(axis=1)
+        was = self.caregiver_cell
+        self.caregiver_cell = np.where(moves, next_cell, was)
         came = stood | (moves & (distance == 1))
         hazard = self.orders.hazard
         for verb, which in parties:
@@ -383,6 +399,10 @@ class GridWorld:
                 self.done[ends] = True
                 if verb.leaves:
                     self.state[ends, hazard[ends]] = verb.leaves
+        if self.eyes:
+            handles = np.isin(self.orders.verb, [verb.name for verb, _ in parties if verb.handles])
+            self.eyes.turn(was, ~moves & ~(stood & handles) & acts)
+            self.eyes.look(felt)
 
 
 def _shown(array: np.ndarray) -> np.ndarray:

@@ -93,6 +93,7 @@ class Verb:
         to_table: Whether its destination is a table.
         counts: Whether to begin it counts as an intervention, and interrupts another one.
         leaves: What it leaves its hazard as, for good.
+        handles: Whether there is something to be done with the hand.
     """
 
     name: str
@@ -101,6 +102,7 @@ class Verb:
     to_table: bool = False
     counts: bool = True
     leaves: State = State.AS_PLANNED
+    handles: bool = False
 
     def describe(self, plan: FloorPlan, intervention: Intervention) -> str:
         """Return what is being done, in words: "block stairwell 1"."""
@@ -121,9 +123,9 @@ VERBS = {
     verb.name: verb
     for verb in (
         Verb(BLOCK, "block {hazard}", Where.OPENING),
-        Verb(CLOSE, "close {hazard}", Where.OPENING, leaves=State.SHUT),
-        Verb(RELOCATE, "fetch {hazard}", Where.ON_TABLE, to_table=True),
-        Verb(PICK_UP, "pick up {hazard}", Where.FLOOR, leaves=State.GONE),
+        Verb(CLOSE, "close {hazard}", Where.OPENING, leaves=State.SHUT, handles=True),
+        Verb(RELOCATE, "fetch {hazard}", Where.ON_TABLE, to_table=True, handles=True),
+        Verb(PICK_UP, "pick up {hazard}", Where.FLOOR, leaves=State.GONE, handles=True),
         Verb(STAND_ASIDE, "keep out of the way", counts=False),
         Verb(DO_NOTHING, "watch", counts=False),
     )

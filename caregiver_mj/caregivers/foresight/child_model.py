@@ -93,7 +93,10 @@ class Followers:
 
     def watch(self, percept: Percept) -> None:
         """Take in the children's last moves."""
-        self._belief.watch(percept.previous_cell, percept.previous_action, percept.caregiver_cell)
+        if percept.belief is not None:
+            self._belief.probability = percept.belief.sum(axis=2)
+        else:
+            self._belief.watch(percept.previous_cell, percept.previous_action, percept.caregiver_cell)
 
     @property
     def there(self) -> np.ndarray:

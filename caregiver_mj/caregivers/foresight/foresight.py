@@ -6,7 +6,9 @@ Two others stand beside it: one that is told the goals of the children, and the 
 from __future__ import annotations
 
 import dataclasses
+import functools
 import itertools
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -33,6 +35,8 @@ from caregiver_mj.plans.hazards import NOTHING, Where
 # does not turn round for a trifle. On 34 houses of train-100 and shapes-train-100 .001 was no better (damage by 0.0 %,
 # standard error 0.8 %, of 60 episodes a house), and in 15 tiny houses farther from the optimum at epsilon .05.
 HYSTERESIS = 0.004
+_CASES = 12  # cells in which a child that is not seen is thought to be at most, ...
+_LEAST = 0.05  # ... and how probable each is at least, as a share of the most probable one
 
 
 @dataclasses.dataclass(frozen=True)
@@ -49,6 +53,154 @@ class Options:
 
     damage: np.ndarray
     table: np.ndarray
+
+
+@dataclasses.dataclass(frozen=True)
+class _Sums:
+    """What is to be expected of children in N cases, added up. A case is a world, and where a child may be in it.
+
+    Attributes:
+        values: The planner's tables.
+        which: The world of each case, (N,).
+        percept: What is seen.
+        worlds: The indices of the worlds in that, (W,).
+        going: Damage to come by where the caregiver goes now and by the candles that are planned for, (N, posts, aside,
+            stay, candles and things, groups of candles).
+        carried: The same if a candle is in the hand by the child's next move, (N, candles, bare tables, groups).
+        got: Whether it is, bool (N, candles).
+        lying: Damage to come of each thing on the floor if it is left there, (N, things).
+        then: By how much it is more to pick up one thing after another, (N, things, things, groups).
+    """
+
+    values: ValueTable
+    which: np.ndarray
+    percept: Percept
+    worlds: np.ndarray
+    going: np.ndarray
+    carried: np.ndarray
+    got: np.ndarray
+    lying: np.ndarray
+    then: np.ndarray
+
+    @classmethod
+    def zeros(cls, values: ValueTable, which: np.ndarray, percept: Percept, worlds: np.ndarray) -> _Sums:
+        """Expect nothing yet."""
+        count, candles, things = len(which), percept.candle_table.shape[1], len(values.motion.floor)
+        groups, options = math.comb(candles, values.layouts.candles), len(values.motion.posts) + 2 + candles + things
+        bare = len(values.motion.stands) - np.count_nonzero(percept.candle_table[worlds[:1]] != NOTHING)
+        return cls(
+            values,
+            which,
+            percept,
+            worlds,
+            going=np.zeros((count, options, groups), np.float32),
+            carried=np.zeros((count, candles, bare, groups), np.float32),
+            got=np.ones((count, candles), bool),
+            lying=np.zeros((count, things), np.float32),
+            then=np.zeros((count, things, things, groups), np.float32),
+        )
+
+    def add(self, here: np.ndarray, belief: np.ndarray) -> None:
+        """Add what is to be expected of a child in each case.
+
+        Args:
+            here: The cell in which it may be, (N,).
+            belief: Probability that it is there, by what it may want, (N, J).
+        """
+        values, motion, candles = self.values, self.values.motion, self.got.shape[1]
+        worlds = self.worlds[self.which]
+        cell, tables = self.percept.caregiver_cell[worlds], self.percept.candle_table[worlds]
+        left = np.ones(len(worlds)) if self.percept.time_left is None else self.percept.time_left[worlds]
+        left = left * motion.pace.cells
+        steps = np.clip(np.rint(left), 0, len(motion.after) - 1).astype(int)
+        # Every choice of as many candles as are planned for at a time; the others are thought to stay for ever.
+        groups = list(itertools.combinations(range(candles), values.layouts.candles))
+        chosen = np.array(groups, int).reshape(len(groups), values.layouts.candles)
+        layout = values.layouts.now(tables[:, chosen])  # (N, groups)
+        stays = np.array([[candle not in group for candle in range(candles)] for group in groups])
+        bare = np.nonzero(bare_tables(tables, len(motion.stands)))[1].reshape(len(tables), -1)  # (N, bare tables)
+        places = [*range(len(motion.posts)), motion.aside, motion.aside + 1]
+        staying = np.einsum("wcs,ws->wc", values.staying[here[:, None], tables], belief) @ stays.T  # (N, groups)
+        self.going[:] += staying[:, None]
+        self.lying[:] += np.einsum("wos,ws->wo", values.taken[here], belief)
+        self.then[:] += np.einsum("towgs,ws->wtog", values.others[:, :, layout, here[:, None]], belief)
+        for option, place in enumerate(places):
+            there = motion.after[steps, place, here, cell]
+            self.going[:, option] += np.einsum("wgs,ws->wg", values.at(layout, here[:, None], there[:, None]), belief)
+        for thing in range(len(motion.floor)):
+            self.going[:, len(places) + candles + thing] += np.einsum(
+                "wgs,ws->wg", values.picking_up(thing, layout, here, cell, left), belief
+            )
+        # What is to come on the way, and from when a candle is in the hand if it is by the child's next move.
+        for candle, source in enumerate(tables.T):
+            in_hand, there, rest = motion.fetch(source, here, cell, left)
+            self.got[:, candle] &= in_hand
+            found = np.einsum("wgs,ws->wg", values.at(layout, here[:, None], there[:, None]), belief)
+            self.going[:, len(places) + candle] += found
+            stand = np.where(in_hand, there, motion.stands[source, motion.nearest[source, cell]])
+            shape = len(tables), bare.shape[1], len(groups)
+            every = (np.broadcast_to(one[:, None, None], shape).ravel() for one in (source, here, stand, rest))
+            source_, *others = every
+            target = np.broadcast_to(bare[:, :, None], shape).ravel()
+            which = np.broadcast_to(layout[:, None], shape).ravel()
+            found = values.carried(which, source_, target, *others).reshape(*shape, -1)
+            self.carried[:, candle] += np.einsum("wbgs,ws->wbg", found, belief) + staying[:, None]
+
+    def by_world(self) -> _Sums:
+        """Return what is to be expected of a child in each world, by cases that are ordered by world."""
+        first = np.flatnonzero(np.diff(self.which, prepend=-1))
+        sums = {name: np.add.reduceat(getattr(self, name), first) for name in ("going", "carried", "lying", "then")}
+        got = np.logical_and.reduceat(self.got, first)
+        return dataclasses.replace(self, which=self.which[first], got=got, **sums)
+
+    def plus(self, other: _Sums) -> _Sums:
+        """Return what is to be expected of all children, by that of some and others in each world."""
+        sums = {name: getattr(self, name) + getattr(other, name) for name in ("going", "carried", "lying", "then")}
+        return dataclasses.replace(self, got=self.got & other.got, **sums)
+
+    def options(self) -> Options:
+        """Return what can be done in each case, and the best tables for it."""
+        worlds, motion = self.worlds[self.which], self.values.motion
+        tables, candles = self.percept.candle_table[worlds], self.got.shape[1]
+        bare = np.nonzero(bare_tables(tables, len(motion.stands)))[1].reshape(len(tables), -1)
+        gone = np.zeros(self.lying.shape, bool) if self.percept.gone is None else self.percept.gone[worlds]
+        relocates = slice(len(motion.posts) + 2, len(motion.posts) + 2 + candles)
+        lying = self.lying * ~gone
+        all_left = lying.sum(axis=1, keepdims=True)
+        going = self.going.copy()
+        # Of the other things those are picked up after one for which that is better than to leave them.
+        going[:, relocates.stop :] += np.minimum(self.then, lying[:, None, :, None]).sum(axis=2) - all_left[..., None]
+        damage = going.min(axis=2) + all_left
+        damage[:, relocates.stop :][gone] = np.inf
+        if not self.carried.size:
+            damage[:, relocates] = np.inf
+            return Options(damage, np.full((len(worlds), candles), NOTHING))
+        by_table = self.carried.min(axis=3) + all_left[..., None]  # (N, candles, bare tables)
+        damage[:, relocates] = np.where(self.got, by_table.min(axis=2), damage[:, relocates])
+        return Options(damage, np.take_along_axis(bare, _first_of_least(by_table), axis=1))
+
+
+def _cases(belief: np.ndarray, possible: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return where a child may be: cases as of `_Sums`, the most probable `_CASES` of each world.
+
+    Args:
+        belief: Probability of each cell, goal and epsilon, (W, cells, G, E).
+        possible: The goals and epsilons that it can have, (J,).
+
+    Returns:
+        The world of each case, (N,), in order; the child's cell, (N,); and its belief, (N, J), which sums to 1 over the
+        cases of a world.
+    """
+    presence = belief.sum(axis=(2, 3))
+    most = min(_CASES, presence.shape[1])
+    likely = np.sort(np.argpartition(-presence, most - 1, axis=1)[:, :most], axis=1)
+    share = np.take_along_axis(presence, likely, axis=1)
+    taken = share >= _LEAST * share.max(axis=1, keepdims=True)
+    share = np.where(taken, share, 0.0).sum(axis=1)
+    which, number = np.nonzero(taken)
+    here = likely[which, number]
+    wants = belief[which, here].reshape(len(which), -1)[:, possible] / share[which, None]
+    return which, here, wants.astype(np.float32)
 
 
 _OPTIONS = tuple(field.name for field in dataclasses.fields(Options))
@@ -104,8 +256,14 @@ class ForesightCaregiver(Caregiver):
         return value_tables(self.plan, self.pace, self._objective)
 
     def watch(self, percept: Percept) -> None:
-        self.belief.watch(percept.previous_cell, percept.previous_action, percept.caregiver_cell)
+        self._believe(percept)
         self._rule.watch(percept)
+
+    def _believe(self, percept: Percept) -> None:
+        if percept.belief is not None:
+            self.belief.probability = percept.belief.sum(axis=2)
+        else:
+            self.belief.watch(percept.previous_cell, percept.previous_action, percept.caregiver_cell)
 
     def assess(self, percept: Percept) -> Assessment:
         """Return what it believes, beside the paper's P(safe|tau); P(reach) in equation (2) follows from that belief.
@@ -163,67 +321,21 @@ class ForesightCaregiver(Caregiver):
 
     def _options(self, values: ValueTable, percept: Percept, worlds: np.ndarray) -> Options:
         """Return the same for worlds in which the same gates are shut."""
-        motion, count, candles = values.motion, len(worlds), percept.candle_table.shape[1]
-        cell, tables = percept.caregiver_cell[worlds], percept.candle_table[worlds]
-        left = np.ones(count) if percept.time_left is None else percept.time_left[worlds]
-        left = left * motion.pace.cells
-        steps = np.clip(np.rint(left), 0, len(motion.after) - 1).astype(int)
-        # Every choice of as many candles as are planned for at a time; the others are thought to stay for ever.
-        groups = list(itertools.combinations(range(candles), values.layouts.candles))
-        chosen = np.array(groups, int).reshape(len(groups), values.layouts.candles)
-        layout = values.layouts.now(tables[:, chosen])  # (W, groups)
-        gone = np.zeros((count, len(motion.floor)), bool) if percept.gone is None else percept.gone[worlds]
-        stays = np.array([[candle not in group for candle in range(candles)] for group in groups])
-        bare = np.nonzero(bare_tables(tables, len(motion.stands)))[1].reshape(count, -1)  # (W, bare tables)
-
-        places = [*range(len(motion.posts)), motion.aside, motion.aside + 1]
-        # What is to come on the way, and from when a candle is in the hand if it is by the child's next move.
-        things = len(motion.floor)
-        going = np.zeros((count, len(places) + candles + things, len(groups)), np.float32)
-        carried = np.zeros((count, candles, bare.shape[1], len(groups)), np.float32)
-        got = np.ones((count, candles), bool)
-        lying = np.zeros((count, things), np.float32)
-        then = np.zeros((count, things, things, len(groups)), np.float32)
-        for child, probability in enumerate(np.moveaxis(self.belief.probability[worlds], 1, 0)):
-            belief = probability.reshape(count, -1)[:, values.possible].astype(np.float32)
-            here = percept.child_cell[worlds, child]
-            staying = np.einsum("wcs,ws->wc", values.staying[here[:, None], tables], belief) @ stays.T  # (W, groups)
-            going += staying[:, None]
-            lying += np.einsum("wos,ws->wo", values.taken[here], belief)
-            then += np.einsum("towgs,ws->wtog", values.others[:, :, layout, here[:, None]], belief)
-            for option, place in enumerate(places):
-                there = motion.after[steps, place, here, cell]
-                going[:, option] += np.einsum("wgs,ws->wg", values.at(layout, here[:, None], there[:, None]), belief)
-            for thing in range(things):
-                going[:, len(places) + candles + thing] += np.einsum(
-                    "wgs,ws->wg", values.picking_up(thing, layout, here, cell, left), belief
-                )
-            for candle, source in enumerate(tables.T):
-                in_hand, there, rest = motion.fetch(source, here, cell, left)
-                got[:, candle] &= in_hand
-                found = np.einsum("wgs,ws->wg", values.at(layout, here[:, None], there[:, None]), belief)
-                going[:, len(places) + candle] += found
-                stand = np.where(in_hand, there, motion.stands[source, motion.nearest[source, cell]])
-                shape = count, bare.shape[1], len(groups)
-                every = (np.broadcast_to(one[:, None, None], shape).ravel() for one in (source, here, stand, rest))
-                source_, *others = every
-                target = np.broadcast_to(bare[:, :, None], shape).ravel()
-                which = np.broadcast_to(layout[:, None], shape).ravel()
-                found = values.carried(which, source_, target, *others).reshape(*shape, -1)
-                carried[:, candle] += np.einsum("wbgs,ws->wbg", found, belief) + staying[:, None]
-        relocates = slice(len(places), len(places) + candles)
-        lying *= ~gone
-        all_left = lying.sum(axis=1, keepdims=True)
-        # Of the other things those are picked up after one for which that is better than to leave them.
-        going[:, relocates.stop :] += np.minimum(then, lying[:, None, :, None]).sum(axis=2) - all_left[..., None]
-        damage = going.min(axis=2) + all_left
-        damage[:, relocates.stop :][gone] = np.inf
-        if not carried.size:
-            damage[:, relocates] = np.inf
-            return Options(damage, np.full((count, candles), NOTHING))
-        by_table = carried.min(axis=3) + all_left[..., None]  # (W, candles, bare tables)
-        damage[:, relocates] = np.where(got, by_table.min(axis=2), damage[:, relocates])
-        return Options(damage, np.take_along_axis(bare, _first_of_least(by_table), axis=1))
+        if percept.belief is None:  # where each child is is known, and so what is to come can be added up at once
+            every = np.arange(len(worlds))
+            sums = _Sums.zeros(values, every, percept, worlds)
+            for child, probability in enumerate(np.moveaxis(self.belief.probability[worlds], 1, 0)):
+                belief = probability.reshape(len(worlds), -1)[:, values.possible].astype(np.float32)
+                sums.add(percept.child_cell[worlds, child], belief)
+            return sums.options()
+        cases = [_cases(percept.belief[worlds, child], values.possible) for child in range(percept.child_cell.shape[1])]
+        parts = []
+        for which, here, belief in cases:
+            part = _Sums.zeros(values, which, percept, worlds)
+            part.add(here, belief)
+            parts.append(part)
+        total = functools.reduce(_Sums.plus, [part.by_world() for part in parts])
+        return total.options()
 
     def expected_damage(self, percept: Percept, worlds: np.ndarray) -> np.ndarray:
         """Return the expected discounted damage to come after the caregiver's last action in a timestep, (W,).

@@ -1,0 +1,101 @@
+"""What the caregiver of the grid sees, where that is not everything."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from caregiver_mj.caregivers.foresight.child_model import CHANGE, child_chain
+from caregiver_mj.caregivers.percept import Percept
+from caregiver_mj.danger.tracker import Tracker
+from caregiver_mj.plans.cell_graph import ACTIONS
+from caregiver_mj.plans.hazards import NOTHING, Where
+from caregiver_mj.plans.visibility import ALL_ROUND, Sight, visibility
+
+if TYPE_CHECKING:
+    from caregiver_mj.grid.world import GridWorld
+
+
+class Eyes:
+    """The sight of the caregivers of B worlds, and what they make of what they see.
+
+    A caregiver looks to where it last went. In an action in which it neither walks nor handles anything it turns round
+    once, and sees all round. It feels a child that walks into it, or that it would walk into, and finds out what has
+    become of things on the floor when it sees their cells.
+
+    Attributes:
+        tracker: What it believes of the children.
+        heading: The move to which it is turned, or `ALL_ROUND`, (B,).
+        state: What it knows to have become of each hazard, a `State`, (B, hazards).
+    """
+
+    def __init__(self, world: GridWorld, sight: Sight):
+        """Open them on the first moment of the episodes."""
+        self._world, self._seen = world, visibility(world.plan, sight).seen
+        batch, children = world.child_cell.shape
+        self.tracker = Tracker(child_chain(world.plan), batch, children, CHANGE)
+        self.heading = np.full(batch, ALL_ROUND)
+        self.state = world.state.copy()
+        hazards, plan = world.plan.hazards, world.plan
+        self._lying = hazards.number(Where.FLOOR, np.arange(len(plan.floor_cells)))
+        self._previous, self._action = np.full((2, batch, children), NOTHING)
+        rows, columns = np.array(plan.caregiver_cells).T
+        self._places = np.stack([rows, columns], axis=1)
+        self.look(np.zeros_like(world.child_cell, bool))
+
+    def watch(self, felt: np.ndarray) -> None:
+        """Take in the children's moves; `felt`, bool (B, K), are those that walk into the caregiver."""
+        world = self._world
+        in_view = self._in_view()
+        before, now = (self._visible(cell, in_view) | felt for cell in (world.previous_cell, world.child_cell))
+        self._previous = np.where(before & now, world.previous_cell, NOTHING)
+        self._action = np.where(before & now, world.previous_action, NOTHING)
+        cell = np.where(now, world.child_cell, NOTHING)
+        self.tracker.move(self._previous, self._action, cell, in_view, world.caregiver_cell)
+        self._take_in(in_view)
+
+    def turn(self, before: np.ndarray, idle: np.ndarray) -> None:
+        """Turn to where the caregiver has gone from a cell (B,), or round where it was idle, bool (B,)."""
+        step = self._places[self._world.caregiver_cell] - self._places[before]
+        moved = step.any(axis=1)
+        move = (step[:, None] == np.array(ACTIONS)).all(axis=2).argmax(axis=1)
+        self.heading = np.where(moved, move, np.where(idle, ALL_ROUND, self.heading))
+
+    def look(self, felt: np.ndarray) -> None:
+        """Take in what is seen after an action; `felt`, bool (B, K), are children in the caregiver's way."""
+        world = self._world
+        in_view = self._in_view()
+        now = self._visible(world.child_cell, in_view) | felt
+        self.tracker.look(np.where(now, world.child_cell, NOTHING), in_view)
+        self._take_in(in_view)
+
+    def percept(self, everything: Percept) -> Percept:
+        """Return what is known of all that there is."""
+        tracker, left = self.tracker, self.state != 0
+        known = self._previous != NOTHING
+        return dataclasses.replace(
+            everything,
+            child_cell=tracker.cell.copy(),
+            previous_cell=np.where(known, self._previous, tracker.cell),
+            previous_action=self._action.copy(),
+            out_of_reach=left if left.any() else None,
+            shut=left[:, : len(self._world.plan.stairwells)] if left.any() else None,
+            gone=left[:, self._lying] if left.any() else None,
+            seen=tracker.seen.copy(),
+            belief=tracker.joint,
+        )
+
+    def _in_view(self) -> np.ndarray:
+        return self._seen[self._world.caregiver_cell, self.heading]
+
+    def _visible(self, cell: np.ndarray, in_view: np.ndarray) -> np.ndarray:
+        return np.take_along_axis(in_view, cell, axis=1)
+
+    def _take_in(self, in_view: np.ndarray) -> None:
+        """Take notice of what has become of hazards: of those on the floor if they are seen."""
+        world = self._world
+        unseen = np.zeros(self.state.shape, bool)
+        unseen[:, self._lying] = ~in_view[:, list(world.plan.floor_cells)]
+        self.state = np.where(unseen, self.state, world.state)

@@ -1,0 +1,157 @@
+"""What can be seen from where: walls are opaque, and everything else in a house is lower than a child.
+
+A *sight* is what a caregiver has to see children with:
+
+- `all`: it sees everything, always, as in the paper;
+- `walls`: it sees all round, up to the walls;
+- `camera`: it sees 90 degrees to where its base is turned, 5 m far;
+- `rooms:N`: a camera of its own, likewise, and N on the ceiling, each of which sees all round and up to the walls.
+  They hang where they see most: the first over the cell from which most is seen, each further one over that from
+  which most is seen besides.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+
+import numpy as np
+
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans.cell_graph import ACTIONS, WALL
+from caregiver_mj.plans.floor_plan import FloorPlan
+
+CAMERA_RANGE = 5.0  # metres: how far away a camera of a usual mobile robot tells a child
+CAMERA_WIDTH = np.deg2rad(90.0)
+BODY = 0.2  # of a cell: half of a child's width
+ALL_ROUND = len(ACTIONS)  # a heading: that of whoever turns round once
+_ROUNDING = 1e-9
+_MOST_LOOKOUTS = 12
+
+
+@dataclasses.dataclass(frozen=True)
+class Sight:
+    """What a caregiver has to see children with.
+
+    Attributes:
+        name: `all`, `walls`, `camera` or `rooms`.
+        cameras: How many cameras hang on the ceiling.
+    """
+
+    name: str = "all"
+    cameras: int = 0
+
+    @classmethod
+    def of(cls, text: str | Sight) -> Sight:
+        """Read `all`, `walls`, `camera` or `rooms:N`.
+
+        Raises:
+            CaregiverError: It is none of them.
+        """
+        if isinstance(text, Sight):
+            return text
+        name, _, number = str(text).partition(":")
+        if name in ("all", "walls", "camera") and not number and ":" not in str(text):
+            return cls(name)
+        if name == "rooms" and number.isascii() and number.isdigit():
+            return cls(name, int(number))
+        raise CaregiverError(f"sight must be all, walls, camera or rooms:N, got {text!r}")
+
+    def __str__(self) -> str:
+        return f"{self.name}:{self.cameras}" if self.name == "rooms" else self.name
+
+    @property
+    def is_full(self) -> bool:
+        """Whether everything is seen."""
+        return self.name == "all"
+
+    @property
+    def turns(self) -> bool:
+        """Whether what is seen depends on where the caregiver is turned."""
+        return self.name in ("camera", "rooms")
+
+
+class Visibility:
+    """Which free cells a caregiver sees from each of its own.
+
+    Attributes:
+        seen: By its cell and the move that it is headed for, or `ALL_ROUND`: bool (caregiver cells, moves + 1, free
+            cells). It always sees its own cell.
+        ceiling: Caregiver cells over which cameras hang.
+        lookouts: Caregiver cells from which most is seen, as many as see everything between them, at most 12.
+    """
+
+    def __init__(self, plan: FloorPlan, sight: Sight):
+        walls = _up_to_walls(plan)
+        free = len(plan.free_cells)
+        in_view = walls[:, None].repeat(ALL_ROUND + 1, axis=1)
+        if sight.turns:
+            here, there = np.array(plan.caregiver_cells), np.array(plan.free_cells)
+            to = there - here[:, None]  # (caregiver cells, free cells, 2), rows and columns
+            far = np.linalg.norm(to, axis=2)
+            ahead = np.stack([to @ np.array(move) for move in ACTIONS], axis=1)
+            within = ahead >= np.cos(CAMERA_WIDTH / 2) * far[:, None] - _ROUNDING
+            near = far * plan.cell_size <= CAMERA_RANGE + _ROUNDING
+            in_view[:, :ALL_ROUND] &= within
+            in_view &= near[:, None]
+        self.ceiling = _greedy(walls[:free], sight.cameras)
+        if sight.cameras:
+            in_view |= walls[list(self.ceiling)].any(axis=0)
+        self.seen = np.ones_like(in_view) if sight.is_full else in_view
+        self.lookouts = () if sight.is_full else _greedy(in_view[:free, ALL_ROUND], _MOST_LOOKOUTS)
+
+
+@functools.lru_cache(maxsize=16)
+def visibility(plan: FloorPlan, sight: Sight) -> Visibility:
+    """Return what is seen in a house with a sight; made once."""
+    return Visibility(plan, sight)
+
+
+def _greedy(seen: np.ndarray, most: int) -> tuple[int, ...]:
+    """Return the first rows of `seen`, bool (n, cells), that each cover most of what those before do not."""
+    chosen: list[int] = []
+    missing = np.ones(seen.shape[1], bool)
+    while len(chosen) < most and missing.any():
+        gain = (seen & missing).sum(axis=1)
+        chosen.append(int(gain.argmax()))
+        missing &= ~seen[chosen[-1]]
+    return tuple(chosen)
+
+
+def _up_to_walls(plan: FloorPlan) -> np.ndarray:
+    """Return which free cells are seen from each caregiver cell, bool (caregiver cells, free cells).
+
+    A child is seen where its middle or one of its sides is: there is a straight line from the middle of the caregiver's
+    cell through no wall. A line may touch a wall's corner.
+    """
+    opaque = np.array([[symbol == WALL for symbol in row] for row in plan.rows])
+    here, there = np.array(plan.caregiver_cells, float), np.array(plan.free_cells, float)
+    points = there[:, None] + BODY * np.array([(0.0, 0.0), *ACTIONS])  # (free cells, 5, 2)
+    seen = np.empty((len(here), len(there)), bool)
+    for number, eye in enumerate(here):
+        seen[number] = ~_crosses(opaque, eye, points.reshape(-1, 2)).reshape(len(there), -1).all(axis=1)
+    return seen
+
+
+def _crosses(opaque: np.ndarray, eye: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return whether the line from an eye to each point, (n, 2), goes through a wall, bool (n,).
+
+    It is looked at where it crosses from one cell to the next: there the cells on both sides must be clear. Cell (r, c)
+    reaches from r - 1/2 to r + 1/2, and likewise.
+    """
+    crosses = np.zeros(len(points), bool)
+    for axis in (0, 1):
+        along, across = points[:, axis] - eye[axis], points[:, 1 - axis] - eye[1 - axis]
+        edges = np.arange(opaque.shape[axis] - 1) + 0.5
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = (edges - eye[axis]) / along[:, None]  # of the way, (n, edges)
+        met = (share > 0) & (share < 1)
+        at = eye[1 - axis] + np.where(met, share, 0.0) * across[:, None]
+        for side in (0, 1):
+            # On an edge between two cells across it touches both, and goes through neither unless both are walls.
+            cells = [
+                opaque.swapaxes(0, axis)[np.arange(len(edges)) + side, np.rint(at + nudge).astype(int)]
+                for nudge in (-1e-6, 1e-6)
+            ]
+            crosses |= (met & cells[0] & cells[1]).any(axis=1)
+    return crosses
