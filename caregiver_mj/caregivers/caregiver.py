@@ -17,6 +17,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.interventions.verb import DO_NOTHING, STAND_ASIDE, VERBS, Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, Hazards, Where, kinds_at
+from caregiver_mj.plans.visibility import Sight
 
 
 class Caregiver(abc.ABC):
@@ -35,6 +36,7 @@ class Caregiver(abc.ABC):
         yields: Whether it steps aside, or follows, where a child bars its way, and keeps out of the children's way when
             there is nothing to do. One that does not stays where it is.
         pace: How long it takes for what it does. Its world enters it before the first `reset` there.
+        sight: What it sees children with. Its world enters that likewise.
         followers: Whoever comes after it wherever it goes. It then protects nobody from anything, but stays away from
             hazards. Left out by a caregiver that does not care.
         serves: What stands for the episodes that it serves now. Its world enters it after `reset`, to see whether
@@ -44,6 +46,7 @@ class Caregiver(abc.ABC):
     takes_orders = False
     yields = True
     pace: Pace = PAPER
+    sight: Sight = Sight()
     followers: Followers | None = None
     serves: object = None
 

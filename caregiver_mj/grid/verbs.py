@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from caregiver_mj.interventions.verb import BLOCK, CLOSE, DO_NOTHING, PICK_UP, RELOCATE, STAND_ASIDE
+from caregiver_mj.interventions.verb import BLOCK, CLOSE, DO_NOTHING, LOOK, PICK_UP, RELOCATE, STAND_ASIDE
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, State, Where
 from caregiver_mj.plans.routes import ASIDE, STAY
+from caregiver_mj.plans.visibility import lookouts
 
 if TYPE_CHECKING:
     from caregiver_mj.grid.world import GridWorld
@@ -112,6 +113,16 @@ class Carrying(GridVerb):
         return put_down
 
 
+class Looking(GridVerb):
+    """Done as soon as the caregiver stands where it wanted to look from."""
+
+    def places(self, plan: FloorPlan) -> list[list[int]]:
+        return [[cell] for cell in lookouts(plan)]
+
+    def place(self, world: GridWorld, which: np.ndarray) -> np.ndarray:
+        return world.orders.destination[which]
+
+
 class Idle(GridVerb):
     """Never done."""
 
@@ -130,6 +141,7 @@ GRID_VERBS: dict[str, GridVerb] = {
     CLOSE: Closing(),
     RELOCATE: Carrying(),
     PICK_UP: PickingUp(),
+    LOOK: Looking(),
     STAND_ASIDE: Idle(ASIDE),
     DO_NOTHING: Idle(STAY),
 }

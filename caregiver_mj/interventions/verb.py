@@ -19,6 +19,7 @@ from caregiver_mj.plans.hazards import NOTHING, State, Where
 Half = TypeVar("Half")
 Mark = tuple[Literal["cell", "candle"], Cell | int]  # what a display points at: a cell, or a candle by its index
 BLOCK, CLOSE, RELOCATE, PICK_UP = "block", "close", "relocate", "pick up"
+LOOK = "look"
 STAND_ASIDE, DO_NOTHING = "stand aside", "nothing"
 
 
@@ -29,7 +30,8 @@ class Intervention:
     Attributes:
         verb: Name of what to do, one of `VERBS`.
         hazard: Number in the house's table of hazards of what it is about, or NOTHING.
-        destination: Where to, as the verb understands it (for a candle the index of a table), or NOTHING.
+        destination: Where to, as the verb understands it, or NOTHING: for a candle the index of a table, for a look that
+            of a lookout of the house (`plans.visibility.lookouts`).
     """
 
     verb: str = STAND_ASIDE
@@ -126,6 +128,7 @@ VERBS = {
         Verb(CLOSE, "close {hazard}", Where.OPENING, leaves=State.SHUT, handles=True),
         Verb(RELOCATE, "fetch {hazard}", Where.ON_TABLE, to_table=True, handles=True),
         Verb(PICK_UP, "pick up {hazard}", Where.FLOOR, leaves=State.GONE, handles=True),
+        Verb(LOOK, "look for the child"),
         Verb(STAND_ASIDE, "keep out of the way", counts=False),
         Verb(DO_NOTHING, "watch", counts=False),
     )

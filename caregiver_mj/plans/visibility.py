@@ -78,7 +78,6 @@ class Visibility:
         seen: By its cell and the move that it is headed for, or `ALL_ROUND`: bool (caregiver cells, moves + 1, free
             cells). It always sees its own cell.
         ceiling: Caregiver cells over which cameras hang.
-        lookouts: Caregiver cells from which most is seen, as many as see everything between them, at most 12.
     """
 
     def __init__(self, plan: FloorPlan, sight: Sight):
@@ -98,13 +97,18 @@ class Visibility:
         if sight.cameras:
             in_view |= walls[list(self.ceiling)].any(axis=0)
         self.seen = np.ones_like(in_view) if sight.is_full else in_view
-        self.lookouts = () if sight.is_full else _greedy(in_view[:free, ALL_ROUND], _MOST_LOOKOUTS)
 
 
 @functools.lru_cache(maxsize=16)
 def visibility(plan: FloorPlan, sight: Sight) -> Visibility:
     """Return what is seen in a house with a sight; made once."""
     return Visibility(plan, sight)
+
+
+@functools.lru_cache(maxsize=16)
+def lookouts(plan: FloorPlan) -> tuple[int, ...]:
+    """Return the free cells from which most is seen up to the walls: those that see all between them, at most 12."""
+    return _greedy(_up_to_walls(plan)[: len(plan.free_cells)], _MOST_LOOKOUTS)
 
 
 def _greedy(seen: np.ndarray, most: int) -> tuple[int, ...]:

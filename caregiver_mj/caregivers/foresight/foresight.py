@@ -15,6 +15,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.foresight.child_model import CHANGE, EPSILONS, child_chain
+from caregiver_mj.caregivers.foresight.motion import Motion, motion
 from caregiver_mj.caregivers.foresight.value_table import (
     OBJECTIVE,
     Objective,
@@ -27,9 +28,10 @@ from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import HORIZON, Assessment, Outlook, Percept, bare_tables
 from caregiver_mj.caregivers.told import ToldCaregiver, Truth
 from caregiver_mj.danger.belief import Belief
-from caregiver_mj.interventions.verb import DO_NOTHING, STAND_ASIDE, Interventions
+from caregiver_mj.interventions.verb import DO_NOTHING, LOOK, STAND_ASIDE, Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, Where
+from caregiver_mj.plans.visibility import lookouts, visibility
 
 # By how much something else must be better than what it is about, as a share of all damage that is to come: so that it
 # does not turn round for a trifle. On 34 houses of train-100 and shapes-train-100 .001 was no better (damage by 0.0 %,
@@ -44,7 +46,7 @@ class Options:
     """Everything that can be done in W worlds, and what is then to be expected.
 
     In this order: to block each stairwell or close its gate, to stand aside, to stay, to relocate each candle, to pick
-    up each thing on the floor.
+    up each thing on the floor, to look from each lookout.
 
     Attributes:
         damage: Expected damage to come, (W, options).
@@ -61,11 +63,12 @@ class _Sums:
 
     Attributes:
         values: The planner's tables.
+        motion: How the caregiver moves.
         which: The world of each case, (N,).
         percept: What is seen.
         worlds: The indices of the worlds in that, (W,).
         going: Damage to come by where the caregiver goes now and by the candles that are planned for, (N, posts, aside,
-            stay, candles and things, groups of candles).
+            stay, candles, things and lookouts, groups of candles).
         carried: The same if a candle is in the hand by the child's next move, (N, candles, bare tables, groups).
         got: Whether it is, bool (N, candles).
         lying: Damage to come of each thing on the floor if it is left there, (N, things).
@@ -73,6 +76,7 @@ class _Sums:
     """
 
     values: ValueTable
+    motion: Motion
     which: np.ndarray
     percept: Percept
     worlds: np.ndarray
@@ -83,13 +87,17 @@ class _Sums:
     then: np.ndarray
 
     @classmethod
-    def zeros(cls, values: ValueTable, which: np.ndarray, percept: Percept, worlds: np.ndarray) -> _Sums:
+    def zeros(
+        cls, values: ValueTable, motion: Motion, which: np.ndarray, percept: Percept, worlds: np.ndarray
+    ) -> _Sums:
         """Expect nothing yet."""
-        count, candles, things = len(which), percept.candle_table.shape[1], len(values.motion.floor)
-        groups, options = math.comb(candles, values.layouts.candles), len(values.motion.posts) + 2 + candles + things
-        bare = len(values.motion.stands) - np.count_nonzero(percept.candle_table[worlds[:1]] != NOTHING)
+        count, candles, things = len(which), percept.candle_table.shape[1], len(motion.floor)
+        groups = math.comb(candles, values.layouts.candles)
+        options = len(motion.posts) + 2 + candles + things + len(motion.lookouts)
+        bare = len(motion.stands) - np.count_nonzero(percept.candle_table[worlds[:1]] != NOTHING)
         return cls(
             values,
+            motion,
             which,
             percept,
             worlds,
@@ -107,7 +115,7 @@ class _Sums:
             here: The cell in which it may be, (N,).
             belief: Probability that it is there, by what it may want, (N, J).
         """
-        values, motion, candles = self.values, self.values.motion, self.got.shape[1]
+        values, motion, candles = self.values, self.motion, self.got.shape[1]
         worlds = self.worlds[self.which]
         cell, tables = self.percept.caregiver_cell[worlds], self.percept.candle_table[worlds]
         left = np.ones(len(worlds)) if self.percept.time_left is None else self.percept.time_left[worlds]
@@ -120,15 +128,16 @@ class _Sums:
         stays = np.array([[candle not in group for candle in range(candles)] for group in groups])
         bare = np.nonzero(bare_tables(tables, len(motion.stands)))[1].reshape(len(tables), -1)  # (N, bare tables)
         places = [*range(len(motion.posts)), motion.aside, motion.aside + 1]
+        numbers = dict(enumerate(places)) | dict(enumerate(motion.lookouts, self.things.stop))
         staying = np.einsum("wcs,ws->wc", values.staying[here[:, None], tables], belief) @ stays.T  # (N, groups)
         self.going[:] += staying[:, None]
         self.lying[:] += np.einsum("wos,ws->wo", values.taken[here], belief)
         self.then[:] += np.einsum("towgs,ws->wtog", values.others[:, :, layout, here[:, None]], belief)
-        for option, place in enumerate(places):
+        for option, place in numbers.items():
             there = motion.after[steps, place, here, cell]
             self.going[:, option] += np.einsum("wgs,ws->wg", values.at(layout, here[:, None], there[:, None]), belief)
-        for thing in range(len(motion.floor)):
-            self.going[:, len(places) + candles + thing] += np.einsum(
+        for thing, option in enumerate(range(self.things.start, self.things.stop)):
+            self.going[:, option] += np.einsum(
                 "wgs,ws->wg", values.picking_up(thing, layout, here, cell, left), belief
             )
         # What is to come on the way, and from when a candle is in the hand if it is by the child's next move.
@@ -158,20 +167,26 @@ class _Sums:
         sums = {name: getattr(self, name) + getattr(other, name) for name in ("going", "carried", "lying", "then")}
         return dataclasses.replace(self, got=self.got & other.got, **sums)
 
+    @property
+    def things(self) -> slice:
+        """The options of picking things up."""
+        first = len(self.motion.posts) + 2 + self.got.shape[1]
+        return slice(first, first + len(self.motion.floor))
+
     def options(self) -> Options:
         """Return what can be done in each case, and the best tables for it."""
-        worlds, motion = self.worlds[self.which], self.values.motion
+        worlds, motion = self.worlds[self.which], self.motion
         tables, candles = self.percept.candle_table[worlds], self.got.shape[1]
         bare = np.nonzero(bare_tables(tables, len(motion.stands)))[1].reshape(len(tables), -1)
         gone = np.zeros(self.lying.shape, bool) if self.percept.gone is None else self.percept.gone[worlds]
-        relocates = slice(len(motion.posts) + 2, len(motion.posts) + 2 + candles)
+        relocates, things = slice(len(motion.posts) + 2, self.things.start), self.things
         lying = self.lying * ~gone
         all_left = lying.sum(axis=1, keepdims=True)
         going = self.going.copy()
         # Of the other things those are picked up after one for which that is better than to leave them.
-        going[:, relocates.stop :] += np.minimum(self.then, lying[:, None, :, None]).sum(axis=2) - all_left[..., None]
+        going[:, things] += np.minimum(self.then, lying[:, None, :, None]).sum(axis=2) - all_left[..., None]
         damage = going.min(axis=2) + all_left
-        damage[:, relocates.stop :][gone] = np.inf
+        damage[:, things][gone] = np.inf
         if not self.carried.size:
             damage[:, relocates] = np.inf
             return Options(damage, np.full((len(worlds), candles), NOTHING))
@@ -216,6 +231,9 @@ class ForesightCaregiver(Caregiver):
     Where a child does what none of those does that it believes in (`Belief.understood`) it follows the rule, equation
     (2). So it does in a house that is too large for a table, there with the P(reach) of its belief.
     """
+
+    looks = True
+    horizon = 8
 
     def __init__(
         self,
@@ -299,7 +317,8 @@ class ForesightCaregiver(Caregiver):
         if worlds.size and len(self.plan.hazards):
             options = self.options(each_on_a_table(self.plan, percept), worlds)
             chosen = self._best(options, percept, worlds)
-            candle = self.plan.hazards.among(Where.ON_TABLE, chosen - 2)
+            number = np.where(chosen - 2 < len(self.plan.hazards), chosen - 2, NOTHING)
+            candle = self.plan.hazards.among(Where.ON_TABLE, number)
             each = np.arange(len(worlds))
             table = options.table[each, candle] if options.table.size else candle
             self._order(answer, worlds, chosen, np.where(candle == NOTHING, NOTHING, table))
@@ -323,19 +342,61 @@ class ForesightCaregiver(Caregiver):
         """Return the same for worlds in which the same gates are shut."""
         if percept.belief is None:  # where each child is is known, and so what is to come can be added up at once
             every = np.arange(len(worlds))
-            sums = _Sums.zeros(values, every, percept, worlds)
+            sums = _Sums.zeros(values, values.motion, every, percept, worlds)
             for child, probability in enumerate(np.moveaxis(self.belief.probability[worlds], 1, 0)):
                 belief = probability.reshape(len(worlds), -1)[:, values.possible].astype(np.float32)
                 sums.add(percept.child_cell[worlds, child], belief)
             return sums.options()
+        ways = motion(self.plan, self.pace, lookouts(self.plan))
         cases = [_cases(percept.belief[worlds, child], values.possible) for child in range(percept.child_cell.shape[1])]
         parts = []
         for which, here, belief in cases:
-            part = _Sums.zeros(values, which, percept, worlds)
+            part = _Sums.zeros(values, ways, which, percept, worlds)
             part.add(here, belief)
             parts.append(part)
-        total = functools.reduce(_Sums.plus, [part.by_world() for part in parts])
-        return total.options()
+        by_world = [part.by_world() for part in parts]
+        options = functools.reduce(_Sums.plus, by_world).options()
+        if self.looks:
+            options.damage[:] += self._ignorance(parts, by_world, cases)
+        else:
+            options.damage[:, parts[0].things.stop :] = np.inf
+        return options
+
+    def _ignorance(self, parts, by_world, cases) -> np.ndarray:
+        """Return what not knowing where children are costs with every option, (W, options)."""
+        one = parts[0]
+        percept, motion, worlds = one.percept, one.motion, one.worlds
+        cell = percept.caregiver_cell[worlds]
+        options = one.going.shape[1]
+        there = np.tile(cell[:, None], (1, options))  # where it ends
+        far = np.zeros((len(worlds), options))
+        posts, candles = len(motion.posts), one.got.shape[1]
+        there[:, :posts] = motion.posts[: len(motion.posts)]
+        far[:, :posts] = motion.open_distance[:posts, cell].T
+        for candle in range(candles):
+            source = percept.candle_table[worlds, candle]
+            there[:, posts + 2 + candle] = motion.stands[source, motion.nearest[source, cell]]
+            far[:, posts + 2 + candle] = motion.open_distance[posts + source, cell] + motion.pace.get
+        there[:, one.things] = self.plan.floor_cells
+        far[:, one.things] = motion.open_distance[motion.floor][:, cell].T
+        there[:, one.things.stop :] = lookouts(self.plan)
+        far[:, one.things.stop :] = motion.open_distance[motion.lookouts][:, cell].T
+        left = np.ones(len(worlds)) if percept.time_left is None else percept.time_left[worlds]
+        moves = np.clip(far / motion.pace.cells - left[:, None], 0, self.horizon)
+        seen = visibility(self.plan, self.sight).seen[:, -1]
+        each = [np.minimum(part.options().damage[:, : one.things.stop], 1e4) for part in parts]
+        mean = [np.minimum(part.options().damage[:, : one.things.stop], 1e4) for part in by_world]
+        cost = np.zeros((len(worlds), options))
+        for child, ((which, here, belief), damage) in enumerate(zip(cases, each)):
+            rest = sum([one_ for i, one_ in enumerate(mean) if i != child], np.zeros_like(mean[0]))
+            damage = damage + belief.sum(axis=1)[:, None] * rest[which]
+            hidden = ~seen[there[which], here[:, None]]  # (N, options)
+            first = np.flatnonzero(np.diff(which, prepend=-1))
+            blind = np.add.reduceat(hidden[:, :, None] * damage[:, None], first)
+            told = np.add.reduceat(hidden * damage.min(axis=1)[:, None], first)
+            loss = blind.min(axis=2) - told
+            cost += moves * loss[:, posts + 1][:, None] + (self.horizon - moves) * loss
+        return cost
 
     def expected_damage(self, percept: Percept, worlds: np.ndarray) -> np.ndarray:
         """Return the expected discounted damage to come after the caregiver's last action in a timestep, (W,).
@@ -353,6 +414,8 @@ class ForesightCaregiver(Caregiver):
         if percept.out_of_reach is not None:
             openings, *others = self.plan.hazards.split(percept.out_of_reach[worlds])
             barred = np.concatenate([openings, np.zeros((len(worlds), 2), bool), *others], axis=1)
+            looks = damage.shape[1] - barred.shape[1]
+            barred = np.pad(barred, ((0, 0), (0, looks)))
             damage = np.where(barred, np.inf, damage)
         goes_on = np.arange(damage.shape[1]) == self._begun[worlds, None]
         return _first_of_least(damage - goes_on * self._hysteresis * damage.min(axis=1, keepdims=True))
@@ -366,10 +429,14 @@ class ForesightCaregiver(Caregiver):
     def _order(self, answer: Interventions, worlds: np.ndarray, option: np.ndarray, table: np.ndarray) -> None:
         stairwells = len(self.plan.stairwells)
         rest = np.where(option == stairwells, STAND_ASIDE, DO_NOTHING)
+        hazards = len(self.plan.hazards)
         hazard = np.where(option < stairwells, option, np.where(option < stairwells + 2, NOTHING, option - 2))
+        looks = option - hazards - 2  # from which lookout
+        hazard = np.where(looks >= 0, NOTHING, hazard)
+        rest = np.where(looks >= 0, LOOK, rest)
         verb = np.append(self.plan.hazards.verb, "")[hazard]
         answer.hazard[worlds], answer.verb[worlds] = hazard, np.where(hazard == NOTHING, rest, verb)
-        answer.destination[worlds] = self._table[worlds] = table
+        answer.destination[worlds] = self._table[worlds] = np.where(looks >= 0, looks, table)
         self._begun[worlds] = option
 
     def _within_reach_on_the_floor(self, percept: Percept) -> np.ndarray:

@@ -16,23 +16,24 @@ _ROUNDING = 1e-6  # of a step
 _PATIENCE = 4  # timesteps after which a child is expected to have left the only way
 
 
-@functools.lru_cache(maxsize=4)
-def motion(plan: FloorPlan, pace: Pace = PAPER) -> Motion:
+@functools.lru_cache(maxsize=8)
+def motion(plan: FloorPlan, pace: Pace = PAPER, lookouts: tuple[int, ...] = ()) -> Motion:
     """Return the motion through a house at a pace; made once."""
-    return Motion(plan, pace)
+    return Motion(plan, pace, lookouts)
 
 
 class Motion:
     """The caregiver's motion by the rules of `plans.routes`, the same that its world moves it by.
 
     The *places* are the posts (landings of stairwells, cells before gates), then the tables (any cell beside one will
-    do), then the cells of what lies on the floor, then `aside`, out of the child's way, and `stay`. A *step* is the
+    do), then the cells of what lies on the floor, then lookouts, then `aside`, out of the child's way, and `stay`. A *step* is the
     time in which the caregiver walks one cell.
 
     Attributes:
         pace: How long it takes.
         posts: Cells from which it keeps children from each opening.
         floor: Numbers of the places of what lies on the floor.
+        lookouts: Numbers of lookouts.
         stands: The cells beside each table, (tables, cells beside one), filled up with the first of them.
         aside: Number of that place; that of `stay` is the next one.
         distance: Steps to every place, `UNREACHABLE` where the child bars the way, (aside + 1, C, R): by the child's
@@ -42,13 +43,15 @@ class Motion:
         nearest: Which of the cells beside each table is the nearest, a number among `stands`, (tables, R).
     """
 
-    def __init__(self, plan: FloorPlan, pace: Pace = PAPER):
+    def __init__(self, plan: FloorPlan, pace: Pace = PAPER, lookouts: tuple[int, ...] = ()):
         graph, cells = plan.graph, len(plan.caregiver_cells)
         self.pace = pace
         self.posts = [plan.cell_index[cell] for cell in plan.posts]
         stands = graph.beside(plan.tables)
         goals = [[post] for post in self.posts] + stands + [[cell] for cell in plan.floor_cells]
         self.floor = range(len(self.posts) + len(stands), len(goals))
+        goals += [[cell] for cell in lookouts]
+        self.lookouts = range(self.floor.stop, len(goals))
         self.aside = len(goals)
         routes = Routes(plan, goals)
         self.open_distance = routes.open_distance.astype(int)
