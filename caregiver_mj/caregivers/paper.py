@@ -102,8 +102,8 @@ class PaperCaregiver(Caregiver):
 
     def reach(self, percept: Percept) -> np.ndarray:
         """Return P(reach_o|tau) of each hazard by each child, (B, K, hazards), normalised over hazards, not tables."""
-        if percept.belief is not None:  # what is to be expected over all cells
-            presence = percept.belief.sum(axis=(3, 4))
+        if percept.belief:  # what is to be expected over all cells
+            presence = percept.belief.presence
             anywhere = np.broadcast_to(np.arange(presence.shape[2]), (len(presence), presence.shape[2]))
             reach = self.reach(dataclasses.replace(percept, child_cell=anywhere, belief=None))
             return np.einsum("bkc,bch->bkh", presence, reach)
@@ -177,10 +177,11 @@ class LastSeenCaregiver(PaperCaregiver):
 
     def _as_seen(self, percept: Percept) -> Percept:
         """Return what it knows without belief; a child that it has never seen is where that says."""
-        if percept.seen is not None:
-            self._last = np.where(percept.seen, percept.child_cell, self._last)
+        if not percept.belief:
+            return percept
+        self._last = np.where(percept.belief.seen, percept.child_cell, self._last)
         known = np.where(self._last == NOTHING, percept.child_cell, self._last)
-        return percept if percept.seen is None else dataclasses.replace(percept, child_cell=known, belief=None)
+        return dataclasses.replace(percept, child_cell=known, belief=None)
 
 
 class PaperStillCaregiver(PaperCaregiver):

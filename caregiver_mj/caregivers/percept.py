@@ -8,6 +8,7 @@ import functools
 import numpy as np
 
 from caregiver_mj.danger.chain import ChildChain, first_entry, first_passage, presence
+from caregiver_mj.danger.tracker import Tracker
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
@@ -61,10 +62,8 @@ class Percept:
             does not know yet, (B,). Left out where all of it is left.
         clock: Novice timesteps since the start of the episode, with their fraction, (B,). Left out where nobody asks.
         under_way: Number of the hazard that the caregiver is about, or NOTHING, (B,). Left out likewise.
-        seen: Whether each child is seen now, bool (B, K). One that is not stands in the most probable cell, and its
-            last move is NOTHING. Left out where all are seen, always.
-        belief: Probability of every free cell, goal and epsilon of each child, (B, K, cells, G, E), as a `Tracker`
-            holds it. Left out likewise.
+        belief: What is believed of the children, some of which are not seen: `child_cell` is then the most probable
+            cell, and the last move NOTHING. Left out where all are seen, always.
         hears: Whether, with a candle in the hand, it takes notice of stairwells, and puts it down the sooner, (B,).
             Left out where it does not.
     """
@@ -83,8 +82,7 @@ class Percept:
     clock: np.ndarray | None = None
     under_way: np.ndarray | None = None
     hears: np.ndarray | None = None
-    seen: np.ndarray | None = None
-    belief: np.ndarray | None = None
+    belief: Tracker | None = None
 
 
 @dataclasses.dataclass(frozen=True)

@@ -48,6 +48,9 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
     parsing.add_children(command)
     parsing.add_embodiment(command)
     command.add_argument(
+        "--sight", default="all", help="what the caregivers see in the grid: all, walls, camera or rooms:N"
+    )
+    command.add_argument(
         "--episodes", type=int, default=20, metavar="N", help="number of episodes for each caregiver and epsilon"
     )
     parsing.add_seed(command)
@@ -89,6 +92,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
         episodes=arguments.episodes,
         seed=arguments.seed,
         embodiment=arguments.embodiment,
+        sight=arguments.sight,
     )
     settings.check()
     if arguments.resume and arguments.out is None:

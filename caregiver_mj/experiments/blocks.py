@@ -93,6 +93,7 @@ def run_block(settings: Settings, block: Block) -> Result:
             children=len(family),
             episode=block.numbers[i],
             seed=seeds[i],
+            sight=settings.sight,
             **measured,
         )
         for (family, i), measured in zip(which, outcomes, strict=True)
@@ -113,7 +114,7 @@ def _run_in_grid(settings: Settings, plan: FloorPlan, block: Block, seeds: list[
     if block.caregiver == FLOOR:
         world: GridWorld = FloorWorld(plan, children)
     else:
-        world = GridWorld(plan, children, make_caregiver(block.caregiver, plan, settings.seed))
+        world = GridWorld(plan, children, make_caregiver(block.caregiver, plan, settings.seed), sight=settings.sight)
     ledger = world.run([episode_tapes(seed, len(children)) for seed in seeds] * len(block.families))
     times = {
         "sim_seconds": EPISODE_TIMESTEPS * plan.cell_size / WALKING_SPEED,

@@ -18,6 +18,7 @@ from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.experiments.provenance import origins, source_digest, versions
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
+from caregiver_mj.plans.visibility import Sight
 from caregiver_mj.robot.embodiment import DEFAULT
 
 WORLDS = ("house", "grid")
@@ -42,6 +43,7 @@ class Settings:
         episodes: Episodes for each caregiver and family.
         seed: Seed of the episodes, and of what is random in the caregivers.
         embodiment: Name of the robot in the house.
+        sight: What the caregivers see, as `plans.visibility.Sight.of` takes it.
         houses: What the houses are called together, such as "test-100"; nothing if by their names.
         file: Where a single house of the user's own was read from; nothing if it has a name. Nothing depends on it.
     """
@@ -55,6 +57,7 @@ class Settings:
     embodiment: str
     houses: str
     file: str
+    sight: str
 
     def __init__(
         self,
@@ -67,6 +70,7 @@ class Settings:
         embodiment: str = DEFAULT,
         houses: str = "",
         file: str = "",
+        sight: str = "all",
     ):
         vars(self).update(
             plans=(plans,) if isinstance(plans, FloorPlan) else tuple(plans),
@@ -78,6 +82,7 @@ class Settings:
             embodiment=embodiment,
             houses=houses,
             file=file,
+            sight=str(Sight.of(sight)),
         )
 
     @classmethod
@@ -98,6 +103,7 @@ class Settings:
             embodiment=record["embodiment"],
             houses=record["houses"],
             file=record.get("file", ""),
+            sight=record.get("sight", "all"),
         )
 
     @property
@@ -131,6 +137,8 @@ class Settings:
             from caregiver_mj.robot.embodiments import find_embodiment
 
             find_embodiment(self.embodiment)
+            if self.sight != "all":
+                raise CaregiverError(f"sight must be all in the house, got {self.sight}: the grid has others")
         for plan in self.plans:
             check_kind("a house", plan, FloorPlan, advice=": FloorPlan.load makes one")
         for name in self.caregivers:
@@ -166,6 +174,7 @@ class Settings:
             "source": source_digest(self.world),
             **({"code": code} if (code := self.code()) else {}),
             **({"file": self.file} if self.file else {}),
+            **({"sight": self.sight} if self.sight != "all" else {}),
         }
 
     def code(self) -> dict[str, str]:

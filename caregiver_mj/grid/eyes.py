@@ -83,8 +83,7 @@ class Eyes:
             out_of_reach=left if left.any() else None,
             shut=left[:, : len(self._world.plan.stairwells)] if left.any() else None,
             gone=left[:, self._lying] if left.any() else None,
-            seen=tracker.seen.copy(),
-            belief=tracker.joint,
+            belief=tracker,
         )
 
     def _in_view(self) -> np.ndarray:

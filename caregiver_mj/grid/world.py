@@ -30,7 +30,7 @@ from caregiver_mj.children.tape import Tape, start_cells
 from caregiver_mj.errors import LARGEST_SEED, CaregiverError, check_integer, check_kind
 from caregiver_mj.grid.eyes import Eyes
 from caregiver_mj.grid.verbs import GRID_VERBS
-from caregiver_mj.interventions.verb import LOOK, Interventions, half_of, verb_of
+from caregiver_mj.interventions.verb import BLOCK, LOOK, VERBS, Interventions, half_of, verb_of
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan, check_house
 from caregiver_mj.plans.hazards import KINDS, NOTHING, TABLE, State, Where
@@ -126,6 +126,9 @@ class GridWorld:
             raise CaregiverError(f"meanwhile must be 0 to {caregiver_actions}, got {meanwhile}")
         if meanwhile and isinstance(caregiver, ToldCaregiver):
             raise CaregiverError("meanwhile must be 0 with a caregiver that needs privileged information")
+        self.sight = Eyesight.of(sight)
+        if isinstance(caregiver, ToldCaregiver) and not self.sight.is_full:
+            raise CaregiverError(f"sight must be all with a caregiver that needs privileged information, got {sight}")
         check_kind("the house", plan, FloorPlan, advice=": FloorPlan.load makes one")
         check_kind("the caregiver", caregiver, Caregiver, type(None), advice=": make_caregiver makes one")
         if caregiver:
@@ -133,7 +136,6 @@ class GridWorld:
         self.plan = plan
         self.timestep, self._draws = 0, np.zeros((0, 0, 0, 3))  # of no episode
         self.meanwhile: float = meanwhile
-        self.sight = Eyesight.of(sight)
         self.eyes: Eyes | None = None  # where it sees everything, and where there is nobody to see it
         self.behaviours = list(Family.of(family).make(plan))
         self.caregiver = caregiver
@@ -196,6 +198,10 @@ class GridWorld:
             if isinstance(self.caregiver, ToldCaregiver):
                 self.caregiver.hear(self.truth())
             self.care(self.caregiver)
+            self.ledger.seen += self.eyes.tracker.seen if self.eyes else 1
+            verb = self.orders.verb
+            handles = [name for name, one in VERBS.items() if one.handles]
+            self.ledger.spent += np.stack([verb == LOOK, verb == BLOCK, np.isin(verb, handles)], axis=1)
 
     def run(self, tapes: Sequence[Sequence[Tape]], progress: Callable[[], None] = lambda: None) -> Ledger:
         """Run whole episodes, one for each family of tapes.

@@ -30,8 +30,8 @@ class Intervention:
     Attributes:
         verb: Name of what to do, one of `VERBS`.
         hazard: Number in the house's table of hazards of what it is about, or NOTHING.
-        destination: Where to, as the verb understands it, or NOTHING: for a candle the index of a table, for a look that
-            of a lookout of the house (`plans.visibility.lookouts`).
+        destination: Where to, as the verb understands it, or NOTHING: for a candle the index of a table, for a look
+            that of one of `plans.visibility.lookouts`.
     """
 
     verb: str = STAND_ASIDE

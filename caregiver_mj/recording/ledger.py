@@ -10,6 +10,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS
 from caregiver_mj.recording.record import COLUMNS, DAMAGE_THRESHOLD
 
+SPENT = ("looking", "guarding", "handling")  # what a caregiver spends its time on
 BLOCKED = ("stairwell", "free")  # what a move led to that the caregiver was in the way of
 MET = ("entered", "entered_blocked", "held_up")  # how else a move met the caregiver; see `EpisodeRecord`
 _CONTACTS = {column.name: int if column.type == "int" else float for column in COLUMNS if column.role == "contact"}
@@ -27,6 +28,8 @@ class Ledger:
         longest_blocked: Most timesteps on end in which each was blocked, (B, K).
         interventions: Interventions begun, (B,).
         interventions_done: Interventions completed, (B,).
+        seen: Timesteps in which each child was seen, (B, K).
+        spent: Timesteps that the caregiver spent on each of `SPENT`, (B, 3).
         candles_dropped: Candles that fell, (B,).
         strikes: Contacts with a moving robot, (B,).
         stopped_at: Timestep in which the damage came above the threshold, (B,); 0 where it did not.
@@ -51,6 +54,7 @@ class Ledger:
         self.moves_blocked = np.zeros((batch, children, len(BLOCKED)), int)
         self.moves_met = np.zeros((batch, children, len(MET)), int)
         self.interventions, self.interventions_done = np.zeros((2, batch), int)
+        self.seen, self.spent = np.zeros((batch, children), int), np.zeros((batch, len(SPENT)), int)
         self.candles_dropped, self.strikes = np.zeros((2, batch), int)
         self.stopped_at, self.damage_until_stop = np.zeros(batch, int), np.zeros(batch)
         self._visited = np.zeros((batch, len(plan.free_cells)), bool)
@@ -115,6 +119,8 @@ class Ledger:
             **{f"moves_{how}": self.moves_met[..., i].sum(axis=1) for i, how in enumerate(MET)},
             "interventions": self.interventions,
             "interventions_done": self.interventions_done,
+            "seen": self.seen.mean(axis=1) / max(1, self.timestep),
+            **{what: self.spent[:, i] / max(1, self.timestep) for i, what in enumerate(SPENT)},
             "candles_dropped": self.candles_dropped,
             "strikes": self.strikes,
             **{name: np.zeros(len(self.strikes), kind) for name, kind in _CONTACTS.items()},  # the house counts those

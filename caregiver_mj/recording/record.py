@@ -66,6 +66,7 @@ class EpisodeRecord:
     children: int = _setting("number of children", "how many children there are")
     episode: int = _setting("episode", "its number, from 0")
     seed: int = _setting("seed", "seed of its children and of its caregiver")
+    sight: str = _setting("sight", "what the caregiver sees: `all`, `walls`, `camera` or `rooms:N`")
 
     damage: float = _damage("damage", "damage", "all damage in 200 novice timesteps, of all children together")
     for _kind in KINDS:  # damage_stairwell and so on
@@ -104,6 +105,16 @@ class EpisodeRecord:
     interventions: int = _count("", "interventions", "interventions begun")
     interventions_done: int = _count(
         "", "interventions done", "of those, completed: a stairwell reached, or a candle put down"
+    )
+    seen: float = _count(
+        "share", "children seen", "share of the timesteps in which the caregiver saw a child", world="grid"
+    )
+    looking: float = _count(
+        "share", "time looking", "share of them that it spent on looking for children", world="grid"
+    )
+    guarding: float = _count("share", "time guarding", "on blocking stairwells, and on the way there", world="grid")
+    handling: float = _count(
+        "share", "time handling", "on what it does with its hand, and on the way there", world="grid"
     )
     candles_dropped: int = _count("", "candles dropped", "candles that fell over or down", world="house")
     strikes: int = _count(

@@ -89,12 +89,12 @@ class Followers:
     """Finds out which children go wherever the caregiver is: what it stands beside they stand beside."""
 
     def __init__(self, plan: FloorPlan, batch: int, children: int):
-        self._belief = Belief(child_chain(plan), batch, children, CHANGE)
+        self._belief: Belief = Belief(child_chain(plan), batch, children, CHANGE)
 
     def watch(self, percept: Percept) -> None:
         """Take in the children's last moves."""
-        if percept.belief is not None:
-            self._belief.probability = percept.belief.sum(axis=2)
+        if percept.belief:
+            self._belief = percept.belief
         else:
             self._belief.watch(percept.previous_cell, percept.previous_action, percept.caregiver_cell)
 

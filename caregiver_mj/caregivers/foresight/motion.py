@@ -26,8 +26,8 @@ class Motion:
     """The caregiver's motion by the rules of `plans.routes`, the same that its world moves it by.
 
     The *places* are the posts (landings of stairwells, cells before gates), then the tables (any cell beside one will
-    do), then the cells of what lies on the floor, then lookouts, then `aside`, out of the child's way, and `stay`. A *step* is the
-    time in which the caregiver walks one cell.
+    do), then the cells of what lies on the floor, then lookouts, then `aside`, out of the child's way, and `stay`. A
+    *step* is the time in which the caregiver walks one cell.
 
     Attributes:
         pace: How long it takes.
@@ -40,6 +40,7 @@ class Motion:
             cell and the caregiver's.
         after: Cell after a number of steps on the way to every place, (steps + 1, aside + 2, C, R).
         open_distance: Steps to every place before `aside` if there is no child, (aside, R).
+        end: The cell in which the way to every place before `aside` ends if there is no child, (aside, R).
         nearest: Which of the cells beside each table is the nearest, a number among `stands`, (tables, R).
     """
 
@@ -65,7 +66,9 @@ class Motion:
         self.after = np.stack(steps)
         most = max(map(len, stands), default=1)
         self.stands = np.array([(stand + most * stand[:1])[:most] for stand in stands], int).reshape(-1, most)
-        self.nearest = graph.distances_from(range(cells))[self.stands].argmin(axis=1)
+        apart = graph.distances_from(range(cells))
+        self.nearest = apart[self.stands].argmin(axis=1)
+        self.end = np.array([np.array(goal)[apart[goal].argmin(axis=0)] for goal in goals]).reshape(-1, cells)
 
     @property
     def turns(self) -> list[tuple[int, float]]:

@@ -1,0 +1,258 @@
+"""What can be done, and what is then to be expected: of a child that is seen, or of one that may be in many cells."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from caregiver_mj.caregivers.foresight.motion import Motion
+from caregiver_mj.caregivers.foresight.value_table import ValueTable
+from caregiver_mj.caregivers.percept import Percept, bare_tables
+from caregiver_mj.plans.hazards import NOTHING
+
+_CASES = 12  # cells in which a child that is not seen is thought to be at most, ...
+_LEAST = 0.05  # ... and how probable each is at least, as a share of the most probable one
+_MOST = 1e4  # damage, for what cannot be done
+
+
+@dataclasses.dataclass(frozen=True)
+class Options:
+    """Everything that can be done in W worlds, and what is then to be expected.
+
+    In this order: to block each stairwell or close its gate, to stand aside, to stay, to relocate each candle, to pick
+    up each thing on the floor, to look from each lookout.
+
+    Attributes:
+        damage: Expected damage to come, (W, options).
+        table: The best table for each candle, (W, candles), or NOTHING if none is bare.
+    """
+
+    damage: np.ndarray
+    table: np.ndarray
+
+
+@dataclasses.dataclass(frozen=True)
+class Cases:
+    """Where one child may be: N cases in W worlds, at least one in each.
+
+    Attributes:
+        which: The world of each case, (N,), in order.
+        cell: The child's cell, (N,).
+        wants: Probability that it is there, by what it may want, (N, J); it sums to 1 over the cases of a world.
+    """
+
+    which: np.ndarray
+    cell: np.ndarray
+    wants: np.ndarray
+
+    @classmethod
+    def likely(cls, belief: np.ndarray, possible: np.ndarray) -> Cases:
+        """Return the most probable ones, `_CASES` in each world.
+
+        Args:
+            belief: Probability of each cell, goal and epsilon, (W, cells, G, E).
+            possible: The goals and epsilons that a child can have, as numbers g E + e, (J,).
+        """
+        presence = belief.sum(axis=(2, 3))
+        most = min(_CASES, presence.shape[1])
+        likely = np.sort(np.argpartition(-presence, most - 1, axis=1)[:, :most], axis=1)
+        share = np.take_along_axis(presence, likely, axis=1)
+        taken = share >= _LEAST * share.max(axis=1, keepdims=True)
+        which, number = np.nonzero(taken)
+        cell, share = likely[which, number], np.where(taken, share, 0.0).sum(axis=1)
+        wants = belief[which, cell].reshape(len(which), -1)[:, possible] / share[which, None]
+        return cls(which, cell, wants.astype(np.float32))
+
+    def each_world(self, values: np.ndarray) -> np.ndarray:
+        """Add up what there is in each case, (N, ...), in every world, (W, ...)."""
+        return np.add.reduceat(values, np.flatnonzero(np.diff(self.which, prepend=-1)))
+
+
+@dataclasses.dataclass(frozen=True)
+class Sums:
+    """What is to be expected of children in N cases, added up. A case is a world, and where a child may be in it.
+
+    Attributes:
+        values: The planner's tables.
+        motion: How the caregiver moves.
+        which: The world of each case, (N,), in order.
+        percept: What is seen.
+        worlds: The indices of the worlds in that, (W,).
+        going: Damage to come by where the caregiver goes now and by the candles that are planned for, (N, posts, aside,
+            stay, candles, things and lookouts, groups of candles).
+        carried: The same if a candle is in the hand by the child's next move, (N, candles, bare tables, groups).
+        got: Whether it is, bool (N, candles).
+        lying: Damage to come of each thing on the floor if it is left there, (N, things).
+        then: By how much it is more to pick up one thing after another, (N, things, things, groups).
+    """
+
+    values: ValueTable
+    motion: Motion
+    which: np.ndarray
+    percept: Percept
+    worlds: np.ndarray
+    going: np.ndarray
+    carried: np.ndarray
+    got: np.ndarray
+    lying: np.ndarray
+    then: np.ndarray
+
+    @classmethod
+    def zeros(cls, values: ValueTable, motion: Motion, which: np.ndarray, percept: Percept, worlds: np.ndarray) -> Sums:
+        """Expect nothing yet."""
+        count, candles, things = len(which), percept.candle_table.shape[1], len(motion.floor)
+        groups = math.comb(candles, values.layouts.candles)
+        options = len(motion.posts) + 2 + candles + things + len(motion.lookouts)
+        bare = len(motion.stands) - np.count_nonzero(percept.candle_table[worlds[:1]] != NOTHING)
+        return cls(
+            values,
+            motion,
+            which,
+            percept,
+            worlds,
+            going=np.zeros((count, options, groups), np.float32),
+            carried=np.zeros((count, candles, bare, groups), np.float32),
+            got=np.ones((count, candles), bool),
+            lying=np.zeros((count, things), np.float32),
+            then=np.zeros((count, things, things, groups), np.float32),
+        )
+
+    def add(self, cases: Cases) -> None:
+        """Add what is to be expected of a child in each case."""
+        here, belief = cases.cell, cases.wants
+        values, motion, candles = self.values, self.motion, self.got.shape[1]
+        worlds = self.worlds[self.which]
+        cell, tables = self.percept.caregiver_cell[worlds], self.percept.candle_table[worlds]
+        left = np.ones(len(worlds)) if self.percept.time_left is None else self.percept.time_left[worlds]
+        left = left * motion.pace.cells
+        steps = np.clip(np.rint(left), 0, len(motion.after) - 1).astype(int)
+        # Every choice of as many candles as are planned for at a time; the others are thought to stay for ever.
+        groups = list(itertools.combinations(range(candles), values.layouts.candles))
+        chosen = np.array(groups, int).reshape(len(groups), values.layouts.candles)
+        layout = values.layouts.now(tables[:, chosen])  # (N, groups)
+        stays = np.array([[candle not in group for candle in range(candles)] for group in groups])
+        bare = np.nonzero(bare_tables(tables, len(motion.stands)))[1].reshape(len(tables), -1)  # (N, bare tables)
+        places = [*range(len(motion.posts)), motion.aside, motion.aside + 1]
+        numbers = dict(enumerate(places)) | dict(enumerate(motion.lookouts, self.things.stop))
+        staying = np.einsum("wcs,ws->wc", values.staying[here[:, None], tables], belief) @ stays.T  # (N, groups)
+        self.going[:] += staying[:, None]
+        self.lying[:] += np.einsum("wos,ws->wo", values.taken[here], belief)
+        self.then[:] += np.einsum("towgs,ws->wtog", values.others[:, :, layout, here[:, None]], belief)
+        for option, place in numbers.items():
+            there = motion.after[steps, place, here, cell]
+            self.going[:, option] += np.einsum("wgs,ws->wg", values.at(layout, here[:, None], there[:, None]), belief)
+        for thing, option in enumerate(range(self.things.start, self.things.stop)):
+            self.going[:, option] += np.einsum("wgs,ws->wg", values.picking_up(thing, layout, here, cell, left), belief)
+        # What is to come on the way, and from when a candle is in the hand if it is by the child's next move.
+        for candle, source in enumerate(tables.T):
+            in_hand, there, rest = motion.fetch(source, here, cell, left)
+            self.got[:, candle] &= in_hand
+            found = np.einsum("wgs,ws->wg", values.at(layout, here[:, None], there[:, None]), belief)
+            self.going[:, len(places) + candle] += found
+            stand = np.where(in_hand, there, motion.stands[source, motion.nearest[source, cell]])
+            shape = len(tables), bare.shape[1], len(groups)
+            every = (np.broadcast_to(one[:, None, None], shape).ravel() for one in (source, here, stand, rest))
+            source_, *others = every
+            target = np.broadcast_to(bare[:, :, None], shape).ravel()
+            which = np.broadcast_to(layout[:, None], shape).ravel()
+            found = values.carried(which, source_, target, *others).reshape(*shape, -1)
+            self.carried[:, candle] += np.einsum("wbgs,ws->wbg", found, belief) + staying[:, None]
+
+    def by_world(self, cases: Cases) -> Sums:
+        """Return what is to be expected of a child in each world, by that in each case."""
+        sums: dict[str, Any] = {
+            name: cases.each_world(getattr(self, name)) for name in ("going", "carried", "lying", "then")
+        }
+        got = cases.each_world(~self.got) == 0  # in each case
+        return dataclasses.replace(self, which=np.unique(self.which), got=got, **sums)
+
+    def plus(self, other: Sums) -> Sums:
+        """Return what is to be expected of all children, by that of some and others in each world."""
+        sums: dict[str, Any] = {
+            name: getattr(self, name) + getattr(other, name) for name in ("going", "carried", "lying", "then")
+        }
+        return dataclasses.replace(self, got=self.got & other.got, **sums)
+
+    @property
+    def things(self) -> slice:
+        """The options of picking things up."""
+        first = len(self.motion.posts) + 2 + self.got.shape[1]
+        return slice(first, first + len(self.motion.floor))
+
+    def ends(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return to which cell each option takes the caregiver, and after how many moves of a child, (W, options)."""
+        motion, cell = self.motion, self.percept.caregiver_cell[self.worlds][:, None]
+        posts, table = len(motion.posts), self.percept.candle_table[self.worlds]
+        place = np.full((len(cell), self.going.shape[1]), NOTHING)  # to stand aside is taken for staying
+        place[:, :posts] = range(posts)
+        place[:, posts + 2 : self.things.start] = posts + table
+        place[:, self.things] = motion.floor
+        place[:, self.things.stop :] = motion.lookouts
+        left = 1.0 if self.percept.time_left is None else self.percept.time_left[self.worlds][:, None]
+        moves = np.maximum(0.0, motion.open_distance[place, cell] / motion.pace.cells - left)
+        stays = place == NOTHING
+        return np.where(stays, cell, motion.end[place, cell]), np.where(stays, 0.0, moves)
+
+    def options(self) -> Options:
+        """Return what can be done in each case, and the best tables for it."""
+        worlds, motion = self.worlds[self.which], self.motion
+        tables, candles = self.percept.candle_table[worlds], self.got.shape[1]
+        bare = np.nonzero(bare_tables(tables, len(motion.stands)))[1].reshape(len(tables), -1)
+        gone = np.zeros(self.lying.shape, bool) if self.percept.gone is None else self.percept.gone[worlds]
+        relocates, things = slice(len(motion.posts) + 2, self.things.start), self.things
+        lying = self.lying * ~gone
+        all_left = lying.sum(axis=1, keepdims=True)
+        going = self.going.copy()
+        # Of the other things those are picked up after one for which that is better than to leave them.
+        going[:, things] += np.minimum(self.then, lying[:, None, :, None]).sum(axis=2) - all_left[..., None]
+        damage = going.min(axis=2) + all_left
+        damage[:, things][gone] = np.inf
+        if not self.carried.size:
+            damage[:, relocates] = np.inf
+            return Options(damage, np.full((len(worlds), candles), NOTHING))
+        by_table = self.carried.min(axis=3) + all_left[..., None]  # (N, candles, bare tables)
+        damage[:, relocates] = np.where(self.got, by_table.min(axis=2), damage[:, relocates])
+        return Options(damage, np.take_along_axis(bare, first_of_least(by_table), axis=1))
+
+
+def regret(parts: Sequence[tuple[Cases, Sums]], seen: np.ndarray, timesteps: int) -> np.ndarray:
+    """Return what not knowing where children are costs with each option: its value of information, the other way round.
+
+    With every move of a child that it does not see the caregiver does what is best on an average, and not what would
+    be best where the child is: that much it regrets. It does so for so many timesteps, seeing what is seen from where
+    it is now, and from where the option takes it once it is there.
+
+    Args:
+        parts: Where each child may be, and what is then to be expected, in the same W worlds.
+        seen: Which free cells are seen from each of the caregiver's, bool (caregiver cells, free cells).
+        timesteps: For how long.
+
+    Returns:
+        Damage, (W, options).
+    """
+    _, one = parts[0]
+    place, moves = one.ends()
+    moves = np.minimum(moves, timesteps)
+    decisions = one.things.stop  # to look is to put one off
+    each = [np.minimum(sums.options().damage[:, :decisions], _MOST) for _, sums in parts]
+    means = [cases.each_world(damage) for (cases, _), damage in zip(parts, each, strict=True)]
+    regrets = np.zeros(place.shape)
+    for (cases, _), damage, mean in zip(parts, each, means, strict=True):
+        others = sum(means) - mean  # what is to be expected of the other children, wherever this one is
+        damage = damage + cases.wants.sum(axis=1)[:, None] * others[cases.which]
+        hidden = ~seen[place[cases.which], cases.cell[:, None]]  # (N, options)
+        done = cases.each_world(hidden[:, :, None] * damage[:, None]).min(axis=2)
+        best = cases.each_world(hidden * damage.min(axis=1)[:, None])
+        now = (done - best)[:, [len(one.motion.posts) + 1]]  # it stays
+        regrets += moves * now + (timesteps - moves) * (done - best)
+    return regrets
+
+
+def first_of_least(damage: np.ndarray) -> np.ndarray:
+    """Return the first of the least along the last axis; numbers that only rounding tells apart count as equal."""
+    return (damage <= damage.min(axis=-1, keepdims=True) * (1.0 + 1e-5)).argmax(axis=-1)
