@@ -131,14 +131,7 @@ class Settings:
         """Raise CaregiverError unless this can be run."""
         if self.world not in WORLDS:
             raise CaregiverError(f"no world '{self.world}': there are {', '.join(WORLDS)}")
-        if self.world == "house" or self.embodiment != DEFAULT:
-            # Here, for the grid does without MuJoCo; rendering first, for MuJoCo stumbles over a wrong `MUJOCO_GL`.
-            import caregiver_mj.house.rendering  # noqa: F401
-            from caregiver_mj.robot.embodiments import find_embodiment
-
-            find_embodiment(self.embodiment)
-            if self.sight != "all":
-                raise CaregiverError(f"sight must be all in the house, got {self.sight}: the grid has others")
+        self._check_house()
         for plan in self.plans:
             check_kind("a house", plan, FloorPlan, advice=": FloorPlan.load makes one")
         for name in self.caregivers:
@@ -156,6 +149,18 @@ class Settings:
         if rows > MOST_ROWS:
             raise CaregiverError(f"episodes must be at most {MOST_ROWS:,} in all, got {rows:,}")
         check_integer("the seed", self.seed, 0)
+
+    def _check_house(self) -> None:
+        """Raise CaregiverError unless what only the house knows can be run."""
+        if self.world == "grid" and self.embodiment == DEFAULT:
+            return
+        # Here, for the grid does without MuJoCo; rendering first, for MuJoCo stumbles over a wrong `MUJOCO_GL`.
+        import caregiver_mj.house.rendering  # noqa: F401
+        from caregiver_mj.robot.embodiments import find_embodiment
+
+        find_embodiment(self.embodiment)
+        if self.world == "house" and self.sight != "all":
+            raise CaregiverError(f"sight must be all in the house, got {self.sight}: only the grid has others")
 
     def record(self) -> dict[str, Any]:
         """Return the settings and versions as JSON, to tell whether two runs can be one."""

@@ -1,0 +1,121 @@
+"""What the grid's caregiver sees, and what comes of it."""
+
+import numpy as np
+import pytest
+
+from caregiver_mj.caregivers.paper import PaperCaregiver
+from caregiver_mj.caregivers.registry import CAREGIVERS, make_caregiver
+from caregiver_mj.caregivers.told import ToldCaregiver
+from caregiver_mj.children.tape import Tape
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.grid.world import GridWorld
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.visibility import ALL_ROUND
+
+
+def tapes(seeds, children=1):
+    return [Tape.draw_family(np.random.RandomState(seed), children) for seed in seeds]
+
+
+class Watching(PaperCaregiver):
+    """Keeps what it was shown."""
+
+    def reset(self, *args, **kwargs):
+        super().reset(*args, **kwargs)
+        self.shown = []
+
+    def watch(self, percept):
+        super().watch(percept)
+        self.shown.append((percept.child_cell.copy(), percept.previous_action.copy(), percept.belief.seen.copy()))
+
+
+@pytest.mark.parametrize("sight", ["walls", "camera", "rooms:2"])
+def test_what_is_seen_is_true_and_the_rest_is_not_told(sight):
+    plan = FloorPlan.load("apartment")
+    caregiver = Watching(plan)
+    world = GridWorld(plan, "1,.25", caregiver, sight=sight)
+    world.reset(tapes(range(5), 2))
+    for _ in range(60):
+        world.step()
+        cell, action, seen = caregiver.shown[-1]
+        assert (cell[seen] == world.child_cell[seen]).all()
+        assert (action[~seen] == -1).all()
+    shares = np.mean([seen for _, _, seen in caregiver.shown])
+    assert 0.02 < shares < 0.98
+
+
+def test_what_is_out_of_sight_changes_nothing():
+    """Two worlds that differ only in how a child moves where it is not seen do the same until one is seen."""
+    plan = FloorPlan.parse(
+        "#############\n#....#......#\n#....#.####.#\n#B...#......#\n#...........#\n#C..T#......#\n#############",
+        "two rooms",
+    )
+    moves = []
+    for seeds in ([3], [4]):
+        world = GridWorld(plan, 1.0, make_caregiver("foresight", plan), sight="walls")
+        world.reset(tapes(seeds))
+        world.caregiver_cell[:] = plan.cell_index[(1, 1)]
+        world.child_cell[:] = plan.cell_index[(1, 11)]
+        world.eyes = type(world.eyes)(world, world.sight)
+        assert not world.eyes.tracker.seen.any()
+        trace = []
+        while not world.eyes.tracker.seen.any() and len(trace) < 200:
+            world.step()
+            trace.append((world.caregiver_cell[0], world.orders[0]))
+        moves.append(trace[:-1])
+    together = min(map(len, moves))
+    assert together > 0
+    assert moves[0][:together] == moves[1][:together]
+
+
+def test_whoever_stands_still_turns_round():
+    plan = FloorPlan.load("paper")
+    world = GridWorld(plan, 0.5, make_caregiver("guard", plan), sight="camera")
+    world.reset(tapes([0]))
+    headings = set()
+    for _ in range(20):
+        before = world.caregiver_cell.copy()
+        world.step()
+        headings.add(int(world.eyes.heading[0]))
+    assert (world.caregiver_cell == before).all()
+    assert world.eyes.heading[0] == ALL_ROUND
+    assert len(headings) > 1  # on its way it looked to where it went
+
+
+def test_it_finds_out_what_has_become_of_things_by_looking():
+    plan = FloorPlan.parse("#########\n#B..#..o#\n#...#.#.#\n#.......#\n#########", "battery")
+    world = GridWorld(plan, 0.5, make_caregiver("nearest", plan), sight="walls")
+    world.reset(tapes([0]))
+    world.caregiver_cell[:] = plan.cell_index[(1, 2)]
+    world.state[:] = 0
+    world.eyes = type(world.eyes)(world, world.sight)
+    world.state[:] = 2  # a child has taken it, out of sight
+    world.eyes.look(np.zeros((1, 1), bool))
+    assert world.percept().gone is None
+    world.caregiver_cell[:] = plan.cell_index[(3, 7)]
+    world.eyes.look(np.zeros((1, 1), bool))
+    assert world.percept().gone.all()
+
+
+def test_whoever_is_told_has_eyes_for_everything():
+    plan = FloorPlan.load("paper")
+    with pytest.raises(CaregiverError, match="sight must be all"):
+        GridWorld(plan, 0.5, make_caregiver("knows-goal", plan), sight="walls")
+
+
+@pytest.mark.parametrize(
+    "name", [name for name, kind in CAREGIVERS.items() if kind and not issubclass(kind, ToldCaregiver)]
+)
+def test_every_caregiver_can_do_with_its_own_eyes(name):
+    plan = FloorPlan.load("home-300004")
+    damage = [
+        GridWorld(plan, "1,.25", make_caregiver(name, plan), sight="camera").run(tapes(range(3), 2)).damage
+        for _ in range(2)
+    ]
+    assert (damage[0] == damage[1]).all()
+
+
+def test_a_batch_changes_no_episode():
+    plan = FloorPlan.load("paper")
+    run = lambda seeds: GridWorld(plan, 0.75, make_caregiver("foresight", plan), sight="walls").run(tapes(seeds))  # noqa: E731
+    assert (run(range(4)).damage == np.concatenate([run([seed]).damage for seed in range(4)])).all()
