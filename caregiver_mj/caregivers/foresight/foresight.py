@@ -36,6 +36,9 @@ from caregiver_mj.plans.visibility import ALL_ROUND, lookouts, visibility
 # does not turn round for a trifle. On 34 houses of train-100 and shapes-train-100 .001 was no better (damage by 0.0 %,
 # standard error 0.8 %, of 60 episodes a house), and in 15 tiny houses farther from the optimum at epsilon .05.
 HYSTERESIS = 0.004
+# Timesteps for which not knowing where a child is counts. On six houses of train-100, walls opaque, 20 episodes of each
+# novice, 0 closes 76 % of the gap from `last-seen` to full sight, 16, 30 and 60 close 93, 96 and 96 %.
+REGRETS = 30
 
 
 class ForesightCaregiver(Caregiver):
@@ -43,14 +46,13 @@ class ForesightCaregiver(Caregiver):
 
     It believes in every toy bin that a child may be going to, and every epsilon that it may have, as far as the child's
     moves speak for them. What follows for each of them is in a `ValueTable`; those expectations are weighed by the
-    belief (QMDP: Littman, Cassandra and Kaelbling 1995), and added up over the children.
+    belief (QMDP: Littman, Cassandra and Kaelbling 1995), and added up over the children. Where it does not see a child,
+    they are also weighed by where that may be, and what it will regret not to know counts: so it looks for a child
+    where knowing is worth more than doing.
 
     Where a child does what none of those does that it believes in (`Belief.understood`) it follows the rule, equation
     (2). So it does in a house that is too large for a table, there with the P(reach) of its belief.
     """
-
-    looks = True
-    horizon = 8
 
     def __init__(
         self,
@@ -60,6 +62,7 @@ class ForesightCaregiver(Caregiver):
         hysteresis: float = HYSTERESIS,
         change: float = CHANGE,
         objective: Objective = OBJECTIVE,
+        regrets: int = REGRETS,
     ):
         """Look ahead.
 
@@ -69,10 +72,12 @@ class ForesightCaregiver(Caregiver):
             hysteresis: By what share of the damage to come another intervention must be better than this one.
             change: Probability, in a timestep, that a child's epsilon changes.
             objective: What is to be least.
+            regrets: For how many timesteps not knowing where a child is counts (`regret`); 0 for a caregiver that never
+                goes to look for one.
         """
         super().__init__(plan, seed)
         self._plans = candles_at_a_time(plan) >= min(1, len(plan.candle_tables))
-        self._hysteresis, self._change, self._objective = hysteresis, change, objective
+        self._hysteresis, self._change, self._objective, self._regrets = hysteresis, change, objective, regrets
         self._rule = PaperCaregiver(plan, seed)  # for whoever looks on; it decides nothing
         self._begin(1, 1)
 
@@ -169,11 +174,11 @@ class ForesightCaregiver(Caregiver):
             parts.append((cases, Sums.zeros(values, ways, cases.which, percept, worlds)))
             parts[-1][1].add(cases)
         options = functools.reduce(Sums.plus, [sums.by_world(cases) for cases, sums in parts]).options()
-        if self.looks:
-            seen = visibility(self.plan, self.sight).seen[:, ALL_ROUND]
-            options.damage[:] += regret(parts, seen, self.horizon)
-        else:
+        if not self._regrets:
             options.damage[:, parts[0][1].things.stop :] = np.inf
+            return options
+        seen = visibility(self.plan, self.sight).seen[:, ALL_ROUND]
+        options.damage[:] += regret(parts, seen, self._regrets)
         return options
 
     def expected_damage(self, percept: Percept, worlds: np.ndarray) -> np.ndarray:
