@@ -1,6 +1,8 @@
 """Films the beginning of an episode in the grid, from above, as a GIF: the one that `evaluate` runs with that seed.
 
-It needs nothing of the package that has changed lately, so that it also films with an older one.
+It needs nothing of the package that has changed lately, so that it also films with an older one. With `--sight` it
+shows what the caregiver does not see in the dark, where it believes that a child may be in red, and a child that it
+does not see as a ring.
 """
 
 from __future__ import annotations
@@ -9,11 +11,13 @@ import argparse
 import pathlib
 from collections.abc import Sequence
 
+import numpy as np
 from PIL import Image, ImageDraw
 
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.experiments.settings import episode_seed, episode_tapes
 from caregiver_mj.grid.world import GridWorld
+from caregiver_mj.interventions.verb import verb_of
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.hud.chart import GroundPlan
@@ -36,6 +40,10 @@ class Film:
     def add(self, world: GridWorld) -> None:
         """Draw a moment of the only episode of a world."""
         plan, drawn = world.plan, self._still.copy()
+        eyes, seen = getattr(world, "eyes", None), True
+        if eyes:
+            seen = bool(eyes.tracker.seen[0, 0])
+            self._shade(drawn, plan, ~eyes.in_view()[0], 0.0 if seen else eyes.tracker.presence[0, 0])
         canvas, unit = ImageDraw.Draw(drawn), self._ground.unit
         for table in world.candle_table[0]:
             if table >= 0:
@@ -44,12 +52,28 @@ class Film:
         self._disc(canvas, caregiver, 0.4 * unit, colours.ROBOT)
         if world.holding[0] >= 0:
             self._disc(canvas, caregiver, 0.18 * unit, colours.CANDLE)
-        self._disc(canvas, plan.position(plan.free_cells[world.child_cell[0, 0]]), 0.3 * unit, colours.TODDLER)
+        child = plan.position(plan.free_cells[world.child_cell[0, 0]])
+        self._disc(canvas, child, 0.3 * unit, colours.TODDLER)
+        if not seen:
+            self._disc(canvas, child, 0.2 * unit, colours.GROUND)
         page = Image.new("RGB", (self._size[0], self._size[1] + CAPTION), colours.GROUND)
         page.paste(drawn.resize(self._size, Image.Resampling.LANCZOS))
         caption = f"timestep {world.timestep}      damage {world.ledger.damage[0]:g}"
+        if eyes:
+            caption += f"      {verb_of(world.orders[0].verb).describe(plan, world.orders[0])}"
         ImageDraw.Draw(page).text((PAD, self._size[1]), caption, colours.TEXT, font_size=15)
         self.pictures.append(page)
+
+    def _shade(self, drawn: Image.Image, plan: FloorPlan, dark: np.ndarray, presence: np.ndarray | float) -> None:
+        """Darken free cells, bool (cells,), and redden them by a probability."""
+        red = np.minimum(1.0, 3.0 * np.broadcast_to(presence, dark.shape))
+        for cell, is_dark, share in zip(plan.free_cells, dark, red, strict=True):
+            left, top, right, bottom = map(round, self._ground.square(cell))
+            box = left, top, right + 1, bottom + 1
+            shade = drawn.crop(box)
+            for colour, much in ((colours.GROUND, 0.4 * is_dark), (colours.HARM, 0.8 * share)):
+                shade = Image.blend(shade, Image.new("RGB", shade.size, colour), much)
+            drawn.paste(shade, box)
 
     def _disc(self, canvas: ImageDraw.ImageDraw, position, radius: float, colour: tuple[int, int, int]) -> None:
         x, y = self._ground.pixel(position)
@@ -77,11 +101,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("out", type=pathlib.Path, metavar="FILE.gif")
     parser.add_argument("--caregiver", default="paper")
     parser.add_argument("--epsilon", default="1")
+    parser.add_argument("--sight", help="what the caregiver sees, if not everything: walls, camera or rooms:N")
     parser.add_argument("--seed", type=int, default=0, help="of the run to which the episode belongs")
     parser.add_argument("--end", type=int, default=25, help="timestep with which it ends")
     options = parser.parse_args(arguments)
     plan = FloorPlan.load(options.house)
-    world = Filmed(plan, options.epsilon, make_caregiver(options.caregiver, plan))
+    sight = {"sight": options.sight} if options.sight else {}
+    world = Filmed(plan, options.epsilon, make_caregiver(options.caregiver, plan), **sight)
     world.reset([episode_tapes(episode_seed(options.seed, 0), 1)])
     world.film = Film(plan)
     for _ in range(options.end):

@@ -48,7 +48,7 @@ class Eyes:
     def watch(self, felt: np.ndarray) -> None:
         """Take in the children's moves; `felt`, bool (B, K), are those that walk into the caregiver."""
         world = self._world
-        in_view = self._in_view()
+        in_view = self.in_view()
         before, now = (self._visible(cell, in_view) | felt for cell in (world.previous_cell, world.child_cell))
         self._previous = np.where(before & now, world.previous_cell, NOTHING)
         self._action = np.where(before & now, world.previous_action, NOTHING)
@@ -66,7 +66,7 @@ class Eyes:
     def look(self, felt: np.ndarray) -> None:
         """Take in what is seen after an action; `felt`, bool (B, K), are children in the caregiver's way."""
         world = self._world
-        in_view = self._in_view()
+        in_view = self.in_view()
         now = self._visible(world.child_cell, in_view) | felt
         self.tracker.look(np.where(now, world.child_cell, NOTHING), in_view)
         self._take_in(in_view)
@@ -86,7 +86,8 @@ class Eyes:
             belief=tracker,
         )
 
-    def _in_view(self) -> np.ndarray:
+    def in_view(self) -> np.ndarray:
+        """Return which free cells are in view, bool (B, free cells)."""
         return self._seen[self._world.caregiver_cell, self.heading]
 
     def _visible(self, cell: np.ndarray, in_view: np.ndarray) -> np.ndarray:

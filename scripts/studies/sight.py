@@ -44,7 +44,11 @@ TITLES = {
     NEVER: "`foresight` that never looks",
     "foresight": "`foresight`",
 }
-ABLATED = {NEVER: "never goes to look", ABSENT: "where it does not see a child may be one", HALF: "epsilon is taken for 0.5"}
+ABLATED = {
+    NEVER: "never goes to look",
+    ABSENT: "where it does not see a child may be one",
+    HALF: "epsilon is taken for 0.5",
+}
 CHILDREN = ("1", "0.5", "0.05", "explorer:0.25", "toddler:0.5", "seeker:0.25", "avoider:0.25")
 SPENT = ("seen", "looking", "guarding", "handling")
 _EDGES = np.array([0, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0])  # of bins of what is believed
