@@ -86,7 +86,7 @@ class InPlace:
             self._caregiver.reset(len(mask), [0] * len(mask))
             self._begun = True
         self._caregiver.watch(percept)
-        action = self._grid.lookout.slots.actions(self._caregiver.choose(percept))
+        action = self._grid.encoder.slots.actions(self._caregiver.choose(percept))
         return np.where(mask[np.arange(len(mask)), action], action, mask.argmax(axis=1))
 
 

@@ -22,7 +22,7 @@ Places = tuple[int, int] | tuple[int, int, int]  # for stairwells and candles, a
 _MOST = 1_000  # of a kind: each takes memory in every observation
 
 
-class Lookout:
+class Encoder:
     """Observes B worlds with K children each, in episodes of so many novice timesteps.
 
     The caregiver that is told what to do knows what can be done, and how far it is.

@@ -10,7 +10,7 @@ import numpy as np
 from caregiver_mj.caregivers.caregiver import check_numbers
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.caregivers.target_observation import Lookout, Observations, Places, Slots
+from caregiver_mj.caregivers.target_observation import Encoder, Observations, Places, Slots
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.registry import errors_of
 
@@ -24,7 +24,7 @@ class TargetPolicy(CommandedCaregiver, abc.ABC):
     Attributes:
         slots: How many places for stairwells and for candles there are; as many as the house has if None.
         flat: Whether the observations of a world are one array.
-        lookout: What is observed, from `reset` on.
+        encoder: What is observed, from `reset` on.
     """
 
     slots: Places | None = None
@@ -36,7 +36,7 @@ class TargetPolicy(CommandedCaregiver, abc.ABC):
 
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
         super().reset(batch, seeds, children)
-        self.lookout = Lookout(self, children, self._slots, self.flat)
+        self.encoder = Encoder(self, children, self._slots, self.flat)
 
     @abc.abstractmethod
     def act(self, observations: Observations, masks: np.ndarray) -> np.ndarray:
@@ -51,10 +51,10 @@ class TargetPolicy(CommandedCaregiver, abc.ABC):
         """
 
     def watch(self, percept: Percept) -> None:
-        mask = self.lookout.mask(percept)
-        who, last = f"{type(self).__name__}.act", self.lookout.actions - 1
+        mask = self.encoder.mask(percept)
+        who, last = f"{type(self).__name__}.act", self.encoder.actions - 1
         sizes = f"{last} slots and {percept.child_cell.shape[1]} children"
         with errors_of(who, f"in house '{self.plan.name}', which has {sizes} (is it a policy for others?)"):
-            actions = self.act(self.lookout.observe(percept, mask), mask.astype(bool))
+            actions = self.act(self.encoder.observe(percept, mask), mask.astype(bool))
         actions = check_numbers(f"{who} must answer with", actions, len(mask), 0, last)
         self.targets = self._slots.targets(actions, len(mask))

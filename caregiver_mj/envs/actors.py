@@ -43,7 +43,7 @@ class RandomActor(Actor):
         action = self._env.action_space.sample()
         if not isinstance(self._env, TargetsEnv):
             return action, NOTHING
-        return action, int(self._env.world.lookout.slots.targets([action], 1)[0])
+        return action, int(self._env.world.encoder.slots.targets([action], 1)[0])
 
 
 class HouseCaregiver(Actor):
@@ -98,7 +98,7 @@ class TargetCaregiver(Actor):
         percept = self._world.percept()
         self._caregiver.watch(percept)
         chosen = self._caregiver.choose(percept)
-        return np.array(self._world.lookout.slots.actions(chosen)[0]), int(chosen[0])
+        return np.array(self._world.encoder.slots.actions(chosen)[0]), int(chosen[0])
 
 
 def _beside_targets(caregiver: Caregiver) -> list[str]:

@@ -8,7 +8,7 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
-from caregiver_mj.caregivers.target_observation import Lookout
+from caregiver_mj.caregivers.target_observation import Encoder
 from caregiver_mj.errors import CaregiverError, check_kind
 
 STRIKE_COST = 1.0  # of a contact with a part of the robot that moves towards the child, beside what comes of it
@@ -27,15 +27,15 @@ OBSERVED_OF_TARGETS = {
 }
 
 
-def observation_space(lookout: Lookout) -> spaces.Space[Any]:
+def observation_space(encoder: Encoder) -> spaces.Space[Any]:
     """Return the space of the observations of one world: a dictionary, or a plain box where they are flat.
 
     Raises:
         CaregiverError: It is not said by a bool whether they are.
     """
-    check_kind("flat", lookout.flat, bool)
-    keys = spaces.Dict({key: spaces.Box(0, 1, shape, np.float32) for key, shape in lookout.shapes.items()})
-    return spaces.flatten_space(keys) if lookout.flat else keys
+    check_kind("flat", encoder.flat, bool)
+    keys = spaces.Dict({key: spaces.Box(0, 1, shape, np.float32) for key, shape in encoder.shapes.items()})
+    return spaces.flatten_space(keys) if encoder.flat else keys
 
 
 class CostMeter:

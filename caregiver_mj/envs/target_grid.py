@@ -14,7 +14,7 @@ from gymnasium.vector.utils import batch_space
 
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.caregivers.target_observation import Lookout, Observations, Places, Slots
+from caregiver_mj.caregivers.target_observation import Encoder, Observations, Places, Slots
 from caregiver_mj.children.family import Family, Who
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
 from caregiver_mj.envs.spaces import CostMeter, check_render_mode, episode_seed, observation_space
@@ -34,7 +34,7 @@ class TargetGrid:
         caregiver: Who is told what to do.
         family: The children.
         children: How many there are.
-        lookout: What is observed of it.
+        encoder: What is observed of it.
         ended: Whether the episodes are over.
         diverged: False, for there are no physics to come apart.
         dm_env: None, likewise.
@@ -53,7 +53,7 @@ class TargetGrid:
         self.family, self.caregiver = Family.of(epsilon), CommandedCaregiver(plan)
         self.children = len(self.family)
         self.world = GridWorld(plan, self.family, self.caregiver)
-        self.lookout = Lookout(self.caregiver, self.children, Slots(plan, slots), flat)
+        self.encoder = Encoder(self.caregiver, self.children, Slots(plan, slots), flat)
         self._cost = CostMeter(self)
         self.ended = False
 
@@ -66,7 +66,7 @@ class TargetGrid:
 
     def act(self, actions: np.ndarray) -> None:
         """Run the caregiver's half of a novice timestep, then the children's half of the next one, if there is one."""
-        self.caregiver.targets = self.lookout.slots.targets(actions, len(self.caregiver.targets))
+        self.caregiver.targets = self.encoder.slots.targets(actions, len(self.caregiver.targets))
         self.world.care(self.caregiver)
         self.ended = self.world.timestep >= EPISODE_TIMESTEPS
         if not self.ended:
@@ -79,8 +79,8 @@ class TargetGrid:
     def look(self) -> tuple[Observations, np.ndarray]:
         """Return what is observed of each world, and which actions do something there, (B, actions)."""
         percept = self.percept()
-        mask = self.lookout.mask(percept)
-        return self.lookout.observe(percept, mask), mask
+        mask = self.encoder.mask(percept)
+        return self.encoder.observe(percept, mask), mask
 
     @property
     def damage(self) -> np.ndarray:
@@ -155,8 +155,8 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
         check_integer("num_envs", num_envs, 1, MOST_EPISODES)
         self.num_envs, self.grid = num_envs, TargetGrid(house, epsilon, flat, slots)
         self.render_mode, self._paint = render_mode, self.grid.painter(width, height) if render_mode else None
-        self.single_observation_space = observation_space(self.grid.lookout)
-        self.single_action_space = gymnasium.spaces.Discrete(self.grid.lookout.actions)
+        self.single_observation_space = observation_space(self.grid.encoder)
+        self.single_action_space = gymnasium.spaces.Discrete(self.grid.encoder.actions)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._is_reset = False

@@ -10,7 +10,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.caregivers.target_observation import Lookout, Observations, Places, Slots
+from caregiver_mj.caregivers.target_observation import Encoder, Observations, Places, Slots
 from caregiver_mj.children.family import Who
 from caregiver_mj.envs.spaces import CostMeter
 from caregiver_mj.house.rendering import control
@@ -48,7 +48,7 @@ class TargetHouse:
         self.policy = CaregiverPolicy(self.dm_env, self.caregiver)
         self.children = len(task.children)
         timesteps = task.time_limit / task.novice_timestep
-        self.lookout = Lookout(self.caregiver, self.children, Slots(task.plan, slots), flat, timesteps)
+        self.encoder = Encoder(self.caregiver, self.children, Slots(task.plan, slots), flat, timesteps)
         self._cost = CostMeter(task)
 
     def begin(self, seeds: Sequence[int]) -> None:
@@ -63,7 +63,7 @@ class TargetHouse:
 
     def act(self, actions: np.ndarray) -> None:
         """Go on to the next decision, or to the end."""
-        self.caregiver.targets = self.lookout.slots.targets(actions, 1)
+        self.caregiver.targets = self.encoder.slots.targets(actions, 1)
         self._go_on()
 
     def _go_on(self) -> None:
@@ -83,8 +83,8 @@ class TargetHouse:
     def look(self) -> tuple[Observations, np.ndarray]:
         """Return what is observed, and which actions do something, (1, actions)."""
         percept = self.percept()
-        mask = self.lookout.mask(percept)
-        return self.lookout.observe(percept, mask), mask
+        mask = self.encoder.mask(percept)
+        return self.encoder.observe(percept, mask), mask
 
     def cost(self) -> dict[str, np.ndarray]:
         """Return what the last decision has cost, as of `CostMeter`, (1,) each."""

@@ -43,8 +43,8 @@ class TargetsEnv(gymnasium.Env):
         """
         self.world, self._draw = world, draw
         self.render_mode = "rgb_array" if draw else None
-        self.observation_space = observation_space(world.lookout)
-        self.action_space = gymnasium.spaces.Discrete(world.lookout.actions)
+        self.observation_space = observation_space(world.encoder)
+        self.action_space = gymnasium.spaces.Discrete(world.encoder.actions)
         self._runs = False
 
     def reset(
