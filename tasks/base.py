@@ -27,6 +27,7 @@ from caregiver_mj.interventions.verb import Intervention
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import HazardKind, State
+from caregiver_mj.plans.visibility import IN_HOUSE, Sight, seen_from
 from caregiver_mj.recording.contacts import Contacts
 from caregiver_mj.recording.ledger import Ledger
 from caregiver_mj.robot.embodiment import Embodiment
@@ -35,6 +36,7 @@ from caregiver_mj.tasks.observed import OBSERVED, Observed
 
 CONTROL_TIMESTEP = 0.02  # seconds; a prototype's grasps held at 50 Hz as well as at 100 Hz
 _LOWEST, _HIGHEST = 0.45, 0.75  # metres, of tables; from a coffee table to a dining table
+_LOOKS = 5  # control timesteps after which it is looked anew which children are in sight
 _CANDLE_OFFSET = 0.02  # metres off the table's centre at the start, at most, in x and in y
 
 
@@ -81,6 +83,7 @@ class CareTask(Task):
         compliant_children: bool = False,
         table_height: float | Sequence[float] | None = None,
         sensing: Sensing | Mapping[str, Any] | None = None,
+        sight: Sight | str = "all",
     ):
         """Prepare the episodes.
 
@@ -99,6 +102,7 @@ class CareTask(Task):
             table_height: How high all tables are, metres; or the lowest and the highest that one may be, and each is
                 drawn in between, once. The observation then has the heights. None for those of the table's model.
             sensing: How well observations show what there is, as `Sensing.of` takes it; None for exactly.
+            sight: Which children they show: `all`; or `walls`, those that are seen from the robot, walls being opaque.
 
         Raises:
             CaregiverError: There is no robot of that name, the house is not fit for the task and its robot, a timestep,
@@ -122,7 +126,10 @@ class CareTask(Task):
         self._shows_heights = table_height is not None
         self.candles = Candles(rectangles, _draw_heights(table_height, len(plan.tables), self.random))
         self.things = Things(plan)
-        self.sensing = Sensing.of(sensing)
+        self.sensing, self.sight = Sensing.of(sensing), Sight.of(sight)
+        if self.sight.name not in IN_HOUSE:
+            raise CaregiverError(f"sight must be {' or '.join(IN_HOUSE)} in the house, got {self.sight}")
+        self._seen = np.ones(len(self.children), bool)
         tables = np.column_stack([rectangles, self.candles.table_heights])
         things = layout.things(plan)
         self._sensor = None if self.sensing.is_exact else Sensor(self.sensing, control_timestep, tables, things)
@@ -186,6 +193,7 @@ class CareTask(Task):
         self._control_steps = 0
         if self._sensor:
             self._sensor.reset(self.caregiver_seed)
+        self._look(physics)
 
     def action_spec(self, physics: Physics) -> specs.BoundedArray:
         return physics.action_spec()
@@ -211,7 +219,10 @@ class CareTask(Task):
         if self.plan.floor_cells:
             self.things.take_in(physics, self.children)
         self._control_steps += 1
+        if self._control_steps % _LOOKS == 0:
+            self._look(physics)
         if self._control_steps % self._steps_a_move == 0:
+            self.ledger.seen[0] += self._seen & self.has_robot
             self.ledger.book(*(np.array([values]) for values in zip(*self.children.end(), strict=True)))
             self.ledger.candles_dropped[0] += self.candles.count_fallen(physics)
 
@@ -228,8 +239,11 @@ class CareTask(Task):
     def _all_there_is(self, physics: Physics) -> collections.OrderedDict[str, np.ndarray]:
         """What can be perceived, as it is."""
         observation = collections.OrderedDict()
-        observation["toddler_position"] = physics.toddler_positions()[self._shown]
-        observation["toddler_velocity"] = physics.toddler_velocities()[self._shown]
+        places, rates = physics.toddler_positions(), physics.toddler_velocities()
+        if not self.sight.is_full:
+            places[~self._seen] = rates[~self._seen] = 0.0
+            observation["toddler_seen"] = self._seen.astype(float)
+        observation["toddler_position"], observation["toddler_velocity"] = places[self._shown], rates[self._shown]
         if self.plan.candle_tables:
             poses = physics.candle_poses()
             observation["candle_position"] = poses[:, :3]
@@ -246,6 +260,12 @@ class CareTask(Task):
             observation["finger_position"] = physics.finger_position()
         return observation
 
+    def _look(self, physics: Physics) -> None:
+        """See which children are in sight of the robot."""
+        if not self.sight.is_full and self.has_robot:
+            eye, places = physics.base_position()[:2], physics.toddler_positions()[:, :2]
+            self._seen = seen_from(self.plan, eye, places, layout.CHILD_RADIUS) > 0.0
+
     def get_termination(self, physics: Physics) -> float | None:
         return None
 
@@ -261,6 +281,7 @@ class CareTask(Task):
             family=self.family,
             embodiment=self.embodiment if self.has_robot else None,
             sensing=self.sensing,
+            sight=self.sight,
             novice_timestep=self.novice_timestep,
             table_heights=self.table_heights.copy() if self._shows_heights and self.plan.tables else None,
             orders=None if type(self).orders is CareTask.orders else self.orders,

@@ -29,6 +29,9 @@ OBSERVED = {
     "clock": Observed("()", "timesteps", "novice timesteps since the start, with fraction", "clock"),
     "toddler_position": Observed(_OF_EACH_CHILD, "m, m, rad", "x, y and yaw of each child", "pose"),
     "toddler_velocity": Observed(_OF_EACH_CHILD, "m/s, m/s, rad/s", "their rates", "rates"),
+    "toddler_seen": Observed(
+        "(children,)", "", "1 for a child that is seen, else 0, and all else of it 0, too", "share", True
+    ),
     "candle_position": Observed("(candles, 3)", "m", "x, y and height of each candle's foot", "place"),
     "candle_orientation": Observed("(candles, 4)", "", "of each candle, a quaternion (w, x, y, z)", "quaternion"),
     "battery_position": Observed("(batteries, 3)", "m", "x, y and height of each battery's foot", "place", True),

@@ -17,7 +17,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.interventions.verb import DO_NOTHING, STAND_ASIDE, VERBS, Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, Hazards, Where, kinds_at
-from caregiver_mj.plans.visibility import Sight
+from caregiver_mj.plans.visibility import FULL, Sight
 
 
 class Caregiver(abc.ABC):
@@ -46,7 +46,7 @@ class Caregiver(abc.ABC):
     takes_orders = False
     yields = True
     pace: Pace = PAPER
-    sight: Sight = Sight()
+    sight: Sight = FULL
     followers: Followers | None = None
     serves: object = None
 

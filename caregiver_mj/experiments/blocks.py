@@ -34,12 +34,14 @@ MAPS = ("visits", "damage")  # summed for every free cell over all episodes
 _Measured = tuple[list[dict[str, Any]], tuple[np.ndarray, np.ndarray]]
 
 
-def _make_house(plan: FloorPlan, family: Family, caregiver: str, seed: int, embodiment: str) -> tuple[Any, Any]:
+def _make_house(
+    plan: FloorPlan, family: Family, caregiver: str, seed: int, embodiment: str, sight: str
+) -> tuple[Any, Any]:
     """A house, and the policy of the caregiver in it (None for "none"). Building them takes a second."""
     from caregiver_mj import tasks  # here, for the grid does without MuJoCo
 
     robot = caregiver != "none"
-    kwargs, visuals = {"robot": robot, "embodiment": embodiment}, needs_pictures(caregiver)
+    kwargs, visuals = {"robot": robot, "embodiment": embodiment, "sight": sight}, needs_pictures(caregiver)
     env = tasks.load("supervise", plan, family, np.random.RandomState(0), task_kwargs=kwargs, visuals=visuals)
     if not robot:
         return env, None
@@ -73,7 +75,7 @@ def try_all(settings: Settings) -> None:
             if found is not None and is_caregiver(found):
                 check_house(make_caregiver(name, plan, settings.seed), plan)
             elif found is not None and plan is settings.plans[0]:
-                _make_house(plan, settings.families[0], name, settings.seed, settings.embodiment)
+                _make_house(plan, settings.families[0], name, settings.seed, settings.embodiment, settings.sight)
 
 
 def run_block(settings: Settings, block: Block) -> Result:
@@ -127,7 +129,7 @@ def _run_in_house(settings: Settings, plan: FloorPlan, block: Block, seeds: list
     (family,) = block.families
     from caregiver_mj.house.rendering import control  # here, for the grid does without MuJoCo
 
-    env, policy = _house(plan, family, block.caregiver, settings.seed, settings.embodiment)
+    env, policy = _house(plan, family, block.caregiver, settings.seed, settings.embodiment, settings.sight)
     nothing = np.zeros(env.action_spec().shape)
     measured, visits, damage = [], [], []
     for seed in seeds:

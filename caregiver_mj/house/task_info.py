@@ -12,6 +12,7 @@ from caregiver_mj.children.family import Family
 from caregiver_mj.house.sensing import Sensing
 from caregiver_mj.interventions.verb import Intervention
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.visibility import Sight
 from caregiver_mj.robot.embodiment import Embodiment
 
 
@@ -24,6 +25,7 @@ class TaskInfo:
         family: Who the children are.
         embodiment: The robot; None if there is none.
         sensing: How well observations show what there is.
+        sight: Which children they show.
         novice_timestep: Seconds of a novice timestep.
         table_heights: How high the tables' tops are, (tables,), metres, if observations show it; else None.
         orders: From an observation to what the task asks for; None if it leaves that to the caregiver.
@@ -36,6 +38,7 @@ class TaskInfo:
     family: Family
     embodiment: Embodiment | None
     sensing: Sensing
+    sight: Sight
     novice_timestep: float
     table_heights: np.ndarray | None
     orders: Callable[[Mapping[str, np.ndarray]], Intervention | None] | None

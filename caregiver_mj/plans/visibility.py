@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -25,6 +26,7 @@ CAMERA_RANGE = 5.0  # metres: how far away a camera of a usual mobile robot tell
 CAMERA_WIDTH = np.deg2rad(90.0)
 BODY = 0.2  # of a cell: half of a child's width
 ALL_ROUND = len(ACTIONS)  # a heading: that of whoever turns round once
+IN_HOUSE = ("all", "walls")  # sights that the house has
 _ROUNDING = 1e-9
 _MOST_LOOKOUTS = 12
 
@@ -71,6 +73,9 @@ class Sight:
         return self.name in ("camera", "rooms")
 
 
+FULL = Sight()
+
+
 class Visibility:
     """Which free cells a caregiver sees from each of its own.
 
@@ -97,6 +102,34 @@ class Visibility:
         if sight.cameras:
             in_view |= walls[list(self.ceiling)].any(axis=0)
         self.seen = np.ones_like(in_view) if sight.is_full else in_view
+
+
+def seen_from(plan: FloorPlan, eye: np.ndarray | Sequence[float], places: np.ndarray, half: float) -> np.ndarray:
+    """Return how much of some places is seen from a point up to the walls, where no grid holds: share (n,).
+
+    Args:
+        plan: The house.
+        eye: The point, (2,), metres.
+        places: The places' middles, (n, 2), metres.
+        half: Of their width, metres; looked at are the middles and the four sides.
+    """
+    sides = np.array([(0.0, 0.0), *ACTIONS]) * half / plan.cell_size
+    points = _rows_columns(plan, places)[:, None] + sides
+    hidden = _crosses(_opaque(plan), _rows_columns(plan, np.asarray(eye)), points.reshape(-1, 2))
+    return 1.0 - hidden.reshape(-1, len(sides)).mean(axis=1)
+
+
+def _rows_columns(plan: FloorPlan, positions: np.ndarray) -> np.ndarray:
+    """Return where positions (..., 2), metres, are in rows and columns, (..., 2)."""
+    height, width = plan.shape
+    x, y = np.moveaxis(positions, -1, 0) / plan.cell_size
+    return np.stack([(height - 1) / 2 - y, x + (width - 1) / 2], axis=-1)
+
+
+@functools.lru_cache(maxsize=16)
+def _opaque(plan: FloorPlan) -> np.ndarray:
+    """Return which cells are walls, bool (rows, columns)."""
+    return np.array([[symbol == WALL for symbol in row] for row in plan.rows])
 
 
 @functools.lru_cache(maxsize=16)
@@ -128,7 +161,7 @@ def _up_to_walls(plan: FloorPlan) -> np.ndarray:
     A child is seen where its middle or one of its sides is: there is a straight line from the middle of the caregiver's
     cell through no wall. A line may touch a wall's corner.
     """
-    opaque = np.array([[symbol == WALL for symbol in row] for row in plan.rows])
+    opaque = _opaque(plan)
     here, there = np.array(plan.caregiver_cells, float), np.array(plan.free_cells, float)
     points = there[:, None] + BODY * np.array([(0.0, 0.0), *ACTIONS])  # (free cells, 5, 2)
     seen = np.empty((len(here), len(there)), bool)

@@ -9,7 +9,7 @@ import numpy as np
 from caregiver_mj.caregivers.caregiver import Caregiver, answer
 from caregiver_mj.caregivers.percept import Assessment, Percept
 from caregiver_mj.caregivers.told import ToldCaregiver, Truth
-from caregiver_mj.interventions.verb import Intervention, half_of, verb_of
+from caregiver_mj.interventions.verb import LOOK, Intervention, half_of, verb_of
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, State
 from caregiver_mj.policy.perception import Perception
@@ -146,4 +146,6 @@ def _is_another(wanted: Intervention, now: Intervention) -> bool:
     """Whether something else is to be done than now. Idleness does not interrupt what is under way."""
     if verb_of(now.verb).counts and not verb_of(wanted.verb).counts:
         return False
+    if wanted.verb == now.verb == LOOK and wanted.destination != now.destination:
+        return True
     return (now.verb, now.hazard) != (wanted.verb, wanted.hazard)

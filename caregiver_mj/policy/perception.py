@@ -11,12 +11,15 @@ import math
 
 import numpy as np
 
+from caregiver_mj.caregivers.foresight.child_model import CHANGE, child_chain
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.children.walk import BUMP_SPEED
+from caregiver_mj.danger.tracker import Tracker
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.visibility import FULL, Sight, seen_from
 from caregiver_mj.robot.geometry import Vector
 from caregiver_mj.robot.view import NO_GATES, NO_THINGS, ChildView, View
 
@@ -25,6 +28,8 @@ _LATEST = 0.5  # ... or the share of a novice timestep after which it will not g
 _SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to; ...
 _SMALLEST_SEEN = 0.03  # ... the same where it is not seen exactly
 _AS_USUAL, _SIGMAS = 0.02, 4.0  # metres that a candle on a table may seem off its usual height; and of its noise
+_MOST_OF_A_CELL = 0.3  # of a cell, to all sides: where that is seen, a child in it is
+_NEAR, _LOOKS_AGAIN = 3.0, 0.1  # metres within which corners count, and seconds after which they are looked for anew
 _NO_CANDLES, _NO_ORIENTATIONS = np.zeros((0, 3)), np.zeros((0, 4))
 
 
@@ -33,13 +38,13 @@ class _Sighting:
     """One child as it was last made out.
 
     Attributes:
-        origin: Where its present move began, metres.
+        origin: Where its present move began, metres; None if that was not seen.
         is_clear: Whether it is clear where that leads.
-        cell: The free cell in which it is, or will be after the move.
-        previous: The cell in which it made its last move, and that move.
+        cell: The free cell in which it is, or will be after the move; NOTHING if that has not been seen.
+        previous: The cell in which it made its last move, and that move; NOTHING likewise.
     """
 
-    origin: Vector
+    origin: Vector | None
     is_clear: bool
     cell: int
     previous: tuple[int, int]
@@ -56,8 +61,16 @@ class Perception:
     """
 
     def __init__(
-        self, plan: FloorPlan, is_exact: bool = True, age: float = 0.0, candle_noise: float = 0.0, unsure: float = 0.0
+        self,
+        plan: FloorPlan,
+        is_exact: bool = True,
+        age: float = 0.0,
+        candle_noise: float = 0.0,
+        unsure: float = 0.0,
+        sight: Sight = FULL,
     ):
+        self._is_full, self._lurking = sight.is_full, Lurking(plan)
+        self._tracker: Tracker  # from `reset` on, where not everything is seen
         self._plan, self._age, self._unsure = plan, age, unsure
         strays = age * BUMP_SPEED  # by which a child may be elsewhere than was foretold: it has stopped, or turned
         self._smallest_move = (_SMALLEST_MOVE if is_exact else _SMALLEST_SEEN) + strays
@@ -74,10 +87,16 @@ class Perception:
         """Begin an episode with its first observation."""
         self._begun, self._all_clear, self._gone, self._clock = 0, False, 0.0, 0.0
         self._children = []
+        self._lurking.forget()
         self.table_heights = _table_heights(observation, self._tables, self._as_usual)
-        for x, y, _ in np.atleast_2d(observation["toddler_position"]).tolist():
-            cell = self.free_cell((x, y))
-            self._children.append(_Sighting((x, y), False, cell, (cell, NOTHING)))
+        children = np.atleast_2d(observation["toddler_position"])
+        seen = observation.get("toddler_seen", np.ones(len(children)))
+        for (x, y, _), is_seen in zip(children.tolist(), seen.tolist(), strict=True):
+            cell = self.free_cell((x, y)) if is_seen else NOTHING
+            self._children.append(_Sighting((x, y) if is_seen else None, False, cell, (cell, NOTHING)))
+        if not self._is_full:
+            self._tracker = Tracker(child_chain(self._plan), 1, len(children), CHANGE)
+            self._see(tuple(observation["base_position"][:2].tolist()))
 
     def look(self, observation: dict[str, np.ndarray], now: float) -> View:
         """Return the robot's view, from an observation at a time in seconds since the episode's start."""
@@ -89,6 +108,11 @@ class Perception:
             pairs = zip(poses.tolist(), rates.tolist(), strict=True)
             children = tuple([ChildView((x, y), (vx, vy)) for (x, y, _), (vx, vy, _) in pairs])
         left, right = observation["finger_position"].tolist()
+        numbers, lurking = None, tuple[ChildView, ...]()
+        if "toddler_seen" in observation:
+            numbers = tuple(np.flatnonzero(observation["toddler_seen"]).tolist())
+            children = tuple(children[number] for number in numbers)
+            lurking = self._lurking.at(observation["base_position"][:2], now, self._tracker, numbers)
         return View(
             now=now,
             base=tuple(observation["base_position"].tolist()),
@@ -102,6 +126,8 @@ class Perception:
             table_heights=self.table_heights,
             age=self._age,
             unsure=self._unsure,
+            numbers=numbers,
+            lurking=lurking,
         )
 
     def watch(self, view: View, clock: float) -> tuple[bool, bool]:
@@ -113,21 +139,51 @@ class Perception:
         """
         move, self._clock = math.floor(clock + 1e-6), clock
         self._gone = max(0.0, clock - move)
+        numbers = range(len(view.children)) if view.numbers is None else view.numbers
+        seen: dict[int, ChildView] = dict(zip(numbers, view.children, strict=True))
         if move != self._begun:
             self._begun, self._all_clear = move, False
-            for sighting, child in zip(self._children, view.children, strict=True):
-                sighting.origin, sighting.is_clear = child.position, False
+            for number, sighting in enumerate(self._children):
+                sighting.origin = seen[number].position if number in seen else None
+                sighting.is_clear = False
         if self._all_clear:
-            return False, False
+            return self._comes_into_sight(view, seen), False
         new = False
-        for sighting, child in zip(self._children, view.children, strict=True):
-            if not sighting.is_clear and self._make_out(sighting, child, late=clock - move >= _LATEST):
+        for number, sighting in enumerate(self._children):
+            if not sighting.is_clear and self._make_out(sighting, seen.get(number), late=clock - move >= _LATEST):
                 new = True
         self._all_clear = all(sighting.is_clear for sighting in self._children)
+        if new and self._all_clear and not self._is_full:
+            previous, action, cell = np.array([[*one.previous, one.cell] for one in self._children]).T[:, None]
+            in_view = self._lurking.in_view(view.base[:2])[None]
+            self._tracker.move(previous, action, cell, in_view, self._caregiver_cell(view))
         return new, new and self._all_clear
 
-    def _make_out(self, sighting: _Sighting, child: ChildView, late: bool) -> bool:
+    def _comes_into_sight(self, view: View, seen: dict[int, ChildView]) -> bool:
+        """Take in which children have come into sight, or gone out of it, since it was clear what they do."""
+        in_sight = [number in seen for number in range(len(self._children))]
+        if self._is_full or self._tracker.seen[0].tolist() == in_sight:
+            return False
+        for number, sighting in enumerate(self._children):
+            if number not in seen:
+                sighting.cell = NOTHING
+            elif sighting.cell == NOTHING:
+                sighting.cell = self.free_cell(seen[number].position)
+        self._see(view.base[:2])
+        return True
+
+    def _see(self, eye: Vector) -> None:
+        """Have the tracker know where the children are that are seen, and where none is."""
+        cells = np.array([[sighting.cell for sighting in self._children]])
+        self._tracker.look(cells, self._lurking.in_view(eye)[None])
+
+    def _make_out(self, sighting: _Sighting, child: ChildView | None, late: bool) -> bool:
         """Take in where a child is heading, if that is clear by now."""
+        if child is None or sighting.origin is None:
+            if late:
+                sighting.is_clear, sighting.previous = True, (NOTHING, NOTHING)
+                sighting.cell = NOTHING if child is None else self.free_cell(child.position)
+            return late
         dx, dy = child.position[0] - sighting.origin[0], child.position[1] - sighting.origin[1]
         distance = math.hypot(dx, dy)
         if distance < self._clear_distance and not late:
@@ -150,18 +206,21 @@ class Perception:
             out_of_reach: Whether each hazard is to be passed over, (hazards,).
             under_way: Number of the hazard that the robot is about, or NOTHING.
         """
-        tables, cells = self._candle_places(view, holding)
+        tables, candle_cells = self._candle_places(view, holding)
         # Until the moves that are not made out yet, in novice timesteps: now, if they have just begun.
         time_left = 1.0 - self._gone if any(child.is_clear for child in self._children) else 0.0
         shut = np.append(np.zeros(len(self._plan.landings), bool), view.closed_gates) if len(view.gates) else None
+        before, action = np.array([child.previous for child in self._children]).T
+        belief = None if self._is_full else self._tracker
+        child_cell = np.array([[child.cell for child in self._children]]) if belief is None else belief.cell.copy()
         return Percept(
-            child_cell=np.array([[child.cell for child in self._children]]),
-            previous_cell=np.array([[child.previous[0] for child in self._children]]),
-            previous_action=np.array([[child.previous[1] for child in self._children]]),
-            caregiver_cell=np.array([self._plan.cell_index[self._nearest(view.base[:2], self._plan.caregiver_cells)]]),
+            child_cell=child_cell,
+            previous_cell=np.where(before[None] == NOTHING, child_cell, before),
+            previous_action=action[None],
+            caregiver_cell=self._caregiver_cell(view),
             candle_table=tables[None],
             holding=np.array([holding]),
-            candle_cell=cells[None],
+            candle_cell=candle_cells[None],
             out_of_reach=out_of_reach[None],
             shut=None if shut is None else shut[None],
             gone=view.things_gone[None] if len(view.things) else None,
@@ -169,7 +228,11 @@ class Perception:
             clock=np.array([self._clock]),
             under_way=np.array([under_way]),
             hears=np.array([True]),
+            belief=belief,
         )
+
+    def _caregiver_cell(self, view: View) -> np.ndarray:
+        return np.array([self._plan.cell_index[self._nearest(view.base[:2], self._plan.caregiver_cells)]])
 
     def free_cell(self, position: Vector) -> int:
         """Return the index of the free cell at, or nearest to, a position."""
@@ -197,6 +260,41 @@ class Perception:
         if holding != NOTHING:
             tables[holding] = cells[holding] = NOTHING
         return tables, cells
+
+
+class Lurking:
+    """The corners round which a child that is not seen may come at the robot."""
+
+    def __init__(self, plan: FloorPlan):
+        self._plan = plan
+        self.forget()
+        self._centres = np.array([plan.position(cell) for cell in plan.free_cells])
+        beside = plan.graph.moves[0]
+        cell, move = np.nonzero(beside != np.arange(len(beside))[:, None])
+        self._pairs = np.stack([cell, beside[cell, move]])  # of cells between which a child can walk, (2, n)
+
+    def forget(self) -> None:
+        """Begin an episode."""
+        self._until, self._corners = -math.inf, tuple[ChildView, ...]()
+
+    def in_view(self, eye: Vector) -> np.ndarray:
+        """Return which free cells are in view as a whole, bool (cells,)."""
+        return seen_from(self._plan, eye, self._centres, _MOST_OF_A_CELL * self._plan.cell_size) == 1.0
+
+    def at(self, eye: np.ndarray, now: float, tracker: Tracker, seen: tuple[int, ...]) -> tuple[ChildView, ...]:
+        """Return where a child may come into sight near a robot: between a cell in view and one in which it may be."""
+        if now < self._until:
+            return self._corners
+        self._until, self._corners = now + _LOOKS_AGAIN, ()
+        unseen = [number for number in range(tracker.seen.shape[1]) if number not in seen]
+        if unseen:
+            may_be = tracker.presence[0, unseen].max(axis=0) > 0.0
+            hidden, open_ = self._pairs[:, np.linalg.norm(self._centres[self._pairs[0]] - eye, axis=1) < _NEAR]
+            in_view = self.in_view(tuple(eye))
+            which = may_be[hidden] & ~in_view[hidden] & in_view[open_]
+            middles = (self._centres[hidden[which]] + self._centres[open_[which]]) / 2
+            self._corners = tuple(ChildView((x, y), (0.0, 0.0)) for x, y in middles.tolist())
+        return self._corners
 
 
 def _table_heights(observation: dict[str, np.ndarray], tables: np.ndarray, as_usual: float) -> np.ndarray | None:

@@ -111,8 +111,18 @@ class CaregiverPolicy:
         self._clearance = navigator.clearance
         self._senses = Senses(self._sensing, self.robot, self._timestep, things)
         self._perception = Perception(
-            self.plan, self._sensing.is_exact, self._senses.age, self._sensing.candle.noise, self._senses.unsure
+            self.plan,
+            self._sensing.is_exact,
+            self._senses.age,
+            self._sensing.candle.noise,
+            self._senses.unsure,
+            info.sight,
         )
+        if isinstance(self.caregiver, ToldCaregiver) and not info.sight.is_full:
+            raise CaregiverError(
+                f"sight must be all with a caregiver that needs privileged information, got {info.sight}"
+            )
+        self.caregiver.sight = info.sight
         make_scene = functools.partial(_planning_scene, self.plan, embodiment, self._perception)
         self._retrievals = retrievals = RetrievalPlanner(navigator, make_scene)
         self.caregiver.pace = robot_pace(navigator, info.novice_timestep, self._timestep)
@@ -215,6 +225,8 @@ class CaregiverPolicy:
         plan = self.plan
         alien = any(np.shape(np.asarray(observation.get(key))) != shape for key, shape in self._shapes.items())
         base, children = observation["base_position"], np.atleast_2d(observation["toddler_position"])
+        if "toddler_seen" in observation:
+            children = children[observation["toddler_seen"] > 0.0]
         if self._sensing.is_exact and not alien:
             outside = (plan[plan.cell_at(child)] not in WALKABLE for child in children)
             alien = plan.cell_at(base) not in plan.cell_index or any(outside)

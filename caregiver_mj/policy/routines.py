@@ -12,6 +12,7 @@ from caregiver_mj.interventions.verb import (
     BLOCK,
     CLOSE,
     DO_NOTHING,
+    LOOK,
     PICK_UP,
     RELOCATE,
     STAND_ASIDE,
@@ -20,6 +21,7 @@ from caregiver_mj.interventions.verb import (
 )
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, Where
+from caregiver_mj.plans.visibility import lookouts
 from caregiver_mj.robot import skills
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
@@ -255,6 +257,11 @@ def _close(means: Means, intervention: Intervention, *_: object) -> Routine:
     return Routine(means, intervention, skills.Close(means.navigator, opening - len(means.plan.landings)))
 
 
+def _look(means: Means, intervention: Intervention, *_: object) -> Routine:
+    cell = means.plan.caregiver_cells[lookouts(means.plan)[intervention.destination]]
+    return Routine(means, intervention, skills.GoTo(means.navigator, cell), goes_on=True)
+
+
 def _pick_up(means: Means, intervention: Intervention, *_: object) -> Routine:
     thing = means.plan.hazards.among(Where.FLOOR, intervention.hazard)
     return Routine(means, intervention, skills.PickUp(means.navigator, means.retrievals, thing))
@@ -266,6 +273,7 @@ ROUTINES: dict[str, Callable[[Means, Intervention, View, Percept], Routine]] = {
     CLOSE: _close,
     RELOCATE: Relocating,
     PICK_UP: _pick_up,
+    LOOK: _look,
     STAND_ASIDE: lambda means, intervention, *_: Routine(means, intervention, skills.StandAside(means.navigator)),
     DO_NOTHING: lambda means, intervention, *_: Routine(means, intervention, skills.Rest(means.navigator)),
 }

@@ -27,6 +27,7 @@ FORESIGHT = 2.2  # metres within which paths are planned round a child: one fart
 # The base must be able to stop before a child that walks towards it.
 _REACTION = 0.04  # seconds of control and servo until the base begins to brake
 _SEPARATION = 0.08  # metres that shall remain
+_PEEKING = 0.04  # m/s with which it may come round a corner behind which a child may be: slower than a strike
 _FAR = 2.0  # metres beyond which a child does not slow the base down
 _PASSING, _PASSING_GAP = 0.35, 0.4  # share of the speed that counts so at no distance, and metres where none does
 # How a base may move along a child, or turn, that comes to touch it: slower than what counts as a strike, 0.05 m/s.
@@ -176,6 +177,9 @@ def allowed_rate(
     rate = 1.0
     for child in view.children:
         rate = min(rate, _allowed_rate(view, robot, child, velocity, acceleration, present))
+    if view.lurking:
+        corner = min(_allowed_rate(view, robot, child, velocity, acceleration, present) for child in view.lurking)
+        rate = min(rate, max(corner, _PEEKING / math.hypot(*velocity)))
     return rate
 
 

@@ -50,7 +50,7 @@ class View:
         base: Pose (x, y, yaw) of its base.
         fingers: How far the fingers stand off the middle, both together.
         arm: Joint positions (joints,), radians.
-        children: All children in the house, one at least.
+        children: All children in the house that are seen.
         candles: Position of each candle's foot, (candles, 3).
         candle_orientations: Its orientation, a quaternion (w, x, y, z), (candles, 4).
         gates: How far each gate stands open, (gates,), radians.
@@ -58,6 +58,8 @@ class View:
         table_heights: How high the tables' tops are, (tables,); None if as usual.
         age: Seconds since all this was observed; what it is now is foretold from that.
         unsure: Metres by which children may be nearer than they seem; 0 if all is seen exactly.
+        numbers: Which children these are; None if they are all that there are.
+        lurking: Where a child that is not seen may come round a corner, at the worst.
     """
 
     now: float
@@ -72,6 +74,8 @@ class View:
     table_heights: np.ndarray | None = None
     age: float = 0.0
     unsure: float = 0.0
+    numbers: tuple[int, ...] | None = None
+    lurking: tuple[ChildView, ...] = ()
 
     def child_distance(self, place: Vector | np.ndarray) -> float:
         """Return the metres from a place to the middle of the nearest child."""

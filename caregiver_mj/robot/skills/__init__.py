@@ -1,4 +1,4 @@
-"""What the robot can do: block, close, stand aside, rest, pick, pick up, retrieve, place.
+"""What the robot can do: block, close, go to a cell, stand aside, rest, pick, pick up, retrieve, place.
 
 Each skill is a small state machine over references. Its `step` is called once a control timestep; it looks at a `View`
 of the world, sets goals of the `RobotMotion` and returns its `Status`. Skills know tables, candles and cells, but
@@ -10,6 +10,6 @@ from caregiver_mj.robot.skills.pick import Pick
 from caregiver_mj.robot.skills.pick_up import PickUp
 from caregiver_mj.robot.skills.place import Place
 from caregiver_mj.robot.skills.retrieve import Retrieve
-from caregiver_mj.robot.skills.skill import Block, Rest, Skill, StandAside
+from caregiver_mj.robot.skills.skill import Block, GoTo, Rest, Skill, StandAside
 
-__all__ = ["Block", "Close", "Pick", "PickUp", "Place", "Rest", "Retrieve", "Skill", "StandAside"]
+__all__ = ["Block", "Close", "GoTo", "Pick", "PickUp", "Place", "Rest", "Retrieve", "Skill", "StandAside"]

@@ -1,4 +1,4 @@
-"""What all skills have in common, and those that only drive: rest, stand aside, block."""
+"""What all skills have in common, and those that only drive: rest, stand aside, go to a cell, block."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Skill(abc.ABC):
         self._navigator = navigator
 
     def step(self, view: View, robot: RobotMotion) -> Status:
-        """Act for one control timestep. What has ended is not stepped any more, except for `Block`."""
+        """Act for one control timestep. What has ended is not stepped any more, except for `Block` and `GoTo`."""
         self.status = self._act(view, robot)
         return self.status
 
@@ -74,6 +74,18 @@ class StandAside(Skill):
             self.cell = navigator.refuge(here, children, child_cells(view.children, plan)) or here
         self.driver.drive(view, robot, navigator.centres[self.cell], self.cell, robot.yaw)
         return Status.RUNNING
+
+
+class GoTo(Skill):
+    """Goes to a cell. Done when the base is there; keeps to it as long as it is stepped."""
+
+    def __init__(self, navigator: Navigator, cell: Cell):
+        super().__init__(navigator)
+        self.cell = cell
+
+    def _act(self, view: View, robot: RobotMotion) -> Status:
+        robot.reach(0.0)
+        return self.driver.drive(view, robot, self._navigator.centres[self.cell], self.cell, robot.yaw)
 
 
 class Block(Skill):
