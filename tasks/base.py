@@ -130,6 +130,8 @@ class CareTask(Task):
         if self.sight.name not in IN_HOUSE:
             raise CaregiverError(f"sight must be {' or '.join(IN_HOUSE)} in the house, got {self.sight}")
         self._seen = np.ones(len(self.children), bool)
+        self._things_seen: list[np.ndarray] = []  # candles, and what lies on the floor
+        self._things_shown: dict[int, np.ndarray] = {}
         tables = np.column_stack([rectangles, self.candles.table_heights])
         things = layout.things(plan)
         self._sensor = None if self.sensing.is_exact else Sensor(self.sensing, control_timestep, tables, things)
@@ -193,6 +195,7 @@ class CareTask(Task):
         self._control_steps = 0
         if self._sensor:
             self._sensor.reset(self.caregiver_seed)
+        self._things_shown.clear()
         self._look(physics)
 
     def action_spec(self, physics: Physics) -> specs.BoundedArray:
@@ -245,11 +248,11 @@ class CareTask(Task):
             observation["toddler_seen"] = self._seen.astype(float)
         observation["toddler_position"], observation["toddler_velocity"] = places[self._shown], rates[self._shown]
         if self.plan.candle_tables:
-            poses = physics.candle_poses()
+            poses = self._as_last_seen(0, physics.candle_poses())
             observation["candle_position"] = poses[:, :3]
             observation["candle_orientation"] = poses[:, 3:]
         if self.plan.floor_cells:
-            observation["battery_position"] = physics.thing_positions()
+            observation["battery_position"] = self._as_last_seen(1, physics.thing_positions())
         if self.plan.mouths:
             observation["gate_position"] = physics.gate_positions()
         if self.has_robot:
@@ -260,11 +263,23 @@ class CareTask(Task):
             observation["finger_position"] = physics.finger_position()
         return observation
 
+    def _as_last_seen(self, kind: int, poses: np.ndarray) -> np.ndarray:
+        """Return poses of things, of which those out of sight are where they were seen last, or were at first."""
+        if not self._things_seen:  # all of them are
+            return poses
+        shown = self._things_shown.setdefault(kind, poses.copy())
+        seen = self._things_seen[kind]
+        shown[seen] = poses[seen]
+        return shown.copy()
+
     def _look(self, physics: Physics) -> None:
-        """See which children are in sight of the robot."""
+        """See which children are in sight of the robot, and which things."""
         if not self.sight.is_full and self.has_robot:
-            eye, places = physics.base_position()[:2], physics.toddler_positions()[:, :2]
-            self._seen = seen_from(self.plan, eye, places, layout.CHILD_RADIUS) > 0.0
+            places = [physics.toddler_positions(), physics.candle_poses(), physics.thing_positions()]
+            found = np.concatenate([place[:, :2] for place in places])
+            seen = seen_from(self.plan, physics.base_position()[:2], found, layout.CHILD_RADIUS) > 0.0
+            ends = np.cumsum([len(place) for place in places])
+            self._seen, *self._things_seen = np.split(seen, ends[:-1])
 
     def get_termination(self, physics: Physics) -> float | None:
         return None

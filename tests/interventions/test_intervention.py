@@ -56,6 +56,6 @@ def test_names_of_what_is_done():
 
 def test_an_unknown_verb_is_refused_by_name():
     with pytest.raises(
-        CaregiverError, match="no verb 'tickle': there are block, close, relocate, pick up, stand aside, nothing"
+        CaregiverError, match="no verb 'tickle': there are block, close, relocate, pick up, look, stand aside, nothing"
     ):
         verb_of("tickle")

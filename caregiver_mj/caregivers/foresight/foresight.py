@@ -13,7 +13,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.foresight.child_model import CHANGE, EPSILONS, child_chain
-from caregiver_mj.caregivers.foresight.motion import motion
+from caregiver_mj.caregivers.foresight.motion import Motion, motion
 from caregiver_mj.caregivers.foresight.options import Cases, Options, Sums, first_of_least, regret
 from caregiver_mj.caregivers.foresight.value_table import (
     OBJECTIVE,
@@ -84,6 +84,8 @@ class ForesightCaregiver(Caregiver):
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
         if self._plans:
             self._values()  # now, so that no decision has to wait for it
+            if not self.sight.is_full:
+                self._ways()
         self._rule.reset(batch, seeds, children)
         self._rule.followers = None  # its own belief knows them
         self._begin(batch, children)
@@ -94,6 +96,10 @@ class ForesightCaregiver(Caregiver):
 
     def _values(self) -> Tables:
         return value_tables(self.plan, self.pace, self._objective)
+
+    def _ways(self) -> Motion:
+        """Return how it moves, to lookouts, too."""
+        return motion(self.plan, self.pace, lookouts(self.plan))
 
     def watch(self, percept: Percept) -> None:
         if percept.belief:
@@ -168,7 +174,7 @@ class ForesightCaregiver(Caregiver):
                 wants = probability.reshape(len(worlds), -1)[:, values.possible].astype(np.float32)
                 sums.add(Cases(every, percept.child_cell[worlds, child], wants))
             return sums.options()
-        ways, parts = motion(self.plan, self.pace, lookouts(self.plan)), []
+        ways, parts = self._ways(), []
         for belief in np.moveaxis(percept.belief.joint[worlds], 1, 0):
             cases = Cases.likely(belief, values.possible)
             parts.append((cases, Sums.zeros(values, ways, cases.which, percept, worlds)))

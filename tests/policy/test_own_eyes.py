@@ -1,0 +1,108 @@
+"""A robot that sees no farther than to the walls: what is shown to it, and what it does."""
+
+import numpy as np
+import pytest
+
+import caregiver_mj
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.robot import separation
+from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.view import ChildView, View
+
+ROOMS = FloorPlan.parse(
+    """
+###############
+#....#...#....#
+#.C..#...#..T.#
+#....#...#....#
+#.............#
+##S###...####B#
+###############
+""",
+    "rooms",
+)
+
+
+def load(family, seed, **options):
+    return caregiver_mj.load("supervise", ROOMS, family, random=seed, task_kwargs={"sight": "walls", **options})
+
+
+def episode(env, caregiver="foresight", seconds=30.0):
+    """Return what is observed, and what is done, until time is up."""
+    policy = caregiver_mj.CaregiverPolicy(env, caregiver)
+    timestep, found = env.reset(), []
+    while env.physics.time() < seconds:
+        action = policy(timestep)
+        found.append((timestep.observation, action, env.physics.toddler_positions()))
+        timestep = env.step(action)
+    return found
+
+
+@pytest.fixture(scope="module")
+def episodes():
+    """Two in which the same child begins in the same place, out of sight, and then goes its own ways."""
+    return [episode(load(family, 7)) for family in (1.0, "expert:0")]
+
+
+def test_a_child_out_of_sight_is_not_shown(episodes):
+    seen = np.array([observation["toddler_seen"][0] for observation, _, _ in episodes[0]])
+    assert 0.0 < seen.mean() < 1.0
+    for observation, _, truth in episodes[0]:
+        shown = np.append(observation["toddler_position"], observation["toddler_velocity"])
+        if observation["toddler_seen"]:
+            assert observation["toddler_position"] == pytest.approx(truth[0])
+        else:
+            assert not shown.any()
+
+
+def test_what_is_out_of_sight_changes_nothing(episodes):
+    first = min(next((i for i, (o, _, _) in enumerate(one) if o["toddler_seen"]), len(one)) for one in episodes)
+    places = [np.stack([truth for _, _, truth in one[:first]]) for one in episodes]
+    assert first > 100
+    assert np.abs(places[0] - places[1]).max() > 0.3  # though they are elsewhere
+    for (_, action, _), (_, other, _) in zip(episodes[0][:first], episodes[1][:first], strict=True):
+        assert (action == other).all()
+
+
+def test_who_heads_for_the_robot_is_not_struck():
+    env = load("adversary:0", 3)
+    episode(env, "expected-danger", 60.0)
+    outcome = env.task.outcome()
+    assert 0.0 < outcome["seen"] <= 1.0
+    assert outcome["contact_seconds"] > 0.0
+    assert outcome["strikes"] == outcome["strikes_surface"] == outcome["candles_dropped"] == 0
+
+
+def test_a_candle_out_of_sight_is_where_it_was_seen_last():
+    env = load(0.5, 7)
+    env.reset()
+    before = env.task.get_observation(env.physics)["candle_position"]
+    pose = env.physics.candle_poses()[0]
+    env.physics.set_candle(0, pose[:3] + np.array([0.05, 0.0, 0.0]), 0.0)
+    seen = env.task.get_observation(env.physics)["candle_position"]
+    robot = ROOMS.cell_at(env.physics.base_position()[:2])
+    assert robot[1] > 5  # not in the candle's room
+    assert (seen == before).all()
+
+
+def test_it_comes_slowly_to_a_corner_behind_which_a_child_may_be():
+    robot, speed = find_embodiment("mobile_fr3"), 1.0
+    view = View(0.0, (0.0, 0.0, 0.0), 0.0, np.zeros(7), (), np.zeros((0, 3)), np.zeros((0, 4)))
+    assert separation.allowed_rate(view, robot, (speed, 0.0)) == 1.0
+    rates = []
+    for far in (0.45, 0.6, 0.8, 1.2, 3.0):
+        view.lurking = (ChildView((far, 0.0), (0.0, 0.0)),)
+        rates.append(separation.allowed_rate(view, robot, (speed, 0.0)))
+    assert rates[0] == pytest.approx(0.04)  # slower than a strike
+    assert rates == sorted(rates)
+    assert rates[2] < 0.6
+    assert rates[-1] == 1.0
+    assert separation.allowed_rate(view, robot, (-speed, 0.0)) == 1.0
+
+
+def test_sights_that_the_house_has_not():
+    with pytest.raises(CaregiverError, match="sight must be all or walls in the house, got camera"):
+        load(0.5, 0, sight="camera")
+    with pytest.raises(CaregiverError, match="sight must be all with a caregiver that needs privileged information"):
+        caregiver_mj.CaregiverPolicy(load(0.5, 0), "knows-goal")
