@@ -15,6 +15,7 @@ import numpy as np
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.errors import LARGEST_SEED, CaregiverError, UnknownOptionError, check_integer, check_kind
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.visibility import Sight
 from caregiver_mj.registry import named_object
 
 if TYPE_CHECKING:
@@ -81,6 +82,7 @@ def load(
     task_kwargs: dict[str, Any] | None = None,
     environment_kwargs: dict[str, Any] | None = None,
     visuals: bool = True,
+    sight: Sight | str = "all",
 ) -> control.Environment:
     """Make an environment.
 
@@ -95,6 +97,7 @@ def load(
         environment_kwargs: Further arguments of `dm_control.rl.control.Environment`.
         visuals: Whether the house has what is only to be seen. Without it rendering is a `RenderingError`,
             episodes are the same, and they run faster.
+        sight: Which children and things observations show: `all`, or `walls`, those that are seen from the robot.
 
     Returns:
         A `dm_env.Environment`.
@@ -114,6 +117,8 @@ def load(
     if random is not None and "random" in (task_kwargs or {}):
         raise CaregiverError("random must be given once, got it in task_kwargs, too")
     kind, options = TASKS[task].find_kind(), {"family": epsilon, "random": random, **(task_kwargs or {})}
+    if str(sight) != "all":
+        options["sight"] = sight
     if not isinstance(options["random"], np.random.RandomState | None):
         check_integer("random, if no numpy.random.RandomState,", options["random"], 0, LARGEST_SEED)
     if kind.needs and kind.needs.verb not in plan.hazards.verb:

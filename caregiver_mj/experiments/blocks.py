@@ -41,8 +41,10 @@ def _make_house(
     from caregiver_mj import tasks  # here, for the grid does without MuJoCo
 
     robot = caregiver != "none"
-    kwargs, visuals = {"robot": robot, "embodiment": embodiment, "sight": sight}, needs_pictures(caregiver)
-    env = tasks.load("supervise", plan, family, np.random.RandomState(0), task_kwargs=kwargs, visuals=visuals)
+    kwargs, visuals = {"robot": robot, "embodiment": embodiment}, needs_pictures(caregiver)
+    env = tasks.load(
+        "supervise", plan, family, np.random.RandomState(0), task_kwargs=kwargs, visuals=visuals, sight=sight
+    )
     if not robot:
         return env, None
     from caregiver_mj.policy.own import make_policy
