@@ -116,9 +116,8 @@ def load(
         check_kind(what, kwargs, dict, type(None))
     if random is not None and "random" in (task_kwargs or {}):
         raise CaregiverError("random must be given once, got it in task_kwargs, too")
-    kind, options = TASKS[task].find_kind(), {"family": epsilon, "random": random, **(task_kwargs or {})}
-    if str(sight) != "all":
-        options["sight"] = sight
+    eyes = {} if str(sight) == "all" else {"sight": sight}  # a task of one's own need not know of it
+    kind, options = TASKS[task].find_kind(), {"family": epsilon, "random": random, **eyes, **(task_kwargs or {})}
     if not isinstance(options["random"], np.random.RandomState | None):
         check_integer("random, if no numpy.random.RandomState,", options["random"], 0, LARGEST_SEED)
     if kind.needs and kind.needs.verb not in plan.hazards.verb:
