@@ -1,7 +1,7 @@
 """Films the beginning of an episode in the grid, from above, as a GIF: the one that `evaluate` runs with that seed.
 
 It needs nothing of the package that has changed lately, so that it also films with an older one. With `--sight` it
-shows what the caregiver does not see in the dark, where it believes that a child may be in red, and a child that it
+shows what the caregiver sees in the light, where it believes that a child may be in red, and a child that it
 does not see as a ring.
 """
 
@@ -43,7 +43,7 @@ class Film:
         eyes, seen = getattr(world, "eyes", None), True
         if eyes:
             seen = bool(eyes.tracker.seen[0, 0])
-            self._shade(drawn, plan, ~eyes.in_view()[0], 0.0 if seen else eyes.tracker.presence[0, 0])
+            self._shade(drawn, plan, eyes.in_view()[0], 0.0 if seen else eyes.tracker.presence[0, 0])
         canvas, unit = ImageDraw.Draw(drawn), self._ground.unit
         for table in world.candle_table[0]:
             if table >= 0:
@@ -64,14 +64,14 @@ class Film:
         ImageDraw.Draw(page).text((PAD, self._size[1]), caption, colours.TEXT, font_size=15)
         self.pictures.append(page)
 
-    def _shade(self, drawn: Image.Image, plan: FloorPlan, dark: np.ndarray, presence: np.ndarray | float) -> None:
-        """Darken free cells, bool (cells,), and redden them by a probability."""
-        red = np.minimum(1.0, 3.0 * np.broadcast_to(presence, dark.shape))
-        for cell, is_dark, share in zip(plan.free_cells, dark, red, strict=True):
+    def _shade(self, drawn: Image.Image, plan: FloorPlan, in_view: np.ndarray, presence: np.ndarray | float) -> None:
+        """Lighten free cells, bool (cells,), and redden them by a probability."""
+        red = np.minimum(1.0, 3.0 * np.broadcast_to(presence, in_view.shape))
+        for cell, is_seen, share in zip(plan.free_cells, in_view, red, strict=True):
             left, top, right, bottom = map(round, self._ground.square(cell))
             box = left, top, right + 1, bottom + 1
             shade = drawn.crop(box)
-            for colour, much in ((colours.GROUND, 0.4 * is_dark), (colours.HARM, 0.8 * share)):
+            for colour, much in ((colours.TEXT, 0.18 * is_seen), (colours.HARM, 0.8 * share)):
                 shade = Image.blend(shade, Image.new("RGB", shade.size, colour), much)
             drawn.paste(shade, box)
 
