@@ -93,7 +93,7 @@ class ClairvoyantCaregiver(ToldCaregiver, Caregiver):
     def _foresee(self, future: Future, worlds: np.ndarray) -> None:
         length, batch, children = future.cell.shape
         if self._cells is None:
-            tables, keep = len(self.plan.tables), _SPAN + MOVES + self._ways.longest + 1
+            tables, keep = len(self.plan.tables), _SPAN + 2 * MOVES  # to get a candle, and to carry it
             self._cells = np.zeros((length, batch, children), int)
             self._falls, self._harm = np.zeros((length + 1, batch)), np.zeros((length + 1, tables, batch))
             carried = length + 1, tables, tables, batch
