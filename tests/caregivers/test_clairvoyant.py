@@ -9,6 +9,8 @@ from caregiver_mj.caregivers.foresight.clairvoyant import EFFORT, ClairvoyantCar
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.foresight.value_table import count_stands
 from caregiver_mj.caregivers.told import ToldCaregiver, Truth
+from caregiver_mj.children.behaviour import Behaviour
+from caregiver_mj.children.family import Family
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld, run_episodes
@@ -154,3 +156,21 @@ class TestLimit:
         ours_left, others_left = (t["damage_stairwell"] + t["damage_candle"] for t in (ours, others))
         assert ours_left.mean() < others_left.mean()  # bare tables are chance
         assert ours["interventions"].mean() < others["interventions"].mean() / 2
+
+
+class Statue(Behaviour):
+    """Stands where it stands."""
+
+    def act(self, sight, draws):
+        return np.full(len(sight.cell), NOTHING)
+
+
+def test_a_child_that_bars_every_way_for_long():
+    plan = FloorPlan.parse("#########\n#C.....T#\n####.####\n####B####\n#########", "junction")
+    world = GridWorld(plan, Family((Statue(plan, 0.0),)), ClairvoyantCaregiver(plan))
+    world.reset(tapes(1))
+    world.child_cell[:] = plan.cell_index[(1, 4)]
+    world.caregiver_cell[:] = plan.cell_index[(1, 6)]
+    for _ in range(130):
+        world.step()
+    assert world.ledger.interventions_done[0] == 0
