@@ -121,11 +121,13 @@ class Outlook:
         chain: How the children are thought to move. Some of its goals are toy bins.
         cell: The free cell of each, (B, K).
         probability: Of every goal and epsilon of each, (B, K, G, E).
+        joint: The same of every cell, goal and epsilon, (B, K, cells, G, E), where some are not seen.
     """
 
     chain: ChildChain
     cell: np.ndarray
     probability: np.ndarray
+    joint: np.ndarray | None = None
 
     @property
     def goal(self) -> np.ndarray:
@@ -148,9 +150,8 @@ class Outlook:
         Of a candle on the floor nothing is known but how far it is, and one over that is taken.
         """
         cells, goals, epsilons = self.chain.shape
-        belief = self.probability.reshape(*self.cell.shape, goals * epsilons)
         passage = _passages(self.chain, timesteps).reshape(cells, goals * epsilons, -1)
-        reach = np.einsum("bkg,bkgo->bko", belief, passage[self.cell])  # stairwells, then tables
+        reach = self._expected(passage)  # stairwells, then tables
         stairwells, tables = np.split(reach, [len(plan.stairwells)], axis=2)
         table = percept.candle_table[:, None]
         candles = np.take_along_axis(tables, np.where(table == NOTHING, 0, table), axis=2) if tables.size else tables
@@ -161,10 +162,17 @@ class Outlook:
                 candles[world, :, candle] = 1.0 / np.maximum(1, steps)
         entry = _entries(self.chain, plan.floor_cells, timesteps)
         entry = entry.reshape(cells, goals * epsilons, len(plan.floor_cells))
-        lying = np.einsum("bkg,bkgo->bko", belief, entry[self.cell])
+        lying = self._expected(entry)
         if percept.gone is not None:
             lying = np.where(percept.gone[:, None], 0.0, lying)
         return plan.hazards.join(stairwells, candles, lying)
+
+    def _expected(self, values: np.ndarray) -> np.ndarray:
+        """Return what is to be expected of each child, (B, K, n), by what follows from its state, (cells, G E, n)."""
+        if self.joint is not None:
+            return np.einsum("bkcg,cgo->bko", self.joint.reshape(*self.cell.shape, *values.shape[:2]), values)
+        belief = self.probability.reshape(*self.cell.shape, values.shape[1])
+        return np.einsum("bkg,bkgo->bko", belief, values[self.cell])
 
     def presence(self, timesteps: int) -> np.ndarray:
         """Return the probability of each child in each free cell within some timesteps, (B, K, free cells)."""
@@ -172,7 +180,10 @@ class Outlook:
         found = np.empty((*self.cell.shape, cells))
         for child in np.ndindex(self.cell.shape):
             now = np.zeros(self.chain.shape)
-            now[self.cell[child]] = self.probability[child]
+            if self.joint is None:
+                now[self.cell[child]] = self.probability[child]
+            else:
+                now[:] = self.joint[child]
             found[child] = presence(self.chain, now.ravel(), timesteps)
         return found
 

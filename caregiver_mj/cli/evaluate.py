@@ -47,9 +47,7 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
     )
     parsing.add_children(command)
     parsing.add_embodiment(command)
-    command.add_argument(
-        "--sight", default="all", help="what the caregivers see in the grid: all, walls, camera or rooms:N"
-    )
+    parsing.add_sight(command)
     command.add_argument(
         "--episodes", type=int, default=20, metavar="N", help="number of episodes for each caregiver and epsilon"
     )

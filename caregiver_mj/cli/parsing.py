@@ -138,6 +138,14 @@ def add_episode(command: argparse.ArgumentParser) -> None:
     """Add the options that say which episode of which run it is."""
     add_seed(command, "seed of the run that the episode belongs to")
     command.add_argument("--episode", type=int, default=0, metavar="N", help="number of the episode in that run")
+    add_sight(command)
+
+
+def add_sight(command: argparse.ArgumentParser) -> None:
+    """Add what the caregiver sees."""
+    command.add_argument(
+        "--sight", default="all", help="what the caregiver sees: all, or walls; in the grid also camera or rooms:N"
+    )
 
 
 def add_embodiment(command: argparse.ArgumentParser) -> None:

@@ -82,6 +82,7 @@ def _render(arguments: argparse.Namespace) -> None:
         seconds=arguments.seconds,
         caregiver=arguments.caregiver,
         embodiment=arguments.embodiment,
+        sight=arguments.sight,
         overlay=arguments.overlay,
         still=arguments.still,
     )
@@ -104,7 +105,14 @@ def _view(arguments: argparse.Namespace) -> None:
     from caregiver_mj.viz.viewers.session import Session, Watched  # here, for these take seconds to import
 
     watched = Watched(
-        arguments.house, family, arguments.caregiver, arguments.seed, arguments.episode, damage, arguments.embodiment
+        arguments.house,
+        family,
+        arguments.caregiver,
+        arguments.seed,
+        arguments.episode,
+        damage,
+        arguments.embodiment,
+        arguments.sight,
     )
     start = functools.partial(Session, watched, speed=arguments.speed, playing=not arguments.paused)
     viewer: WebViewer | Window

@@ -234,6 +234,10 @@ class Perception:
     def _caregiver_cell(self, view: View) -> np.ndarray:
         return np.array([self._plan.cell_index[self._nearest(view.base[:2], self._plan.caregiver_cells)]])
 
+    def in_view(self, view: View) -> np.ndarray | None:
+        """Return which free cells are in view as a whole, bool (cells,); None if everything is seen."""
+        return None if self._is_full else self._lurking.in_view(view.base[:2])
+
     def free_cell(self, position: Vector) -> int:
         """Return the index of the free cell at, or nearest to, a position."""
         return self._plan.cell_index[self._nearest(position, self._plan.free_cells)]

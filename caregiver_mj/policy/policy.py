@@ -254,6 +254,11 @@ class CaregiverPolicy:
         return self.executive.assessment
 
     @property
+    def in_view(self) -> np.ndarray | None:
+        """Which free cells it sees as a whole, bool (cells,); None if it sees everything."""
+        return self._perception.in_view(self._seen[0])
+
+    @property
     def intervention(self) -> Intervention | None:
         """What is being done now."""
         return self.executive.routine.intervention if self.executive.routine else None

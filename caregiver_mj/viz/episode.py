@@ -70,6 +70,7 @@ class Episode:
         caregiver: str = "expected-danger",
         embodiment: str = DEFAULT,
         foresees: bool = False,
+        sight: str = "all",
     ) -> Episode:
         """Begin an episode of a run: the same, step for step, as an evaluation with this seed has.
 
@@ -82,6 +83,7 @@ class Episode:
             caregiver: Name of the caregiver, or of a policy; without a robot for "none".
             embodiment: Name of the robot.
             foresees: Whether to show what the caregiver thinks may be coming.
+            sight: What it has to see with.
 
         Raises:
             CaregiverError: Something of that is not possible.
@@ -92,7 +94,7 @@ class Episode:
         random = episode_random(seed if number is None else episode_seed(seed, number))
         robot = caregiver != "none"
         kwargs = {"robot": robot, "embodiment": embodiment}
-        env = load(task, house=house, epsilon=family, random=random, task_kwargs=kwargs)
+        env = load(task, house=house, epsilon=family, random=random, task_kwargs=kwargs, sight=sight)
         policy = make_policy(env, caregiver, seed) if robot else None
         return cls(env, policy, family, foresees)
 
@@ -108,7 +110,7 @@ class Episode:
                 raise CaregiverError(f"the simulation diverged at {self.seconds:.1f} s of the episode") from None
             self._action = self._decide()
             self._steps += 1
-        self._trails.append(moment.child_positions(self._timestep.observation))
+        self._trails.append(self._children())
         return True
 
     @property
@@ -138,19 +140,24 @@ class Episode:
         """Return the least distance (m) of a child from a candle that is in the robot's hand; infinite if none is."""
         candles = self._candles()
         carried = candles[candles[:, 2] > self._candle_rest + _LIFTED, :2]
-        offset = carried[:, None] - moment.child_positions(self._timestep.observation)  # (candles, children, 2)
+        offset = carried[:, None] - self._children()  # (candles, children, 2)
         return float(np.linalg.norm(offset, axis=2).min(initial=math.inf))
 
     def hud_state(self, trail_length: int) -> HudState:
         """Return what the display shows now, with so many of the latest looks at the children as their trails."""
         trails = self._trails[-trail_length:]
-        shown = moment.hud_state(self.env.task, self.policy, self._timestep.observation, self.family, trails)
+        shown = moment.hud_state(
+            self.env.task, self.policy, self._timestep.observation, self.family, trails, self.env.physics
+        )
         return dataclasses.replace(shown, forecast=self.forecast)
 
     def _decide(self) -> np.ndarray:
         if self.policy is None:
             return np.zeros(self.env.action_spec().shape)
         return self.policy(self._timestep)
+
+    def _children(self) -> np.ndarray:
+        return moment.child_positions(self._timestep.observation, self.env.physics)
 
     def _candles(self) -> np.ndarray:
         return moment.candle_positions(self._timestep.observation)

@@ -86,6 +86,7 @@ def render_episode(
     seconds: float = 30.0,
     caregiver: str = "expected-danger",
     embodiment: str = DEFAULT,
+    sight: str = "all",
     width: int = DEFAULT_SIZE[0],
     height: int = DEFAULT_SIZE[1],
     fps: float = DEFAULT_FPS,
@@ -111,6 +112,7 @@ def render_episode(
         seconds: Length of the film; less if the episode is over before.
         caregiver: Name of the caregiver, or of a policy; without a robot for "none".
         embodiment: Name of the robot.
+        sight: What the caregiver has to see with, `all` or `walls`.
         width: Width of the picture in pixels, even.
         height: Height of the picture in pixels, even.
         fps: Frames a second.
@@ -131,7 +133,7 @@ def render_episode(
         raise CaregiverError(f"no overlay '{overlay}': there is {', '.join(OVERLAYS)}")
     path, still = _writable(path, ".mp4"), None if still is None else _writable(still, ".png")
     foresees = overlay == "danger"
-    filmed = Episode.load(task, house, epsilon, seed, episode, caregiver, embodiment, foresees)
+    filmed = Episode.load(task, house, epsilon, seed, episode, caregiver, embodiment, foresees, sight)
     best: tuple[float, np.ndarray | None] = (math.inf, None)
     count = max(1, round(seconds * fps))
     with (

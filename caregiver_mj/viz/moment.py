@@ -21,6 +21,7 @@ from caregiver_mj.viz.forecast import Forecast
 
 if TYPE_CHECKING:
     from caregiver_mj.grid.world import GridWorld
+    from caregiver_mj.house.physics import Physics
     from caregiver_mj.policy.own import OwnPolicy
     from caregiver_mj.policy.policy import CaregiverPolicy
     from caregiver_mj.tasks.base import CareTask
@@ -39,12 +40,14 @@ class ChildState:
         trail: Where it has been, (k, 2), newest last.
         safe: P(safe|tau), or None if nobody estimates it.
         damage: Damage that it has taken so far.
+        seen: Whether the caregiver sees it.
     """
 
     position: np.ndarray
     trail: np.ndarray = dataclasses.field(default_factory=lambda: np.empty((0, 2)))
     safe: float | None = None
     damage: float = 0.0
+    seen: bool = True
 
 
 @dataclasses.dataclass(frozen=True)
@@ -68,6 +71,7 @@ class HudState:
         forecast: What may be coming, if that is to be shown.
         gates: How far each gate stands open, radians, (gates,).
         gone: Numbers of the hazards that are gone.
+        in_view: Which free cells the caregiver sees, bool (cells,); None for one that sees everything.
     """
 
     plan: FloorPlan
@@ -86,11 +90,13 @@ class HudState:
     forecast: Forecast | None = None
     gates: Sequence[float] = ()
     gone: Sequence[int] = ()
+    in_view: np.ndarray | None = None
 
 
-def child_positions(observation: Observation) -> np.ndarray:
-    """Return where the children are, (children, 2), metres."""
-    return np.atleast_2d(observation["toddler_position"])[:, :2].copy()
+def child_positions(observation: Observation, physics: Physics) -> np.ndarray:
+    """Return where the children are, also those that are not seen, (children, 2), metres."""
+    shown = physics.toddler_positions() if "toddler_seen" in observation else observation["toddler_position"]
+    return np.atleast_2d(shown)[:, :2].copy()
 
 
 def candle_positions(observation: Observation) -> np.ndarray:
@@ -104,13 +110,15 @@ def hud_state(
     observation: Observation,
     family: Family,
     trails: Sequence[np.ndarray],
+    physics: Physics,
 ) -> HudState:
     """Return what the display shows of a task; without a robot the policy is None.
 
     The trails are where the children have been, (children, 2) each, oldest first.
     """
     outcome, assessment = task.outcome(), policy.assessment if policy else None
-    positions = child_positions(observation)
+    positions = child_positions(observation, physics)
+    seen = observation.get("toddler_seen", np.ones(len(positions)))
     trail = np.array(trails).reshape(len(trails), len(positions), 2)
     safe, danger, unsafe_danger = [None] * len(positions), None, None
     if assessment is not None:
@@ -122,7 +130,7 @@ def hud_state(
         timestep=min(int(observation["clock"] + 1e-6), EPISODE_TIMESTEPS),
         family=str(family),
         children=tuple(
-            ChildState(position, trail[:, child], safe[child], outcome["damage_by_child"][child])
+            ChildState(position, trail[:, child], safe[child], outcome["damage_by_child"][child], bool(seen[child]))
             for child, position in enumerate(positions)
         ),
         candles=candle_positions(observation),
@@ -140,6 +148,7 @@ def hud_state(
         target=policy.target if policy else NOTHING,
         mark=verb_of(intervention.verb).mark(task.plan, intervention) if intervention else None,
         intervention=policy.activity if policy else "",
+        in_view=getattr(policy, "in_view", None),
     )
 
 
@@ -151,11 +160,15 @@ def grid_state(world: GridWorld, family: Family, number: int = 0) -> HudState:
     from_to = [[plan.position(plan.free_cells[cell]) for cell in move] for move in moves]
     hand = np.zeros(2) if caregiver is None else caregiver + np.array([0.0, _ABOVE * plan.cell_size])
     candles = [hand if table == NOTHING else plan.position(plan.tables[table]) for table in world.candle_table[number]]
+    eyes, every = world.eyes, [True] * len(from_to)
     return HudState(
         plan=plan,
         timestep=world.timestep,
         family=str(family),
-        children=tuple(ChildState(to, np.array([start])) for start, to in from_to),
+        children=tuple(
+            ChildState(to, np.array([start]), seen=bool(seen))
+            for (start, to), seen in zip(from_to, eyes.tracker.seen[number] if eyes else every, strict=True)
+        ),
         candles=np.array(candles).reshape(-1, 2),
         damage=float(world.ledger.damage[number]),
         robot=caregiver,
@@ -165,4 +178,5 @@ def grid_state(world: GridWorld, family: Family, number: int = 0) -> HudState:
         gone=np.flatnonzero(world.state[number] == State.GONE).tolist(),
         target=intervention.hazard,
         mark=verb_of(intervention.verb).mark(plan, intervention),
+        in_view=eyes.in_view()[number] if eyes else None,
     )

@@ -113,7 +113,8 @@ class ForesightCaregiver(Caregiver):
 
         It decides by more than these numbers: by `options`, which count what it could still do.
         """
-        outlook = Outlook(child_chain(self.plan), percept.child_cell, self.belief.probability)
+        joint = percept.belief.joint.copy() if percept.belief else None
+        outlook = Outlook(child_chain(self.plan), percept.child_cell, self.belief.probability, joint)
         return dataclasses.replace(self._rule.weigh(outlook.reach(self.plan, percept)), outlook=outlook)
 
     def choose(self, percept: Percept) -> np.ndarray:

@@ -70,8 +70,7 @@ class Chart:
 
     def _draw_moving(self, canvas: ImageDraw.ImageDraw, state: HudState) -> None:
         unit = self._ground.unit
-        if state.forecast is not None:
-            self._draw_forecast(canvas, state, state.forecast)
+        self._draw_floor(canvas, state)
         pointed_at, where = state.mark or ("", None)
         if pointed_at == "cell" and isinstance(where, tuple):
             canvas.rectangle(self._ground.square(where), outline=TEXT, width=max(FINE, round(0.12 * unit)))
@@ -87,10 +86,16 @@ class Chart:
             self._draw_gate(canvas, frame, float(angle))
         if state.robot is not None:
             self._draw_robot(canvas, state.robot)
-        r = 0.34 * unit
         for number, child in reversed(list(enumerate(state.children))):  # the first one on top
-            x, y = self._ground.pixel(child.position)
-            canvas.ellipse((x - r, y - r, x + r, y + r), colours.of_child(number), outline=GROUND, width=FINE)
+            self._draw_child(canvas, child, colours.of_child(number))
+
+    def _draw_floor(self, canvas: ImageDraw.ImageDraw, state: HudState) -> None:
+        """What the caregiver sees of it, if not everything, and what it thinks may be coming."""
+        if state.in_view is not None:
+            for cell in np.flatnonzero(state.in_view).tolist():
+                canvas.rectangle(self._ground.square(state.plan.free_cells[cell]), mix(colours.FLOOR, TEXT, 0.2))
+        if state.forecast is not None:
+            self._draw_forecast(canvas, state, state.forecast)
 
     def _draw_forecast(self, canvas: ImageDraw.ImageDraw, state: HudState, forecast: Forecast) -> None:
         """Where the children may be, where they may be hurt, and a frame round toy bins that they may be going to."""
@@ -108,6 +113,15 @@ class Chart:
             width = round(0.3 * ground.unit * float(forecast.goal[:, goal].max()))
             if width:
                 canvas.rectangle(ground.square(place), outline=TEXT, width=width)
+
+    def _draw_child(self, canvas: ImageDraw.ImageDraw, child: ChildState, colour: Colour) -> None:
+        """A disc; a ring if it is not seen."""
+        x, y = self._ground.pixel(child.position)
+        r = 0.34 * self._ground.unit
+        canvas.ellipse((x - r, y - r, x + r, y + r), colour, outline=GROUND, width=FINE)
+        if not child.seen:
+            r *= 0.65
+            canvas.ellipse((x - r, y - r, x + r, y + r), GROUND)
 
     def _draw_trail(self, canvas: ImageDraw.ImageDraw, child: ChildState, colour: Colour) -> None:
         points = [self._ground.pixel(position) for position in [*child.trail, child.position]]

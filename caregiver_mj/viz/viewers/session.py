@@ -35,6 +35,7 @@ class Watched:
         number: Number of the episode in the run.
         damage: What collisions cost.
         embodiment: Name of the robot.
+        sight: What the caregiver has to see with.
     """
 
     house: str = "paper"
@@ -44,6 +45,7 @@ class Watched:
     number: int = 0
     damage: DamageWeights = DamageWeights()
     embodiment: str = DEFAULT
+    sight: str = "all"
 
     def begin(self) -> Episode:
         """Begin the episode.
@@ -58,6 +60,7 @@ class Watched:
             number=self.number,
             caregiver=self.caregiver,
             embodiment=self.embodiment,
+            sight=self.sight,
         )
         episode.foresees = True  # where the caregiver foresees anything: not every one does
         return episode
@@ -72,8 +75,9 @@ class Watched:
             "episode": self.number,
             "damage": self.damage,
             "embodiment": self.embodiment,
+            "sight": self.sight,
         }
-        ever = {"damage": DamageWeights(), "embodiment": DEFAULT}
+        ever = {"damage": DamageWeights(), "embodiment": DEFAULT, "sight": "all"}
         told = ((name, value) for name, value in said.items() if ever.get(name) != value)
         return shlex.join(str(word) for name, value in told for word in (f"--{name}", value))
 
