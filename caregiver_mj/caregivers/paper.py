@@ -115,27 +115,6 @@ class PaperCaregiver(Caregiver):
         return np.where(danger >= self._threshold, target, NOTHING)
 
 
-class PaperMaxCaregiver(PaperCaregiver):
-    """The rule with the greatest danger to any child instead of the sum over them."""
-
-    def __init__(self, plan: FloorPlan, seed: int = 0):
-        super().__init__(plan, seed, over_children="max")
-
-
-class PaperAlikeCaregiver(PaperCaregiver):
-    """The rule without the factor 1 - P(safe): all children count alike, however they behave."""
-
-    def __init__(self, plan: FloorPlan, seed: int = 0):
-        super().__init__(plan, seed, weighs_safety=False)
-
-
-class PaperMaxAlikeCaregiver(PaperCaregiver):
-    """The rule without the factor, with the greatest danger to any child."""
-
-    def __init__(self, plan: FloorPlan, seed: int = 0):
-        super().__init__(plan, seed, over_children="max", weighs_safety=False)
-
-
 class StairsCaregiver(PaperCaregiver):
     """The rule on stairwells only: it never touches a candle."""
 
@@ -150,12 +129,3 @@ class CandlesCaregiver(PaperCaregiver):
     def worth_protecting(self, percept: Percept) -> np.ndarray:
         hazards = self.plan.hazards
         return super().worth_protecting(percept) & hazards.are_at(Where.ON_TABLE, np.arange(len(hazards)))
-
-
-class PaperStillCaregiver(PaperCaregiver):
-    """The rule without making room: where a child bars its way, or there is nothing to do, it stays where it is.
-
-    The paper says nothing about how its caregiver yields to the child. That it does is ours, and this is without it.
-    """
-
-    yields = False

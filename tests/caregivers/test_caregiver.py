@@ -439,7 +439,7 @@ def test_a_candle_on_the_floor_is_protected_like_any_other_as_near_as_its_cell(c
 
 def test_caregivers_are_made_by_name():
     assert list(CAREGIVERS)[:5] == ["none", "random", "nearest", "guard", "expected-danger"]
-    assert {"wanderer", "stairs", "candles", "childproof", "paper-still"} < set(BY_NAME)
+    assert {"wanderer", "stairs", "candles", "childproof"} < set(BY_NAME)
     assert make_caregiver("none", CORRIDOR) is None
     for name in BY_NAME:
         caregiver = make_caregiver(name, CORRIDOR, 3)
