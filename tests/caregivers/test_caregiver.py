@@ -507,7 +507,7 @@ def test_an_offer_of_two_packages_is_refused(monkeypatch):
     )
     monkeypatch.setattr(importlib.metadata, "entry_points", lambda *, group: offers.select(group=group))
     with pytest.raises(
-        CaregiverError, match="caregiver 'nanny' must be offered by one package, got one:Nanny, two:Nanny"
+        CaregiverError, match="'nanny' must be offered by one package, got one:Nanny, two:Nanny"
     ):
         make_caregiver("nanny", CORRIDOR)
 
