@@ -506,9 +506,7 @@ def test_an_offer_of_two_packages_is_refused(monkeypatch):
         importlib.metadata.EntryPoint("nanny", value, group) for value in ("one:Nanny", "two:Nanny")
     )
     monkeypatch.setattr(importlib.metadata, "entry_points", lambda *, group: offers.select(group=group))
-    with pytest.raises(
-        CaregiverError, match="'nanny' must be offered by one package, got one:Nanny, two:Nanny"
-    ):
+    with pytest.raises(CaregiverError, match="'nanny' must be offered by one package, got one:Nanny, two:Nanny"):
         make_caregiver("nanny", CORRIDOR)
 
 
