@@ -49,7 +49,7 @@ class Registry(Mapping[str, Kind], Generic[Kind]):
         entry, *others = self._offered(name)
         if any(other.value != entry.value for other in others):
             values = ", ".join(offered.value for offered in (entry, *others))
-            raise CaregiverError(f"{self.what} '{name}' is offered by several packages: {values}")
+            raise CaregiverError(f"{self.what} '{name}' must be offered by one package, got {values}")
         try:
             found = entry.load()
         except (Exception, SystemExit) as error:  # whatever somebody else's module raises
@@ -161,7 +161,7 @@ def errors_of(what: str, where: str, but: type[Exception] = CaregiverError) -> I
 def _check_whole(what: str, found: Any) -> None:
     """Raise CaregiverError if it is a class that lacks methods."""
     if inspect.isabstract(found):
-        raise CaregiverError(f"{what} lacks {', '.join(sorted(found.__abstractmethods__))}")
+        raise CaregiverError(f"{what} must have {', '.join(sorted(found.__abstractmethods__))}, got none")
 
 
 def _name(found: type) -> str:

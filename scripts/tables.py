@@ -17,6 +17,7 @@ import gymnasium
 import caregiver_mj
 from caregiver_mj.cli import make_parser
 from caregiver_mj.envs.spaces import OBSERVED_OF_TARGETS
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording import record
 from caregiver_mj.robot.embodiments import EMBODIMENTS
 from caregiver_mj.tasks import TASKS
@@ -24,7 +25,7 @@ from caregiver_mj.tasks.observed import OBSERVED
 
 PAGES = sorted((pathlib.Path(__file__).parents[1] / "docs").rglob("*.md"))
 _PLACE = re.compile(r"(<!-- scripts/tables\.py: (\w+) -->\n).*?(<!-- end -->)", re.S)
-_HOUSE = "paper"
+_HOUSE, _FULL = "paper", "home"  # a house for nearly all; one that has gates and small things, too
 _TARGETS = "caregiver_mj/Supervise-Targets-v0"
 
 
@@ -36,7 +37,10 @@ def table(titles: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
 
 @functools.cache
 def _environment(name: str) -> gymnasium.Env:
-    return gymnasium.make(name, house=_HOUSE).unwrapped
+    task = TASKS.get(gymnasium.spec(name).kwargs.get("task"))
+    needs = task.find_kind().needs if task else None
+    house = _FULL if needs and needs not in FloorPlan.load(_HOUSE).hazards.kinds else _HOUSE
+    return gymnasium.make(name, house=house).unwrapped
 
 
 def _of_task(task: str) -> gymnasium.Env:

@@ -52,7 +52,8 @@ class CareTask(Task):
         children: The children in the house.
         candles: What looks after the candles.
         things: What looks after the small things on the floor.
-        ledger: What has happened in this episode, a batch of one.
+        ledger: What has happened in this episode, a batch of one, up to the last novice timestep that is over; `damage`
+            has that of the present one, too.
         contacts: What the robot has done to the children in it.
         caregiver: Who may make the house safe before the children come in, as in the grid; a `CaregiverPolicy` enters
             its own one here. None if nobody does.

@@ -54,7 +54,7 @@ def bash(tmp_path_factory):
         (["ev"], {"evaluate"}),
         (["re"], {"render", "report", "record"}),
         (["house", ""], {"show", "check", "make"}),
-        (["evaluate", "--caregiver", "none", "paper-a"], {"paper-alike"}),
+        (["evaluate", "--caregiver", "none", "cl"], {"clairvoyant"}),
         (["render", "--caregiver", "exp"], {"expected-danger"}),
         (["evaluate", "--caregiver", "none", "--ep"], {"--epsilon", "--episodes"}),
         (["evaluate", "--houses", "te"], {"test-100", "tenement", "terrace"}),

@@ -159,11 +159,11 @@ ODD = {
             for a, words in (
                 (
                     ("relocate", 0, 1),
-                    r"Deciding.decide: 'relocate' is for a candle or mug, of which there are \[1\], not .* 0",
+                    r"Deciding.decide: 'relocate' must be for a candle or mug, \[1\], got hazard 0",
                 ),
-                (("relocate", NOTHING, 1), "'relocate' is for a candle or mug, .* not for hazard -1"),
-                (("block", 1, NOTHING), r"'block' is for a stairwell, of which there are \[0\], not for hazard 1"),
-                (("block", NOTHING, NOTHING), "'block' is for a stairwell, .* not for hazard -1"),
+                (("relocate", NOTHING, 1), "'relocate' must be for a candle or mug, .* got hazard -1"),
+                (("block", 1, NOTHING), r"'block' must be for a stairwell, \[0\], got hazard 1"),
+                (("block", NOTHING, NOTHING), "'block' must be for a stairwell, .* got hazard -1"),
             )
         ),
         *(

@@ -204,7 +204,7 @@ def _check_kinds(who: str, hazards: Hazards, given: Interventions) -> None:
         if wrong.size:
             kinds = " or ".join(kind.name for kind in at)
             raise CaregiverError(
-                f"{who}: '{name}' is for a {kinds}, of which there are {right or 'none'}, not for hazard {wrong[0]}"
+                f"{who}: '{name}' must be for a {kinds}, {right or 'of which there is none'}, got hazard {wrong[0]}"
             )
 
 

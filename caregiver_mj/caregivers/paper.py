@@ -122,27 +122,6 @@ class PaperCaregiver(Caregiver):
         return np.where(danger >= self._threshold, target, NOTHING)
 
 
-class PaperMaxCaregiver(PaperCaregiver):
-    """The rule with the greatest danger to any child instead of the sum over them."""
-
-    def __init__(self, plan: FloorPlan, seed: int = 0):
-        super().__init__(plan, seed, over_children="max")
-
-
-class PaperAlikeCaregiver(PaperCaregiver):
-    """The rule without the factor 1 - P(safe): all children count alike, however they behave."""
-
-    def __init__(self, plan: FloorPlan, seed: int = 0):
-        super().__init__(plan, seed, weighs_safety=False)
-
-
-class PaperMaxAlikeCaregiver(PaperCaregiver):
-    """The rule without the factor, with the greatest danger to any child."""
-
-    def __init__(self, plan: FloorPlan, seed: int = 0):
-        super().__init__(plan, seed, over_children="max", weighs_safety=False)
-
-
 class StairsCaregiver(PaperCaregiver):
     """The rule on stairwells only: it never touches a candle."""
 
@@ -182,12 +161,3 @@ class LastSeenCaregiver(PaperCaregiver):
         self._last = np.where(percept.belief.seen, percept.child_cell, self._last)
         known = np.where(self._last == NOTHING, percept.child_cell, self._last)
         return dataclasses.replace(percept, child_cell=known, belief=None)
-
-
-class PaperStillCaregiver(PaperCaregiver):
-    """The rule without making room: where a child bars its way, or there is nothing to do, it stays where it is.
-
-    The paper says nothing about how its caregiver yields to the child. That it does is ours, and this is without it.
-    """
-
-    yields = False

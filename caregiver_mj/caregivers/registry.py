@@ -15,17 +15,8 @@ from caregiver_mj.caregivers.baselines import (
 )
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.foresight.clairvoyant import ClairvoyantCaregiver
-from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, KnowsGoalCaregiver, PaperPredictiveCaregiver
-from caregiver_mj.caregivers.paper import (
-    CandlesCaregiver,
-    LastSeenCaregiver,
-    PaperAlikeCaregiver,
-    PaperCaregiver,
-    PaperMaxAlikeCaregiver,
-    PaperMaxCaregiver,
-    PaperStillCaregiver,
-    StairsCaregiver,
-)
+from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, KnowsGoalCaregiver
+from caregiver_mj.caregivers.paper import CandlesCaregiver, LastSeenCaregiver, PaperCaregiver, StairsCaregiver
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.registry import Registry, check_call, named_object
@@ -44,11 +35,6 @@ CAREGIVERS: Registry[type[Caregiver] | None] = Registry(
         "expected-danger": PaperCaregiver,
         "paper": PaperCaregiver,  # an alias, and what the rows of earlier runs have
         "last-seen": LastSeenCaregiver,
-        "paper-max": PaperMaxCaregiver,
-        "paper-alike": PaperAlikeCaregiver,
-        "paper-max-alike": PaperMaxAlikeCaregiver,
-        "paper-predictive": PaperPredictiveCaregiver,
-        "paper-still": PaperStillCaregiver,
         "stairs": StairsCaregiver,
         "candles": CandlesCaregiver,
         "wanderer": WandererCaregiver,

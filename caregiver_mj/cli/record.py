@@ -76,7 +76,7 @@ def _run(arguments: argparse.Namespace) -> None:
     from caregiver_mj.envs.recipe import Recipe  # here, for it needs an extra, and MuJoCo
 
     if arguments.caregiver != RANDOM and find_caregiver(arguments.caregiver) is None:
-        raise CaregiverError(f"caregiver '{arguments.caregiver}' takes no actions to record")
+        raise CaregiverError(f"caregiver must be one that acts, got '{arguments.caregiver}'")
     recipe = Recipe(
         task=arguments.task,
         plan=plan,

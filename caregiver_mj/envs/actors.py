@@ -76,7 +76,7 @@ class TargetCaregiver(Actor):
             raise CaregiverError(f"caregiver must choose targets, got '{caregiver}', a policy of the robot's actions")
         made = make_caregiver(caregiver, env.world.caregiver.plan, seed)
         if made is None:
-            raise CaregiverError(f"caregiver '{caregiver}' takes no actions to record")
+            raise CaregiverError(f"caregiver must be one that acts, got '{caregiver}'")
         if isinstance(made, ToldCaregiver):
             raise CaregiverError(
                 f"caregiver must choose targets from what it sees, got '{caregiver}', which "

@@ -105,7 +105,7 @@ def _read(path: pathlib.Path) -> tuple[dict[str, Any], Settings, pd.DataFrame, p
     record, summary = (read_json(path / f"{name}.json") for name in ("run", "summary"))
     for name, found in (("run.json", record), ("summary.json", summary)):
         if not isinstance(found, dict):
-            raise ValueError(f"its {name} holds {type(found).__name__}, and no such record")
+            raise ValueError(f"its {name} must hold a dictionary, got {type(found).__name__}")
     # Runs of an older version have single novices, the paper's damages, and the one robot that there was.
     record.setdefault("families", [str(Family.of(epsilon)) for epsilon in record.get("epsilons", ())])
     record.setdefault("damage", str(DamageWeights()))

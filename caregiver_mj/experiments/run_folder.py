@@ -78,9 +78,9 @@ class RunFolder:
         except (OSError, StorageError) as error:
             raise CaregiverError(f"output folder '{path}' cannot be written: {_reason(error)}") from None
         except ValueError as error:
-            raise CaregiverError(f"'{record}' is not the record of a run: {error}") from None
+            raise CaregiverError(f"'{record}' cannot be read as the record of a run: {error}") from None
         if found is not None and not isinstance(found, dict):
-            raise CaregiverError(f"'{record}' is not the record of a run: it holds no settings")
+            raise CaregiverError(f"'{record}' must be the record of a run, got one without settings")
         if found is None:
             if next(self._episodes.glob("*.json"), None):
                 raise CaregiverError(
@@ -194,7 +194,7 @@ def continued(found: Record, wanted: Record) -> Record:
             raise CaregiverError("; ".join(wrong))
         return found
     if "caregivers" not in found:
-        raise CaregiverError("its run.json is no record of a run: take another folder")
+        raise CaregiverError("its run.json must be the record of a run, got none: take another folder")
     if "pooled" in found:
         raise CaregiverError("it holds pooled runs: resume each of them, and pool them again")
     there, here = found.get("caregivers"), wanted["caregivers"]

@@ -107,7 +107,9 @@ def houses_named(
         for name in twice:
             (first, plan), *others = ((one, plan) for one, plan in plans if plan.name == name)
             if other := next((one for one, another in others if another != plan), None):
-                raise FloorPlanError(f"'{first}' and '{other}' are two houses of one name, '{name}': rename a file")
+                raise FloorPlanError(
+                    f"houses must have different names, got '{name}' in '{first}' and '{other}': rename a file"
+                )
         several = f"{len(twice)} houses are named twice, such as '{twice[0]}'"
         raise FloorPlanError(several if len(twice) > 1 else f"houses must be different, got '{twice[0]}' twice")
     return tuple(plan for _, plan in plans)

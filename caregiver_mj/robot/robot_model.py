@@ -47,7 +47,7 @@ class RobotModel:
         joints = [self._model.joint(i).name for i in range(self._model.njnt)]
         missing = [name for name in (*names.base, *names.arm, *names.fingers, *names.wheels) if name not in joints]
         if missing:
-            raise CaregiverError(f"robot {self._file} has no joint {', '.join(missing)}: it has {', '.join(joints)}")
+            raise CaregiverError(f"robot {self._file} must have joint {', '.join(missing)}, got {', '.join(joints)}")
 
     def actuators(self) -> Layout:
         """Return where the actuators of base, arm and fingers are."""

@@ -8,15 +8,15 @@ import numbers
 import os
 import pathlib
 import tempfile
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Iterator
 
-import imageio_ffmpeg
 import numpy as np
 from PIL import Image
 
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.recording.video import video_writer
 from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.viz import OVERLAYS, hud, progress_bar
 from caregiver_mj.viz.cameras import Camera, StillCamera, TileLayer
@@ -29,8 +29,12 @@ _SMALLEST, _LARGEST = (320, 240), (3840, 2160)  # pixels
 LONGEST = 86_400  # seconds of a film
 _TRAIL_SECONDS = 20.0
 _WIDE = 1.5  # width over height from which a picture has room for insets beside the house
-# x264's quality (lower is better), and how much it works for a small file.
-_QUALITY, _PRESET = "20", "veryfast"
+_OPTIONS = (
+    *("-movflags", "+faststart"),
+    # Without this, players take the colours for those of high definition while they are not.
+    *("-vf", "scale=out_color_matrix=bt709:out_range=tv"),
+    *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv"),
+)
 
 
 class Studio:
@@ -182,7 +186,7 @@ def film_writer(path: pathlib.Path, width: int, height: int, fps: float) -> Iter
     def write(frame: np.ndarray) -> None:
         nonlocal writer
         if writer is None:  # not before: one that never gets a frame complains when it is closed
-            writer = _writer(unfinished, width, height, fps)
+            writer = video_writer(unfinished, width, height, fps, *_OPTIONS)
         writer.send(np.ascontiguousarray(frame))
 
     try:
@@ -197,27 +201,6 @@ def film_writer(path: pathlib.Path, width: int, height: int, fps: float) -> Iter
         if writer is not None:
             writer.close()
         unfinished.unlink(missing_ok=True)
-
-
-def _writer(path: pathlib.Path, width: int, height: int, fps: float) -> Generator[None, np.ndarray, None]:
-    """Take frames for a file."""
-    writer = imageio_ffmpeg.write_frames(
-        str(path),
-        (width, height),
-        fps=fps,
-        codec="libx264",
-        quality=None,
-        macro_block_size=2,
-        ffmpeg_log_level="error",
-        output_params=[
-            *("-preset", _PRESET, "-crf", _QUALITY, "-movflags", "+faststart"),
-            # Without this, players take the colours for those of high definition while they are not.
-            *("-vf", "scale=out_color_matrix=bt709:out_range=tv"),
-            *("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv"),
-        ],
-    )
-    writer.send(None)
-    return writer
 
 
 def _writable(path: str | os.PathLike[str], suffix: str) -> pathlib.Path:

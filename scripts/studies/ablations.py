@@ -1,4 +1,8 @@
-"""Which parts of the model matter, in the grid world: prints the tables of docs/ablations.md."""
+"""Which parts of the model matter, in the grid world: prints the tables of docs/ablations.md.
+
+Other studies take the rule apart, too: `RULES` are the rule with something changed, which `evaluate` takes as
+`--caregiver studies.ablations:Still` once `PYTHONPATH=scripts` says where the studies are.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +14,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from caregiver_mj.caregivers.foresight.child_model import CHANGE, child_chain
 from caregiver_mj.caregivers.paper import PaperCaregiver
-from caregiver_mj.caregivers.percept import Percept, bare_tables
+from caregiver_mj.caregivers.percept import HORIZON, Assessment, Outlook, Percept, bare_tables
 from caregiver_mj.children.tape import Tape
+from caregiver_mj.danger.belief import Belief
 from caregiver_mj.experiments.intervals import of_ratio
 from caregiver_mj.experiments.settings import EPSILONS
 from caregiver_mj.grid.world import CAREGIVER_ACTIONS, GridWorld
@@ -58,6 +64,84 @@ def run(options: argparse.Namespace) -> None:
     print(variants_table(study, variants()), end="\n\n", flush=True)
     print(thresholds_table(study, PRIORS), end="\n\n", flush=True)
     print(safety_table(study, PRIORS))
+
+
+# -- The rule with something changed -----------------------------------------------------------------
+
+
+class Max(PaperCaregiver):
+    """The rule with the greatest danger to any child instead of the sum over them."""
+
+    def __init__(self, plan: FloorPlan, seed: int = 0):
+        super().__init__(plan, seed, over_children="max")
+
+
+class Alike(PaperCaregiver):
+    """The rule without the factor 1 - P(safe): all children count alike, however they behave."""
+
+    def __init__(self, plan: FloorPlan, seed: int = 0):
+        super().__init__(plan, seed, weighs_safety=False)
+
+
+class MaxAlike(PaperCaregiver):
+    """The rule without the factor, with the greatest danger to any child."""
+
+    def __init__(self, plan: FloorPlan, seed: int = 0):
+        super().__init__(plan, seed, over_children="max", weighs_safety=False)
+
+
+class Still(PaperCaregiver):
+    """The rule without making room: where a child bars its way, or there is nothing to do, it stays where it is.
+
+    The paper says nothing about how its caregiver yields to the child. That it does is ours, and this is without it.
+    """
+
+    yields = False
+
+
+class Predictive(PaperCaregiver):
+    """The rule, equation (2), in which P(reach) is the probability that the child runs into the hazard soon.
+
+    Soon is within `horizon` timesteps.
+
+    That follows from where it is and from what its moves have told of its toy bin and its epsilon. P(safe), and with it
+    what tells between several children, is the paper's.
+    """
+
+    def __init__(self, plan: FloorPlan, seed: int = 0, *, horizon: int = HORIZON):
+        self._horizon = horizon
+        super().__init__(plan, seed)
+
+    def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
+        super().reset(batch, seeds, children)
+        self.belief = Belief(child_chain(self.plan), batch, children, CHANGE)
+
+    def watch(self, percept: Percept) -> None:
+        super().watch(percept)
+        self.belief.watch(percept.previous_cell, percept.previous_action, percept.caregiver_cell)
+
+    def assess(self, percept: Percept) -> Assessment:
+        return dataclasses.replace(super().assess(percept), outlook=self._outlook(percept))
+
+    def reach(self, percept: Percept) -> np.ndarray:
+        return self._outlook(percept).reach(self.plan, percept, self._horizon)
+
+    def _outlook(self, percept: Percept) -> Outlook:
+        return Outlook(child_chain(self.plan), percept.child_cell, self.belief.probability)
+
+
+RULES = {
+    "paper-max": Max,
+    "paper-alike": Alike,
+    "paper-max-alike": MaxAlike,
+    "paper-still": Still,
+    "paper-predictive": Predictive,
+}
+
+
+def where(name: str) -> str:
+    """Return what a caregiver is found by: of `RULES` where it is, as `module:object`, of others the name."""
+    return f"{__name__}:{RULES[name].__name__}" if name in RULES else name
 
 
 # -- Variants ----------------------------------------------------------------------------------------

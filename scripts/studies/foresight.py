@@ -45,6 +45,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import house_set
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.figures.style import INK, STYLE
+from studies.ablations import RULES, where
 from study import Page, Parser, read_run, rest, run_all, run_in_grid
 
 OURS, RULE, TOLD, FLOOR = "foresight", "paper", "knows-goal", "floor"
@@ -85,7 +86,7 @@ def read(folder: pathlib.Path) -> Bars:
     for name in ("none", "foresight"):
         if name not in set(rows.caregiver):
             raise CaregiverError(f"no episodes with caregiver '{name}' in {folder}")
-    return Bars(folder.name, rows)
+    return Bars(folder.name, rows.replace({"caregiver": {where(name): name for name in RULES}}))
 
 
 # -- What a run over many houses says of foresight; the house is the unit of chance ------------------

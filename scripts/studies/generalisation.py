@@ -32,6 +32,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import house_set
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.figures.style import INK, MUTED, STYLE
+from studies.ablations import Alike
 from study import Page, Parser, run_all, run_in_grid
 
 IN_PLACE, ELSEWHERE, NOBODY = "in place", "elsewhere", "nobody"
@@ -177,7 +178,7 @@ def run_job(job: Job) -> Found:
         theta = experts[whose].action_prior(plan, np.random.default_rng(0), how == HOW[0])
         telling[whose, how] = tell(plan, theta, seen)
     guards = {whose: PaperCaregiver(plan, experts=experts[whose]) for whose in WHOSE}
-    guards[ALIKE] = PaperCaregiver(plan, weighs_safety=False)
+    guards[ALIKE] = Alike(plan)
     watchers: dict[str, Caregiver] = {RULE: PaperCaregiver(plan)}
     watchers |= {foresight(change): ForesightCaregiver(plan, change=change) for change in CHANGES}
     watchers[KNOWS] = KnowsGoalCaregiver(plan)

@@ -40,6 +40,7 @@ from caregiver_mj.tasks import load
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.figures.style import INK, STYLE
 from caregiver_mj.viz.report.published import PUBLISHED
+from studies.ablations import where
 from study import Page, Parser, interval, listed, run_all, run_in_grid, side
 
 COLLISIONS = ["stairwell", "candle", "table"]  # of the paper's kinds, which come first
@@ -154,7 +155,7 @@ def run_job(job: Job) -> pd.DataFrame:
     _, weights, actions, reach = condition = job.condition
     plan = _load(job.house, weights)
     is_paper = condition.caregiver == OWN
-    caregiver = PaperCaregiver(plan, reach=reach) if is_paper else make_caregiver(condition.caregiver, plan)
+    caregiver = PaperCaregiver(plan, reach=reach) if is_paper else make_caregiver(where(condition.caregiver), plan)
     nearest, damage, differs = NearestCaregiver(plan), [], np.zeros(job.episodes)
 
     def look(world: GridWorld) -> None:
@@ -263,7 +264,7 @@ def run_in_house(job: HouseJob) -> list[dict[str, Any]]:
     robot = ROBOTS[job.robot]
     kwargs = {"robot": True, "embodiment": slowed(find_embodiment(), robot[1])} if robot else {"robot": False}
     env = load("supervise", FloorPlan.load(HOUSE), job.epsilon, np.random.RandomState(0), task_kwargs=kwargs)
-    policy = CaregiverPolicy(env, robot[0]) if robot else None
+    policy = CaregiverPolicy(env, where(robot[0])) if robot else None
     rows = []
     for episode in range(job.episodes):
         env.task.reseed(episode_random(episode_seed(0, episode)))

@@ -18,6 +18,7 @@ from caregiver_mj.children.family import Family
 from caregiver_mj.experiments.intervals import of_difference, of_ratio
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.plans.floor_plan import FloorPlan
+from studies.ablations import where
 from study import Page, Parser, run_episodes
 
 EPISODES = {"grid": 2000, "house": 20}
@@ -65,8 +66,9 @@ def measure(houses: list[str], worlds: list[str], episodes: dict[str, int], jobs
     tables, families = [], tuple(map(Family.parse, FAMILIES))
     for world in worlds:
         for house in houses:
-            settings = Settings(FloorPlan.load(house), world, CAREGIVERS[world], families, episodes[world])
-            tables.append(run_episodes(settings, jobs))
+            asked = {where(name): name for name in CAREGIVERS[world]}
+            settings = Settings(FloorPlan.load(house), world, tuple(asked), families, episodes[world])
+            tables.append(run_episodes(settings, jobs).replace({"caregiver": asked}))
     return pd.concat(tables, ignore_index=True)
 
 

@@ -8,13 +8,14 @@ import pytest
 from caregiver_mj.caregivers import Percept, make_caregiver
 from caregiver_mj.caregivers.baselines import ChildproofCaregiver, NearestCaregiver, WandererCaregiver, table_exposure
 from caregiver_mj.caregivers.caregiver import starting_tables
-from caregiver_mj.caregivers.paper import CandlesCaregiver, PaperStillCaregiver, StairsCaregiver
+from caregiver_mj.caregivers.paper import CandlesCaregiver, StairsCaregiver
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.interventions.verb import DO_NOTHING, STAND_ASIDE, Intervention
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
+from studies.ablations import Still, where
 
 # A corridor of cells 0 to 4, the landing is cell 5. Tables: 0 bare, 1 with the candle, 2 bare.
 CORRIDOR = FloorPlan.parse("#########\n#S.....B#\n##T#C#T##\n#########")
@@ -44,10 +45,10 @@ def test_stairs_and_candles_see_to_nothing_else(cell):
 
 def test_the_caregiver_that_keeps_still_decides_as_the_rule_does_but_has_nothing_to_do_otherwise():
     for cell in range(5):
-        still, rule = PaperStillCaregiver(CORRIDOR), make_caregiver("paper", CORRIDOR)
+        still, rule = Still(CORRIDOR), make_caregiver("paper", CORRIDOR)
         assert list(still.decide(see(cell))) == list(rule.decide(see(cell)))
     without_stairs = FloorPlan.parse("#########\n#......B#\n##T#C#T##\n#########")
-    for name, verb in (("paper-still", DO_NOTHING), ("paper", STAND_ASIDE)):
+    for name, verb in ((where("paper-still"), DO_NOTHING), ("paper", STAND_ASIDE)):
         caregiver = make_caregiver(name, without_stairs)
         assert list(caregiver.decide(see(0, 2))) == [Intervention(verb)]
         assert caregiver.yields == (verb == STAND_ASIDE)

@@ -9,7 +9,6 @@ from caregiver_mj.caregivers.foresight.child_model import EPSILONS
 from caregiver_mj.caregivers.foresight.foresight import (
     ForesightCaregiver,
     KnowsGoalCaregiver,
-    PaperPredictiveCaregiver,
     each_on_a_table,
 )
 from caregiver_mj.caregivers.foresight.motion import motion
@@ -31,6 +30,7 @@ from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.interventions.verb import BLOCK, RELOCATE
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
+from studies.ablations import Predictive
 
 CORRIDOR = """
 #######
@@ -408,7 +408,7 @@ class TestManyCandles:
 def test_in_a_house_too_large_for_a_table_it_follows_the_rule(monkeypatch):
     monkeypatch.setattr("caregiver_mj.caregivers.foresight.value_table.LARGEST", 10)
     plan = FloorPlan.parse(STAIRS_AND_TABLES)
-    ours, rule = (run_episodes(plan, 0.5, c(plan), range(5)) for c in (ForesightCaregiver, PaperPredictiveCaregiver))
+    ours, rule = (run_episodes(plan, 0.5, c(plan), range(5)) for c in (ForesightCaregiver, Predictive))
     assert (ours.damage == rule.damage).all()
     lying = dataclasses.replace(percept(plan, 1, 9, candle_table=[NOTHING]), candle_cell=np.array([[4]]))
     assert ForesightCaregiver(plan).decide(lying).verb[0] == RELOCATE
@@ -441,7 +441,7 @@ class TestToldCaregivers:
 class TestPredictive:
     def test_reach_is_a_first_passage(self):
         plan = FloorPlan.parse(CORRIDOR)
-        caregiver = PaperPredictiveCaregiver(plan, horizon=1)
+        caregiver = Predictive(plan, horizon=1)
         # Before the stairs: a random move leads there, and one child in twenty wants to.
         random = 0.85 * np.mean(EPSILONS) + 0.15 * np.mean([0.05, 0.5])
         wants = 0.05 * (1 - np.mean([0.05, 0.5]))

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from caregiver_mj.caregivers.foresight.child_model import EPSILONS
-from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, PaperPredictiveCaregiver
+from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.plans.floor_plan import FloorPlan
+from studies.ablations import Predictive
 
 CORRIDOR = FloorPlan.parse("#######\n#B...S#\n#######")  # cells 0 to 2, the landing is cell 3
 TABLES = FloorPlan.parse("########\n#C....T#\n#......#\n#.B..B.#\n########")
@@ -29,7 +30,7 @@ def see(plan, child, previous=None, action=NOTHING, candle_table=None, candle_ce
     )
 
 
-@pytest.fixture(params=[ForesightCaregiver, PaperPredictiveCaregiver])
+@pytest.fixture(params=[ForesightCaregiver, Predictive])
 def caregiver(request):
     return request.param(CORRIDOR)
 

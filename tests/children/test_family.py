@@ -77,7 +77,7 @@ def test_children_without_a_name_have_the_behaviour_that_is_given():
         ("0.5,nan", r"epsilon must be in \[0, 1\], got nan"),
         ("mine:Child:0.5", "'mine:Child' cannot be loaded: ModuleNotFoundError"),
         ("json:loads:0.5", r"child 'json:loads' \(yours\) must be a subclass of caregiver_mj.children.behaviour"),
-        ("caregiver_mj.children.behaviour:Behaviour:0.5", "child '.*:Behaviour' lacks act"),
+        ("caregiver_mj.children.behaviour:Behaviour:0.5", "child '.*:Behaviour' must have act, got none"),
         ("angel:0.5", "no child 'angel': there are novice, expert, adversary, .* and yours as module:object"),
     ],
 )

@@ -91,7 +91,7 @@ class Elsewhere(NearestCaregiver):
     [
         ("childproof", "prepare, destination"),
         ("foresight", "decide, destination"),
-        ("paper-still", "yields"),
+        ("studies.ablations:Still", "yields"),
         (f"{__name__}:Tidy", "prepare"),
         (f"{__name__}:Elsewhere", "destination"),
     ],

@@ -94,7 +94,7 @@ def test_a_record_that_was_tampered_with(begun, extended):
     record = json.loads((begun / "run.json").read_text())
     for changed, words in (
         ({**record, "extended_at": extended}, "holds a run of other settings"),
-        ({}, r"its run\.json is no record of a run"),
+        ({}, r"its run\.json must be the record of a run"),
     ):
         (begun / "run.json").write_text(json.dumps(changed))
         with pytest.raises(CaregiverError, match=words):

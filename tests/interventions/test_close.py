@@ -100,7 +100,7 @@ def test_foresight_closes_them_where_that_is_worth_it_and_leaves_less_than_the_r
 
 
 @pytest.mark.parametrize(
-    ("verb", "hazard", "words"), [("close", 0, "is for a gate"), ("block", 1, "is for a stairwell")]
+    ("verb", "hazard", "words"), [("close", 0, "must be for a gate"), ("block", 1, "must be for a stairwell")]
 )
 def test_a_verb_is_for_its_kind(verb, hazard, words):
     class Confused(Caregiver):

@@ -138,5 +138,5 @@ def test_it_is_for_stairwells():
         def decide(self, percept):
             return Interventions.of([Intervention("shut", 2)])
 
-    with pytest.raises(CaregiverError, match=r"'shut' is for a stairwell or gate, .* \[0, 1\], not for hazard 2"):
+    with pytest.raises(CaregiverError, match=r"'shut' must be for a stairwell or gate, \[0, 1\], got hazard 2"):
         GridWorld(HOUSE, "0.5", Confused(HOUSE)).run(tapes(1, 2))

@@ -73,7 +73,7 @@ def test_two_files_of_one_name_are_told_from_one_house_that_is_named_twice(tmp_p
     for file, house_text in zip(files, ("#####\n#B.S#\n#####", "######\n#B..S#\n######"), strict=True):
         file.parent.mkdir()
         file.write_text(house_text)
-    words = f"^'{files[0]}' and '{files[1]}' are two houses of one name, 'mine': rename a file$"
+    words = f"^houses must have different names, got 'mine' in '{files[0]}' and '{files[1]}': rename a file$"
     with pytest.raises(FloorPlanError, match=words):
         houses_named(["paper", *map(str, files)])
     with pytest.raises(FloorPlanError, match=r"^houses must be different, got 'mine' twice$"):

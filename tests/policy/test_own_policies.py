@@ -150,7 +150,7 @@ def test_a_policy_of_actions_is_made_for_its_environment_and_told_the_seed():
         ("house", f"{HERE}:too_short", "too_short' must answer with 11 finite numbers, got array"),
         ("house", f"{HERE}:no_numbers", "no_numbers' must answer with 11 finite numbers, got 'forwards'"),
         ("house", f"{HERE}:takes_nothing", r"takes_nothing' cannot be called with \(Environment\): too many"),
-        ("grid", f"{HERE}:Unfinished", "'test_own_policies:Unfinished' lacks act"),
+        ("grid", f"{HERE}:Unfinished", "'test_own_policies:Unfinished' must have act, got none"),
         ("grid", f"{HERE}:TakesNothing", r"TakesNothing' cannot be called with \(FloorPlan, int\): too many"),
         ("grid", f"{HERE}:NUMBER", "must be a subclass of Caregiver or a function that makes a policy"),
         ("grid", f"{HERE}:Nobody", "cannot be loaded: AttributeError: .* no attribute 'Nobody'"),

@@ -126,7 +126,7 @@ def test_a_recording_that_breaks_off_is_gone_on_with(tmp_path, monkeypatch, caps
         (["--format", "lerobot", "--seconds", "1e9"], "at most 3600, got 1000000000.0"),
         (["--format", "lerobot", "--seed", "-1"], "seed must be at least 0"),
         (["--format", "lerobot", "--caregiver", "nanny"], "no caregiver 'nanny'"),
-        (["--format", "lerobot", "--caregiver", "none"], "caregiver 'none' takes no actions"),
+        (["--format", "lerobot", "--caregiver", "none"], "caregiver must be one that acts, got 'none'"),
         (["--format", "minari", "--world", "grid", "--task", "targets", "--embodiment", "butler"], "no robot 'butler'"),
         (["--format", "csv"], "invalid choice: 'csv'"),
         (["--format", "minari", "--out", ""], "--out must be a folder, got an empty name"),

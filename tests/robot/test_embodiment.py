@@ -105,7 +105,7 @@ def test_robots_of_other_packages(monkeypatch):
 
 def test_model_without_a_joint_or_with_actuators_in_another_order_is_refused():
     names = dataclasses.replace(find_embodiment().names, arm=("joint1", "joint8"))
-    with pytest.raises(CaregiverError, match=r"robot mobile_fr3\.xml has no joint joint8: it has base_x"):
+    with pytest.raises(CaregiverError, match=r"robot mobile_fr3\.xml must have joint joint8, got base_x"):
         RobotModel(own_model("mobile_fr3"), names)
     names = dataclasses.replace(find_embodiment().names, base=("base_y", "base_x", "base_yaw"))
     with pytest.raises(CaregiverError, match=r"must be in the order of base_y, base_x, base_yaw"):

@@ -105,7 +105,7 @@ def test_tiles_blend_and_are_hidden(physics):
 
 def test_a_film_shows_what_the_caregiver_believes(house):
     def picture(foresees):
-        episode = Episode.load(house=house, children=0.5, seed=3, caregiver="paper-predictive", foresees=foresees)
+        episode = Episode.load(house=house, children=0.5, seed=3, caregiver="foresight", foresees=foresees)
         assert episode.run_until(4.0)
         return episode, Studio(episode, 480, 360, "overview", 10).frame()
 

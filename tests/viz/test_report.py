@@ -353,7 +353,7 @@ def test_published_numbers():
 @pytest.mark.parametrize(
     ("file", "content", "words"),
     [
-        ("run.json", [], "its run.json holds list, and no such record"),
+        ("run.json", [], "its run.json must hold a dictionary, got list"),
         ("run.json", {}, "there is no 'plans' in it"),
         ("summary.json", [], "its summary.json holds list"),
         ("summary.json", {"rows": [], "comparisons": [], "versions": {}}, "its summary.json is that of another run"),

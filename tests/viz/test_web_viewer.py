@@ -39,7 +39,7 @@ def house(tmp_path_factory):
 def process(house):
     """The command at work, and where it serves."""
     command = [sys.executable, "-m", "caregiver_mj", "view", "--web", "--port", "0", "--house", house]
-    options = ["--caregiver", "paper-predictive", "--speed", "5", "--rate", "2", "--plain"]
+    options = ["--caregiver", "foresight", "--speed", "5", "--rate", "2", "--plain"]
     with subprocess.Popen([*command, *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         first = process.stdout.readline()
         found = re.match(r"http://127\.0\.0\.1:\d+", first)

@@ -1,6 +1,6 @@
 """The caregiver that sees harm coming: it looks ahead to where the children may go, and to what it could still do.
 
-Two others stand beside it: one that is told the goals of the children, and the paper's rule with its prediction.
+Another stands beside it, which is told the goals of the children.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from caregiver_mj.caregivers.foresight.value_table import (
     value_tables,
 )
 from caregiver_mj.caregivers.paper import PaperCaregiver
-from caregiver_mj.caregivers.percept import HORIZON, Assessment, Outlook, Percept, bare_tables
+from caregiver_mj.caregivers.percept import Assessment, Outlook, Percept, bare_tables
 from caregiver_mj.caregivers.told import ToldCaregiver, Truth
 from caregiver_mj.danger.belief import Belief
 from caregiver_mj.interventions.verb import DO_NOTHING, LOOK, STAND_ASIDE, Interventions
@@ -281,34 +281,3 @@ class KnowsGoalCaregiver(ForesightCaregiver, ToldCaregiver):
         novice = self.belief.probability[:, :, :bins].sum(axis=(2, 3), keepdims=True)
         told = novice * at_goal[..., None] * of_epsilon[:, :, None]
         self.belief.probability = np.where(np.arange(goals)[:, None] < bins, told, self.belief.probability)
-
-
-class PaperPredictiveCaregiver(PaperCaregiver):
-    """The rule, equation (2), in which P(reach) is the probability that the child runs into the hazard soon.
-
-    Soon is within `horizon` timesteps.
-
-    That follows from where it is and from what its moves have told of its toy bin and its epsilon. P(safe), and with it
-    what tells between several children, is the paper's.
-    """
-
-    def __init__(self, plan: FloorPlan, seed: int = 0, *, horizon: int = HORIZON):
-        self._horizon = horizon
-        super().__init__(plan, seed)
-
-    def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
-        super().reset(batch, seeds, children)
-        self.belief = Belief(child_chain(self.plan), batch, children, CHANGE)
-
-    def watch(self, percept: Percept) -> None:
-        super().watch(percept)
-        self.belief.watch(percept.previous_cell, percept.previous_action, percept.caregiver_cell)
-
-    def assess(self, percept: Percept) -> Assessment:
-        return dataclasses.replace(super().assess(percept), outlook=self._outlook(percept))
-
-    def reach(self, percept: Percept) -> np.ndarray:
-        return self._outlook(percept).reach(self.plan, percept, self._horizon)
-
-    def _outlook(self, percept: Percept) -> Outlook:
-        return Outlook(child_chain(self.plan), percept.child_cell, self.belief.probability)

@@ -9,7 +9,6 @@ import shutil
 from collections.abc import Iterable
 from typing import Any
 
-import imageio_ffmpeg
 import numpy as np
 import pandas as pd
 import pyarrow as pa
@@ -19,6 +18,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.recording.lerobot import layout
 from caregiver_mj.recording.lerobot.layout import IMAGES, VIDEO, Shard, columns, features, table
 from caregiver_mj.recording.steps import About, Steps
+from caregiver_mj.recording.video import video_writer
 
 _BYTES_A_PIXEL = 0.1  # in the file, about; how large that is while it is being written, nobody can tell
 
@@ -170,7 +170,8 @@ class Film:
             self._shard, self._frames = Shard(self._shard.number + 1), 0
         if self._writer is None:
             path = self._shard.path(self._root, VIDEO, video_key=self._key)
-            self._writer = _writer(path, width, height, self._rate)
+            # Every other frame can be understood by itself, and none needs a later one.
+            self._writer = video_writer(path, width, height, self._rate, "-g", "2", "-bf", "0")
         for frame in frames:
             self._writer.send(np.ascontiguousarray(frame))
         first, self._frames = self._frames, self._frames + len(frames)
@@ -186,19 +187,3 @@ class Film:
         if self._writer is not None:
             self._writer.close()
             self._writer = None
-
-
-def _writer(path: pathlib.Path, width: int, height: int, rate: int) -> Any:
-    """Take frames for a file. Every other frame can be understood by itself, and none needs a later one."""
-    writer = imageio_ffmpeg.write_frames(
-        str(path),
-        (width, height),
-        fps=rate,
-        codec="libx264",
-        quality=None,
-        macro_block_size=2,
-        ffmpeg_log_level="error",
-        output_params=["-preset", "veryfast", "-crf", "20", "-g", "2", "-bf", "0"],
-    )
-    writer.send(None)
-    return writer
