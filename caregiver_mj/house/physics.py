@@ -203,15 +203,12 @@ class Physics(OffscreenRendering, engine.Physics):
 
     def things_in_tray(self) -> np.ndarray:
         """Return whether each is in the robot's tray, bool (things,)."""
-        return np.array([self.is_in_tray(place) for place in self.thing_positions().tolist()], bool)
-
-    def is_in_tray(self, place: Sequence[float]) -> bool:
-        """Return whether a place (3,), m, is in the robot's tray."""
         tray = self.embodiment and self.embodiment.tray
         if not tray:
-            return False
+            return np.zeros(len(self._thing_rows), bool)
         x, y, yaw = self._robot.base[0].tolist()
-        return tray.holds((*to_local((x, y, yaw), (place[0], place[1])), place[2]))
+        places = self.thing_positions().tolist()
+        return np.array([tray.holds((*to_local((x, y, yaw), (p[0], p[1])), p[2])) for p in places], bool)
 
     def robot_touches_thing(self, index: int) -> bool:
         """Return whether the robot touches one of them."""

@@ -49,15 +49,13 @@ class Things:
                 physics.set_thing(i, (*geometry.to_world((x, y, yaw), (ahead, 0.0)), height), yaw)
 
     def take_in(self, physics: Physics, children: Children) -> None:
-        """Take in which have been taken, by the children or into the tray, in the last control timestep."""
+        """Take in what is off the floor, and what children have taken, in the last control timestep."""
         states = self._plan.hazards.split(children.state)[2]
         for i, place in enumerate(physics.thing_positions().tolist()):
-            if self._taken[i] != NOTHING:
+            is_off = self._taken[i] != NOTHING or place[2] > OFF_FLOOR
+            states[i] = State.GONE if is_off else State.AS_PLANNED
+            if is_off:
                 continue
-            if place[2] >= OFF_FLOOR:
-                states[i] = State.GONE if physics.is_in_tray(place) else State.AS_PLANNED
-                continue
-            states[i] = State.AS_PLANNED
             taker = next((k for k, child in enumerate(children) if self._is_at(child.position, place)), NOTHING)
             if taker != NOTHING and not physics.robot_touches_thing(i):
                 self._taken[i], states[i] = taker, State.GONE

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
+import itertools
 import math
 import sys
 from collections.abc import Callable
@@ -36,11 +38,13 @@ AT_FLOOR = 2.0  # seconds that it takes there to feel for the floor and to grip,
 # How much narrower than the thing the fingers are told to close, metres each: with their servos that is 2 to 5 N.
 _SQUEEZE = 0.0012
 _EMPTY = 0.0008  # metres narrower than the thing, both together, at which they have closed on nothing
-# Metres from a child's middle to the hand's way between mid air and tray within which it does not go down there: hand
-# and child have .04 between them then. It must not be able to come there either before the hand is up again, or at
-# least stops, in so many seconds, at so many m/s; one at the base, nearer than so many metres, is held up by that.
-_AT_TRAY, _DOWN_AND_UP, _STOPS, _WALKS, _HELD_UP = 0.25, 2.7, 0.4, 0.45, 0.15
-_BEHIND = 0.5  # of the footprint: so near to its middle a way leads through the base
+# Metres from a child's middle to the hand's way between mid air and tray: within the first it goes no farther down (.02
+# are between the two then), within the second it does not begin, nor within the third when it has been in vain.
+_STOP, _BEGIN, _BEGIN_AGAIN = 0.23, 0.25, 0.27
+# Nor where a child can walk there, at so many m/s, before the hand is up again, or at least stops, seconds. One that is
+# nearer to the base than so many metres is held up by it; so is one whose way leads as near to its middle, as a share
+# of the footprint.
+_WALKS, _DOWN_AND_UP, _STOPS, _HELD_UP, _BEHIND = 0.45, 2.7, 0.4, 0.15, 0.7
 _ANOTHER = 0.8  # radians from its heading from which on that which is away from the child is worth another turn
 _LINGERS = 3.0  # seconds that the hand waits in mid air for a child to go by
 _BESIDE, _LIFTS = 0.3, 2.0  # metres at which a child may not be while it grips and lifts, in so many seconds
@@ -143,7 +147,9 @@ class PickUp(Reaching):
     def _close(self, view: View, robot: RobotMotion) -> Status:
         """Go to just above the floor on which the fingertips stand."""
         floor = self._height(view.arm)
-        if self._child_within(view, _BESIDE, _LIFTS):
+        # One behind the base is held up by that.
+        ahead = tuple(child for child in view.children if geometry.to_local(view.base, child.position)[0] > 0.0)
+        if self._child_within(dataclasses.replace(view, children=ahead), _BESIDE, _LIFTS):
             self._withdraw(view, robot)
             return Status.COMMITTED
         self.tries += 1
@@ -173,16 +179,18 @@ class PickUp(Reaching):
     def _put_in_tray(self, view: View, robot: RobotMotion) -> Status:
         """Go down to the tray and let go; stay in mid air, or come back there, while a child is in the way."""
         is_up, goal = robot.reached == UP, float(robot.reach_path.goal)
-        is_barred = self._way == [goal] and self._child_at_tray(view, _DOWN_AND_UP if is_up else _STOPS)
+        near, seconds = (_BEGIN, _DOWN_AND_UP) if is_up else (_STOP, _STOPS)
+        is_barred = self._way == [goal] and self._child_at_tray(view, near, seconds)
         if not self._is_in_hand(view):
             self._let_go(view, robot)
-        elif is_barred and not is_up:
-            self._carry(view, robot, self._put_in_tray, UP, goal)
+        elif is_barred and (not is_up or view.now > self._since + _LINGERS):
+            self._aside, self._yaw = StandAside(self._navigator), math.inf
+            self._carry(
+                view, robot, self._keep_away, *([] if is_up else [UP]), 0.0, speed=_TURNING if is_up else CARRYING
+            )
             self._since = -math.inf  # at a creep at once, where it must
         elif is_barred:
-            if view.now > self._since + _LINGERS:
-                self._aside, self._yaw = StandAside(self._navigator), math.inf
-                self._carry(view, robot, self._keep_away, 0.0, speed=_TURNING)
+            pass
         elif self._goes_on(view, robot):
             if self._way:
                 self._carry(view, robot, self._put_in_tray, goal)
@@ -201,8 +209,9 @@ class PickUp(Reaching):
         if not self._is_in_hand(view):
             self._let_go(view, robot)
         elif self._way:
-            self._goes_on(view, robot)
-        elif robot.moving or self._child_at_tray(view, _DOWN_AND_UP):
+            if self._goes_on(view, robot) and self._way:
+                self._carry(view, robot, self._keep_away, *self._way, speed=_TURNING)
+        elif robot.moving or self._child_at_tray(view, _BEGIN_AGAIN, _DOWN_AND_UP):
             self._step_aside(view, robot)
         else:
             robot.stop_turning()
@@ -211,7 +220,7 @@ class PickUp(Reaching):
 
     def _step_aside(self, view: View, robot: RobotMotion) -> None:
         """Get away from the children, and turn what the hand passes over away from the nearest, be it at a creep."""
-        (x, y), place = _way_to_tray(arm_of(self.embodiment))[1], view.base[:2]
+        (x, y), place = _way_to_tray(arm_of(self.embodiment))[2], view.base[:2]
         child = min((child.position for child in view.children), key=functools.partial(math.dist, place))
         yaw = math.atan2(place[1] - child[1], place[0] - child[0]) - math.atan2(y, x)
         if math.isinf(self._yaw) or abs(math.remainder(yaw - self._yaw, math.tau)) > _ANOTHER:
@@ -258,22 +267,27 @@ class PickUp(Reaching):
 
     def _child_within(self, view: View, distance: float, seconds: float) -> bool:
         return (
-            self._child_at_tray(view, seconds) if self._is_at_tray else super()._child_within(view, distance, seconds)
+            self._child_at_tray(view, _STOP, seconds)
+            if self._is_at_tray
+            else super()._child_within(view, distance, seconds)
         )
 
-    def _child_at_tray(self, view: View, seconds: float) -> bool:
-        """Whether a child is, or can be within seconds, where the hand moves between mid air and the tray.
+    def _child_at_tray(self, view: View, near: float, seconds: float) -> bool:
+        """Whether a child is so near to the hand's way between mid air and tray, or can be within seconds.
 
         It cannot if the base is in between.
         """
-        up, middle, over = (geometry.to_world(view.base, place) for place in _way_to_tray(arm_of(self.embodiment)))
-        footprint = self.embodiment.footprint
+        way = [geometry.to_world(view.base, place) for place in _way_to_tray(arm_of(self.embodiment))]
+        near, middle = near + view.unsure, way[len(way) // 2]
         for child in view.children:
-            off = min(geometry.distance_to_line(child.position, *line) for line in ((up, middle), (middle, over)))
-            off -= _AT_TRAY + view.unsure
-            is_behind = geometry.distance_to_line(view.base[:2], child.position, middle) < _BEHIND * footprint
-            comes = off < _WALKS * seconds and not is_behind and gap_to(view.base, self.embodiment, child) > _HELD_UP
-            if off < 0.0 or comes:
+            if any(geometry.distance_to_line(child.position, *line) < near for line in itertools.pairwise(way)):
+                return True
+            past = geometry.distance_to_line(view.base[:2], child.position, middle)
+            is_free = (
+                past > _BEHIND * self.embodiment.footprint and gap_to(view.base, self.embodiment, child) > _HELD_UP
+            )
+            off = geometry.distance_to_line(child.position, way[0], middle)
+            if is_free and off < near + _WALKS * seconds:
                 return True
         return False
 
@@ -294,6 +308,6 @@ class PickUp(Reaching):
 
 @functools.cache
 def _way_to_tray(arm: Arm) -> list[Vector]:
-    """Return where the hand is in mid air, half way to the tray, and over that, (x, y) in the base's frame."""
+    """Return where the hand is from mid air on until it is over the tray, (x, y) in the base's frame."""
     path = tray_path(arm)
-    return [(x, y) for x, y, _ in (arm.pinch(path.joints(s)).tolist() for s in np.linspace(UP, path.goal, 3))]
+    return [(x, y) for x, y, _ in (arm.pinch(path.joints(s)).tolist() for s in np.linspace(UP, path.goal, 5))]
