@@ -15,7 +15,9 @@ from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, State
 from caregiver_mj.policy.pace import picking_up_time
+from caregiver_mj.robot import geometry
 from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.reach import UP
 from caregiver_mj.robot.skills import PickUp
 
 ROOM = FloorPlan.parse("########\n#B....S#\n#.o....#\n#......#\n#..T...#\n########", "room")
@@ -129,6 +131,45 @@ def test_the_hand_comes_back_before_a_child_that_comes():
         assert skill.tries == 0
         assert env.physics.time() < 60.0
     assert env.task.strikes == 0
+
+
+def lifted(robot):
+    """An episode in which the robot holds a battery in mid air, before its hand goes to the tray."""
+    env, policy, step = picking(robot)
+    while not (skill := skill_of(policy)) or not skill.tries or policy.robot.reached != UP:
+        step = env.step(policy(step))
+    return env, policy, step
+
+
+def stand(env, angle):
+    """Have the child stand at the base, at an angle from where that is heading to, degrees."""
+    x, y, yaw = env.physics.base_position()
+    away, yaw = env.physics.embodiment.footprint + 0.14, yaw + np.radians(angle)
+    env.task.children[0].put_at(x + away * np.cos(yaw), y + away * np.sin(yaw))
+
+
+@pytest.mark.parametrize(("robot", "angle"), [("mobile_fr3", 90), ("mobile_fr3", 180), ("mobile_ur5e", -90)])
+def test_the_hand_goes_to_the_tray_past_a_child_that_stands_at_the_base(robot, angle):
+    env, policy, step = lifted(robot)
+    stand(env, angle)
+    since = env.physics.time()
+    while not env.physics.things_in_tray().any():
+        step = env.step(policy(step))
+        assert env.physics.time() < since + 4.0
+    assert env.task.strikes == env.task.contacts.strikes_surface == 0
+
+
+def test_the_base_turns_the_tray_away_from_a_child_that_stays_before_it():
+    env, policy, step = lifted("mobile_fr3")
+    stand(env, 0)
+    since = env.physics.time()
+    while not env.physics.things_in_tray().any():
+        step = env.step(policy(step))
+        assert env.physics.time() < since + 40.0
+    x, y, yaw = env.physics.base_position()
+    place = geometry.to_local((x, y, yaw), env.task.children[0].position)
+    assert abs(np.degrees(np.arctan2(place[1], place[0]))) > 35.0
+    assert env.task.strikes == env.task.contacts.strikes_surface == 0
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
