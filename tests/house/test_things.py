@@ -55,9 +55,10 @@ def test_a_child_takes_what_lies_in_the_cell_that_it_enters_and_is_hurt_once():
     assert step.observation["battery_position"][0, 2] == pytest.approx(0.0, abs=1e-6)
 
 
-def picking(robot, friction=None, cell=(1, 5)):
+def picking(robot, friction=None, cell=(1, 5), sensing=None):
     """An episode in which the caregiver picks a battery up, the child standing far away."""
-    env = caregiver_mj.load("supervise", ROOM, 0.5, random=1, task_kwargs={"embodiment": robot}, visuals=False)
+    kwargs = {"embodiment": robot, "sensing": sensing}
+    env = caregiver_mj.load("supervise", ROOM, 0.5, random=1, task_kwargs=kwargs, visuals=False)
     model = env.physics.model.ptr
     for geom in range(model.ngeom):
         name = model.geom(geom).name
@@ -131,6 +132,15 @@ def test_the_hand_comes_back_before_a_child_that_comes():
         assert skill.tries == 0
         assert env.physics.time() < 60.0
     assert env.task.strikes == 0
+
+
+def test_what_is_seen_late_and_with_errors_is_picked_up_at_once_all_the_same():
+    sensing = {"candle": {"noise": 0.005, "bias": 0.0025}, "delay": 0.03}
+    env, policy, step = picking("mobile_fr3", sensing=sensing)
+    while not env.physics.things_in_tray().any():
+        step = env.step(policy(step))
+        assert env.physics.time() < 30.0
+    assert skill_of(policy).tries == 1
 
 
 def lifted(robot):

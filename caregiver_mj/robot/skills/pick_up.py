@@ -48,7 +48,7 @@ _WALKS, _DOWN_AND_UP, _STOPS, _HELD_UP, _BEHIND = 0.45, 2.7, 0.4, 0.15, 0.7
 _ANOTHER = 0.8  # radians from its heading from which on that which is away from the child is worth another turn
 _LINGERS = 3.0  # seconds that the hand waits in mid air for a child to go by
 _BESIDE, _LIFTS = 0.3, 2.0  # metres at which a child may not be while it grips and lifts, in so many seconds
-_IN_HAND = 0.05  # metres from the pinch point within which what they hold is seen
+_IN_HAND = 0.15  # metres from the pinch point within which what they hold is seen: late, where with errors
 _STRAYED = 0.006  # metres that it may be from where the stance aims
 _UNSURE = 0.01  # metres that it may seem to be outside of the tray
 
@@ -162,7 +162,8 @@ class PickUp(Reaching):
 
     def _grip(self, view: View, robot: RobotMotion) -> Status:
         robot.grip(layout.THING_RADIUS - _SQUEEZE)
-        self._until = view.now + _FIRM
+        slower = robot.grip_time / self.embodiment.grasp.grip_time  # where it is not seen exactly
+        self._until = view.now + slower * _FIRM
         self._carry(view, robot, self._lift, UP)
         return Status.COMMITTED
 
