@@ -59,7 +59,8 @@ class PickUp(Reaching):
     The base stands still while the arm is out. The hand feels for the floor, so that the fingers close below the middle
     of what is thin. It stops while a child is near, and comes back before one that comes. In mid air it is over their
     heads. From there it goes down to the tray where no child is in its way; else the base gets away from the child with
-    the hand tucked, and turns the tray away from it. What fails is tried three times.
+    the hand tucked, and turns the tray away from it, however long that takes: it holds what it has got. What fails is
+    tried three times.
 
     Attributes:
         thing: Its number among those on the floor.
