@@ -187,6 +187,7 @@ class PickUp(Reaching):
             self._let_go(view, robot)
         elif is_barred and (not is_up or view.now > self._since + _LINGERS):
             self._aside, self._yaw = StandAside(self._navigator), math.inf
+            robot.turn_gently()  # or it slips out
             self._carry(
                 view, robot, self._keep_away, *([] if is_up else [UP]), 0.0, speed=_TURNING if is_up else CARRYING
             )
