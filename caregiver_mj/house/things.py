@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+
 import numpy as np
 
 from caregiver_mj.house.children import Children
@@ -9,9 +12,11 @@ from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, State, Where
 from caregiver_mj.robot import geometry
+from caregiver_mj.robot.geometry import Vector
 from caregiver_mj.robot.view import OFF_FLOOR
 
 _OFFSET = 0.2  # metres off the middle of its cell at the start, at most, in x and in y
+_FARTHEST = 1.5  # cells between two points of one cell, and more
 _MOUTH = 0.09, 0.62  # metres ahead of a child's axis, and above the floor: inside its body, where nothing touches it
 
 
@@ -44,14 +49,20 @@ class Things:
                 physics.set_thing(i, (*geometry.to_world((x, y, yaw), (ahead, 0.0)), height), yaw)
 
     def take_in(self, physics: Physics, children: Children) -> None:
-        """Take in which have been taken, by the children or into the tray, in the last control timestep."""
-        in_tray, places = physics.things_in_tray(), physics.thing_positions()
-        cells = [self._plan.cell_at(np.array(child.position)) for child in children]
-        for i, place in enumerate(places):
-            lies = self._taken[i] == NOTHING and place[2] < OFF_FLOOR
-            if lies and (cell := self._plan.cell_at(place[:2])) in cells and not physics.robot_touches_thing(i):
-                self._taken[i] = cells.index(cell)
-                children.hurt(self._taken[i], self._kinds[i])
+        """Take in what is off the floor, and what children have taken, in the last control timestep."""
+        states = self._plan.hazards.split(children.state)[2]
+        for i, place in enumerate(physics.thing_positions().tolist()):
+            is_off = self._taken[i] != NOTHING or place[2] > OFF_FLOOR
+            states[i] = State.GONE if is_off else State.AS_PLANNED
+            if is_off:
+                continue
+            taker = next((k for k, child in enumerate(children) if self._is_at(child.position, place)), NOTHING)
+            if taker != NOTHING and not physics.robot_touches_thing(i):
+                self._taken[i], states[i] = taker, State.GONE
+                children.hurt(taker, self._kinds[i])
                 self.go_along(physics)
-        gone = in_tray | (np.array(self._taken) != NOTHING)
-        self._plan.hazards.split(children.state)[2][:] = np.where(gone, State.GONE, State.AS_PLANNED)
+
+    def _is_at(self, child: Vector, place: Sequence[float]) -> bool:
+        """Whether a child is in the cell of a place."""
+        is_near = math.dist(child, place[:2]) < _FARTHEST * self._plan.cell_size
+        return is_near and self._plan.cell_at(child) == self._plan.cell_at(place)

@@ -100,7 +100,8 @@ class Request:
 
     def _check_counts(self) -> None:
         """Raise FloorPlanError if there is nothing to protect a child from, or nowhere to take it."""
-        nothing = not any(getattr(self, field) for field in _ADDED)
+        drawn = self.home and self.batteries is None  # one at least
+        nothing = not (drawn or any(getattr(self, field) for field in _ADDED))
         if nothing and self.stairwells == self.candles == 0:
             raise self.error(
                 "stairwells and candles must be at least 1 together, got none: there is nothing to protect a child from"

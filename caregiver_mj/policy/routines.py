@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable
 
 import numpy as np
@@ -132,8 +133,26 @@ class Routine:
         """Return what comes after a skill that has ended with a status: RUNNING if there is another one."""
         return status
 
+    def is_barred(self, status: Status, view: View) -> bool:
+        """Whether a skill has failed for a way that is closed, which opens again, and there is nothing else to do."""
+        return status is Status.FAILED and self.means.takes_orders and self.skill.driver.patience.is_over(view.now)
+
     def hear(self, percept: Percept, wanted: Intervention) -> None:
         """Take note, with a candle in the hand, of what the caregiver would want now."""
+
+
+class Persisting(Routine):
+    """One that sets about it anew where its way was closed, and there is nothing else to do."""
+
+    def __init__(self, means: Means, intervention: Intervention, make_skill: Callable[[], Skill]):
+        super().__init__(means, intervention, make_skill())
+        self._make_skill = make_skill
+
+    def after(self, status: Status, view: View, see: Callable[[], Percept]) -> Status:
+        if not self.is_barred(status, view):
+            return status
+        self.skill = self._make_skill()
+        return Status.RUNNING
 
 
 class Relocating(Routine):
@@ -153,9 +172,7 @@ class Relocating(Routine):
             self.skill = skills.Retrieve(navigator, retrievals, self.candle, pitch)
             return Status.RUNNING
         if not isinstance(self.skill, skills.Place):
-            # A way that is closed opens again, and there is nothing else to do meanwhile.
-            is_barred = status is Status.FAILED and self.skill.driver.patience.is_over(view.now)
-            if is_barred and self.means.takes_orders:
+            if self.is_barred(status, view):
                 self.skill, self.activity = _fetching(self.means, self.candle, view, see())
                 return Status.RUNNING
             if status is not Status.DONE:
@@ -254,7 +271,8 @@ def _block(means: Means, intervention: Intervention, *_: object) -> Routine:
 
 def _close(means: Means, intervention: Intervention, *_: object) -> Routine:
     opening = means.plan.hazards.among(Where.OPENING, intervention.hazard)
-    return Routine(means, intervention, skills.Close(means.navigator, opening - len(means.plan.landings)))
+    gate = opening - len(means.plan.landings)
+    return Persisting(means, intervention, functools.partial(skills.Close, means.navigator, gate))
 
 
 def _look(means: Means, intervention: Intervention, *_: object) -> Routine:
@@ -264,7 +282,8 @@ def _look(means: Means, intervention: Intervention, *_: object) -> Routine:
 
 def _pick_up(means: Means, intervention: Intervention, *_: object) -> Routine:
     thing = means.plan.hazards.among(Where.FLOOR, intervention.hazard)
-    return Routine(means, intervention, skills.PickUp(means.navigator, means.retrievals, thing))
+    make_skill = functools.partial(skills.PickUp, means.navigator, means.retrievals, thing)
+    return Persisting(means, intervention, make_skill)
 
 
 # The robot's half of each verb: makes a routine by what the robot sees at the beginning, and the caregiver.

@@ -58,6 +58,7 @@ class Errand(Caregiver):
     """
 
     hazard = NOTHING
+    takes_orders = True
 
     def choose(self, percept: Percept) -> np.ndarray:
         shut, gone = (None if seen is None else seen[0] for seen in (percept.shut, percept.gone))

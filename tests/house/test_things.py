@@ -15,7 +15,9 @@ from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, State
 from caregiver_mj.policy.pace import picking_up_time
+from caregiver_mj.robot import geometry
 from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.reach import UP
 from caregiver_mj.robot.skills import PickUp
 
 ROOM = FloorPlan.parse("########\n#B....S#\n#.o....#\n#......#\n#..T...#\n########", "room")
@@ -53,9 +55,10 @@ def test_a_child_takes_what_lies_in_the_cell_that_it_enters_and_is_hurt_once():
     assert step.observation["battery_position"][0, 2] == pytest.approx(0.0, abs=1e-6)
 
 
-def picking(robot, friction=None, cell=(1, 5)):
+def picking(robot, friction=None, cell=(1, 5), sensing=None):
     """An episode in which the caregiver picks a battery up, the child standing far away."""
-    env = caregiver_mj.load("supervise", ROOM, 0.5, random=1, task_kwargs={"embodiment": robot}, visuals=False)
+    kwargs = {"embodiment": robot, "sensing": sensing}
+    env = caregiver_mj.load("supervise", ROOM, 0.5, random=1, task_kwargs=kwargs, visuals=False)
     model = env.physics.model.ptr
     for geom in range(model.ngeom):
         name = model.geom(geom).name
@@ -129,6 +132,54 @@ def test_the_hand_comes_back_before_a_child_that_comes():
         assert skill.tries == 0
         assert env.physics.time() < 60.0
     assert env.task.strikes == 0
+
+
+def test_what_is_seen_late_and_with_errors_is_picked_up_at_once_all_the_same():
+    sensing = {"candle": {"noise": 0.005, "bias": 0.0025}, "delay": 0.03}
+    env, policy, step = picking("mobile_fr3", sensing=sensing)
+    while not env.physics.things_in_tray().any():
+        step = env.step(policy(step))
+        assert env.physics.time() < 30.0
+    assert skill_of(policy).tries == 1
+
+
+def lifted(robot):
+    """An episode in which the robot holds a battery in mid air, before its hand goes to the tray."""
+    env, policy, step = picking(robot)
+    while not (skill := skill_of(policy)) or not skill.tries or policy.robot.reached != UP:
+        step = env.step(policy(step))
+    return env, policy, step
+
+
+def stand(env, angle):
+    """Have the child stand at the base, at an angle from where that is heading to, degrees."""
+    x, y, yaw = env.physics.base_position()
+    away, yaw = env.physics.embodiment.footprint + 0.14, yaw + np.radians(angle)
+    env.task.children[0].put_at(x + away * np.cos(yaw), y + away * np.sin(yaw))
+
+
+@pytest.mark.parametrize(("robot", "angle"), [("mobile_fr3", 90), ("mobile_fr3", 180), ("mobile_ur5e", -90)])
+def test_the_hand_goes_to_the_tray_past_a_child_that_stands_at_the_base(robot, angle):
+    env, policy, step = lifted(robot)
+    stand(env, angle)
+    since = env.physics.time()
+    while not env.physics.things_in_tray().any():
+        step = env.step(policy(step))
+        assert env.physics.time() < since + 4.0
+    assert env.task.strikes == env.task.contacts.strikes_surface == 0
+
+
+def test_the_base_turns_the_tray_away_from_a_child_that_stays_before_it():
+    env, policy, step = lifted("mobile_fr3")
+    stand(env, 0)
+    since = env.physics.time()
+    while not env.physics.things_in_tray().any():
+        step = env.step(policy(step))
+        assert env.physics.time() < since + 40.0
+    x, y, yaw = env.physics.base_position()
+    place = geometry.to_local((x, y, yaw), env.task.children[0].position)
+    assert abs(np.degrees(np.arctan2(place[1], place[0]))) > 35.0
+    assert env.task.strikes == env.task.contacts.strikes_surface == 0
 
 
 @pytest.mark.parametrize("robot", ROBOTS)

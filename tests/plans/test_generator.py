@@ -260,6 +260,10 @@ def test_about_half_of_the_stairs_in_homes_have_an_open_gate_and_half_of_the_thi
         assert some / (some + rest) == pytest.approx(0.5, abs=0.05)
 
 
+def test_a_home_needs_neither_stairs_nor_candles():
+    assert set(FloorPlan.load("home-1-stairwells0-candles0").text) == set("#.oTB\n")
+
+
 def test_a_house_has_as_many_gates_mugs_and_batteries_as_are_asked_for():
     plan = FloorPlan.load("house-17-14x12-stairwells1-candles1-tables2-gates1-mugs2-batteries3")
     assert [plan.text.count(symbol) for symbol in "SGCMTo"] == [1, 1, 1, 2, 2, 3]
@@ -279,6 +283,7 @@ def test_a_house_has_as_many_gates_mugs_and_batteries_as_are_asked_for():
         (Request(0, candles=-2), "candles must be at least 0, got -2"),
         (Request(0, stairwells=0, candles=0), "there is nothing to protect a child from"),
         (Request(0, stairwells=0, tables=0), "there is nothing to protect a child from"),
+        (Request(0, stairwells=0, candles=0, batteries=0, home=True), "there is nothing to protect a child from"),
         (Request(0, candles=2, tables=0), "there is nowhere to take it"),
         (Request(0, mugs=2, tables=0), "tables must be at least 1 with a mug"),
         (

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
+import itertools
 import math
 import sys
 from collections.abc import Callable
@@ -12,11 +14,13 @@ import numpy as np
 from caregiver_mj.plans import layout
 from caregiver_mj.robot import geometry
 from caregiver_mj.robot.driver import TIME_OUT, Driver
-from caregiver_mj.robot.kinematics import ATTEMPTS, arm_of, hand_position
+from caregiver_mj.robot.geometry import Vector
+from caregiver_mj.robot.kinematics import ATTEMPTS, Arm, arm_of, hand_position
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.reach import LOW, UP, share_at, tray_path
 from caregiver_mj.robot.retrieval import RetrievalPlanner, Search, Stance
+from caregiver_mj.robot.separation import gap_to
 from caregiver_mj.robot.skills.reaching import Reaching
 from caregiver_mj.robot.skills.skill import StandAside
 from caregiver_mj.robot.status import Status
@@ -34,8 +38,17 @@ AT_FLOOR = 2.0  # seconds that it takes there to feel for the floor and to grip,
 # How much narrower than the thing the fingers are told to close, metres each: with their servos that is 2 to 5 N.
 _SQUEEZE = 0.0012
 _EMPTY = 0.0008  # metres narrower than the thing, both together, at which they have closed on nothing
-_AT_TRAY = 0.6  # metres from a child to the hand, or the arm, within which it does not go down to the tray
-_IN_HAND = 0.05  # metres from the pinch point within which what they hold is seen
+# Metres from a child's middle to the hand's way between mid air and tray: within the first it goes no farther down (.02
+# are between the two then), within the second it does not begin, nor within the third when it has been in vain.
+_STOP, _BEGIN, _BEGIN_AGAIN = 0.23, 0.25, 0.27
+# Nor where a child can walk there, at so many m/s, before the hand is up again, or at least stops, seconds. One that is
+# nearer to the base than so many metres is held up by it; so is one whose way leads as near to its middle, as a share
+# of the footprint.
+_WALKS, _DOWN_AND_UP, _STOPS, _HELD_UP, _BEHIND = 0.45, 2.7, 0.4, 0.15, 0.7
+_ANOTHER = 0.8  # radians from its heading from which on that which is away from the child is worth another turn
+_LINGERS = 3.0  # seconds that the hand waits in mid air for a child to go by
+_BESIDE, _LIFTS = 0.3, 2.0  # metres at which a child may not be while it grips and lifts, in so many seconds
+_IN_HAND = 0.15  # metres from the pinch point within which what they hold is seen: late, where with errors
 _STRAYED = 0.006  # metres that it may be from where the stance aims
 _UNSURE = 0.01  # metres that it may seem to be outside of the tray
 
@@ -44,9 +57,10 @@ class PickUp(Reaching):
     """Picks something small up off the floor, and lets it fall into the tray. Done when it is seen there.
 
     The base stands still while the arm is out. The hand feels for the floor, so that the fingers close below the middle
-    of what is thin. It stops while a child is near, and comes back before one that comes. With the thing in it, over a
-    child's head, the base then gets away from the child before the hand goes down to the tray. What fails is tried
-    three times.
+    of what is thin. It stops while a child is near, and comes back before one that comes. In mid air it is over their
+    heads. From there it goes down to the tray where no child is in its way; else the base gets away from the child with
+    the hand tucked, and turns the tray away from it, however long that takes: it holds what it has got. What fails is
+    tried three times.
 
     Attributes:
         thing: Its number among those on the floor.
@@ -63,7 +77,8 @@ class PickUp(Reaching):
         self._stage: Callable[[View, RobotMotion], Status] = self._approach
         self._way: list[float] = []  # of the hand on its path, to go to one after the other
         self._speed = math.inf  # of that at most
-        self._aside = StandAside(navigator)
+        self._aside, self._yaw = StandAside(navigator), math.inf  # and the heading that it is to have there
+        self._is_at_tray = False  # whether the hand's path leads to the tray
         self._until, self._failures = 0.0, 0
 
     @property
@@ -88,7 +103,8 @@ class PickUp(Reaching):
             return self._choose_stance(view)
         x, y, yaw = self._stance.base
         status = self.driver.drive(view, robot, (x, y), self._navigator.nearest_cell((x, y)), yaw)
-        if status is not Status.DONE or robot.reached > 0.0 or not self._is_alone(view):
+        self._is_at_tray = False
+        if status is not Status.DONE or robot.reached > 0.0 or self._child_comes(view):
             return Status.RUNNING if status is Status.DONE else status
         robot.reach_along(self._stance.path)
         goal = float(robot.reach_path.goal)
@@ -115,13 +131,13 @@ class PickUp(Reaching):
 
     def _go_down(self, view: View, robot: RobotMotion) -> Status:
         """Reach over the thing, and feel for the floor."""
-        path, feels = robot.reach_path, len(self._way) == 1
+        path, feels, comes = robot.reach_path, len(self._way) == 1, self._child_comes(view)
         if feels and self._height(view.arm) - self._height(path.joints(robot.reached)) > _TOUCHED:
             robot.stop_reaching()
             self._until, self._stage = view.now + _SETTLES, self._close
-        elif self._child_comes(view) or view.things_gone[self.thing]:
+        elif view.things_gone[self.thing] or (comes and (robot.reached > UP or view.now > self._since + TIME_OUT)):
             self._withdraw(view, robot)
-        elif self._goes_on(view, robot):
+        elif (not comes or self._way[0] == UP) and self._goes_on(view, robot):
             if feels:  # there is no floor
                 self._withdraw(view, robot)
             elif self._way == [path.goal]:
@@ -132,6 +148,11 @@ class PickUp(Reaching):
     def _close(self, view: View, robot: RobotMotion) -> Status:
         """Go to just above the floor on which the fingertips stand."""
         floor = self._height(view.arm)
+        # One behind the base is held up by that.
+        ahead = tuple(child for child in view.children if geometry.to_local(view.base, child.position)[0] > 0.0)
+        if self._child_within(dataclasses.replace(view, children=ahead), _BESIDE, _LIFTS):
+            self._withdraw(view, robot)
+            return Status.COMMITTED
         self.tries += 1
         if floor > _ON_FLOOR:
             self._withdraw(view, robot)
@@ -142,7 +163,8 @@ class PickUp(Reaching):
 
     def _grip(self, view: View, robot: RobotMotion) -> Status:
         robot.grip(layout.THING_RADIUS - _SQUEEZE)
-        self._until = view.now + _FIRM
+        slower = robot.grip_time / self.embodiment.grasp.grip_time  # where it is not seen exactly
+        self._until = view.now + slower * _FIRM
         self._carry(view, robot, self._lift, UP)
         return Status.COMMITTED
 
@@ -152,22 +174,30 @@ class PickUp(Reaching):
             self._let_go(view, robot)
         elif self._goes_on(view, robot) and not self._way:
             robot.reach_along(tray_path(arm_of(self.embodiment)))
-            if self._child_comes(view):
-                self._evade(view, robot)
-            else:
-                self._carry(view, robot, self._put_in_tray, float(robot.reach_path.goal))
+            self._is_at_tray = True
+            self._carry(view, robot, self._put_in_tray, float(robot.reach_path.goal))
         return Status.COMMITTED
 
     def _put_in_tray(self, view: View, robot: RobotMotion) -> Status:
-        """Go down to the tray and let go, unless a child is there."""
-        robot.reach(self._way[0], speed=self._speed)
+        """Go down to the tray and let go; stay in mid air, or come back there, while a child is in the way."""
+        is_up, goal = robot.reached == UP, float(robot.reach_path.goal)
+        near, seconds = (_BEGIN, _DOWN_AND_UP) if is_up else (_STOP, _STOPS)
+        is_barred = self._way == [goal] and self._child_at_tray(view, near, seconds)
         if not self._is_in_hand(view):
             self._let_go(view, robot)
-        elif self._child_within(view, _AT_TRAY, 0.0):
-            self._evade(view, robot)
-        elif robot.reached == self._way[0]:
-            del self._way[0]
-            if not self._way:
+        elif is_barred and (not is_up or view.now > self._since + _LINGERS):
+            self._aside, self._yaw = StandAside(self._navigator), math.inf
+            robot.turn_gently()  # or it slips out
+            self._carry(
+                view, robot, self._keep_away, *([] if is_up else [UP]), 0.0, speed=_TURNING if is_up else CARRYING
+            )
+            self._since = -math.inf  # at a creep at once, where it must
+        elif is_barred:
+            pass
+        elif self._goes_on(view, robot):
+            if self._way:
+                self._carry(view, robot, self._put_in_tray, goal)
+            else:
                 self._let_go(view, robot)
         return Status.COMMITTED
 
@@ -175,28 +205,34 @@ class PickUp(Reaching):
         robot.grip(self.embodiment.grasp.open)
         self._until = view.now + _FALLS
         self._withdraw(view, robot)
-
-    def _evade(self, view: View, robot: RobotMotion) -> None:
-        self._aside = StandAside(self._navigator)
-        self._carry(view, robot, self._keep_away, *([UP] if robot.reached > UP else []), speed=_TURNING)
+        self._since = -math.inf if self._is_at_tray else view.now
 
     def _keep_away(self, view: View, robot: RobotMotion) -> Status:
-        """Get away from the children, and for a while from one that follows, with the thing over their heads."""
+        """Get away from the children with the thing over their heads, until none is in the hand's way to the tray."""
         if not self._is_in_hand(view):
             self._let_go(view, robot)
-            return Status.COMMITTED
-        if self._way:
-            self._goes_on(view, robot)
-            return Status.COMMITTED
-        if robot.reached > 0.0:  # first, and slowly
-            robot.reach(0.0, speed=self._speed)
-            return Status.COMMITTED
-        self._aside.step(view, robot)
-        is_late = view.now > self._since + TIME_OUT
-        is_clear = self._is_alone(view) or (is_late and not self._child_within(view, _AT_TRAY, 0.0))
-        if is_clear and not robot.moving:
+        elif self._way:
+            if self._goes_on(view, robot) and self._way:
+                self._carry(view, robot, self._keep_away, *self._way, speed=_TURNING)
+        elif robot.moving or self._child_at_tray(view, _BEGIN_AGAIN, _DOWN_AND_UP):
+            self._step_aside(view, robot)
+        else:
+            robot.stop_turning()
             self._carry(view, robot, self._put_in_tray, UP, float(robot.reach_path.goal), speed=_TURNING)
         return Status.COMMITTED
+
+    def _step_aside(self, view: View, robot: RobotMotion) -> None:
+        """Get away from the children, and turn what the hand passes over away from the nearest, be it at a creep."""
+        (x, y), place = _way_to_tray(arm_of(self.embodiment))[2], view.base[:2]
+        child = min((child.position for child in view.children), key=functools.partial(math.dist, place))
+        yaw = math.atan2(place[1] - child[1], place[0] - child[0]) - math.atan2(y, x)
+        if math.isinf(self._yaw) or abs(math.remainder(yaw - self._yaw, math.tau)) > _ANOTHER:
+            self._yaw = yaw
+        is_near = math.dist(child, place) <= self.embodiment.clearances.child_turning
+        self._aside.yaw = None if is_near else self._yaw
+        self._aside.step(view, robot)
+        if is_near and self._navigator.clearance.can_turn(place):
+            robot.turn_to(self._yaw)
 
     def _withdraw(self, view: View, robot: RobotMotion) -> None:
         """Have the hand come back by the poses that it went out by."""
@@ -223,10 +259,40 @@ class PickUp(Reaching):
 
     def _goes_on(self, view: View, robot: RobotMotion) -> bool:
         """Move the hand on along its way; return whether it has just come to the next pose of that."""
-        is_there = self._reach(view, robot, self._way[0], self._speed)
+        if max(robot.reached, self._way[0]) <= UP:  # over the children's heads
+            robot.reach(self._way[0], speed=self._speed)
+            is_there = robot.reached == self._way[0]
+        else:
+            is_there = self._reach(view, robot, self._way[0], self._speed)
         if is_there:
             del self._way[0]
         return is_there
+
+    def _child_within(self, view: View, distance: float, seconds: float) -> bool:
+        return (
+            self._child_at_tray(view, _STOP, seconds)
+            if self._is_at_tray
+            else super()._child_within(view, distance, seconds)
+        )
+
+    def _child_at_tray(self, view: View, near: float, seconds: float) -> bool:
+        """Whether a child is so near to the hand's way between mid air and tray, or can be within seconds.
+
+        It cannot if the base is in between.
+        """
+        way = [geometry.to_world(view.base, place) for place in _way_to_tray(arm_of(self.embodiment))]
+        near, middle = near + view.unsure, way[len(way) // 2]
+        for child in view.children:
+            if any(geometry.distance_to_line(child.position, *line) < near for line in itertools.pairwise(way)):
+                return True
+            past = geometry.distance_to_line(view.base[:2], child.position, middle)
+            is_free = (
+                past > _BEHIND * self.embodiment.footprint and gap_to(view.base, self.embodiment, child) > _HELD_UP
+            )
+            off = geometry.distance_to_line(child.position, way[0], middle)
+            if is_free and off < near + _WALKS * seconds:
+                return True
+        return False
 
     def _height(self, joints: np.ndarray) -> float:
         """How high above the floor the fingertips of a hand that points down are, metres."""
@@ -241,3 +307,10 @@ class PickUp(Reaching):
         x, y, z = self._place(view).tolist()
         tray = self.embodiment.tray
         return tray is not None and tray.holds((*geometry.to_local(view.base, (x, y)), z), _UNSURE)
+
+
+@functools.cache
+def _way_to_tray(arm: Arm) -> list[Vector]:
+    """Return where the hand is from mid air on until it is over the tray, (x, y) in the base's frame."""
+    path = tray_path(arm)
+    return [(x, y) for x, y, _ in (arm.pinch(path.joints(s)).tolist() for s in np.linspace(UP, path.goal, 5))]

@@ -59,11 +59,13 @@ class StandAside(Skill):
 
     Attributes:
         cell: Where it keeps; None before the first step.
+        yaw: The heading that it is to have there, radians; None if any will do.
     """
 
     def __init__(self, navigator: Navigator):
         super().__init__(navigator)
         self.cell: Cell | None = None
+        self.yaw: float | None = None
 
     def _act(self, view: View, robot: RobotMotion) -> Status:
         robot.reach(0.0)
@@ -72,7 +74,9 @@ class StandAside(Skill):
             here = navigator.nearest_cell(view.base[:2])
             children = [plan.cell_at(child.position) for child in view.children]
             self.cell = navigator.refuge(here, children, child_cells(view.children, plan)) or here
-        self.driver.drive(view, robot, navigator.centres[self.cell], self.cell, robot.yaw)
+        self.driver.drive(
+            view, robot, navigator.centres[self.cell], self.cell, robot.yaw if self.yaw is None else self.yaw
+        )
         return Status.RUNNING
 
 
