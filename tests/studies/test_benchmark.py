@@ -4,9 +4,7 @@ import time
 
 import pytest
 
-from studies import benchmark
 from studies.benchmark import Clock, Scene, dissect
-from study import main
 
 
 def test_a_clock_stands_still_while_another_runs_and_is_taken_off_again():
@@ -51,13 +49,3 @@ def test_the_parts_make_up_the_whole(scene):
     assert found["share of the loop"].sum() == pytest.approx(1.0)
     assert found.loc["physics", "calls"] == scene.steps == 200
     assert found["us a control step"].sum() < 1e6
-
-
-def test_both_sections_are_printed(capsys, monkeypatch):
-    for name in ("HOUSES", "PLANS"):
-        monkeypatch.setattr(benchmark, name, ("paper",))
-    main(["benchmark", "--seconds", "1", "--repeats", "1"])
-    out = capsys.readouterr().out
-    assert out.index("\npaper ") < out.index("\nmanipulator:bring_ball") < out.index("\ncaregiver: a decision")
-    assert "peak, MB" in out
-    assert "nan" not in out.lower()

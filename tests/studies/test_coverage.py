@@ -4,13 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from caregiver_mj.plans.floor_plan import FloorPlan
-from studies.coverage import METHODS, Coverage, draw, draw_pairs, fieller, misses, page, ratio, run_pool
-
-SMALL = Coverage(
-    houses=("paper", "apartment"), samples=20, episodes=40, sizes=(5, 20), epsilons=(1.0, 0.05),
-    house_samples=2, house_set="train-2", in_house=5, house_epsilons=(1.0, 0.05),
-)  # fmt: skip
+from studies.coverage import METHODS, fieller, misses
 
 
 def test_misses_by_hand():
@@ -36,25 +30,3 @@ def test_fieller_by_hand():
     low, high = fieller(ours, theirs, np.random.default_rng(0))
     reach = stats.t.ppf(0.975, 2) * np.sqrt(3)  # x is 8 ± √3, so that R lies in 2 / (8 ± t √3)
     assert (low[0], high[0]) == pytest.approx((2 / (8 + reach), 2 / (8 - reach)))
-
-
-def test_pool_pairs_episodes():
-    plan = FloorPlan.load("paper")
-    pool = run_pool(plan, 0.5, 30, seed=4)
-    assert np.array_equal(pool[:, 3:], run_pool(plan, 0.5, 27, seed=7))
-    assert ratio(pool) == pytest.approx(pool[0].sum() / pool[1].sum())
-    drawn = draw_pairs(pool, np.random.default_rng(0), (500,))
-    assert set(zip(*drawn, strict=True)) <= set(zip(*pool, strict=True))
-
-
-def test_page():
-    results = SMALL.in_houses(), SMALL.over_houses()
-    text = page(SMALL, *results).text("coverage", "the command")
-    assert "{" not in text
-    assert "the command" in text
-    assert text.count("| apartment |") == 2
-    assert "40 pairs of episodes" in text
-    for table in text.split("\n\n"):
-        if table.startswith("|"):
-            assert len({line.count("|") for line in table.splitlines()}) == 1
-    assert len(draw(results[0]).axes) == 2

@@ -153,38 +153,6 @@ def test_any_number_of_hazards_fits(width, height, plan, danger):
     assert not strip[:, -width // 100 :].any()  # nothing runs out of the card
 
 
-def test_bars_have_the_colours_of_the_kinds_of_hazards():
-    def amount(colour, number):
-        danger = np.eye(3)[number]
-        drawn = hud.draw(frame(), state(danger=danger, target=number, mark=None))[hud.strip_top(1280, 720) :]
-        return (drawn == colour).all(axis=2).sum()
-
-    assert amount(colours.STAIRWELL, 0) > amount(colours.CANDLE, 0) == 0
-    assert amount(colours.CANDLE, 1) > amount(colours.STAIRWELL, 1) == 0
-
-
-def test_toddler_moves_on_the_plan():
-    def where(cell):
-        return toddler(hud.draw(frame(), state(child={"position": PLAN.position(cell)})))
-
-    for cell, direction in (((2, 3), (1, 0)), ((1, 2), (0, -1))):
-        moved = where(cell) - where((2, 2))
-        size = float(np.abs(moved).max())
-        assert size > 10
-        np.testing.assert_allclose(moved / size, direction, atol=0.1)
-
-
-def test_trail_leads_to_the_toddler_and_fades():
-    cells = [(3, 2), (3, 3), (3, 4), (2, 4)]
-    trail = np.array([PLAN.position(cell) for cell in cells])
-    here = {"position": PLAN.position((1, 4))}
-    drawn = hud.draw(frame(), state(child=here | {"trail": trail}, robot=None)).astype(int)
-    difference = np.abs(drawn - hud.draw(frame(), state(child=here, robot=None))).sum(axis=2)
-    left, _, right, _ = spread(difference > 0)
-    old, new = difference[:, : left + (right - left) // 4], difference[:, -(-(left + 3 * right) // 4) :]
-    assert 0 < old.max() < new.max()
-
-
 def test_insets_lie_below_one_another_at_the_right():
     width, height = hud.inset_size(1280, 720)
     red, blue = (np.full((height, width, 3), colour, np.uint8) for colour in ((200, 0, 0), (0, 0, 200)))

@@ -87,17 +87,3 @@ def test_any_number_of_children_fits(width, height, count):
     different = (drawn != frame(width, height)).any(axis=2)
     assert not different[hud.strip_top(width, height) :, -width // 100 :].any()
     assert not different[: hud.strip_top(width, height), width // 3 :].any()
-
-
-def test_colours_of_children_stay_apart_for_all_eyes():
-    # Machado, Oliveira and Fernandes (2009): what protanopes and deuteranopes see of linear RGB.
-    eyes = {
-        "all cones": np.eye(3),
-        "protanopia": [[0.1523, 1.0526, -0.2049], [0.1145, 0.7863, 0.0992], [-0.0039, -0.0481, 1.0520]],
-        "deuteranopia": [[0.3673, 0.8606, -0.2280], [0.2801, 0.6725, 0.0474], [-0.0118, 0.0429, 0.9689]],
-    }
-    linear = (np.array([*colours.CHILDREN, colours.FLOOR]) / 255) ** 2.2
-    for seen in eyes.values():
-        shown = np.clip(linear @ np.transpose(seen), 0, 1) ** (1 / 2.2)
-        distance = np.linalg.norm(shown[:, None] - shown, axis=2)[~np.eye(len(shown), dtype=bool)]
-        assert distance.min() > 0.25  # of 1.7 between black and white

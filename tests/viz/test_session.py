@@ -5,7 +5,7 @@ import pytest
 
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.viz.viewers.session import FASTEST, Session, Watched
+from caregiver_mj.viz.viewers.session import Session, Watched
 
 STEP = 0.02  # seconds
 MOVE = 1.68
@@ -79,12 +79,6 @@ def test_it_runs_at_the_speed_that_is_asked_for(clock, speed):
     assert watched.episode.seconds == pytest.approx(4.0 * speed, abs=STEP)
 
 
-@pytest.mark.parametrize("speed", [0.0, FASTEST + 1, float("nan")])
-def test_a_speed_that_there_is_not(clock, speed):
-    with pytest.raises(CaregiverError, match=r"speed must be in 0\.1 to 20"):
-        session(clock, speed=speed)
-
-
 def test_it_stands_still_while_it_is_paused_and_can_begin_so(clock):
     watched = session(clock)
     let(watched, clock, 1.0)
@@ -129,16 +123,6 @@ def test_the_end(clock):
     assert watched.playing
     assert not watched.over
     assert watched.episode.seconds == 0.0
-
-
-def test_another_episode(clock):
-    watched = session(clock, playing=False)
-    first = watched.episode
-    watched.change(seed=3, caregiver="paper")
-    assert (watched.watched.seed, watched.watched.caregiver, watched.watched.house) == (3, "paper", "paper")
-    assert watched.episode is not first
-    assert watched.begun == 2
-    assert not watched.playing
 
 
 def test_a_machine_that_is_too_slow_says_so_and_stays_responsive(clock):
@@ -186,11 +170,3 @@ def test_a_policy_of_ones_own_can_be_watched(tmp_path, monkeypatch):
         with pytest.raises(CaregiverError):
             session.change(**settings)
         assert (session.episode, session.begun) == (episode, 1)  # which stays
-
-
-def test_what_is_watched_can_be_said_on_the_command_line():
-    assert Watched().options() == "--house paper --epsilon 0.5 --caregiver foresight --seed 0 --episode 0"
-    told = Watched("my house.txt", Family.parse("1,adversary:0"), "none", 7, 2, embodiment="mobile_ur5e").options()
-    assert told == (
-        "--house 'my house.txt' --epsilon 1,adversary:0 --caregiver none --seed 7 --episode 2 --embodiment mobile_ur5e"
-    )

@@ -14,7 +14,7 @@ from test_hud import PLAN, state
 from test_session import Clock, Reel
 
 from caregiver_mj.viz.viewers.session import Session, Watched
-from caregiver_mj.viz.viewers.window import press, texts
+from caregiver_mj.viz.viewers.window import texts
 
 PATIENCE = 90  # seconds
 SIZE = "640x480x24"  # of the display
@@ -42,26 +42,6 @@ def test_what_stands_in_the_corner(session):
     assert [bar.endswith("<") for bar in bars] == [False, False, True]
     session.pause()
     assert rows(state(), session)["speed"] == "paused"
-
-
-def test_keys(session):
-    press(session, ord(" "))
-    assert not session.playing
-    press(session, ord(" "))
-    assert session.playing
-    press(session, ord("="))
-    press(session, ord("="))
-    assert session.speed == 4.0
-    press(session, ord("-"))
-    assert session.speed == 2.0
-    press(session, ord("N"))
-    assert session.watched.number == 1
-    press(session, ord("R"))
-    assert (session.begun, session.watched.number) == (3, 1)
-    press(session, ord("Q"))  # nothing
-    assert session.playing
-    press(session, 264)  # the arrow down
-    assert session.episode.seconds == pytest.approx(1.68)
 
 
 @pytest.fixture
