@@ -222,28 +222,18 @@ def test_as_a_process(tmp_path, argv, message):
     assert run.stderr.count("\n") == 1
 
 
-@pytest.mark.parametrize(
-    "command",
-    [
-        ["-m", "caregiver_mj", *GRID, "--episodes", "1", "--epsilon", "1"],
-    ],
-)
-def test_a_full_disk_below_standard_output(command):
+def test_a_full_disk_below_standard_output():
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}  # that is -u
     with open("/dev/full", "w") as full:
         options = {"stdout": full, "stderr": subprocess.PIPE, "text": True, "check": False}
-        run = subprocess.run([sys.executable, *command], env=environment, **options)
+        run = subprocess.run(
+            [sys.executable, "-m", "caregiver_mj", *GRID, "--episodes", "1", "--epsilon", "1"],
+            env=environment,
+            **options,
+        )
     assert run.returncode == 1
     assert run.stderr.splitlines()[-1] == "caregiver-mj: the output cannot be written: No space left on device"
     assert "Traceback" not in run.stderr
-
-
-@pytest.mark.parametrize("how", [["-m", "caregiver_mj"], ["-c", "import caregiver_mj.cli as c; exit(c.main())"]])
-def test_an_interruption_while_source_text_runs_ends_with_our_status(tmp_path, how):
-    (tmp_path / "texts.py").write_text("exec('raise KeyboardInterrupt')")
-    command = [sys.executable, *how, *GRID, "--caregiver", "texts:caregiver"]
-    run = subprocess.run(command, capture_output=True, cwd=tmp_path, text=True, check=False)
-    assert (run.returncode, run.stderr.splitlines()[-1]) == (1, "caregiver-mj: interrupted")
 
 
 def test_houses_whose_names_have_spaces(capsys, tmp_path):

@@ -5,13 +5,11 @@ import sys
 
 import pytest
 
-import caregiver_mj
 from caregiver_mj import FloorPlan, cli
 from caregiver_mj.caregivers.registry import CAREGIVERS, find_caregiver
 from caregiver_mj.cli import completion
 from caregiver_mj.experiments.settings import FLOOR, Settings
-from caregiver_mj.recording.steps import RANDOM, TARGETS
-from caregiver_mj.robot.embodiments import EMBODIMENTS
+from caregiver_mj.recording.steps import RANDOM
 
 _LOADED = """
 COMP_WORDS=("$@")
@@ -71,14 +69,6 @@ def test_the_caregivers_that_a_command_takes_are_offered(bash, command):
         "evaluate": (True, True, False),
         "record": (False, False, True),
     }.get(command, (False, True, False))
-
-
-def test_the_tasks_and_cameras_that_can_be_recorded_are_offered(bash):
-    assert bash("record", "--task", "") == {*caregiver_mj.ALL_TASKS, TARGETS}
-    assert bash("render", "--task", "") == set(caregiver_mj.ALL_TASKS)
-    physics = caregiver_mj.load("supervise").physics
-    assert bash("record", "--camera", "") == set(physics.camera_names())
-    assert bash("record", "--embodiment", "") == set(EMBODIMENTS)
 
 
 @pytest.mark.parametrize("arguments", [["completion", "bash"], ["--help"]])

@@ -8,11 +8,10 @@ import pytest
 from caregiver_mj.caregivers import Percept, make_caregiver
 from caregiver_mj.caregivers.baselines import ChildproofCaregiver, NearestCaregiver, WandererCaregiver, table_exposure
 from caregiver_mj.caregivers.caregiver import starting_tables
-from caregiver_mj.caregivers.paper import CandlesCaregiver, PaperStillCaregiver, StairsCaregiver
+from caregiver_mj.caregivers.paper import CandlesCaregiver, StairsCaregiver
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
-from caregiver_mj.interventions.verb import DO_NOTHING, STAND_ASIDE, Intervention
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
@@ -40,17 +39,6 @@ def test_stairs_and_candles_see_to_nothing_else(cell):
     assert StairsCaregiver(CORRIDOR).choose(see(cell)).tolist() == [STAIRWELL]
     assert CandlesCaregiver(CORRIDOR).choose(see(cell)).tolist() == [CANDLE]
     assert CandlesCaregiver(CORRIDOR).choose(see(cell, NOTHING, holding=0)).tolist() == [NOTHING]
-
-
-def test_the_caregiver_that_keeps_still_decides_as_the_rule_does_but_has_nothing_to_do_otherwise():
-    for cell in range(5):
-        still, rule = PaperStillCaregiver(CORRIDOR), make_caregiver("paper", CORRIDOR)
-        assert list(still.decide(see(cell))) == list(rule.decide(see(cell)))
-    without_stairs = FloorPlan.parse("#########\n#......B#\n##T#C#T##\n#########")
-    for name, verb in (("paper-still", DO_NOTHING), ("paper", STAND_ASIDE)):
-        caregiver = make_caregiver(name, without_stairs)
-        assert list(caregiver.decide(see(0, 2))) == [Intervention(verb)]
-        assert caregiver.yields == (verb == STAND_ASIDE)
 
 
 def wandering(hazard):
@@ -97,16 +85,6 @@ def test_the_wanderer_draws_again_once_it_has_done_or_cannot_do_what_it_drew():
     assert set(choices_after(wandering(CANDLE), unreachable)) == {STAIRWELL}
 
 
-def test_wanderers_draw_evenly_and_by_their_seeds():
-    batch = 2000
-    wanderer = WandererCaregiver(CORRIDOR)
-    wanderer.reset(batch, range(batch))
-    chosen = wanderer.choose(see(2, batch=batch))
-    assert np.mean(chosen == CANDLE) == pytest.approx(0.5, abs=4 * 0.5 / np.sqrt(batch))
-    wanderer.reset(1, [17])
-    assert wanderer.choose(see(2)).tolist() == [chosen[17]]
-
-
 def test_exposure_of_one_cell_and_of_two_by_hand():
     # In the one cell there is: south into the table with 0.4 / 4 in each of 200 timesteps, north and west likewise.
     plan = FloorPlan.parse("####\n#.B#\n#T##\n####")
@@ -145,14 +123,6 @@ def test_what_is_nearest_to_the_caregiver_is_first_wherever_the_child_is(cell, f
     caregiver = make_caregiver("nearest-first", HOME)
     table = HOME.candle_tables[0]
     assert caregiver.choose(see(child, table, cell)).tolist() == [first]
-
-
-def test_when_all_is_put_right_the_nearest_stairs_are_guarded():
-    # The candle's table has as few cells beside it as the bare ones.
-    tidy, childproof, guard = (make_caregiver(one, CORRIDOR) for one in ("nearest-first", "childproof", "guard"))
-    assert list(tidy.decide(see(2))) == list(childproof.decide(see(2))) == list(guard.decide(see(2)))
-    done = dataclasses.replace(see(2, 0), shut=np.array([[True]]), gone=np.array([[True]]))
-    assert make_caregiver("nearest-first", HOME).choose(done).tolist() == [NOTHING]
 
 
 def test_everything_that_can_be_put_right_is_when_nobody_is_about():

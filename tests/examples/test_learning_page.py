@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from judge_targets import RULE, SCRIPTED
-from learning_page import PPO, draw, main, page, read_curves, read_judged
+from learning_page import PPO, page, read_curves, read_judged
 
 from caregiver_mj.experiments.settings import EPSILONS
 
@@ -74,20 +74,3 @@ def test_the_page_says_what_was_found(folder, stairs):
     assert "2 seeds, each of at least 800 timesteps (6.7 core-minutes)" in " ".join(text.split())
     assert "| *mean of the seeds, ± their sd* | 0.50 ± 0.14 |  |" in text
     assert "nan" not in text
-
-
-def test_the_figure_has_a_line_a_seed(folder, stairs):
-    curves, judged = stairs
-    left, right = draw(read_curves(folder), curves, judged).axes
-    assert [line.get_label() for line in left.lines] == ["seed 0", "seed 1"]
-    assert [line.get_label() for line in right.lines] == ["seed 0", "seed 1", "scripted", "stands still"]
-
-
-def test_what_is_not_there_is_said_in_a_line(folder, tmp_path, monkeypatch):
-    for targets, words in (
-        (tmp_path, r"seed-\*-curve.csv: run .*supervise_targets.py first$"),
-        (folder, "block_stairs.py"),
-    ):
-        monkeypatch.setattr("sys.argv", ["learning_page.py", "--targets", str(targets), "--stairs", str(tmp_path)])
-        with pytest.raises(SystemExit, match=words):
-            main()

@@ -7,8 +7,7 @@ import pytest
 from caregiver_mj.errors import FloorPlanError
 from caregiver_mj.plans.floor_plan import FloorPlan, house_names
 from caregiver_mj.plans.generator import is_drivable
-from caregiver_mj.plans.hazards import DamageWeights
-from caregiver_mj.plans.sets import house, house_set, houses_named
+from caregiver_mj.plans.sets import house_set, houses_named
 
 
 def test_a_set_is_a_beginning_of_every_larger_one_and_none_shares_a_house():
@@ -47,18 +46,6 @@ def test_houses_of_a_set_are_loaded_by_name(name):
 def test_sets_that_there_are_not(name, problem):
     with pytest.raises(FloorPlanError, match=rf"^no set of floor plans '{name}': .*{problem}"):
         house_set(name)
-
-
-@pytest.mark.parametrize("name", ["paper", "test-5/x", "test-5/-1", "exam-5/1", "/1", "plans/house.txt"])
-def test_other_names_are_no_houses_of_a_set(name):
-    assert house(name) is None
-
-
-def test_houses_by_several_names():
-    plans = houses_named(["paper", "test-2", "train-100/5"], DamageWeights(20, 4, 1))
-    assert [plan.name for plan in plans] == ["paper", "house-200000", "house-200001", "house-100005"]
-    assert {plan.damage for plan in plans} == {DamageWeights(20, 4, 1)}
-    assert plans[1].rows == house_set("test-1")[0].rows
 
 
 def test_a_house_twice_is_refused():

@@ -2,8 +2,8 @@
 
 import pandas as pd
 
-from caregiver_mj.recording.contacts import BODY_LIMITS, CAUTION, REGIONS, Contacts
-from caregiver_mj.viz.report.tables import counts_table, limits_table
+from caregiver_mj.recording.contacts import Contacts
+from caregiver_mj.viz.report.tables import counts_table
 
 
 def rows(*changes):
@@ -36,13 +36,3 @@ def test_counts_are_added_up_and_the_worst_is_shown():
     assert cells(table, "seconds in contact (an episode, s)") == ("0.00", "2.00")
     assert cells(table, "candles dropped (in all)") == ("0", "1")
     assert cells(table, "flame to child (the least, m)") == ("–", "0.25")  # no candle was carried near it
-
-
-def test_forces_stand_beside_the_limits_of_their_region():
-    table = limits_table(rows({"contact_force_legs": 80.0, "contact_force_trunk": 21.0}, {"contact_force_legs": 40.0}))
-    assert len(table.rows) == len(BODY_LIMITS)
-    assert {row[0] for row in table.rows} == set(REGIONS)
-    assert ("legs", "foot, ankle", "80", "125", "160", "50 %") in table.rows
-    assert ("trunk", "chest", "21", "140", "210", "10 %") in table.rows
-    assert CAUTION in table.note
-    assert "adults" in CAUTION

@@ -103,26 +103,6 @@ def test_bars_are_as_high_as_the_danger_and_in_the_order_of_the_hazards():
     assert first < second < third
 
 
-def test_outlines_show_the_danger_of_a_novice_who_is_surely_unsafe():
-    unsafe = np.array([0.0, 0.8, 0.0])
-    empty = hud.draw(frame(), state(danger=np.zeros(3), unsafe_danger=np.zeros(3), target=-1))
-    hollow = changed(hud.draw(frame(), state(danger=np.zeros(3), unsafe_danger=unsafe, target=-1)), empty)
-    half = changed(hud.draw(frame(), state(danger=unsafe / 2, unsafe_danger=unsafe, target=-1)), empty)
-    filled = changed(hud.draw(frame(), state(danger=unsafe, unsafe_danger=unsafe, target=-1)), empty)
-    assert spread(hollow) == spread(half) == spread(filled)
-    assert hollow.sum() < half.sum() < filled.sum()
-    assert half.sum() - hollow.sum() == pytest.approx((filled.sum() - hollow.sum()) / 2, rel=0.05)
-
-
-def test_target_is_shown_among_forty():
-    danger = np.linspace(1.0, 0.5, 40)
-    danger[35] = 0.0  # the least dangerous, and yet it is being dealt with
-    some = hud.draw(frame(), state(FORTY, danger=danger, target=-1, mark=None))
-    with_target = hud.draw(frame(), state(FORTY, danger=danger, target=35, mark=None))
-    strip = np.s_[hud.strip_top(1280, 720) :, 300:950]
-    assert (with_target[strip] == 242).sum() > (some[strip] == 242).sum() + 100  # the bright ground of its name
-
-
 @pytest.mark.parametrize(
     ("mark", "middle"),
     [
@@ -151,13 +131,3 @@ def test_any_number_of_hazards_fits(width, height, plan, danger):
     strip = changed(drawn, frame(width, height))[hud.strip_top(width, height) :]
     assert strip.any()
     assert not strip[:, -width // 100 :].any()  # nothing runs out of the card
-
-
-def test_insets_lie_below_one_another_at_the_right():
-    width, height = hud.inset_size(1280, 720)
-    red, blue = (np.full((height, width, 3), colour, np.uint8) for colour in ((200, 0, 0), (0, 0, 200)))
-    drawn = hud.draw(frame(), state(), [("first", red), ("second", blue)])
-    first, second = (spread((drawn == colour).all(axis=2)) for colour in ((200, 0, 0), (0, 0, 200)))
-    assert first[3] < second[1]
-    assert second[3] < hud.strip_top(1280, 720)
-    assert first[2] < 1280

@@ -1,10 +1,7 @@
 """The viewers' session: play, pause, steps, speed, another episode; no window and no browser."""
 
-import numpy as np
 import pytest
 
-from caregiver_mj.children.family import Family
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.viz.viewers.session import Session, Watched
 
 STEP = 0.02  # seconds
@@ -140,33 +137,3 @@ def test_a_machine_that_is_too_slow_says_so_and_stays_responsive(clock):
     clock.now += 0.1
     watched.advance()
     assert not watched.behind
-
-
-def test_a_session_shows_the_episode_of_the_run(tmp_path):
-    (tmp_path / "small.txt").write_text("########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########")
-    small = Watched(str(tmp_path / "small.txt"), Family.parse("1,.25"), "none", seed=3, number=1)
-    whole, pieces = Session(small, playing=False), Session(small, playing=False)
-    whole.step(10.0)
-    for _ in range(5):
-        pieces.step(2.0)
-    one, two = (it.episode.hud_state(1) for it in (whole, pieces))
-    np.testing.assert_array_equal(one.children[1].position, two.children[1].position)
-    np.testing.assert_array_equal(one.children[0].position, two.children[0].position)
-    pieces.change(number=2)
-    assert pieces.episode.hud_state(1).children[0].position.tolist() != one.children[0].position.tolist()
-
-
-def test_a_policy_of_ones_own_can_be_watched(tmp_path, monkeypatch):
-    (tmp_path / "watched_here.py").write_text(
-        "def still(env):\n    return lambda timestep: env.action_spec().minimum * 0\n"
-    )
-    (tmp_path / "small.txt").write_text("######\n#B.S.#\n#....#\n#C..T#\n######")
-    monkeypatch.syspath_prepend(tmp_path)
-    session = Session(Watched(str(tmp_path / "small.txt"), caregiver="watched_here:still"), playing=False)
-    session.step(0.1)
-    assert session.episode.hud_state(1).intervention == "watched_here:still"
-    episode = session.episode
-    for settings in ({"caregiver": "watched_here:nobody"}, {"house": "igloo"}, {"seed": -1}):
-        with pytest.raises(CaregiverError):
-            session.change(**settings)
-        assert (session.episode, session.begun) == (episode, 1)  # which stays

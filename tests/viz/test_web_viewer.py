@@ -7,7 +7,6 @@ import signal
 import socket
 import subprocess
 import sys
-import threading
 import urllib.request
 
 import numpy as np
@@ -168,25 +167,6 @@ def test_it_serves_this_machine_alone_at_a_port_of_its_own(viewer):
     # Two do not share a port.
     with pytest.raises(CaregiverError, match=r"cannot listen at 127\.0\.0\.1"):
         web.WebViewer(viewer.session, port=viewer.server.get_port())
-
-
-def test_everything_is_done_in_the_thread_that_runs_in_another_house_too(viewer):
-    threads, looks = set(), []
-
-    def enough():
-        threads.add(threading.get_ident())
-        looks.append(viewer.session.episode.seconds)
-        return len(looks) > 3
-
-    viewer.session.play()
-    viewer.run(until=enough)
-    assert threads == {threading.get_ident()}
-    assert looks[-1] > looks[0]
-    # Another house is shown.
-    viewer.show()
-    viewer.session.change(house="house-3-8x8-rooms1", family=Family.parse("0.5"))
-    viewer.show()
-    viewer.run(until=iter([False, True]).__next__)
 
 
 def test_a_port_that_is_taken(capsys, house):
