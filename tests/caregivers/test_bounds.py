@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from caregiver_mj.caregivers import Percept, make_caregiver
-from caregiver_mj.caregivers.baselines import ChildproofCaregiver, NearestCaregiver, WandererCaregiver, table_exposure
-from caregiver_mj.caregivers.caregiver import starting_tables
+from caregiver_mj.caregivers.baselines import ChildproofCaregiver, WandererCaregiver, table_exposure
 from caregiver_mj.caregivers.paper import CandlesCaregiver, StairsCaregiver
 from caregiver_mj.children.tape import Tape
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
@@ -141,23 +139,3 @@ def test_an_episode_begins_as_the_caregiver_has_prepared_it():
         assert (world.candle_table != np.array(plan.candle_tables)).any() == moved
     least = np.sort(np.argsort(table_exposure(plan))[: len(plan.candle_tables)])
     assert np.sort(world.candle_table, axis=1).tolist() == [least.tolist()] * 3
-
-
-@pytest.mark.parametrize(
-    ("answer", "problem"),
-    [
-        ([[0, 0]], "a table of its own, 0 to 2, got"),
-        ([[0, 3]], "a table of its own"),
-        ([[0, NOTHING]], "a table of its own"),
-        ([0, 1], r"integers of shape \(1, 2\)"),
-        ([[0.0, 1.0]], "integers of shape"),
-    ],
-)
-def test_preparations_that_cannot_be_are_refused_by_name(answer, problem):
-    class Confused(NearestCaregiver):
-        def prepare(self, candle_table):
-            return np.array(answer)
-
-    plan = FloorPlan.parse("#########\n#S.....B#\n##T#C#C##\n#########")
-    with pytest.raises(CaregiverError, match=rf"Confused.prepare must .*{problem}"):
-        starting_tables(plan, Confused(plan))

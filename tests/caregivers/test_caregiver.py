@@ -13,10 +13,9 @@ from caregiver_mj.caregivers import CAREGIVERS, Percept, make_caregiver
 from caregiver_mj.caregivers.baselines import GuardCaregiver, NearestCaregiver, RandomCaregiver
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.paper import CandlesCaregiver, PaperCaregiver, StairsCaregiver
-from caregiver_mj.children.tape import Tape, pick
+from caregiver_mj.children.tape import pick
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.grid.world import GridWorld
-from caregiver_mj.interventions.verb import BLOCK, RELOCATE, STAND_ASIDE, Intervention, Interventions
+from caregiver_mj.interventions.verb import BLOCK, RELOCATE, STAND_ASIDE, Intervention
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 
@@ -147,16 +146,6 @@ def test_the_safe_table_is_the_bare_one_farthest_on_foot():
     two = FloorPlan.parse("#########\n#S.....B#\n##T#C#C##\n#########")
     candles = see([0, 4], candle_table=[[1, 2]])
     assert PaperCaregiver(two).destination(candles, np.zeros(2, int)).tolist() == [0, 0]
-
-
-def test_the_action_prior_depends_on_the_seed_alone_and_its_mean_on_the_experts():
-    first, again, other = (PaperCaregiver(CORRIDOR, seed).action_prior for seed in (1, 1, 2))
-    assert (first == again).all()
-    assert (first != other).any()
-    # All experts go east from every cell.
-    mean = PaperCaregiver(CORRIDOR, prior="mean", expert_timesteps=300).action_prior
-    assert (mean.argmax(axis=1) == EAST).all()
-    np.testing.assert_allclose(mean[:, [NORTH, SOUTH, WEST]], mean[:, [NORTH]] * np.ones(3))
 
 
 # -- Houses that lack something ------------------------------------------------------------------
@@ -360,25 +349,6 @@ def test_an_answer_that_is_none_is_refused_by_name(answer, problem):
         Confused(CORRIDOR).decide(see(0))
 
 
-@pytest.mark.parametrize(
-    ("wrong", "problem"),
-    [
-        (99, "decide must answer with Interventions for 1 worlds, got 99"),
-        (Interventions.idle(2), "decide must answer with Interventions for 1 worlds"),
-        (Interventions.of([Intervention(BLOCK, 99)]), r"decide: hazard must be -1 to 1, got \[99\]"),
-        (Interventions.of([Intervention(RELOCATE, CANDLE, 99)]), r"decide: destination must be -1 to 2, got \[99\]"),
-        (Interventions(np.array([BLOCK]), 0, np.array([0])), "decide: hazard must be 1 integers, got array"),
-    ],
-)
-def test_a_whole_answer_that_is_none_is_refused_in_its_world(wrong, problem):
-    class Confused(NearestCaregiver):
-        def decide(self, percept):
-            return wrong
-
-    with pytest.raises(CaregiverError, match=rf"Confused.{problem}"):
-        GridWorld(CORRIDOR, 0.5, Confused(CORRIDOR)).run([(Tape.draw(np.random.RandomState(0)),)])
-
-
 # -- Candles on the floor ---------------------------------------------------------------------------
 
 
@@ -422,18 +392,3 @@ def test_other_packages_caregivers_are_found_when_asked_for(offered):
     assert "nanny" in CAREGIVERS
     assert list(CAREGIVERS)[-1] == "nanny"
     assert isinstance(make_caregiver("nanny", CORRIDOR, 0), Nanny)
-
-
-@pytest.mark.parametrize(
-    ("value", "problem"),
-    [
-        ("nowhere.to.be:found", r"caregiver 'nanny' \(nowhere.to.be:found\) cannot be loaded: No module"),
-        (f"{__name__}:missing", "cannot be loaded: .*missing"),
-        (f"{__name__}:CORRIDOR", "must be a subclass of caregiver_mj.caregivers.caregiver.Caregiver"),
-    ],
-)
-def test_a_broken_offer_is_an_error_of_ours_and_only_when_used(offered, value, problem):
-    offered["nanny"] = value
-    assert "nanny" in CAREGIVERS
-    with pytest.raises(CaregiverError, match=problem):
-        make_caregiver("nanny", CORRIDOR)

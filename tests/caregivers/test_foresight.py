@@ -23,7 +23,6 @@ from caregiver_mj.caregivers.foresight.value_table import (
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Pace, Percept
 from caregiver_mj.caregivers.told import ToldCaregiver, Truth
-from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.side_by_side import side_by_side
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
@@ -332,32 +331,6 @@ class TestForesight:
         plan = FloorPlan.parse(text)
         ledger = GridWorld(plan, "0.5", ForesightCaregiver(plan)).run(tapes(3, timesteps=60))
         assert ledger.timestep == 60
-
-    def test_a_child_of_no_kind_is_left_to_the_rule(self):
-        """It walks round and round: three moves north, three east, three south, three west."""
-
-        class Round(Behaviour):
-            def reset(self, batch):
-                self.made = 0
-
-            def act(self, sight, draws):
-                self.made += 1
-                return np.full(len(sight.cell), (self.made - 1) // 3 % 4)
-
-        plan = FloorPlan.load("train-100/6")
-        ours, rule = ForesightCaregiver(plan), PaperCaregiver(plan)
-        world = GridWorld(plan, Round(plan, 0.0), ours)
-        world.reset(tapes(4))
-        rule.reset(4)
-        as_the_rule = []
-        for _ in range(120):
-            world.step()
-            rule.watch(world.percept())
-            free = world.holding < 0
-            theirs, own = rule.decide(world.percept()), ours.decide(world.percept())
-            as_the_rule.append((theirs.hazard == own.hazard)[free])
-        assert not ours.belief.understood.any()
-        assert np.concatenate(as_the_rule[:20]).mean() < np.concatenate(as_the_rule[-20:]).mean() == 1.0
 
 
 class TestManyCandles:

@@ -22,18 +22,17 @@ def name(path):
 
 
 # Lines that are indented as code is, or begin with a prompt.
-COMMAND = re.compile(r"^(?:    |\$ )(?:python )?((?:caregiver-mj |scripts/|\.ci/|pip ).*)$", re.M)
+COMMAND = re.compile(r"^(?:    |\$ )caregiver-mj (.*)$", re.M)
 
 
 def commands(text):
-    """The commands in a page, as lists of words."""
+    """Our commands in a page, as lists of words."""
     for line in COMMAND.findall(text):
         words = shlex.split(line, comments=True)
         yield words[: words.index(">")] if ">" in words else words
 
 
-COMMANDS = [(name(path), words) for path in PAGES for words in commands(path.read_text("utf-8"))]
-OURS = [(page, words[1:]) for page, words in COMMANDS if words[0] == "caregiver-mj"]
+OURS = [(name(path), words) for path in PAGES for words in commands(path.read_text("utf-8"))]
 
 
 # A block that says in its first line which file it is of: the commands of all pages find it.

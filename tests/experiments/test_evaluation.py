@@ -183,12 +183,3 @@ def test_rows_do_not_depend_on_the_children_beside_them(caregiver):
     assert [len(block.families) for block in settings.blocks()] == [5, 2]
     each = [rows(evaluate(dataclasses.replace(settings, families=(family,)))) for family in families]
     pd.testing.assert_frame_equal(rows(evaluate(settings)), pd.concat(each, ignore_index=True), check_exact=True)
-
-
-@pytest.mark.parametrize("world", ["grid", "house"])
-def test_the_floor_is_that_of_a_child_alone(world):
-    found = evaluate(Settings(SMALL, world, ("none", "floor"), (1.0,), 2)).episodes
-    alone, floor = (found[found.caregiver == name].reset_index(drop=True) for name in ("none", "floor"))
-    assert (floor.damage == alone.damage_table + alone.damage_candle / 4).all()
-    assert floor.damage.sum() > 0
-    assert (floor.moves_blocked_stairwell == alone.damage_stairwell / 5).all()

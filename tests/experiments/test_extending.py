@@ -79,18 +79,6 @@ def test_nothing_else_is_added(begun, changes, words):
     assert (begun / "summary.json").exists()
 
 
-@pytest.mark.parametrize("extended", [3, [3, 2], [9], ["a"], [True, None]])
-def test_a_record_that_was_tampered_with(begun, extended):
-    record = json.loads((begun / "run.json").read_text())
-    for changed, words in (
-        ({**record, "extended_at": extended}, "holds a run of other settings"),
-        ({}, r"its run\.json is no record of a run"),
-    ):
-        (begun / "run.json").write_text(json.dumps(changed))
-        with pytest.raises(CaregiverError, match=words):
-            run(begun)
-
-
 # -- Other people's code -----------------------------------------------------------------------------
 
 CODE = """\

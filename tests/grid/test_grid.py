@@ -512,22 +512,6 @@ def test_a_child_waits_before_a_cell_in_which_another_one_is():
     assert [DOORWAY.free_cells[cell] for cell in world.child_cell[0]] == [(1, 1), (1, 2)]
 
 
-@pytest.mark.parametrize("children", [1, 2])
-def test_the_caregiver_keeps_to_paths_that_no_child_closes(children):
-    """Two ways lead to the stairs; a child that bumps into the wall stands in each."""
-    plan = FloorPlan.parse("#########\n#.......#\n#.##B##.#\n#.#####S#\n#.......#\n#########")
-    world = GridWorld(plan, ",".join(["1"] * children), Fixed(plan))
-    north = Tape(np.zeros(3), np.tile([0.0, (NORTH + 0.5) / 4, 0.0], (5, 1)))
-    world.reset([[north] * children])
-    world.child_cell[:] = world.previous_cell[:] = [[plan.cell_index[cell] for cell in ((1, 5), (4, 4))][:children]]
-    world.caregiver_cell[:] = plan.cell_index[(1, 3)]
-    for _ in range(5):
-        world.step()
-    cell = plan.caregiver_cells[world.caregiver_cell[0]]
-    assert (cell == (3, 7)) == (children == 1)
-    assert world.ledger.totals()["interventions_done"].tolist() == [children == 1]
-
-
 # -- Large houses --------------------------------------------------------------------------------
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scripted_child import EAST, NORTH, SOUTH, STAY, WEST, Scripted
+from scripted_child import EAST, SOUTH, STAY, WEST, Scripted
 
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.house.child import HouseChild
@@ -89,18 +89,6 @@ def test_a_move_takes_it_to_the_next_cell_and_a_bump_leaves_it_where_it_was():
     booking = timestep(child)
     assert booking.begun == booking.ended == child.cell == ROOM.cell_index[2, 3]
     assert child.position == pytest.approx(ROOM.position((2, 3)), abs=1e-6)
-
-
-def test_it_is_told_what_it_may_know():
-    child = child_in((2, 3), SOUTH)
-    timestep(child)  # a bump
-    child.behaviour.move = NORTH
-    child.begin(1, RANDOM, 7)
-    first, second = child.behaviour.seen
-    assert (first.cell[0], first.goal[0], first.caregiver_cell[0]) == (ROOM.cell_index[2, 3], 0, NOTHING)
-    assert not first.bumped[0]
-    assert second.bumped[0]
-    assert second.caregiver_cell[0] == 7
 
 
 def test_a_toy_is_the_bin_that_it_wants():

@@ -89,25 +89,6 @@ def test_objects_stand_where_the_plan_says(house: House):
         assert sum(name.startswith(f"{kind}_") for name in bodies) == len(cells)
 
 
-def test_driven_about_nothing_warns_and_candles_stay(house: House):
-    random, plan = np.random.default_rng(0), house.plan
-    mujoco.mj_resetData(house.model, house.data)
-    speed = 0.444  # m/s, a toddler's 1.6 km/h
-    for _ in range(10):
-        start = plan.position(plan.free_cells[random.integers(len(plan.free_cells))])
-        direction = [(0, 1), (1, 0), (0, -1), (-1, 0)][random.integers(4)]
-        for k in range(10):
-            travelled = min(0.05 * k, 0.2)  # never so far that it would reach a table's edge
-            house.step(start + travelled * np.array(direction), speed * np.array(direction), steps=5)
-    assert house.data.time == pytest.approx(500 * house.model.opt.timestep)
-    assert not house.data.warning.number.any()
-    for i, table in enumerate(plan.candle_tables):
-        candle = house.candle(i)
-        assert np.allclose(candle.xpos, [*plan.position(plan.tables[table]), layout.TABLE_HEIGHT], atol=5e-4)
-        assert candle.xmat.reshape(3, 3)[2, 2] > 0.99999
-        assert np.abs(candle.cvel).max() < 1e-6
-
-
 def test_trigger_reports_overlap_and_exerts_no_force(house: House):
     for i, cell in enumerate(house.plan.stairwells[:4]):
         centre = house.plan.position(cell)

@@ -59,17 +59,6 @@ def test_each_kind_is_blurred_alone_and_by_as_much_as_is_asked_for(kind, key):
         assert kind == "candle" or not errors[:, 2].any()
 
 
-def test_headings_velocities_and_tilts_are_blurred_in_their_own_units():
-    seen = sensed([EXACT] * 4000, child={"turn_noise": 0.1}, base={"velocity_noise": 0.05})
-    child, base = (np.array([moment[key] for moment in seen]) for key in ("toddler_position", "base_velocity"))
-    assert child.std(axis=0) == pytest.approx([0.0, 0.0, 0.1], rel=0.05)
-    assert base.std(axis=0) == pytest.approx([0.05] * 3, rel=0.05)
-    # A candle seems tilted by as much as is asked for.
-    seen = np.array([moment["candle_orientation"] for moment in sensed([EXACT] * 2000, candle={"turn_noise": 0.1})])
-    assert np.linalg.norm(seen, axis=2) == pytest.approx(1.0)
-    assert 2 * seen[..., 1:].std(axis=(0, 1)) == pytest.approx([0.1] * 3, rel=0.05)
-
-
 def test_a_lasting_error_lasts_as_long_as_a_sighting_and_a_hand_that_opens_looks_again():
     first, second, lifted, down = candle_errors([candles(), candles(), candles(0.8), candles()], bias=0.01)
     assert first == pytest.approx(second, abs=1e-12)

@@ -55,18 +55,6 @@ def test_a_house_twice_is_refused():
         houses_named(["test-2", "test-2"])
 
 
-def test_two_files_of_one_name_are_told_from_one_house_that_is_named_twice(tmp_path):
-    files = [tmp_path / folder / "mine.txt" for folder in ("d1", "d2")]
-    for file, house_text in zip(files, ("#####\n#B.S#\n#####", "######\n#B..S#\n######"), strict=True):
-        file.parent.mkdir()
-        file.write_text(house_text)
-    words = f"^'{files[0]}' and '{files[1]}' are two houses of one name, 'mine': rename a file$"
-    with pytest.raises(FloorPlanError, match=words):
-        houses_named(["paper", *map(str, files)])
-    with pytest.raises(FloorPlanError, match=r"^houses must be different, got 'mine' twice$"):
-        houses_named([str(files[0])] * 2)
-
-
 def of_sets(*kinds):
     return [f"{kind}-1000/{i}" for kind in kinds for i in range(0, 1000, 83)]
 

@@ -165,19 +165,6 @@ def test_limits_are_kept_where_a_candle_is_not_quite_where_it_seems():
 # -- Tables ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seed", [0, 3])
-def test_on_a_neighbouring_table_of_another_height_the_hand_is_aimed_anew(seed):
-    """The robot has hardly to drive there: it would be under way with the hand's path of the first one."""
-    plan = FloorPlan.parse("##########\n#B.......#\n#........#\n#..CT....#\n##########", "neighbours")
-    scene = Scene(seed, plan, table_height=(0.45, 0.75))
-    tilts = []
-    done = lambda: tilts.append(scene.physics.candle_upright()[0]) or scene.policy.interventions_done  # noqa: E731
-    assert scene.run(2000, until=done)
-    assert np.ptp(scene.task.table_heights) > 0.04
-    assert min(tilts) > np.cos(np.radians(5))
-    assert scene.task.is_placed(scene.physics)
-
-
 # -- Fallen candles ----------------------------------------------------------------------------------
 
 
@@ -296,19 +283,6 @@ def test_candle_is_put_beside_what_stands_on_its_place():
     assert scene.candle(other)[:2] == pytest.approx(place, abs=1e-3)  # not even touched
     assert 0.1 < np.hypot(*(scene.candle(goal)[:2] - place)) < 0.27
     assert not scene.touched
-
-
-def test_candle_is_not_put_down_on_one_that_lies_there():
-    plan = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.C.....#\n#########", "room")
-    scene = Scene(plan=plan)
-    goal, other = scene.task.goal_candle, 1 - scene.task.goal_candle
-    place = scene.task.table_positions[scene.task.goal_table]
-    angle = np.radians(90)
-    foot = place - 0.14 * np.array([np.cos(angle), np.sin(angle)])  # its top is where the other one would be put
-    scene.put_candle(*foot, TABLE_TOP + CANDLE_RADIUS, np.pi / 2, angle, candle=other)
-    assert scene.until_done()
-    assert scene.task.is_standing(scene.physics, goal)
-    assert scene.candle(other)[:2] == pytest.approx(foot, abs=5e-3)
 
 
 class Switching(Caregiver):

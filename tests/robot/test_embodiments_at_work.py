@@ -16,23 +16,6 @@ def env(request):
     return caregiver_mj.load("relocate_candle", SMALL, 0.5, random=2, task_kwargs={"embodiment": request.param})
 
 
-def test_action_is_named_and_bounded_as_the_robot_is_built_and_goes_to_its_actuators(env):
-    robot, spec, model = env.task.embodiment, env.action_spec(), env.physics.model.ptr
-    assert spec.name.split("\t") == [*robot.names.base, *robot.names.arm, "gripper"]
-    assert spec.shape == (robot.layout.size,) == (len(robot.names.arm) + 4,)
-    for name, low, high in zip(spec.name.split("\t")[:-1], spec.minimum, spec.maximum, strict=False):
-        np.testing.assert_array_equal([low, high], model.actuator(f"robot/{name}").ctrlrange)
-    assert spec.minimum[-1] <= robot.grasp.closed < robot.grasp.open <= spec.maximum[-1]
-    # Every number of an action goes to its actuators.
-    physics = env.physics
-    env.reset()
-    spec = env.action_spec()
-    action = np.random.RandomState(0).uniform(spec.minimum, spec.maximum)
-    physics.set_action(action)
-    np.testing.assert_array_equal(physics.control()[:-2], action[:-1])
-    np.testing.assert_array_equal(physics.control()[-2:], action[-1])
-
-
 @pytest.mark.parametrize("symbol", ["C", "M"])
 def test_candles_and_mugs_are_taken_from_table_to_table(env, symbol):
     """Judged by the physics: it stands upright on the right table, let go, and nobody was struck."""

@@ -7,7 +7,6 @@ from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.motion import RobotMotion
 
 ROBOT = find_embodiment()
-MAX_BASE_SPEED = 5.0 / 3.6  # m/s
 
 
 def motion_along(*points: tuple[float, float], start=(0.0, 0.0, 0.0)) -> RobotMotion:
@@ -31,45 +30,6 @@ def test_an_ideal_base_follows_its_path_and_stops_at_its_end():
     assert max(off) < 0.02
     np.testing.assert_allclose(base[:2], [2.0, 1.5], atol=1e-4)
     np.testing.assert_allclose(action[:3], 0.0, atol=1e-3)
-    assert not robot.moving
-
-
-def test_a_base_that_stops_before_it_has_turned_round_turns_where_it_stands():
-    """The rest of its turn would lead it on to what it has stopped for."""
-    robot = motion_along((4.0, 0.0))
-    places, ahead = [], []
-    for i in range(400):
-        if i == 60:
-            robot.drive_along([robot.base_reference()[0], (-2.0, 0.0)], lambda _: True)
-            assert robot.planned()[0][0] > 1.0
-        robot.set_rate(0.0 if 60 <= i < 160 else 1.0)
-        robot.action((*robot.base_reference()[0], 0.0))
-        places.append(robot.base_reference()[0][0])
-        ahead.append(robot.planned()[0][0])
-        robot.now += 0.02
-    assert not np.diff(places[110:160]).any()  # it stands
-    assert max(ahead[110:160]) < 0.0
-    assert np.abs(np.diff(places)).max() < 0.02 * MAX_BASE_SPEED
-    assert np.abs(np.diff(places, 2)).max() < 0.02**2 * 2.5  # and has not jumped
-    assert max(places) == max(places[:160])
-    assert places[-1] == pytest.approx(-2.0)
-
-
-def test_a_base_at_which_nobody_looks_any_more_stops():
-    robot = motion_along((3.0, 0.0))
-    base = np.zeros(3)
-    for step in range(100):
-        if step < 40:
-            robot.set_rate(1.0)
-        base[:2] += 0.02 * robot.action(base)[:2]
-        robot.now += 0.02
-        if step == 40:
-            there = base[0]
-            _, velocity, acceleration = robot.base_reference()
-    assert there > 0.3
-    # What it takes to brake, as the base's limits say of one that still speeds up.
-    deceleration, build_up = ROBOT.limits.braking(velocity, acceleration)
-    assert base[0] - there < velocity[0] ** 2 / (2 * deceleration) + velocity[0] * (build_up + 0.02)
     assert not robot.moving
 
 

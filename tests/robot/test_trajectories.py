@@ -226,14 +226,3 @@ def test_a_base_that_lets_go_of_its_path_comes_to_rest_from_any_motion(speed, he
     jerk = BASE.jerk
     along_takes = speed / (0.8 * BASE.acceleration) + 2 * (abs(along) + BASE.acceleration) / (0.8 * jerk)
     assert path.duration <= along_takes + 3 * abs(across) / (0.3 * jerk)
-
-
-@pytest.mark.parametrize(("speed", "reach", "more"), [(0.00025, 0.5, 1.055), (0.4, 1.2, 1.2), (0.4, 2.6, 1.055)])
-def test_a_path_entered_at_speed_ends_at_its_goal_and_not_beyond(speed, reach, more):
-    """Lines that go on only a little after the places at which a path may be entered at speed."""
-    length = reach * more
-    path = BasePath([(0.0, 0.0), (length, 0.0)], BASE, velocity=(speed, 0.0))
-    states = [path.at(time) for time in np.arange(0.0, path.duration + 0.1, TIMESTEP)]
-    assert max(position[0] for position, _, _ in states) < length + 0.004
-    assert states[-1][0] == pytest.approx((length, 0.0), abs=1e-6)
-    assert np.abs(np.diff([velocity[0] for _, velocity, _ in states])).max() < BASE.acceleration * TIMESTEP * 1.01

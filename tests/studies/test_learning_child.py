@@ -4,13 +4,10 @@ import numpy as np
 import pytest
 
 from caregiver_mj.children.behaviour import Sight
-from caregiver_mj.children.family import Family
-from caregiver_mj.experiments.settings import episode_tapes
-from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.cell_graph import ACTION_NAMES
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from studies.learning_child import Learner, Lesson
+from studies.learning_child import Learner
 
 # Two cells in a row: a bin to the east, stairs to the west, another bin south of the first.
 PLAN = FloorPlan.parse("######\n#S..B#\n##B###\n######", "row")
@@ -53,16 +50,3 @@ def test_only_the_wary_shuns_what_hurts_when_it_moves_at_random():
     moves = np.array([learner.act(sight([0, 0], [0, 0]), draws((0.0, u), (0.0, u))) for u in chances])
     assert (moves[:, 0] == WEST).mean() == pytest.approx(0.25, abs=0.002)
     assert (moves[:, 1] == WEST).mean() == pytest.approx(np.exp(-10) / (3 + np.exp(-10)), abs=0.002)
-
-
-def test_it_learns_the_way_and_the_danger_in_the_grid():
-    learner = Learner(PLAN, 0.25, [True, True])
-    world = GridWorld(PLAN, Family((learner,)), None)
-    for episode in range(4):
-        lesson = Lesson(world, learner)
-        ledger = world.run([episode_tapes(2 * episode, 1), episode_tapes(2 * episode + 1, 1)], lesson)
-        lesson.over()
-    assert learner.values[:, 1, 0].argmax(axis=1).tolist() == [EAST, EAST]
-    assert learner.values[:, 0, 1].argmax(axis=1).tolist() == [SOUTH, SOUTH]
-    assert learner.believed_harmful()[:, 0, WEST].all()
-    assert (ledger.toys > 60).all()  # of a hundred, for one bin is two moves from the other

@@ -10,17 +10,10 @@ from random_plans import plan_texts
 from caregiver_mj.caregivers.baselines import NearestCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.experiments.evaluation import evaluate
-from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, DamageWeights
 from studies.sensitivity import (
-    COLLISIONS,
-    NONE,
-    PAPER,
-    Job,
     cells_apart,
-    run_job,
 )
 
 # A corridor: wherever the child is, stairwell and candle are 11 moves away together. The bare table is by the stairs.
@@ -57,19 +50,3 @@ def test_the_rules_differ_in_a_corridor_by_hand():
     dear = dataclasses.replace(CORRIDOR, damage=DamageWeights(20.0, 4.0, 1.0))
     apart = {(int(c), int(s)) for c, s, so in zip(east, west, cells_apart(dear), strict=True) if so}
     assert apart == {(2, 9), (3, 8), (4, 7), (5, 6)}
-
-
-def run_at(condition, epsilon=1.0, episodes=4):
-    return run_job(Job("paper", epsilon, condition, episodes))
-
-
-def test_episodes_are_those_of_an_evaluation():
-    rows = evaluate(Settings(FloorPlan.load("paper"), "grid", ("none", "paper"), (0.5,), 4)).episodes
-    for one in (NONE, PAPER):
-        found, own = run_at(one, 0.5), rows[rows.caregiver == one.caregiver]
-        assert (found[COLLISIONS] @ [5, 4, 1]).tolist() == own.damage.tolist()
-        alike = own.damage_stairwell / 5 + own.damage_candle / 4 + own.damage_table
-        assert found[COLLISIONS].sum(axis=1).tolist() == alike.tolist()
-        assert found.toys.tolist() == own.toys_reached.tolist()
-        assert found.above.tolist() == own.timesteps_to_threshold.tolist()
-        assert (found["at"] <= found.above).all()

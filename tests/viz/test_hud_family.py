@@ -49,17 +49,6 @@ def test_every_child_has_a_dot_of_its_own_colour_in_its_place(count):
     np.testing.assert_allclose(pixels, along * scale, atol=0.2 * scale * PLAN.cell_size)
 
 
-def test_every_child_has_a_trail_of_its_own_colour():
-    def purple(trail):
-        children = state(2).children
-        moved = hud.ChildState(children[1].position, trail)
-        chart = hud.draw(frame(), state(2, children=(children[0], moved)))[:360, :320].astype(int)
-        return (chart[..., 2] > chart[..., 1] + 60).sum()
-
-    trail = np.array([PLAN.position(cell) for cell in [(3, 2), (3, 3), (3, 4), (2, 4)]])
-    assert purple(trail) > purple(np.empty((0, 2))) + 50
-
-
 def gauges(picture):
     """Pixels of the lower gauge's row, of each child's colour."""
     strip = picture[hud.strip_top(1280, 720) :, :260]
