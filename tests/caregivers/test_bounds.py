@@ -128,14 +128,3 @@ def test_everything_that_can_be_put_right_is_when_nobody_is_about():
     world.run([Tape.draw_family(np.random.RandomState(seed), 1) for seed in range(5)])
     assert (world.state[:, [0, 2]] != 0).all()
     assert (world.candle_table != HOME.candle_tables[0]).all()
-
-
-def test_an_episode_begins_as_the_caregiver_has_prepared_it():
-    plan = FloorPlan.load("paper")
-    tapes = [Tape.draw_family(np.random.RandomState(seed), 1) for seed in range(3)]
-    for name, moved in (("none", False), ("paper", False), ("childproof", True)):
-        world = GridWorld(plan, 0.5, make_caregiver(name, plan))
-        world.reset(tapes)
-        assert (world.candle_table != np.array(plan.candle_tables)).any() == moved
-    least = np.sort(np.argsort(table_exposure(plan))[: len(plan.candle_tables)])
-    assert np.sort(world.candle_table, axis=1).tolist() == [least.tolist()] * 3

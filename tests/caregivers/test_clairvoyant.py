@@ -6,7 +6,7 @@ import pytest
 from caregiver_mj.caregivers.foresight.child_model import travel
 from caregiver_mj.caregivers.foresight.clairvoyant import EFFORT, ClairvoyantCaregiver, Hindsight, round_the_child
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
-from caregiver_mj.caregivers.told import ToldCaregiver, Truth
+from caregiver_mj.caregivers.told import ToldCaregiver
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
@@ -27,10 +27,6 @@ TABLES = """
 #.B..B.#
 ########
 """
-
-
-def tapes(count):
-    return [Tape.draw_family(np.random.RandomState(seed), 1) for seed in range(count)]
 
 
 def stays(cell, moves):
@@ -70,16 +66,6 @@ class TestFuture:
         assert (listener.told.cell[:, same] == np.array(cells)[:, same]).all()
         hits = (listener.told.object >= 0).any(axis=2)
         assert (hits[:, same] == (np.array(damage)[:, same] > 0)).all()
-
-    def test_a_world_that_cannot_tell(self):
-        caregiver = ClairvoyantCaregiver(FloorPlan.load("paper"))
-        world = GridWorld(FloorPlan.load("paper"), 0.5, caregiver)
-        world.reset(tapes(1))
-        with pytest.raises(CaregiverError, match="received no future"):
-            caregiver.choose(world.percept())
-        caregiver.watch(world.percept())
-        with pytest.raises(CaregiverError, match="needs future trajectories"):
-            caregiver.hear(Truth(np.zeros((1, 1), int), np.zeros((1, 1))))
 
     def test_a_house_with_too_many_layouts(self):
         with pytest.raises(CaregiverError, match="must have at most"):

@@ -1,7 +1,5 @@
 """Families: what may be said for one, and what it is called."""
 
-import importlib.metadata
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,7 +7,7 @@ from hypothesis import strategies as st
 from scripted_child import Scripted
 
 from caregiver_mj.children.behaviour import Sight
-from caregiver_mj.children.family import CHILDREN, ChildSpec, Family
+from caregiver_mj.children.family import ChildSpec, Family
 from caregiver_mj.children.novice import Novice
 from caregiver_mj.children.side_by_side import side_by_side
 from caregiver_mj.errors import CaregiverError
@@ -77,20 +75,6 @@ def test_what_cannot_be_read_is_refused_in_one_line(text, words):
 def test_the_name_says_it_all(children):
     family = Family(tuple(ChildSpec(*child) for child in children))
     assert Family.parse(str(family)) == family
-
-
-class Sleepy(Novice):
-    """Of another package."""
-
-
-def test_children_of_other_packages(monkeypatch):
-    entry = importlib.metadata.EntryPoint("sleepy", f"{__name__}:Sleepy", "caregiver_mj.children")
-    points = importlib.metadata.EntryPoints([entry])
-    monkeypatch.setattr(importlib.metadata, "entry_points", lambda group: points.select(group=group))
-    assert (list(CHILDREN)[:3], list(CHILDREN)[-1]) == (["novice", "expert", "adversary"], "sleepy")
-    (made,) = Family.of("sleepy:0.5").make(PLAN)
-    assert isinstance(made, Sleepy)
-    assert str(Family.of("sleepy:0.5")) == "sleepy:0.5"
 
 
 PAPER = FloorPlan.load("paper")

@@ -8,7 +8,6 @@ from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv
 
 import caregiver_mj
 from caregiver_mj.envs.spaces import STRIKE_COST
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 PLAN = FloorPlan.parse("########\n#..C..B#\n#......#\n#.T..BS#\n########", "small")
@@ -147,17 +146,3 @@ def test_vectors_side_by_side_and_in_processes_are_equal():
             assert one[3].all() == (step == 3)
     finally:
         processes.close()
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"house": "nowhere"}, "nowhere"),
-        ({"task_kwargs": {"embodiment": "tank"}}, "tank"),
-        ({"epsilon": 2}, "2"),
-        ({"flat": "yes"}, "flat must be a bool, got 'yes'"),
-    ],
-)
-def test_bad_input_is_named(options, message):
-    with pytest.raises(CaregiverError, match=message):
-        gymnasium.make("caregiver_mj/Supervise-v0", **options)

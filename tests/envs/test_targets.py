@@ -142,18 +142,6 @@ def test_the_vector_is_so_many_single_ones(flat, epsilon):
         assert ("damage_by_child" in info.get("outcome", ())) == (step == 200)
 
 
-def test_seeds_of_a_vector():
-    vector = gymnasium.make_vec(NAME, 2, house=PLAN)
-    first, _ = vector.reset(seed=[5, 5])
-    assert same(first["child_position"][0], first["child_position"][1])
-    drawn = vector.reset()[1]["seed"]
-    assert drawn[0] == drawn[1] != 5
-    with pytest.raises(CaregiverError, match="seeds must be 2, one for each episode, got 3"):
-        vector.reset(seed=[1, 2, 3])
-    with pytest.raises(CaregiverError, match="all episodes of the batch begin together"):
-        vector.reset(options={"reset_mask": np.array([True, False])})
-
-
 def test_in_the_house_the_robot_does_what_the_scripted_one_does():
     env = make("house", task_kwargs=SHORT)
     steps = run(env, 3, lambda *_: STAIRWELL)

@@ -12,7 +12,7 @@ from comparing import same
 from caregiver_mj import cli
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
-from caregiver_mj.experiments.finished import compare_runs, pool_runs, read_finished
+from caregiver_mj.experiments.finished import compare_runs, read_finished
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -128,14 +128,6 @@ def test_a_run_is_not_gone_on_with_by_code_that_has_changed(tmp_path, plugin, ca
         file.write_text(text)
 
 
-def test_a_caregiver_with_code_may_be_added_and_files_that_are_missing_are_named(begun, plugin):
-    more = dataclasses.replace(RUN, caregivers=(*RUN.caregivers, "a_plugin:Mine"))
-    same(run(begun, more), evaluate(more))
-    (plugin / "weights.txt").unlink()
-    with pytest.raises(CaregiverError, match=r"weights\.txt'.* cannot be read: No such file"):
-        more.record()
-
-
 # -- Two runs ----------------------------------------------------------------------------------------
 
 
@@ -217,17 +209,3 @@ def test_seeds_are_pooled(runs, tmp_path, capsys):
     assert "--episodes 8 --seed 1" in page
     with pytest.raises(CaregiverError, match="holds pooled runs: resume each of them"):
         run(out, dataclasses.replace(pooled.settings, episodes=20))
-
-
-@pytest.mark.parametrize(
-    ("names", "words"),
-    [
-        (("seed0", "seed0"), "different seeds, got 0, 0"),
-        (("seed0", "more"), r"seeds alone, got .*: caregivers is \['nearest', 'none'\] in the first and \['guard', "),
-        (("seed0", "other"), r"families is \['0.5', '1'\] in the first and \['0.25'\] in the second$"),
-    ],
-)
-def test_runs_that_cannot_be_pooled(runs, tmp_path, names, words):
-    with pytest.raises(CaregiverError, match=words):
-        pool_runs(finished(runs, *names), tmp_path / "out")
-    assert not (tmp_path / "out").exists()

@@ -88,18 +88,6 @@ def test_killed_run_is_continued(tmp_path, undisturbed):
     check_finished(tmp_path, undisturbed)
 
 
-def test_killed_worker_is_replaced(tmp_path, undisturbed):
-    process = start(tmp_path, "--jobs", "2")
-    wait_for_blocks(tmp_path, 1, process)
-    victims = [p for p in psutil.Process(process.pid).children() if "spawn_main" in " ".join(p.cmdline())]
-    assert len(victims) == 2
-    for victim in victims:
-        victim.kill()
-    _, err = process.communicate()
-    assert process.returncode == 0, err
-    check_finished(tmp_path, undisturbed)
-
-
 @pytest.mark.parametrize(("number", "word"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated")])
 def test_interrupted_run_says_how_to_go_on(tmp_path, undisturbed, number, word):
     process = start(tmp_path, "--jobs", "2")

@@ -2,7 +2,6 @@
 
 import math
 
-import mujoco
 import numpy as np
 import pytest
 
@@ -55,38 +54,6 @@ def test_without_visuals_the_house_is_smaller_and_everything_moves_exactly_as_wi
     np.testing.assert_array_equal(bare.data.qvel, seen.data.qvel)
 
 
-# -- Readouts ----------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(("children", "robot"), [(1, False), (4, True)])
-def test_every_child_is_read_where_it_was_put(children, robot):
-    physics = house(children, robot)
-    assert physics.toddler_positions().shape == physics.toddler_velocities().shape == (children, 3)
-    wanted = [(0.1 * k, -0.2 * k, 0.3 * k) for k in range(children)]
-    for child, (x, y, yaw) in enumerate(wanted):
-        physics.set_toddler(walk_at(x, y, yaw, (0.01 * child, 0.02)), child)
-    np.testing.assert_allclose(physics.toddler_positions(), wanted)
-    np.testing.assert_allclose(physics.toddler_velocities(), [(0.01 * k, 0.02, 0.0) for k in range(children)])
-    for child in range(children):
-        np.testing.assert_allclose(physics.toddler_position(child), wanted[child])
-        body = physics.model.ptr.body(f"toddler_{child}/toddler" if child else "toddler/toddler").id
-        mujoco.mj_kinematics(physics.model.ptr, physics.data.ptr)
-        np.testing.assert_allclose(physics.data.xpos[body, :2], wanted[child][:2])
-
-
-def test_candles_and_robot_are_read_where_they_were_put():
-    physics = house(robot=True)
-    physics.set_candle(0, np.array([0.3, 0.2, 0.1]), math.pi / 2)
-    np.testing.assert_allclose(physics.candle_poses()[0], [0.3, 0.2, 0.1, math.sqrt(0.5), 0, 0, math.sqrt(0.5)])
-    assert physics.candle_upright() == pytest.approx([1.0])
-    physics.data.qpos[physics.model.ptr.joint("candle_0/joint").qposadr[0] + 3 :][:4] = [0.5, 0.5, 0.5, 0.5]
-    assert physics.candle_upright() == pytest.approx([0.0])  # it points along an axis of the floor
-    physics.set_robot(np.array([0.5, -0.5, 1.0]), np.arange(7) / 10)
-    np.testing.assert_allclose(physics.base_position(), [0.5, -0.5, 1.0])
-    np.testing.assert_allclose(physics.arm_position(), np.arange(7) / 10)
-    assert not physics.is_gripping()
-
-
 # -- Actions -----------------------------------------------------------------------------------------
 
 
@@ -133,16 +100,3 @@ def test_each_child_feels_what_it_touches_and_the_others_do_not(thing):
     for touch in physics.touches:  # a contact may have several points
         np.testing.assert_allclose(touch.direction, towards, atol=1e-6)
         assert touch.speed == 0.0
-
-
-def test_touches_are_those_of_the_last_step_alone():
-    physics = house()
-    x, y = PLAN.position((4, 2))
-    physics.set_toddler(walk_at(x, y + 0.3))
-    physics.step(1)
-    once = len(physics.touches)
-    physics.step(3)
-    assert len(physics.touches) == 3 * once > 0
-    physics.set_toddler(walk_at(*PLAN.position(ROOMY)))
-    physics.step(1)
-    assert physics.touches == []

@@ -6,22 +6,10 @@ import pytest
 import caregiver_mj
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.robot_body import TargetRamp
-from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 PLAN = FloorPlan.load("paper")
 TABLES = len(PLAN.tables)
-
-
-@pytest.mark.parametrize("height", [0.45, 0.75])
-def test_a_table_reaches_from_the_floor_to_its_height(height):
-    spec = build_house(PLAN, robot=False, table_heights=np.full(TABLES, height))
-    data_of = {geom.name: geom for geom in spec.geoms}
-    top, leg, board = (data_of[f"table_0/{name}"] for name in ("top", "leg_ne", "board"))
-    assert (top.pos[2] - top.size[2], top.pos[2] + top.size[2]) == pytest.approx((0.0, height))
-    assert leg.pos[2] - leg.size[2] == pytest.approx(0.0)
-    assert board.pos[2] + board.size[2] == pytest.approx(height, abs=0.002)
-    assert leg.pos[2] + leg.size[2] < board.pos[2] + board.size[2]
 
 
 def test_candles_stand_on_tables_of_any_height_and_the_heights_are_seen():

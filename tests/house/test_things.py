@@ -118,19 +118,6 @@ def test_what_slips_out_of_the_fingers_is_tried_three_times():
     assert env.task.children.state[-1] == State.AS_PLANNED
 
 
-def test_the_hand_comes_back_before_a_child_that_comes():
-    env, policy, step = picking("mobile_fr3")
-    while not (skill := skill_of(policy)) or skill.is_approaching or policy.robot.reached < 1.0:
-        step = env.step(policy(step))
-    x, y = env.physics.thing_positions()[0, :2]
-    env.task.children[0].put_at(x, y - 0.65)
-    while policy.robot.reached > 0.0:
-        step = env.step(policy(step))
-        assert skill.tries == 0
-        assert env.physics.time() < 60.0
-    assert env.task.strikes == 0
-
-
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_the_tray_holds_six_whatever_the_base_does(robot):
     physics = Physics.from_plan(HALL, robot, visuals=False)

@@ -61,19 +61,6 @@ def test_one_bad_line_is_one_problem(row, line, problem):
     assert len(error.value.problems) == 1
 
 
-@pytest.mark.parametrize(
-    ("text", "problem"),
-    [
-        ("####\n#.T#\n####", "has no toy bin (B) in lines 1 to 3, columns 1 to 4"),
-        ("\n####\n#.C#\n#.B#\n####", "has no bare table (T) in lines 2 to 5, columns 1 to 4"),
-    ],
-)
-def test_a_plan_without_an_indispensable_object_is_refused(text, problem):
-    with pytest.raises(FloorPlanError) as error:
-        FloorPlan.parse(text, "attic")
-    assert problem in str(error.value)
-
-
 def test_lines_are_counted_from_the_top_of_the_file_and_blanks_do_not_matter():
     with pytest.raises(FloorPlanError, match="line 4, column 2: 'x'"):
         FloorPlan.parse("\n\n####\n#xB#\n####\n")

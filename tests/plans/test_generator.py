@@ -110,9 +110,6 @@ def check_rooms(plan, shell):
     assert len(met) == len(shell.rooms)
 
 
-# -- Built and furnished as houses are -----------------------------------------------------------
-
-
 # -- The same wherever they are made -------------------------------------------------------------
 
 

@@ -162,9 +162,6 @@ def test_limits_are_kept_where_a_candle_is_not_quite_where_it_seems():
     assert_relocated(scene)
 
 
-# -- Tables ------------------------------------------------------------------------------------------
-
-
 # -- Fallen candles ----------------------------------------------------------------------------------
 
 
@@ -209,22 +206,6 @@ def test_candle_that_is_torn_from_the_hand_is_picked_up(scene):
     scene.physics.data.ptr.xfrc_applied[body, :3] = [0.0, 0.0, -150.0]
     assert scene.run(100, until=lambda: scene.candle()[2] < TABLE_TOP)
     scene.physics.data.ptr.xfrc_applied[body] = 0.0
-    assert scene.until_done()
-    assert_relocated(scene)
-
-
-def test_candle_that_falls_over_on_the_table_on_which_it_shall_stand_is_set_up_again(scene):
-    withdraws = lambda: (  # noqa: E731
-        scene.policy.activity.startswith("carry")
-        and scene.candle()[2] < TABLE_TOP + 0.01
-        and scene.policy.robot.reached < 0.8
-    )
-    scene.run(2000, until=lambda: scene.physics.is_gripping() and scene.candle()[2] > TABLE_TOP + 0.1)
-    assert scene.run(2000, until=withdraws)
-    x, y, _ = scene.candle()
-    scene.put_candle(x, y, TABLE_TOP + 0.03, np.pi / 2, 0.0)
-    scene.run(25)
-    assert not scene.task.is_standing(scene.physics, 0)
     assert scene.until_done()
     assert_relocated(scene)
 

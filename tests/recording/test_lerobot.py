@@ -109,21 +109,6 @@ def test_rows_are_those_of_the_episodes(folder, episodes):
         assert own["next.truncated"].tolist() == [one and not episode.terminated for one in last]
 
 
-def test_episodes_are_told_apart(folder, listed, episodes):
-    assert listed.length.tolist() == list(LENGTHS)
-    ends = np.cumsum(LENGTHS)
-    assert listed.dataset_to_index.tolist() == ends.tolist()
-    assert listed.dataset_from_index.tolist() == [0, *ends[:-1].tolist()]
-    assert listed.seed.tolist() == [episode.seed for episode in episodes]
-    assert listed.terminated.tolist() == [False, True, False]
-    assert listed.diverged.tolist() == [False, False, True]
-    assert [list(tasks) for tasks in listed.tasks] == [[ABOUT.task]] * 3
-    tasks = pd.read_parquet(folder / "meta/tasks.parquet")
-    assert (tasks.index.tolist(), tasks.task_index.tolist()) == ([ABOUT.task], [0])
-    for what in ("data", "meta/episodes", f"videos/{KEY}"):
-        assert (listed[[f"{what}/chunk_index", f"{what}/file_index"]] == 0).all(axis=None)
-
-
 def test_the_film_shows_each_row_its_own_frame(folder, info, listed, episodes):
     reader = imageio_ffmpeg.read_frames(
         str(folder / info["video_path"].format(video_key=KEY, chunk_index=0, file_index=0))

@@ -1,7 +1,5 @@
 """How much room there is in houses whose distances are known."""
 
-import math
-
 import numpy as np
 import pytest
 from robot_plans import CORRIDOR, HOUSE, centre
@@ -46,14 +44,3 @@ def test_where_the_base_can_stand_and_turn():
 def test_the_base_cannot_stand_outside_of_the_house(away):
     x, y = CORRIDOR.position((1, 3))
     assert not Clearance(CORRIDOR, ROBOT).can_stand((x + away[0], y + away[1]))
-
-
-def test_a_line_is_made_of_close_points_and_only_where_there_is_room():
-    clearance = Clearance(HOUSE, ROBOT)
-    a, b = centre(HOUSE, (2, 2)), centre(HOUSE, (2, 6))
-    x, y = clearance.line(a, b)
-    assert (x[0], y[0]) == a
-    assert (x[-1], y[-1]) == pytest.approx(b)
-    assert np.hypot(np.diff(x), np.diff(y)).max() <= 0.0254
-    assert np.hypot(np.diff(x), np.diff(y)).sum() == pytest.approx(math.dist(a, b))
-    assert clearance.line(centre(HOUSE, (1, 2)), centre(HOUSE, (1, 6))) is None  # a wall between them

@@ -176,23 +176,3 @@ def test_a_base_stands_on_its_landing_before_a_child_that_comes(way_left):
         left.append(math.dist(drive.base[:2], (x, y)))
     assert (np.diff(left) <= 1e-6).all()  # it does not leave it, nor turn back on its way
     assert OPEN.cell_at(drive.base[:2]) == (2, 1)
-
-
-def beside(x: float, y: float, gap: float, direction: float) -> ChildView:
-    """A child that stands that far off a base, in a direction."""
-    distance = TOUCHING + gap
-    return child(x + distance * math.cos(direction), y + distance * math.sin(direction))
-
-
-@pytest.mark.parametrize("direction", [80, 100])
-def test_a_base_leaves_a_child_straight_that_has_come_to_its_side(direction):
-    drive = Drive(OPEN, (3, 2), (3, 6))
-    drive.children = [child(50.0, 0.0)]
-    drive.run(0.1)
-    x, y, _ = drive.base
-    drive.children = [beside(x, y, 0.07, math.radians(direction))]  # it sets off east, and would creep along it
-    drive.run(2.5)
-    gaps = [math.dist(drive.children[0].position, place[:2]) - TOUCHING for place in drive.trace[6:]]
-    assert min(gaps) > 0.05
-    assert gaps[-1] > 0.4
-    assert drive.run(8.0) is Status.DONE

@@ -21,18 +21,8 @@ from caregiver_mj.robot.reach import reach_path
 from caregiver_mj.robot.robot_model import read_spec
 
 NAMES = tuple(EMBODIMENTS)
-CHILD_HEIGHT = 0.80  # metres
 
 RIGHT_ANGLE = np.pi / 2
-# Universal Robots, "DH Parameters for calculations of kinematics and dynamics", UR5e: a (m), d (m), alpha (rad).
-UR5E = [
-    (0.0, 0.1625, RIGHT_ANGLE),
-    (-0.425, 0.0, 0.0),
-    (-0.3922, 0.0, 0.0),
-    (0.0, 0.1333, RIGHT_ANGLE),
-    (0.0, 0.0997, -RIGHT_ANGLE),
-    (0.0, 0.0996, 0.0),
-]
 
 
 @pytest.fixture(scope="module", params=NAMES)
@@ -127,35 +117,11 @@ def test_fingers_open_wide_and_close_on_what_is_carried(robot, model, kind, radi
     assert 0.0 < robot.grasp.squeezed(thing) < radius - 0.009
 
 
-def test_fingers_stand_as_far_off_the_middle_as_their_joints_say(robot, model, arm):
-    data = mujoco.MjData(model)
-    data.qpos[[model.joint(name).qposadr[0] for name in robot.names.arm]] = arm.tucked
-    data.qpos[[model.joint(name).qposadr[0] for name in robot.names.fingers]] = 0.03
-    mujoco.mj_kinematics(model, data)
-    pads = [i for i in range(model.ngeom) if model.geom(i).name.endswith("_pad")]
-    assert len(pads) == 2
-    middle, thickness = data.geom_xpos[pads].mean(axis=0), 2 * model.geom_size[pads[0], 1]
-    np.testing.assert_allclose(middle, data.site("pinch").xpos, atol=1e-6)
-    across = data.geom_xpos[pads[0]] - data.geom_xpos[pads[1]]
-    assert np.linalg.norm(across) == pytest.approx(0.06 + thickness, abs=1e-6)
-    assert abs(across[2]) < 1e-4
-
-
 @pytest.mark.parametrize("height", [0.62, 0.75])
 def test_hand_reaches_the_grasp_pose(robot, arm, model, height):
     position, rotation = pose_of_hand(robot, model, reach_path(arm, round(1e4 * height)).joints(1.0))
     np.testing.assert_allclose(position, [robot.postures.reach, 0.0, height], atol=1e-4)
     np.testing.assert_allclose(rotation, hand_rotation(0.0, robot.postures.hand_pitch), atol=1e-4)
-
-
-def test_carried_candle_passes_over_a_child_and_within_the_clearances(robot, arm):
-    ahead, height = robot.postures.carry
-    assert height - max(CANDLE.grip, MUG.grip) > CHILD_HEIGHT
-    np.testing.assert_allclose(arm.pinch(arm.tucked), [ahead, 0.0, height], atol=1e-4)
-    out = ahead + layout.CANDLE_RADIUS
-    assert out + 0.02 < robot.clearances.turning
-    assert out + layout.CHILD_RADIUS - 0.01 < robot.clearances.child_turning
-    assert out > robot.footprint
 
 
 @pytest.mark.parametrize(("height", "heading"), [(0.028, -180), (0.628, -120), (0.028, 90)])
@@ -195,19 +161,3 @@ def test_hand_out_over_a_table_touches_nothing(robot, arm, kind, yaw):
         mujoco.mj_forward(model, data)
         names = [{model.geom(int(i)).name for i in pair} for pair in data.contact.geom]
         assert not [pair for pair in names if any(name.startswith("robot/") for name in pair)], s
-
-
-def test_published_kinematics_of_the_six_axis_arm():
-    robot = find_embodiment("mobile_ur5e")
-    model = read_spec(robot.model).compile()
-    reach = 0.155  # metres from the flange to the pinch point
-    for q in np.random.default_rng(0).uniform(-np.pi, np.pi, (30, 6)):
-        pose = np.eye(4)
-        pose[:3, 3], pose[0, 0], pose[1, 1] = (0.0, -0.1333, 0.45), -1.0, -1.0  # where the arm stands, turned round
-        for (a, d, alpha), angle in zip(UR5E, q, strict=True):
-            c, s, ca, sa = np.cos(angle), np.sin(angle), np.cos(alpha), np.sin(alpha)
-            link = [[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]]
-            pose = pose @ np.array(link)
-        position, rotation = pose_of_hand(robot, model, q)
-        np.testing.assert_allclose(position, pose[:3, 3] + reach * pose[:3, 2], atol=1e-6)
-        np.testing.assert_allclose(rotation[:, 2], pose[:3, 2], atol=1e-6)

@@ -60,16 +60,6 @@ def test_a_base_that_is_led_off_its_path_lets_go_of_it_without_a_jump():
     assert robot.led_off == 1
 
 
-def test_a_standing_base_that_is_pushed_keeps_its_place_for_longer():
-    robot = RobotMotion(ROBOT, 0.02)
-    robot.reset((0.0, 0.0, 0.0))
-    for off, let_go in ((0.1, 0), (0.16, 1)):
-        robot.action((off, 0.0, 0.0), restrain=lambda velocity, before: ((0.0, 0.0), False))
-        robot.action((off, 0.0, 0.0), restrain=lambda velocity, before: ((0.0, 0.0), False))
-        assert robot.led_off == let_go
-    assert robot.base_reference()[0] == (0.16, 0.0)
-
-
 def turning(robot: RobotMotion, seconds: float) -> list[float]:
     """How fast the base turns, rad/s, at every control timestep of some time."""
     rates = []
@@ -110,19 +100,3 @@ def test_heading_turns_the_shorter_way():
         assert robot.yaw >= 3.0 - 1e-9
         robot.now += 0.02
     assert robot.yaw == pytest.approx(2 * np.pi - 3.0)
-
-
-@pytest.mark.parametrize("delay", [0.0, 0.5])
-def test_feedback_by_what_is_seen_late_does_not_swing(delay):
-    """A base that is off its place, and told of it so late, comes back there without going far beyond."""
-    robot, steps = RobotMotion(ROBOT, 0.02, delay), round(delay / 0.02)
-    robot.reset((0.0, 0.0, 0.0))
-    poses = [np.array([0.0, 0.05, 0.1])] * (steps + 1)
-    for _ in range(round((2.0 + 10 * delay) / 0.02)):
-        poses.append(poses[-1] + 0.02 * robot.action(poses[-1 - steps])[:3])
-    after = np.array(poses)[:, 1:]
-    assert after.min() > -0.01
-    assert np.abs(after[-1]).max() < 0.01
-
-
-# -- Where the robot does not see exactly ----------------------------------------------------------------

@@ -71,17 +71,6 @@ def test_what_is_told_does_not_overshoot_beside_a_child(leaves, across, wanted):
         slow = slow or abs(vy) < 0.02
 
 
-def test_a_base_at_whose_heels_a_child_walks_leaves_straight_as_it_will_be_when_it_does_what_it_is_told():
-    beside = view(child(TOUCHING, 0.0, 0.6, 1.0))
-    assert left(beside, (-0.6, 0.0), before=(-0.6, 0.0))[1] < 0.0  # the child will be farther on by then
-    x, y = TOUCHING + 0.035 * (0.6 + 0.6), 0.035 * 1.0
-    straight = np.array([x, y]) / math.hypot(x, y)
-    told = np.array(left(beside, tuple(-0.6 * straight), before=(-0.6, 0.0)))
-    assert told == pytest.approx(-0.6 * straight)
-    slow = view(child(TOUCHING, 0.0, 0.2, 1.0))
-    assert left(slow, (-0.2, 0.0), before=(-0.2, 0.0)) == (-0.2, 0.0)
-
-
 def test_a_base_that_is_touched_does_not_take_its_time():
     for gap, at_once in ((0.0, True), (0.001, True), (0.003, False), (0.2, False)):
         seen = view(child(TOUCHING + gap, 0.0))

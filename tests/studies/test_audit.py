@@ -11,7 +11,6 @@ from caregiver_mj.robot.embodiments import find_embodiment
 from studies.audit import (
     Audit,
     Check,
-    Dynamics,
     EpisodeLog,
     NearChild,
     Recorder,
@@ -128,37 +127,6 @@ def test_a_joint_must_be_slower_near_the_end_of_its_range():
     there = checks(**near, arm_velocity=[((50, 1), 0.5)])["arm velocity"]
     assert (there.limit, there.ratio) == (pytest.approx(0.519, abs=1e-3), pytest.approx(0.963, abs=1e-3))
     assert checks(**near, arm_velocity=[((50, 1), -0.5)])["arm velocity"].limit == 2.62
-
-
-# -- In the simulation -------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def house():
-    env = caregiver_mj.load("supervise", "paper", epsilon=0.5, random=0)
-    env.reset()
-    physics = env.physics
-    physics.set_robot(np.array([*physics.base_position()[:2], 0.6]))
-    physics.forward()
-    return physics, Dynamics(physics.model.ptr, physics.data.ptr, ROBOT.names)
-
-
-def settle(physics, base=(0.0, 0.0, 0.0), steps=400):
-    physics.set_action(np.array([*base, *physics.arm_position(), 0.036]))
-    physics.step(steps)
-
-
-def test_at_rest_motors_hold_the_weight_and_the_centre_is_that_of_mass(house):
-    physics, dynamics = house
-    settle(physics)
-    found, data = dynamics.measure(), physics.data.ptr
-    dofs = [physics.model.ptr.joint(f"robot/{name}").dofadr[0] for name in ROBOT.names.arm]
-    assert found["arm_torque"] == pytest.approx(data.qfrc_bias[dofs], abs=0.02)
-    assert np.abs(found["arm_torque"]).max() > 10.0
-    base = physics.model.ptr.body("robot/base").id
-    off = data.subtree_com[base, :2] - data.xpos[base, :2]
-    turn = np.array([[np.cos(0.6), np.sin(0.6)], [-np.sin(0.6), np.cos(0.6)]])
-    assert found["pressure_centre"] == pytest.approx(turn @ off, abs=1e-4)
 
 
 # -- Near the child ----------------------------------------------------------------------------------

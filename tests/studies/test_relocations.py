@@ -2,13 +2,10 @@
 
 import math
 
-import numpy as np
 import pytest
 
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.tasks import load
-from studies.relocations import LIFTED, Barred, Conditions, Moment, relocate, times
+from studies.relocations import LIFTED, Conditions, Moment, relocate, times
 
 GRASP = find_embodiment().grasp
 REST = Moment(time=0.0, x=0.0, y=0.0, speed=0.0, fingers=GRASP.open, height=0.0, reach=0.0, held=False)
@@ -43,20 +40,6 @@ def test_times_from_arriving_to_what_happens():
     # What does not happen has no time.
     assert times(course(*TAKES), GRASP) == pytest.approx((3.0, math.nan), nan_ok=True)
     assert times(course(*TAKES[:3]), GRASP) == pytest.approx((math.nan, math.nan), nan_ok=True)
-
-
-@pytest.mark.parametrize(("table", "barred"), [(1, 0.0), (0, 0.04)])
-def test_a_child_in_the_only_way_is_told(table, barred):
-    plan = FloorPlan.parse("########\n#T....C#\n##B#####\n########", "corridor")
-    env = load("relocate_candle", plan, random=0, visuals=False)
-    env.reset()
-    env.physics.set_robot(np.array([*plan.position((1, 5)), 0.0]))
-    env.task.children[0].put((1, 3))
-    env.physics.set_toddler(env.task.children[0].walk)
-    found = Barred(env.physics, plan, (table, 1), 0.02)
-    for _ in range(2):
-        found.look()
-    assert found.seconds == barred
 
 
 def test_a_candle_that_is_knocked_over_counts_as_dropped():

@@ -189,19 +189,6 @@ def test_harm_of_a_table_goes_where_its_candle_goes():
     assert not east[0] & south[0]
 
 
-def test_candle_that_falls_is_counted_once_and_hurts_where_it_lies():
-    env = caregiver_mj.load("supervise", CUPBOARD, epsilon=1.0, random=1, task_kwargs={"robot": False})
-    env.reset()
-    x, y = CUPBOARD.position((1, 2))
-    env.physics.set_candle(0, np.array([x + 0.25, y, 0.0]), 0.0)  # on the floor, between toddler and table
-    harm = bumps(env, 12)
-    assert (env.task.outcome()["candles_dropped"], max(h["candle"] for h in harm)) == (1, 4.0)
-    assert np.linalg.norm(env.physics.candle_poses()[0, :2] - (x + 0.25, y)) > 0.02  # it was pushed
-
-
-# -- The model ---------------------------------------------------------------------------------------
-
-
 # -- Actions -----------------------------------------------------------------------------------------
 
 
@@ -253,16 +240,6 @@ def test_bad_input_gives_one_clear_line(arguments, message):
     with pytest.raises(CaregiverError, match=message) as caught:
         caregiver_mj.load(**{"task": "supervise", "house": PLAN, **arguments})
     assert "\n" not in str(caught.value)
-
-
-def test_policy_needs_a_robot_and_the_keys_of_the_observation():
-    with pytest.raises(CaregiverError, match="must have a robot"):
-        caregiver_mj.CaregiverPolicy(load("supervise", robot=False))
-    # Policy needs the keys of the observation.
-    env = caregiver_mj.load("supervise", PLAN, random=0, environment_kwargs={"flat_observation": True})
-    policy = caregiver_mj.CaregiverPolicy(env)
-    with pytest.raises(CaregiverError, match="must be a dictionary, got a flattened one"):
-        policy(env.reset())
 
 
 # -- Determinism -------------------------------------------------------------------------------------
@@ -317,20 +294,6 @@ def test_same_seed_same_observations():
     assert process.stdout.strip() == first
 
 
-def test_novice_and_start_do_not_depend_on_the_task_or_the_robot():
-    """Common random numbers: the same seed has the same toddler, cell by cell, until something is in its way."""
-    trails = []
-    for robot in (True, False):
-        env = load("supervise", seed=3, epsilon=0.5, robot=robot)
-        step = env.reset()
-        trails.append([step.observation["toddler_position"][:2]])
-        for _ in range(84):
-            step = env.step(env.action_spec().generate_value() * 0)
-            trails[-1].append(step.observation["toddler_position"][:2])
-    np.testing.assert_array_equal(trails[0][0], trails[1][0])
-    np.testing.assert_allclose(trails[0], trails[1], atol=1e-9)
-
-
 # -- The grid and the house agree --------------------------------------------------------------------
 
 _LARGE_CELLS = FloorPlan.load("house-11-11x9-stairwells2-candles3", cell_size=0.9)
@@ -357,9 +320,6 @@ def test_unassisted_toddler_fares_in_the_house_as_in_the_grid(plan, epsilon, see
     assert ours["damage"] > 0
     np.testing.assert_array_equal(env.task.ledger.visits, expected.visits)
     np.testing.assert_array_equal(env.task.ledger.damage_at, expected.damage_at)
-
-
-# -- Candles and tables out of place -----------------------------------------------------------------
 
 
 # -- A child that heads for the robot ----------------------------------------------------------------

@@ -5,7 +5,6 @@ import pandas as pd
 import pytest
 
 from caregiver_mj import cli
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.record import COLUMNS
 from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.film import render_episode
@@ -86,20 +85,3 @@ def test_the_display_is_told_of_each_child(house):
     assert [child.safe for child in shown.children] == assessment.safe[0].tolist()
     # What decides is the sum of the dangers to the children.
     np.testing.assert_allclose(shown.danger, assessment.danger[0].sum(axis=0))
-
-
-def test_damage_is_told_of_the_kinds_that_the_house_has():
-    plan = FloorPlan.parse("#########\n#B..M..T#\n#..o....#\n#########")
-    shown = Episode.load(house=plan, children=1.0, caregiver="none").hud_state(1)
-    assert list(shown.damages) == ["tables", "drinks", "batteries"]
-
-
-def test_nearest_candle_in_the_hand(house):
-    episode = Episode.load(house=house, children=0.0, caregiver="paper")
-    assert episode.child_to_carried_candle() == np.inf
-    found = np.inf
-    while found == np.inf and episode.run_until(episode.seconds + 0.5):
-        found = episode.child_to_carried_candle()
-    shown = episode.hud_state(1)
-    assert found == pytest.approx(np.linalg.norm(shown.candles[0, :2] - shown.children[0].position))
-    assert shown.candles[0, 2] > 0.5

@@ -55,19 +55,6 @@ def test_film_shows_house_and_display_and_the_still_is_its_middle(short_film):
     assert difference.min() < 5  # the film is compressed
 
 
-def test_failure_leaves_no_film(tmp_path):
-    class Broken:
-        def __init__(self, *settings):
-            pass
-
-        def frame(self):
-            raise RuntimeError("lens cap")
-
-    with pytest.raises(RuntimeError, match="lens cap"):
-        film(tmp_path / "broken.mp4", studio=Broken)
-    assert not list(tmp_path.iterdir())
-
-
 @pytest.mark.parametrize(
     ("name", "settings", "message"),
     [

@@ -64,15 +64,3 @@ def test_gauges_fill_in_proportion_to_each_childs_safety():
     assert others == [0, 0]
     four = gauges(hud.draw(frame(), state(4)))  # 0.2 to 0.8
     assert four == pytest.approx([i * four[0] for i in (1, 2, 3, 4)], abs=5)
-
-
-@pytest.mark.parametrize(("width", "height"), [(1280, 720), (320, 240)])
-@pytest.mark.parametrize("count", [2, 12])
-def test_any_number_of_children_fits(width, height, count):
-    child = hud.ChildState(PLAN.position((2, 2)), safe=1.0, damage=123.0)
-    damages = {"stairs": 100.0, "candles": 20.0, "tables": 3.0}
-    crowd = state(count, children=(child,) * count, damage=123.0 * count, damages=damages)
-    drawn = hud.draw(frame(width, height), crowd)
-    different = (drawn != frame(width, height)).any(axis=2)
-    assert not different[hud.strip_top(width, height) :, -width // 100 :].any()
-    assert not different[: hud.strip_top(width, height), width // 3 :].any()

@@ -18,7 +18,7 @@ from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
 from caregiver_mj.robot.retrieval import RetrievalPlanner
-from caregiver_mj.robot.skills import Block, Pick, Place, Retrieve, Skill, StandAside
+from caregiver_mj.robot.skills import Block, Pick, Place, Retrieve, Skill
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import ChildView, View
 
@@ -145,19 +145,6 @@ def test_a_stairwell_is_blocked_for_as_long_as_wanted(stage):
     assert block.is_approaching  # the hand has no part in it
 
 
-@pytest.mark.parametrize("lies", ["on the floor", "outside"])
-def test_a_candle_is_retrieved_if_the_arm_gets_at_it(stage, lies):
-    x, y = ROOM.position((2, 5)) if lies == "on the floor" else (8.0, 0.0)
-    stage.put_candle(x, y, CANDLE_RADIUS, np.pi / 2)
-    retrieve = stage.retrieve()
-    if lies == "outside":
-        assert stage.to_the_end(retrieve, 5.0) == [Status.RUNNING, Status.OUT_OF_REACH]
-        return
-    assert stage.run(retrieve, lambda: not retrieve.is_approaching) == [Status.RUNNING, Status.COMMITTED]
-    assert stage.to_the_end(retrieve) == [Status.COMMITTED, Status.DONE]
-    assert stage.candle()[2] > TABLE_TOP
-
-
 def test_a_table_that_children_surround_is_given_up(stage):
     """One child alone leaves other sides of it open."""
     around = ROOM.free_neighbours(ROOM.tables[ITS_TABLE])
@@ -167,17 +154,6 @@ def test_a_table_that_children_surround_is_given_up(stage):
     assert GIVES_UP < stage.now < 2 * GIVES_UP
     stage.others = stage.others[:1]
     assert stage.to_the_end(Pick(stage.navigator, CANDLE, ITS_TABLE))[-1] is Status.DONE
-
-
-def test_who_stands_aside_is_never_done_and_in_nobodys_way(stage):
-    stage.others = [child(*centre(ROOM, (1, 4)))]
-    aside = StandAside(stage.navigator)
-    assert aside.cell is None
-    for _ in range(400):
-        assert stage.step(aside) is Status.RUNNING
-    assert np.hypot(*(stage.physics.base_position()[:2] - ROOM.position(aside.cell))) < 0.03
-    cells = [ROOM.cell_at(one.position) for one in stage.look().children]
-    assert aside.cell == stage.navigator.refuge(aside.cell, cells, set(cells))
 
 
 # -- Every skill ends --------------------------------------------------------------------------------
