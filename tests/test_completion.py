@@ -1,4 +1,4 @@
-"""What a shell, and Python, make of a tab, as somebody would type it."""
+"""What a shell makes of a tab, as somebody would type it."""
 
 import subprocess
 import sys
@@ -19,18 +19,12 @@ printf '%s\\n' "${COMPREPLY[@]}"
 """
 
 
-def script_of(shell, folder):
-    """The file that somebody would keep."""
-    path = folder / ("_caregiver-mj" if shell == "zsh" else "caregiver-mj")
-    path.write_text(completion.script(cli.make_parser(), shell))
-    return path
-
-
 @pytest.fixture(scope="module")
 def bash(tmp_path_factory):
     """What bash offers for the last of some words."""
     folder = tmp_path_factory.mktemp("completion")
-    path = script_of("bash", folder)
+    path = folder / "caregiver-mj"
+    path.write_text(completion.script(cli.make_parser(), "bash"))
 
     def offered(*words):
         command = ["bash", "--norc", "-c", f"source {path}\n{_LOADED}", "bash", "caregiver-mj", *words]

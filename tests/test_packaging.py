@@ -1,4 +1,4 @@
-"""What a user gets: the wheel, built from the source distribution, installed, and used outside the checkout."""
+"""What a user gets: the wheel, installed, and used outside the checkout."""
 
 import email
 import pathlib

@@ -1,4 +1,4 @@
-"""Caregivers to compare with: what they choose in a corridor, by hand, and how they begin an episode."""
+"""Caregivers to compare with: what they choose in a corridor, by hand."""
 
 import dataclasses
 

@@ -1,4 +1,4 @@
-"""Harm: a run of two houses and two children whose paired differences are worked by hand; one without `none`."""
+"""Harm: a run of two houses and two children whose paired differences are worked by hand."""
 
 import numpy as np
 import pandas as pd

@@ -1,18 +1,10 @@
-"""Intervals: values worked by hand, every resample of a small sample, symmetries, and samples that tell little."""
+"""Intervals: values worked by hand, every resample of a small sample, and samples that tell little."""
 
 import numpy as np
 import pytest
 from scipy import stats
 
-from caregiver_mj.experiments.intervals import (
-    of_mean,
-    of_mean_ratio,
-    of_ratio,
-    quantiles,
-    resamples,
-    shares,
-    solve,
-)
+from caregiver_mj.experiments.intervals import of_mean, of_mean_ratio, of_ratio, quantiles, resamples, shares, solve
 
 INF = np.inf
 

@@ -1,4 +1,4 @@
-"""Runs that are killed, interrupted or out of disk: what is kept, and that they end as if nothing had happened."""
+"""Runs that are killed or interrupted: what is kept, and that they end as if nothing had happened."""
 
 import functools
 import json

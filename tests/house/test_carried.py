@@ -1,4 +1,4 @@
-"""How far the candle in the robot's hand is from a child, beside the models that its sizes are taken from."""
+"""How far the candle in the robot's hand is from a child."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The scene of the house: it is complete, quiet when left alone, and its contacts do what they are for."""
+"""The scene of the house: it is complete, and its contacts do what they are for."""
 
 import mujoco
 import numpy as np

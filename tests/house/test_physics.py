@@ -1,4 +1,4 @@
-"""The house's physics: named readouts of children, candles and robot, and who touches what."""
+"""The house's physics: what it looks like changes nothing, which actions it takes, and who touches what."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Generated houses: valid, as asked for, built and furnished as houses are, and the same wherever they are made."""
+"""Generated houses: valid, and as asked for."""
 
 import dataclasses
 

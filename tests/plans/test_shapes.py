@@ -1,4 +1,4 @@
-"""Houses of every shape: each is what its name says, valid, and one that the robot can work in."""
+"""Houses of every shape: each is valid, and one that the robot can work in."""
 
 import pytest
 

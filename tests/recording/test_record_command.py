@@ -1,4 +1,4 @@
-"""The command `record`: both formats, recordings that break off, and what it refuses."""
+"""The command `record`: both formats, policies of one's own, and what it refuses."""
 
 import json
 import pathlib

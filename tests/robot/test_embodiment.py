@@ -1,4 +1,4 @@
-"""Robots by name: what is read from their models, and that each can do what the skills will ask of it."""
+"""Robots by name, and that each can do what the skills will ask of it."""
 
 import dataclasses
 import importlib.metadata

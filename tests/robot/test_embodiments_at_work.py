@@ -1,4 +1,4 @@
-"""What every robot must do in the house: be there under its names, and take a candle from table to table."""
+"""What every robot must do in the house: take a candle or a mug from table to table."""
 
 import numpy as np
 import pytest

@@ -8,16 +8,7 @@ import pytest
 import caregiver_mj
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiments import find_embodiment
-from studies.audit import (
-    Audit,
-    Check,
-    EpisodeLog,
-    NearChild,
-    Recorder,
-    check_limits,
-    check_motion,
-    near_child,
-)
+from studies.audit import Audit, Check, EpisodeLog, NearChild, Recorder, check_limits, check_motion, near_child
 
 ROBOT = find_embodiment()
 CONTROL, PHYSICS = 0.02, 0.005  # seconds

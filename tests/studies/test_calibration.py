@@ -1,4 +1,4 @@
-"""The study of calibration: its sums by hand, a child that is the model itself, and a small run of all of it."""
+"""The study of calibration: its sums by hand, and a child that is the model itself."""
 
 import numpy as np
 import pandas as pd

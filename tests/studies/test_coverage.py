@@ -1,4 +1,4 @@
-"""The study of coverage: its parts by hand and against SciPy, and a small run of all of it."""
+"""The study of coverage: its parts by hand."""
 
 import numpy as np
 import pytest

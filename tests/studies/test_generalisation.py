@@ -4,15 +4,7 @@ import numpy as np
 import pytest
 
 from caregiver_mj.plans.floor_plan import FloorPlan
-from studies.generalisation import (
-    Job,
-    Walks,
-    area_under_curve,
-    draw,
-    page,
-    run_job,
-    tell,
-)
+from studies.generalisation import Job, Walks, area_under_curve, draw, page, run_job, tell
 
 
 @pytest.fixture(scope="module")

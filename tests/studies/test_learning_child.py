@@ -1,4 +1,4 @@
-"""The study of a child that learns: its table, what it is taught, and the page."""
+"""The study of a child that learns: what it is taught, by hand."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The study of relocations: what is measured of one, what disturbs it, and what is printed of many."""
+"""The study of relocations: what is measured of one, and what disturbs it."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The study of sensitivity: what it varies, what it derives by hand, its page and its figure."""
+"""The study of sensitivity: where two rules differ, by hand and in any house."""
 
 import dataclasses
 
@@ -12,9 +12,7 @@ from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, DamageWeights
-from studies.sensitivity import (
-    cells_apart,
-)
+from studies.sensitivity import cells_apart
 
 # A corridor: wherever the child is, stairwell and candle are 11 moves away together. The bare table is by the stairs.
 CORRIDOR = FloorPlan.parse("##############\n#S..........C#\n##T######B####\n##############")

@@ -1,4 +1,4 @@
-"""What studies have in common: commands, pages, jobs that are kept, trials; and that each explains itself."""
+"""What studies have in common: commands, pages, and jobs that are kept; and that each explains itself."""
 
 import os
 import pathlib

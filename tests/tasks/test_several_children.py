@@ -1,4 +1,4 @@
-"""Several children in the house: what is observed of them, what they cost, and what an only child is spared."""
+"""Several children in the house: what they cost, and who waits for whom."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The report of runs over several houses, the order of runs, and what is told beside the numbers."""
+"""The report of runs over several houses."""
 
 import pytest
 from made_runs import TINY, drawn_once, write_run

@@ -1,4 +1,4 @@
-"""The viewers' session: play, pause, steps, speed, another episode; no window and no browser."""
+"""The viewers' session: play, pause, steps, speed; no window and no browser."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""MuJoCo's own viewer: what stands in the window's corner, and the window itself where there can be one."""
+"""MuJoCo's own viewer, where there can be a window."""
 
 import os
 import shutil
