@@ -122,20 +122,6 @@ def test_output_that_cannot_be_written(capsys, tmp_path, below):
     assert folder in fails(capsys, ["render", "--out", f"{folder}/film.mp4"])
 
 
-def test_two_runs_do_not_mix(capsys, tmp_path):
-    argv = [*GRID, "--episodes", "2", "--epsilon", "1", "--out", str(tmp_path)]
-    assert cli.main(argv) == 0
-    capsys.readouterr()
-    assert "--resume" in fails(capsys, argv)
-    message = fails(capsys, [*argv, "--resume", "--seed", "5", "--episodes", "3"])
-    assert "seed is 0 there and 5 here" in message
-    message = fails(capsys, [*argv, "--resume", "--episodes", "1"])
-    assert "episodes is 2 there and 1 here; a run can be added to, but not cut" in message
-    for text in ("{", "[]", "3"):
-        (tmp_path / "run.json").write_text(text)
-        assert "run.json" in fails(capsys, [*argv, "--resume"])
-
-
 def test_table_and_json(capsys):
     argv = [*GRID, "--episodes", "3", "--epsilon", "1", "0.5"]
     assert cli.main([*argv, "--json"]) == 0
@@ -149,26 +135,6 @@ def test_table_and_json(capsys):
     assert (none[1], paper[1]) == names
     assert none[6] == "1.00"  # left: epsilon, name, mean, ±, sd, normalised, left
     assert float(paper[6]) == pytest.approx(float(paper[2]) / float(none[2]), abs=0.01)
-
-
-@pytest.mark.parametrize(
-    ("argv", "families", "epsilons"),
-    [
-        (["--epsilon", "1,.25", ".5", "--children", "2"], ["1,0.25", "0.5,0.5"], [0.625, 0.5]),
-        (["--epsilon", "1", "--children", "3"], ["1,1,1"], [1.0]),
-        (["--epsilon", "1", "1.0", "1,0", "1,.0"], ["1", "1,0"], [1.0, 0.5]),
-        (["--epsilon", "1,novice:1", "--child", "expert"], ["expert:1,1"], [1.0]),
-    ],
-)
-def test_families(capsys, argv, families, epsilons):
-    assert cli.main([*GRID, "--caregiver", "none", "--episodes", "2", *argv, "--json"]) == 0
-    out, err = capsys.readouterr()
-    rows = json.loads(out)["rows"]
-    assert [row["family"] for row in rows] == families
-    assert [row["epsilon"] for row in rows] == epsilons
-    assert ("epsilon of each" in err) == any("," in family for family in families)
-    for family in families:
-        assert any(line.split()[:1] == [family] for line in err.splitlines())
 
 
 def test_damage_is_what_was_asked_for(capsys, tmp_path):
@@ -195,16 +161,6 @@ def test_a_house_is_made_again_from_its_seed_its_name_and_its_file(capsys, tmp_p
     assert file.read_text() == text
     assert cli.main(["house", "check", str(file)]) == 0
     assert capsys.readouterr().out.startswith("OK: ours, ")
-
-
-def test_a_house_is_made_as_asked_for(capsys):
-    wishes = {"rooms": 3, "stairwells": 2, "candles": 1, "tables": 3, "bins": 2}
-    options = [word for option, count in wishes.items() for word in (f"--{option}", str(count))]
-    assert cli.main(["house", "make", "--size", "14x12", *options]) == 0
-    plan = FloorPlan.parse(capsys.readouterr().out)
-    assert plan.shape == (12, 14)
-    assert (len(plan.stairwells), len(plan.candle_tables), len(plan.tables), len(plan.bins)) == (2, 1, 4, 2)
-    assert cli.main(["house", "check", "house-0-14x12-rooms3-stairwells2-candles1-tables3-bins2"]) == 0
 
 
 @pytest.mark.parametrize(

@@ -109,7 +109,7 @@ ODD = {
         ),
     ],
     "floor plan": [
-        *((lambda t=t: caregiver_mj.FloorPlan.parse(t), "text of a floor plan must be a str") for t in (None,)),
+        (lambda: caregiver_mj.FloorPlan.parse(None), "text of a floor plan must be a str"),
         *((lambda c=c: caregiver_mj.FloorPlan.parse(TEXT, cell_size=c), "cell size") for c in (None, 0, np.nan)),
         (lambda: caregiver_mj.FloorPlan.parse(TEXT, None), "name of a floor plan must be a str"),
         (lambda: caregiver_mj.FloorPlan.parse(TEXT, damage=3), "damage, if no DamageWeights or mapping, must be a str"),
@@ -131,26 +131,15 @@ ODD = {
         (lambda: make_caregiver(None, TINY), "name of a caregiver must be a str"),
         (lambda: make_caregiver("paper", "paper"), "house of a caregiver must be a FloorPlan"),
         (lambda: make_caregiver("random", TINY, "x"), "seed of a caregiver must be an integer"),
-        *(
-            (
-                lambda show=show: policy()(show(load().reset())),
-                f"must be given the time step of env.step or .*, got {kind}$",
-            )
-            for show, kind in (
-                (lambda timestep: timestep.observation, "OrderedDict"),
-                (lambda timestep: None, "NoneType"),
-            )
+        (
+            lambda: policy()(load().reset().observation),
+            "must be given the time step of env.step or .*, got OrderedDict",
         ),
         (act_in_mid_episode, "first time step that a caregiver's policy sees must be that of env.reset"),
         *(
             (lambda a=a: run_episodes(TINY, 0.5, Deciding(*a), [0]), words)
             for a, words in (
-                (
-                    ("relocate", 0, 1),
-                    r"Deciding.decide: 'relocate' is for a candle or mug, of which there are \[1\], not .* 0",
-                ),
-                (("relocate", NOTHING, 1), "'relocate' is for a candle or mug, .* not for hazard -1"),
-                (("block", 1, NOTHING), r"'block' is for a stairwell, of which there are \[0\], not for hazard 1"),
+                (("relocate", 0, 1), r"decide: 'relocate' is for a candle or mug, of which there are \[1\], not .* 0"),
                 (("block", NOTHING, NOTHING), "'block' is for a stairwell, .* not for hazard -1"),
             )
         ),
@@ -182,35 +171,17 @@ ODD = {
     "environment": [
         *((lambda a=a: act(a), "an action must be an integer from 0 to 2") for a in (99, -1, "a")),
         (lambda: act_in_the_house("a"), "an action must be an array of numbers"),
-        *(
-            (lambda n=n, make=make: make(n), "num_envs must be an integer from 1 to 100000, got")
-            for make in (GridTargetsVector, lambda n: GridHousesVector([TINY], n))
-            for n in (0, 100_001)
-        ),
-        *(
-            (lambda s=s: GridTargetsVector(1, house=TINY, slots=s), "slots must be at most 1,000 of a kind, got")
-            for s in ((1001, 2), (2, 1001))
-        ),
+        *((lambda n=n: GridTargetsVector(n), "num_envs must be an integer from 1 to 100000") for n in (0, 100_001)),
+        (lambda: GridHousesVector([TINY], 0), "num_envs must be an integer from 1 to 100000, got"),
+        (lambda: GridTargetsVector(1, house=TINY, slots=(2, 1001)), "slots must be at most 1,000 of a kind, got"),
         (lambda: GridHousesVector([]), "houses must be at least 1"),
         *((lambda a=a: act(a), "an action must be one integer, got") for a in (np.array([1]), [1, 2])),
-        *(
-            (lambda a=a: step_vector(a), "actions must be 3 integers, one for each episode")
-            for a in (0, np.zeros((3, 1), int))
-        ),
-        *(
-            (lambda s=s: step_vector(np.zeros(3, int), s), "the seed must be an integer, or one for each of 3")
-            for s in (3.5,)
-        ),
+        (lambda: step_vector(np.zeros((3, 1), int)), "actions must be 3 integers, one for each episode"),
+        (lambda: step_vector(np.zeros(3, int), 3.5), "the seed must be an integer, or one for each of 3"),
         (lambda: step_vector(np.zeros(3, int), [1, 2]), "seeds must be 3, one for each episode, got 2"),
         *((lambda h=h: GridHousesVector(h, 2), "houses must be several") for h in ("paper", TINY)),
-        *(
-            (lambda f=f: GridHousesVector([TINY], 2, families=f), "families must be several, such as")
-            for f in (0.5, "0.5")
-        ),
-        (
-            lambda: GridHousesVector([TINY], 2, families=("1", "1,.5")),
-            "families must have equally many children, got 1, 2",
-        ),
+        (lambda: GridHousesVector([TINY], 2, families=0.5), "families must be several, such as"),
+        (lambda: GridHousesVector([TINY], 2, families=("1", "1,.5")), "families must have equally many children"),
         (lambda: GridHousesVector([TINY], 3, 2), "at_once, .* must be an integer from 1 to 1, got 2"),
         (lambda: GridHousesVector([TINY, "paper"], 3), "must be a multiple of 2 houses at once x 1 families, got 3"),
     ],

@@ -12,7 +12,6 @@ from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.plans.sets import houses_named
 
 # Columns of the contract, written out once more.
@@ -147,16 +146,6 @@ def test_rows_do_not_depend_on_blocks(caregiver, family):
     found = evaluate(settings)
     same(evaluate(settings, grid_block=2), found)
     assert found.episodes.damage.nunique() > 1
-
-
-def test_damage_is_that_of_the_settings():
-    """The same episodes at other prices: the prices change nothing but the damage, by kind."""
-    dear = FloorPlan.load("paper", damage=DamageWeights(10.0, 2.0, 0.5))
-    cheap, costly = (evaluate(Settings(plan, "grid", ("none",), ("1,.25",), 5)).episodes for plan in (PAPER, dear))
-    for kind, ratio in (("stairwell", 2.0), ("candle", 0.5), ("table", 0.5)):
-        assert (costly[f"damage_{kind}"] == ratio * cheap[f"damage_{kind}"]).all()
-        assert cheap[f"damage_{kind}"].sum() > 0
-    assert (cheap.toys_reached == costly.toys_reached).all()
 
 
 # -- Several houses ----------------------------------------------------------------------------------

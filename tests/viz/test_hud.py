@@ -131,3 +131,44 @@ def test_any_number_of_hazards_fits(width, height, plan, danger):
     strip = changed(drawn, frame(width, height))[hud.strip_top(width, height) :]
     assert strip.any()
     assert not strip[:, -width // 100 :].any()  # nothing runs out of the card
+
+
+# -- Several children --------------------------------------------------------------------------------
+
+CELLS = [(1, 2), (2, 4), (3, 3), (2, 1)]
+
+
+def family(count):
+    """A moment with up to four children, 20 to 80 % safe."""
+    each = [hud.ChildState(PLAN.position(cell), safe=0.2 + 0.2 * i) for i, cell in enumerate(CELLS[:count])]
+    return hud.draw(frame(), state(family=",".join(["0.5"] * count), children=tuple(each), robot=None, mark=None))
+
+
+def where(picture, colour):
+    """The middle of a colour, as column and row."""
+    return np.median(np.argwhere(np.abs(picture.astype(int) - colour).max(axis=2) < 30), axis=0)[::-1]
+
+
+@pytest.mark.parametrize("count", [2, 4])
+def test_every_child_has_a_dot_of_its_own_colour_in_its_place(count):
+    chart = family(count)[:360, :320]
+    metres = np.array([PLAN.position(cell) for cell in CELLS[:count]])
+    places = np.array([where(chart, colours.of_child(i)) for i in range(count)])
+    pixels, along = places - places[0], (metres - metres[0]) * (1, -1)
+    scale = pixels[1, 0] / along[1, 0]
+    np.testing.assert_allclose(pixels, along * scale, atol=0.2 * scale * PLAN.cell_size)
+
+
+def test_gauges_fill_in_proportion_to_each_childs_safety():
+    def gauges(picture):
+        """Pixels of the lower gauge's row, of each child's colour."""
+        strip = picture[hud.strip_top(1280, 720) :, :260]
+        rows = np.flatnonzero((strip == (56, 64, 78)).all(axis=2).sum(axis=1) > 10)
+        return [int((strip[rows[-1]] == colours.of_child(i)).all(axis=1).sum()) for i in range(4)]
+
+    first, second, *others = gauges(family(2))
+    assert second == pytest.approx(2 * first, abs=3)
+    assert first > 10
+    assert others == [0, 0]
+    four = gauges(family(4))
+    assert four == pytest.approx([i * four[0] for i in (1, 2, 3, 4)], abs=5)
