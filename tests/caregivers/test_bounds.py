@@ -19,16 +19,10 @@ STAIRWELL, CANDLE = 0, 1
 LANDING = 5
 
 
-def see(child_cell, candle_table=1, caregiver_cell=4, holding=NOTHING, batch=1):
-    """A percept of worlds with one child each, all alike."""
-    return Percept(
-        np.full((batch, 1), child_cell),
-        np.full((batch, 1), child_cell),
-        np.full((batch, 1), NOTHING),
-        np.full(batch, caregiver_cell),
-        np.full((batch, 1), candle_table),
-        np.full(batch, holding),
-    )
+def see(child_cell, candle_table=1, caregiver_cell=4, holding=NOTHING):
+    """A percept of one world with one child."""
+    child, table = np.array([[child_cell]]), np.array([[candle_table]])
+    return Percept(child, child, np.array([[NOTHING]]), np.array([caregiver_cell]), table, np.array([holding]))
 
 
 @pytest.mark.parametrize("cell", range(5))

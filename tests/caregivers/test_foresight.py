@@ -98,12 +98,12 @@ def tapes(count, children=1, timesteps=EPISODE_TIMESTEPS):
     return [Tape.draw_family(np.random.RandomState(seed), children, timesteps) for seed in range(count)]
 
 
-def percept(plan, child, caregiver, candle_table=None, previous=None, action=-1):
+def percept(plan, child, caregiver, candle_table=None):
     tables = plan.candle_tables if candle_table is None else candle_table
     return Percept(
         np.array([[child]]),
-        np.array([[child if previous is None else previous]]),
-        np.array([[action]]),
+        np.array([[child]]),
+        np.array([[-1]]),
         np.array([caregiver]),
         np.array([tables], int).reshape(1, -1),
         np.array([-1]),

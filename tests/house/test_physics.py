@@ -54,6 +54,19 @@ def test_without_visuals_the_house_is_smaller_and_everything_moves_exactly_as_wi
     np.testing.assert_array_equal(bare.data.qvel, seen.data.qvel)
 
 
+def test_candles_and_robot_are_read_where_they_were_put():
+    physics = house(robot=True)
+    physics.set_candle(0, np.array([0.3, 0.2, 0.1]), math.pi / 2)
+    np.testing.assert_allclose(physics.candle_poses()[0], [0.3, 0.2, 0.1, math.sqrt(0.5), 0, 0, math.sqrt(0.5)])
+    assert physics.candle_upright() == pytest.approx([1.0])
+    physics.data.qpos[physics.model.ptr.joint("candle_0/joint").qposadr[0] + 3 :][:4] = [0.5, 0.5, 0.5, 0.5]
+    assert physics.candle_upright() == pytest.approx([0.0])  # it points along an axis of the floor
+    physics.set_robot(np.array([0.5, -0.5, 1.0]), np.arange(7) / 10)
+    np.testing.assert_allclose(physics.base_position(), [0.5, -0.5, 1.0])
+    np.testing.assert_allclose(physics.arm_position(), np.arange(7) / 10)
+    assert not physics.is_gripping()
+
+
 # -- Actions -----------------------------------------------------------------------------------------
 
 
@@ -74,9 +87,9 @@ def test_actions_are_checked():
 # -- Touches -----------------------------------------------------------------------------------------
 
 
-def felt(physics, steps=1) -> set[tuple[int, str, int]]:
-    """Who touches what in some steps: child, kind, number."""
-    physics.step(steps)
+def felt(physics) -> set[tuple[int, str, int]]:
+    """Who touches what in a step: child, kind, number."""
+    physics.step(1)
     return {(touch.child, touch.kind, touch.index) for touch in physics.touches}
 
 

@@ -53,7 +53,7 @@ def test_a_child_takes_what_lies_in_the_cell_that_it_enters_and_is_hurt_once():
     assert step.observation["battery_position"][0, 2] == pytest.approx(0.0, abs=1e-6)
 
 
-def picking(robot, friction=None, cell=(1, 5)):
+def picking(robot, friction=None):
     """An episode in which the caregiver picks a battery up, the child standing far away."""
     env = caregiver_mj.load("supervise", ROOM, 0.5, random=1, task_kwargs={"embodiment": robot}, visuals=False)
     model = env.physics.model.ptr
@@ -65,7 +65,7 @@ def picking(robot, friction=None, cell=(1, 5)):
     step = env.reset()
     child = env.task.children[0]
     child.behaviour.act = lambda sight, draws: np.array([NOTHING])
-    child.put(cell)
+    child.put((1, 5))
     return env, policy, step
 
 

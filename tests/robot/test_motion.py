@@ -9,10 +9,10 @@ from caregiver_mj.robot.motion import RobotMotion
 ROBOT = find_embodiment()
 
 
-def motion_along(*points: tuple[float, float], start=(0.0, 0.0, 0.0)) -> RobotMotion:
+def motion_along(*points: tuple[float, float]) -> RobotMotion:
     robot = RobotMotion(ROBOT, 0.02)
-    robot.reset(start)
-    robot.drive_along([start[:2], *points], lambda _: True)
+    robot.reset((0.0, 0.0, 0.0))
+    robot.drive_along([(0.0, 0.0), *points], lambda _: True)
     robot.set_rate(1.0)
     return robot
 

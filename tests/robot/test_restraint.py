@@ -24,8 +24,8 @@ CLEARANCE = Clearance(OPEN, ROBOT)
 TOUCHED = view(child(TOUCHING, 0.0))
 
 
-def left(seen, velocity, before=(0.0, 0.0), is_loaded=False):
-    return restrain(seen, ROBOT, CLEARANCE, TIMESTEP, is_loaded, velocity, before)[0]
+def left(seen, velocity, before=(0.0, 0.0)):
+    return restrain(seen, ROBOT, CLEARANCE, TIMESTEP, False, velocity, before)[0]
 
 
 def test_nothing_is_left_that_leads_towards_a_child_that_touches_and_little_along_it():

@@ -117,9 +117,9 @@ def polyline(legs, start=(0.0, 0.0)) -> list[tuple[float, float]]:
     return points
 
 
-def trace(path: BasePath, end: float | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def trace(path: BasePath) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Positions, velocities and accelerations all along a path, (n, 2) each."""
-    states = [path.at(time) for time in np.arange(0.0, (path.duration if end is None else end) + TIMESTEP, TIMESTEP)]
+    states = [path.at(time) for time in np.arange(0.0, path.duration + TIMESTEP, TIMESTEP)]
     return tuple(np.array(values) for values in zip(*states, strict=True))
 
 

@@ -12,8 +12,8 @@ PLAN = FloorPlan.parse("########\n#B....C#\n#....T.#\n#.S....#\n#....TB#\n######
 MOVE = 84  # control steps of a novice timestep
 
 
-def load(family, task="supervise", plan=PLAN, seed=0, **task_kwargs):
-    return caregiver_mj.tasks.load(task, plan, random=seed, task_kwargs={"family": family, **task_kwargs})
+def load(family, task="supervise", plan=PLAN, **task_kwargs):
+    return caregiver_mj.tasks.load(task, plan, random=0, task_kwargs={"family": family, **task_kwargs})
 
 
 def timesteps(env, count=1):

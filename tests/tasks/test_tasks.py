@@ -160,10 +160,10 @@ def test_starts_are_random():
 CUPBOARD = FloorPlan.parse("#####\n#B.C#\n##T##\n#####", "cupboard")  # one free cell
 
 
-def bumps(env: control.Environment, count: int = 24) -> list[dict[str, float]]:
+def bumps(env: control.Environment) -> list[dict[str, float]]:
     """Damage by kind in each of some novice timesteps."""
     totals, harm = env.task.outcome(), []
-    for _ in range(count):
+    for _ in range(24):
         for _ in range(84):
             env.step(np.zeros(0))
         now = env.task.outcome()
