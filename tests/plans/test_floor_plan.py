@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from random_plans import plan_texts
 
 from caregiver_mj.errors import FloorPlanError
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.floor_plan import FloorPlan, house_names
 
 SMALL = """\
 ######
@@ -72,6 +72,14 @@ def test_lines_are_counted_from_the_top_of_the_file_and_blanks_do_not_matter():
 def test_cell_size_must_be_positive(size):
     with pytest.raises(FloorPlanError, match="cell size must be a positive length"):
         FloorPlan.parse(SMALL, cell_size=size)
+
+
+def test_the_paper_house_has_the_objects_its_description_names():
+    plan = FloorPlan.load("paper")
+    counts = [len(objects) for objects in (plan.stairwells, plan.candle_tables, plan.tables, plan.bins)]
+    assert counts == [3, 4, 8, 4]
+    assert "paper" in house_names()
+    assert all(FloorPlan.load(name).name == name for name in house_names())
 
 
 def test_load_reads_a_file_and_calls_it_by_its_stem(tmp_path):

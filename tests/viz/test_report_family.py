@@ -6,6 +6,7 @@ from made_runs import DAMAGE, FAMILIES, PAPER, TINY, write_run
 
 from caregiver_mj.viz import report
 from caregiver_mj.viz.report.film import make_film
+from caregiver_mj.viz.report.left import side_by_side
 from caregiver_mj.viz.report.tables import children_table
 
 
@@ -23,6 +24,14 @@ def test_each_child_has_a_row_of_its_own(run):
         ("100 % and 50 % random: novice 2, 50 %", f"{0.2 * alone:.1f}", f"{0.2 * guarded:.1f}", "1.0", "1.0"),
     ]
     assert len(table.rows) == 4
+
+
+def test_single_children_and_families_beside_each_other(run, tmp_path):
+    table = side_by_side([report.read_run(write_run(tmp_path)), report.read_run(run)])["table"]
+    names = ["random motion", "100 % and 50 % random", "25 % random", "2 x 25 % random"]
+    assert [row[0] for row in table.rows] == names
+    assert table.columns == ("children", "Grid (paper)", "Physical house (paper)", "house against grid")
+    assert [row[3] for row in table.rows] == ["–"] * 4
 
 
 def filmed(runs, tmp_path):
