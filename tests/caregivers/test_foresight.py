@@ -71,16 +71,6 @@ FOUR_TABLES = """
 #CB..BT#
 ########
 """
-ALCOVES = """
-###############
-###C##T##S##C##
-###.##.##.##.##
-#B...........B#
-#.............#
-###.##.##.##.##
-###T##S##C##T##
-###############
-"""
 NO_CANDLE = """
 #####
 #B.T#
@@ -221,16 +211,12 @@ class TestValueTable:
         # With the child beside the first table and the caregiver far from it, the candle is better elsewhere.
         assert (found.at(near_second, 0, 3) < found.at(near_first, 0, 3)).all()
 
-    @pytest.mark.parametrize(("house", "epsilon", "hope"), [("train-100/36", 0.5, 1.1), ("alcoves", 1.0, 1.25)])
-    def test_what_is_expected_is_what_happens(self, house, epsilon, hope):
-        """The damage and the price that are expected at first are about what comes, told everything.
-
-        While it carries a candle the child is thought to walk on regardless, which tells where all is narrow.
-        """
-        plan, episodes = FloorPlan.parse(ALCOVES) if house == "alcoves" else FloorPlan.load(house), 200
+    def test_what_is_expected_is_what_happens(self):
+        """The damage and the price that are expected at first are about what comes, told everything."""
+        plan, episodes = FloorPlan.load("train-100/36"), 200
         objective = Objective(price=1.0, random_price=1.0)
         caregiver = KnowsGoalCaregiver(plan, objective=objective)
-        world = GridWorld(plan, epsilon, caregiver)
+        world = GridWorld(plan, 0.5, caregiver)
         world.reset(tapes(episodes))
         world.step()
         free = np.flatnonzero((world.candle_table >= 0).all(axis=1))
@@ -242,7 +228,7 @@ class TestValueTable:
             now = world.ledger.damage + world.ledger.totals()["moves_blocked_free"]
             total, cost = total + 0.985**timestep * (now - cost), now
         error = 3 * (total[free] - expected).std() / len(free) ** 0.5
-        assert 0.75 * expected.mean() - error < total[free].mean() < hope * expected.mean() + error
+        assert 0.75 * expected.mean() - error < total[free].mean() < 1.1 * expected.mean() + error
 
     def test_fewer_candles_at_a_time_are_planned_for_where_there_are_too_many_layouts(self, monkeypatch):
         plan = FloorPlan.load("paper")
