@@ -33,6 +33,26 @@ def test_an_ideal_base_follows_its_path_and_stops_at_its_end():
     assert not robot.moving
 
 
+def test_a_base_tells_how_much_of_its_speed_it_has():
+    robot = RobotMotion(ROBOT, 0.02)
+    robot.reset((0.0, 0.0, 0.0))
+    assert (robot.is_driving, robot.rate) == (False, 0.0)
+    robot.drive_along([(0.0, 0.0), (3.0, 0.0)], lambda _: True)
+    rates = []
+    for i in range(300):
+        robot.set_rate(1.0 if i < 40 else 0.25)
+        assert robot.is_driving or i > 100
+        rates.append(robot.rate)
+        robot.action((*robot.base_reference()[0], 0.0))
+        robot.now += 0.02
+    assert rates[1:39] == [1.0] * 38
+    assert rates[100] == pytest.approx(0.25)
+    while robot.is_driving:
+        robot.now += 0.02
+        robot.base_reference()
+    assert (robot.rate, robot.base_reference()[0]) == (0.0, (3.0, 0.0))
+
+
 def test_a_base_that_is_led_off_its_path_lets_go_of_it_without_a_jump():
     """It is told to go straight on where its path turns off; then it comes to rest from where it has got to."""
     robot = motion_along((0.5, 0.0), (0.5, 3.0))
@@ -100,3 +120,16 @@ def test_heading_turns_the_shorter_way():
         assert robot.yaw >= 3.0 - 1e-9
         robot.now += 0.02
     assert robot.yaw == pytest.approx(2 * np.pi - 3.0)
+
+
+@pytest.mark.parametrize("delay", [0.06, 0.5])
+def test_feedback_by_what_is_seen_late_does_not_swing(delay):
+    """A base that is off its place, and told of it so late, comes back there without going far beyond."""
+    robot, steps = RobotMotion(ROBOT, 0.02, delay), round(delay / 0.02)
+    robot.reset((0.0, 0.0, 0.0))
+    poses = [np.array([0.0, 0.05, 0.1])] * (steps + 1)
+    for _ in range(round((2.0 + 10 * delay) / 0.02)):
+        poses.append(poses[-1] + 0.02 * robot.action(poses[-1 - steps])[:3])
+    after = np.array(poses)[:, 1:]
+    assert after.min() > -0.01
+    assert np.abs(after[-1]).max() < 0.01
