@@ -4,14 +4,10 @@
 and says with `CAREGIVER_PYTHON` where that is. Without it they are left out: they take a minute.
 """
 
-import contextlib
 import os
 import pathlib
 import re
-import signal
-import socket
 import subprocess
-import urllib.request
 
 import pytest
 from wheels import ROOT
@@ -78,31 +74,6 @@ def test_page(python, page):
     done([python, "page.py"])
 
 
-def test_gymnasium(python):
-    pathlib.Path("gym.py").write_text("""
-import warnings
-
-import gymnasium
-import numpy as np
-from gymnasium.utils.env_checker import check_env
-
-if __name__ == "__main__":
-    warnings.filterwarnings("ignore", ".*symmetric and normalized")  # actions are in m/s and rad, as the page says
-    for name in ("Supervise", "RelocateCandle", "BlockStairs", "Supervise-Targets"):
-        env = gymnasium.make(f"caregiver_mj:caregiver_mj/{name}-v0", house="tiny.txt")
-        check_env(env.unwrapped, skip_render_check=True)
-    seen = []
-    for mode in ("sync", "async"):
-        envs = gymnasium.make_vec("caregiver_mj/BlockStairs-v0", 2, mode, house="tiny.txt", flat=True)
-        first, _ = envs.reset(seed=3)
-        envs.action_space.seed(0)
-        seen.append([first, *(envs.step(envs.action_space.sample())[0] for _ in range(5))])
-        envs.close()
-    np.testing.assert_array_equal(*seen)
-""")
-    done([python, "gym.py"])
-
-
 def test_policies_of_ones_own_are_evaluated_compared_and_reported(ours):
     mine = "my_policies:NearestToMe"
     assert mine in ours("evaluate", *GRID, "--caregiver", "none", "paper", mine, "--out", "runs/mine")
@@ -122,49 +93,3 @@ def test_film(ours, python):
     ours("render", "--caregiver", "my_policies:roundabout", "--seconds", ".2", "--out", "film.mp4", "--still", "a.png")
     code = "import imageio.v3 as iio; print(iio.imread('film.mp4').shape, iio.imread('a.png').std() > 10)"
     assert done([python, "-c", code]) == "(6, 720, 1280, 3) True\n"
-
-
-def test_data_sets(ours, python):
-    said = ["record", "--caregiver", "my_policies:roundabout", "--seconds", ".2", "--episodes", "2"]
-    assert ours(*said, "--format", "minari", "--out", "data", "--name", "mine-v0") == "data/mine-v0\n"
-    code = (
-        "import minari; found = minari.load_dataset('mine-v0'); env = found.recover_environment(); env.reset(seed=0)\n"
-        "print([episode.actions.shape for episode in found])"
-    )
-    assert done([python, "-c", code], MINARI_DATASETS_PATH="data") == "[(10, 11), (10, 11)]\n"
-    ours(*said, "--format", "lerobot", "--camera", "wrist", "--size", "64x48", "--out", "lerobot")
-    code = "import pandas; print(len(pandas.read_parquet('lerobot/data/chunk-000/file-000.parquet')))"
-    assert done([python, "-c", code]) == "20\n"
-
-
-@contextlib.contextmanager
-def running(command):
-    """A process that serves until it is told to end, and what it prints."""
-    with subprocess.Popen(list(map(str, command)), stdout=subprocess.PIPE, text=True) as process:
-        try:
-            yield process
-        finally:
-            process.send_signal(signal.SIGTERM)
-            process.stdout.read()
-
-
-def test_view_answers_on_loopback(python):
-    command = [python.parent / "caregiver-mj", "view", "--web", "--port", "0", "--house", "tiny.txt", "--paused"]
-    with running([*command, "--caregiver", "my_policies:roundabout"]) as process:
-        url = process.stdout.readline().split()[0]
-        assert re.fullmatch(r"http://127\.0\.0\.1:\d+", url)
-        with urllib.request.urlopen(url, timeout=30) as answer:
-            assert answer.status == 200
-            assert b"<html" in answer.read()[:1000].lower()
-
-
-def test_cluster(python, ours):
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        address = f"tcp://127.0.0.1:{found.getsockname()[1]}"
-    argv = ["evaluate", *GRID, "--caregiver", "none", "my_policies:NearestToMe"]
-    dask = [python, "-m", "dask"]
-    scheduler = [*dask, "scheduler", "--host", "127.0.0.1", "--port", address.rpartition(":")[2], "--no-dashboard"]
-    worker = [*dask, "worker", address, "--nthreads", "1", "--nworkers", "2", "--no-dashboard"]
-    with running(scheduler), running(worker):
-        assert ours(*argv, "--executor", "dask", "--scheduler", address) == ours(*argv)

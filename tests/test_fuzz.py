@@ -1,6 +1,6 @@
 """Plans, command lines and run folders as nobody would write them: a line that says what is wrong, never a traceback.
 
-`CAREGIVER_FUZZ=10000 pytest tests/test_fuzz.py` tries so many in all instead of 300.
+`CAREGIVER_FUZZ=10000 pytest tests/test_fuzz.py` tries so many in all instead of 120.
 """
 
 import contextlib
@@ -25,7 +25,7 @@ from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz.report import read_run
 
-ALL = int(os.environ.get("CAREGIVER_FUZZ", "300"))
+ALL = int(os.environ.get("CAREGIVER_FUZZ", "120"))
 TEXT = "######\n#B.S.#\n#....#\n#C..T#\n######\n"
 
 
@@ -90,28 +90,8 @@ def test_plans(content):
 
 # -- Command lines -----------------------------------------------------------------------------------
 
-ODD = [
-    "",
-    " ",
-    "-1",
-    "0",
-    "1",
-    "1e3",
-    "nan",
-    "inf",
-    "-0",
-    "9" * 30,
-    "0x10",
-    "é",
-    "\0",
-    "a\nb",
-    ":",
-    "a:b",
-    "a:",
-    ",",
-    "1,",
-]
-ODD += ["*", "--", "-", "~", "/", "/dev/null", "..", "%s", "{}", "none", "True", "²", "٣", "1_0", "\ud800"]
+ODD = ["", " ", "-1", "0", "1", "1e3", "nan", "inf", "-0", "9" * 30, "0x10", "é", "\0", "a\nb", ":", "a:b", "a:", ","]
+ODD += ["1,", "*", "--", "-", "~", "/", "/dev/null", "..", "%s", "{}", "none", "True", "²", "٣", "1_0", "\ud800"]
 VALUES = {
     "--world": ["grid", "mars"],  # the house takes seconds an episode
     "--house": ["paper", "house-3", "house-3-8x8", "train-3/1", "train-3/9", "house-", "test-1/0/0", "house-1-2x2"],

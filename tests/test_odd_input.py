@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 import caregiver_mj
-from caregiver_mj.caregivers import CAREGIVERS, Caregiver, make_caregiver
-from caregiver_mj.children.family import Family
+from caregiver_mj.caregivers import Caregiver, make_caregiver
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.envs.houses_vector import GridHousesVector
 from caregiver_mj.envs.target_grid import GridTargetsVector
@@ -17,9 +16,8 @@ from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.interventions.verb import Intervention, Interventions
 from caregiver_mj.plans.generator import generate
 from caregiver_mj.plans.hazards import NOTHING, DamageWeights
-from caregiver_mj.plans.sets import house_set, houses_named
+from caregiver_mj.plans.sets import house_set
 from caregiver_mj.policy.own import OwnPolicy
-from caregiver_mj.viz.film import render_episode
 from caregiver_mj.viz.report import write_report
 
 TEXT = "######\n#B.S.#\n#....#\n#C..T#\n######"
@@ -95,11 +93,8 @@ ONE = [Tape.draw_family(np.random.RandomState(0), 1, timesteps=2)]
 
 ODD = {
     "load": [
-        (lambda: load(["supervise"]), "no task"),
-        *((lambda house=house: load(house=house), "must be a str or PathLike") for house in (None, 3, b"paper")),
-        (lambda: load(house=""), "cannot be read"),
+        *((lambda house=house: load(house=house), "must be a str or PathLike") for house in (None, 3)),
         (lambda: load(house="a\0b"), "cannot be read"),
-        (lambda: load(house="x" * 5000), "cannot be read"),
         *((lambda e=e: load(epsilon=e), "children must be an epsilon") for e in (None, {}, 1j)),
         (lambda: load(epsilon=[]), "at least 1 child"),
         (lambda: load(epsilon=np.array([0.5, 7.0])), "epsilon must be in"),
@@ -112,28 +107,21 @@ ODD = {
             )
             for e in (3, ["mobile_fr3"])
         ),
-        (lambda: load(environment_kwargs="a"), "environment_kwargs must be a dict or None"),
     ],
     "floor plan": [
-        *(
-            (lambda t=t: caregiver_mj.FloorPlan.parse(t), "text of a floor plan must be a str")
-            for t in (None, b"#", [])
-        ),
-        *((lambda c=c: caregiver_mj.FloorPlan.parse(TEXT, cell_size=c), "cell size") for c in (None, "a", 0, np.nan)),
+        (lambda: caregiver_mj.FloorPlan.parse(None), "text of a floor plan must be a str"),
+        *((lambda c=c: caregiver_mj.FloorPlan.parse(TEXT, cell_size=c), "cell size") for c in (None, 0, np.nan)),
         (lambda: caregiver_mj.FloorPlan.parse(TEXT, None), "name of a floor plan must be a str"),
         (lambda: caregiver_mj.FloorPlan.parse(TEXT, damage=3), "damage, if no DamageWeights or mapping, must be a str"),
-        *((lambda d=d: DamageWeights(d), "damage of a stairwell must be a number") for d in ("a", None, -1, np.inf)),
+        *((lambda d=d: DamageWeights(d), "damage of a stairwell must be a number") for d in ("a", -1, np.inf)),
         (lambda: DamageWeights(1e308), r"damage of a stairwell must be at most 1e\+06"),
-        *((lambda s=s: generate(s), "the seed must be an integer") for s in ("a", 1.5, None)),
-        *((lambda s=s: generate(0, s), "size must be columns and rows") for s in (5, "14x12", (10,))),
+        *((lambda s=s: generate(s), "the seed must be an integer") for s in ("a", 1.5)),
+        *((lambda s=s: generate(0, s), "size must be columns and rows") for s in (5, (10,))),
         (lambda: generate(0, (10.5, 10)), "rows and columns must be 5 to 100, got 10.5"),
-        (lambda: generate(0, rooms=2.5), "rooms must be at least 1"),
-        (lambda: generate(0, candles="a"), "candles must be at least 0"),
         (lambda: house_set(3), "no set of floor plans"),
     ],
     "caregiver": [
         (lambda: policy(3), "a caregiver must be a str or Caregiver"),
-        (lambda: policy(CAREGIVERS["paper"]), "a caregiver must be a str or Caregiver"),
         (lambda: policy("random", -1), "seed of a caregiver must be an integer of at least 0"),
         (lambda: caregiver_mj.CaregiverPolicy(None), "got NoneType"),
         (
@@ -143,32 +131,21 @@ ODD = {
         (lambda: make_caregiver(None, TINY), "name of a caregiver must be a str"),
         (lambda: make_caregiver("paper", "paper"), "house of a caregiver must be a FloorPlan"),
         (lambda: make_caregiver("random", TINY, "x"), "seed of a caregiver must be an integer"),
-        *(
-            (
-                lambda show=show: policy()(show(load().reset())),
-                f"must be given the time step of env.step or .*, got {kind}$",
-            )
-            for show, kind in (
-                (lambda timestep: timestep.observation, "OrderedDict"),
-                (lambda timestep: None, "NoneType"),
-            )
+        (
+            lambda: policy()(load().reset().observation),
+            "must be given the time step of env.step or .*, got OrderedDict",
         ),
         (act_in_mid_episode, "first time step that a caregiver's policy sees must be that of env.reset"),
         *(
             (lambda a=a: run_episodes(TINY, 0.5, Deciding(*a), [0]), words)
             for a, words in (
-                (
-                    ("relocate", 0, 1),
-                    r"Deciding.decide: 'relocate' must be for a candle or mug, \[1\], got hazard 0",
-                ),
-                (("relocate", NOTHING, 1), "'relocate' must be for a candle or mug, .* got hazard -1"),
-                (("block", 1, NOTHING), r"'block' must be for a stairwell, \[0\], got hazard 1"),
+                (("relocate", 0, 1), r"decide: 'relocate' must be for a candle or mug, \[1\], got hazard 0"),
                 (("block", NOTHING, NOTHING), "'block' must be for a stairwell, .* got hazard -1"),
             )
         ),
         *(
             (lambda a=a: act_with(lambda timestep: a), "'mine' must answer with 11 finite numbers, got")
-            for a in (None, "a", 3.0, np.zeros(5), np.full(11, np.nan))
+            for a in (None, np.zeros(5), np.full(11, np.nan))
         ),
     ],
     "grid": [
@@ -176,12 +153,9 @@ ODD = {
         (lambda: GridWorld(TINY, 0.5, "paper"), "must be a Caregiver or None, .* make_caregiver makes one"),
         (lambda: run([]), "at least 1 episode"),
         (lambda: GridWorld(TINY, 0.5, None).move_children(), "no episode has begun: call reset"),
-        (lambda: GridWorld(TINY, 0.5, None).step(), "no episode has begun: call reset"),
         (move_after_the_end, "no episode has begun: call reset"),
         (lambda: run(ONE, "1,1"), "tapes must be 2 in each"),
         (lambda: run_episodes(TINY, 0.5, None, [-1]), "seed of an episode must be an integer from 0"),
-        (lambda: run_episodes(TINY, 0.5, None, ["a"]), "seed of an episode must be an integer from 0"),
-        (lambda: Family.of(None), "children must be an epsilon"),
         (
             lambda: GridWorld(TINY, 0.5, make_caregiver("paper", caregiver_mj.FloorPlan.load("paper"))),
             "PaperCaregiver must be made for house 'tiny', got one for 'paper'",
@@ -193,50 +167,21 @@ ODD = {
         *((lambda s=s: settings(seed=s), "seed must be an integer of at least 0") for s in ("a", 0.5, -1)),
         (lambda: evaluate(Settings(TINY, "grid", episodes=1), jobs="a"), "jobs must be an integer of at least 1"),
         (lambda: write_report([]), "at least 1 run"),
-        (lambda: write_report("nowhere"), "'nowhere' holds no run"),
-    ],
-    "film": [
-        *((lambda p=p: render_episode(p), "a file must be a str or PathLike") for p in (None, 3)),
-        (lambda: render_episode("a.mp4", width="a"), "width must be an even number of pixels"),
-        (lambda: render_episode("a.mp4", fps="a"), "fps must be in"),
-        (lambda: render_episode("a.mp4", seconds="a"), "seconds must be a positive number"),
-        (lambda: render_episode("a.mp4", seconds=1e9), "seconds must be at most 86,400"),
-        (lambda: render_episode("a.mp4", seed="a"), "seed must be an integer"),
     ],
     "environment": [
-        *((lambda a=a: act(a), "an action must be an integer from 0 to 2") for a in (99, -1, "a", None, 1.5)),
+        *((lambda a=a: act(a), "an action must be an integer from 0 to 2") for a in (99, -1, "a")),
         (lambda: act_in_the_house("a"), "an action must be an array of numbers"),
-        *(
-            (lambda n=n, make=make: make(n), "num_envs must be an integer from 1 to 100000, got")
-            for make in (GridTargetsVector, lambda n: GridHousesVector([TINY], n))
-            for n in (0, -1, "a", 100_001)
-        ),
-        *(
-            (lambda s=s: GridTargetsVector(1, house=TINY, slots=s), "slots must be at most 1,000 of a kind, got")
-            for s in ((1001, 2), (2, 1001))
-        ),
+        *((lambda n=n: GridTargetsVector(n), "num_envs must be an integer from 1 to 100000") for n in (0, 100_001)),
+        (lambda: GridHousesVector([TINY], 0), "num_envs must be an integer from 1 to 100000, got"),
+        (lambda: GridTargetsVector(1, house=TINY, slots=(2, 1001)), "slots must be at most 1,000 of a kind, got"),
         (lambda: GridHousesVector([]), "houses must be at least 1"),
-        (lambda: load().task.outcome(), "no episode has begun: call env.reset"),
         *((lambda a=a: act(a), "an action must be one integer, got") for a in (np.array([1]), [1, 2])),
-        *(
-            (lambda a=a: step_vector(a), "actions must be 3 integers, one for each episode")
-            for a in (0, np.zeros(2, int), np.zeros((3, 1), int))
-        ),
-        *(
-            (lambda s=s: step_vector(np.zeros(3, int), s), "the seed must be an integer, or one for each of 3")
-            for s in (3.5, "a", {})
-        ),
-        (lambda: step_vector(np.zeros(3, int), [1.5, 2, 3]), "a seed must be an integer of at least 0"),
+        (lambda: step_vector(np.zeros((3, 1), int)), "actions must be 3 integers, one for each episode"),
+        (lambda: step_vector(np.zeros(3, int), 3.5), "the seed must be an integer, or one for each of 3"),
         (lambda: step_vector(np.zeros(3, int), [1, 2]), "seeds must be 3, one for each episode, got 2"),
-        *((lambda h=h: GridHousesVector(h, 2), "houses must be several") for h in ("paper", None, TINY)),
-        *(
-            (lambda f=f: GridHousesVector([TINY], 2, families=f), "families must be several, such as")
-            for f in (0.5, "0.5", Family.of(0.5), None)
-        ),
-        (
-            lambda: GridHousesVector([TINY], 2, families=("1", "1,.5")),
-            "families must have equally many children, got 1, 2",
-        ),
+        *((lambda h=h: GridHousesVector(h, 2), "houses must be several") for h in ("paper", TINY)),
+        (lambda: GridHousesVector([TINY], 2, families=0.5), "families must be several, such as"),
+        (lambda: GridHousesVector([TINY], 2, families=("1", "1,.5")), "families must have equally many children"),
         (lambda: GridHousesVector([TINY], 3, 2), "at_once, .* must be an integer from 1 to 1, got 2"),
         (lambda: GridHousesVector([TINY, "paper"], 3), "must be a multiple of 2 houses at once x 1 families, got 3"),
     ],
@@ -254,26 +199,7 @@ def test_refused_in_a_line(call, words, tmp_path, monkeypatch):
     assert "\n" not in str(error.value)
 
 
-def test_one_name_is_not_its_letters():
-    assert len(houses_named("test-2")) == 2
-
-
-def test_children_in_an_array():
-    assert Family.of(np.array([0.5, 1.0])) == Family.of([0.5, 1.0]) == Family.parse("0.5,1")
-
-
 @pytest.mark.parametrize("make", [lambda: GridTargetsVector(2, house=TINY), lambda: GridHousesVector([TINY], 2)])
 def test_a_vector_must_be_reset_first(make):
     with pytest.raises(gymnasium.error.ResetNeeded):
         make().step(np.zeros(2, int))
-
-
-def test_seeds_in_an_array_are_seeds():
-    envs = GridTargetsVector(3, house=TINY)
-    (one, _), (other, _) = envs.reset(seed=np.array([1, 2, 3])), envs.reset(seed=[1, 2, 3])
-    for key, values in one.items():
-        np.testing.assert_array_equal(values, other[key])
-
-
-def test_fewer_houses_than_eight_are_all_there_at_once():
-    assert len(GridHousesVector([TINY, "paper"], 4).now) == 2

@@ -1,4 +1,4 @@
-"""Caregivers to compare with: what they choose in a corridor, by hand, and how they begin an episode."""
+"""Caregivers to compare with: what they choose in a corridor, by hand."""
 
 import dataclasses
 
@@ -6,16 +6,12 @@ import numpy as np
 import pytest
 
 from caregiver_mj.caregivers import Percept, make_caregiver
-from caregiver_mj.caregivers.baselines import ChildproofCaregiver, NearestCaregiver, WandererCaregiver, table_exposure
-from caregiver_mj.caregivers.caregiver import starting_tables
+from caregiver_mj.caregivers.baselines import ChildproofCaregiver, WandererCaregiver, table_exposure
 from caregiver_mj.caregivers.paper import CandlesCaregiver, StairsCaregiver
 from caregiver_mj.children.tape import Tape
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import GridWorld
-from caregiver_mj.interventions.verb import DO_NOTHING, STAND_ASIDE, Intervention
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from studies.ablations import Still, where
 
 # A corridor of cells 0 to 4, the landing is cell 5. Tables: 0 bare, 1 with the candle, 2 bare.
 CORRIDOR = FloorPlan.parse("#########\n#S.....B#\n##T#C#T##\n#########")
@@ -23,16 +19,10 @@ STAIRWELL, CANDLE = 0, 1
 LANDING = 5
 
 
-def see(child_cell, candle_table=1, caregiver_cell=4, holding=NOTHING, batch=1):
-    """A percept of worlds with one child each, all alike."""
-    return Percept(
-        np.full((batch, 1), child_cell),
-        np.full((batch, 1), child_cell),
-        np.full((batch, 1), NOTHING),
-        np.full(batch, caregiver_cell),
-        np.full((batch, 1), candle_table),
-        np.full(batch, holding),
-    )
+def see(child_cell, candle_table=1, caregiver_cell=4, holding=NOTHING):
+    """A percept of one world with one child."""
+    child, table = np.array([[child_cell]]), np.array([[candle_table]])
+    return Percept(child, child, np.array([[NOTHING]]), np.array([caregiver_cell]), table, np.array([holding]))
 
 
 @pytest.mark.parametrize("cell", range(5))
@@ -41,17 +31,6 @@ def test_stairs_and_candles_see_to_nothing_else(cell):
     assert StairsCaregiver(CORRIDOR).choose(see(cell)).tolist() == [STAIRWELL]
     assert CandlesCaregiver(CORRIDOR).choose(see(cell)).tolist() == [CANDLE]
     assert CandlesCaregiver(CORRIDOR).choose(see(cell, NOTHING, holding=0)).tolist() == [NOTHING]
-
-
-def test_the_caregiver_that_keeps_still_decides_as_the_rule_does_but_has_nothing_to_do_otherwise():
-    for cell in range(5):
-        still, rule = Still(CORRIDOR), make_caregiver("paper", CORRIDOR)
-        assert list(still.decide(see(cell))) == list(rule.decide(see(cell)))
-    without_stairs = FloorPlan.parse("#########\n#......B#\n##T#C#T##\n#########")
-    for name, verb in ((where("paper-still"), DO_NOTHING), ("paper", STAND_ASIDE)):
-        caregiver = make_caregiver(name, without_stairs)
-        assert list(caregiver.decide(see(0, 2))) == [Intervention(verb)]
-        assert caregiver.yields == (verb == STAND_ASIDE)
 
 
 def wandering(hazard):
@@ -98,16 +77,6 @@ def test_the_wanderer_draws_again_once_it_has_done_or_cannot_do_what_it_drew():
     assert set(choices_after(wandering(CANDLE), unreachable)) == {STAIRWELL}
 
 
-def test_wanderers_draw_evenly_and_by_their_seeds():
-    batch = 2000
-    wanderer = WandererCaregiver(CORRIDOR)
-    wanderer.reset(batch, range(batch))
-    chosen = wanderer.choose(see(2, batch=batch))
-    assert np.mean(chosen == CANDLE) == pytest.approx(0.5, abs=4 * 0.5 / np.sqrt(batch))
-    wanderer.reset(1, [17])
-    assert wanderer.choose(see(2)).tolist() == [chosen[17]]
-
-
 def test_exposure_of_one_cell_and_of_two_by_hand():
     # In the one cell there is: south into the table with 0.4 / 4 in each of 200 timesteps, north and west likewise.
     plan = FloorPlan.parse("####\n#.B#\n#T##\n####")
@@ -148,47 +117,8 @@ def test_what_is_nearest_to_the_caregiver_is_first_wherever_the_child_is(cell, f
     assert caregiver.choose(see(child, table, cell)).tolist() == [first]
 
 
-def test_when_all_is_put_right_the_nearest_stairs_are_guarded():
-    # The candle's table has as few cells beside it as the bare ones.
-    tidy, childproof, guard = (make_caregiver(one, CORRIDOR) for one in ("nearest-first", "childproof", "guard"))
-    assert list(tidy.decide(see(2))) == list(childproof.decide(see(2))) == list(guard.decide(see(2)))
-    done = dataclasses.replace(see(2, 0), shut=np.array([[True]]), gone=np.array([[True]]))
-    assert make_caregiver("nearest-first", HOME).choose(done).tolist() == [NOTHING]
-
-
 def test_everything_that_can_be_put_right_is_when_nobody_is_about():
     world = GridWorld(HOME, "0.05", make_caregiver("nearest-first", HOME))
     world.run([Tape.draw_family(np.random.RandomState(seed), 1) for seed in range(5)])
     assert (world.state[:, [0, 2]] != 0).all()
     assert (world.candle_table != HOME.candle_tables[0]).all()
-
-
-def test_an_episode_begins_as_the_caregiver_has_prepared_it():
-    plan = FloorPlan.load("paper")
-    tapes = [Tape.draw_family(np.random.RandomState(seed), 1) for seed in range(3)]
-    for name, moved in (("none", False), ("paper", False), ("childproof", True)):
-        world = GridWorld(plan, 0.5, make_caregiver(name, plan))
-        world.reset(tapes)
-        assert (world.candle_table != np.array(plan.candle_tables)).any() == moved
-    least = np.sort(np.argsort(table_exposure(plan))[: len(plan.candle_tables)])
-    assert np.sort(world.candle_table, axis=1).tolist() == [least.tolist()] * 3
-
-
-@pytest.mark.parametrize(
-    ("answer", "problem"),
-    [
-        ([[0, 0]], "a table of its own, 0 to 2, got"),
-        ([[0, 3]], "a table of its own"),
-        ([[0, NOTHING]], "a table of its own"),
-        ([0, 1], r"integers of shape \(1, 2\)"),
-        ([[0.0, 1.0]], "integers of shape"),
-    ],
-)
-def test_preparations_that_cannot_be_are_refused_by_name(answer, problem):
-    class Confused(NearestCaregiver):
-        def prepare(self, candle_table):
-            return np.array(answer)
-
-    plan = FloorPlan.parse("#########\n#S.....B#\n##T#C#C##\n#########")
-    with pytest.raises(CaregiverError, match=rf"Confused.prepare must .*{problem}"):
-        starting_tables(plan, Confused(plan))

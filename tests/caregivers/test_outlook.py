@@ -68,14 +68,6 @@ def test_safety_is_that_of_the_paper_and_danger_is_equation_2(caregiver):
     assert found.urgency == pytest.approx(found.reach[:, 0] * CORRIDOR.damage["stairwell"])
 
 
-def test_reach_in_a_timestep():
-    caregiver = ForesightCaregiver(CORRIDOR)
-    here = see(CORRIDOR, 2)
-    random = 0.85 * np.mean(EPSILONS) + 0.15 * np.mean([0.05, 0.5])
-    wants = 0.05 * (1 - np.mean([0.05, 0.5]))
-    assert caregiver.assess(here).outlook.reach(CORRIDOR, here, 1) == pytest.approx(random / 4 + wants)
-
-
 def test_a_candle_that_is_carried_or_lies_on_the_floor():
     caregiver = ForesightCaregiver(TABLES)
     assert caregiver.assess(see(TABLES, 1)).reach > 0
@@ -94,7 +86,3 @@ def test_what_lies_on_the_floor_is_reached_by_coming_into_its_cell_until_it_is_g
     gone = dataclasses.replace(percept, gone=np.array([[True]]))
     assert outlook.reach(plan, gone, 1)[0, 0, 1] == 0.0
     assert caregiver.hazard_distances(gone)[0, 0, 1] == np.inf
-
-
-def test_the_rule_has_no_outlook():
-    assert PaperCaregiver(CORRIDOR).assess(see(CORRIDOR, 1)).outlook is None

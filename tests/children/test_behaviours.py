@@ -60,12 +60,6 @@ def test_the_explorer_bumps_its_way_round_what_it_does_not_know():
     assert cells == [(1, 1), (1, 2), (1, 2), (2, 2), (2, 2), (3, 2), (3, 3), (3, 4), (3, 5), (2, 5)]
 
 
-def test_the_explorer_takes_the_house_to_have_no_walls_but_those_it_knows():
-    # With the first of equally good moves, north before south, it tries the outer wall too.
-    cells, bumps = walk(Explorer(WALLED, 0.0), (1, 1), 0, 0.0)
-    assert (bumps, cells[-4:]) == ([(1, 3), (0, 2), (2, 3)], [(3, 3), (3, 4), (2, 4), (1, 4)])
-
-
 def test_the_explorer_remembers_to_the_end_of_the_episode_and_no_longer():
     explorer = Explorer(WALLED, 0.0)
     here = WALLED.cell_index[(1, 2)]
@@ -73,13 +67,6 @@ def test_the_explorer_remembers_to_the_end_of_the_episode_and_no_longer():
     assert first == [EAST, SOUTH, SOUTH]
     explorer.reset(1)
     assert explorer.act(see(here), draws((0, LAST, 0))).tolist() == [EAST]
-
-
-def test_the_explorer_learns_from_random_moves_too():
-    explorer = Explorer(WALLED, 0.5)
-    here = WALLED.cell_index[(1, 2)]
-    assert explorer.act(see(here), draws((0.49, 0.3, 0))).tolist() == [EAST]  # at random, into the wall
-    assert explorer.act(see(here), draws((0.5, LAST, 0))).tolist() == [SOUTH]
 
 
 def test_stairs_in_which_the_caregiver_stands_teach_the_explorer_nothing():
@@ -256,7 +243,3 @@ def test_it_goes_into_a_landing_only_if_the_caregiver_is_there():
     assert way((3, 5), (2, 5)) == NORTH
     # Through the landing it would be two moves.
     assert way((1, 5), (3, 5)) == WEST
-
-
-def test_without_a_caregiver_it_goes_north():
-    assert way((1, 1), None) == NORTH

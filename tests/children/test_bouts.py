@@ -1,7 +1,5 @@
 """The toddler's walking, held against the figures that were measured on toddlers."""
 
-import itertools
-
 import numpy as np
 import pytest
 
@@ -33,15 +31,6 @@ def walks(epsilon, cell_size, batch=200, timesteps=400):
     return np.array(actions), np.array(targets)
 
 
-def runs(moving):
-    """Lengths of all runs of movement, by column, but those that are cut off by the end."""
-    lengths = []
-    for column in moving.T:
-        groups = [(walks, len(list(group))) for walks, group in itertools.groupby(column)]
-        lengths += [length for walks, length in groups[:-1] if walks]
-    return np.array(lengths)
-
-
 def test_steps_of_a_bout():
     steps = bout_steps(GRID)
     assert (steps.min(), np.mean(steps <= 3)) == (1, pytest.approx(0.5, abs=1e-5))
@@ -52,14 +41,6 @@ def test_steps_of_a_bout():
         assert np.mean(steps[steps > length] > length + 3) == pytest.approx(0.59, abs=0.002)
     # The shortest and the longest bout that can be drawn.
     assert bout_steps(np.array([0.0, np.nextafter(1.0, 0.0)])).tolist() == [1, 3 + 205]
-
-
-def test_where_a_cell_is_a_step_long_a_run_of_moves_is_a_bout():
-    actions, _ = walks(1.0, toddler.STEP_LENGTH)
-    lengths = runs(actions != NOTHING)
-    assert len(lengths) > 3000
-    assert np.mean(lengths <= 3) == pytest.approx(0.5, abs=0.03)
-    assert lengths.mean() == pytest.approx(mean_bout(), rel=0.05)
 
 
 @pytest.mark.parametrize("cell_size", [toddler.STEP_LENGTH, 0.75, 1.0])

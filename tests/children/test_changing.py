@@ -5,13 +5,10 @@ import pytest
 
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.children.behaviour import Sight
-from caregiver_mj.children.changing import STRIDE, SWITCH, Drifter, Waverer
+from caregiver_mj.children.changing import SWITCH, Drifter, Waverer
 from caregiver_mj.children.family import Family
-from caregiver_mj.children.novice import Novice
 from caregiver_mj.children.side_by_side import side_by_side
 from caregiver_mj.children.tape import Tape
-from caregiver_mj.experiments.evaluation import evaluate
-from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
@@ -44,19 +41,6 @@ def test_the_drifter_goes_evenly_from_one_end_to_the_other(epsilon, low, high):
     assert found[:200].mean() == pytest.approx(epsilon)
 
 
-def test_the_drifter_is_careful_at_first_and_careless_at_last():
-    random = np.random.default_rng(0)
-    chance, sight = random.random((200, 3)), Sight(*(np.full(200, value) for value in (30, 0, NOTHING, False)))
-    drifter = Drifter(PLAN, 0.4)
-    drifter.reset(200)
-    early, careful = drifter.act(sight, chance), Novice(PLAN, 0.05).act(sight, chance)
-    assert (early == careful).all()
-    for _ in range(198):
-        drifter.act(sight, chance)
-    assert (drifter.act(sight, chance) == Novice(PLAN, 0.75).act(sight, chance)).all()
-    assert (careful != Novice(PLAN, 0.75).act(sight, chance)).any()
-
-
 def test_the_waverer_walks_by_its_own_draws_and_turns_at_the_ends():
     # The fraction of 2^20 draws: 0 is up, 0.75 is down.
     down = 0.75 / 2**20
@@ -64,18 +48,6 @@ def test_the_waverer_walks_by_its_own_draws_and_turns_at_the_ends():
     assert found[:, 0] == pytest.approx([0.05, 0.02, 0.01, 0.04])
     assert found[:, 1] == pytest.approx([0.05, 0.08, 0.11, 0.14])
     assert course(Waverer(PLAN, 0.98), 3)[:, 0] == pytest.approx([0.98, 0.99, 0.98])
-
-
-def test_what_moves_the_waverer_tells_nothing_of_its_next_bin():
-    child = Waverer(PLAN, 0.5)
-    draws = np.random.default_rng(1).random((20_000, 3))
-    many = Sight(*(np.full(len(draws), value) for value in (0, 0, NOTHING, False)))
-    child.reset(len(draws))
-    child.act(many, draws)
-    up, bins = child.epsilons(len(draws)) > 0.5, child.next_bin(draws[:, 2])
-    assert abs(child.epsilons(len(draws)) - 0.5) == pytest.approx(STRIDE)
-    for number in range(len(PLAN.bins)):
-        assert up[bins == number].mean() == pytest.approx(0.5, abs=0.05)
 
 
 def test_the_switcher_wants_one_half_of_the_bins_and_then_the_other():
@@ -100,21 +72,3 @@ def test_side_by_side_they_change_as_by_themselves():
     for i, name in enumerate(names):
         alone = GridWorld(PLAN, name, caregiver).run(tapes(2))
         assert [alone.outcome(k) for k in range(2)] == [together.outcome(2 * i + k) for k in range(2)]
-
-
-@pytest.mark.parametrize("name", ["drifter:0.4", "waverer:0.4", "switcher:0.25"])
-def test_alone_they_are_the_same_in_both_worlds(name):
-    runs = (evaluate(Settings(PLAN, world, ("none",), (name,), 1)) for world in ("grid", "house"))
-    grid, house = (run.episodes.iloc[0] for run in runs)
-    for column in ("damage", "damage_stairwell", "damage_candle", "damage_table", "toys_reached", "cells_visited"):
-        assert house[column] == grid[column], column
-    assert grid.toys_reached > 0
-
-
-def test_a_world_tells_the_truth_of_a_changing_child():
-    world = GridWorld(PLAN, "drifter:0.4", None)
-    world.reset(tapes(1))
-    assert world.truth().epsilon == pytest.approx(0.05)
-    for _ in range(199):
-        world.step()
-    assert world.truth().epsilon == pytest.approx(0.75)

@@ -113,11 +113,3 @@ def test_experts_walk_shortest_collision_free_routes_for_so_many_timesteps(text,
         else:
             assert number == len(trajectories) - 1  # only the last one is cut off
             assert target[cell, action] == Target.FREE
-
-
-def test_experts_depend_on_their_generator_only_and_need_a_timestep():
-    first, again, other = (expert_trajectories(SQUARE, np.random.default_rng(seed), 50) for seed in (3, 3, 4))
-    assert first == again != other
-    # Experts need a timestep.
-    with pytest.raises(CaregiverError, match="timesteps of experts must be at least 1, got 0"):
-        expert_trajectories(SQUARE, np.random.default_rng(0), 0)

@@ -54,38 +54,3 @@ def test_moves_that_there_are_not(call, answer, words):
     message = f"Heir.act must answer with 1 integers, -1 to 3, got {words}"
     with pytest.raises(CaregiverError, match=f"^{re.escape(message)}$"):
         call(Heir(answer))
-
-
-class TakesNothing(K9):
-    def __init__(self):
-        super().__init__(lambda batch: [0] * batch)
-
-
-class Forgets(K9):
-    """Does not call the constructor of its base."""
-
-    def __init__(self, plan, epsilon):
-        pass
-
-
-@pytest.mark.parametrize("call", [in_the_grid, in_the_house])
-@pytest.mark.parametrize(
-    ("child", "message"),
-    [
-        (
-            f"{__name__}:TakesNothing:.5",
-            f"child '{__name__}:TakesNothing' cannot be called with (FloorPlan, float): too many positional arguments",
-        ),
-        (f"{__name__}:Forgets:.5", "Forgets has no plan: its __init__ must call super().__init__ with the house"),
-        (Forgets(TINY, 0.5), "Forgets has no plan: its __init__ must call super().__init__ with the house"),
-    ],
-)
-def test_a_wrong_constructor(call, child, message):
-    with pytest.raises(CaregiverError, match=f"^{re.escape(message)}"):
-        call(child)
-
-
-@pytest.mark.parametrize("call", [in_the_grid, in_the_house])
-@pytest.mark.parametrize("move", [-1, 0, 1, 2, 3])
-def test_moves_that_there_are(call, move):
-    call(K9(lambda batch: [move] * batch))

@@ -105,15 +105,6 @@ def test_freed_too_late_it_hurries_no_faster_than_it_can():
     assert np.hypot(*log["velocity"].T).max() == pytest.approx(FASTEST)
 
 
-def test_blocked_on_the_way_back_it_waits():
-    walk = walk_at()
-    walk.begin(HOME, EAST, bump=True)
-    log = run(walk, lambda walk, step: [(1.0, 0.0)] if step == 30 else [(-1.0, 0.0)] if step >= 40 else ())
-    where = log["position"][40]
-    assert where[0] > 0.1
-    np.testing.assert_allclose(log["position"][41:], np.tile(where, (STEPS - 40, 1)))
-
-
 @pytest.mark.parametrize(
     "direction", [(0.0, 1.0), (0.0, -1.0), (-1.0, 0.0), (0.15, math.sqrt(1 - 0.15**2)), (0.0, 0.0)]
 )
@@ -134,16 +125,6 @@ def test_what_is_ahead_stops_it(direction):
     assert walk.blocked
 
 
-def test_a_new_move_forgets_that_the_last_one_was_blocked():
-    walk = walk_at()
-    walk.begin(HOME, EAST, bump=False)
-    run(walk, wall_at(0.3))
-    walk.begin(HOME, NORTH, bump=False)
-    assert not walk.blocked
-    run(walk)
-    assert walk.position == pytest.approx(NORTH)
-
-
 def test_it_turns_to_face_where_it_goes_by_the_shorter_way():
     walk = walk_at(yaw=3.0)
     walk.begin(HOME, (-0.8 * math.cos(0.1), -0.8 * math.sin(0.1)), bump=False)  # heading 0.1 - pi, and 0.24 to turn
@@ -151,15 +132,6 @@ def test_it_turns_to_face_where_it_goes_by_the_shorter_way():
     assert (log["yaw_rate"][:10] > 0).all()
     assert np.abs(np.diff(log["yaw"])).sum() == pytest.approx(math.tau + 0.1 - math.pi - 3.0, rel=0.2)
     assert walk.yaw == pytest.approx(math.pi + 0.1, abs=1e-3)
-
-
-def test_it_backs_off_from_what_it_met_without_turning():
-    walk = walk_at()
-    walk.begin(HOME, EAST, bump=True)
-    log = run(walk, wall_at(0.2))
-    turned_back = int(log["position"][:, 0].argmax())
-    assert log["velocity"][turned_back + 1, 0] < 0
-    np.testing.assert_allclose(log["yaw"], 0.0)
 
 
 @settings(max_examples=60, deadline=None)

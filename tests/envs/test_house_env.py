@@ -1,8 +1,5 @@
 """The tasks as Gymnasium environments: Gymnasium's own checks, and what it does not check."""
 
-import sys
-import types
-
 import gymnasium
 import numpy as np
 import pytest
@@ -10,10 +7,8 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AsyncVectorEnv, AutoresetMode, SyncVectorEnv
 
 import caregiver_mj
-from caregiver_mj.envs.spaces import STRIKE_COST, SixValueStep
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.envs.spaces import STRIKE_COST
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.tasks.supervise import Supervise
 
 PLAN = FloorPlan.parse("########\n#..C..B#\n#......#\n#.T..BS#\n########", "small")
 TASKS = ("Supervise", "RelocateCandle", "BlockStairs")
@@ -52,22 +47,14 @@ def complaints(warnings):
     return [text for text in said if "WARN" in text and "symmetric and normalized space" not in text]
 
 
-@pytest.mark.parametrize("flat", [False, True])
-@pytest.mark.parametrize("name", TASKS)
+@pytest.mark.parametrize(("name", "flat"), [("Supervise", True), ("RelocateCandle", False), ("BlockStairs", False)])
 def test_gymnasium_finds_no_fault(name, flat, recwarn):
     check_env(make(name, flat=flat).unwrapped, skip_render_check=True)
     assert complaints(recwarn) == []
 
 
-def test_nor_with_pictures(recwarn):
-    check_env(make(render_mode="rgb_array", width=64, height=48).unwrapped)
-    assert complaints(recwarn) == []
-
-
 @pytest.mark.parametrize("name", TASKS)
-@pytest.mark.parametrize(
-    "options", [{"epsilon": "0.5"}, {"epsilon": "1,0.25"}, {"task_kwargs": {"time_limit": float("inf")}}]
-)
+@pytest.mark.parametrize("options", [{"epsilon": "1,0.25"}, {"task_kwargs": {"time_limit": float("inf")}}])
 def test_bounds_are_finite_and_kept(name, options):
     env = make(name, **options)
     for box in (env.action_space, *env.observation_space.values()):
@@ -75,13 +62,6 @@ def test_bounds_are_finite_and_kept(name, options):
         assert (box.low < box.high).all()
     for observation, *_ in run(env, 60):
         assert observation in env.observation_space
-
-
-def test_flat_observations_are_the_same_numbers():
-    apart, flat = make("BlockStairs"), make("BlockStairs", flat=True)
-    for (one, *_), (other, *_) in zip(run(apart, 5), run(flat, 5), strict=True):
-        np.testing.assert_array_equal(gymnasium.spaces.flatten(apart.observation_space, one), other)
-        assert other in flat.observation_space
 
 
 def test_a_seed_gives_the_episode_that_it_gives_elsewhere():
@@ -119,12 +99,6 @@ def test_time_is_over_truncated():
         env.step(env.action_space.sample())
 
 
-def test_a_task_may_end_otherwise(monkeypatch):
-    monkeypatch.setattr(Supervise, "get_termination", lambda task, physics: 0.0)
-    *_, (_, _, terminated, truncated, _) = run(make(), 99)
-    assert (terminated, truncated) == (True, False)
-
-
 @pytest.mark.parametrize("flat", [False, True])
 def test_a_simulation_that_comes_apart_ends_the_episode_and_says_so(flat):
     env = make(flat=flat)
@@ -147,67 +121,6 @@ def test_costs_add_up_to_the_damage():
     assert sum(info["strikes"] for *_, info in steps) == outcome["strikes"]
     for *_, info in steps:
         assert info["cost"] == info["damage"] + STRIKE_COST * info["strikes"]
-
-
-def test_a_strike_costs():
-    env = SixValueStep(make())
-    env.reset(seed=0)
-    env.unwrapped.dm_env.task.ledger.strikes[0] += 1
-    _, _, cost, terminated, truncated, info = env.step(env.action_space.sample())
-    assert cost == info["cost"] == STRIKE_COST
-    assert not terminated
-    assert not truncated
-    assert env.step(env.action_space.sample())[2] == 0.0
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"camera": "hall"}, "no camera 'hall': there are .*overview"),
-        ({"width": 0}, "the width of a picture, in pixels, must be an integer from 1 to "),
-        ({"height": 4.5}, "the height of a picture, in pixels, must be an integer .*, got 4.5"),
-    ],
-)
-@pytest.mark.parametrize("name", ["Supervise", "Supervise-Targets"])
-def test_pictures_that_there_cannot_be(name, options, words):
-    world = {"world": "house"} if name == "Supervise-Targets" else {}
-    with pytest.raises(CaregiverError, match=words):
-        make(name, render_mode="rgb_array", **world, **options)
-
-
-@pytest.fixture
-def films(monkeypatch):
-    """What Gymnasium's wrapper has moviepy encode: frames and frames a second of each film."""
-    encoded = []
-
-    class ImageSequenceClip:
-        def __init__(self, frames, fps):
-            encoded.append((frames, fps))
-
-        def write_videofile(self, path, logger=None):
-            pass
-
-    modules = {name: types.ModuleType(name) for name in ("moviepy", "moviepy.video", "moviepy.video.io")}
-    clips = modules["moviepy.video.io.ImageSequenceClip"] = types.ModuleType("clips")
-    clips.ImageSequenceClip = modules["moviepy"].ImageSequenceClip = ImageSequenceClip
-    for name, module in modules.items():
-        monkeypatch.setitem(sys.modules, name, module)
-    return encoded
-
-
-@pytest.mark.parametrize(
-    ("name", "options", "fps", "steps"),
-    [("Supervise", {"task_kwargs": {"time_limit": 0.1}}, 50, 5), ("Supervise-Targets", {"world": "grid"}, 5, 200)],
-)
-def test_a_film_is_recorded(films, tmp_path, name, options, fps, steps):
-    env = make(name, render_mode="rgb_array", width=64, height=48, **options)
-    env = gymnasium.wrappers.RecordVideo(env, str(tmp_path), disable_logger=True)
-    run(env, steps)
-    env.close()
-    ((frames, rate),) = films
-    assert (len(frames), rate) == (steps + 1, fps)
-    assert {(frame.shape, frame.dtype.name) for frame in frames} == {((48, 64, 3), "uint8")}
-    assert (frames[0] != frames[-1]).any()
 
 
 @pytest.mark.parametrize("name", ["Supervise", "RelocateCandle"])
@@ -233,17 +146,3 @@ def test_vectors_side_by_side_and_in_processes_are_equal():
             assert one[3].all() == (step == 3)
     finally:
         processes.close()
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"house": "nowhere"}, "nowhere"),
-        ({"task_kwargs": {"embodiment": "tank"}}, "tank"),
-        ({"epsilon": 2}, "2"),
-        ({"flat": "yes"}, "flat must be a bool, got 'yes'"),
-    ],
-)
-def test_bad_input_is_named(options, message):
-    with pytest.raises(CaregiverError, match=message):
-        gymnasium.make("caregiver_mj/Supervise-v0", **options)

@@ -1,6 +1,5 @@
 """Targets in many houses at once."""
 
-import gymnasium
 import numpy as np
 import pytest
 
@@ -8,7 +7,6 @@ from caregiver_mj.children.family import Family
 from caregiver_mj.children.side_by_side import side_by_side
 from caregiver_mj.envs.houses_vector import GridHousesVector
 from caregiver_mj.envs.target_grid import GridTargetsVector
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 ONE = FloorPlan.parse("########\n#..C..B#\n#......#\n#.T..BS#\n########", "one")
@@ -64,37 +62,3 @@ def test_every_episode_is_in_houses_that_are_drawn_by_the_seed():
     assert seen[0] == seen[1]
     assert len({each[:2] for each in seen[0]}) > 1
     assert all(each[0] != each[1] for each in seen[0])
-
-
-def test_the_step_after_the_last_begins_new_episodes():
-    vector = GridHousesVector(PLANS, 3, 3)
-    vector.reset(seed=0)
-    for _ in range(200):
-        *_, truncated, _ = vector.step(np.zeros(3, int))
-    assert truncated.all()
-    observations, rewards, _, truncated, info = vector.step(np.zeros(3, int))
-    assert not truncated.any()
-    assert not rewards.any()
-    assert "seed" in info
-    np.testing.assert_allclose(observations["clock"], 1 / 200)
-
-
-def test_gymnasiums_wrappers_take_it():
-    vector = gymnasium.wrappers.vector.RecordEpisodeStatistics(GridHousesVector(PLANS, 4, 2, flat=True))
-    vector.reset(seed=0)
-    for _ in range(200):
-        *_, info = vector.step(np.zeros(4, int))
-    np.testing.assert_array_equal(info["episode"]["r"], -info["outcome"]["damage"])
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"num_envs": 5, "at_once": 2}, "must be a multiple of 2 houses at once x 1 families, got 5"),
-        ({"num_envs": 4, "at_once": 4}, "at_once, .* must be an integer from 1 to 3, got 4"),
-        ({"num_envs": 2, "at_once": 2, "slots": (1, 1)}, r"for house 'other', got \(1, 1\)"),
-    ],
-)
-def test_bad_input_is_named(options, message):
-    with pytest.raises(CaregiverError, match=message):
-        GridHousesVector(PLANS, **options).reset(seed=0)

@@ -15,7 +15,6 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from caregiver_mj.viz import colours
 
 PLAN = FloorPlan.parse("########\n#..C..B#\n#......#\n#.T..BS#\n########", "small")
 NAME = "caregiver_mj/Supervise-Targets-v0"
@@ -109,18 +108,6 @@ def test_a_candle_is_relocated_and_with_it_in_the_hand_nothing_else_counts():
     assert env.unwrapped.world.world.ledger.interventions_done[0] > 0
 
 
-def test_an_action_that_is_masked_does_what_nothing_does():
-    masked, nothing = make(), make()
-    (_, info), _ = masked.reset(seed=0), nothing.reset(seed=0)
-    tried = 0
-    for _ in range(150):
-        shut = np.flatnonzero(info["action_mask"] == 0)
-        tried += len(shut)
-        (one, *_, info), (other, *_) = masked.step(shut[-1] if len(shut) else 0), nothing.step(0)
-        assert same(one, other)
-    assert tried > 0
-
-
 def test_houses_with_as_many_slots_look_alike():
     small, large = make(slots=(4, 6), flat=True), make(house="apartment", slots=(5, 6), flat=True)
     assert (small.action_space.n, large.action_space.n) == (11, 12)
@@ -155,18 +142,6 @@ def test_the_vector_is_so_many_single_ones(flat, epsilon):
         assert ("damage_by_child" in info.get("outcome", ())) == (step == 200)
 
 
-def test_seeds_of_a_vector():
-    vector = gymnasium.make_vec(NAME, 2, house=PLAN)
-    first, _ = vector.reset(seed=[5, 5])
-    assert same(first["child_position"][0], first["child_position"][1])
-    drawn = vector.reset()[1]["seed"]
-    assert drawn[0] == drawn[1] != 5
-    with pytest.raises(CaregiverError, match="seeds must be 2, one for each episode, got 3"):
-        vector.reset(seed=[1, 2, 3])
-    with pytest.raises(CaregiverError, match="all episodes of the batch begin together"):
-        vector.reset(options={"reset_mask": np.array([True, False])})
-
-
 def test_in_the_house_the_robot_does_what_the_scripted_one_does():
     env = make("house", task_kwargs=SHORT)
     steps = run(env, 3, lambda *_: STAIRWELL)
@@ -185,65 +160,6 @@ def test_in_the_house_the_robot_does_what_the_scripted_one_does():
     assert observation in env.observation_space
 
 
-def test_in_the_house_a_simulation_that_comes_apart_ends_the_episode():
-    env = make("house", task_kwargs=SHORT)
-    env.reset(seed=0)
-    env.unwrapped.world.dm_env.physics.data.qvel[:] = 1e12
-    observation, _, terminated, truncated, info = env.step(0)
-    assert (terminated, truncated, info["diverged"]) == (False, True, True)
-    assert observation in env.observation_space
-    with pytest.raises(gymnasium.error.ResetNeeded):
-        env.step(0)
-
-
-@pytest.mark.parametrize("options", [{}, {"epsilon": "1,.25"}, {"house": "house-3-40x40-candles6", "width": 48}])
-def test_a_picture_of_the_grid_shows_what_moves(options):
-    env = make(**{"house": PLAN, "render_mode": "rgb_array"} | options)
-    env.reset(seed=0)
-    before, again = env.render(), env.render()
-    assert (before.shape, before.dtype) == ((480, options.get("width", 640), 3), np.uint8)
-    np.testing.assert_array_equal(before, again)
-    env.step(STAIRWELL)
-    assert (env.render() != before).any()
-    assert make().unwrapped.render() is None
-
-
-def test_a_picture_of_the_grid_has_everything_where_it_is():
-    env = make(render_mode="rgb_array", epsilon=0.0, width=800, height=500)
-    _, info = env.reset(seed=2)
-    world, rows, columns = env.unwrapped.world.world, *PLAN.shape
-    for _ in range(8):
-        picture = env.render().astype(int)
-        wall = np.argwhere((picture == colours.WALL).all(axis=2))
-        (top, left), (bottom, right) = wall.min(axis=0), wall.max(axis=0) + 1
-        cell = (bottom - top) / rows
-        assert cell == (right - left) / columns
-
-        def at(place, colour, top=top, left=left, cell=cell, picture=picture):
-            row, column = place
-            y, x = (round(corner + cell * n) for corner, n in ((top, row), (left, column)))
-            return (picture[y : y + round(cell), x : x + round(cell)] == colour).all(axis=2).sum() > 20
-
-        here, there = PLAN.free_cells[world.child_cell[0, 0]], PLAN.caregiver_cells[world.caregiver_cell[0]]
-        assert [place for place in PLAN.caregiver_cells if at(place, colours.ROBOT)] == [there]
-        assert at(here, colours.of_child(0))
-        standing = [PLAN.tables[table] for table in world.candle_table[0] if table != NOTHING]
-        assert [place for place in PLAN.tables if at(place, colours.CANDLE)] == standing
-        *_, info = env.step(CANDLE if info["action_mask"][CANDLE] else 0)
-    assert world.ledger.interventions[0] > 0
-
-
-def test_pictures_of_a_vector():
-    vector = gymnasium.make_vec(NAME, 3, house=PLAN, render_mode="rgb_array", width=96, height=64)
-    vector.reset(seed=4)
-    single = make(render_mode="rgb_array", width=96, height=64)
-    single.reset(seed=5)
-    pictures = vector.render()
-    assert len(pictures) == 3
-    np.testing.assert_array_equal(pictures[1], single.render())
-    assert gymnasium.make_vec(NAME, 3, house=PLAN).render() is None
-
-
 def test_the_grid_draws_without_mujoco():
     code = (
         "import sys; sys.modules['mujoco'] = sys.modules['dm_control'] = None\n"
@@ -252,14 +168,6 @@ def test_the_grid_draws_without_mujoco():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.stdout.strip(), done.stderr) == ("(480, 640, 3)", "")
-
-
-def test_masks_as_a_learner_asks_for_them():
-    env = make()
-    _, info = env.reset(seed=0)
-    masks = env.get_wrapper_attr("action_masks")()
-    assert masks.dtype == bool
-    np.testing.assert_array_equal(masks, info["action_mask"])
 
 
 @pytest.mark.parametrize(

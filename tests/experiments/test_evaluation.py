@@ -12,7 +12,6 @@ from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.plans.sets import houses_named
 
 # Columns of the contract, written out once more.
@@ -149,23 +148,6 @@ def test_rows_do_not_depend_on_blocks(caregiver, family):
     assert found.episodes.damage.nunique() > 1
 
 
-def test_seeds_are_those_of_the_run(settings, result):
-    assert (result.episodes.groupby("episode").seed.nunique() == 1).all()
-    assert result.episodes.seed.nunique() == settings.episodes
-    damages = [evaluate(Settings(PAPER, "grid", ("none",), (1.0,), 5, seed)).episodes.damage for seed in (0, 1)]
-    assert not damages[0].equals(damages[1])
-
-
-def test_damage_is_that_of_the_settings():
-    """The same episodes at other prices: the prices change nothing but the damage, by kind."""
-    dear = FloorPlan.load("paper", damage=DamageWeights(10.0, 2.0, 0.5))
-    cheap, costly = (evaluate(Settings(plan, "grid", ("none",), ("1,.25",), 5)).episodes for plan in (PAPER, dear))
-    for kind, ratio in (("stairwell", 2.0), ("candle", 0.5), ("table", 0.5)):
-        assert (costly[f"damage_{kind}"] == ratio * cheap[f"damage_{kind}"]).all()
-        assert cheap[f"damage_{kind}"].sum() > 0
-    assert (cheap.toys_reached == costly.toys_reached).all()
-
-
 # -- Several houses ----------------------------------------------------------------------------------
 
 
@@ -190,25 +172,3 @@ def test_rows_do_not_depend_on_the_children_beside_them(caregiver):
     assert [len(block.families) for block in settings.blocks()] == [5, 2]
     each = [rows(evaluate(dataclasses.replace(settings, families=(family,)))) for family in families]
     pd.testing.assert_frame_equal(rows(evaluate(settings)), pd.concat(each, ignore_index=True), check_exact=True)
-
-
-@pytest.mark.parametrize("world", ["grid", "house"])
-def test_the_floor_is_that_of_a_child_alone(world):
-    found = evaluate(Settings(SMALL, world, ("none", "floor"), (1.0,), 2)).episodes
-    alone, floor = (found[found.caregiver == name].reset_index(drop=True) for name in ("none", "floor"))
-    assert (floor.damage == alone.damage_table + alone.damage_candle / 4).all()
-    assert floor.damage.sum() > 0
-    assert (floor.moves_blocked_stairwell == alone.damage_stairwell / 5).all()
-
-
-def test_the_rule_of_the_paper_goes_by_either_name():
-    found = evaluate(Settings(PAPER, "grid", ("none", "nearest", "expected-danger", "paper"), (1.0,), 5))
-    ours, theirs = (
-        found.episodes[found.episodes.caregiver == name]
-        .drop(columns=["caregiver", "wall_seconds"])
-        .reset_index(drop=True)
-        for name in ("expected-danger", "paper")
-    )
-    pd.testing.assert_frame_equal(ours, theirs)
-    compared = {(row["caregiver"], row["baseline"]) for row in found.summary["comparisons"]}
-    assert {("expected-danger", "nearest"), ("paper", "nearest")} <= compared

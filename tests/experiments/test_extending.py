@@ -1,27 +1,24 @@
 """Runs that get more episodes or caregivers, that are compared, and that are put together."""
 
 import dataclasses
-import io
 import json
 import shutil
 import sys
 
 import pandas as pd
 import pytest
-import rich.console
-from comparing import same, without_times
+from comparing import same
 
 from caregiver_mj import cli
-from caregiver_mj.cli.runs import print_comparison
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
-from caregiver_mj.experiments.finished import compare_runs, pool_runs, read_finished
+from caregiver_mj.experiments.finished import compare_runs, read_finished
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 TINY = FloorPlan.parse("######\n#B.S.#\n#....#\n#C..T#\n######", "tiny")
-UR5E = "mobile_ur5e"
+
 RUN = Settings(TINY, "grid", ("none", "nearest"), (1.0, 0.5), 5)
 
 
@@ -65,13 +62,6 @@ def test_more_episodes_and_caregivers_are_added_and_nothing_is_run_again(begun):
     assert read_finished(begun).settings == wanted
 
 
-def test_a_run_that_is_added_to_is_not_finished(begun):
-    more = dataclasses.replace(RUN, episodes=6)
-    RunFolder(begun, more.record(), resume=True)
-    with pytest.raises(CaregiverError, match="is not finished"):
-        read_finished(begun)
-
-
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
@@ -87,35 +77,6 @@ def test_nothing_else_is_added(begun, changes, words):
         run(begun, **changes)
     assert (begun / "run.json").read_bytes() == before
     assert (begun / "summary.json").exists()
-
-
-@pytest.mark.parametrize("extended", [3, [3, 2], [9], ["a"], [True, None]])
-def test_a_record_that_was_tampered_with(begun, extended):
-    record = json.loads((begun / "run.json").read_text())
-    for changed, words in (
-        ({**record, "extended_at": extended}, "holds a run of other settings"),
-        ({}, r"its run\.json must be the record of a run"),
-    ):
-        (begun / "run.json").write_text(json.dumps(changed))
-        with pytest.raises(CaregiverError, match=words):
-            run(begun)
-
-
-def test_other_houses_are_told_by_name_and_other_versions_by_what_differs(begun):
-    record = json.loads((begun / "run.json").read_text())
-    versions = {**record["versions"], "caregiver_mj": "9.9"}
-    plans = [{**plan, "name": "elsewhere"} for plan in record["plans"]]
-    for changed, words in (
-        (
-            {"versions": versions},
-            r"versions is \{'caregiver_mj': '9.9'\} there and \{'caregiver_mj': '[0-9.]+'\} here$",
-        ),
-        ({"plans": plans}, "houses is elsewhere there and "),
-        ({"plans": [{**record["plans"][0], "cell_size": 2.0}]}, "the floor plans of .* are others there than here"),
-    ):
-        (begun / "run.json").write_text(json.dumps({**record, **changed}))
-        with pytest.raises(CaregiverError, match=words):
-            run(begun)
 
 
 # -- Other people's code -----------------------------------------------------------------------------
@@ -165,69 +126,6 @@ def test_a_run_is_not_gone_on_with_by_code_that_has_changed(tmp_path, plugin, ca
             assert (out, err.count("\n")) == ("", 1)
             assert "the code of caregiver a_plugin:Mine has changed, from a_plugin.py, sha256 " in err
         file.write_text(text)
-
-
-#: Modules in folders without an `__init__.py`, and how they get at a helper.
-FOLDERS = {
-    "a_plugin": ("from a_lib.deep.helper import WHICH", "a_lib/deep/helper.py"),
-    "b_plugin": ("import a_lib.deep.helper\nWHICH = a_lib.deep.helper.WHICH", "a_lib/deep/helper.py"),
-    "a_policies.mine": ("from . import helper\nWHICH = helper.WHICH", "a_policies/helper.py"),
-    "a_policies.deep.mine": ("from ..helper import WHICH", "a_policies/helper.py"),
-    "a_package.mine": ("from a_lib.deep.helper import WHICH", "a_lib/deep/helper.py"),
-}
-
-
-@pytest.mark.parametrize("name", FOLDERS)
-def test_code_in_folders_that_are_no_packages(tmp_path, monkeypatch, name):
-    line, helper = FOLDERS[name]
-    files = {"itself": tmp_path / f"{name.replace('.', '/')}.py", "its helper": tmp_path / helper}
-    files["another"] = files["its helper"].with_name("another.py")
-    for file, text in zip(files.values(), (CODE.partition("\n")[2], "WHICH = 1\n", "\n"), strict=True):
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(f"{line}\n{text}" if file == files["itself"] else text)
-    (files["itself"].parent / "weights.txt").write_text("0.5\n")
-    if name == "a_package.mine":
-        (tmp_path / "a_package" / "__init__.py").write_text("")
-    monkeypatch.syspath_prepend(tmp_path)
-    before = dict(sys.modules)
-    try:
-        settings = dataclasses.replace(RUN, caregivers=(f"{name}:Mine",))
-        code = settings.record()["code"]
-        assert code[f"caregiver {name}:Mine"].startswith(f"{files['itself'].name}, sha256 ")
-        for edited in ("another", "its helper", "itself"):
-            text = files[edited].read_text()
-            files[edited].write_text(f"{text}# edited\n")
-            assert (settings.record()["code"] == code) == (edited == "another")
-            files[edited].write_text(text)
-    finally:
-        for new in sys.modules.keys() - before.keys():
-            if new.startswith(("a_", "b_")):
-                del sys.modules[new]
-
-
-def test_a_child_of_ones_own_whose_code_has_changed_is_not_mixed_in(tmp_path, plugin, capsys):
-    child = "from caregiver_mj.children.novice import Novice\n\nclass Child(Novice):\n    pass\n"
-    (plugin / "a_plugin.py").write_text(child)
-    argv = ["evaluate", "--world", "grid", "--child", "a_plugin:Child", "--epsilon", ".5", "1,expert:1"]
-    argv += ["--episodes", "2", "--out", str(tmp_path / "run")]
-    assert cli.main(argv) == 0
-    record = json.loads((tmp_path / "run" / "run.json").read_text())
-    assert record["families"] == ["a_plugin:Child:0.5", "a_plugin:Child:1,expert:1"]
-    assert list(record["code"]) == ["child a_plugin:Child"]
-    assert read_finished(tmp_path / "run").settings.code() == record["code"]
-    assert cli.main([*argv, "--resume"]) == 0
-    (plugin / "a_plugin.py").write_text(f"{child}\n# edited\n")
-    capsys.readouterr()
-    assert cli.main([*argv, "--resume"]) == 2
-    assert "the code of child a_plugin:Child has changed, from a_plugin.py, sha256 " in capsys.readouterr().err
-
-
-def test_a_caregiver_with_code_may_be_added_and_files_that_are_missing_are_named(begun, plugin):
-    more = dataclasses.replace(RUN, caregivers=(*RUN.caregivers, "a_plugin:Mine"))
-    same(run(begun, more), evaluate(more))
-    (plugin / "weights.txt").unlink()
-    with pytest.raises(CaregiverError, match=r"weights\.txt'.* cannot be read: No such file"):
-        more.record()
 
 
 # -- Two runs ----------------------------------------------------------------------------------------
@@ -311,84 +209,3 @@ def test_seeds_are_pooled(runs, tmp_path, capsys):
     assert "--episodes 8 --seed 1" in page
     with pytest.raises(CaregiverError, match="holds pooled runs: resume each of them"):
         run(out, dataclasses.replace(pooled.settings, episodes=20))
-
-
-def test_grid_runs_are_pooled_whatever_their_robot_and_the_order_of_what_is_in_them(runs, tmp_path):
-    run(tmp_path / "other", episodes=8, seed=1, caregivers=RUN.caregivers[::-1], families=(0.5, 1), embodiment=UR5E)
-    first, second = finished(runs, "seed0", "seed1")
-    other = read_finished(tmp_path / "other")
-    assert compare_runs(second, other)["settings"].keys() == {"caregivers", "families"}
-    pooled = {"one": [first, second], "two": [first, other], "three": [second, first]}
-    for name, both in pooled.items():
-        pool_runs(both, tmp_path / name)
-    one, two, three = (read_finished(tmp_path / name) for name in pooled)
-    same(one, two)
-    assert without_times(one.summary) == without_times(two.summary)
-    same(one, three)
-    assert (one.record, one.summary) == (three.record, three.summary)  # in the order of seeds, not of folders
-    run(tmp_path / "other", other.settings, episodes=9, embodiment=RUN.embodiment)  # it is gone on with as well
-
-
-@pytest.mark.parametrize(
-    ("names", "words"),
-    [
-        (("seed0", "seed0"), "different seeds, got 0, 0"),
-        (("seed0", "more"), r"seeds alone, got .*: caregivers is \['nearest', 'none'\] in the first and \['guard', "),
-        (("seed0", "other"), r"families is \['0.5', '1'\] in the first and \['0.25'\] in the second$"),
-    ],
-)
-def test_runs_that_cannot_be_pooled(runs, tmp_path, names, words):
-    with pytest.raises(CaregiverError, match=words):
-        pool_runs(finished(runs, *names), tmp_path / "out")
-    assert not (tmp_path / "out").exists()
-
-
-def test_the_commands_say_what_is_wrong_in_a_line(runs, tmp_path, capsys):
-    for argv, words in (
-        (["compare", runs / "seed0", tmp_path], "holds no run"),
-        (["compare", runs / "seed0"], "required: DIR"),
-        (["pool", runs / "seed0", "--out", tmp_path / "out"], "at least 2, got 1"),
-        (["report", runs / "seed0", runs / "seed1"], "use `compare`, or `pool`"),
-    ):
-        assert cli.main([str(part) for part in argv]) == 2
-        out, err = capsys.readouterr()
-        assert (out, err.count("\n")) == ("", 1)
-        assert words in err
-
-
-def test_a_comparison_as_json_and_as_a_table(runs, capsys):
-    assert cli.main(["compare", str(runs / "seed0"), str(runs / "more"), "--json"]) == 0
-    out, err = capsys.readouterr()
-    assert len(json.loads(out)["rows"]) == 4
-    assert "not the same: episodes, 8 and 10" in err
-    same_run = [str(runs / "seed0")] * 2  # beside itself, of which the table says what the JSON says
-    assert cli.main(["compare", *same_run, "--json"]) == 0
-    rows = json.loads(capsys.readouterr().out)["rows"]
-    equivalent = sum(row["damage_equivalence"] == "equivalent" for row in rows)
-    assert {row["damage_verdict"] for row in rows} == {"no verdict"}
-    assert equivalent > 0
-    assert cli.main(["compare", *same_run]) == 0
-    table, _, caption = capsys.readouterr().out.partition("mean damage of")
-    assert table.count("equivalent") == equivalent
-    assert table.count("no verdict") == len(rows) - equivalent
-    assert "equivalent: neither less than the other by 10%" in " ".join(caption.split())
-
-
-@pytest.mark.parametrize(
-    ("width", "gone"), [(120, []), (80, ["pairs"]), (60, ["pairs", "first", "second", "p"]), (40, ["p"])]
-)
-def test_a_comparison_is_cut_nowhere(runs, width, gone):
-    found = compare_runs(*finished(runs, "seed0", "more"), ["none", "guard"])
-    for row in found["rows"]:
-        row |= {"first": 140.12, "second": 240.33, "damage_difference_mean": 100.2, "damage_verdict": "no verdict"}
-        row |= {"damage_difference_ci_low": -10.0, "damage_difference_ci_high": 110.0}
-    text = io.StringIO()
-    print_comparison(found, ["one", "two"], rich.console.Console(width=width, file=text))
-    shown = text.getvalue()
-    assert "…" not in shown
-    assert shown.count("none, guard") == shown.count("+100.20 (-10.00 to +110.00)") == shown.count("no verdict") == 2
-    if width > 40:  # what is left is wider then, and the terminal breaks its lines
-        assert max(map(len, shown.splitlines())) <= width
-    heads = next(line.split() for line in shown.splitlines() if "epsilon" in line)
-    assert not set(gone) & set(heads)
-    assert ("no room for" in " ".join(shown.split())) == bool(gone)  # the caption may go over several lines

@@ -1,19 +1,13 @@
-"""Harm: a run of two houses and two children whose paired differences are worked by hand; one without `none`."""
-
-import json
+"""Harm: a run of two houses and two children whose paired differences are worked by hand."""
 
 import numpy as np
 import pandas as pd
 import pytest
 from test_statistics import frame
 
-from caregiver_mj import cli
-from caregiver_mj.cli.runs import output, print_harm
 from caregiver_mj.experiments.intervals import of_difference
-from caregiver_mj.experiments.settings import Settings
-from caregiver_mj.experiments.summary import by_house, harm, summarise
+from caregiver_mj.experiments.summary import by_house, harm
 from caregiver_mj.experiments.verdicts import holm, least_p_more, sign_flip_p_more
-from caregiver_mj.plans.floor_plan import FloorPlan
 
 # House, epsilon: seven episodes alone, and what `bully` and `paper` add to each.
 CELLS = {
@@ -91,43 +85,6 @@ def test_a_harmful_caregiver_is_named(cells):
     assert (paper["worst"]["house"], paper["worst"]["family"], paper["worst"]["verdict"]) == ("b", "0.5", "no verdict")
 
 
-def told(summary, capsys):
-    print_harm(summary, output(False))
-    return " ".join(capsys.readouterr().out.split())
-
-
-def test_harm_is_printed(episodes, cells, capsys):
-    settings = Settings(FloorPlan.load("paper"), "grid", ("none", "bully", "paper"), (1.0, 0.5), 7)
-    summary = summarise(settings, episodes, cells)
-    assert next(iter(summary)) == "harm"
-    text = told(summary, capsys)
-    assert "bully 2 of 4 60.7 % b 1 5.00 8.00 +3.00 (" in text
-    assert "paper 0 of 4 3.6 % b 0.5 1.00 1.00 +0.00 (" in text
-    assert (
-        "could be shown in as few as 2 of 4 cells" in text
-    )  # by `paper`: three differ in a third cell, none in the last
-
-
-def test_nobody_can_judge_harm_without_the_child_alone(episodes, capsys):
-    settings = Settings(FloorPlan.load("paper"), "grid", ("bully", "paper"), (1.0, 0.5), 7)
-    without = episodes[episodes.caregiver != "none"]
-    summary = summarise(settings, without, by_house(without))
-    assert summary["harm"] == []
-    assert told(summary, capsys) == "harm cannot be judged without the caregiver 'none'"
-    alone = episodes[episodes.caregiver == "none"]
-    only = Settings(FloorPlan.load("paper"), "grid", ("none",), (1.0, 0.5), 7)
-    assert told(summarise(only, alone, by_house(alone)), capsys) == ""  # there is nobody who could
-
-
 def test_the_floor_is_no_caregiver(episodes):
     cells = by_house(episodes.replace({"caregiver": {"paper": "floor"}}))
     assert [row["caregiver"] for row in harm(cells)] == ["bully"]
-
-
-def test_evaluate_tells_people_and_programs(capsys):
-    command = ["evaluate", "--world", "grid", "--caregiver", "none", "paper", "--epsilon", "1", "--episodes", "6"]
-    assert cli.main([*command, "--json"]) == 0
-    out, err = capsys.readouterr()
-    (row,) = json.loads(out)["harm"]
-    assert (row["caregiver"], row["cells"], row["worst"]["house"], row["worst"]["episodes"]) == ("paper", 1, "paper", 6)
-    assert "harm: damage with the caregiver less alone" in err

@@ -1,18 +1,10 @@
-"""Intervals: values worked by hand, every resample of a small sample, symmetries, and samples that tell little."""
+"""Intervals: values worked by hand, every resample of a small sample, and samples that tell little."""
 
 import numpy as np
 import pytest
 from scipy import stats
 
-from caregiver_mj.experiments.intervals import (
-    of_mean,
-    of_mean_ratio,
-    of_ratio,
-    quantiles,
-    resamples,
-    shares,
-    solve,
-)
+from caregiver_mj.experiments.intervals import of_mean, of_mean_ratio, of_ratio, quantiles, resamples, shares, solve
 
 INF = np.inf
 
@@ -103,13 +95,6 @@ def test_ratio_against_all_resamples():
     assert (low, high) == pytest.approx((inside.min(), inside.max()), rel=0.05)
 
 
-def test_normal_samples_get_students_interval():
-    data = np.random.default_rng(2).normal(5.0, 2.0, size=(60, 40))
-    _, low, high = of_mean(data)
-    t = stats.t.ppf(0.975, 59) * data.std(axis=0, ddof=1) / np.sqrt(60)
-    assert np.mean((high - low) / (2 * t)) == pytest.approx(1, abs=0.02)
-
-
 # -- Symmetries --------------------------------------------------------------------------------------
 
 
@@ -118,41 +103,6 @@ def test_other_units(pairs):
     assert of_ratio(8 * ours, theirs) == pytest.approx([8 * end for end in of_ratio(ours, theirs)])
     assert of_ratio(ours, 8 * theirs) == pytest.approx([end / 8 for end in of_ratio(ours, theirs)])
     assert of_mean(3 * ours + 7) == pytest.approx([3 * end + 7 for end in of_mean(ours)])
-
-
-def test_swapping_sparse_samples():
-    random = np.random.default_rng(3)
-    open_ends = 0
-    for _ in range(60):
-        ours, theirs = random.poisson(0.25, (2, 15)).astype(float)
-        if not (ours.any() and theirs.any()):
-            continue
-        _, low, high = of_ratio(ours, theirs)
-        _, other_low, other_high = of_ratio(theirs, ours)
-        with np.errstate(divide="ignore"):
-            assert (other_low, other_high) == pytest.approx(tuple(1 / np.array([high, low])))
-        open_ends += np.isinf(high)
-    assert 5 < open_ends < 55
-
-
-def test_a_mean_is_a_ratio_to_one(pairs):
-    assert of_ratio(pairs[0], np.ones(20)) == pytest.approx(of_mean(pairs[0], least=0))
-
-
-def test_columns_do_not_depend_on_company(pairs):
-    both = of_mean(np.stack(pairs, axis=1))
-    for i, alone in enumerate(pairs):
-        assert [end[i] for end in both] == pytest.approx(of_mean(alone))
-    assert of_mean(pairs[0]) == of_mean(pairs[0])
-
-
-def test_large_samples():
-    random = np.random.default_rng(4)
-    theirs = random.gamma(2.0, 5.0, 30_000)
-    ours = 0.3 * theirs + random.normal(0, 0.1, 30_000) ** 2
-    value, low, high = of_ratio(ours, theirs)
-    error = (ours - value * theirs).std() / np.sqrt(30_000) / theirs.mean()
-    assert (low, high) == pytest.approx((value - 1.96 * error, value + 1.96 * error), abs=0.2 * error)
 
 
 # -- Samples that tell little ------------------------------------------------------------------------
@@ -208,16 +158,6 @@ def test_mean_ratio_by_hand():
     assert np.isnan(of_mean_ratio(theirs, theirs * [1, 0])).all()
 
 
-def test_mean_of_one_ratio(pairs):
-    """The delta method is not Fieller's, but close where the mean below is well above zero."""
-    ours, theirs = (np.tile(side, 5) + np.arange(100) % 7 for side in pairs)
-    wanted = of_ratio(ours, theirs)
-    width = wanted.high - wanted.low
-    assert of_mean_ratio(ours[:, None], theirs[:, None]) == pytest.approx(wanted, abs=0.03 * width)
-    both = [np.stack([side, side], axis=1) for side in (ours, theirs)]
-    assert of_mean_ratio(*both) == pytest.approx(of_mean_ratio(ours[:, None], theirs[:, None]))
-
-
 # -- Coverage, in short; docs/coverage.md has it at length -------------------------------------------
 
 
@@ -227,11 +167,3 @@ def test_coverage_of_a_skewed_mean():
     assert 0.93 < np.mean((low <= 1) & (high >= 1)) < 0.97
     t = stats.t.ppf(0.975, 19) * data.std(axis=0, ddof=1) / np.sqrt(20)
     assert np.mean(np.abs(data.mean(axis=0) - 1) <= t) < 0.93  # Student's does not
-
-
-def test_coverage_of_a_ratio():
-    random = np.random.default_rng(6)
-    theirs = random.negative_binomial(1, 0.1, size=(20, 1000)).astype(float)
-    ours = random.binomial(theirs.astype(int), 0.3).astype(float)
-    _, low, high = of_ratio(ours, theirs)
-    assert 0.93 < np.mean((low <= 0.3) & (high >= 0.3)) < 0.97

@@ -76,11 +76,6 @@ def test_comparison_by_hand():
     assert "moves_blocked_free_p" not in row  # that was not measured
 
 
-def test_too_few_pairs_for_any_verdict():
-    (row,) = statistics.comparison_rows(frame(none=[10, 20, 30, 40, 50], paper=[1, 2, 3, 4, 5]), "paper", "none")
-    assert (row["damage_p"], row["damage_verdict"]) == (None, "no verdict")  # p = 2 / 2**5 at least
-
-
 def test_comparison_without_any_damage():
     (row,) = statistics.comparison_rows(frame(none=[0, 0], paper=[0, 0]), "paper", "none")
     assert row["damage_left"] is row["damage_left_ci_low"] is row["damage_p"] is None
@@ -108,17 +103,6 @@ def test_comparisons_that_are_told_together_are_corrected_for_their_number():
     assert [row["damage_p"] for row in together] == [None, 2 / 64, 2 / 64]
     assert [row["damage_p_holm"] for row in together] == [None, 4 / 64, 4 / 64]
     assert [row["damage_verdict"] for row in together] == ["no verdict"] * 3
-
-
-def test_margins_that_are_told_together_are_corrected_for_their_number():
-    damage = [10, 20, 30, 40, 50, 60]
-    episodes = frame(toys=20, none=damage, guard=damage, paper=damage)
-    rows = [statistics.comparison_rows(episodes, name, "none")[0] for name in ("guard", "paper")]
-    assert [row["toys_reached_not_inferior"] for row in rows] == ["not inferior"] * 2
-    statistics.judged_together(rows)  # 20 less .97 x 20 in all six: 2 of 64
-    assert [row["toys_reached_not_inferior_p"] for row in rows] == [2 / 64] * 2
-    assert [row["toys_reached_not_inferior_p_holm"] for row in rows] == [4 / 64] * 2
-    assert [row["toys_reached_not_inferior"] for row in rows] == ["no verdict"] * 2
 
 
 def test_what_does_not_pair_is_refused():
@@ -151,14 +135,6 @@ def episodes(houses):
     return pd.concat(parts, ignore_index=True)
 
 
-def test_means_over_houses_by_hand():
-    episodes = pd.concat([frame("a", none=[10, 20]), frame("b", none=[1, 1, 1, 1])])
-    (row,) = statistics.mean_rows(episodes, ("damage",))
-    assert (row["house"], row["houses"], row["episodes"]) == ("2 houses", 2, 6)
-    assert row["damage_mean"] == 8  # of 15 and 1, which count the same
-    assert row["damage_sd"] == pytest.approx(98**0.5)  # ((15-8)² + (1-8)²) / (2-1)
-
-
 def test_comparison_over_houses(houses, episodes):
     first, second = statistics.comparison_rows(episodes, "paper", "none")
     assert (first["world"], first["epsilon"], second["epsilon"]) == ("grid", 1.0, 0.5)
@@ -170,18 +146,6 @@ def test_comparison_over_houses(houses, episodes):
     assert first["damage_difference_ci_low"] == pytest.approx(difference.low)
     assert first["damage_p"] == pytest.approx(2 / 2**12)  # less in all twelve houses
     assert first["damage_verdict"] == "less"
-
-
-def test_the_order_of_rows_does_not_matter(episodes):
-    shuffled = episodes.sample(frac=1, random_state=0).sort_values("epsilon", ascending=False, kind="stable")
-    found = statistics.comparison_rows(shuffled, "paper", "none")
-    assert found == statistics.comparison_rows(episodes, "paper", "none")
-
-
-def test_kinds_of_children_stay_apart(episodes):
-    both = pd.concat([episodes, episodes.assign(family="adversary:1", epsilon=1.0)[episodes.epsilon == 1.0]])
-    found = statistics.comparison_rows(both, "paper", "none")
-    assert [row["family"] for row in found] == ["1", "0.5", "adversary:1"]
 
 
 # -- The summary -------------------------------------------------------------------------------------
@@ -219,19 +183,3 @@ def test_every_house(houses, episodes):
         found = row.damage_left, row.damage_left_ci_low, row.damage_left_ci_high
         assert found == pytest.approx(of_ratio(ours, theirs))
     assert table[table.caregiver == "none"].damage_left.isna().all()
-
-
-def test_houses_with_other_numbers_of_episodes_or_without_damage():
-    parts = (
-        frame("a", none=[4, 4, 4, 4], paper=[1, 1, 1, 1]),
-        frame("b", none=[0, 0], paper=[0, 0]),
-        frame("c", paper=[1, 1]),  # never alone
-    )
-    table = by_house(pd.concat(parts).iloc[::-1]).set_index(["house", "caregiver"])
-    assert tuple(table.loc[("a", "paper")][["damage_left", "damage_left_ci_low"]]) == (0.25, 0.25)
-    assert table.loc[[("b", "paper"), ("c", "paper")]].filter(like="damage_left").isna().all(axis=None)
-
-
-def test_houses_whose_episodes_do_not_pair():
-    with pytest.raises(CaregiverError, match="got some of 'paper' or 'none' in house 'h' without a counterpart"):
-        by_house(frame(none=[1, 2], paper=[1]))

@@ -4,15 +4,13 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from caregiver_mj.experiments.intervals import Estimate, of_difference
+from caregiver_mj.experiments.intervals import of_difference
 from caregiver_mj.experiments.verdicts import (
     MARGINS,
     Verdict,
     compare_means,
     enough,
     equivalent,
-    judge,
-    judge_columns,
     margin_p,
     not_inferior,
     sign_flip_p,
@@ -45,14 +43,6 @@ def test_many_signs_are_drawn():
     assert sign_flip_p(np.ones(300)) == pytest.approx(300 / 10_000_000, rel=1e-3)  # the least there can be
 
 
-def test_columns_are_judged_as_each_by_itself():
-    columns = np.stack([[1.0] * 25 + [-1.0] * 5, [1.0, 2, 3] + [0.0] * 27, [1.0, -3, 2] * 10], axis=1)
-    assert sign_flip_p(columns).tolist() == [sign_flip_p(column) for column in columns.T]
-    found = judge_columns(of_difference(columns, np.zeros_like(columns)), columns)
-    assert [one.verdict for one in found] == [Verdict.MORE, Verdict.NONE, Verdict.NONE]
-    assert [np.isnan(one.p) for one in found] == [False, True, False]
-
-
 @pytest.mark.parametrize(("pairs", "verdict"), [(4, Verdict.NONE), (5, Verdict.NONE), (6, Verdict.LESS)])
 def test_no_verdict_of_few_pairs(pairs, verdict):
     theirs = np.array([10.0, 12.0, 11.0, 13.0, 10.0, 12.0])[:pairs]
@@ -75,13 +65,6 @@ def test_verdict_and_interval_do_not_contradict_each_other():
         other = compare_means(theirs, ours)
         assert other.p == p
         assert (other.verdict is Verdict.LESS) == (verdict is Verdict.MORE)
-
-
-def test_a_verdict_needs_both():
-    difference = np.array([3.0, 4, 5, 6, 7, 8])
-    assert judge(Estimate(5.5, 4, 7), difference).verdict is Verdict.MORE
-    assert judge(Estimate(5.5, -1, 7), difference).verdict is Verdict.NONE
-    assert judge(Estimate(0.0, 1, 2), np.array([1.0, -1, 1, -1, 1, -1])).verdict is Verdict.NONE
 
 
 TOYS = np.array([20.0, 24, 22, 25, 19, 23, 21, 24, 20, 22])
@@ -122,16 +105,6 @@ def test_what_is_better_when_less():
 def test_equivalence_from_either_side(factor, verdict):
     assert equivalent(factor * TOYS, TOYS, 0.10) is verdict
     assert equivalent(TOYS, factor * TOYS, 0.10) is verdict
-
-
-def test_equivalence_that_is_not_shown():
-    noisy = TOYS * np.array([0.5, 1.5] * 5)
-    assert equivalent(noisy, TOYS, 0.10) is Verdict.NONE
-
-
-def test_an_interval_known_already():
-    assert equivalent(TOYS, TOYS, 0.10, ratio=Estimate(1.0, 0.8, 1.2)) is Verdict.NONE
-    assert not_inferior(TOYS, TOYS, 0.03, more_is_better=True, ratio=Estimate(0.9, 0.8, 0.95)) is Verdict.INFERIOR
 
 
 def test_p_of_being_at_the_margin_by_hand():

@@ -17,7 +17,6 @@ from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.generator import generate
 from caregiver_mj.plans.hazards import NOTHING, State
-from caregiver_mj.plans.routes import Routes
 
 STEPS = ((-1, 0), (0, 1), (1, 0), (0, -1))
 EPSILONS = (1.0, 0.75, 0.5, 0.25, 0.05)
@@ -63,8 +62,8 @@ ASSISTED = {1.0: (0.32, 105), 0.5: (0.29, 170), 0.05: (0.38, 198)}
 
 @pytest.mark.parametrize("epsilon", ASSISTED)
 def test_the_caregiver_prevents_most_of_the_damage_and_leaves_the_toys(paper, epsilon):
-    alone = run_episodes(paper, epsilon, None, range(1000)).totals()
-    assisted = run_episodes(paper, epsilon, make_caregiver("paper", paper), range(1000)).totals()
+    alone = run_episodes(paper, epsilon, None, range(400)).totals()
+    assisted = run_episodes(paper, epsilon, make_caregiver("paper", paper), range(400)).totals()
     left, timesteps = ASSISTED[epsilon]
     assert assisted["damage"].mean() <= left * alone["damage"].mean()
     assert assisted["timesteps_to_threshold"].mean() >= timesteps
@@ -359,20 +358,12 @@ def test_without_a_caregiver_it_is_the_plain_world_step_by_step(text, epsilon, s
     compare_with_the_plain_world(text, epsilon, False, seeds, timesteps=100)
 
 
-@pytest.mark.parametrize("epsilon", EPSILONS)
+@pytest.mark.parametrize("epsilon", [1.0, 0.25])
 def test_in_the_paper_house_it_is_the_plain_world_for_whole_episodes(paper, epsilon):
     compare_with_the_plain_world("\n".join(paper.rows), epsilon, True, range(2), EPISODE_TIMESTEPS)
 
 
 # -- One among many ------------------------------------------------------------------------------
-
-
-def test_a_world_can_be_used_again(paper):
-    world = GridWorld(paper, 0.5, make_caregiver("paper", paper))
-    first, other, again = (world.run(tapes(seeds, 80)).damage.tolist() for seeds in (range(5), range(5, 12), range(5)))
-    assert any(first)
-    assert first == again
-    assert len(other) == 7
 
 
 def test_the_novice_draws_the_same_with_and_without_a_caregiver(paper):
@@ -478,16 +469,6 @@ def test_beside_a_table_it_prefers_a_cell_in_which_it_cannot_be_shut_in(novice, 
     assert plan.caregiver_cells[world.caregiver_cell[0]] == cell
 
 
-@pytest.mark.parametrize("text", ["#####\n#S.B#\n##T##\n#####", "####\n#.B#\n####"], ids=["landing", "no landing"])
-@pytest.mark.parametrize("name", ["none", "random", "nearest", "guard", "paper"])
-def test_a_house_of_one_cell_has_episodes_too(text, name):
-    plan = FloorPlan.parse(text)
-    totals = GridWorld(plan, 0.5, make_caregiver(name, plan)).run(tapes(range(3), 50)).totals()
-    assert (totals["toys_reached"] > 0).all()
-    if plan.stairwells and name != "none":
-        assert (totals["damage_stairwell"] == 0).all()  # the caregiver starts on the landing
-
-
 # -- Several children ------------------------------------------------------------------------------
 
 
@@ -517,21 +498,6 @@ def test_children_are_never_in_one_cell_nor_in_the_caregivers(text, family, name
         assert sum(outcome["toys_by_child"]) == outcome["toys_reached"]
 
 
-def test_the_first_child_is_an_only_child_as_long_as_nobody_is_in_its_way(paper):
-    one, other = GridWorld(paper, "0.5", None), GridWorld(paper, "0.5,0.5", None)
-    seeds = range(40)
-    one.reset(tapes(seeds))
-    other.reset(tapes(seeds, children=2))
-    apart = np.ones(40, bool)
-    between = paper.graph.distances_from(range(len(paper.free_cells)))
-    for _ in range(10):
-        apart &= between[other.child_cell[:, 0], other.child_cell[:, 1]] > 2
-        one.step()
-        other.step()
-        assert (one.child_cell[:, 0] == other.child_cell[:, 0])[apart].all()
-    assert apart.sum() > 5
-
-
 def test_a_child_waits_before_a_cell_in_which_another_one_is():
     world = GridWorld(DOORWAY, "1,1", None)
     west = Tape(np.zeros(3), np.tile([0.0, (WEST + 0.5) / 4, 0.0], (2, 1)))
@@ -546,22 +512,6 @@ def test_a_child_waits_before_a_cell_in_which_another_one_is():
     assert [DOORWAY.free_cells[cell] for cell in world.child_cell[0]] == [(1, 1), (1, 2)]
 
 
-@pytest.mark.parametrize("children", [1, 2])
-def test_the_caregiver_keeps_to_paths_that_no_child_closes(children):
-    """Two ways lead to the stairs; a child that bumps into the wall stands in each."""
-    plan = FloorPlan.parse("#########\n#.......#\n#.##B##.#\n#.#####S#\n#.......#\n#########")
-    world = GridWorld(plan, ",".join(["1"] * children), Fixed(plan))
-    north = Tape(np.zeros(3), np.tile([0.0, (NORTH + 0.5) / 4, 0.0], (5, 1)))
-    world.reset([[north] * children])
-    world.child_cell[:] = world.previous_cell[:] = [[plan.cell_index[cell] for cell in ((1, 5), (4, 4))][:children]]
-    world.caregiver_cell[:] = plan.cell_index[(1, 3)]
-    for _ in range(5):
-        world.step()
-    cell = plan.caregiver_cells[world.caregiver_cell[0]]
-    assert (cell == (3, 7)) == (children == 1)
-    assert world.ledger.totals()["interventions_done"].tolist() == [children == 1]
-
-
 # -- Large houses --------------------------------------------------------------------------------
 
 
@@ -570,14 +520,3 @@ def test_a_house_whose_paths_would_not_fit_into_memory_is_refused_before_they_ar
     plan = generate(1, (100, 100))
     with pytest.raises(CaregiverError, match=r"too large .* 7851 free cells, 199 tables .* 52\.6 GB, more than 6\.0"):
         GridWorld(plan, 0.5, make_caregiver("nearest", plan))
-
-
-def test_the_size_of_the_paths_is_reckoned_as_they_are_made(monkeypatch, paper):
-    places = [[0], [1, 2]]
-    made = Routes(paper, places)
-    taken = sum(table.nbytes for table in vars(made).values() if isinstance(table, np.ndarray) and table.ndim == 3)
-    monkeypatch.setattr("caregiver_mj.plans.routes.LARGEST", taken)
-    Routes(paper, places)
-    monkeypatch.setattr("caregiver_mj.plans.routes.LARGEST", taken - 1)
-    with pytest.raises(CaregiverError, match="too large"):
-        Routes(paper, places)

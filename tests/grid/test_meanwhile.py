@@ -81,16 +81,6 @@ def test_a_candle_taken_meanwhile_does_not_burn():
     assert harms == [4.0, 1.0]
 
 
-def test_whole_episodes_are_booked_timestep_by_timestep():
-    tapes = [Tape.draw_family(np.random.RandomState(seed), 2) for seed in range(4)]
-    plan = FloorPlan.load("paper")
-    ledger = GridWorld(plan, "1,.25", make_caregiver("paper", plan), meanwhile=1).run(tapes)
-    assert ledger.timestep == 200
-    assert (ledger.visits.sum(axis=1) == 400).all()
-    totals = ledger.totals()
-    assert (totals["moves_entered"] >= totals["moves_entered_blocked"]).all()
-
-
 def test_what_cannot_be_is_refused():
     with pytest.raises(CaregiverError, match="meanwhile must be 0 to 3, got 4"):
         GridWorld(LANDING, 0.5, None, meanwhile=4)

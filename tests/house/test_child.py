@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scripted_child import EAST, NORTH, SOUTH, STAY, WEST, Scripted
+from scripted_child import EAST, SOUTH, STAY, WEST, Scripted
 
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.house.child import HouseChild
@@ -15,7 +15,6 @@ from caregiver_mj.plans.hazards import NOTHING, DamageWeights
 ROOM = FloorPlan.parse("#######\n#B....#\n#.....#\n#..C.S#\n#T....#\n#######", "room")
 CORRIDOR = FloorPlan.parse("########\n#B....S#\n###T####\n########", "corridor")
 MOVE, STEP = 1.68, 0.02  # seconds
-STAIRS, CANDLE, TABLE = range(3)  # kinds of damage
 RANDOM = np.random.RandomState(0)
 
 
@@ -50,13 +49,10 @@ def timestep(child, *touches, candles=(), time=0.0):
     ("touches", "harm"),
     [
         ((), [0, 0, 0, 0]),
-        (["wall", "bin", "robot"], [0, 0, 0, 0]),
         (["stairwell"], [5, 0, 0, 0]),
         (["candle"], [0, 4, 0, 0]),
-        (["table"], [0, 0, 1, 0]),
         (["table", "table", "table"], [0, 0, 1, 0]),  # once a timestep
         (["table", "candle"], [0, 4, 0, 0]),  # the worst
-        (["candle", "table"], [0, 4, 0, 0]),
         (["candle", "stairwell", "table"], [5, 0, 0, 0]),
     ],
 )
@@ -80,16 +76,6 @@ def test_a_table_hurts_as_what_stands_on_it_and_as_the_plan_says():
     assert timestep(child, touch("stairwell", 0), touch("candle", 0)).harm[:4].tolist() == [0, 2, 0, 0]
 
 
-def test_harm_is_that_of_the_present_timestep():
-    child = child_in((1, 3))
-    assert child.move.harm == 0
-    child.begin(0, RANDOM, NOTHING)
-    child.take_in([touch("candle", 0)], lambda table: np.zeros(1, bool), 0.0)
-    assert (child.move.harm, child.move.kind) == (4.0, "candle")
-    child.end()
-    assert (child.move.harm, timestep(child).harm[:4].tolist()) == (0, [0, 0, 0, 0])
-
-
 # -- Moves -------------------------------------------------------------------------------------------
 
 
@@ -103,37 +89,6 @@ def test_a_move_takes_it_to_the_next_cell_and_a_bump_leaves_it_where_it_was():
     booking = timestep(child)
     assert booking.begun == booking.ended == child.cell == ROOM.cell_index[2, 3]
     assert child.position == pytest.approx(ROOM.position((2, 3)), abs=1e-6)
-
-
-def test_who_stays_stays_where_it_stands():
-    child = child_in((1, 3))
-    child.put_at(0.123, 0.456, 0.7)
-    booking = timestep(child, touch("robot"))
-    assert (child.position, child.walk.yaw) == ((0.123, 0.456), 0.7)
-    assert not booking.blocked.any()
-
-
-def test_it_is_told_what_it_may_know():
-    child = child_in((2, 3), SOUTH)
-    timestep(child)  # a bump
-    child.behaviour.move = NORTH
-    child.begin(1, RANDOM, 7)
-    first, second = child.behaviour.seen
-    assert (first.cell[0], first.goal[0], first.caregiver_cell[0]) == (ROOM.cell_index[2, 3], 0, NOTHING)
-    assert not first.bumped[0]
-    assert second.bumped[0]
-    assert second.caregiver_cell[0] == 7
-
-
-def test_after_its_tape_it_draws_from_the_source():
-    child = HouseChild(ROOM, Scripted(ROOM, None, epsilon=1.0), MOVE)
-    child.reset(tape(), 5, 0.0)
-    source, twin = (np.random.RandomState(3) for _ in range(2))
-    child.begin(199, source, NOTHING)
-    assert source.random_sample() == twin.random_sample()  # nothing taken yet
-    child.begin(200, source, NOTHING)
-    twin.random_sample(3)
-    assert source.random_sample() == twin.random_sample()
 
 
 def test_a_toy_is_the_bin_that_it_wants():
@@ -220,29 +175,9 @@ def begin(physics, *places):
         ([(2, EAST), (4, WEST)], [3, 4]),  # both want the cell between: first come, first served
         ([(2, EAST), (3, WEST)], [2, 3]),  # they do not change places, ...
         ([(3, WEST), (2, EAST)], [3, 2]),  # ... whoever is first
-        ([(4, EAST), (3, EAST), (2, EAST)], [5, 4, 3]),
         ([(2, EAST), (3, EAST), (4, EAST)], [2, 3, 5]),
         ([(2, WEST), (3, WEST)], [2, 3]),  # a bump into the bin leaves the first one where it is
-        ([(5, EAST), (4, EAST)], [5, 4]),  # so does a fall
-        ([(3, STAY), (2, EAST)], [3, 2]),
     ],
 )
 def test_nobody_sets_out_for_a_cell_where_another_is_or_will_be(physics, places, going):
     assert begin(physics, *places) == going
-
-
-def test_who_waits_makes_no_move_and_nothing_comes_of_it(physics):
-    children = corridor(physics, (2, EAST), (3, STAY))
-    children.begin(0, RANDOM, physics)
-    waiting = children[0]
-    assert waiting.move.target is None
-    for _ in range(84):
-        children.step(STEP, physics)
-    # It has not moved at all; that something is beside it is no block, and no harm.
-    assert waiting.position == tuple(CORRIDOR.position((1, 2)))
-    waiting.take_in([touch("robot", direction=(1.0, 0.0))], lambda table: np.zeros(1, bool), 0.0)
-    booking = children.end()[0]
-    assert booking.begun == booking.ended
-    assert not booking.blocked.any()
-    assert not booking.toy
-    assert booking.harm[:4].tolist() == [0, 0, 0, 0]

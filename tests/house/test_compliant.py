@@ -5,7 +5,6 @@ import pytest
 
 from caregiver_mj.children.walk import ToddlerWalk
 from caregiver_mj.house.child import SOFTNESS, STANCE, STRIDE, CompliantBody
-from caregiver_mj.house.fittings import read_model
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans.floor_plan import FloorPlan
 
@@ -62,7 +61,3 @@ def test_a_harder_push_makes_it_step():
     assert x[-1] > 0.3
     assert walk.position[0] == pytest.approx(x[-1] - STRIDE, abs=0.02)
     assert 15.0 < STANCE * STRIDE < 16.0  # newtons that it bears
-
-
-def test_mass_is_that_of_the_model():
-    assert read_model("toddler").geom("body").mass == 12.0

@@ -1,6 +1,4 @@
-"""The scene of the house: it is complete, quiet when left alone, and its contacts do what they are for."""
-
-import itertools
+"""The scene of the house: it is complete, and its contacts do what they are for."""
 
 import mujoco
 import numpy as np
@@ -8,13 +6,12 @@ import pytest
 
 from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans import layout
-from caregiver_mj.plans.cell_graph import WALL
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 SMALL = FloorPlan.parse("#####\n#B.S#\n#..C#\n#T..#\n#####", "small")
 WIDE_CELLS = FloorPlan.parse("#######\n#B...C#\n#.....#\n#..S.T#\n#.....#\n#######", "wide_cells", cell_size=1.0)
-LARGE = FloorPlan.load("house-3-40x40-candles6")
-PLANS = [FloorPlan.load("paper"), FloorPlan.load("apartment"), SMALL, WIDE_CELLS, LARGE]
+
+PLANS = [FloorPlan.load("paper"), SMALL, WIDE_CELLS]
 
 TODDLER_RADIUS = 0.12  # metres
 
@@ -92,75 +89,6 @@ def test_objects_stand_where_the_plan_says(house: House):
         assert sum(name.startswith(f"{kind}_") for name in bodies) == len(cells)
 
 
-def test_only_what_shall_collide_does(house: House):
-    model = house.model
-    visual = np.isin(model.geom_group, [0, 1, 2])
-    assert visual.any()
-    assert not model.geom_contype[visual].any()
-    assert not model.geom_conaffinity[visual].any()
-    all_names = names(model, "geom")
-    physical = {all_names[i].split("/")[-1].split("_")[0] for i in np.flatnonzero(~visual)}
-    assert physical == {"floor", "wall", "top", "box", "wax", "trigger", "body"}
-    assert house.plan is not PLANS[0] or model.ngeom < 520  # rendering without a GPU takes its time
-
-
-def test_driven_about_nothing_warns_and_candles_stay(house: House):
-    random, plan = np.random.default_rng(0), house.plan
-    mujoco.mj_resetData(house.model, house.data)
-    speed = 0.444  # m/s, a toddler's 1.6 km/h
-    for _ in range(10):
-        start = plan.position(plan.free_cells[random.integers(len(plan.free_cells))])
-        direction = [(0, 1), (1, 0), (0, -1), (-1, 0)][random.integers(4)]
-        for k in range(10):
-            travelled = min(0.05 * k, 0.2)  # never so far that it would reach a table's edge
-            house.step(start + travelled * np.array(direction), speed * np.array(direction), steps=5)
-    assert house.data.time == pytest.approx(500 * house.model.opt.timestep)
-    assert not house.data.warning.number.any()
-    for i, table in enumerate(plan.candle_tables):
-        candle = house.candle(i)
-        assert np.allclose(candle.xpos, [*plan.position(plan.tables[table]), layout.TABLE_HEIGHT], atol=5e-4)
-        assert candle.xmat.reshape(3, 3)[2, 2] > 0.99999
-        assert np.abs(candle.cvel).max() < 1e-6
-
-
-def test_cameras_see_the_house(house: House):
-    model, data = house.model, house.data
-    mujoco.mj_forward(model, data)
-    camera = data.camera("overview")
-    height, width = np.array(house.plan.shape) * house.plan.cell_size / 2
-    corners = np.array(list(itertools.product([-width, width], [-height, height], [0, layout.WALL_HEIGHT])))
-    x, y, z = ((corners - camera.xpos) @ camera.xmat.reshape(3, 3)).T  # z points backwards
-    assert (z < 0).all()
-    top = np.tan(np.radians(model.camera("overview").fovy[0]) / 2)
-    vertical, horizontal = np.abs(y / -z).max() / top, np.abs(x / -z).max() / top
-    assert vertical <= 1
-    assert horizontal <= 4 / 3
-    assert max(vertical, horizontal / (4 / 3)) > 0.9  # and fills the picture
-
-
-def test_follow_camera_follows(paper: House):
-    cell, other = paper.plan.free_cells[0], paper.plan.free_cells[-1]
-    offsets = []
-    for position in (paper.plan.position(cell), paper.plan.position(other)):
-        paper.step(position)
-        mujoco.mj_forward(paper.model, paper.data)
-        offsets.append(paper.data.camera("follow").xpos - paper.data.body("toddler/toddler").xpos)
-        forward = -paper.data.camera("follow").xmat.reshape(3, 3)[:, 2]
-        assert offsets[-1] @ forward == pytest.approx(-np.linalg.norm(offsets[-1]), rel=0.05)  # looks at it
-    assert np.allclose(*offsets)
-
-
-def test_decorations_stay_out_of_the_way(house: House):
-    model, data, plan = house.model, house.data, house.plan
-    mujoco.mj_forward(model, data)
-    for i, name in enumerate(names(model, "geom")):
-        if name.startswith("decoration_"):
-            centre, half = model.geom_aabb[i].reshape(2, 3)
-            corners = centre + half * np.array(list(itertools.product([-1, 1], repeat=3)))
-            for corner in data.geom_xpos[i] + corners @ data.geom_xmat[i].reshape(3, 3).T:
-                assert plan[plan.cell_at(corner)] == WALL, name
-
-
 def test_trigger_reports_overlap_and_exerts_no_force(house: House):
     for i, cell in enumerate(house.plan.stairwells[:4]):
         centre = house.plan.position(cell)
@@ -204,12 +132,3 @@ def test_toddler_pushes_a_candle_over_and_the_floor_catches_it(paper: House):
     assert paper.candle(0).xmat.reshape(3, 3)[2, 2] < 0.5  # it lies
     assert paper.candle(0).xpos[2] < 0.03
     assert not paper.data.warning.number.any()
-
-
-def test_candles_fall_asleep_and_the_toddler_does_not(paper: House):
-    paper.step(paper.plan.position(paper.plan.free_cells[0]), steps=200)
-    tree = paper.model.body_treeid
-    asleep = paper.data.tree_asleep >= 0
-    for i in range(len(paper.plan.candle_tables)):
-        assert asleep[tree[paper.model.body(f"candle_{i}/candle").id]]
-    assert not asleep[tree[paper.model.body("toddler/toddler").id]]

@@ -6,28 +6,10 @@ import pytest
 import caregiver_mj
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.robot_body import TargetRamp
-from caregiver_mj.house.scene import build_house
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 PLAN = FloorPlan.load("paper")
 TABLES = len(PLAN.tables)
-
-
-@pytest.mark.parametrize("height", [0.45, 0.75])
-def test_a_table_reaches_from_the_floor_to_its_height(height):
-    spec = build_house(PLAN, robot=False, table_heights=np.full(TABLES, height))
-    data_of = {geom.name: geom for geom in spec.geoms}
-    top, leg, board = (data_of[f"table_0/{name}"] for name in ("top", "leg_ne", "board"))
-    assert (top.pos[2] - top.size[2], top.pos[2] + top.size[2]) == pytest.approx((0.0, height))
-    assert leg.pos[2] - leg.size[2] == pytest.approx(0.0)
-    assert board.pos[2] + board.size[2] == pytest.approx(height, abs=0.002)
-    assert leg.pos[2] + leg.size[2] < board.pos[2] + board.size[2]
-
-
-def test_the_models_height_leaves_the_house_as_it_is():
-    plain, same = (build_house(PLAN, table_heights=heights).compile() for heights in (None, np.full(TABLES, 0.6)))
-    assert (plain.geom_pos == same.geom_pos).all()
-    assert (plain.geom_size == same.geom_size).all()
 
 
 def test_candles_stand_on_tables_of_any_height_and_the_heights_are_seen():
@@ -43,12 +25,6 @@ def test_candles_stand_on_tables_of_any_height_and_the_heights_are_seen():
     assert task.candles.standing(env.physics).all()
     assert all(task.candles.are_on(env.physics, table).any() for table in on)
     assert env.physics.candle_poses()[:, 2] == pytest.approx(task.table_heights[on], abs=1e-3)
-
-
-def test_the_usual_height_is_not_observed():
-    env = caregiver_mj.load("supervise", PLAN, visuals=False)
-    assert "table_height" not in env.observation_spec()
-    assert set(env.task.table_heights) == {0.6}
 
 
 @pytest.mark.parametrize("height", [0.3, (0.7, 0.5), (), "low", (0.5, None)])
@@ -86,39 +62,3 @@ def test_targets_on_a_parabola_are_followed_with_a_slope_that_has_no_corners():
     off = parabola - (steps[2 * STEPS :] - LATE) ** 2
     np.testing.assert_allclose(off, off[0])
     np.testing.assert_allclose(np.diff(parabola, 2), 2.0)
-
-
-def test_without_new_targets_they_are_reached_and_kept():
-    controls = np.array([1.0, -1.0])
-    ramp = TargetRamp(controls)
-    follow(ramp, controls, np.array([[2.0, -1.0]]))
-    assert 1.0 < controls[0] < 2.0
-    for _ in range(STEPS):
-        ramp.advance()
-    for _ in range(STEPS):
-        np.testing.assert_array_equal(controls, [2.0, -1.0])
-        ramp.advance()
-
-
-def test_a_target_for_one_step_is_there_at_once():
-    controls = np.zeros(1)
-    ramp = TargetRamp(controls)
-    follow(ramp, controls, np.array([[1.0], [3.0]]))
-    ramp.lead_to(np.array([0.5]), 1)
-    np.testing.assert_array_equal(controls, [0.5])
-    ramp.advance()
-    np.testing.assert_array_equal(controls, [0.5])
-
-
-@pytest.mark.parametrize("after", [1, 3, 4])
-def test_a_copy_with_its_state_goes_on_alike(after):
-    controls, others = np.zeros((2, 1))
-    ramp, other = TargetRamp(controls), TargetRamp(others)
-    ramp.lead_to(np.array([1.0]), STEPS)
-    for _ in range(after):
-        ramp.advance()
-    others[:], other.state = controls, ramp.state
-    for _ in range(STEPS):
-        ramp.advance()
-        other.advance()
-        np.testing.assert_array_equal(others, controls)

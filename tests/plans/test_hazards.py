@@ -57,26 +57,6 @@ def test_damage_of_no_kind_or_no_number_is_refused(damage, words):
         DamageWeights.of(damage)
 
 
-@pytest.mark.parametrize(("in_order", "by_name"), [((5, 4, 1, 3), {}), ((5,), {"stairwell": 5})])
-def test_damage_is_one_number_for_each_kind(in_order, by_name):
-    with pytest.raises(CaregiverError, match="must be one number for each of stairwell, candle, table"):
-        DamageWeights(*in_order, **by_name)
-
-
-@pytest.mark.parametrize("text", ["", "5:4", "5:4:1:0", "5:4:x"])
-def test_damage_that_is_not_three_numbers_is_refused(text):
-    with pytest.raises(
-        CaregiverError, match=rf"^damage must be .* STAIRWELL:CANDLE:TABLE, such as 5:4:1, got '{text}'$"
-    ):
-        DamageWeights.of(text)
-
-
-@pytest.mark.parametrize(("kind", "value"), [("stairwell", -1.0), ("candle", float("nan")), ("table", float("inf"))])
-def test_damage_is_finite_and_not_negative(kind, value):
-    with pytest.raises(CaregiverError, match=rf"^the damage of a {kind} must be a number of at least 0, got {value}$"):
-        DamageWeights(**{kind: value})
-
-
 def test_stairwells_come_first_then_candles():
     assert list(FIVE) == [
         Hazard(STAIRWELL, 0, 5.0),
@@ -88,12 +68,6 @@ def test_stairwells_come_first_then_candles():
     assert FIVE.damage.tolist() == [5, 5, 4, 4, 4]
     assert [hazard.label for hazard in FIVE] == ["S1", "S2", "C1", "C2", "C3"]
     assert [str(hazard) for hazard in FIVE] == ["stairwell 1", "stairwell 2", "candle 1", "candle 2", "candle 3"]
-
-
-@pytest.mark.parametrize("number", [NOTHING, 5])
-def test_there_is_no_hazard_beyond_the_table(number):
-    with pytest.raises(IndexError, match=f"no hazard {number}: there are 5"):
-        FIVE[number]
 
 
 def test_numbers_by_hand():
@@ -119,14 +93,6 @@ def test_numbers_by_hand():
 def test_there_is_no_number_of_what_there_is_not(where, index, words):
     with pytest.raises(CaregiverError, match=words):
         FIVE.number(where, index)
-
-
-def test_a_house_without_any_has_no_number_of_one():
-    bare = Hazards(())
-    assert [bare.number(where, NOTHING) for where in (Where.OPENING, Where.ON_TABLE)] == [NOTHING, NOTHING]
-    assert bare.number(Where.ON_TABLE, np.array([], int)).tolist() == []
-    with pytest.raises(CaregiverError, match=r"stairwell or gate must be NOTHING \(-1\), for there is none, got 0"):
-        bare.number(Where.OPENING, 0)
 
 
 @given(HAZARDS)

@@ -5,7 +5,6 @@ import itertools
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
 from random_plans import plan_texts
 from scipy import ndimage
 
@@ -14,7 +13,7 @@ from caregiver_mj.plans.cell_graph import WALL
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 PAPER = FloorPlan.load("paper")
-APARTMENT = FloorPlan.load("apartment")
+
 RASTER = 0.05  # metres; finer than any wall
 
 
@@ -95,15 +94,6 @@ def test_doorways_and_rooms_of_the_paper_house_and_a_corridor():
     assert (layout.Layout(corridor).doorways, len(layout.Layout(corridor).rooms)) == ((), 1)
 
 
-def test_apartment_is_as_large_as_asked_for():
-    plan = APARTMENT
-    assert plan.shape == (14, 18)
-    assert (len(plan.stairwells), len(plan.candle_tables), len(plan.bins)) == (5, 6, 5)
-    assert len(plan.tables) - len(plan.candle_tables) == 6
-    assert len(layout.Layout(plan).rooms) >= 5
-    assert None not in plan.stair_directions + PAPER.stair_directions  # real stairs everywhere
-
-
 PLANS = plan_texts().map(FloorPlan.parse)
 
 
@@ -153,34 +143,3 @@ def test_stairs_go_down_in_walls_of_their_own(plan: FloorPlan):
             assert plan[alcove[0] + side * right, alcove[1] + side * down] == WALL
     stairs = layout.Layout(plan).stairs
     assert rows(stairs[:, :2]) == rows(np.array([plan.position(cell) for cell in alcoves]).reshape(-1, 2))
-
-
-@settings(max_examples=40, deadline=None)
-@given(plan=PLANS)
-def test_places_for_decorations_are_at_walls_and_out_of_the_way(plan: FloorPlan):
-    walls, rooms = layout.Layout(plan).walls, cells(plan, wall=False)
-    for foot, yaw in layout.Layout(plan).wall_places():
-        inwards = np.array([np.cos(yaw), np.sin(yaw)]).round()
-        half = np.where(inwards, 0.1, 0.35)  # 0.2 m deep, 0.7 m wide
-        space = np.array([[*foot + 0.1 * inwards, *half]])
-        behind = np.array([[*foot - 0.1 * inwards, *half]])
-        assert overlap(space, walls).max() < 1e-9
-        assert overlap(space, rooms).max() < 1e-9
-        assert overlap(behind, walls).sum() == pytest.approx(area(behind))
-
-
-@given(bits=st.lists(st.lists(st.booleans(), min_size=4, max_size=4), min_size=1, max_size=4))
-def test_largest_rectangle_is_full_and_none_is_larger(bits: list[list[bool]]):
-    mask = np.array(bits)
-    if not mask.any():
-        return
-
-    def size(corners: tuple) -> int:
-        (top, left), (bottom, right) = corners
-        part = mask[top : bottom + 1, left : right + 1]
-        return part.size if part.size and part.all() else 0
-
-    every = [tuple(c) for c in np.argwhere(np.ones_like(mask))]
-    best = size(layout.largest_rectangle(mask))
-    assert best > 0
-    assert best == max(size(pair) for pair in itertools.product(every, every))

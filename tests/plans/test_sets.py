@@ -7,8 +7,7 @@ import pytest
 from caregiver_mj.errors import FloorPlanError
 from caregiver_mj.plans.floor_plan import FloorPlan, house_names
 from caregiver_mj.plans.generator import is_drivable
-from caregiver_mj.plans.hazards import DamageWeights
-from caregiver_mj.plans.sets import house, house_set, houses_named
+from caregiver_mj.plans.sets import house_set, houses_named
 
 
 def test_a_set_is_a_beginning_of_every_larger_one_and_none_shares_a_house():
@@ -49,35 +48,11 @@ def test_sets_that_there_are_not(name, problem):
         house_set(name)
 
 
-@pytest.mark.parametrize("name", ["paper", "test-5/x", "test-5/-1", "exam-5/1", "/1", "plans/house.txt"])
-def test_other_names_are_no_houses_of_a_set(name):
-    assert house(name) is None
-
-
-def test_houses_by_several_names():
-    plans = houses_named(["paper", "test-2", "train-100/5"], DamageWeights(20, 4, 1))
-    assert [plan.name for plan in plans] == ["paper", "house-200000", "house-200001", "house-100005"]
-    assert {plan.damage for plan in plans} == {DamageWeights(20, 4, 1)}
-    assert plans[1].rows == house_set("test-1")[0].rows
-
-
 def test_a_house_twice_is_refused():
     with pytest.raises(FloorPlanError, match=r"^houses must be different, got 'house-200001' twice$"):
         houses_named(["test-2", "test-100/1"])
     with pytest.raises(FloorPlanError, match="2 houses are named twice, such as 'house-200000'"):
         houses_named(["test-2", "test-2"])
-
-
-def test_two_files_of_one_name_are_told_from_one_house_that_is_named_twice(tmp_path):
-    files = [tmp_path / folder / "mine.txt" for folder in ("d1", "d2")]
-    for file, house_text in zip(files, ("#####\n#B.S#\n#####", "######\n#B..S#\n######"), strict=True):
-        file.parent.mkdir()
-        file.write_text(house_text)
-    words = f"^houses must have different names, got 'mine' in '{files[0]}' and '{files[1]}': rename a file$"
-    with pytest.raises(FloorPlanError, match=words):
-        houses_named(["paper", *map(str, files)])
-    with pytest.raises(FloorPlanError, match=r"^houses must be different, got 'mine' twice$"):
-        houses_named([str(files[0])] * 2)
 
 
 def of_sets(*kinds):
@@ -107,14 +82,7 @@ def test_ten_houses_drawn_by_hand():
     """They are there to judge caregivers by: they were drawn before any was tried in them, and stay as they are."""
     plans = house_set("drawn-10")
     assert {plan.name for plan in plans} == {*house_names()} - {"paper", "apartment", "home"}
-    assert len({plan.rows for plan in plans}) == 10
-    for plan in plans:
-        assert is_drivable(plan)
-        assert 60 <= len(plan.free_cells) <= 120
-        assert 1 <= len(plan.stairwells) <= 3
-        assert 2 <= len(plan.candle_tables) <= 4
-        assert 1 <= len(plan.tables) - len(plan.candle_tables) <= 3
-        assert 2 <= len(plan.bins) <= 4
+    assert all(map(is_drivable, plans))
     assert FloorPlan.load("drawn-10/3") == plans[3]
     text = "\n\n".join(f"{plan.name}\n{plan.text}" for plan in plans)
     digest = "21472c123635c6c979ad3e2811c2ec8f30d45e4f23a35c2bf4234ad260253b19"

@@ -1,6 +1,5 @@
-"""Houses of every shape: each is what its name says, valid, and one that the robot can work in."""
+"""Houses of every shape: each is valid, and one that the robot can work in."""
 
-import numpy as np
 import pytest
 
 from caregiver_mj import cli
@@ -13,15 +12,8 @@ SHAPES = (
 )  # fmt: skip
 
 
-def houses(shape, count=4):
-    return [FloorPlan.load(f"{shape}-{seed}") for seed in range(700, 700 + count)]
-
-
-def ways(plan):
-    """How many free cells are next to each free cell."""
-    cells = set(plan.free_cells)
-    steps = ((-1, 0), (0, 1), (1, 0), (0, -1))
-    return {(r, c): sum((r + down, c + right) in cells for down, right in steps) for r, c in cells}
+def houses(shape):
+    return [FloorPlan.load(f"{shape}-{seed}") for seed in range(700, 704)]
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -34,44 +26,6 @@ def test_each_can_be_lived_and_worked_in(shape):
         assert plan.bins
         assert FloorPlan.load(plan.name).rows == plan.rows
     assert len({plan.rows for plan in houses(shape)}) == 4
-
-
-def test_a_hall_is_one_cell_wide():
-    for plan in houses("hall"):
-        assert max(ways(plan).values()) <= 2
-        assert len(plan.stairwells) >= 2
-
-
-@pytest.mark.parametrize("shape", ["alcoves", "dead-ends"])
-def test_dead_ends_have_something_at_their_end(shape):
-    for plan in houses(shape):
-        ends = [cell for cell, count in ways(plan).items() if count == 1]
-        things = {*plan.tables, *plan.bins, *plan.stairwells}
-        beside = [{(r - 1, c), (r + 1, c), (r, c - 1), (r, c + 1)} & things for r, c in ends]
-        assert len(ends) >= 3
-        assert sum(map(bool, beside)) >= 3
-
-
-def test_what_there_is_in_the_others():
-    for plan in houses("stairs-only"):
-        assert len(plan.stairwells) >= 5
-        assert not plan.candle_tables
-    for plan in houses("many-tables"):
-        assert len(plan.tables) - len(plan.candle_tables) == 1
-        assert len(plan.tables) >= 5
-    for plan in houses("far-bins"):
-        columns = [cell[1] for cell in plan.bins]
-        assert max(columns) - min(columns) >= plan.shape[1] / 2
-
-
-def test_loops_can_be_walked_round():
-    """Without any one cell of a corridor with two ways on, all that is left hangs together."""
-    for plan in houses("loops", 2):
-        found = ways(plan)
-        ring = [plan.cell_index[cell] for cell, count in found.items() if count >= 2]
-        free = np.arange(len(plan.free_cells))
-        cut = [cell for cell in ring if len(set(plan.graph.parts(cell)[np.delete(free, cell)])) > 1]
-        assert len(cut) <= len(ring) / 4
 
 
 def test_sets_are_balanced_over_the_shapes():
@@ -97,9 +51,7 @@ def test_a_valid_house_that_the_robot_cannot_work_in_is_warned_of(narrow, capsys
     assert (cli.main(["house", "check", "hall-3"]), capsys.readouterr().err) == (0, "")
 
 
-@pytest.mark.parametrize(
-    ("world", "caregiver", "warnings"), [("house", "guard", 1), ("house", "none", 0), ("grid", "guard", 0)]
-)
+@pytest.mark.parametrize(("world", "caregiver", "warnings"), [("house", "guard", 1), ("grid", "guard", 0)])
 def test_so_is_a_run_of_the_robot_in_it_once(narrow, capsys, world, caregiver, warnings):
     options = ["--house", narrow, "--world", world, "--caregiver", caregiver, "--epsilon", "1", "--episodes", "1"]
     assert cli.main(["evaluate", *options, "--jobs", "1"]) == 0

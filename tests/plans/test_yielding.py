@@ -8,7 +8,7 @@ from walks import distances, neighbours
 
 from caregiver_mj.plans.cell_graph import UNREACHABLE
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.routes import STAY, Routes
+from caregiver_mj.plans.routes import Routes
 from caregiver_mj.plans.yielding import divisions, yielding
 
 PLANS = plan_texts(largest=12).map(FloorPlan.parse)
@@ -135,12 +135,6 @@ def test_one_that_does_not_yield_stays_where_its_way_is_barred():
     routes = Routes(HALL, [[LANDING]])
     child, here = np.full((3, 1), 4), np.array([3, 1, 5])
     assert routes.towards(np.zeros(3, int), child, here, yields=False)[1].tolist() == [3, 1, 6]
-
-
-def test_who_stays_is_there():
-    routes = Routes(HALL, [[LANDING]])
-    distance, next_cell = routes.towards(np.array([STAY]), np.array([[4]]), np.array([3]))
-    assert (distance.tolist(), next_cell.tolist()) == ([0], [3])
 
 
 @settings(deadline=None, max_examples=60)

@@ -6,7 +6,7 @@ import pytest
 import caregiver_mj
 from caregiver_mj.children.family import Family
 from caregiver_mj.envs.recipe import Recipe, prepared
-from caregiver_mj.errors import CaregiverError, RenderingError
+from caregiver_mj.errors import RenderingError
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.settings import Settings, episode_seed
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -32,12 +32,6 @@ class Seeing:
         return self.action
 
 
-class Silent(Seeing):
-    """Does not say so."""
-
-    needs_pictures = False
-
-
 @pytest.fixture
 def pictures():
     """What is to be seen at the start of episode 0 of seed 0, an array a camera."""
@@ -60,12 +54,6 @@ def test_a_policy_sees_the_same_in_evaluate_record_and_render(pictures, tmp_path
     for mine, others, also in zip(pictures, recorded, filmed, strict=True):
         np.testing.assert_array_equal(mine, others)
         np.testing.assert_array_equal(mine, also)
-
-
-def test_a_policy_that_does_not_say_so_gets_no_pictures():
-    settings = Settings(TINY, "house", (f"{HERE}:Silent",), (1.0,), 1)
-    with pytest.raises(CaregiverError, match=r"cannot render: .* needs_pictures = True"):
-        evaluate(settings)
 
 
 def test_a_house_without_visuals_cannot_be_rendered():

@@ -94,8 +94,7 @@ def assert_relocated(scene: Scene) -> None:
 # -- Missed grasps -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("offset", [0.13, -0.13])
-def test_missed_grasp_is_noticed_and_tried_again(scene, monkeypatch, offset):
+def test_missed_grasp_is_noticed_and_tried_again(scene, monkeypatch):
     """The robot sees the candle beside where it is, until its fingers have closed on nothing."""
     sees_wrong = True
     fooled = 0
@@ -104,7 +103,7 @@ def test_missed_grasp_is_noticed_and_tried_again(scene, monkeypatch, offset):
         nonlocal fooled
         observation = dict(scene.timestep.observation)
         if sees_wrong:
-            observation["candle_position"] = observation["candle_position"] + [offset, 0.0, 0.0]
+            observation["candle_position"] = observation["candle_position"] + [0.13, 0.0, 0.0]
             fooled += 1
         return scene.policy(scene.timestep._replace(observation=observation))
 
@@ -135,19 +134,17 @@ def test_grasp_that_fails_again_and_again_is_given_up(scene, monkeypatch):
     assert scene.policy.interventions_done == 0
 
 
-@pytest.mark.parametrize("moved", [0.0075, 0.0095])
-def test_a_candle_that_is_moved_a_little_as_the_hand_comes_down_is_picked(scene, moved):
+def test_a_candle_that_is_moved_a_little_as_the_hand_comes_down_is_picked(scene):
     """By so little that the hand may stay down, and by so much that the base must drive on: it cannot meanwhile."""
     assert scene.run(2000, until=lambda: scene.policy.robot.reached > 0.9)
     yaw, (x, y, z) = scene.physics.base_position()[2], scene.candle()
-    scene.put_candle(x + moved * np.cos(yaw), y + moved * np.sin(yaw), z, 0.0, 0.0)
+    scene.put_candle(x + 0.0095 * np.cos(yaw), y + 0.0095 * np.sin(yaw), z, 0.0, 0.0)
     assert scene.until_done(30.0)
     assert_relocated(scene)
 
 
-@pytest.mark.parametrize("delay", [0.06, 0.3])
-def test_a_candle_that_is_seen_late_is_not_taken_to_have_stayed_behind(delay):
-    scene = Scene(sensing={"delay": delay})
+def test_a_candle_that_is_seen_late_is_not_taken_to_have_stayed_behind():
+    scene = Scene(sensing={"delay": 0.3})
     opened = []
     assert scene.run(2000, until=scene.physics.is_gripping)
     scene.run(3000, until=lambda: opened.append(not scene.physics.is_gripping()) or scene.policy.interventions_done)
@@ -155,10 +152,9 @@ def test_a_candle_that_is_seen_late_is_not_taken_to_have_stayed_behind(delay):
     assert_relocated(scene)
 
 
-@pytest.mark.parametrize("seed", [1, 3, 12])
-def test_limits_are_kept_where_a_candle_is_not_quite_where_it_seems(seed):
+def test_limits_are_kept_where_a_candle_is_not_quite_where_it_seems():
     """One finger meets it before the other one, and it stands on the table before it should."""
-    scene = Scene(seed, embodiment="mobile_ur5e", sensing={"candle": {"bias": 0.005}})
+    scene = Scene(3, embodiment="mobile_ur5e", sensing={"candle": {"bias": 0.005}})
     with Recorder(scene.env) as recorder:
         assert scene.until_done()
     log, robot = recorder.log(), find_embodiment("mobile_ur5e")
@@ -166,27 +162,10 @@ def test_limits_are_kept_where_a_candle_is_not_quite_where_it_seems(seed):
     assert_relocated(scene)
 
 
-# -- Tables ------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("seed", [0, 3])
-def test_on_a_neighbouring_table_of_another_height_the_hand_is_aimed_anew(seed):
-    """The robot has hardly to drive there: it would be under way with the hand's path of the first one."""
-    plan = FloorPlan.parse("##########\n#B.......#\n#........#\n#..CT....#\n##########", "neighbours")
-    scene = Scene(seed, plan, table_height=(0.45, 0.75))
-    tilts = []
-    done = lambda: tilts.append(scene.physics.candle_upright()[0]) or scene.policy.interventions_done  # noqa: E731
-    assert scene.run(2000, until=done)
-    assert np.ptp(scene.task.table_heights) > 0.04
-    assert min(tilts) > np.cos(np.radians(5))
-    assert scene.task.is_placed(scene.physics)
-
-
 # -- Fallen candles ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("heading", [100, 215])
-@pytest.mark.parametrize("place", ["floor", "table"])
+@pytest.mark.parametrize(("place", "heading"), [("floor", 100), ("table", 215)])
 def test_candle_is_picked_up_from_where_it_lies(scene, place, heading):
     if place == "floor":
         scene.put_candle(*OPEN_FLOOR, FLOOR + CANDLE_RADIUS, np.pi / 2, np.radians(heading))
@@ -208,13 +187,7 @@ def test_limits_are_kept_while_a_candle_is_taken_out_to_the_open_and_picked_up(s
     assert used > 0.9 * robot.limits.arm.acceleration_share  # of what is planned for, most
 
 
-def test_candle_that_stands_on_the_floor_is_picked_up(scene):
-    scene.put_candle(*OPEN_FLOOR, FLOOR, 0.0, 0.0)
-    assert scene.until_done()
-    assert_relocated(scene)
-
-
-@pytest.mark.parametrize("direction", range(0, 360, 120))
+@pytest.mark.parametrize("direction", [0, 120])
 def test_candle_that_is_knocked_over_while_the_robot_comes_is_picked_up(scene, direction):
     scene.run(30)
     angle = np.radians(direction)
@@ -233,22 +206,6 @@ def test_candle_that_is_torn_from_the_hand_is_picked_up(scene):
     scene.physics.data.ptr.xfrc_applied[body, :3] = [0.0, 0.0, -150.0]
     assert scene.run(100, until=lambda: scene.candle()[2] < TABLE_TOP)
     scene.physics.data.ptr.xfrc_applied[body] = 0.0
-    assert scene.until_done()
-    assert_relocated(scene)
-
-
-def test_candle_that_falls_over_on_the_table_on_which_it_shall_stand_is_set_up_again(scene):
-    withdraws = lambda: (  # noqa: E731
-        scene.policy.activity.startswith("carry")
-        and scene.candle()[2] < TABLE_TOP + 0.01
-        and scene.policy.robot.reached < 0.8
-    )
-    scene.run(2000, until=lambda: scene.physics.is_gripping() and scene.candle()[2] > TABLE_TOP + 0.1)
-    assert scene.run(2000, until=withdraws)
-    x, y, _ = scene.candle()
-    scene.put_candle(x, y, TABLE_TOP + 0.03, np.pi / 2, 0.0)
-    scene.run(25)
-    assert not scene.task.is_standing(scene.physics, 0)
     assert scene.until_done()
     assert_relocated(scene)
 
@@ -276,19 +233,6 @@ def test_robot_drives_round_a_candle_that_has_fallen_in_its_way():
     np.testing.assert_allclose(env.physics.candle_poses()[0, :3], lies, atol=0.01)
 
 
-def test_hand_does_not_go_to_a_fallen_candle_while_the_child_is_near(scene):
-    scene.put_candle(*OPEN_FLOOR, FLOOR + CANDLE_RADIUS, np.pi / 2, 0.0)
-    scene.task.children[0].put_at(OPEN_FLOOR[0] + 1.0, OPEN_FLOOR[1])
-    scene.run(400)
-    tucked = scene.physics.arm_position()
-    assert np.hypot(*(scene.physics.base_position()[:2] - OPEN_FLOOR)) < 0.8  # it stands there and waits
-    scene.run(50)
-    np.testing.assert_allclose(scene.physics.arm_position(), tucked, atol=1e-3)
-    scene.put_child(scene.task.plan.free_cells[-1])
-    assert scene.until_done()
-    assert_relocated(scene)
-
-
 def test_hand_comes_back_when_the_child_comes_near(scene):
     scene.put_candle(*OPEN_FLOOR, FLOOR + CANDLE_RADIUS, np.pi / 2, 0.0)
     tucked = scene.physics.arm_position()
@@ -302,19 +246,6 @@ def test_hand_comes_back_when_the_child_comes_near(scene):
     scene.put_child(scene.task.plan.free_cells[-1])
     assert scene.until_done()
     assert_relocated(scene)
-
-
-def test_child_that_walks_about_where_a_candle_is_picked_up_is_not_struck():
-    """It used to be, over and over: the hand stayed low where the child ran into it, and sprang back after it."""
-    plan = FloorPlan.parse("########\n#B.....#\n#..C...#\n#....T.#\n#......#\n########", "room")
-    env = caregiver_mj.load("relocate_candle", plan, 1.0, random=5)
-    policy, timestep = caregiver_mj.CaregiverPolicy(env), env.reset()
-    joint = env.physics.model.ptr.joint("candle_0/joint").qposadr[0]
-    lean = np.array([np.cos(-0.409), -np.sin(-0.409), np.cos(-0.409), np.sin(-0.409)]) * np.sqrt(0.5)
-    env.physics.data.qpos[joint : joint + 7] = [0.947, 1.258, 0.023, *lean]
-    for _ in range(round(45.0 / env.control_timestep())):
-        timestep = env.step(policy(timestep))
-    assert env.task.outcome()["strikes"] == 0
 
 
 # -- Changes of plan ---------------------------------------------------------------------------------
@@ -335,59 +266,6 @@ def test_candle_is_put_beside_what_stands_on_its_place():
     assert not scene.touched
 
 
-@pytest.mark.parametrize("heading", [90, 270])
-def test_candle_is_not_put_down_on_one_that_lies_there(heading):
-    plan = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.C.....#\n#########", "room")
-    scene = Scene(plan=plan)
-    goal, other = scene.task.goal_candle, 1 - scene.task.goal_candle
-    place = scene.task.table_positions[scene.task.goal_table]
-    angle = np.radians(heading)
-    foot = place - 0.14 * np.array([np.cos(angle), np.sin(angle)])  # its top is where the other one would be put
-    scene.put_candle(*foot, TABLE_TOP + CANDLE_RADIUS, np.pi / 2, angle, candle=other)
-    assert scene.until_done()
-    assert scene.task.is_standing(scene.physics, goal)
-    assert scene.candle(other)[:2] == pytest.approx(foot, abs=5e-3)
-
-
-def test_robot_waits_with_the_candle_at_a_table_without_room():
-    plan = FloorPlan.parse("##########\n#B.......#\n#..C.C.C.#\n#........#\n#....T...#\n#........#\n##########", "room")
-    scene = Scene(plan=plan)
-    goal = scene.task.goal_candle
-    others = [candle for candle in range(3) if candle != goal]
-    scene.run(1500, until=lambda: scene.physics.is_gripping() and scene.candle(goal)[2] > TABLE_TOP + 0.2)
-    place = scene.task.table_positions[scene.task.goal_table]
-    for candle, aside in zip(others, ([0.09, 0.09], [-0.09, -0.09]), strict=True):
-        scene.put_candle(*(place + aside), TABLE_TOP, 0.0, 0.0, candle=candle)
-    scene.run(500)
-    assert scene.physics.is_gripping()
-    assert scene.policy.interventions_done == 0
-    np.testing.assert_allclose(scene.physics.base_velocity(), 0.0, atol=0.01)
-    scene.put_candle(3.0, 2.0, 0.0, 0.0, 0.0, candle=others[0])
-    scene.put_candle(-3.0, -2.0, 0.0, 0.0, 0.0, candle=others[1])
-    assert scene.until_done()
-    assert scene.task.is_placed(scene.physics)
-
-
-@pytest.mark.parametrize("off", [0.3, 5.0])
-def test_candle_outside_of_the_house_is_left_there(scene, off):
-    x = 4.5 * 0.75 + off  # beyond the eastern wall
-    scene.put_candle(x, 0.0, CANDLE_RADIUS, np.pi / 2, 0.0)
-    scene.run(500)
-    assert scene.policy.activity == "keep out of the way"
-    assert not scene.touched
-
-
-def test_candle_that_somebody_else_takes_away_is_followed(scene):
-    scene.run(40)
-    assert scene.policy.activity == "fetch candle 1"
-    place = scene.task.table_positions[scene.task.goal_table]
-    scene.put_candle(*place, TABLE_TOP, 0.0, 0.0)
-    scene.run(2 * MOVE)
-    assert scene.policy.activity == "keep out of the way"
-    assert scene.task.is_placed(scene.physics)
-    assert not scene.touched
-
-
 class Switching(Caregiver):
     """Protects one stairwell, and from some novice timestep on another one."""
 
@@ -401,47 +279,6 @@ def supervise(plan: FloorPlan, child: tuple[int, int], caregiver: Caregiver):
     timestep = env.reset()
     env.task.children[0].put(child)
     return env, policy, timestep
-
-
-HALL = FloorPlan.parse(
-    """
-############
-#B.........#
-#..........#
-#S........S#
-#..........#
-#.....S....#
-############
-""".strip(),
-    "hall",
-)
-
-
-def test_robot_turns_to_a_new_target_at_once_and_without_a_stop():
-    caregiver = Switching(HALL)
-    caregiver.target = 1
-    env, policy, timestep = supervise(HALL, (1, 1), caregiver)
-    env.physics.set_robot(np.array([*HALL.position((3, 2)), 0.0]), env.physics.arm_position())
-    timestep = timestep._replace(observation=env.task.get_observation(env.physics))
-    landing = HALL.position(HALL.stairwells[2])
-    velocities, left, changed = [], [], None
-    while changed is None or left[-1] > 0.03:
-        if changed is None and velocities and np.hypot(*velocities[-1]) > 1.2:
-            caregiver.target = 2
-        action = policy(timestep)
-        if changed is None and policy.target == 2:
-            changed = len(velocities)
-        velocities.append(action[:2])
-        left.append(np.hypot(*(env.physics.base_position()[:2] - landing)))
-        timestep = env.step(action)
-        assert not timestep.last()
-    # It drove east; the new landing is in the south-east.
-    turning = np.array(velocities[changed - 1 :])[:, 1]
-    assert abs(turning[0]) < 1e-3
-    assert (np.diff(turning[:8]) < 0).all()
-    far = np.array(left[changed:]) > 0.6
-    assert far.sum() > 10
-    assert np.hypot(*np.array(velocities[changed:])[far].T).min() > 0.25
 
 
 # -- A candle in the hand when something else calls -----------------------------------------------------
@@ -470,8 +307,7 @@ class Fetching(Caregiver):
         return np.array([0 if self.alarm else NOTHING if fetched else 1])
 
 
-@pytest.mark.parametrize("alarm", [False, True])
-def test_candle_in_the_hand_is_put_on_a_nearer_table_if_that_saves_the_child(alarm):
+def test_candle_in_the_hand_is_put_on_a_nearer_table_if_that_saves_the_child():
     """The candle is on its way west, as far from the child as can be, when that heads for the stairs."""
     caregiver = Fetching(GALLERY)
     env = caregiver_mj.load("supervise", GALLERY, Scripted(GALLERY), random=0)
@@ -487,19 +323,19 @@ def test_candle_in_the_hand_is_put_on_a_nearer_table_if_that_saves_the_child(ala
     put_child((1, 32), (0, 1))  # into the wall
     while not policy.interventions_done:
         carried = env.physics.is_gripping() and env.physics.candle_poses()[0, 2] > TABLE_TOP + 0.2
-        if alarm and carried and not caregiver.alarm:
+        if carried and not caregiver.alarm:
             caregiver.alarm = True
             put_child((1, 22), (0, -1))
         timestep = env.step(policy(timestep))
         assert not timestep.last()
     off = [np.hypot(*(env.physics.candle_poses()[0, :2] - plan.position(table))) for table in plan.tables]
-    assert (min(off[1:]) if alarm else off[0]) < 0.02  # the one that it came from is as safe
+    assert min(off[1:]) < 0.02  # the one that it came from is as safe
     assert task.is_standing(env.physics, 0)
-    for _ in range(12 * MOVE if alarm else 0):
+    for _ in range(12 * MOVE):
         timestep = env.step(policy(timestep))
-    if alarm:  # the child did come to the stairs, ...
-        landing = plan.position(plan.stairwells[0])
-        assert np.hypot(*(env.physics.toddler_position()[:2] - landing)) < 1.0
-        assert np.hypot(*(env.physics.base_position()[:2] - landing)) < 0.03
+    # The child did come to the stairs, ...
+    landing = plan.position(plan.stairwells[0])
+    assert np.hypot(*(env.physics.toddler_position()[:2] - landing)) < 1.0
+    assert np.hypot(*(env.physics.base_position()[:2] - landing)) < 0.03
     outcome = task.outcome()  # ... and was not hurt
     assert outcome["damage_stairwell"] == outcome["strikes"] == outcome["candles_dropped"] == 0

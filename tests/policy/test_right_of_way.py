@@ -124,18 +124,6 @@ def test_robot_and_child_that_run_into_each_other_get_free(gap, monkeypatch):
     assert task.outcome()["strikes"] == 0
 
 
-def test_robot_and_child_part_in_an_episode_that_once_stood_still():
-    """From 55 s on they kept each other where they were, for all of the other 280 s."""
-    env = caregiver_mj.load("supervise", "paper", epsilon=0.05, random=1874364848)
-    policy = caregiver_mj.CaregiverPolicy(env)
-    step = env.reset()
-    while env.physics.time() < 90.0:
-        step = env.step(policy(step))
-    outcome = env.task.outcome()
-    assert outcome["moves_blocked"] <= 5
-    assert outcome["strikes"] == 0
-
-
 # -- Yielding ----------------------------------------------------------------------------------------
 
 
@@ -188,16 +176,6 @@ def test_robot_takes_the_other_of_two_ways_without_waiting():
     assert (scene.policy.interventions, scene.env.task.outcome()["strikes"]) == (1, 0)
 
 
-def test_a_stand_that_the_child_occupies_is_given_up():
-    plan = FloorPlan.parse("#########\n#S.....C#\n###T#B###\n#########", "stand")
-    stairwell, candle = 0, 1
-    scene = Scene(plan, Determined(plan, candle, stairwell), (1, 6), (1, 3))
-    scene.child.move = STAY
-    assert scene.run(30.0, lambda: scene.is_at((1, 1)))
-    assert scene.time > GIVES_UP
-    assert (scene.policy.interventions, scene.env.task.outcome()["strikes"]) == (2, 0)
-
-
 def test_a_candle_in_the_hand_goes_to_another_table():
     far, other = 0, 1  # the latter being that on which it stood
     scene = Scene(TABLES, Determined(TABLES, 0, table=far), (1, 3), (1, 6))
@@ -210,33 +188,6 @@ def test_a_candle_in_the_hand_goes_to_another_table():
     assert outcome["candles_dropped"] == outcome["strikes"] == 0
 
 
-def test_a_robot_that_is_told_what_to_fetch_goes_on_waiting():
-    """Elsewhere it has no business, and on its way back it would be late when the child goes at last."""
-    child = Scripted(TABLES, STAY)
-    env = caregiver_mj.load("relocate_candle", TABLES, child, random=0)
-    policy = caregiver_mj.CaregiverPolicy(env)
-    place(env, (1, 6), (1, 3))
-    step, doing = env.reset(), set()
-    while env.physics.time() < 2 * GIVES_UP:
-        step = env.step(policy(step))
-        doing.add(policy.activity)
-    assert doing == {"fetch candle 1"}
-    assert policy.interventions == 1
-    assert 1.0 < math.dist(env.physics.base_position()[:2], TABLES.position((1, 6))) - TOUCHING < 1.2
-    assert env.task.outcome()["strikes"] == 0
-
-
-def test_what_takes_long_gets_done_beside_what_a_child_bars_for_ever():
-    """The way to the stairwell is closed, and to the candle and its other table farther than it is passed over for."""
-    rows = "##################", "###B##############", "#S..............C#", "###############T##", "##################"
-    plan = FloorPlan.parse("\n".join(rows), "far")
-    stairwell, candle, bare = 0, 1, 1
-    scene = Scene(plan, Determined(plan, stairwell, candle, table=bare), (2, 3), (2, 6))
-    scene.child.move = STAY
-    assert scene.run(90.0, lambda: scene.policy.interventions_done == 1)
-    assert scene.env.task.outcome()["strikes"] == 0
-
-
 class ToAndFro(Scripted):
     """Goes three cells one way and three cells back, whoever is there."""
 
@@ -245,8 +196,10 @@ class ToAndFro(Scripted):
         return super().act(sight, draws)
 
 
-@pytest.mark.parametrize("candle", ["stands", "lies", "on its head"])
-@pytest.mark.parametrize("child", ["adversary:0", Scripted(HALL, STAY), ToAndFro(HALL)])
+@pytest.mark.parametrize(
+    ("child", "candle"),
+    [("adversary:0", "stands"), (Scripted(HALL, STAY), "on its head"), (ToAndFro(HALL), "lies")],
+)
 def test_every_skill_ends_whatever_a_child_does(child, candle):
     """What is done goes on for as long as it is wanted: a robot that stands in a stairwell, or aside."""
     env = caregiver_mj.load("supervise", HALL, child, random=1, visuals=False)
@@ -266,14 +219,6 @@ def test_every_skill_ends_whatever_a_child_does(child, candle):
         longest = max(longest, env.physics.time() - since if skill else 0.0)
     assert longest < 4 * TIME_OUT
     assert env.task.outcome()["strikes"] == 0
-
-
-def test_a_robot_in_a_stairwell_stays_however_long():
-    scene = Scene(ONE_WAY, Determined(ONE_WAY, 1, 0), (2, 4), (2, 8))
-    scene.child.move = STAY
-    scene.run(2 * TIME_OUT)
-    assert scene.is_at((2, 9))
-    assert scene.policy.interventions == scene.policy.interventions_done == 1
 
 
 # -- Keeping still -----------------------------------------------------------------------------------
@@ -310,46 +255,3 @@ def test_a_robot_that_does_not_yield_waits_where_it_stands_until_the_child_leave
     scene.env.task.children[0].put((2, 8))  # behind the robot
     assert scene.run(6.0, lambda: scene.is_at((2, 1)))
     assert scene.policy.interventions == 1
-
-
-@pytest.mark.parametrize(("yields", "moves"), [(False, False), (True, True)])
-def test_a_robot_that_does_not_yield_is_no_danger_to_a_child_that_comes(yields, moves):
-    """The child comes along the corridor to its bin, from where the stairwell is that the robot wants to block."""
-    corridor = FloorPlan.parse("###########\n########B##\n#S.......S#\n###########", "corridor_to_bin")
-    caregiver = Determined(corridor, 0)
-    caregiver.yields = yields
-    scene = Scene(corridor, caregiver, (2, 3), (2, 6))
-    scene.child.move = EAST
-    scene.run(9.0)
-    x = np.array(scene.base)[:, 0]
-    assert (x.max() - x[0] > 0.3) == moves  # eastwards, out of the child's way
-    outcome = scene.env.task.outcome()
-    assert (outcome["moves_blocked"] > 0) == (not moves)
-    assert outcome["strikes"] == 0
-
-
-def test_a_robot_that_does_not_yield_stops_on_its_way_when_a_child_closes_it():
-    caregiver = Determined(ONE_WAY, 0)
-    caregiver.yields = False
-    scene = Scene(ONE_WAY, caregiver, (2, 8), (2, 7))
-    scene.child.move = STAY
-    scene.run(1.0)
-    scene.env.task.children[0].put((2, 2))
-    scene.run(3.0)
-    stopped = scene.base[-1][:2]
-    child = scene.env.physics.toddler_position()[:2]
-    assert math.dist(stopped, child) - TOUCHING > 0.6  # it has not come as near as it might
-    scene.run(3.0)
-    assert math.dist(scene.base[-1][:2], stopped) < 0.01
-
-
-def test_a_robot_that_gives_up_a_way_does_not_make_room_either():
-    """After ten seconds it passes the stairwell over, and has nothing else to do for a while."""
-    caregiver = Determined(ONE_WAY, 0)
-    caregiver.yields = False
-    scene = Scene(ONE_WAY, caregiver, (2, 4), (2, 6))
-    scene.child.move = STAY
-    assert scene.run(14.0, lambda: scene.policy.target == NOTHING and scene.time > 1.0)
-    assert scene.time > GIVES_UP
-    scene.run(4.0)
-    assert far_from_start(scene) < 0.02

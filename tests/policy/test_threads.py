@@ -10,7 +10,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 
 HOUSE = FloorPlan.parse("##########\n#B..C...S#\n#........#\n#..T...C.#\n#......B.#\n##########", "threads")
 ROBOTS = ("mobile_fr3", "mobile_ur5e")
-JOBS = [(robot, seed) for seed in range(4) for robot in ROBOTS]
+JOBS = [(robot, seed) for seed in range(2) for robot in ROBOTS]
 
 
 def run(job):

@@ -9,8 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from caregiver_mj.errors import CaregiverError
-from caregiver_mj.recording.lerobot.dataset import check_rate, write_lerobot
+from caregiver_mj.recording.lerobot.dataset import write_lerobot
 from caregiver_mj.recording.lerobot.layout import FILES_IN_CHUNK, Shard
 from caregiver_mj.recording.steps import About, Steps
 
@@ -110,21 +109,6 @@ def test_rows_are_those_of_the_episodes(folder, episodes):
         assert own["next.truncated"].tolist() == [one and not episode.terminated for one in last]
 
 
-def test_episodes_are_told_apart(folder, listed, episodes):
-    assert listed.length.tolist() == list(LENGTHS)
-    ends = np.cumsum(LENGTHS)
-    assert listed.dataset_to_index.tolist() == ends.tolist()
-    assert listed.dataset_from_index.tolist() == [0, *ends[:-1].tolist()]
-    assert listed.seed.tolist() == [episode.seed for episode in episodes]
-    assert listed.terminated.tolist() == [False, True, False]
-    assert listed.diverged.tolist() == [False, False, True]
-    assert [list(tasks) for tasks in listed.tasks] == [[ABOUT.task]] * 3
-    tasks = pd.read_parquet(folder / "meta/tasks.parquet")
-    assert (tasks.index.tolist(), tasks.task_index.tolist()) == ([ABOUT.task], [0])
-    for what in ("data", "meta/episodes", f"videos/{KEY}"):
-        assert (listed[[f"{what}/chunk_index", f"{what}/file_index"]] == 0).all(axis=None)
-
-
 def test_the_film_shows_each_row_its_own_frame(folder, info, listed, episodes):
     reader = imageio_ffmpeg.read_frames(
         str(folder / info["video_path"].format(video_key=KEY, chunk_index=0, file_index=0))
@@ -171,21 +155,3 @@ def test_large_data_sets_have_several_files_and_after_many_another_chunk(tmp_pat
     last = Shard(FILES_IN_CHUNK - 1)
     assert last.place == {"chunk_index": 0, "file_index": FILES_IN_CHUNK - 1}
     assert Shard(last.number + 1).columns("data") == {"data/chunk_index": 1, "data/file_index": 0}
-
-
-def test_what_breaks_off_leaves_no_data_set(tmp_path, episodes):
-    def broken():
-        yield episodes[0]
-        raise OSError("no more")
-
-    with pytest.raises(OSError, match="no more"):
-        write_lerobot(tmp_path / "set", broken(), ABOUT)
-    assert not (tmp_path / "set").exists()
-    write_lerobot(tmp_path / "set", episodes, ABOUT)  # and is not in the way
-    assert json.loads((tmp_path / "set/meta/info.json").read_text())["total_episodes"] == 3
-
-
-@pytest.mark.parametrize("rate", [0.59, 50.5])
-def test_whole_steps_a_second_are_needed(rate):
-    with pytest.raises(CaregiverError, match="steps a second must be a whole number"):
-        check_rate(rate)

@@ -4,14 +4,12 @@ import gymnasium
 import minari
 import numpy as np
 import pytest
-from gymnasium.envs.registration import EnvSpec
 
 from caregiver_mj.children.family import Family
 from caregiver_mj.envs.recipe import Recipe, collect
-from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import DamageWeights
-from caregiver_mj.recording.minari_dataset import check_name, write_minari
+from caregiver_mj.recording.minari_dataset import write_minari
 from caregiver_mj.recording.steps import Store
 
 NAME = "toddlers/short-v0"
@@ -39,16 +37,6 @@ def root(store, tmp_path_factory):
 def dataset(root, monkeypatch):
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(root))
     return minari.load_dataset(NAME)
-
-
-def test_it_is_found_by_its_name(dataset, root):
-    assert list(minari.list_local_datasets()) == [NAME]
-    assert not list(root.glob(".*"))  # nothing unfinished
-    assert (dataset.total_episodes, dataset.total_steps) == (2, 100)
-    said = dataset.storage.metadata
-    assert said["algorithm_name"] == "caregiver 'expected-danger'"
-    assert "50 steps a second" in said["description"]
-    assert "0 stairwell 1" in said["description"]
 
 
 def test_episodes_are_those_that_were_recorded(dataset, store):
@@ -104,19 +92,3 @@ def test_in_the_grid_actions_are_discrete_and_its_environment_has_the_same_damag
     assert isinstance(dataset.action_space, gymnasium.spaces.Discrete)
     assert episode.rewards.sum() == -episode.infos["cost"].sum()
     np.testing.assert_array_equal(episode.infos["intervention"][1:], episode.actions - 1)
-
-
-@pytest.mark.parametrize("task", ["supervise", "targets"])
-def test_a_specification_without_a_name_has_the_whole_plan(task):
-    plan = FloorPlan.parse("######\n#B.S.#\n#....#\n#C..T#\n######", "mine", 0.8, DamageWeights(9.0, 4.0, 1.0))
-    spec = EnvSpec.from_json(Recipe(task, plan, Family.of(0.5)).spec().to_json())
-    env = gymnasium.make(spec).unwrapped
-    found = env.dm_env.task.plan if task == "supervise" else env.world.dm_env.task.plan
-    assert found == plan
-    assert gymnasium.make(spec, house="paper").unwrapped.observation_space != env.observation_space
-
-
-@pytest.mark.parametrize("name", ["short", "short-v", "a b-v0", ""])
-def test_names(name):
-    with pytest.raises(CaregiverError, match=r"must be NAME-vNUMBER or GROUP/NAME-vNUMBER"):
-        check_name(name)

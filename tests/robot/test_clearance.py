@@ -1,7 +1,5 @@
 """How much room there is in houses whose distances are known."""
 
-import math
-
 import numpy as np
 import pytest
 from robot_plans import CORRIDOR, HOUSE, centre
@@ -46,26 +44,3 @@ def test_where_the_base_can_stand_and_turn():
 def test_the_base_cannot_stand_outside_of_the_house(away):
     x, y = CORRIDOR.position((1, 3))
     assert not Clearance(CORRIDOR, ROBOT).can_stand((x + away[0], y + away[1]))
-
-
-def test_a_line_is_made_of_close_points_and_only_where_there_is_room():
-    clearance = Clearance(HOUSE, ROBOT)
-    a, b = centre(HOUSE, (2, 2)), centre(HOUSE, (2, 6))
-    x, y = clearance.line(a, b)
-    assert (x[0], y[0]) == a
-    assert (x[-1], y[-1]) == pytest.approx(b)
-    assert np.hypot(np.diff(x), np.diff(y)).max() <= 0.0254
-    assert np.hypot(np.diff(x), np.diff(y)).sum() == pytest.approx(math.dist(a, b))
-    assert clearance.line(centre(HOUSE, (1, 2)), centre(HOUSE, (1, 6))) is None  # a wall between them
-
-
-def test_where_the_base_cannot_turn_the_hand_that_leads_somewhere_must_have_room():
-    clearance = Clearance(CORRIDOR, ROBOT)
-    x, y = CORRIDOR.position((1, 3))
-    start, end = (x, y + 0.15), (x + 1.5, y + 0.26)  # 0.475 m from the northern wall, less than it takes to turn
-    assert not clearance.can_turn(start)
-    for hand, is_clear in (((0.42, 0.0), True), ((0.0, -0.42), True), ((0.1, 0.41), False)):
-        assert clearance.has_room(np.linspace(start, end, 60)[:20], hand) == is_clear
-        assert clearance.line(start, (x, y), hand) is not None  # away from the wall it may go
-    # Nothing of that matters where the base can turn.
-    assert clearance.line((x, y), (x + 1.5, y), (0.0, 0.42)) is not None

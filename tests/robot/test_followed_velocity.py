@@ -45,40 +45,6 @@ def test_a_jump_is_caught_up_with_and_not_overshot():
     assert speeds.index(0.5) <= 25  # 0.5 m/s at 2 m/s^2, and what the jerk takes at both ends
 
 
-def test_what_comes_back_while_the_base_speeds_up_comes_in_what_that_leaves():
-    follower = FollowedVelocity(LIMITS, STEP)
-    for i in range(10):
-        follower.follow((0.034 * min(i, 1), 0.0))
-    for i in range(1, 38):
-        before = follower.told
-        told = follower.follow((0.034 + 0.034 * i, 0.2))
-        assert math.dist(told, before) <= 2.0 * STEP + 1e-12
-    assert told == (0.034 + 0.034 * 37, 0.2)
-
-
-@pytest.mark.parametrize("rises", [0.01, 0.02, 0.04, 0.1, 1.4])
-def test_the_highest_speed_is_come_to_gently_however_what_is_wanted_gets_there(rises):
-    follower = FollowedVelocity(LIMITS, STEP)
-    changes = [follower.acceleration]
-    for i in range(200):
-        follower.follow((0.0, -min(1.4, rises * i)))
-        changes.append(follower.acceleration)
-        assert follower.told[1] >= -1.4 - 1e-9
-    assert follower.told[1] == pytest.approx(-1.4, abs=1e-9)
-    assert all(math.dist(*pair) <= 0.6 + 1e-9 for pair in itertools.pairwise(changes))
-
-
-def test_what_overshoots_a_wish_near_the_highest_speed_does_so_gently():
-    limits = Limits(0.99, 1.656, 26.4)
-    follower = FollowedVelocity(limits, STEP)
-    steadily = (0.8418 - 0.00824 * i for i in range(102, -1, -1))
-    for speed in (*steadily, 0.8665, 0.8811, 0.9069, 0.9203, 0.9447, 0.9568, *[0.9645] * 10):
-        before = follower.acceleration
-        follower.follow((speed, 0.0))
-        assert follower.told[0] <= 0.99 + 1e-9
-        assert math.dist(before, follower.acceleration) <= 26.4 * STEP + 1e-9
-
-
 def test_where_it_must_be_at_once_it_is():
     follower = moving_at((0.5, 0.3))
     assert (follower.follow((0.2, 0.0), at_once=True), follower.acceleration) == ((0.2, 0.0), (0.0, 0.0))
@@ -97,7 +63,7 @@ def test_faster_it_becomes_within_the_bounds_even_where_something_is_taken_away_
     assert -0.9 < told[0] < -0.7
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(wishes=st.lists(st.tuples(vectors, st.integers(1, 30)), min_size=1, max_size=5))
 def test_it_keeps_its_bounds_whatever_is_wanted_and_gets_there(wishes):
     follower = FollowedVelocity(LIMITS, STEP)
@@ -112,12 +78,3 @@ def test_it_keeps_its_bounds_whatever_is_wanted_and_gets_there(wishes):
     assert follower.told == wanted
     assert all(math.hypot(*acceleration) <= 2.0 + 1e-9 for acceleration in accelerations)
     assert all(math.dist(*pair) <= 0.6 + 1e-9 for pair in itertools.pairwise(accelerations))
-
-
-def test_what_is_told_at_once_is_not_gone_on_with():
-    follower = moving_at((0.4, 0.0))
-    assert [follower.follow(velocity, at_once=True) for velocity in ((0.3, 0.0), (0.0, 0.0))] == [
-        (0.3, 0.0),
-        (0.0, 0.0),
-    ]
-    assert follower.follow((0.0, 0.0)) == (0.0, 0.0)

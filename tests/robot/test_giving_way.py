@@ -56,22 +56,6 @@ def test_it_comes_back_slowly_and_without_a_jolt(robot):
     assert not robot.has_given_way
 
 
-def test_its_rest_before_it_moved_does_not_count(robot):
-    """A child may come to it in the very control timestep in which it stops."""
-    robot.giving_way.yields = True
-    for _ in range(10):
-        robot.action(HERE, robot.action(HERE)[ARM])
-        robot.now += 0.02
-    robot.giving_way.yields = False
-    robot.reach(0.0)
-    while robot.reached > 0.0:
-        lags = robot.action(HERE)[ARM]
-        robot.now += 0.02
-    robot.giving_way.yields = True
-    robot.action(HERE, lags + 0.05)
-    assert not robot.has_given_way
-
-
 def test_an_arm_that_moves_goes_on():
     """Its lag behind its reference is no push."""
     way = GivingWay(2)

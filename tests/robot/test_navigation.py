@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_plans import plan_texts
-from robot_plans import CORRIDOR, HOUSE, centre
+from robot_plans import CORRIDOR, centre
 from walks import distances
 
 from caregiver_mj.plans import layout
@@ -52,14 +52,6 @@ def path_between(navigator: Navigator, start, goal, children=(), closed=()):
     return navigator.path(centre(plan, start), centre(plan, goal), goal, children, closed)
 
 
-def test_way_to_a_goal_round_the_corner_of_a_table_keeps_off_the_table():
-    """It used to lead straight from the cell before the goal's, which was no nearer to the table than the goal is."""
-    plan = FloorPlan.parse("#########\n#B......#\n#..C....#\n#....T..#\n#.......#\n#########", "corner")
-    goal = (-1.151, 0.945)
-    path = Navigator(plan, ROBOT).path((-1.17, -1.125), goal, plan.cell_at(goal))
-    assert distances_to_obstacles(plan, points_along(path)).min() > BASE_RADIUS + CLEARANCE
-
-
 @st.composite
 def journeys(draw, landings=True):
     """A plan, and two of the cells on which the robot can stand."""
@@ -82,18 +74,6 @@ def test_paths_end_where_asked_and_keep_clear_of_everything(journey, jitter):
     assert path[-1] == goal
     distance = distances_to_obstacles(plan, points_along(path))
     assert distance.min() > min(BASE_RADIUS + CLEARANCE, distance[0] - 0.03)
-
-
-@pytest.mark.parametrize(("start", "goal"), [((2, 6), (1, 4)), ((3, 5), (2, 6))])
-def test_paths_from_and_to_a_landing_keep_clear_of_what_is_beside_it(start, goal):
-    path = path_between(Navigator(BESIDE_STAIRS, ROBOT), start, goal)
-    assert distances_to_obstacles(BESIDE_STAIRS, points_along(path)).min() > BASE_RADIUS + CLEARANCE
-
-
-@pytest.mark.parametrize("goal", [(3, 2), (3, 4)])
-def test_paths_cross_no_landing_on_their_way(goal):
-    path = path_between(Navigator(BEND, ROBOT), (1, 3), goal)
-    assert (2, 3) not in cells_of(BEND, points_along(path))
 
 
 @settings(max_examples=40, deadline=None)
@@ -123,38 +103,6 @@ def test_there_is_no_path_through_a_child_in_a_corridor():
     assert path_between(navigator, (1, 2), (1, 5), closed={(1, 5)}) is None
 
 
-def test_straight_ways_have_no_corners_and_others_are_not_much_longer_than_needed():
-    navigator = Navigator(HOUSE, ROBOT)
-    assert len(path_between(navigator, (2, 1), (2, 7))) == 2
-    assert len(path_between(navigator, (1, 2), (7, 2))) == 2
-    # Round one corner of the cross in the middle: four legs at most.
-    assert len(path_between(navigator, (1, 3), (5, 7))) <= 5
-    # Paths are not much longer than needed.
-    navigator = Navigator(HOUSE, ROBOT)
-    path = path_between(navigator, (1, 1 + 1), (6, 7))
-    length = sum(math.dist(a, b) for a, b in itertools.pairwise(path))
-    straight = math.dist(path[0], path[-1])
-    manhattan = 10 * HOUSE.cell_size
-    assert straight <= length < 0.95 * manhattan
-
-
-def test_what_is_clear_past_walls_and_children():
-    navigator = Navigator(HOUSE, ROBOT)
-    x, y = centre(HOUSE, (1, 6))
-    y += 0.33  # the wall's face is 0.625 m from the cell's centre, so 0.295 m from here
-    assert navigator.visible((x, y), (x, y - 0.6))
-    assert navigator.visible((x - 0.3, y), (x + 0.3, y))
-    # Between two such places in different rooms the wall juts out.
-    assert not navigator.visible((x, y - 3 * 0.75 + 0.1), (x - 2.25, y - 3 * 0.75 + 0.1))
-    # A straight line through a wall or past the child is not clear.
-    navigator = Navigator(HOUSE, ROBOT)
-    a, b = centre(HOUSE, (2, 2)), centre(HOUSE, (2, 6))
-    assert navigator.visible(a, b)
-    assert not navigator.visible(centre(HOUSE, (1, 2)), centre(HOUSE, (1, 6)))  # a wall between them
-    assert not navigator.visible(a, b, [centre(HOUSE, (2, 4))])
-    assert navigator.visible(a, b, [centre(HOUSE, (6, 6))])
-
-
 # -- Children close by -------------------------------------------------------------------------------
 
 WEDGED = FloorPlan.parse("#######\n#.....#\n#..TB.#\n#.....#\n#######", "wedged")
@@ -180,24 +128,6 @@ def test_a_way_out_is_found_between_child_and_table():
     assert distances[19] > TOUCHING + 0.05
 
 
-def test_between_two_children_the_way_out_leads_away_from_both():
-    navigator = Navigator(HOUSE, ROBOT)
-    x, y = centre(HOUSE, (2, 2))
-    east, west = (x + TOUCHING, y), (x - TOUCHING, y)
-    past_one = navigator.ways_out((x, y), [west], ())
-    assert max(place[0] for place in past_one) > x + 0.3  # to the other side
-    past_both = navigator.ways_out((x, y), [west, east], ())
-    assert past_both  # to the north and to the south
-    for place in past_both:
-        assert abs(place[0] - x) < 0.2
-        assert abs(place[1] - y) > 0.3
-    assert navigator.ways_out((x, y), [], ()) == []
-    aside = (x + TOUCHING * math.cos(0.1), y + TOUCHING * math.sin(0.1))
-    assert navigator.ways_out((x, y), [aside], ())[0] == pytest.approx(
-        (x - 0.45 * math.cos(0.1), y - 0.45 * math.sin(0.1))
-    )
-
-
 # -- With a candle in the hand -----------------------------------------------------------------------
 
 #: A passage with a landing beside it, and a toy bin at either end. The landing is in nobody's way.
@@ -211,13 +141,6 @@ def test_with_a_candle_it_makes_room_on_no_landing():
     refuge = empty.loaded.refuge((1, 5), children, set(children))
     assert refuge in NICHE.free_cells
     assert empty.loaded.clearance is empty.clearance
-
-
-def test_a_candle_in_the_tucked_hand_would_meet_what_is_beside_the_landing():
-    landing = centre(NICHE, NICHE.stairwells[0])
-    navigator = Navigator(NICHE, ROBOT)
-    assert navigator.clearance.can_stand(landing)
-    assert not navigator.clearance.can_turn(landing)
 
 
 @pytest.mark.parametrize("plan", [NICHE, BEND, BESIDE_STAIRS])
@@ -234,31 +157,3 @@ def test_with_a_candle_its_paths_cross_no_landing_and_leave_one_by_the_shortest_
             path = navigator.loaded.path(start, centre(plan, goal), goal)
             inside = [plan.cell_at(point) == landing for point in points_along(path)]
             assert inside == sorted(inside, reverse=True)  # out of it, and not into it again
-
-
-def test_with_a_candle_it_leaves_a_child_only_to_where_that_meets_no_wall():
-    navigator = Navigator(HOUSE, ROBOT)
-    for cell in HOUSE.free_cells:
-        x, y = centre(HOUSE, cell)
-        places = navigator.ways_out((x, y), [(x - TOUCHING, y)], ())
-        loaded = navigator.loaded.ways_out((x, y), [(x - TOUCHING, y)], ())
-        assert all(navigator.clearance.can_turn(place, spare=0.05) for place in loaded)
-        assert {HOUSE.cell_at(place) for place in loaded} <= {HOUSE.cell_at(place) for place in places}
-    assert any(
-        not navigator.clearance.can_turn(place)
-        for cell in HOUSE.free_cells
-        for place in navigator.ways_out(centre(HOUSE, cell), [centre(HOUSE, cell)], ())
-    )  # without a candle it goes where there is less room
-
-
-def test_beside_a_doorway_it_does_not_cut_the_corner_on_the_side_of_the_hand():
-    """In house `paper`, north of the doorway in the west, where it cannot turn: the jamb is in the east of it."""
-    plan = FloorPlan.load("paper")
-    navigator = Navigator(plan, ROBOT).loaded
-    start, goal, goal_cell = (-2.8, -0.12), centre(plan, (6, 2)), (6, 2)
-    assert not navigator.clearance.can_turn(start)
-    straight = [start, pytest.approx(goal)]
-    assert navigator.path(start, goal, goal_cell) == straight
-    assert navigator.path(start, goal, goal_cell, hand=(0.0, -0.42)) == straight
-    by_the_middle = navigator.path(start, goal, goal_cell, hand=(0.42, 0.0))
-    assert by_the_middle == [start, pytest.approx(centre(plan, (5, 2))), pytest.approx(goal)]

@@ -1,14 +1,10 @@
 """Ten seconds without coming nearer, and no more."""
 
-import copy
 import functools
 import pickle
 
-import pytest
-
 from caregiver_mj.robot.driver import Patience
 from caregiver_mj.robot.retrieval import Search
-from caregiver_mj.robot.status import Status
 
 
 def test_it_does_not_begin_to_end_before_there_is_a_way():
@@ -24,16 +20,6 @@ def test_it_ends_ten_seconds_after_the_last_step_nearer():
         patience.note(9, now)
     assert not patience.is_over(16.0)
     assert patience.is_over(16.02)
-
-
-def test_a_new_aim_begins_anew():
-    patience = Patience()
-    patience.note(2, now=0.0)
-    patience.begin_anew()
-    assert not patience.is_over(100.0)
-    patience.note(9, now=100.0)
-    assert not patience.is_over(110.0)
-    assert patience.is_over(110.02)
 
 
 def test_who_is_there_may_stay():
@@ -56,26 +42,6 @@ def test_who_is_driven_off_again_and_again_does_not_stay_for_ever():
     assert patience.is_over(16.02, 5.0)
 
 
-@pytest.mark.parametrize(
-    ("status", "ended", "interruptible", "failed"),
-    [
-        (Status.RUNNING, False, True, False),
-        (Status.COMMITTED, False, False, False),
-        (Status.DONE, True, True, False),
-        (Status.FAILED, True, True, True),
-        (Status.OUT_OF_REACH, True, True, True),
-        (Status.OVERTAKEN, True, True, False),
-    ],
-)
-def test_what_a_status_says(status, ended, interruptible, failed):
-    assert (status.ended, status.interruptible, status.failed) == (ended, interruptible, failed)
-
-
-@pytest.mark.parametrize("again", [copy.copy, copy.deepcopy, lambda status: pickle.loads(pickle.dumps(status))])
-def test_a_copy_is_the_status_itself(again):
-    assert again(Status.OVERTAKEN) is Status.OVERTAKEN
-
-
 def count(limit):
     """Work of a millisecond each, which finds how often it was done."""
     done = 0
@@ -88,12 +54,6 @@ def count(limit):
 def test_it_goes_on_where_it_was_and_says_what_it_has_found():
     search = Search(functools.partial(count, 25))
     assert ([search.go_on(10.0) for _ in range(4)], search.found) == ([False, False, True, True], 25)
-
-
-def test_what_finds_nothing_ends():
-    search = Search(functools.partial(count, 0))
-    assert search.go_on()
-    assert search.found == 0
 
 
 def test_a_pickle_goes_on_as_far_as_it_had_got():

@@ -53,15 +53,6 @@ def test_whatever_can_be_taken_along_can_be_laid_down(name):
         assert stance is not None, np.degrees(pitch)
 
 
-def test_where_children_are_everywhere_there_is_a_spot_all_the_same():
-    robot = find_embodiment()
-    search, _ = planner(robot)
-    everywhere = [child(*ROOM.position(cell)) for cell in ROOM.free_cells[::4]]
-    away, among = (found(search.to_lay_down(seen(robot, *who), 0, np.pi / 2)) for who in ((), everywhere))
-    assert away is not None
-    assert among is not None
-
-
 def test_the_arm_reaches_last_where_a_child_is():
     robot = find_embodiment()
     search, _ = planner(robot)
@@ -71,10 +62,3 @@ def test_the_arm_reaches_last_where_a_child_is():
     beside = alone.base[:2]
     past = found(search.to_pick_up(dataclasses.replace(standing, children=(child(*beside),)), 0))
     assert np.dot(np.array(past.base[:2]) - (x, y), np.array(beside) - (x, y)) < 0.0  # from the other side
-
-
-def test_the_scene_is_that_of_the_episode():
-    search, made = planner(find_embodiment())
-    for anew in (False, False, True):
-        search.prepare(anew)
-    assert len(made) == 2

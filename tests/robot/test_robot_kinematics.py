@@ -1,7 +1,5 @@
 """The arm against its published data: limits, and forward kinematics multiplied out from the DH table."""
 
-import itertools
-
 import mujoco
 import numpy as np
 import pytest
@@ -11,7 +9,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.geometry import hand_rotation, upright_grip
 from caregiver_mj.robot.kinematics import Arm
-from caregiver_mj.robot.reach import ReachPath, reach_path
+from caregiver_mj.robot.reach import reach_path
 from caregiver_mj.robot.robot_model import read_spec
 from caregiver_mj.robot.scalar_motion import ScalarMotion
 
@@ -106,8 +104,7 @@ def test_model_agrees_with_the_dh_table(model, arm):
         np.testing.assert_allclose(arm.pinch(q), pose[:3, 3], atol=1e-6)
 
 
-@pytest.mark.parametrize("x", [0.42, 0.70, 0.75])
-@pytest.mark.parametrize("z", [0.55, 0.75, 0.93])
+@pytest.mark.parametrize(("x", "z"), [(0.42, 0.93), (0.70, 0.55), (0.75, 0.75)])
 def test_inverse_kinematics_reaches_its_target(arm, x, z):
     q = arm.solve(x, z)
     pose = pinch_pose(q)
@@ -118,12 +115,6 @@ def test_inverse_kinematics_reaches_its_target(arm, x, z):
     np.testing.assert_allclose(pose[:3, 1], [0, -1, 0], atol=1e-4)
     assert (q > POSITION_LOWEST).all()
     assert (q < POSITION_HIGHEST).all()
-
-
-def test_inverse_kinematics_does_not_depend_on_what_was_asked_before(arm):
-    first = arm.solve(0.7, 0.7)
-    arm.solve(0.45, 0.9)
-    np.testing.assert_array_equal(arm.solve(0.7, 0.7), first)
 
 
 @pytest.mark.parametrize(("x", "z"), [(2.0, 0.7), (0.7, 2.5), (0.7, -0.6)])
@@ -157,8 +148,7 @@ def test_reach_path_keeps_the_published_joint_limits(arm, height):
     np.testing.assert_allclose(joints[-1], path.joints(1.0), atol=1e-9)
 
 
-@pytest.mark.parametrize("height", [0.024, 0.622])
-@pytest.mark.parametrize("heading", range(-180, 180, 60))
+@pytest.mark.parametrize(("heading", "height"), [(-180, 0.024), (-60, 0.622), (120, 0.024)])
 def test_a_way_to_what_lies_about_grips_a_lying_candle_so_that_it_stands_in_the_tucked_hand(arm, heading, height):
     axis = np.array([np.cos(np.radians(heading)), np.sin(np.radians(heading)), 0.0])
     # Nearer, the forearm would go 2 cm into the base where the candle points back on the floor.
@@ -179,16 +169,6 @@ def test_a_way_to_what_lies_about_grips_a_lying_candle_so_that_it_stands_in_the_
         assert (path.joints(s) < POSITION_HIGHEST).all()
 
 
-def test_hand_tilts_with_the_candle_only_where_that_leans():
-    upright = upright_grip(np.array([0.0, 0.0, 1.0]), PITCH)
-    leaning = np.array([np.sin(0.2), 0.0, np.cos(0.2)])
-    np.testing.assert_array_equal(upright_grip(leaning, PITCH), upright)
-    lying = upright_grip(np.array([1.0, 0.0, 0.0]), PITCH)
-    # A quarter turn about y, nose down: 35 degrees below the horizontal become 125.
-    np.testing.assert_allclose(lying[:, 2], [np.cos(np.radians(125)), 0, -np.sin(np.radians(125))], atol=1e-12)
-    np.testing.assert_allclose(lying[:, 1], upright[:, 1], atol=1e-12)
-
-
 # -- The robot itself --------------------------------------------------------------------------------
 
 
@@ -207,21 +187,3 @@ def test_an_arm_knows_when_it_comes_near_the_robot_itself(name, moved):
     folded = arm.tucked.copy()
     folded[list(moved)] = list(moved.values())
     assert not arm.clears_itself(folded)
-
-
-def test_no_way_to_something_that_lies_leads_through_the_robot():
-    """Along some of them the forearm would go 2 cm into the base, and the wrist as well."""
-    arm = Arm(ROBOT)
-
-    def ways() -> list[ReachPath]:
-        found = []
-        for reach, heading in itertools.product(ROBOT.postures.lying_reaches, np.arange(0.0, 2 * np.pi, np.pi / 4)):
-            found.append(first_way(arm, np.array([reach, 0.0, 0.03]), hand_rotation(heading, np.radians(50))))
-        return list(filter(None, found))
-
-    def clear(path: ReachPath) -> bool:
-        return all(arm.clears_itself(path.joints(s)) for s in np.linspace(0.0, path.goal, 50))
-
-    checked = ways()
-    assert len(checked) > 5
-    assert all(map(clear, checked))

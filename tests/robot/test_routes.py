@@ -5,14 +5,10 @@ import itertools
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_plans import plan_texts
-from robot_plans import HOUSE, centre
 from walks import distances, neighbours
 
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.navigation import Routes
-
-#: Two rooms with a toy bin each, and a corridor between them.
-ROOMS = FloorPlan.parse("############\n#..######..#\n#.........B#\n#B.######..#\n############", "rooms")
 
 
 @st.composite
@@ -46,15 +42,6 @@ def test_a_landing_is_no_thoroughfare_but_can_be_a_goal_and_a_start():
     assert routes.route((1, 3), (1, 5)) == [(1, 3), (2, 3), (2, 4), (2, 5), (1, 5)]
     assert routes.route((1, 3), (1, 4)) == [(1, 3), (1, 4)]
     assert routes.route((1, 4), (1, 5)) == [(1, 4), (1, 5)]
-
-
-def test_nearest_cell_is_the_one_it_stands_on_or_beside_it():
-    routes = Routes(HOUSE)
-    for cell in HOUSE.caregiver_cells:
-        x, y = centre(HOUSE, cell)
-        assert routes.nearest_cell((x + 0.3, y - 0.3)) == cell
-    x, y = centre(HOUSE, (7, 6))  # the table with the candle
-    assert (routes.nearest_cell((x, y + 0.2)), routes.nearest_cell((x - 0.2, y))) == ((6, 6), (7, 5))
 
 
 def in_the_way(plan: FloorPlan, child, cell) -> int:
@@ -91,19 +78,3 @@ def test_a_refuge_is_the_nearest_cell_least_in_all_childrens_way_and_away_from_h
         for cell in moves
     }
     assert cost[refuge] == min(cost.values())
-
-
-def test_of_two_children_both_are_let_through():
-    """One in the west, that goes to the bin in the east too; the other one the other way round."""
-    routes, west, east = Routes(ROOMS), (2, 1), (2, 10 - 1)
-    corridor = {(2, column) for column in range(3, 9)}
-    for children in ([west], [east], [west, east]):
-        refuge = routes.refuge((2, 5), children, set(children))
-        assert refuge not in corridor
-        assert all(in_the_way(ROOMS, child, refuge) == 0 for child in children)
-
-
-def test_a_child_that_is_in_no_cell_of_its_own_is_left_out():
-    routes, wall, child = Routes(ROOMS), (0, 0), (2, 1)
-    assert routes.refuge((2, 5), [wall], ()) is None
-    assert routes.refuge((2, 5), [wall, child], ()) == routes.refuge((2, 5), [child], ())

@@ -22,12 +22,6 @@ def tilted(degrees: float) -> tuple[float, float, float, float]:
     return math.cos(half), math.sin(half), 0.0, 0.0
 
 
-def test_the_nearest_child_is_the_one_that_counts():
-    seen = view(child(3.0, 4.0), child(-1.0, 0.0), child(0.0, 2.0))
-    assert seen.child_distance((0.0, 0.0)) == pytest.approx(1.0)
-    assert seen.child_distance((3.0, 0.0)) == pytest.approx(math.sqrt(13))
-
-
 @pytest.mark.parametrize(
     ("orientation", "axis"), [(UPRIGHT, (0, 0, 1)), (ON_ITS_HEAD, (0, 0, -1)), (TOP_TO_THE_EAST, (1, 0, 0))]
 )

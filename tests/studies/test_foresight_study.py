@@ -4,12 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from caregiver_mj.cli import main as caregiver_mj
 from caregiver_mj.experiments.settings import EPSILONS
 from caregiver_mj.experiments.verdicts import Verdict
-from caregiver_mj.plans.floor_plan import FloorPlan
-from studies.foresight import ABLATIONS, COLUMNS, FLOOR, Bars, draw, made, page, variants
-from study import main
+from studies.foresight import ABLATIONS, COLUMNS, Bars, draw, page, variants
 
 HOUSES, EPISODES = 6, 10
 DAMAGE = {"none": 10.0, "paper": 4.0, "nearest": 4.0, "foresight": 3.0, "knows-goal": 2.8, "floor": 2.0}
@@ -65,35 +62,6 @@ class TestBars:
         assert episodes.p < houses.p
         assert bars.gone("paper").value == pytest.approx(9 / 48)
         assert bars.gone("paper", "floor").value == pytest.approx(9 / 24)
-
-    def test_the_absolute_reduction_is_told_first(self, bars):
-        text = " ".join(page([bars], pd.DataFrame()).text("foresight", "").split())
-        first = "Damage of an episode, summed over 0.5, 0.25: alone 20.00, with the rule 8.00, with `foresight` 6.50."
-        assert f"{first} That is less the rule's -1.50 (" in text
-        assert text.index(first) < text.index("19 % (") < text.index("Each child's damage as a share")  # 9 / 48
-
-
-class TestVariants:
-    def test_each_can_be_made(self):
-        plan = FloorPlan.parse("########\n#C....T#\n#......#\n#.B..B.#\n########")
-        for name in variants():
-            if name not in ("none", FLOOR):
-                assert made(name, plan).plan is plan
-        assert made("none", plan) is None
-
-
-def test_the_page(tmp_path, capsys):
-    run = tmp_path / "runs" / "some"
-    caregivers = ["none", "paper", "nearest", "foresight", "knows-goal", "floor"]
-    evaluate = ["evaluate", "--world", "grid", "--epsilon", "1", "0.75", "--episodes", "6"]
-    evaluate += ["--houses", "house-1-9x9", "house-2-9x9"]
-    assert caregiver_mj([*evaluate, "--caregiver", *caregivers, "--out", str(run)]) == 0
-    main(["foresight", "--run", str(run), "--episodes", "0", "--docs", str(tmp_path)])
-    text = (tmp_path / "foresight.md").read_text("utf-8")
-    assert text in capsys.readouterr().out
-    assert f"python scripts/study.py foresight --run {run} --episodes 0 --docs docs" in text
-    assert "## some: 2 houses" in text
-    assert "| `knows-goal` |" in text
 
 
 def test_the_page_of_what_is_taken_apart():

@@ -4,22 +4,7 @@ import numpy as np
 import pytest
 
 from caregiver_mj.plans.floor_plan import FloorPlan
-from studies.generalisation import (
-    ALIKE,
-    CHILDREN,
-    FAMILIES,
-    KNOWS,
-    NONE,
-    PRIORS,
-    WHOSE,
-    Job,
-    Walks,
-    area_under_curve,
-    draw,
-    page,
-    run_job,
-    tell,
-)
+from studies.generalisation import Job, Walks, area_under_curve, draw, page, run_job, tell
 
 
 @pytest.fixture(scope="module")
@@ -53,14 +38,6 @@ def test_telling_by_hand():
     assert brier_safe == pytest.approx((error[:5].sum() + of_other.sum()) / 10)
     assert routes == pytest.approx(np.log(0.5))
     assert told.course == pytest.approx(np.ones(20))
-
-
-def test_all_is_measured_in_a_house(found):
-    assert set(found.telling) == set(PRIORS)
-    assert found.telling["nobody", "mean"].measures[-1] == pytest.approx(np.log(0.25))
-    assert list(found.two) == [NONE, *WHOSE, ALIKE]
-    assert found.two[NONE].shape == (2, len(FAMILIES))
-    assert found.changing[KNOWS].shape == (2, len(CHILDREN))
 
 
 def test_page_and_figure(found):

@@ -1,22 +1,17 @@
-"""The study of a child that learns: its table, what it is taught, and the page."""
+"""The study of a child that learns: what it is taught, by hand."""
 
 import numpy as np
 import pytest
 
 from caregiver_mj.children.behaviour import Sight
-from caregiver_mj.children.family import Family
-from caregiver_mj.experiments.settings import episode_tapes
-from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.cell_graph import ACTION_NAMES
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from studies.learning_child import KINDS, MEASURES, Grown, Job, Learner, Lesson, draw, jobs_of, live, page
-from study import run_all
+from studies.learning_child import Learner
 
 # Two cells in a row: a bin to the east, stairs to the west, another bin south of the first.
 PLAN = FloorPlan.parse("######\n#S..B#\n##B###\n######", "row")
 NORTH, EAST, SOUTH, WEST = range(4)
-COUNTS = {"learners": 2, "childhood": 5, "after": 6, "epsilon": 0.25, "seed": 3}
 
 
 def sight(cell, goal):
@@ -48,16 +43,6 @@ def test_learning_by_hand():
     assert not harmful[1].any()
 
 
-def test_it_does_what_is_worth_most_and_any_of_what_is_worth_the_same():
-    learner = Learner(PLAN, 0.5, [False] * 3)
-    greedy = draws((0.6, 0.1), (0.6, 0.5), (0.6, 0.99))
-    assert learner.act(sight([0, 0, 0], [0, 0, 0]), greedy).tolist() == [NORTH, SOUTH, WEST]
-    learner.values[:, 0, 0, EAST] = 1.0
-    learner.values[:, 0, 0, WEST] = 1.0
-    assert learner.act(sight([0, 0, 0], [0, 0, 0]), greedy).tolist() == [EAST, WEST, WEST]
-    assert learner.act(sight([0, 0, 0], [1, 1, 1]), greedy).tolist() == [NORTH, SOUTH, WEST]
-
-
 def test_only_the_wary_shuns_what_hurts_when_it_moves_at_random():
     learner = Learner(PLAN, 1.0, [False, True])
     learner.values[:, 0, 0] = [0.0, 0.0, 0.0, -5.0]
@@ -65,46 +50,3 @@ def test_only_the_wary_shuns_what_hurts_when_it_moves_at_random():
     moves = np.array([learner.act(sight([0, 0], [0, 0]), draws((0.0, u), (0.0, u))) for u in chances])
     assert (moves[:, 0] == WEST).mean() == pytest.approx(0.25, abs=0.002)
     assert (moves[:, 1] == WEST).mean() == pytest.approx(np.exp(-10) / (3 + np.exp(-10)), abs=0.002)
-
-
-def test_it_learns_the_way_and_the_danger_in_the_grid():
-    learner = Learner(PLAN, 0.25, [True, True])
-    world = GridWorld(PLAN, Family((learner,)), None)
-    for episode in range(4):
-        lesson = Lesson(world, learner)
-        ledger = world.run([episode_tapes(2 * episode, 1), episode_tapes(2 * episode + 1, 1)], lesson)
-        lesson.over()
-    assert learner.values[:, 1, 0].argmax(axis=1).tolist() == [EAST, EAST]
-    assert learner.values[:, 0, 1].argmax(axis=1).tolist() == [SOUTH, SOUTH]
-    assert learner.believed_harmful()[:, 0, WEST].all()
-    assert (ledger.toys > 60).all()  # of a hundred, for one bin is two moves from the other
-
-
-def test_a_life_is_the_same_until_the_caregivers_differ():
-    none, nearest, again = (
-        live(Job("train-2/0", name, **COUNTS | {"childhood": 4, "after": 1}, exams=(0, 4)))
-        for name in ("none", "nearest", "nearest")
-    )
-    assert nearest == again
-    course, ours = np.array(none["course"]), np.array(nearest["course"])
-    assert course.shape == (len(MEASURES), 5, len(KINDS), 2)
-    assert none["exams"][0] == nearest["exams"][0]  # nobody has learnt anything yet
-    assert none["exams"][1] != nearest["exams"][1]
-    damage, toys, total = (course[MEASURES.index(name)] for name in ("damage", "toys", "return"))
-    np.testing.assert_array_equal(total, toys - damage)
-    assert ours[0, :4].sum() < course[0, :4].sum()
-    known = course[MEASURES.index("known")].mean(axis=(1, 2))
-    assert 0 < known[0] < known[-1] <= 1
-
-
-def test_lives_are_kept_and_make_a_page(tmp_path):
-    jobs = jobs_of("train-2", ("nearest",), COUNTS, (0, 5, 99))
-    assert {job.exams for job in jobs} == {(0, 5)}
-    grown, again = (Grown(jobs, run_all(live, jobs, 1, "growing up", tmp_path)) for _ in range(2))
-    assert len(list(tmp_path.glob("episodes/*.json"))) == 4
-    text = page(grown, "train-2", 0.25).text("learning_child", "command")
-    assert page(again, "train-2", 0.25).text("learning_child", "command") == text
-    assert text.count("| careless | `nearest` |") == 3
-    assert "nan" not in text
-    assert max(len(line) for line in text.splitlines() if not line.startswith(("|", "!"))) <= 120
-    assert len(draw(grown).axes) == 8

@@ -29,14 +29,6 @@ def test_every_key_is_as_it_is_said_to_be(task, children):
         assert shape == eval(several if several and children == "1,.25" else one, counts)
 
 
-def test_targets_say_what_they_show():
-    pytest.importorskip("gymnasium")
-    from caregiver_mj.envs.spaces import OBSERVED_OF_TARGETS
-    from caregiver_mj.envs.targets import make_targets
-
-    assert set(make_targets().observation_space) == set(OBSERVED_OF_TARGETS)
-
-
 def test_what_is_asked_for_is_shown():
     env = caregiver_mj.load("supervise", "paper", visuals=False, task_kwargs={"table_height": (0.5, 0.7)})
     assert {"table_height", "gate_position", "battery_position"} == {

@@ -4,7 +4,6 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from dm_control.rl import control
 
 import caregiver_mj.tasks
 from caregiver_mj import cli
@@ -90,19 +89,6 @@ def test_a_fourth_task_has_a_gymnasium_environment_and_a_scripted_policy(guard_s
 
 
 @pytest.mark.usefixtures("stay_calm")
-def test_a_fourth_task_is_loaded_as_the_others_are():
-    env = caregiver_mj.tasks.load("stay_calm", PLAN, "1,.5", random=0)
-    step = env.reset()
-    rewards = []
-    while not step.last():
-        step = env.step(env.action_spec().generate_value() * 0)
-        rewards.append(step.reward)
-    assert len(rewards) == 25  # half a second
-    assert all(0 < reward <= 1 for reward in rewards)
-    assert caregiver_mj.tasks.load("stay_calm", PLAN, task_kwargs={"time_limit": 1.0}).reset().first()
-
-
-@pytest.mark.usefixtures("stay_calm")
 def test_a_task_registered_late_is_wherever_tasks_are_listed():
     from caregiver_mj.envs.recipe import Recipe
 
@@ -125,30 +111,15 @@ def test_what_it_needs_is_seen_to():
     ("arguments", "message"),
     [
         ({"environment_kwargs": {"time_limit": 3}}, "must be without time_limit: give it in task_kwargs"),
-        ({"environment_kwargs": {"colour": "red"}}, "environment_kwargs: got an unexpected keyword argument 'colour'"),
-        ({"environment_kwargs": {"n_sub_steps": 0.5}}, "cannot be made"),
         ({"task_kwargs": {"colour": "red"}}, "task_kwargs: got an unexpected keyword argument 'colour'"),
         ({"task_kwargs": {"candle_offset": 5}}, "candle_offset must be in 0 to 0.27 m, got 5"),
-        ({"task_kwargs": {"table_offset": float("nan")}}, "table_offset must be in 0 to 0.105 m, got nan"),
         ({"task_kwargs": {"control_timestep": 0}}, "control_timestep must be positive .* got 0"),
         ({"task_kwargs": {"control_timestep": 3.0}}, "no longer than a child's move, 1.69 s, got 3.0"),
         ({"task_kwargs": {"control_timestep": 0.007}}, "multiple of physics timestep"),
-        ({"task_kwargs": {"robot": "no"}}, "robot must be a bool, got 'no'"),
         ({"task_kwargs": {"compliant_children": "x"}}, "compliant_children must be a bool, got 'x'"),
         ({"random": 0, "task_kwargs": {"random": 5}}, "random must be given once"),
-        ({"task_kwargs": {"time_limit": 0}}, "time_limit must be a positive number of seconds, got 0"),
-        ({"random": 2**40}, "must be an integer from 0 to 4294967295, got 1099511627776"),
     ],
 )
 def test_further_arguments_are_looked_at(arguments, message):
     with pytest.raises(CaregiverError, match=message):
         caregiver_mj.tasks.load("supervise", PLAN, **arguments)
-
-
-def test_further_arguments_are_passed_on():
-    env = caregiver_mj.tasks.load(
-        "supervise", PLAN, 1.0, 0, {"time_limit": 0.2, "control_timestep": 0.1}, {"flat_observation": True}
-    )
-    assert list(env.reset().observation) == [control.FLAT_OBSERVATION_KEY]
-    assert not env.step(env.action_spec().generate_value() * 0).last()
-    assert env.step(env.action_spec().generate_value() * 0).last()

@@ -13,7 +13,6 @@ from dm_control.rl import control
 from dm_env import test_utils
 
 import caregiver_mj
-from caregiver_mj.children.family import ChildSpec
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.grid.world import run_episodes
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -22,7 +21,7 @@ from caregiver_mj.recording.record import COLUMNS
 
 PLAN = FloorPlan.parse("########\n#B....C#\n#....T.#\n#.S....#\n#....TB#\n########", "small")
 NO_CANDLE = FloorPlan.parse("#####\n#B.S#\n#..T#\n#####", "no_candle")
-NO_STAIRS = FloorPlan.parse("#####\n#B.C#\n#..T#\n#####", "no_stairs")
+
 ACTIONS = [
     *("base_x", "base_y", "base_yaw"),
     *("joint1", "joint2", "joint3", "joint4", "joint5", "joint6", "joint7"),
@@ -132,18 +131,6 @@ def test_observations_and_rewards_over_scripted_episodes(task):
             assert (np.ptp(values, axis=(0, 1)) > 0).all(), key  # no component is dead
 
 
-def test_goals_vary_over_episodes():
-    for task, key, count in (("relocate_candle", "goal_candle", 4), ("relocate_candle", "goal_table", 4),
-                             ("block_stairs", "goal_stairwell", 3)):  # fmt: skip
-        env = caregiver_mj.load(task, "paper", random=0)
-        goals = np.array([env.reset().observation[key] for _ in range(60)])
-        np.testing.assert_array_equal(goals.sum(axis=1), 1.0)
-        assert (goals.max(axis=0) > 0).sum() == count
-    bare = [i for i in range(len(env.task.plan.tables)) if i not in env.task.plan.candle_tables]
-    env = caregiver_mj.load("relocate_candle", "paper", random=0)
-    assert {int(env.reset().observation["goal_table"].argmax()) for _ in range(60)} == set(bare)
-
-
 def test_goal_observations_point_from_here_to_there():
     env = load("block_stairs")
     seen = env.reset().observation
@@ -168,46 +155,15 @@ def test_starts_are_random():
     assert 0.015 < np.abs(offsets).max() <= 0.03
 
 
-@every_task
-def test_observations_share_no_memory(task):
-    env = load(task, time_limit=TIME_LIMIT)
-    steps = [env.reset()]
-    copies = [{key: value.copy() for key, value in steps[0].observation.items()}]
-    for action in random_actions(env, 1, 5):
-        steps.append(env.step(action))
-        copies.append({key: value.copy() for key, value in steps[-1].observation.items()})
-    state = [env.physics.data.qpos, env.physics.data.qvel, env.physics.data.ctrl]
-    for step, copy in zip(steps, copies, strict=True):
-        for key, value in step.observation.items():
-            np.testing.assert_array_equal(value, copy[key])
-            assert not any(np.shares_memory(value, array) for array in state), key
-    for one, other in itertools.combinations(steps, 2):
-        for a, b in itertools.product(one.observation.values(), other.observation.values()):
-            assert not np.shares_memory(a, b)
-
-
-def test_harm_costs_reward_in_proportion():
-    # One free cell, walled in by a table, a bin and stairs: every timestep at epsilon 1 is a bump.
-    plan = FloorPlan.parse("#####\n#B.S#\n##T##\n#####")
-    env = caregiver_mj.load("supervise", plan, epsilon=1.0, random=0, task_kwargs={"robot": False})
-    env.reset()
-    worst = [min(env.step(np.zeros(0)).reward for _ in range(84)) for _ in range(30)]
-    assert {round(reward, 6) for reward in worst} == {1.0, 1 - 1 / 5, 0.0}
-    outcome = env.task.outcome()
-    assert outcome["damage_stairwell"] == 5 * sum(reward < 0.1 for reward in worst)
-    # The last step of a timestep books its damage and begins anew.
-    assert outcome["damage_table"] == sum(0.7 < reward < 0.9 for reward in worst)
-
-
 # -- Harm comes from contacts ------------------------------------------------------------------------
 
 CUPBOARD = FloorPlan.parse("#####\n#B.C#\n##T##\n#####", "cupboard")  # one free cell
 
 
-def bumps(env: control.Environment, count: int = 24) -> list[dict[str, float]]:
+def bumps(env: control.Environment) -> list[dict[str, float]]:
     """Damage by kind in each of some novice timesteps."""
     totals, harm = env.task.outcome(), []
-    for _ in range(count):
+    for _ in range(24):
         for _ in range(84):
             env.step(np.zeros(0))
         now = env.task.outcome()
@@ -233,61 +189,7 @@ def test_harm_of_a_table_goes_where_its_candle_goes():
     assert not east[0] & south[0]
 
 
-def test_candle_that_falls_is_counted_once_and_hurts_where_it_lies():
-    env = caregiver_mj.load("supervise", CUPBOARD, epsilon=1.0, random=1, task_kwargs={"robot": False})
-    env.reset()
-    x, y = CUPBOARD.position((1, 2))
-    env.physics.set_candle(0, np.array([x + 0.25, y, 0.0]), 0.0)  # on the floor, between toddler and table
-    harm = bumps(env, 12)
-    assert (env.task.outcome()["candles_dropped"], max(h["candle"] for h in harm)) == (1, 4.0)
-    assert np.linalg.norm(env.physics.candle_poses()[0, :2] - (x + 0.25, y)) > 0.02  # it was pushed
-
-
-# -- The model ---------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(("task", "robot"), [*((name, True) for name in caregiver_mj.ALL_TASKS), ("supervise", False)])
-def test_every_element_has_a_name_of_its_own(task, robot):
-    model = caregiver_mj.load(task, "paper", random=0, task_kwargs={"robot": robot}).physics.model
-    counts = {
-        "body": model.nbody,
-        "geom": model.ngeom,
-        "joint": model.njnt,
-        "actuator": model.nu,
-        "camera": model.ncam,
-        "site": model.nsite,
-        "sensor": model.nsensor,
-        "light": model.nlight,
-        "material": model.nmat,
-        "texture": model.ntex,
-        "mesh": model.nmesh,
-    }
-    for kind, count in counts.items():
-        names = [model.id2name(i, kind) for i in range(count)]
-        assert all(names), f"{kind}: {names.index('')} has no name"
-        assert len(set(names)) == count
-        assert count or (kind in ("actuator", "site") and not robot)
-
-
-@every_task
-def test_there_are_the_cameras_of_the_design(task):
-    assert set(load(task).physics.camera_names()) == {"overview", "follow", "wrist"}
-
-
 # -- Actions -----------------------------------------------------------------------------------------
-
-
-@every_task
-def test_action_spec_is_that_of_the_actuators(task):
-    env = load(task)
-    spec = env.action_spec()
-    assert spec.shape == (11,)
-    assert spec.dtype == float
-    assert spec.name.split("\t") == ACTIONS
-    np.testing.assert_allclose(spec.maximum[:3], [1.388, 1.388, 3.0])  # 5 km/h; rad/s
-    np.testing.assert_allclose(spec.minimum[:3], [-1.388, -1.388, -3.0])
-    np.testing.assert_allclose(spec.minimum[[3, 6, 8, 10]], [-2.7437, -3.0421, 0.5445, 0.0])
-    np.testing.assert_allclose(spec.maximum[[3, 6, 8, 10]], [2.7437, -0.1518, 4.5169, 0.04])
 
 
 @pytest.mark.parametrize(("index", "value"), [(0, np.nan), (6, np.inf), (10, np.nan)])
@@ -320,84 +222,24 @@ def test_huge_actions_are_clamped():
     assert env.physics.data.warning.number.sum() == 0
 
 
-@every_task
-def test_control_noise_gives_no_warning(task):
-    env = caregiver_mj.load(task, "paper", random=1)
-    env.reset()
-    for action in random_actions(env, 2, 250):
-        env.step(action)
-    assert env.physics.time() == pytest.approx(5.0)
-    np.testing.assert_array_equal(env.physics.data.warning.number, 0)
-    assert np.abs(env.physics.data.qvel).max() < 200.0
-
-
-def test_a_state_that_is_not_finite_is_an_error_of_its_step_only():
-    env = load("supervise")
-    env.reset()
-    env.physics.data.qpos[0] = np.nan
-    with pytest.raises(control.PhysicsError, match="mjWARN_BADQPOS"):
-        env.physics.step()
-    env.physics.step()
-
-
-def test_control_follows_the_action():
-    """Actions of one kind each, a second long, and what they do."""
-    env = load("supervise", NO_STAIRS, time_limit=100.0)
-    start = env.reset().observation
-    rest = np.array([0, 0, 0, *start["arm_position"], 0.02])
-    turn, wrist = rest.copy(), rest.copy()
-    turn[2], wrist[9] = 0.5, rest[9] + 0.4
-    for _ in range(50):
-        seen = env.step(turn).observation
-    assert seen["base_position"][2] - start["base_position"][2] == pytest.approx(0.5, abs=0.03)
-    np.testing.assert_allclose(seen["finger_position"], 0.02, atol=1e-3)
-    for _ in range(50):
-        seen = env.step(wrist).observation
-    np.testing.assert_allclose(seen["arm_position"] - start["arm_position"], [0, 0, 0, 0, 0, 0, 0.4], atol=0.01)
-    assert abs(seen["base_velocity"][2]) < 0.05
-
-
 # -- Bad input ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"epsilon": "1,half"}, "a family must be the epsilon of each child"),
-        ({"epsilon": "angel:1"}, "no child 'angel'"),
-        ({"task_kwargs": {"family": []}}, "at least 1 child"),
         ({"task": "tidy_up"}, "no task 'tidy_up': there are supervise, relocate_candle, block_stairs"),
         ({"epsilon": 1.5}, r"epsilon must be in \[0, 1\], got 1.5"),
-        ({"house": "no_such_house"}, "no floor plan 'no_such_house'"),
         (
             {"task": "relocate_candle", "house": NO_CANDLE},
             r"relocate_candle needs a candle \(C\).*'no_candle' has none",
         ),
-        ({"task": "block_stairs", "house": NO_STAIRS}, r"block_stairs needs a stairwell \(S\).*'no_stairs' has none"),
     ],
 )
 def test_bad_input_gives_one_clear_line(arguments, message):
     with pytest.raises(CaregiverError, match=message) as caught:
         caregiver_mj.load(**{"task": "supervise", "house": PLAN, **arguments})
     assert "\n" not in str(caught.value)
-
-
-def test_policy_needs_a_robot_and_the_keys_of_the_observation():
-    with pytest.raises(CaregiverError, match="must have a robot"):
-        caregiver_mj.CaregiverPolicy(load("supervise", robot=False))
-    # Policy needs the keys of the observation.
-    env = caregiver_mj.load("supervise", PLAN, random=0, environment_kwargs={"flat_observation": True})
-    policy = caregiver_mj.CaregiverPolicy(env)
-    with pytest.raises(CaregiverError, match="must be a dictionary, got a flattened one"):
-        policy(env.reset())
-
-
-@pytest.mark.parametrize("plan", [NO_CANDLE, NO_STAIRS])
-def test_houses_without_a_kind_of_object_can_be_supervised(plan):
-    env = load("supervise", plan, time_limit=10.0)
-    steps = scripted_episode(env)
-    assert steps[-1].last()
-    assert ("candle_position" in steps[0].observation) == (plan is NO_STAIRS)
 
 
 # -- Determinism -------------------------------------------------------------------------------------
@@ -452,20 +294,6 @@ def test_same_seed_same_observations():
     assert process.stdout.strip() == first
 
 
-def test_novice_and_start_do_not_depend_on_the_task_or_the_robot():
-    """Common random numbers: the same seed has the same toddler, cell by cell, until something is in its way."""
-    trails = []
-    for robot in (True, False):
-        env = load("supervise", seed=3, epsilon=0.5, robot=robot)
-        step = env.reset()
-        trails.append([step.observation["toddler_position"][:2]])
-        for _ in range(84):
-            step = env.step(env.action_spec().generate_value() * 0)
-            trails[-1].append(step.observation["toddler_position"][:2])
-    np.testing.assert_array_equal(trails[0][0], trails[1][0])
-    np.testing.assert_allclose(trails[0], trails[1], atol=1e-9)
-
-
 # -- The grid and the house agree --------------------------------------------------------------------
 
 _LARGE_CELLS = FloorPlan.load("house-11-11x9-stairwells2-candles3", cell_size=0.9)
@@ -475,11 +303,9 @@ _LARGE_CELLS = FloorPlan.load("house-11-11x9-stairwells2-candles3", cell_size=0.
     ("plan", "epsilon", "seed"),
     [
         (FloorPlan.load("paper", damage=DamageWeights(2.0, 7.0, 0.5)), "1,.5,adversary:0", 8),
-        (FloorPlan.load("house-13-8x8-candles1"), ",".join(["1"] * 6), 9),
-        (FloorPlan.load("paper"), 0.5, 4),
         (_LARGE_CELLS, 0.75, 5),
     ],
-    ids=["three_children", "crowded", "paper_half_random", "large_cells"],
+    ids=["three_children", "large_cells"],
 )
 def test_unassisted_toddler_fares_in_the_house_as_in_the_grid(plan, epsilon, seed):
     env = caregiver_mj.load("supervise", plan, epsilon=epsilon, task_kwargs={"robot": False})
@@ -496,63 +322,7 @@ def test_unassisted_toddler_fares_in_the_house_as_in_the_grid(plan, epsilon, see
     np.testing.assert_array_equal(env.task.ledger.damage_at, expected.damage_at)
 
 
-# -- Candles and tables out of place -----------------------------------------------------------------
-
-
-def test_tables_stand_out_of_place_but_the_map_does_not_know():
-    env = load("relocate_candle", table_offset=0.04, candle_offset=0.0)
-    named = env.physics.named.model.geom_pos
-    tops = np.array([named[f"table_{i}/top", :2] for i in range(len(PLAN.tables))])
-    offsets = tops - [PLAN.position(cell) for cell in PLAN.tables]
-    assert 0.01 < np.abs(offsets).max() <= 0.04
-    assert len(np.unique(offsets)) == offsets.size
-    observation = env.reset().observation
-    assert observation["candle_position"][0, :2] == pytest.approx(tops[0])
-    # The goal is the real table, and the room that it takes up is where it stands.
-    goal = observation["candle_position"][0] + observation["candle_to_goal"]
-    assert goal[:2] == pytest.approx(tops[env.task.goal_table])
-    env.physics.set_candle(0, np.array([*(tops[1] + [0.26, -0.26]), 0.6]), 0.0)
-    assert env.task.candles.are_on(env.physics, 1).any()
-    assert np.array_equal(env.task.table_positions, tops)  # as in the episode before
-    assert not np.array_equal(load("supervise", table_offset=0.04, seed=1).task.table_positions, tops)
-
-
 # -- A child that heads for the robot ----------------------------------------------------------------
-
-
-def test_adversarial_child_comes_to_the_robot_by_a_shortest_way():
-    plan = FloorPlan.parse("#########\n#...#...#\n#.#.#.#B#\n#.#...###\n#########", "winding")
-    for seed in range(5):
-        env = load("supervise", plan, seed=seed, family=ChildSpec(0.5, "adversary"))
-        position = env.reset().observation["base_position"]
-        robot = plan.cell_index[plan.cell_at(position[:2])]
-        left = int(plan.graph.distances_from([robot])[0, env.task.children[0].cell])
-        still = np.array([0, 0, 0, *env.physics.arm_position(), 0.036])
-        while left > 1:
-            for _ in range(round(env.task.novice_timestep / env.control_timestep())):
-                observation = env.step(still).observation
-            left -= 1
-            child = plan.cell_index[plan.cell_at(observation["toddler_position"][:2])]
-            assert plan.graph.distances_from([robot])[0, child] == left
-        touched = False
-        for _ in range(100):
-            env.step(still)
-            touched |= any(touch.kind == "robot" for touch in env.physics.touches)
-        assert touched
-
-
-def test_adversarial_child_follows_the_robot_into_a_landing():
-    plan = FloorPlan.parse("######\n#B...#\n##S#.#\n######", "landing")
-    env = load("supervise", plan, family=ChildSpec(0.5, "adversary"))
-    arm = env.reset().observation["arm_position"]
-    env.physics.set_robot(np.array([*plan.position(plan.stairwells[0]), 0.0]), arm)
-    still = np.array([0, 0, 0, *arm, 0.036])
-    touched = set()
-    for _ in range(600):
-        env.step(still)
-        touched |= {touch.kind for touch in env.physics.touches}
-    assert "robot" in touched
-    assert "stairwell" not in touched
 
 
 def test_a_landing_must_be_as_wide_as_the_robot():

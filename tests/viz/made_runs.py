@@ -1,7 +1,5 @@
 """Finished runs whose numbers are known, for the tests of the report, and quicker figures of them."""
 
-import json
-
 import numpy as np
 import pandas as pd
 
@@ -76,19 +74,3 @@ def undrawn(figure, kind):
 def drawn_once(figure, kind):
     """Likewise for tests of the page, which shows none of the PNGs."""
     return as_bytes(figure, kind) if kind == "svg" else b""
-
-
-def as_older_version(folder):
-    """Takes out of a run what there was not before there were families."""
-    settings = json.loads((folder / "run.json").read_text())
-    del settings["families"], settings["damage"]
-    (folder / "run.json").write_text(json.dumps(settings))
-    summary = json.loads((folder / "summary.json").read_text())
-    for row in [*summary["rows"], *summary["comparisons"]]:
-        del row["family"]
-    (folder / "summary.json").write_text(json.dumps(summary))
-    for name in ("episodes", "maps"):
-        table = pd.read_parquet(folder / f"{name}.parquet")
-        gone = ["family", "children", "damage_by_child", "toys_by_child"]
-        table.drop(columns=gone, errors="ignore").to_parquet(folder / f"{name}.parquet")
-    return folder

@@ -5,7 +5,6 @@ import pandas as pd
 import pytest
 
 from caregiver_mj import cli
-from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording.record import COLUMNS
 from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.film import render_episode
@@ -70,32 +69,6 @@ def test_any_episode_of_a_run_can_be_filmed_and_is_that_of_the_run(house, rows, 
     assert rows.seed[0] != rows.seed[1]
 
 
-def test_the_display_is_told_what_happens(house):
-    episode = Episode.load(house=house, children=1.0, seed=SEED, caregiver="paper")
-    for second in range(1, 41):
-        assert episode.run_until(second)
-    shown, outcome = episode.hud_state(trail_length=15), episode.env.task.outcome()
-    observation = episode.env.task.get_observation(episode.env.physics)
-    (child,) = shown.children
-    assert shown.family == "1"
-    assert shown.timestep == int(observation["clock"])
-    assert shown.damage == child.damage == outcome["damage"] == sum(shown.damages.values())
-    np.testing.assert_allclose(child.position, observation["toddler_position"][:2])
-    np.testing.assert_allclose(shown.robot, observation["base_position"])
-    np.testing.assert_allclose(shown.candles, observation["candle_position"])
-    assert child.trail.shape == (15, 2)
-    np.testing.assert_array_equal(child.trail[-1], child.position)
-    assert np.linalg.norm(np.diff(child.trail, axis=0), axis=1).max() < 1.0  # a second's walk
-    hazards = FloorPlan.load(house).hazards
-    assert shown.danger.shape == shown.unsafe_danger.shape == (len(hazards),)
-    np.testing.assert_allclose(shown.danger, shown.unsafe_danger * (1 - child.safe))
-    # Every P(reach) is at most 1, and together they are 1 as long as no candle is in the hand.
-    assert (shown.unsafe_danger <= hazards.damage).all()
-    assert shown.intervention == episode.policy.activity
-    expected = {"cell": 0, "candle": 1}  # the stairwell and the candle
-    assert shown.mark is None or expected[shown.mark[0]] == shown.target
-
-
 def test_the_display_is_told_of_each_child(house):
     episode = Episode.load(house=house, children="1,0.25", seed=SEED, caregiver="paper")
     for second in range(1, 21):
@@ -112,26 +85,3 @@ def test_the_display_is_told_of_each_child(house):
     assert [child.safe for child in shown.children] == assessment.safe[0].tolist()
     # What decides is the sum of the dangers to the children.
     np.testing.assert_allclose(shown.danger, assessment.danger[0].sum(axis=0))
-
-
-def test_nobody_knows_anything_without_a_caregiver(house):
-    shown = Episode.load(house=house, children=1.0, caregiver="none").hud_state(1)
-    assert (shown.robot, shown.danger, shown.children[0].safe, shown.mark) == (None,) * 4
-    assert (shown.target, shown.intervention) == (-1, "")
-
-
-def test_damage_is_told_of_the_kinds_that_the_house_has():
-    plan = FloorPlan.parse("#########\n#B..M..T#\n#..o....#\n#########")
-    shown = Episode.load(house=plan, children=1.0, caregiver="none").hud_state(1)
-    assert list(shown.damages) == ["tables", "drinks", "batteries"]
-
-
-def test_nearest_candle_in_the_hand(house):
-    episode = Episode.load(house=house, children=0.0, caregiver="paper")
-    assert episode.child_to_carried_candle() == np.inf
-    found = np.inf
-    while found == np.inf and episode.run_until(episode.seconds + 0.5):
-        found = episode.child_to_carried_candle()
-    shown = episode.hud_state(1)
-    assert found == pytest.approx(np.linalg.norm(shown.candles[0, :2] - shown.children[0].position))
-    assert shown.candles[0, 2] > 0.5

@@ -43,14 +43,6 @@ def test_every_house_with_damage_is_a_point_and_the_floor_a_line():
     assert [float(line.get_xdata()[0]) for line in alone.lines if line.get_marker() == "D"] == [0.7, 0.3]
 
 
-def test_a_house_beyond_the_axis_is_drawn_at_its_edge():
-    figure = figures.houses(by_house([0.2] * 50 + [7.0]), MEANS, NAMES)
-    axes = figure.axes[0]
-    drawn = [c for c in axes.collections if type(c).__name__ == "PathCollection" and len(c.get_offsets())]
-    assert max(float(c.get_offsets()[:, 0].max()) for c in drawn) == pytest.approx(axes.get_xlim()[1])
-    assert axes.get_xlim()[1] <= 2
-
-
 def test_kinds_are_shares_of_the_damage_without():
     rows = [
         ("none", "1", 10.0, 5.0, 4.0, 1.0),
@@ -81,11 +73,3 @@ def test_toys_have_the_margin_as_a_line():
     intervals = axes.collections[0].get_segments()
     assert intervals[0][:, 1] == pytest.approx([0.98, 1.0])
     assert intervals[1][:, 1] == pytest.approx(axes.get_ylim())  # unknown at both ends
-
-
-def test_the_floor_of_damage_left_is_a_line_for_each_novice():
-    series = figures.Series("paper", *(np.array([value, value]) for value in (0.3, 0.2, 0.4)))
-    floor = figures.Series("floor", np.array([0.25, 0.1]), *(np.full(2, np.nan) for _ in range(2)))
-    (axes,) = figures.damage_left(["a", "b"], [series], floor).axes
-    levels = [float(s[0, 1]) for c in axes.collections for s in c.get_segments() if s[0, 1] == s[1, 1]]
-    assert levels == [0.25, 0.1]

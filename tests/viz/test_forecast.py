@@ -10,7 +10,7 @@ from caregiver_mj.viz import colours, hud
 from caregiver_mj.viz.cameras import TileLayer
 from caregiver_mj.viz.episode import Episode
 from caregiver_mj.viz.film import Studio, render_episode
-from caregiver_mj.viz.forecast import LEAST, Forecast, Tile, strength
+from caregiver_mj.viz.forecast import LEAST, Forecast, Tile
 
 HOUSE = "########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########"
 FREE = len(PLAN.free_cells)
@@ -49,10 +49,6 @@ def test_pillars_stand_on_hazards():
     assert stairwell.height > 0.6  # above the tables
 
 
-def test_strength_can_be_told_from_nothing():
-    assert [strength(p) for p in (0.0, 0.01, 0.25, 1.0)] == pytest.approx([0.0, 0.1, 0.5, 1.0])
-
-
 def test_the_plan_shows_the_forecast_and_a_legend():
     plain = hud.draw(frame(), state(robot=None, mark=None))
     cell = PLAN.free_cells.index((2, 4))  # where nobody is
@@ -65,13 +61,6 @@ def test_the_plan_shows_the_forecast_and_a_legend():
     legend = changed(shown, plain)[720 // 3 :, : 1280 // 4]
     assert legend.any()  # words on a card that is there for it alone
     assert (shown[720 // 3 : 500, : 1280 // 4] != DARK).any()
-
-
-def test_a_bin_that_is_the_goal_is_framed():
-    less, more = (
-        hud.draw(frame(), state(forecast=forecast(goal=(goal,))))[:230, :400].sum(dtype=int) for goal in (0.1, 1.0)
-    )
-    assert more > less
 
 
 @pytest.fixture(scope="module")

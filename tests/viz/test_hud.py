@@ -103,26 +103,6 @@ def test_bars_are_as_high_as_the_danger_and_in_the_order_of_the_hazards():
     assert first < second < third
 
 
-def test_outlines_show_the_danger_of_a_novice_who_is_surely_unsafe():
-    unsafe = np.array([0.0, 0.8, 0.0])
-    empty = hud.draw(frame(), state(danger=np.zeros(3), unsafe_danger=np.zeros(3), target=-1))
-    hollow = changed(hud.draw(frame(), state(danger=np.zeros(3), unsafe_danger=unsafe, target=-1)), empty)
-    half = changed(hud.draw(frame(), state(danger=unsafe / 2, unsafe_danger=unsafe, target=-1)), empty)
-    filled = changed(hud.draw(frame(), state(danger=unsafe, unsafe_danger=unsafe, target=-1)), empty)
-    assert spread(hollow) == spread(half) == spread(filled)
-    assert hollow.sum() < half.sum() < filled.sum()
-    assert half.sum() - hollow.sum() == pytest.approx((filled.sum() - hollow.sum()) / 2, rel=0.05)
-
-
-def test_target_is_shown_among_forty():
-    danger = np.linspace(1.0, 0.5, 40)
-    danger[35] = 0.0  # the least dangerous, and yet it is being dealt with
-    some = hud.draw(frame(), state(FORTY, danger=danger, target=-1, mark=None))
-    with_target = hud.draw(frame(), state(FORTY, danger=danger, target=35, mark=None))
-    strip = np.s_[hud.strip_top(1280, 720) :, 300:950]
-    assert (with_target[strip] == 242).sum() > (some[strip] == 242).sum() + 100  # the bright ground of its name
-
-
 @pytest.mark.parametrize(
     ("mark", "middle"),
     [
@@ -153,43 +133,42 @@ def test_any_number_of_hazards_fits(width, height, plan, danger):
     assert not strip[:, -width // 100 :].any()  # nothing runs out of the card
 
 
-def test_bars_have_the_colours_of_the_kinds_of_hazards():
-    def amount(colour, number):
-        danger = np.eye(3)[number]
-        drawn = hud.draw(frame(), state(danger=danger, target=number, mark=None))[hud.strip_top(1280, 720) :]
-        return (drawn == colour).all(axis=2).sum()
+# -- Several children --------------------------------------------------------------------------------
 
-    assert amount(colours.STAIRWELL, 0) > amount(colours.CANDLE, 0) == 0
-    assert amount(colours.CANDLE, 1) > amount(colours.STAIRWELL, 1) == 0
+CELLS = [(1, 2), (2, 4), (3, 3), (2, 1)]
 
 
-def test_toddler_moves_on_the_plan():
-    def where(cell):
-        return toddler(hud.draw(frame(), state(child={"position": PLAN.position(cell)})))
-
-    for cell, direction in (((2, 3), (1, 0)), ((1, 2), (0, -1))):
-        moved = where(cell) - where((2, 2))
-        size = float(np.abs(moved).max())
-        assert size > 10
-        np.testing.assert_allclose(moved / size, direction, atol=0.1)
+def family(count):
+    """A moment with up to four children, 20 to 80 % safe."""
+    each = [hud.ChildState(PLAN.position(cell), safe=0.2 + 0.2 * i) for i, cell in enumerate(CELLS[:count])]
+    return hud.draw(frame(), state(family=",".join(["0.5"] * count), children=tuple(each), robot=None, mark=None))
 
 
-def test_trail_leads_to_the_toddler_and_fades():
-    cells = [(3, 2), (3, 3), (3, 4), (2, 4)]
-    trail = np.array([PLAN.position(cell) for cell in cells])
-    here = {"position": PLAN.position((1, 4))}
-    drawn = hud.draw(frame(), state(child=here | {"trail": trail}, robot=None)).astype(int)
-    difference = np.abs(drawn - hud.draw(frame(), state(child=here, robot=None))).sum(axis=2)
-    left, _, right, _ = spread(difference > 0)
-    old, new = difference[:, : left + (right - left) // 4], difference[:, -(-(left + 3 * right) // 4) :]
-    assert 0 < old.max() < new.max()
+def where(picture, colour):
+    """The middle of a colour, as column and row."""
+    return np.median(np.argwhere(np.abs(picture.astype(int) - colour).max(axis=2) < 30), axis=0)[::-1]
 
 
-def test_insets_lie_below_one_another_at_the_right():
-    width, height = hud.inset_size(1280, 720)
-    red, blue = (np.full((height, width, 3), colour, np.uint8) for colour in ((200, 0, 0), (0, 0, 200)))
-    drawn = hud.draw(frame(), state(), [("first", red), ("second", blue)])
-    first, second = (spread((drawn == colour).all(axis=2)) for colour in ((200, 0, 0), (0, 0, 200)))
-    assert first[3] < second[1]
-    assert second[3] < hud.strip_top(1280, 720)
-    assert first[2] < 1280
+@pytest.mark.parametrize("count", [2, 4])
+def test_every_child_has_a_dot_of_its_own_colour_in_its_place(count):
+    chart = family(count)[:360, :320]
+    metres = np.array([PLAN.position(cell) for cell in CELLS[:count]])
+    places = np.array([where(chart, colours.of_child(i)) for i in range(count)])
+    pixels, along = places - places[0], (metres - metres[0]) * (1, -1)
+    scale = pixels[1, 0] / along[1, 0]
+    np.testing.assert_allclose(pixels, along * scale, atol=0.2 * scale * PLAN.cell_size)
+
+
+def test_gauges_fill_in_proportion_to_each_childs_safety():
+    def gauges(picture):
+        """Pixels of the lower gauge's row, of each child's colour."""
+        strip = picture[hud.strip_top(1280, 720) :, :260]
+        rows = np.flatnonzero((strip == (56, 64, 78)).all(axis=2).sum(axis=1) > 10)
+        return [int((strip[rows[-1]] == colours.of_child(i)).all(axis=1).sum()) for i in range(4)]
+
+    first, second, *others = gauges(family(2))
+    assert second == pytest.approx(2 * first, abs=3)
+    assert first > 10
+    assert others == [0, 0]
+    four = gauges(family(4))
+    assert four == pytest.approx([i * four[0] for i in (1, 2, 3, 4)], abs=5)

@@ -4,11 +4,8 @@ import imageio_ffmpeg
 import numpy as np
 import pytest
 from browsers import chromium
-from made_runs import FAMILIES, TINY, drawn_once, write_run
+from made_runs import FAMILIES, drawn_once, write_run
 
-from caregiver_mj.experiments.evaluation import evaluate
-from caregiver_mj.experiments.run_folder import RunFolder
-from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.viz import figures, report
 
 
@@ -67,22 +64,3 @@ def test_page_in_a_browser(folder, browser, width):
     assert len(boxes) > 10
     assert min(boxes) > 0
     assert max(boxes) <= width
-
-
-def test_tables_have_the_room_that_there_is(browser, tmp_path):
-    """On a laptop no column is cut off beside free space, however many there are and however long the names."""
-    families = (1.0, 0.75, 0.5, 0.25, 0.05, "seeker:.5", "avoider:.25")
-    names = ("none", "paper", "caregiver_mj.caregivers.baselines:NearestCaregiver")
-    settings = Settings(TINY, "grid", names, families, 6)
-    evaluate(settings, RunFolder(tmp_path, settings.record()))
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(figures, "as_bytes", drawn_once)
-        report.write_report([tmp_path])
-    screen = {"width": 1280, "height": 844, "deviceScaleFactor": 1, "mobile": False}
-    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
-    browser.get((tmp_path / "report.html").as_uri())
-    cut = """document.querySelectorAll("details").forEach(part => part.open = true);
-        return [...document.querySelectorAll(".pair .scroll")].map(e => [e.scrollWidth, e.clientWidth])"""
-    sizes = browser.execute_script(cut)
-    assert len(sizes) > 1
-    assert [size for size in sizes if size[0] > size[1]] == []

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from made_runs import DAMAGE, FAMILIES, PAPER, TINY, undrawn, write_run
-from test_report import words
+from made_runs import DAMAGE, FAMILIES, PAPER, TINY, write_run
 
-from caregiver_mj.viz import figures, report
+from caregiver_mj.viz import report
 from caregiver_mj.viz.report.film import make_film
 from caregiver_mj.viz.report.left import side_by_side
 from caregiver_mj.viz.report.tables import children_table
@@ -14,26 +13,6 @@ from caregiver_mj.viz.report.tables import children_table
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     return write_run(tmp_path_factory.mktemp("several"), "house", caregivers=("none", "paper"), families=FAMILIES)
-
-
-@pytest.fixture(scope="module")
-def page(run):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(figures, "as_bytes", undrawn)  # test_report_browser has them drawn
-        return words(report.write_report([run]).read_text("utf-8"))
-
-
-def test_the_page_speaks_of_these_children_and_of_no_others(run, page):
-    assert "100 % and 50 % random 0.833 [" in page
-    assert "2 x 25 % random 0.208 [" in page
-    assert "8 paired episodes of each of 2 families." in page
-    assert "episode i has the same children both times" in page
-    assert "Where the children went, without the caregiver — Physical house (paper)" in page
-    assert " --epsilon 1,0.5 0.25,0.25 --episodes 8 --seed 7" in report.read_run(run).command()
-    for word in ("novice ", "novices", "the toddler", "the child "):
-        assert word not in page.split("To know before comparing")[0], word
-    for word in ("published", "In the paper, the same", "diamonds", "Its numbers are those"):
-        assert word not in page
 
 
 def test_each_child_has_a_row_of_its_own(run):

@@ -1,11 +1,8 @@
-"""The viewers' session: play, pause, steps, speed, another episode; no window and no browser."""
+"""The viewers' session: play, pause, steps, speed; no window and no browser."""
 
-import numpy as np
 import pytest
 
-from caregiver_mj.children.family import Family
-from caregiver_mj.errors import CaregiverError
-from caregiver_mj.viz.viewers.session import FASTEST, Session, Watched
+from caregiver_mj.viz.viewers.session import Session, Watched
 
 STEP = 0.02  # seconds
 MOVE = 1.68
@@ -79,12 +76,6 @@ def test_it_runs_at_the_speed_that_is_asked_for(clock, speed):
     assert watched.episode.seconds == pytest.approx(4.0 * speed, abs=STEP)
 
 
-@pytest.mark.parametrize("speed", [0.0, FASTEST + 1, float("nan")])
-def test_a_speed_that_there_is_not(clock, speed):
-    with pytest.raises(CaregiverError, match=r"speed must be in 0\.1 to 20"):
-        session(clock, speed=speed)
-
-
 def test_it_stands_still_while_it_is_paused_and_can_begin_so(clock):
     watched = session(clock)
     let(watched, clock, 1.0)
@@ -131,16 +122,6 @@ def test_the_end(clock):
     assert watched.episode.seconds == 0.0
 
 
-def test_another_episode(clock):
-    watched = session(clock, playing=False)
-    first = watched.episode
-    watched.change(seed=3, caregiver="paper")
-    assert (watched.watched.seed, watched.watched.caregiver, watched.watched.house) == (3, "paper", "paper")
-    assert watched.episode is not first
-    assert watched.begun == 2
-    assert not watched.playing
-
-
 def test_a_machine_that_is_too_slow_says_so_and_stays_responsive(clock):
     watched = session(clock, speed=10.0, cost=0.02)  # as fast as the simulated world at best
     clock.now += 0.2
@@ -156,41 +137,3 @@ def test_a_machine_that_is_too_slow_says_so_and_stays_responsive(clock):
     clock.now += 0.1
     watched.advance()
     assert not watched.behind
-
-
-def test_a_session_shows_the_episode_of_the_run(tmp_path):
-    (tmp_path / "small.txt").write_text("########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########")
-    small = Watched(str(tmp_path / "small.txt"), Family.parse("1,.25"), "none", seed=3, number=1)
-    whole, pieces = Session(small, playing=False), Session(small, playing=False)
-    whole.step(10.0)
-    for _ in range(5):
-        pieces.step(2.0)
-    one, two = (it.episode.hud_state(1) for it in (whole, pieces))
-    np.testing.assert_array_equal(one.children[1].position, two.children[1].position)
-    np.testing.assert_array_equal(one.children[0].position, two.children[0].position)
-    pieces.change(number=2)
-    assert pieces.episode.hud_state(1).children[0].position.tolist() != one.children[0].position.tolist()
-
-
-def test_a_policy_of_ones_own_can_be_watched(tmp_path, monkeypatch):
-    (tmp_path / "watched_here.py").write_text(
-        "def still(env):\n    return lambda timestep: env.action_spec().minimum * 0\n"
-    )
-    (tmp_path / "small.txt").write_text("######\n#B.S.#\n#....#\n#C..T#\n######")
-    monkeypatch.syspath_prepend(tmp_path)
-    session = Session(Watched(str(tmp_path / "small.txt"), caregiver="watched_here:still"), playing=False)
-    session.step(0.1)
-    assert session.episode.hud_state(1).intervention == "watched_here:still"
-    episode = session.episode
-    for settings in ({"caregiver": "watched_here:nobody"}, {"house": "igloo"}, {"seed": -1}):
-        with pytest.raises(CaregiverError):
-            session.change(**settings)
-        assert (session.episode, session.begun) == (episode, 1)  # which stays
-
-
-def test_what_is_watched_can_be_said_on_the_command_line():
-    assert Watched().options() == "--house paper --epsilon 0.5 --caregiver foresight --seed 0 --episode 0"
-    told = Watched("my house.txt", Family.parse("1,adversary:0"), "none", 7, 2, embodiment="mobile_ur5e").options()
-    assert told == (
-        "--house 'my house.txt' --epsilon 1,adversary:0 --caregiver none --seed 7 --episode 2 --embodiment mobile_ur5e"
-    )

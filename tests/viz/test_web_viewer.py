@@ -7,7 +7,6 @@ import signal
 import socket
 import subprocess
 import sys
-import threading
 import urllib.request
 
 import numpy as np
@@ -170,44 +169,6 @@ def test_it_serves_this_machine_alone_at_a_port_of_its_own(viewer):
         web.WebViewer(viewer.session, port=viewer.server.get_port())
 
 
-def test_everything_is_done_in_the_thread_that_runs_in_another_house_too(viewer):
-    threads, looks = set(), []
-
-    def enough():
-        threads.add(threading.get_ident())
-        looks.append(viewer.session.episode.seconds)
-        return len(looks) > 3
-
-    viewer.session.play()
-    viewer.run(until=enough)
-    assert threads == {threading.get_ident()}
-    assert looks[-1] > looks[0]
-    # Another house is shown.
-    viewer.show()
-    viewer.session.change(house="house-3-8x8-rooms1", family=Family.parse("0.5"))
-    viewer.show()
-    viewer.run(until=iter([False, True]).__next__)
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--speed", "0"], ["speed", "0.1 to 20"]),
-        (["--rate", "nan"], ["rate", "nan"]),
-        (["--port", "70000"], ["port", "70000"]),
-        (["--episode", "-1"], ["-1"]),
-        (["--caregiver", "nanny"], ["nanny", "paper"]),
-        (["--house", "igloo"], ["igloo"]),
-        (["--host", "256.0.0.1", "--caregiver", "none"], ["cannot listen at 256.0.0.1"]),
-    ],
-)
-def test_bad_input_is_one_line(capsys, house, options, words):
-    assert cli.main(["view", "--web", "--house", house, *options]) == 2
-    out, err = capsys.readouterr()
-    assert (out, err.count("\n")) == ("", 1)
-    assert all(word in err for word in words)
-
-
 def test_a_port_that_is_taken(capsys, house):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])
@@ -223,11 +184,3 @@ def test_without_a_display_a_line_says_what_there_is(capsys, monkeypatch, house)
     assert capsys.readouterr().err == (
         "caregiver-mj: no display for a window: use `caregiver-mj view --web` and a browser\n"
     )
-
-
-def test_without_viser_a_line_says_what_to_install(house):
-    code = f"import sys; sys.modules['viser'] = None; from caregiver_mj import cli; cli.main({['view', '--web']!r})"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert (done.stdout, done.stderr.count("\n")) == ("", 1)
-    assert "needs viser and mjviser" in done.stderr
-    assert "pip install 'caregiver_mj[web]'" in done.stderr

@@ -1,4 +1,4 @@
-"""MuJoCo's own viewer: what stands in the window's corner, and the window itself where there can be one."""
+"""MuJoCo's own viewer, where there can be a window."""
 
 import os
 import shutil
@@ -10,58 +10,9 @@ import time
 import numpy as np
 import pytest
 from PIL import ImageGrab
-from test_hud import PLAN, state
-from test_session import Clock, Reel
-
-from caregiver_mj.viz.viewers.session import Session, Watched
-from caregiver_mj.viz.viewers.window import press, texts
 
 PATIENCE = 90  # seconds
 SIZE = "640x480x24"  # of the display
-
-
-@pytest.fixture
-def session():
-    return Session(Watched(), begin=lambda watched: Reel(), clock=Clock())
-
-
-def rows(shown, session):
-    names, values = (column.split("\n") for column in texts(shown, session))
-    assert len(names) == len(values)
-    return dict(zip(names, values, strict=True))
-
-
-def test_what_stands_in_the_corner(session):
-    shown = rows(state(damage=5.0, danger=np.array([0.0, 0.5, 2.0]), target=2), session)
-    assert (shown["caregiver"], shown["timestep"]) == ("carry candle 2 to table 1", "50")
-    assert shown["damage"] == "5"
-    assert shown["P(safe)"].startswith("0.50 ||")
-    bars = [shown[str(hazard)] for hazard in PLAN.hazards]
-    assert bars[0] == "0.00 "
-    assert bars[2].count("|") == 4 * bars[1].count("|") > 0  # the greatest fills its bar
-    assert [bar.endswith("<") for bar in bars] == [False, False, True]
-    session.pause()
-    assert rows(state(), session)["speed"] == "paused"
-
-
-def test_keys(session):
-    press(session, ord(" "))
-    assert not session.playing
-    press(session, ord(" "))
-    assert session.playing
-    press(session, ord("="))
-    press(session, ord("="))
-    assert session.speed == 4.0
-    press(session, ord("-"))
-    assert session.speed == 2.0
-    press(session, ord("N"))
-    assert session.watched.number == 1
-    press(session, ord("R"))
-    assert (session.begun, session.watched.number) == (3, 1)
-    press(session, ord("Q"))  # nothing
-    assert session.playing
-    press(session, 264)  # the arrow down
-    assert session.episode.seconds == pytest.approx(1.68)
 
 
 @pytest.fixture

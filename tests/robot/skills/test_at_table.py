@@ -80,20 +80,6 @@ def test_the_hand_comes_down_before_the_turn_is_done_only_where_no_child_may_sto
     assert (hand_out_at_most(see, 8.0) == pytest.approx(1.0)) == comes_down
 
 
-def test_the_hand_does_not_come_over_another_candle():
-    plan = FloorPlan.parse("#########\n#B......#\n#.......#\n#...C..C#\n#.......#\n#..T...T#\n#########", "island")
-    (x, y), base = centre(plan, (3, 4)), (*centre(plan, (2, 1)), 0.0)
-    upright = 1.0, 0.0, 0.0, 0.0
-    for before, barred in (((-0.15, 0.0), (3, 3)), ((0.0, 0.15), (2, 4))):
-        pick, robot = Pick(Navigator(plan, ROBOT), 0, 0), RobotMotion(ROBOT, TIMESTEP)
-        robot.reset(base)
-        candles = [(x, y, 0.6, *upright), (x + before[0], y + before[1], 0.6, *upright)]
-        seen = view(base=base, candles=candles)
-        assert pick.has_way(seen)
-        pick.step(seen, robot)
-        assert pick.stand != barred
-
-
 def test_a_candle_behind_another_one_on_all_sides_is_not_picked_over_it():
     plan = FloorPlan.parse("######\n#C####\n#..BC#\n#....#\n#T..T#\n######", "alcove")
     x, y = centre(plan, (1, 1))

@@ -3,27 +3,18 @@
 import numpy as np
 import pytest
 from dm_control.rl import control
-from scripted_child import STAY, Scripted
+from scripted_child import Scripted
 
 import caregiver_mj
-from caregiver_mj.caregivers.percept import Pace
-from caregiver_mj.children.family import Family
-from caregiver_mj.experiments.settings import episode_random, episode_seed
 from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.robot.embodiments import find_embodiment
-from caregiver_mj.robot.kinematics import arm_of
 
 SMALL = FloorPlan.parse("#######\n#B....#\n#..C..#\n#.....#\n#.S..T#\n#######", "small")
-# Two tables with an alcove between them that one must stand in to reach either.
-OPPOSITE = FloorPlan.parse("#######\n#B....#\n#.....#\n##C.T##\n#######", "opposite")
-# A bin beside a landing, to and from which the robot must drive.
-BESIDE_STAIRS = FloorPlan.parse("########\n#......#\n#....BS#\n#.TC...#\n########", "beside_stairs")
+
 TABLE_TOP = 0.60  # metres
 MAX_BASE_SPEED = 5.0 / 3.6  # m/s
 BASE_RADIUS = 0.27  # metres
 CANDLE_BODY_MASS = 0.25  # kg
-CANDLE_RADIUS = 0.022  # metres
 
 
 class Recorder:
@@ -100,10 +91,9 @@ def act(env, policy, step, recorder=None):
     scope="module",
     params=[
         ("paper", 1),
-        (SMALL, 2),
         ("house-4-9x9-candles2", 3),
     ],
-    ids=["paper", "small", "generated"],
+    ids=["paper", "generated"],
 )
 def relocation(request):
     """An episode of relocate_candle to three seconds after the candle was put down."""
@@ -151,12 +141,6 @@ def test_nothing_but_the_fingers_touches_the_candle(relocation):
     _, recorder, _ = relocation
     touching = {robot for robot, other in recorder.touches if other.startswith("candle_")}
     assert touching == {"robot/finger_left_pad", "robot/finger_right_pad"}
-
-
-def test_candle_stands_still_until_both_fingers_touch_it(relocation):
-    _, recorder, _ = relocation
-    gripped = int(np.argmax(np.array(recorder.pads) == 2))
-    assert recorder.candle_tilt()[:gripped].max() < 1.0
 
 
 def test_candle_ends_upright_in_the_middle_of_the_table_and_let_go(relocation):
@@ -212,57 +196,6 @@ def test_base_never_exceeds_its_speed(relocation):
     assert 0.6 < speed.max() <= MAX_BASE_SPEED
 
 
-def test_commands_keep_the_published_limits_of_the_arm(relocation):
-    env, recorder, _ = relocation
-    arm = np.array(recorder.actions)[:, 3:10]
-    rates = [np.abs(np.diff(arm, order, axis=0)).max(axis=0) / 0.02**order for order in (1, 2, 3)]
-    assert (rates[0] <= [2.62, 2.62, 2.62, 2.62, 5.26, 4.18, 5.26]).all()
-    assert (rates[1] <= 10.0).all()
-    assert (rates[2] <= 5000.0).all()
-    assert rates[0].max() > 0.3  # it moves
-    spec = env.action_spec()
-    assert (np.array(recorder.actions) <= spec.maximum).all()
-    assert (np.array(recorder.actions) >= spec.minimum).all()
-
-
-def test_commands_keep_the_base_within_its_limits(relocation):
-    _, recorder, _ = relocation
-    commanded = np.hypot(*np.array(recorder.actions)[:, :2].T)
-    assert commanded.max() <= MAX_BASE_SPEED
-    assert np.abs(np.array(recorder.actions)[:, 2]).max() <= 3.0
-    # The base's real acceleration over 20 ms stays near the planned one, which holds for two axes each in turn-ins.
-    velocity = np.array(recorder.base)[::4]
-    planned = find_embodiment().limits.base.acceleration
-    assert np.hypot(*np.diff(velocity, axis=0).T).max() / 0.02 < 1.1 * np.sqrt(2) * planned
-
-
-def test_half_turn_on_a_short_drive_does_not_keep_the_hand_waiting():
-    """The candle stands one step and a half turn from where it shall be."""
-    env = caregiver_mj.load("relocate_candle", OPPOSITE, epsilon=0.5, random=1)
-    policy, physics = caregiver_mj.CaregiverPolicy(env), env.physics
-    step, rows = env.reset(), []
-    for _ in range(750):  # control steps: 15 s
-        step = act(env, policy, step)
-        foot, fingers = physics.candle_poses()[env.task.goal_candle, 2], physics.finger_position().sum() / 2
-        hand = arm_of(find_embodiment()).pinch(physics.arm_position())[0]
-        speed = np.hypot(*physics.base_velocity()[:2])
-        rows.append((physics.time(), *physics.base_position(), speed, foot, fingers, hand))
-    assert policy.interventions_done == 1
-    time, x, y, yaw, speed, foot, fingers, hand = np.array(rows).T
-
-    def since_arrival(end: int, after: int) -> float:
-        """Seconds that the base has been at rest, by then, where it is."""
-        there = (np.hypot(x - x[end], y - y[end]) < 0.006) & (speed < 0.03)
-        return time[end] - time[after + np.argmax(there[after:])]
-
-    lifted = int(np.argmax(foot > TABLE_TOP + 0.02))
-    clear = lifted + int(np.argmax(((fingers > CANDLE_RADIUS + 0.005) & (hand < 0.60))[lifted:]))
-    assert abs(yaw[clear] - yaw[lifted]) == pytest.approx(np.pi, abs=0.05)
-    assert 0.006 < np.hypot(x[clear] - x[lifted], y[clear] - y[lifted]) < 0.5
-    assert 0.2 < since_arrival(lifted, 0) < 1.0
-    assert 0.2 < since_arrival(clear, lifted) < 1.0
-
-
 # -- Blocking a stairwell ----------------------------------------------------------------------------
 
 
@@ -315,63 +248,12 @@ def test_robot_in_a_stairwell_keeps_the_toddler_out(house, seed, monkeypatch):
     np.testing.assert_allclose(rewards, 1.0)
 
 
-@pytest.mark.parametrize("house", ["paper", SMALL], ids=["paper", "small"])
-def test_without_the_robot_the_same_toddler_is_hurt(house):
-    plan = house if isinstance(house, FloorPlan) else FloorPlan.load(house)
-    env = caregiver_mj.load("supervise", plan, Scripted(plan), random=1, task_kwargs={"robot": False})
-    env.reset()
-    drive_at_stairs(env)
-    kinds = set()
-    for _ in range(6 * 84):
-        env.step(np.zeros(0))
-        kinds |= {touch.kind for touch in env.physics.touches}
-    assert kinds == {"stairwell"}
-    assert env.task.outcome()["damage_stairwell"] == 6 * 5.0
-
-
-def test_robot_blocks_while_the_toddler_tries_at_once():
-    """One free cell and a landing, on which the robot starts: a random toddler has nowhere else to go."""
-    plan = FloorPlan.parse("#####\n#B.S#\n##T##\n#####", "cupboard")
-    results = {}
-    for robot in (True, False):
-        task_kwargs = {"robot": robot, "time_limit": 60 * 1.68}
-        env = caregiver_mj.load("supervise", plan, epsilon=1.0, random=5, task_kwargs=task_kwargs)
-        policy = caregiver_mj.CaregiverPolicy(env) if robot else lambda step: np.zeros(0)
-        step = env.reset()
-        while not step.last():
-            step = env.step(policy(step))
-        results[robot] = env.task.outcome()
-    assert results[False]["damage_stairwell"] >= 5 * 8
-    assert results[True]["damage_stairwell"] == 0
-    assert results[True]["moves_blocked"] == results[False]["damage_stairwell"] / 5
-    assert results[True]["damage_table"] == results[False]["damage_table"] > 0  # which nobody can help
-    assert results[True]["strikes"] == 0
-
-
-@pytest.mark.parametrize(("speed", "struck"), [(0.6, True), (0.03, False)])
-def test_driving_into_the_toddler_is_a_strike_unless_it_is_slow(speed, struck):
-    env = caregiver_mj.load("supervise", SMALL, Scripted(SMALL, STAY), random=0)
-    env.reset()
-    task, physics = env.task, env.physics
-    x, y = task.children[0].position
-    joints = physics.arm_position()
-    side = 1.0 if x < 0 else -1.0
-    physics.set_robot(np.array([x + 0.42 * side, y, 0.0]), joints)  # the bodies touch 0.39 m apart, centre to centre
-    met = False
-    for _ in range(120):
-        env.step(np.array([-speed * side, 0.0, 0.0, *joints, 0.03]))
-        met |= any(touch.kind == "robot" for touch in physics.touches)
-    assert met
-    assert (task.outcome()["strikes"] > 0) == struck
-    assert task.outcome()["damage"] == 0
-
-
 # -- The whole job -----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
     ("house", "seed"),
-    [("paper", 1), ("house-25-12x10-candles3", 1)],
+    [("house-25-12x10-candles3", 1)],
 )
 def test_supervised_episode_has_no_strike_and_no_dropped_candle(house, seed):
     env = caregiver_mj.load("supervise", house, epsilon=1.0, random=seed)
@@ -393,60 +275,3 @@ def test_supervised_episode_has_no_strike_and_no_dropped_candle(house, seed):
     while not step.last():
         step = alone.step(np.zeros(0))
     assert outcome["damage"] < alone.task.outcome()["damage"]
-
-
-def test_a_hand_that_is_out_comes_in_before_its_base_steps_aside_along_a_wall():
-    """It once swept along a hall one cell wide, past the recess of its table, and left the candle on the wall."""
-    env = caregiver_mj.load("supervise", "hall-700000", 0.5)
-    policy = caregiver_mj.CaregiverPolicy(env, "foresight")
-    # With this pace the caregiver takes the candle that way.
-    policy.caregiver.pace = Pace(2.4488788040279785, 0.6486613498764587, 0.9693478599277416)
-    env.task.reseed(np.random.RandomState(2968811710))
-    step, aside = env.reset(), []
-    while env.physics.time() < 120.0:
-        step = env.step(policy(step))
-        routine, robot = policy.executive.routine, policy.robot
-        if routine and routine.holding >= 0 and routine.skill.driver.stands_aside(robot.now) and robot.moving:
-            aside.append(robot.hand_out)
-        assert env.task.ledger.candles_dropped == 0
-    assert any(out > 0.0 for out in aside)  # it has been out when a child came
-
-
-def test_no_hand_comes_out_where_a_base_runs_on_beyond_its_goal_along_a_wall():
-    """It drove past the table in order to come back, and its outstretched hand ran into the wall behind."""
-    env = caregiver_mj.load("supervise", "house-796016", Family.parse(".5,.5"), visuals=False)
-    policy = caregiver_mj.CaregiverPolicy(env, "expected-danger")
-    env.task.reseed(episode_random(episode_seed(0, 1)))
-    step, palms, passes_over = env.reset(), [], False
-    model = env.physics.model
-    while env.physics.time() < 249.6:
-        step = env.step(policy(step))
-        passes_over |= env.physics.time() > 248.6 and policy.activity == "fetch candle 5"
-        names = [{model.geom(c.geom1).name, model.geom(c.geom2).name} for c in env.physics.data.contact]
-        palms += [
-            touched for touched in names if "robot/palm" in touched and any(n.startswith("wall") for n in touched)
-        ]
-    assert passes_over
-    assert not palms
-
-
-@pytest.fixture(scope="module")
-def beside_stairs():
-    """The first half minute of an episode that leads from a landing past a bin, and what the robot did in it."""
-    env = caregiver_mj.load("supervise", BESIDE_STAIRS, epsilon=1.0, random=1, task_kwargs={"time_limit": 30.0})
-    policy = caregiver_mj.CaregiverPolicy(env)
-    with pytest.MonkeyPatch.context() as monkeypatch:
-        step = env.reset()
-        recorder = Recorder(env, None, monkeypatch)
-        while not step.last():
-            step = act(env, policy, step, recorder)
-    return recorder
-
-
-def test_robot_touches_no_furniture_beside_stairs(beside_stairs):
-    touched = {other for _, other in beside_stairs.touches if not other.startswith(("candle_", "toddler/"))}
-    assert not touched
-
-
-def test_base_keeps_its_speed_beside_stairs(beside_stairs):
-    assert np.hypot(*np.array(beside_stairs.base).T).max() <= MAX_BASE_SPEED

@@ -18,7 +18,7 @@ from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
 from caregiver_mj.robot.retrieval import RetrievalPlanner
-from caregiver_mj.robot.skills import Block, Pick, Place, Retrieve, Skill, StandAside
+from caregiver_mj.robot.skills import Block, Pick, Place, Retrieve, Skill
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import ChildView, View
 
@@ -132,10 +132,6 @@ def test_picking_is_overtaken_when_the_candle_is_gone(stage):
     assert stage.to_the_end(pick, 0.1) == [Status.RUNNING, Status.OVERTAKEN]
 
 
-def test_placing_is_overtaken_without_a_candle(stage):
-    assert stage.to_the_end(Place(stage.navigator, CANDLE, BARE_TABLE), 0.1) == [Status.RUNNING, Status.OVERTAKEN]
-
-
 def test_a_stairwell_is_blocked_for_as_long_as_wanted(stage):
     block = Block(stage.navigator, 0)
     assert block.cell == ROOM.stairwells[0]
@@ -149,53 +145,6 @@ def test_a_stairwell_is_blocked_for_as_long_as_wanted(stage):
     assert block.is_approaching  # the hand has no part in it
 
 
-@pytest.mark.parametrize("lies", ["on the floor", "outside"])
-def test_a_candle_is_retrieved_if_the_arm_gets_at_it(stage, lies):
-    x, y = ROOM.position((2, 5)) if lies == "on the floor" else (8.0, 0.0)
-    stage.put_candle(x, y, CANDLE_RADIUS, np.pi / 2)
-    retrieve = stage.retrieve()
-    if lies == "outside":
-        assert stage.to_the_end(retrieve, 5.0) == [Status.RUNNING, Status.OUT_OF_REACH]
-        return
-    assert stage.run(retrieve, lambda: not retrieve.is_approaching) == [Status.RUNNING, Status.COMMITTED]
-    assert stage.to_the_end(retrieve) == [Status.COMMITTED, Status.DONE]
-    assert stage.candle()[2] > TABLE_TOP
-
-
-class Searching(RetrievalPlanner):
-    """Never finds where to lay anything down.
-
-    Attributes:
-        begun: What it has begun to search for.
-    """
-
-    def __init__(self, *args):
-        super().__init__(*args)
-        self.begun: list[str] = []
-
-    def to_pick_up(self, view, candle):
-        self.begun.append("pick up")
-        return (yield from super().to_pick_up(view, candle))
-
-    def to_lay_down(self, view, candle, pitch):
-        self.begun.append("lay down")
-        while True:
-            yield 100.0  # milliseconds
-
-
-def test_where_to_lay_a_candle_down_is_not_looked_for_on_when_the_hand_seems_empty(stage):
-    """What is looked for must be what the hand will do there."""
-    stage.put_candle(*stage.candle()[:2], TABLE_TOP + CANDLE_HEIGHT, np.pi)  # on its head: it must be laid down first
-    planners = []
-    retrieve = stage.retrieve(lambda *args: planners.append(Searching(*args)) or planners[0])
-    stage.run(retrieve, lambda: planners[0].begun == ["pick up", "lay down"])
-    began = stage.now
-    stage.run(retrieve, lambda: stage.now > began + 1.5)
-    stage.fingers = 0.02  # in the hand the candle lies as still as before
-    stage.step(retrieve)
-    assert planners[0].begun == ["pick up", "lay down", "pick up"]
-
-
 def test_a_table_that_children_surround_is_given_up(stage):
     """One child alone leaves other sides of it open."""
     around = ROOM.free_neighbours(ROOM.tables[ITS_TABLE])
@@ -205,57 +154,6 @@ def test_a_table_that_children_surround_is_given_up(stage):
     assert GIVES_UP < stage.now < 2 * GIVES_UP
     stage.others = stage.others[:1]
     assert stage.to_the_end(Pick(stage.navigator, CANDLE, ITS_TABLE))[-1] is Status.DONE
-
-
-def test_a_base_that_is_pushed_off_again_and_again_gives_up(stage):
-    """Every time it is back where it shall stand, for a moment, before the hand has come down."""
-    pick, there = Pick(stage.navigator, CANDLE, ITS_TABLE), []
-
-    def push() -> bool:
-        x, y, yaw = stage.physics.base_position()
-        if np.hypot(x - pick.driver.goal[0], y - pick.driver.goal[1]) < 0.005:
-            there.append(stage.now)
-            if len(there) % 5 == 0:
-                back = np.array([x - 0.014 * np.cos(yaw), y - 0.014 * np.sin(yaw), yaw])
-                stage.physics.set_robot(back, stage.physics.arm_position())
-        return False
-
-    assert stage.run(pick, push, 60.0) == [Status.RUNNING, Status.FAILED]
-    assert len(there) > 100
-    assert GIVES_UP < stage.now - there[0] < 2 * GIVES_UP
-
-
-def test_a_candle_at_the_far_edge_of_a_table_is_picked_up_from_another_side(stage):
-    """From the nearest side, the southern one, the base would have to push the table away."""
-    x, y = ROOM.position(ROOM.tables[ITS_TABLE])
-    stage.physics.set_candle(CANDLE, np.array([x, y + 0.2, TABLE_TOP]), 0.0)
-    stage.others = [child(*centre(ROOM, (2, 2))), child(*centre(ROOM, (2, 4)))]
-    pick = Pick(stage.navigator, CANDLE, ITS_TABLE)
-    assert stage.to_the_end(pick) == [Status.RUNNING, Status.COMMITTED, Status.DONE]
-    assert pick.stand == (1, 3)
-
-
-def test_a_table_that_is_nearer_than_on_the_map_is_come_to_from_another_side():
-    stage = Stage(2, table_offset=0.085)
-    x, y = ROOM.position(ROOM.tables[ITS_TABLE])
-    assert stage.tables[ITS_TABLE, 1] < y - 0.08  # the base would meet it from the southern side, where it is
-    stage.physics.set_candle(CANDLE, np.array([x, y + 0.1, TABLE_TOP]), 0.0)
-    stage.others = [child(*centre(ROOM, (2, 2))), child(*centre(ROOM, (2, 4)))]
-    pick, stands = Pick(stage.navigator, CANDLE, ITS_TABLE), []
-    statuses = stage.run(pick, lambda: stands.append(pick.stand))
-    assert statuses == [Status.RUNNING, Status.COMMITTED, Status.DONE]
-    assert list(dict.fromkeys(stands)) in ([(3, 3), (1, 3)], [(3, 3), None, (1, 3)])
-
-
-def test_who_stands_aside_is_never_done_and_in_nobodys_way(stage):
-    stage.others = [child(*centre(ROOM, (1, 4)))]
-    aside = StandAside(stage.navigator)
-    assert aside.cell is None
-    for _ in range(400):
-        assert stage.step(aside) is Status.RUNNING
-    assert np.hypot(*(stage.physics.base_position()[:2] - ROOM.position(aside.cell))) < 0.03
-    cells = [ROOM.cell_at(one.position) for one in stage.look().children]
-    assert aside.cell == stage.navigator.refuge(aside.cell, cells, set(cells))
 
 
 # -- Every skill ends --------------------------------------------------------------------------------
@@ -268,8 +166,7 @@ def beside_hand(stage: Stage, ahead: float, aside: float) -> None:
     stage.others = [child(x, y)]
 
 
-@pytest.mark.parametrize("moment", [0.5, 1.5, 2.5, 3.5])
-@pytest.mark.parametrize("place", [(0.2, 0.0), (0.0, 0.25), (-0.2, 0.1)])
+@pytest.mark.parametrize(("moment", "place"), [(0.5, (0.2, 0.0)), (1.5, (-0.2, 0.1)), (3.5, (0.0, 0.25))])
 def test_a_hand_beside_which_a_child_stays_comes_back_at_a_creep(stage, moment, place):
     """It has come out, or gripped the candle, or is on its way back when the child comes."""
     stage.put_candle(*ROOM.position((2, 5)), CANDLE_RADIUS, np.pi / 2)
@@ -303,24 +200,3 @@ def test_a_candle_that_must_be_laid_down_stays_in_the_hand_beside_a_child_that_n
     stage.others = []
     assert stage.to_the_end(again) == [Status.COMMITTED, Status.RUNNING, Status.COMMITTED, Status.DONE]
     assert stage.candle()[2] > TABLE_TOP
-
-
-def test_fingers_that_do_not_open_are_given_up(stage):
-    pick = Pick(stage.navigator, CANDLE, ITS_TABLE)
-    stage.to_the_end(pick)
-    place = Place(stage.navigator, CANDLE, BARE_TABLE)
-    stage.run(place, lambda: not place.is_approaching)
-    began, stage.fingers = stage.now, 2 * CANDLE_RADIUS
-    assert stage.to_the_end(place)[-1] is Status.FAILED
-    assert stage.now - began < 2 * GIVES_UP
-    stage.fingers = None
-    place = Place(stage.navigator, CANDLE, BARE_TABLE)
-    assert stage.to_the_end(place)[-1] in (Status.DONE, Status.OVERTAKEN)
-
-
-def test_fingers_that_have_closed_on_nothing_and_do_not_open_are_given_up(stage):
-    pick = Pick(stage.navigator, CANDLE, ITS_TABLE)
-    stage.run(pick, lambda: not pick.is_approaching)
-    began, stage.fingers = stage.now, 0.0
-    assert stage.to_the_end(pick)[-1] is Status.FAILED
-    assert stage.now - began < 2 * GIVES_UP
