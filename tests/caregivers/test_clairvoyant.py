@@ -128,7 +128,7 @@ class Statue(Behaviour):
 def test_a_child_that_bars_every_way_for_long():
     plan = FloorPlan.parse("#########\n#C.....T#\n####.####\n####B####\n#########", "junction")
     world = GridWorld(plan, Family((Statue(plan, 0.0),)), ClairvoyantCaregiver(plan))
-    world.reset(tapes(1))
+    world.reset([Tape.draw_family(np.random.RandomState(0), 1)])
     world.child_cell[:] = plan.cell_index[(1, 4)]
     world.caregiver_cell[:] = plan.cell_index[(1, 6)]
     for _ in range(130):
