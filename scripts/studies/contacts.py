@@ -40,7 +40,7 @@ from study import Parser, make_console, progress, read_run
 def add_options(parser: Parser) -> None:
     """Declare the options."""
     parser.add("run", None, "a finished run in the house, to take them from", type=pathlib.Path, metavar="DIR")
-    parser.add("caregiver", "paper", "who protects the children")
+    parser.add("caregiver", "expected-danger", "who protects the children")
     parser.add("houses", ["train-5"], "houses to run without --run")
     parser.add("epsilon", ["0.5", "adversary:0"], "children, likewise")
     parser.add("episodes", 2, "episodes for each in each house")
