@@ -198,10 +198,6 @@ class GridWorld:
             if isinstance(self.caregiver, ToldCaregiver):
                 self.caregiver.hear(self.truth())
             self.care(self.caregiver)
-            self.ledger.seen += self.eyes.tracker.seen if self.eyes else 1
-            verb = self.orders.verb
-            handles = [name for name, one in VERBS.items() if one.handles]
-            self.ledger.spent += np.stack([verb == LOOK, verb == BLOCK, np.isin(verb, handles)], axis=1)
 
     def run(self, tapes: Sequence[Sequence[Tape]], progress: Callable[[], None] = lambda: None) -> Ledger:
         """Run whole episodes, one for each family of tapes.
@@ -363,6 +359,9 @@ class GridWorld:
             self.act_caregiver(caregiver)
         if self.meanwhile == actions:
             self.arrive()
+        self.ledger.seen += self.eyes.tracker.seen if self.eyes else 1
+        verb, handles = self.orders.verb, [name for name, one in VERBS.items() if one.handles]
+        self.ledger.spent += np.stack([verb == LOOK, verb == BLOCK, np.isin(verb, handles)], axis=1)
 
     def act_caregiver(
         self, caregiver: Caregiver, acts: np.ndarray | bool = True, decides: np.ndarray | bool = True

@@ -210,7 +210,7 @@ class Perception:
         # Until the moves that are not made out yet, in novice timesteps: now, if they have just begun.
         time_left = 1.0 - self._gone if any(child.is_clear for child in self._children) else 0.0
         shut = np.append(np.zeros(len(self._plan.landings), bool), view.closed_gates) if len(view.gates) else None
-        before, action = np.array([child.previous for child in self._children]).T
+        before, action = np.array([child.previous for child in self._children], int).reshape(-1, 2).T
         belief = None if self._is_full else self._tracker
         child_cell = np.array([[child.cell for child in self._children]]) if belief is None else belief.cell.copy()
         return Percept(

@@ -106,9 +106,7 @@ class EpisodeRecord:
     interventions_done: int = _count(
         "", "interventions done", "of those, completed: a stairwell reached, or a candle put down"
     )
-    seen: float = _count(
-        "share", "children seen", "share of the timesteps in which the caregiver saw a child", world="grid"
-    )
+    seen: float = _count("share", "children seen", "share of the timesteps at whose end the caregiver saw a child")
     looking: float = _count(
         "share", "time looking", "share of them that it spent on looking for children", world="grid"
     )

@@ -15,13 +15,14 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import houses_named
 
 # Columns of the contract, written out once more.
-COLUMNS = ["world", "house", "caregiver", "family", "epsilon", "children", "episode", "seed"]
+COLUMNS = ["world", "house", "caregiver", "family", "epsilon", "children", "episode", "seed", "sight"]
 KINDS = ("stairwell", "candle", "table", "gate", "mug", "battery")
 DAMAGE = ["damage", *(f"damage_{kind}" for kind in KINDS), "damage_until_stop"]
 COUNTS = ["stopped", "timesteps_to_threshold", "cells_visited", "toys_reached", "moves_blocked"]
 COUNTS += ["moves_blocked_stairwell", "moves_blocked_free", "longest_blocked"]
 COUNTS += ["moves_entered", "moves_entered_blocked", "moves_held_up", "interventions"]
-COUNTS += ["interventions_done", "candles_dropped", "strikes"]
+SHARES = ["seen", "looking", "guarding", "handling"]
+COUNTS += ["interventions_done", *SHARES, "candles_dropped", "strikes"]
 CONTACTS = ["strikes_surface", "contact_speed", "contact_seconds", "pressings", "contact_force", "contact_force_legs"]
 CONTACTS += ["contact_force_trunk", "contact_force_head", "contact_impulse"]
 CONTACTS += ["flame_distance", "flame_seconds", "wax_distance", "wax_seconds"]
@@ -67,7 +68,7 @@ def test_contract(settings, result, tmp_path):
         str(family): family.epsilon for family in settings.families
     }
     schema = pq.read_schema(tmp_path / "episodes.parquet")
-    assert {str(schema.field(name).type) for name in COUNTS} == {"int64"}
+    assert {str(schema.field(name).type) for name in COUNTS if name not in SHARES} == {"int64"}
     assert {str(schema.field(name).type) for name in [*DAMAGE, *TIMES, "epsilon"]} == {"double"}
     assert {str(schema.field(name).type.value_type) for name in ("damage_by_child", "toys_by_child")} == {"double"}
     assert episodes.timesteps_to_threshold.between(1, 200).all()

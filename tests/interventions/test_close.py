@@ -110,7 +110,7 @@ def test_a_verb_is_for_its_kind(verb, hazard, words):
         def decide(self, percept):
             return Interventions.of([Intervention(verb, hazard)])
 
-    with pytest.raises(CaregiverError, match=f"'{verb}' {words}, .*, not for hazard {hazard}"):
+    with pytest.raises(CaregiverError, match=f"'{verb}' {words}, .* got hazard {hazard}"):
         GridWorld(HOUSE, "0.5", Confused(HOUSE)).run(tapes(1, 2))
 
 

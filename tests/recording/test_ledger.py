@@ -4,7 +4,7 @@ import numpy as np
 
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import KINDS
-from caregiver_mj.recording.ledger import BLOCKED, MET, Ledger
+from caregiver_mj.recording.ledger import BLOCKED, MET, SPENT, Ledger
 from caregiver_mj.recording.record import names
 
 PLAN = FloorPlan.parse("#####\n#B..#\n#...#\n#T.S#\n#####", "small")  # six free cells
@@ -58,7 +58,7 @@ def test_an_episode_of_an_only_child():
         "interventions_done": 0,
         "candles_dropped": 0,
         "strikes": 0,
-    } | dict.fromkeys(("moves_entered", "moves_entered_blocked", "moves_held_up", *names("contact")), 0)
+    } | dict.fromkeys(("moves_entered", "moves_entered_blocked", "moves_held_up", "seen", *SPENT, *names("contact")), 0)
 
     book(one, [[3]], [[3]], [[STAIRS]])
     book(one, [[3]], [[4]], [[NONE]])
