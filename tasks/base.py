@@ -36,6 +36,7 @@ from caregiver_mj.tasks.observed import OBSERVED, Observed
 
 CONTROL_TIMESTEP = 0.02  # seconds; a prototype's grasps held at 50 Hz as well as at 100 Hz
 _LOWEST, _HIGHEST = 0.45, 0.75  # metres, of tables; from a coffee table to a dining table
+_AT_HAND = 1.2  # metres from the base's middle within which a thing may be in the hand
 _LOOKS = 5  # control timesteps after which it is looked anew which children are in sight
 _CANDLE_OFFSET = 0.02  # metres off the table's centre at the start, at most, in x and in y
 
@@ -278,7 +279,10 @@ class CareTask(Task):
         if not self.sight.is_full and self.has_robot:
             places = [physics.toddler_positions(), physics.candle_poses(), physics.thing_positions()]
             found = np.concatenate([place[:, :2] for place in places])
-            seen = seen_from(self.plan, physics.base_position()[:2], found, layout.CHILD_RADIUS) > 0.0
+            eye = physics.base_position()[:2]
+            seen = seen_from(self.plan, eye, found, layout.CHILD_RADIUS) > 0.0
+            things = len(self.children)  # from there on; those in the hand are seen over a wall's edge, too
+            seen[things:] |= np.linalg.norm(found[things:] - eye, axis=1) < _AT_HAND
             ends = np.cumsum([len(place) for place in places])
             self._seen, *self._things_seen = np.split(seen, ends[:-1])
 

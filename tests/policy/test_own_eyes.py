@@ -86,6 +86,18 @@ def test_a_candle_out_of_sight_is_where_it_was_seen_last():
     assert (seen == before).all()
 
 
+def test_a_candle_in_the_hand_is_seen_over_a_wall():
+    env = load(0.5, 7)
+    env.reset()
+    x, y = ROOMS.position((1, 4))
+    env.physics.set_robot(np.array([x + 0.1, y, 0.0]))
+    env.physics.set_candle(0, np.array([x + 1.0, y, 0.9]), 0.0)  # beyond the wall of the first room
+    for _ in range(10):
+        env.step(np.zeros(env.action_spec().shape))
+    shown = env.task.get_observation(env.physics)["candle_position"][0]
+    assert shown[:2] == pytest.approx(env.physics.candle_poses()[0, :2], abs=0.01)
+
+
 def test_it_comes_slowly_to_a_corner_behind_which_a_child_may_be():
     robot, speed = find_embodiment("mobile_fr3"), 1.0
     view = View(0.0, (0.0, 0.0, 0.0), 0.0, np.zeros(7), (), np.zeros((0, 3)), np.zeros((0, 4)))
