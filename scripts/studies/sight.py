@@ -82,7 +82,7 @@ def run(options: argparse.Namespace) -> Page:
                 raise CaregiverError(f"the run in '{folder}' failed")
         runs[sight] = Run(*read_run(folder)[:1], pd.read_parquet(folder / "houses.parquet"))
     jobs = [
-        Job(plan.name, child, sight, options.children)
+        Job(plan, child, sight, options.children)
         for plan in houses_named(options.houses)
         for child in CHILDREN
         for sight in options.sights[1:3]
@@ -156,7 +156,7 @@ class AllAreHalfRandom(NotSeenTellsNothing):
 class Job(NamedTuple):
     """A child in a house, with `foresight`."""
 
-    house: str
+    house: FloorPlan
     child: str
     sight: str
     episodes: int
@@ -164,7 +164,6 @@ class Job(NamedTuple):
 
 def believed(job: Job) -> dict[str, Any]:
     """Return sums over the timesteps in which the child is not seen: scores, and what is believed of each cell."""
-    (plan,) = houses_named([job.house])
     counts, hits, predicted = np.zeros((3, len(_EDGES) - 1))
     sums = dict.fromkeys(("timesteps", "log", "brier", "uniform", "last"), 0.0)
     last: list[np.ndarray] = []
@@ -189,7 +188,7 @@ def believed(job: Job) -> dict[str, Any]:
 
     run_in_grid(
         lambda plan, family: GridWorld(plan, family, make_caregiver("foresight", plan), sight=job.sight),
-        plan,
+        job.house,
         [Family.of(job.child)],
         job.episodes,
         look=look,
@@ -317,6 +316,8 @@ def draw_belief(tallies: dict[Job, dict[str, Any]]) -> Figure:
             np.sum([sums[key] for job, sums in tallies.items() if job.child == child], axis=0)
             for key in ("counts", "hits", "predicted")
         )
+        if not np.size(counts):
+            continue
         some = counts >= 100
         axes.plot(
             predicted[some] / counts[some], hits[some] / counts[some], marker="o", color=f"C{number}", label=child

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.registry import CAREGIVERS, make_caregiver
 from caregiver_mj.caregivers.told import ToldCaregiver
@@ -119,3 +120,14 @@ def test_a_batch_changes_no_episode():
     plan = FloorPlan.load("paper")
     run = lambda seeds: GridWorld(plan, 0.75, make_caregiver("foresight", plan), sight="walls").run(tapes(seeds))  # noqa: E731
     assert (run(range(4)).damage == np.concatenate([run([seed]).damage for seed in range(4)])).all()
+
+
+def test_foresight_goes_to_look_for_a_child_that_moves_at_random():
+    plan, seeds = FloorPlan.load("paper"), range(15)
+    looks, never = (
+        GridWorld(plan, 1.0, ForesightCaregiver(plan, regrets=regrets), sight="walls").run(tapes(seeds)).totals()
+        for regrets in (30, 0)
+    )
+    assert (never["looking"] == 0).all()
+    assert looks["looking"].mean() > 0.02
+    assert looks["seen"].mean() > never["seen"].mean()

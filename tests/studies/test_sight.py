@@ -1,0 +1,26 @@
+"""The study of sight, in a tiny house."""
+
+import study
+from studies import sight
+
+HOUSE = "#########\n#S..#..B#\n#...#..C#\n#.......#\n#B..#..T#\n#########\n"
+
+
+def test_its_page(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(sight, "CHILDREN", ("0.5", "seeker:0.25"))
+    house = tmp_path / "tiny.txt"
+    house.write_text(HOUSE)
+    options = ["--sights", "all", "walls", "camera", "--episodes", "2", "--children", "1", "--jobs", "1"]
+    folders = ["--runs", str(tmp_path / "runs"), "--docs", str(tmp_path)]
+    assert study.main(["sight", "--houses", str(house), *options, *folders]) == 0
+    page = capsys.readouterr().out
+    assert page == (tmp_path / "sight.md").read_text()
+    for row in (
+        "| walls | 0.",
+        "| walls | `foresight` |",
+        "| walls | looking |",
+        "| never goes to look |",
+        "| walls | seeker:0.25 |",
+    ):
+        assert row in page
+    assert {path.name for path in tmp_path.glob("*.svg")} == {"sight.svg", "sight_belief.svg"}
