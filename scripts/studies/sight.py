@@ -301,7 +301,8 @@ def draw(sums: dict[str, dict[str, list[np.ndarray]]], alone: list[np.ndarray]) 
             axes.axhline(
                 two_level.of_ratio(sums[FULL][name], alone).value, color=f"C{number}", linestyle=":", linewidth=1
             )
-    axes.set_xlabel("cameras on the ceiling, besides the robot's own; dotted: full sight")
+    axes.set_xticks(list(cameras))
+    axes.set_xlabel("cameras on the ceiling (dotted: full sight)")
     axes.set_ylabel("share of the damage that is left")
     axes.set_ylim(bottom=0)
     axes.legend(frameon=False)
@@ -323,7 +324,7 @@ def draw_belief(tallies: dict[Job, dict[str, Any]]) -> Figure:
             predicted[some] / counts[some], hits[some] / counts[some], marker="o", color=f"C{number}", label=child
         )
     axes.plot([0, 1], [0, 1], color="0.7", linewidth=1)
-    axes.set_xlabel("probability of a cell, believed of a child that is not seen")
+    axes.set_xlabel("believed probability of a cell")
     axes.set_ylabel("how often it is there")
     axes.legend(frameon=False, ncols=2)
     return figure
