@@ -45,15 +45,16 @@ def test_what_is_seen_is_true_and_the_rest_is_not_told(sight):
     assert 0.02 < shares < 0.98
 
 
-def test_what_is_out_of_sight_changes_nothing():
+@pytest.mark.parametrize("name", ["nearest", "foresight"])  # one goes by a single cell, the other by the belief
+def test_what_is_out_of_sight_changes_nothing(name):
     """Two worlds that differ only in how a child moves where it is not seen do the same until one is seen."""
     plan = FloorPlan.parse(
-        "#############\n#....#......#\n#....#.####.#\n#B...#......#\n#...........#\n#C..T#......#\n#############",
+        "#############\n#....#S.....#\n#....#.####.#\n#B...#......#\n#...........#\n#C..T#.....S#\n#############",
         "two rooms",
     )
     moves = []
     for seeds in ([3], [4]):
-        world = GridWorld(plan, 1.0, make_caregiver("foresight", plan), sight="walls")
+        world = GridWorld(plan, 1.0, make_caregiver(name, plan), sight="walls")
         world.reset(tapes(seeds))
         world.caregiver_cell[:] = plan.cell_index[(1, 1)]
         world.child_cell[:] = plan.cell_index[(1, 11)]
@@ -131,3 +132,36 @@ def test_foresight_goes_to_look_for_a_child_that_moves_at_random():
     assert (never["looking"] == 0).all()
     assert looks["looking"].mean() > 0.02
     assert looks["seen"].mean() > never["seen"].mean()
+
+
+HALL = "########\n#S....B#\n########"
+
+
+def test_it_does_not_walk_into_a_child_behind_its_back_and_feels_it():
+    plan = FloorPlan.parse(HALL, "hall")
+    world = GridWorld(plan, 0.5, make_caregiver("guard", plan), sight="camera")
+    world.reset(tapes([0]))
+    caregiver, child = plan.cell_index[(1, 4)], plan.cell_index[(1, 3)]
+    world.caregiver_cell[:], world.child_cell[:] = caregiver, child
+    world.eyes = type(world.eyes)(world, world.sight)
+    world.eyes.heading[:] = 1  # away from it
+    unseen = np.full((1, 1), -1)
+    world.eyes.tracker.move(unseen, unseen, unseen, world.eyes.in_view())
+    world.eyes.tracker.cell[:] = plan.cell_index[(1, 5)]  # it is thought to have passed
+    world.act_caregiver(world.caregiver)
+    assert (world.caregiver_cell == caregiver).all()
+    assert world.eyes.tracker.seen.all()
+    assert (world.eyes.tracker.cell == child).all()
+
+
+def test_the_rule_weighs_what_it_fears_by_where_the_child_may_be():
+    plan = FloorPlan.parse("#########\n#S.....S#\n####B####\n#########", "two stairs")
+    world = GridWorld(plan, 0.5, make_caregiver("expected-danger", plan), sight="walls")
+    world.reset(tapes([0]))
+    west, east = plan.cell_index[(1, 2)], plan.cell_index[(1, 5)]
+    joint = np.zeros_like(world.eyes.tracker.joint)
+    joint[:, :, west], joint[:, :, east] = 0.75 / joint[0, 0, 0].size, 0.25 / joint[0, 0, 0].size
+    world.eyes.tracker.joint = joint
+    # By inverse distance: from the west 1 and 5 moves, from the east 4 and 2: 5/6, 1/6 and 1/3, 2/3.
+    first = 0.75 * 5 / 6 + 0.25 / 3
+    assert world.caregiver.reach(world.percept())[0, 0] == pytest.approx([first, 1 - first], abs=1e-6)
