@@ -89,7 +89,7 @@ class Followers:
     """Finds out which children go wherever the caregiver is: what it stands beside they stand beside."""
 
     def __init__(self, plan: FloorPlan, batch: int, children: int):
-        self._belief: Belief = Belief(child_chain(plan), batch, children, CHANGE)
+        self._belief = Belief(child_chain(plan), batch, children, CHANGE)
 
     def watch(self, percept: Percept) -> None:
         """Take in the children's last moves."""

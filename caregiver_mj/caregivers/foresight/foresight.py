@@ -85,13 +85,13 @@ class ForesightCaregiver(Caregiver):
         if self._plans:
             self._values()  # now, so that no decision has to wait for it
             if not self.sight.is_full:
-                self._ways()
+                self._ways()  # likewise
         self._rule.reset(batch, seeds, children)
         self._rule.followers = None  # its own belief knows them
         self._begin(batch, children)
 
     def _begin(self, batch: int, children: int) -> None:
-        self.belief: Belief = Belief(child_chain(self.plan), batch, children, self._change)
+        self.belief = Belief(child_chain(self.plan), batch, children, self._change)
         self._begun, self._table = np.full((2, batch), NOTHING)  # number of the option, and destination
 
     def _values(self) -> Tables:
