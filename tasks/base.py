@@ -193,6 +193,7 @@ class CareTask(Task):
         self.things.reset(physics, self.random)
         self.candles.reset(tables)
         self.children.state[:] = State.AS_PLANNED
+        self._latched: list[bool] = []
         self.ledger, self.contacts = Ledger(self.plan, cells, EPISODE_TIMESTEPS), Contacts()
         self._control_steps = 0
         if self._sensor:
@@ -217,10 +218,11 @@ class CareTask(Task):
         if self.has_robot:
             watch_candle(physics, self.control_timestep, self.contacts)
         if self.plan.mouths:
-            latched = physics.gates_latched()
-            self.children.state[len(self.plan.landings) : len(self.plan.stairwells)] = np.where(
-                latched, State.SHUT, State.AS_PLANNED
-            )
+            latched = physics.gates_latched().tolist()
+            if latched != self._latched:
+                self._latched = latched
+                gates = slice(len(self.plan.landings), len(self.plan.stairwells))
+                self.children.state[gates] = np.where(latched, State.SHUT, State.AS_PLANNED)
         if self.plan.floor_cells:
             self.things.take_in(physics, self.children)
         self._control_steps += 1

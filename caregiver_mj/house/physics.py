@@ -97,6 +97,9 @@ class Physics(OffscreenRendering, engine.Physics):
         self.touch_reader = TouchReader(model, raw, children)
         self.carried, self._candle_rows = _free_things(model, Where.ON_TABLE)
         _, self._thing_rows = _free_things(model, Where.FLOOR)
+        joints = [int(np.flatnonzero(model.jnt_qposadr == row)[0]) for row in self._thing_rows[:, 0]]
+        self._thing_bodies = model.jnt_bodyid[joints].tolist()
+        self._thing_velocities = [raw.qvel[dof : dof + 6] for dof in model.jnt_dofadr[joints].tolist()]
         self._loose = loose([layout.thing(kind) for kind in self.carried])
         in_order = (model.joint(i).name for i in range(model.njnt))
         gates = [name.removesuffix("hinge") for name in in_order if name.endswith("/hinge")]
@@ -213,8 +216,7 @@ class Physics(OffscreenRendering, engine.Physics):
     def robot_touches_thing(self, index: int) -> bool:
         """Return whether the robot touches one of them."""
         model, data = self._raw
-        body = int(model.jnt_bodyid[np.flatnonzero(model.jnt_qposadr == self._thing_rows[index, 0])[0]])
-        pairs = data.contact.geom[(model.geom_bodyid[data.contact.geom] == body).any(axis=1)]
+        pairs = data.contact.geom[(model.geom_bodyid[data.contact.geom] == self._thing_bodies[index]).any(axis=1)]
         return any(model.geom(int(geom)).name.startswith("robot/") for geom in pairs.flat)
 
     def gate_positions(self) -> np.ndarray:
@@ -293,10 +295,8 @@ class Physics(OffscreenRendering, engine.Physics):
 
     def set_thing(self, index: int, place: Sequence[float], yaw: float = 0.0) -> None:
         """Lay a small thing somewhere, at rest: at the start of an episode, or when a child has taken it."""
-        rows = self._thing_rows[index]
-        self._qpos[rows] = [*place, math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]
-        first = int(self._raw[0].jnt_dofadr[np.flatnonzero(self._raw[0].jnt_qposadr == rows[0])[0]])
-        self._raw[1].qvel[first : first + 6] = 0.0
+        self._qpos[self._thing_rows[index]] = [*place, math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]
+        self._thing_velocities[index][:] = 0.0
 
     def set_gates(self, angle: float = layout.GATE_OPEN) -> None:
         """Have all gates stand open, for the start of an episode: radians."""

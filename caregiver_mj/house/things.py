@@ -31,6 +31,7 @@ class Things:
     def __init__(self, plan: FloorPlan):
         self._plan, self._kinds = plan, [hazard.kind.name for hazard in plan.hazards.at(Where.FLOOR)]
         self._taken = [NOTHING] * len(self._kinds)  # by which child each has been taken
+        self._is_off = [False] * len(self._kinds)  # the floor
 
     def reset(self, physics: Physics, random: np.random.RandomState) -> None:
         """Lay each into its cell, for the start of an episode."""
@@ -38,7 +39,7 @@ class Things:
             middle = self._plan.position(self._plan.free_cells[cell])
             place = middle + random.uniform(-_OFFSET, _OFFSET, size=2)
             physics.set_thing(i, (*place, 0.0), random.uniform(-np.pi, np.pi))
-            self._taken[i] = NOTHING
+            self._taken[i], self._is_off[i] = NOTHING, False
 
     def go_along(self, physics: Physics) -> None:
         """Have what children have taken go where they go."""
@@ -51,16 +52,18 @@ class Things:
     def take_in(self, physics: Physics, children: Children) -> None:
         """Take in what is off the floor, and what children have taken, in the last control timestep."""
         states = self._plan.hazards.split(children.state)[2]
+        positions = [child.position for child in children]
         for i, place in enumerate(physics.thing_positions().tolist()):
             is_off = self._taken[i] != NOTHING or place[2] > OFF_FLOOR
-            states[i] = State.GONE if is_off else State.AS_PLANNED
-            if is_off:
-                continue
-            taker = next((k for k, child in enumerate(children) if self._is_at(child.position, place)), NOTHING)
-            if taker != NOTHING and not physics.robot_touches_thing(i):
-                self._taken[i], states[i] = taker, State.GONE
-                children.hurt(taker, self._kinds[i])
-                self.go_along(physics)
+            if not is_off:
+                taker = next((k for k, position in enumerate(positions) if self._is_at(position, place)), NOTHING)
+                if taker != NOTHING and not physics.robot_touches_thing(i):
+                    self._taken[i], is_off = taker, True
+                    children.hurt(taker, self._kinds[i])
+                    self.go_along(physics)
+            if is_off != self._is_off[i]:
+                self._is_off[i] = is_off
+                states[i] = State.GONE if is_off else State.AS_PLANNED
 
     def _is_at(self, child: Vector, place: Sequence[float]) -> bool:
         """Whether a child is in the cell of a place."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 
 import numpy as np
@@ -119,7 +120,7 @@ class RobotLimits:
     turn: Limits
     finger_speed: float
 
-    @property
+    @functools.cached_property
     def together(self) -> Limits:
         """What the base's path and a change of its rate on it may have together, metres; of the jerk, the rate alone.
 
@@ -128,7 +129,7 @@ class RobotLimits:
         jerk = _JERK_SHARE * self.base_jerk - self.base.jerk
         return Limits(self.base_speed, _ACCELERATION_SHARE * self.base_acceleration, jerk)
 
-    @property
+    @functools.cached_property
     def as_told(self) -> Limits:
         """What the base is told never exceeds, metres: its highest but for what drives and arm add.
 

@@ -172,7 +172,8 @@ class RobotMotion(BaseMotion):
             slow = _CREEPS / self.reach_path.longest(arm_of(self.robot))
             self._reach.set_limits(dataclasses.replace(limits, velocity=min(limits.velocity, slow)))
         elif not self.may_be_off:
-            self._reach.set_limits(dataclasses.replace(limits, velocity=min(limits.velocity, speed)))
+            slower = speed < limits.velocity
+            self._reach.set_limits(dataclasses.replace(limits, velocity=speed) if slower else limits)
         else:
             share = self._landing if s >= self.reach_path.goal else 1.0
             moves = self._reach.arrival > self.now
