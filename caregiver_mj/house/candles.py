@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 
@@ -98,6 +99,7 @@ def watch_candle(physics: Physics, seconds: float, tally: Contacts) -> None:
     tally.carry(min(FAR, max(0.0, flame)), min(FAR, max(0.0, wax)), seconds)
 
 
+@functools.cache
 def _body(kind: HazardKind) -> np.ndarray:
     """Spheres along the axis of a thing but for its flame, as wide as it: their heights above its foot, metres."""
     thing = layout.thing(kind)

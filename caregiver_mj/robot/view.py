@@ -109,5 +109,5 @@ class View:
 
     def stands_on_table(self, candle: int, table: int) -> bool:
         """Return whether a candle is upright and as high as a table, so that it can be gripped from the front."""
-        height = self.candles[candle, 2]
-        return bool(abs(height - self.table_height(table)) < OFF_TABLE and self.candle_axis(candle)[2] > UPRIGHT)
+        height, (_, x, y, _) = float(self.candles[candle, 2]), self.candle_orientations[candle].tolist()
+        return abs(height - self.table_height(table)) < OFF_TABLE and 1 - 2 * (x * x + y * y) > UPRIGHT
