@@ -8,9 +8,9 @@ import importlib.metadata
 from typing import TYPE_CHECKING, Any
 
 from caregiver_mj.errors import CaregiverError, MissingExtraError
-from caregiver_mj.plans.floor_plan import FloorPlan, house_names
 
 if TYPE_CHECKING:
+    from caregiver_mj.plans.floor_plan import FloorPlan, house_names
     from caregiver_mj.policy.policy import CaregiverPolicy
     from caregiver_mj.tasks import ALL_TASKS, load
 
@@ -18,11 +18,14 @@ if TYPE_CHECKING:
 
 __all__ = ["ALL_TASKS", "CaregiverError", "CaregiverPolicy", "FloorPlan", "__version__", "house_names", "load"]
 
-# These need MuJoCo and dm_control, which take a second to import; a command that only looks at a plan does without.
+# The first three need MuJoCo and dm_control, which take a second to import; a command that only looks at a plan does
+# without, and one that only says what there is without the others.
 _LAZY = {
     "ALL_TASKS": "caregiver_mj.tasks",
     "load": "caregiver_mj.tasks",
     "CaregiverPolicy": "caregiver_mj.policy.policy",
+    "FloorPlan": "caregiver_mj.plans.floor_plan",
+    "house_names": "caregiver_mj.plans.floor_plan",
 }
 
 

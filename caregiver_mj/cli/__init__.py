@@ -5,6 +5,7 @@ Exit status: 0 done, 2 bad input (one line that says what and where), 1 anything
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import errno
 import importlib.metadata
@@ -14,16 +15,63 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from caregiver_mj.errors import CaregiverError, RenderingError
 from caregiver_mj.registry import modules_of_the_folder
 
-if TYPE_CHECKING:  # it, and the commands, are imported when `main` has seen to interruptions, for that takes a second
-    from caregiver_mj.cli.parsing import Parser
+if TYPE_CHECKING:
+    from _typeshed import SupportsWrite
 
 PROGRAM = "caregiver-mj"
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # when there is no writing to standard output
+
+# Each command's module, whose `add_` function of that name adds its options, and what it does. Modules take up to a
+# second to import: that of the command which is given alone is.
+_COMMANDS = {
+    "evaluate": ("evaluate", "run caregivers with children and print the table"),
+    "render": ("view", "film an episode in the physical house"),
+    "view": ("view", "watch an episode in the physical house while it runs"),
+    "report": ("runs", "write a page about finished runs: tables, figures, maps, film"),
+    "compare": ("runs", "compare two finished runs of one world, episode by episode"),
+    "pool": ("runs", "put finished runs together that differ in their seed alone"),
+    "record": ("record", "write episodes as a data set to learn from"),
+    "house": ("house", "look at a floor plan, or make one"),
+    "completion": ("completion", "print a completion script for the shell"),
+}
+
+
+class HelpFormatter(argparse.HelpFormatter):
+    """Says each option's default as one would type it, where there is one to say."""
+
+    def _get_help_string(self, action: argparse.Action) -> str | None:
+        default = action.default
+        typed = " ".join(map(str, default)) if isinstance(default, list | tuple) else str(default)
+        if not action.option_strings or default is None or default is False or typed in ("", argparse.SUPPRESS):
+            return action.help
+        return f"{action.help} (default: {typed})"
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line, like all others, also those of writing its help."""
+
+    def __init__(self, **options: Any):
+        super().__init__(**{"formatter_class": HelpFormatter} | options)
+
+    def error(self, message: str) -> NoReturn:
+        command = self.prog.removeprefix(PROGRAM).strip()
+        raise CaregiverError(f"{command}: {message}" if command else message)
+
+    def exit(self, status: int = 0, message: str | None = None) -> NoReturn:
+        """End once the help, or the version, has been written."""
+        if sys.stdout is not None:  # as it is if it was closed
+            sys.stdout.flush()
+        super().exit(status, message)
+
+    def _print_message(self, message: str, file: SupportsWrite[str] | None = None) -> None:
+        """Write it, as the one of argparse does, which has nothing to say where that fails."""
+        if (stream := file or sys.stderr) is not None:
+            stream.write(message)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -34,7 +82,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="replace")  # a terminal that knows no ± shall show the rest
     try:
         with _terminated_in_order(), modules_of_the_folder():
-            arguments = make_parser().parse_args(argv)
+            arguments = make_parser(argv).parse_args(argv)
             arguments.argv = argv
             arguments.run(arguments)
             if sys.stdout is not None:  # as it is if it was closed
@@ -79,17 +127,16 @@ def _silence() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def make_parser() -> Parser:
-    """Return the parser of the whole command line."""
-    from caregiver_mj.cli import completion, evaluate, house, record, runs, view
-    from caregiver_mj.cli.parsing import Parser
-
+def make_parser(argv: Sequence[str] | None = None) -> Parser:
+    """Return the parser of the whole command line; of commands that the arguments do not name, the names alone."""
     parser = Parser(prog=PROGRAM, description="A robot caregiver, toddlers, and a house with stairs and candles.")
     version = importlib.metadata.version("caregiver_mj")
     parser.add_argument("--version", action="version", version=f"{PROGRAM} {version}", help="print the version")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
-    for command in (evaluate, view, runs, record, house, completion):
-        command.add_to(commands)
+    for name, (module, text) in _COMMANDS.items():
+        command = commands.add_parser(name, help=text, description=text)
+        if argv is None or name in argv:
+            getattr(importlib.import_module(f"caregiver_mj.cli.{module}"), f"add_{name}")(command)
     return parser
 
 

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Iterator
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES
 from caregiver_mj.children.family import CHILDREN
-from caregiver_mj.cli import parsing
 from caregiver_mj.experiments.settings import FLOOR, WORLDS
 from caregiver_mj.plans.floor_plan import house_names
 from caregiver_mj.plans.sets import DRAWN, FIRST_SEEDS
@@ -28,15 +27,12 @@ _HOUSE_FUNCTIONS = {
 }
 
 
-def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the command."""
-    command = parsing.add_command(
-        commands,
-        "completion",
-        _run,
-        "print a completion script for the shell",
+def add_completion(command: argparse.ArgumentParser) -> None:
+    """Add the options of `completion`."""
+    command.set_defaults(run=_run)
+    command.description = (
         "Print a completion script for the shell, with the names of the caregivers, children and houses that there are "
-        "now, those of other packages included.",
+        "now, those of other packages included."
     )
     command.add_argument("shell", choices=SHELLS, help="for which shell")
 

@@ -18,15 +18,12 @@ from caregiver_mj.experiments.workers import Executor, WorkerError
 from caregiver_mj.viz import progress_bar
 
 
-def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the command."""
-    command = parsing.add_command(
-        commands,
-        "evaluate",
-        _run,
-        "run caregivers with children and print the table",
+def add_evaluate(command: argparse.ArgumentParser) -> None:
+    """Add the options of `evaluate`."""
+    command.set_defaults(run=_run)
+    command.description = (
         "Run every caregiver with every child, or family of children, in every house. Episode i has the same children "
-        "under all caregivers.",
+        "under all caregivers."
     )
     command.add_argument("--world", default="house", help="the physical house, or the grid of the paper")
     parsing.add_houses(command)

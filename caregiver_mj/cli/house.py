@@ -34,18 +34,19 @@ _COUNTS = {  # options of `house make`
 _MOST_PROBLEMS = 20  # that `house check` tells of one file
 
 
-def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the commands."""
-    house = commands.add_parser("house", help="look at a floor plan, or make one")
+def add_house(house: argparse.ArgumentParser) -> None:
+    """Add the commands of `house`, and their options."""
     plans = house.add_subparsers(metavar="show|check|make", required=True)
     for name, run, text in (
         ("show", _show, "print a floor plan in colour, with its objects counted"),
         ("check", _check, "say whether a floor plan is valid"),
     ):
-        command = parsing.add_command(plans, name, run, text)
+        command = plans.add_parser(name, help=text, description=text)
+        command.set_defaults(run=run)
         command.add_argument("house", metavar="NAME|FILE", help=parsing.houses())
     text = "make a house and print its floor plan; what is not given is drawn from the seed"
-    command = parsing.add_command(plans, "make", _make, text)
+    command = plans.add_parser("make", help=text, description=text)
+    command.set_defaults(run=_make)
     parsing.add_seed(command)
     command.add_argument("--shape", metavar="NAME", help=f"a house of another shape: {', '.join(SHAPES)}")
     command.add_argument("--home", action="store_true", help="draw gates, mugs and batteries, too")

@@ -1,4 +1,4 @@
-"""What the commands share: a parser whose errors are one line, and options that several of them have."""
+"""Options that several commands have."""
 
 from __future__ import annotations
 
@@ -7,8 +7,6 @@ import logging
 import os
 import shlex
 import sys
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NoReturn
 
 from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES
 from caregiver_mj.children.family import CHILDREN, NOVICE, Family
@@ -23,56 +21,7 @@ from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.robot.embodiment import DEFAULT
 
-if TYPE_CHECKING:
-    from _typeshed import SupportsWrite
-
 EXECUTORS = ("local", "dask")
-
-
-class HelpFormatter(argparse.HelpFormatter):
-    """Says each option's default as one would type it, where there is one to say."""
-
-    def _get_help_string(self, action: argparse.Action) -> str | None:
-        default = action.default
-        typed = " ".join(map(str, default)) if isinstance(default, list | tuple) else str(default)
-        if not action.option_strings or default is None or default is False or typed in ("", argparse.SUPPRESS):
-            return action.help
-        return f"{action.help} (default: {typed})"
-
-
-class Parser(argparse.ArgumentParser):
-    """A parser whose errors are one line, like all others, also those of writing its help."""
-
-    def __init__(self, **options: Any):
-        super().__init__(**{"formatter_class": HelpFormatter} | options)
-
-    def error(self, message: str) -> NoReturn:
-        command = self.prog.removeprefix(PROGRAM).strip()
-        raise CaregiverError(f"{command}: {message}" if command else message)
-
-    def exit(self, status: int = 0, message: str | None = None) -> NoReturn:
-        """End once the help, or the version, has been written."""
-        if sys.stdout is not None:  # as it is if it was closed
-            sys.stdout.flush()
-        super().exit(status, message)
-
-    def _print_message(self, message: str, file: SupportsWrite[str] | None = None) -> None:
-        """Write it, as the one of argparse does, which has nothing to say where that fails."""
-        if (stream := file or sys.stderr) is not None:
-            stream.write(message)
-
-
-def add_command(
-    commands: argparse._SubParsersAction[argparse.ArgumentParser],
-    name: str,
-    run: Callable[[argparse.Namespace], None],
-    text: str,
-    description: str | None = None,
-) -> argparse.ArgumentParser:
-    """Add a command, with what stands beside its name and, if that is more, what its own help begins with."""
-    command = commands.add_parser(name, help=text, description=description or text)
-    command.set_defaults(run=run)
-    return command
 
 
 def add_house(command: argparse.ArgumentParser) -> None:

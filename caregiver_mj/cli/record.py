@@ -31,16 +31,13 @@ _MOST_EPISODES = 1_000_000  # of a data set
 _MOST_SECONDS = 3600  # of an episode, which has to fit into memory
 
 
-def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the command."""
-    command = parsing.add_command(
-        commands,
-        "record",
-        _run,
-        "write episodes as a data set to learn from",
+def add_record(command: argparse.ArgumentParser) -> None:
+    """Add the options of `record`."""
+    command.set_defaults(run=_run)
+    command.description = (
         "Run episodes, and write them step by step: observations, actions, reward, cost, interventions, and what "
         "cameras see, as a Minari or a LeRobot data set. Episode i is that of `evaluate` with the same seed, house, "
-        "children and caregiver; of targets only as long as those do not change within a novice timestep.",
+        "children and caregiver; of targets only as long as those do not change within a novice timestep."
     )
     command.add_argument("--format", choices=FORMATS, required=True, help="whose data set it shall be")
     command.add_argument("--task", default="supervise", help=f"{', '.join(TASKS)}, or {TARGETS}: interventions alone")

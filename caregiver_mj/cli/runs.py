@@ -12,7 +12,6 @@ import rich.box
 import rich.console
 import rich.table
 
-from caregiver_mj.cli import parsing
 from caregiver_mj.errors import CaregiverError
 
 _COMPARED = ("epsilon", "caregiver", "pairs", "first", "second", "difference", "p", "verdict")
@@ -32,15 +31,10 @@ _WIDEST = 10_000  # letters of a line, more than there are in any
 _COLUMNS = ("timesteps_to_threshold", "cells_visited", "toys_reached", "moves_blocked", "interventions_done")
 
 
-def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the commands."""
-    command = parsing.add_command(
-        commands,
-        "report",
-        _report,
-        "write a page about finished runs: tables, figures, maps, film",
-        "Write report.html, tables.md and figures/ into DIR.",
-    )
+def add_report(command: argparse.ArgumentParser) -> None:
+    """Add the options of `report`."""
+    command.set_defaults(run=_report)
+    command.description = "Write report.html, tables.md and figures/ into DIR."
     command.add_argument(
         "folders",
         nargs="+",
@@ -50,13 +44,12 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
     film = command.add_mutually_exclusive_group()
     film.add_argument("--video", metavar="FILE.mp4", help="film to show (default: the first in a DIR)")
     film.add_argument("--render", action="store_true", help="film episode 0 of the run in the house: DIR/report.mp4")
-    command = parsing.add_command(
-        commands,
-        "compare",
-        _compare,
-        "compare two finished runs of one world, episode by episode",
-        "Print the results of the second run less those of the first, paired by episode.",
-    )
+
+
+def add_compare(command: argparse.ArgumentParser) -> None:
+    """Add the options of `compare`."""
+    command.set_defaults(run=_compare)
+    command.description = "Print the results of the second run less those of the first, paired by episode."
     command.add_argument("folders", nargs=2, metavar="DIR", help="folder of a run")
     command.add_argument(
         "--caregiver",
@@ -66,13 +59,12 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
         help="caregiver in the first run, and in the second if it is another",
     )
     command.add_argument("--json", action="store_true", help="print the table as JSON only")
-    command = parsing.add_command(
-        commands,
-        "pool",
-        _pool,
-        "put finished runs together that differ in their seed alone",
-        "Make one run of the episodes of several.",
-    )
+
+
+def add_pool(command: argparse.ArgumentParser) -> None:
+    """Add the options of `pool`."""
+    command.set_defaults(run=_pool)
+    command.description = "Make one run of the episodes of several."
     command.add_argument(
         "folders", nargs="+", metavar="DIR", help="folder of a run; all settings but the seed must be the same"
     )

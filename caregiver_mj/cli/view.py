@@ -23,15 +23,10 @@ if TYPE_CHECKING:
     from caregiver_mj.viz.viewers.window import Window
 
 
-def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the commands."""
-    command = parsing.add_command(
-        commands,
-        "render",
-        _render,
-        "film an episode in the physical house",
-        "Film an episode of the run that `evaluate` does with the same seed, children and caregiver.",
-    )
+def add_render(command: argparse.ArgumentParser) -> None:
+    """Add the options of `render`."""
+    command.set_defaults(run=_render)
+    command.description = "Film an episode of the run that `evaluate` does with the same seed, children and caregiver."
     command.add_argument("--task", default="supervise", help="name of the task")
     parsing.add_who(command, "expected-danger")
     parsing.add_episode(command)
@@ -43,13 +38,14 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
     )
     command.add_argument("--out", required=True, metavar="FILE.mp4", help="film to write")
     command.add_argument("--still", metavar="FILE.png", help="picture to write of a telling moment")
-    command = parsing.add_command(
-        commands,
-        "view",
-        _view,
-        "watch an episode in the physical house while it runs",
+
+
+def add_view(command: argparse.ArgumentParser) -> None:
+    """Add the options of `view`."""
+    command.set_defaults(run=_view)
+    command.description = (
         "Show an episode of the run that `evaluate` does with the same seed, children and caregiver: in a window of "
-        "MuJoCo's, or in a browser. Ctrl-C ends it.",
+        "MuJoCo's, or in a browser. Ctrl-C ends it."
     )
     parsing.add_who(command, "foresight")
     parsing.add_episode(command)
