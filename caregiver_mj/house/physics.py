@@ -97,9 +97,9 @@ class Physics(OffscreenRendering, engine.Physics):
         self.touch_reader = TouchReader(model, raw, children)
         self.carried, self._candle_rows = _free_things(model, Where.ON_TABLE)
         _, self._thing_rows = _free_things(model, Where.FLOOR)
-        joints = [int(np.flatnonzero(model.jnt_qposadr == row)[0]) for row in self._thing_rows[:, 0]]
-        self._thing_bodies = model.jnt_bodyid[joints].tolist()
-        self._thing_velocities = [raw.qvel[dof : dof + 6] for dof in model.jnt_dofadr[joints].tolist()]
+        free = np.searchsorted(model.jnt_qposadr, self._thing_rows[:, 0])  # their joints, which are in that order
+        self._thing_bodies = model.jnt_bodyid[free].tolist()
+        self._thing_velocities = [raw.qvel[dof : dof + 6] for dof in model.jnt_dofadr[free].tolist()]
         self._loose = loose([layout.thing(kind) for kind in self.carried])
         in_order = (model.joint(i).name for i in range(model.njnt))
         gates = [name.removesuffix("hinge") for name in in_order if name.endswith("/hinge")]
