@@ -116,6 +116,11 @@ class Tray(NamedTuple):
     middle: tuple[float, float, float]
     half: tuple[float, float, float]
 
+    def along(self, spot: float) -> np.ndarray:
+        """Return a place in it, (3,), by how far along its longer side that is from the middle, -1 to 1."""
+        way = np.where(np.arange(3) == np.argmax(self.half), self.half, 0.0)
+        return np.array(self.middle) + spot * way
+
     def holds(self, point: Sequence[float], unsure: float = 0.0) -> bool:
         """Return whether a foot (3,), in the base's frame, is in it, or may be by some metres more."""
         return all(abs(p - m) < h + unsure for p, m, h in zip(point, self.middle, self.half, strict=True))

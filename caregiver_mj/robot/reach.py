@@ -24,6 +24,7 @@ LOW = 0.015  # metres over the floor at which the fingertips begin to feel for i
 _QUICK, _HALVINGS = 0.6, 14  # per second, as above, that is quick enough
 _UP = 0.42, 0.0, 0.85  # metres, of the pinch point in mid air: over a child's head
 _OVER_TRAY = 0.03  # metres over the tray's walls, of the fingertips
+TRAY_SPOTS = (0.0, 0.6, -0.6)  # where along the tray the hand lets go, as shares of half of it: things lie side by side
 _TRAY_PITCHES = np.radians((90, 110, 125, 140)).tolist()  # of the hand there: the tray is near to the arm's foot
 
 
@@ -155,17 +156,21 @@ def share_at(arm: Arm, path: ReachPath, height: float) -> float:
 
 
 @functools.cache
-def tray_path(arm: Arm) -> ReachPath:
+def tray_path(arm: Arm, spot: float = 0.0) -> ReachPath:
     """Return the way by the same pose in mid air (1) to where the hand lets go over the tray (2).
 
     It is one on which the hand turns little: what fingertips hold slips when it does.
+
+    Args:
+        arm: The arm.
+        spot: Where along the tray that is, one of `TRAY_SPOTS`.
 
     Raises:
         CaregiverError: The robot has no tray, or its arm cannot get there.
     """
     robot, down = arm.embodiment, math.pi / 2
     if robot.tray is not None:
-        over = np.array(robot.tray.middle) + np.array([0.0, 0.0, robot.tray.half[2] + robot.fingertip + _OVER_TRAY])
+        over = robot.tray.along(spot) + np.array([0.0, 0.0, robot.tray.half[2] + robot.fingertip + _OVER_TRAY])
         up = arm.solve_nearest(np.array(_UP), hand_rotation(0.0, down), guesses(arm, hand_rotation(0.0, down)))
         for heading, pitch in itertools.product((0.0, down, -down), _TRAY_PITCHES):
             if ways := _ways(arm, up, over, hand_rotation(heading, pitch)):

@@ -18,7 +18,7 @@ from caregiver_mj.robot.geometry import UPRIGHT, Pose, Vector, hand_rotation, up
 from caregiver_mj.robot.kinematics import arm_of
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.planning_scene import PlanningScene
-from caregiver_mj.robot.reach import LOW, ReachPath, pick_up_path, retrieval_paths, share_at, tray_path
+from caregiver_mj.robot.reach import LOW, TRAY_SPOTS, ReachPath, pick_up_path, retrieval_paths, share_at, tray_path
 from caregiver_mj.robot.separation import distance_from_line
 from caregiver_mj.robot.view import View
 
@@ -80,7 +80,8 @@ class RetrievalPlanner:
             vars(self).pop("_scene", None)
         self._scene  # noqa: B018 (kept once asked for)
         if self._navigator.plan.floor_cells:
-            tray_path(self._arm)
+            for spot in TRAY_SPOTS:
+                tray_path(self._arm, spot)
             for reach, heading in itertools.product(self._robot.postures.lying_reaches, _HEADINGS):
                 pick_up_path(self._arm, reach, heading)
 

@@ -18,7 +18,7 @@ from caregiver_mj.robot.geometry import Vector
 from caregiver_mj.robot.kinematics import ATTEMPTS, Arm, arm_of, hand_position
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
-from caregiver_mj.robot.reach import LOW, UP, share_at, tray_path
+from caregiver_mj.robot.reach import LOW, TRAY_SPOTS, UP, share_at, tray_path
 from caregiver_mj.robot.retrieval import RetrievalPlanner, Search, Stance
 from caregiver_mj.robot.separation import gap_to
 from caregiver_mj.robot.skills.reaching import Reaching
@@ -173,7 +173,7 @@ class PickUp(Reaching):
         if self._height(view.arm) > LOW and not self._is_in_hand(view):
             self._let_go(view, robot)
         elif self._goes_on(view, robot) and not self._way:
-            robot.reach_along(tray_path(arm_of(self.embodiment)))
+            robot.reach_along(tray_path(arm_of(self.embodiment), self._free_spot(view)))
             self._is_at_tray = True
             self._carry(view, robot, self._put_in_tray, float(robot.reach_path.goal))
         return Status.COMMITTED
@@ -200,6 +200,16 @@ class PickUp(Reaching):
             else:
                 self._let_go(view, robot)
         return Status.COMMITTED
+
+    def _free_spot(self, view: View) -> float:
+        """Where along the tray it is farthest from what lies there, one of `TRAY_SPOTS`."""
+        tray = self.embodiment.tray
+        assert tray is not None  # the hand's way leads there
+        places = [(*geometry.to_local(view.base, (x, y)), z) for x, y, z in view.things.tolist()]
+        lying = [place for place in places if tray.holds(place, _UNSURE)]
+        return max(
+            TRAY_SPOTS, key=lambda spot: min((math.dist(tray.along(spot), place) for place in lying), default=0.0)
+        )
 
     def _let_go(self, view: View, robot: RobotMotion) -> None:
         robot.grip(self.embodiment.grasp.open)
