@@ -21,6 +21,7 @@ from caregiver_mj.robot.reach import UP
 from caregiver_mj.robot.skills import PickUp
 
 ROOM = FloorPlan.parse("########\n#B....S#\n#.o....#\n#......#\n#..T...#\n########", "room")
+PAIR = FloorPlan.parse("########\n#B....S#\n#.oo...#\n#......#\n#..T...#\n########", "pair")
 HALL = FloorPlan.parse(
     "\n".join(["#" * 17, "#B" + "." * 13 + "S#", *["#" + "." * 15 + "#"] * 13, "#oooooo" + "." * 9 + "#", "#" * 17])
 )
@@ -55,10 +56,10 @@ def test_a_child_takes_what_lies_in_the_cell_that_it_enters_and_is_hurt_once():
     assert step.observation["battery_position"][0, 2] == pytest.approx(0.0, abs=1e-6)
 
 
-def picking(robot, friction=None, cell=(1, 5), sensing=None):
+def picking(robot, friction=None, cell=(1, 5), sensing=None, room=ROOM):
     """An episode in which the caregiver picks a battery up, the child standing far away."""
     kwargs = {"embodiment": robot, "sensing": sensing}
-    env = caregiver_mj.load("supervise", ROOM, 0.5, random=1, task_kwargs=kwargs, visuals=False)
+    env = caregiver_mj.load("supervise", room, 0.5, random=1, task_kwargs=kwargs, visuals=False)
     model = env.physics.model.ptr
     for geom in range(model.ngeom):
         name = model.geom(geom).name
@@ -107,6 +108,17 @@ def test_a_robot_picks_it_up_by_contact_into_its_tray(robot):
     assert env.task.children.state[-1] == State.GONE
     assert policy.percept().gone.tolist() == [[True]]
     assert env.task.outcome()["damage"] == env.task.strikes == 0
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_things_come_to_lie_side_by_side_in_the_tray(robot):
+    env, policy, step = picking(robot, room=PAIR)
+    while not env.physics.things_in_tray().all() or skill_of(policy):
+        assert env.physics.time() < 90.0
+        step = env.step(policy(step))
+    one, other = env.physics.thing_positions()
+    assert np.linalg.norm(one - other) > 2 * layout.THING_RADIUS
+    assert one[2] == pytest.approx(other[2], abs=1e-3)
 
 
 def test_what_slips_out_of_the_fingers_is_tried_three_times():
