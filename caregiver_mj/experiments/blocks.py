@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from caregiver_mj.caregivers.answers import ReplayedCaregiver, kept
+from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver, make_caregiver, needs_pictures
 from caregiver_mj.children.family import Family
 from caregiver_mj.children.side_by_side import side_by_side
@@ -30,26 +32,33 @@ if TYPE_CHECKING:
 
 
 MAPS = ("visits", "damage")  # summed for every free cell over all episodes
-# What is measured of every episode, one family after the other, and each of the maps (`MAPS`), (episodes, free cells).
-_Measured = tuple[list[dict[str, Any]], tuple[np.ndarray, np.ndarray]]
+# What is measured of every episode, one family after the other; each of the maps (`MAPS`), (episodes, free cells); and
+# what the caregiver has answered.
+_Measured = tuple[list[dict[str, Any]], tuple[np.ndarray, np.ndarray], str]
 
 
 def _make_house(
-    plan: FloorPlan, family: Family, caregiver: str, seed: int, embodiment: str, sight: str
+    plan: FloorPlan, family: Family, caregiver: str | Caregiver, seed: int, embodiment: str, sight: str
 ) -> tuple[Any, Any]:
     """A house, and the policy of the caregiver in it (None for "none"). Building them takes a second."""
     from caregiver_mj import tasks  # here, for the grid does without MuJoCo
 
     robot = caregiver != "none"
-    kwargs, visuals = {"robot": robot, "embodiment": embodiment}, needs_pictures(caregiver)
+    kwargs, visuals = (
+        {"robot": robot, "embodiment": embodiment},
+        isinstance(caregiver, str) and needs_pictures(caregiver),
+    )
     env = tasks.load(
         "supervise", plan, family, np.random.RandomState(0), task_kwargs=kwargs, visuals=visuals, sight=sight
     )
     if not robot:
         return env, None
     from caregiver_mj.policy.own import make_policy
+    from caregiver_mj.policy.policy import CaregiverPolicy
 
-    return env, make_policy(env, caregiver, seed)
+    if isinstance(caregiver, str):
+        return env, make_policy(env, caregiver, seed)
+    return env, CaregiverPolicy(env, caregiver)
 
 
 _house = functools.lru_cache(maxsize=1)(_make_house)  # blocks of one caregiver and family follow each other
@@ -80,12 +89,21 @@ def try_all(settings: Settings) -> None:
                 _make_house(plan, settings.families[0], name, settings.seed, settings.embodiment, settings.sight)
 
 
-def run_block(settings: Settings, block: Block) -> Result:
-    """Run the episodes of a block: their rows, with the columns of `EpisodeRecord` as keys, and each family's maps."""
+def run_block(settings: Settings, block: Block, answers: str = "") -> Result:
+    """Run the episodes of a block.
+
+    Args:
+        settings: Of the run.
+        block: Which episodes.
+        answers: Those of its caregiver when it ran before, to be given again; nothing to ask the caregiver.
+
+    Returns:
+        Their `rows`, with the columns of `EpisodeRecord` as keys, each family's `maps`, and the caregiver's `answers`.
+    """
     plan = settings.plan_of[block.house] if block.house else settings.plan
     run = _run_in_grid if settings.world == "grid" or block.caregiver == FLOOR else _run_in_house
     seeds = [episode_seed(settings.seed, episode) for episode in block.numbers]
-    outcomes, maps = run(settings, plan, block, seeds)
+    outcomes, maps, answers = run(settings, plan, block, seeds, answers)
     which = [(family, i) for family in block.families for i in range(len(seeds))]
     rows = [
         EpisodeRecord(
@@ -109,48 +127,58 @@ def run_block(settings: Settings, block: Block) -> Result:
             str(family): dict(zip(MAPS, of_family, strict=True))
             for family, *of_family in zip(block.families, *sums, strict=True)
         },
+        "answers": answers,
     }
 
 
-def _run_in_grid(settings: Settings, plan: FloorPlan, block: Block, seeds: list[int]) -> _Measured:
+def _run_in_grid(settings: Settings, plan: FloorPlan, block: Block, seeds: list[int], answers: str) -> _Measured:
     start = time.perf_counter()
-    children = side_by_side(plan, block.families, len(seeds))
+    children, caregiver = side_by_side(plan, block.families, len(seeds)), None
     if block.caregiver == FLOOR:
         world: GridWorld = FloorWorld(plan, children)
     else:
-        world = GridWorld(plan, children, make_caregiver(block.caregiver, plan, settings.seed), sight=settings.sight)
-    ledger = world.run([episode_tapes(seed, len(children)) for seed in seeds] * len(block.families))
+        caregiver = (
+            ReplayedCaregiver(plan, answers) if answers else make_caregiver(block.caregiver, plan, settings.seed)
+        )
+        world = GridWorld(plan, children, caregiver, sight=settings.sight)
+    with kept(caregiver) as text:
+        ledger = world.run([episode_tapes(seed, len(children)) for seed in seeds] * len(block.families))
     times = {
         "sim_seconds": EPISODE_TIMESTEPS * plan.cell_size / WALKING_SPEED,
         "wall_seconds": (time.perf_counter() - start) / len(block),
     }
-    return [ledger.outcome(i) | times for i in range(len(block))], (ledger.visits, ledger.damage_at)
+    return [ledger.outcome(i) | times for i in range(len(block))], (ledger.visits, ledger.damage_at), text()
 
 
-def _run_in_house(settings: Settings, plan: FloorPlan, block: Block, seeds: list[int]) -> _Measured:
+def _run_in_house(settings: Settings, plan: FloorPlan, block: Block, seeds: list[int], answers: str) -> _Measured:
     (family,) = block.families
     from caregiver_mj.house.rendering import control  # here, for the grid does without MuJoCo
 
-    env, policy = _house(plan, family, block.caregiver, settings.seed, settings.embodiment, settings.sight)
+    which = settings.seed, settings.embodiment, settings.sight
+    if answers:
+        env, policy = _make_house(plan, family, ReplayedCaregiver(plan, answers), *which)
+    else:
+        env, policy = _house(plan, family, block.caregiver, *which)
     nothing = np.zeros(env.action_spec().shape)
     measured, visits, damage = [], [], []
-    for seed in seeds:
-        start = time.perf_counter()
-        env.task.reseed(episode_random(seed))
-        timestep = env.reset()
-        try:
-            while not timestep.last():
-                timestep = env.step(policy(timestep) if policy else nothing)
-        except control.PhysicsError:
-            raise CaregiverError(
-                f"the actions of '{block.caregiver}' made the simulation diverge at {env.physics.time():.1f} s of "
-                f"{block}"
-            ) from None
-        times = {"sim_seconds": env.physics.time(), "wall_seconds": time.perf_counter() - start}
-        measured.append(env.task.outcome() | times)
-        visits.append(env.task.ledger.visits)
-        damage.append(env.task.ledger.damage_at)
-    return measured, (np.concatenate(visits), np.concatenate(damage))
+    with kept(getattr(policy, "caregiver", None)) as text:
+        for seed in seeds:
+            start = time.perf_counter()
+            env.task.reseed(episode_random(seed))
+            timestep = env.reset()
+            try:
+                while not timestep.last():
+                    timestep = env.step(policy(timestep) if policy else nothing)
+            except control.PhysicsError:
+                raise CaregiverError(
+                    f"the actions of '{block.caregiver}' made the simulation diverge at {env.physics.time():.1f} s of "
+                    f"{block}"
+                ) from None
+            times = {"sim_seconds": env.physics.time(), "wall_seconds": time.perf_counter() - start}
+            measured.append(env.task.outcome() | times)
+            visits.append(env.task.ledger.visits)
+            damage.append(env.task.ledger.damage_at)
+    return measured, (np.concatenate(visits), np.concatenate(damage)), text()
 
 
 class Tables(NamedTuple):

@@ -1,0 +1,109 @@
+"""What a caregiver has answered in some episodes: kept with their rows, and given again with no caregiver present."""
+
+from __future__ import annotations
+
+import base64
+import contextlib
+import functools
+import io
+import zipfile
+import zlib
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from caregiver_mj.caregivers.caregiver import Caregiver
+from caregiver_mj.caregivers.percept import Percept
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.interventions.verb import Interventions
+from caregiver_mj.plans.floor_plan import FloorPlan
+
+_ASKED = ("prepare", "decide", "destination")  # by its world
+
+
+@contextlib.contextmanager
+def kept(caregiver: Caregiver | None) -> Iterator[Callable[[], str]]:
+    """Keep, within, what a caregiver answers its world; give a function that returns it as text, for a replay."""
+    given: dict[str, list[np.ndarray]] = {question: [] for question in _ASKED}
+    verbs: dict[str, int] = {}
+    depth = 0  # of questions: one that it asks itself is none of its world's
+
+    def ask(question: str, *arguments: Any) -> Any:
+        nonlocal depth
+        depth += 1
+        try:
+            answer = getattr(type(caregiver), question)(caregiver, *arguments)
+        finally:
+            depth -= 1
+        if depth == 0:
+            parts = answer
+            if isinstance(answer, Interventions):
+                names = np.asarray(answer.verb).tolist()
+                parts = [verbs.setdefault(verb, len(verbs)) for verb in names], answer.hazard, answer.destination
+            given[question].append(np.array(parts, np.int32))
+        return answer
+
+    def text() -> str:
+        if caregiver is None:
+            return ""
+        traits = caregiver.yields, caregiver.takes_orders, caregiver.idle_verb
+        arrays: dict[str, Any] = {question: np.array(answers) for question, answers in given.items() if answers}
+        packed = io.BytesIO()
+        np.savez_compressed(packed, traits=np.array(traits, str), verbs=np.array([*verbs], str), **arrays)
+        return base64.b64encode(packed.getvalue()).decode()
+
+    if caregiver is None:
+        yield text
+        return
+    vars(caregiver).update({question: functools.partial(ask, question) for question in _ASKED})
+    try:
+        yield text
+    finally:
+        for question in _ASKED:
+            del vars(caregiver)[question]
+
+
+class ReplayedCaregiver(Caregiver):
+    """Gives the answers that another one has given, in their order, to a world that asks for the same.
+
+    Raises:
+        CaregiverError: From the constructor if the answers cannot be read, and from each of them if its world asks for
+            more, or in other episodes.
+    """
+
+    def __init__(self, plan: FloorPlan, text: str):
+        super().__init__(plan)
+        try:
+            with np.load(io.BytesIO(base64.b64decode(text, validate=True))) as arrays:
+                yields, takes_orders, self._idle = arrays["traits"].tolist()
+                self._verbs = np.array([*arrays["verbs"].tolist(), None], object)
+                self._left = {question: iter(arrays[question]) for question in _ASKED if question in arrays}
+        except (ValueError, KeyError, OSError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+            raise CaregiverError(f"the answers of a caregiver cannot be read: {error}") from None
+        self.yields, self.takes_orders = yields == "True", takes_orders == "True"
+
+    @property
+    def idle_verb(self) -> str:
+        return str(self._idle)
+
+    def _next(self, question: str, shape: tuple[int, ...]) -> np.ndarray:
+        found = next(self._left.get(question, iter(())), None)
+        if found is None or found.shape != shape:
+            raise CaregiverError(
+                f"answers to '{question}' must be of shape {shape}, got {None if found is None else found.shape}"
+            )
+        return found
+
+    def prepare(self, candle_table: np.ndarray) -> np.ndarray:
+        return self._next("prepare", candle_table.shape)
+
+    def choose(self, percept: Percept) -> np.ndarray:
+        return self.decide(percept).hazard
+
+    def decide(self, percept: Percept) -> Interventions:
+        verb, hazard, destination = self._next("decide", (3, len(percept.child_cell)))
+        return Interventions(self._verbs[np.clip(verb, -1, len(self._verbs) - 1)], hazard, destination)
+
+    def destination(self, percept: Percept, candle: np.ndarray) -> np.ndarray:
+        return self._next("destination", candle.shape)
