@@ -64,23 +64,38 @@ def kept(caregiver: Caregiver | None) -> Iterator[Callable[[], str]]:
             del vars(caregiver)[question]
 
 
+def unpacked(text: str) -> dict[str, Any]:
+    """Return what is in a text of answers, as lists by name.
+
+    Raises:
+        CaregiverError: It cannot be read.
+    """
+    if not text:
+        return {}
+    try:
+        with np.load(io.BytesIO(base64.b64decode(text, validate=True))) as arrays:
+            return {name: arrays[name].tolist() for name in arrays}
+    except (ValueError, KeyError, OSError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+        raise CaregiverError(f"the answers of a caregiver cannot be read: {error}") from None
+
+
 class ReplayedCaregiver(Caregiver):
     """Gives the answers that another one has given, in their order, to a world that asks for the same.
 
-    Raises:
-        CaregiverError: From the constructor if the answers cannot be read, and from each of them if its world asks for
-            more, or in other episodes.
+    Where they cannot be read, or its world asks for others, that is a `CaregiverError`.
     """
 
     def __init__(self, plan: FloorPlan, text: str):
         super().__init__(plan)
+        arrays = unpacked(text)
         try:
-            with np.load(io.BytesIO(base64.b64decode(text, validate=True))) as arrays:
-                yields, takes_orders, self._idle = arrays["traits"].tolist()
-                self._verbs = np.array([*arrays["verbs"].tolist(), None], object)
-                self._left = {question: iter(arrays[question]) for question in _ASKED if question in arrays}
-        except (ValueError, KeyError, OSError, EOFError, zipfile.BadZipFile, zlib.error) as error:
-            raise CaregiverError(f"the answers of a caregiver cannot be read: {error}") from None
+            yields, takes_orders, self._idle = arrays["traits"]
+            self._verbs = np.array([*arrays["verbs"], None], object)
+        except (KeyError, ValueError):
+            raise CaregiverError(
+                f"the answers of a caregiver must have its traits and verbs, got {[*arrays]}"
+            ) from None
+        self._left = {question: iter(arrays.get(question, ())) for question in _ASKED}
         self.yields, self.takes_orders = yields == "True", takes_orders == "True"
 
     @property
@@ -88,11 +103,9 @@ class ReplayedCaregiver(Caregiver):
         return str(self._idle)
 
     def _next(self, question: str, shape: tuple[int, ...]) -> np.ndarray:
-        found = next(self._left.get(question, iter(())), None)
-        if found is None or found.shape != shape:
-            raise CaregiverError(
-                f"answers to '{question}' must be of shape {shape}, got {None if found is None else found.shape}"
-            )
+        found = np.array(next(self._left[question], ()))
+        if found.shape != shape or not np.issubdtype(found.dtype, np.integer):
+            raise CaregiverError(f"the next answer to '{question}' must be integers of shape {shape}, got {found}")
         return found
 
     def prepare(self, candle_table: np.ndarray) -> np.ndarray:

@@ -1,0 +1,245 @@
+"""A run as one file that others can verify: its settings, its rows, and what its caregivers answered.
+
+To verify it the answers are given again, with no caregiver present, and every row has to come back bit for bit. That
+proves what the answers come to, and not how they were found: one could be told the children's goals.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+import os
+import pathlib
+import zipfile
+import zlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import pandas as pd
+
+from caregiver_mj.caregivers.answers import unpacked
+from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments import two_level
+from caregiver_mj.experiments.blocks import MAPS, belongs, run_block, tables_of
+from caregiver_mj.experiments.evaluation import sum_up
+from caregiver_mj.experiments.finished import read_finished
+from caregiver_mj.experiments.provenance import difference, source_digest, versions
+from caregiver_mj.experiments.run_folder import Result, RunFolder, StorageError
+from caregiver_mj.experiments.settings import FLOOR, Block, Settings
+from caregiver_mj.experiments.workers import Executor
+
+SUFFIX = ".submission"
+_CARD, _RUN, _SUMS = "card.json", "run.json", "sha256.json"
+_MOST = 1 << 32  # bytes that a file may come to
+_KEYS = {"rows", "maps", "answers"}  # of what came of a block
+_TIMES = ("wall_seconds",)  # that an episode took is not the same again
+_UNREADABLE = (ValueError, KeyError, TypeError, AttributeError, OSError, EOFError, zipfile.BadZipFile, zlib.error)
+
+
+class Submission(NamedTuple):
+    """What is in a file.
+
+    Attributes:
+        path: The file.
+        card: What its authors say of it: `title`, `authors` and `notes`.
+        settings: What ran.
+        results: What is said to have come of it, by block.
+    """
+
+    path: pathlib.Path
+    card: Mapping[str, str]
+    settings: Settings
+    results: Mapping[Block, Result]
+
+
+class _Claim(NamedTuple):
+    """A block, and what its caregiver answered."""
+
+    block: Block
+    answers: str
+
+    def __str__(self) -> str:
+        return str(self.block)
+
+
+def submit(run: str | os.PathLike[str], path: str | os.PathLike[str], card: Mapping[str, str]) -> None:
+    """Pack a finished run.
+
+    Args:
+        run: Its folder.
+        path: The file to write, `FILE.submission`.
+        card: What its authors say of it.
+
+    Raises:
+        CaregiverError: The run is not finished, or does not have what its caregivers answered, or the file cannot be
+            written.
+    """
+    found, path = read_finished(run), pathlib.Path(path)
+    if path.suffix != SUFFIX:
+        raise CaregiverError(f"the file must be called FILE{SUFFIX}, got '{path}'")
+    if "pooled" in found.record:
+        raise CaregiverError(f"the run in '{run}' must be one run, got several pooled: submit each of them")
+    folder = RunFolder(run, found.settings.record(), resume=True)
+    files: dict[str, Any] = {_CARD: dict(card), _RUN: found.record}
+    for number, block in enumerate(found.settings.blocks(extended_at=folder.extended_at)):
+        result = folder.read(str(block))
+        if result is None or (not result.get("answers") and block.caregiver not in ("none", FLOOR)):
+            raise CaregiverError(
+                f"the run in '{run}' must have what '{block.caregiver}' answered, got nothing: policies of the robot's "
+                "actions cannot be submitted, and a run of an older version must be run again"
+            )
+        files[_name(number)] = result
+    texts = {name: json.dumps(content, allow_nan=False) for name, content in files.items()}
+    sums = {name: _digest(text) for name, text in texts.items()}
+    unfinished = path.with_name(f".{path.name}.part")
+    try:
+        with zipfile.ZipFile(unfinished, "w", zipfile.ZIP_DEFLATED) as packed:
+            for name, text in {**texts, _SUMS: json.dumps(sums)}.items():
+                packed.writestr(zipfile.ZipInfo(name), text, zipfile.ZIP_DEFLATED)  # without the time: the same again
+        unfinished.replace(path)
+    except OSError as error:
+        unfinished.unlink(missing_ok=True)
+        raise StorageError(f"'{path}' cannot be written: {error.strerror}") from error
+
+
+def read_submission(path: str | os.PathLike[str]) -> Submission:
+    """Read a file that is to be verified.
+
+    Raises:
+        CaregiverError: It is none, or not as it was written, or comes from another version of the package.
+    """
+    try:
+        with zipfile.ZipFile(path) as packed:
+            if sum(member.file_size for member in packed.infolist()) > _MOST:
+                raise ValueError(f"it comes to more than {_MOST >> 30} GB")
+            texts = {name: packed.read(name).decode() for name in packed.namelist()}
+        sums = json.loads(texts.pop(_SUMS))
+        if sums != {name: _digest(text) for name, text in texts.items()}:
+            raise ValueError("its checksums are not those of its content")
+        card, record = json.loads(texts.pop(_CARD)), json.loads(texts.pop(_RUN))
+        _check_origin(record)
+        settings = Settings.of_record(record)
+        blocks = settings.blocks(extended_at=record.get("extended_at", ()))
+        results = {block: json.loads(texts.pop(_name(number))) for number, block in enumerate(blocks)}
+        whole = (belongs(settings, block, result) and result.keys() == _KEYS for block, result in results.items())
+        if texts or not all(whole):
+            raise ValueError("its episodes are not those of its settings")
+        return Submission(pathlib.Path(path), {key: str(value) for key, value in card.items()}, settings, results)
+    except CaregiverError as error:
+        raise CaregiverError(f"'{path}' cannot be verified: {error}") from None
+    except _UNREADABLE as error:
+        what = f"there is no {error} in it" if isinstance(error, KeyError) else " ".join(str(error).split())
+        raise CaregiverError(f"'{path}' is no submission, or a damaged one: {what}") from None
+
+
+def _check_origin(record: Mapping[str, Any]) -> None:
+    """Raise CaregiverError unless the same program runs here that a record is of."""
+    here = {name: version for name, version in versions().items() if name != "python"}
+    wanted = {"source": source_digest(record["world"]), **(here if record["world"] == "house" else {})}
+    if other := difference({**record["versions"], "source": record["source"]}, wanted):
+        raise CaregiverError(f"it must come from the program that runs here, got {other}")
+
+
+def verify(
+    submission: Submission, executor: Executor, progress: Callable[[int], None] = lambda _: None
+) -> pd.DataFrame:
+    """Give all answers again, and return the episodes that come of them, a row each, with MAPS as they were said to be.
+
+    Args:
+        submission: The file.
+        executor: Who does the work.
+        progress: Called with the number of episodes that have just been verified.
+
+    Raises:
+        CaregiverError: Something else comes of them than the file says.
+    """
+    settings, results = submission.settings, submission.results
+    claims = [_Claim(block, result["answers"]) for block, result in results.items()]
+    for claim, found in executor.run(functools.partial(_again, settings), claims):
+        for other in _differences(results[claim.block], found):
+            raise CaregiverError(f"'{submission.path}' is not verified: {claim.block}: {other}")
+        progress(len(claim.block))
+    parts = [tables_of(settings, block, result) for block, result in results.items()]
+    return sum_up(settings, parts).episodes
+
+
+def _again(settings: Settings, claim: _Claim) -> Result | str:
+    """Run a claim; return what is wrong with answers that cannot be given again."""
+    try:
+        return run_block(settings, claim.block, claim.answers)
+    except CaregiverError as error:
+        return str(error)
+
+
+def _differences(said: Result, found: Result | str) -> Iterator[str]:
+    if isinstance(found, str):
+        yield found
+        return
+    for row, ours in zip(said["rows"], found["rows"], strict=True):
+        for column in ours:
+            if column not in _TIMES and row[column] != ours[column]:
+                which = f"episode {ours['episode']} of epsilon {ours['family']}"
+                yield f"{which}: {column} is {row[column]} in the file, and {ours[column]} comes of its answers"
+    for family, name in ((family, name) for family in found["maps"] for name in MAPS):
+        if said["maps"][family][name] != found["maps"][family][name]:
+            yield f"the map of {name} with epsilon {family} is another one in the file than comes of its answers"
+    if unpacked(said["answers"]) != unpacked(found["answers"]):
+        yield "not all of its answers are asked for"
+
+
+def board(verified: Sequence[tuple[Submission, pd.DataFrame]]) -> str:
+    """Return a page in Markdown: what caregivers of verified files leave of the damage, those of one track together.
+
+    A track is a world, its houses, what is seen, and the children.
+    """
+    tracks: dict[tuple[str, ...], list[tuple[float, list[str]]]] = {}
+    for submission, episodes in verified:
+        settings = submission.settings
+        plans = _digest("\n\n".join(plan.text for plan in settings.plans))[:8]
+        place = f"{settings.place}, {len(settings.plans)} houses (sha256 {plans})"
+        families = ", ".join(map(str, settings.families))
+        world = settings.world if settings.world == "grid" else f"house, {settings.embodiment}"
+        rows = tracks.setdefault((world, place, f"sight {settings.sight}", f"epsilon {families}"), [])
+        alone = _by_house(episodes, "none", "damage")
+        for caregiver in settings.caregivers:
+            if caregiver == "none" or not alone:
+                continue
+            of = episodes[episodes.caregiver == caregiver]
+            left = two_level.of_ratio(_by_house(episodes, caregiver, "damage"), alone)
+            toys = of.toys_reached.sum() / max(1, episodes[episodes.caregiver == "none"].toys_reached.sum())
+            events = [f"{int(of[name].sum())}" if settings.world == "house" else "–" for name in _EVENTS]
+            shown = [f"`{caregiver}`", submission.card.get("title", ""), submission.card.get("authors", "")]
+            interval = f"{left.value:.3f} ({left.low:.3f} to {left.high:.3f})"
+            rows.append((left.value, [*shown, interval, f"{100 * toys:.0f} %", *events, f"{len(of)}"]))
+    head = [
+        "caregiver",
+        "of",
+        "by",
+        "damage left",
+        "toys kept",
+        *(name.replace("_", " ") for name in _EVENTS),
+        "episodes",
+    ]
+    parts = ["# Leaderboard", "Every row has come back, bit for bit, from the answers in its file."]
+    for track, rows in tracks.items():
+        lines = [head, ["---", "---", "---", *["---:"] * (len(head) - 3)], *(cells for _, cells in sorted(rows))]
+        parts += [f"## {', '.join(track)}", "\n".join(f"| {' | '.join(cells)} |" for cells in lines)]
+    return "\n\n".join(parts) + "\n"
+
+
+_EVENTS = ("strikes", "candles_dropped")
+
+
+def _by_house(episodes: pd.DataFrame, caregiver: str, column: str) -> list[Any]:
+    """Return for each house the sums of a column over the families, of each episode."""
+    of = episodes[episodes.caregiver == caregiver].groupby(["house", "episode"], sort=False)[column].sum()
+    return [house.to_numpy() for _, house in of.groupby(level="house", sort=False)]
+
+
+def _name(number: int) -> str:
+    return f"episodes/{number:06d}.json"
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()

@@ -1,0 +1,231 @@
+"""A run as one file: its rows come back from what its caregivers answered, and from nothing else."""
+
+import base64
+import copy
+import hashlib
+import io
+import json
+import sys
+import zipfile
+
+import numpy as np
+import pytest
+
+from caregiver_mj import cli
+from caregiver_mj.caregivers.answers import unpacked
+
+OWN = """
+from caregiver_mj.caregivers import Caregiver
+
+class Mine(Caregiver):
+    yields = False
+
+    def choose(self, percept):
+        return percept.child_cell[:, 0] % (len(self.plan.hazards) + 1) - 1
+"""
+NAMES = ("none", "random", "childproof", "foresight", "floor")
+
+
+def run(*arguments):
+    return cli.main([*map(str, arguments)])
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("arena")
+
+
+@pytest.fixture(scope="module")
+def packed(folder):
+    """A run of the grid in two houses, with a caregiver of somebody's own that is not there any more."""
+    (folder / "mine.py").write_text(OWN)
+    sys.path.insert(0, str(folder))
+    try:
+        names = [*NAMES, "mine:Mine"]
+        houses = ["--houses", "paper", "home-2-10x9-rooms1-stairwells0-candles0-tables2-bins2-gates1-mugs1-batteries1"]
+        out = ["--episodes", 3, "--epsilon", 1, 0.5, "--out", folder / "run"]
+        assert not run("evaluate", "--world", "grid", *houses, "--caregiver", *names, *out)
+        assert not run("submit", folder / "run", "--out", folder / "a.submission", "--title", "A", "--authors", "us")
+    finally:
+        sys.path.remove(str(folder))
+        del sys.modules["mine"]
+    (folder / "mine.py").unlink()
+    return folder / "a.submission"
+
+
+def test_every_row_comes_back_with_no_caregiver_present_on_any_number_of_cores(packed, capsys):
+    assert not run("verify", packed)
+    assert not run("verify", packed, "--jobs", 2)
+    assert capsys.readouterr().out.count(f"{2 * 2 * 3 * 6} episodes verified") == 2
+
+
+def test_the_house_too(tmp_path, capsys):
+    who = ["--caregiver", "none", "nearest", "--epsilon", 0.25, "--episodes", 1, "--sight", "walls"]
+    assert not run("evaluate", *who, "--out", tmp_path / "run")
+    assert not run("submit", tmp_path / "run", "--out", tmp_path / "b.submission")
+    assert not run("verify", tmp_path / "b.submission")
+    assert "2 episodes verified" in capsys.readouterr().out
+
+
+def test_a_page_has_the_files_of_a_track_together(packed, capsys):
+    assert not run("leaderboard", packed.parent)
+    page = capsys.readouterr().out
+    assert page.count("## grid") == 1
+    rows = [line for line in page.splitlines() if line.startswith("| `")]
+    assert len(rows) == len(NAMES)  # but for "none"
+    left = [float(row.split("|")[4].split()[0]) for row in rows]
+    assert left == sorted(left)
+
+
+# -- Files that are not as they were written ---------------------------------------------------------
+
+
+def parts_of(path):
+    with zipfile.ZipFile(path) as file:
+        return {name: json.loads(file.read(name)) for name in file.namelist()}
+
+
+def write(path, parts, sums=True):
+    """Write a file, with checksums that fit."""
+    texts = {name: json.dumps(part) for name, part in parts.items() if name != "sha256.json"}
+    if sums:
+        parts["sha256.json"] = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()}
+    with zipfile.ZipFile(path, "w") as file:
+        for name, part in parts.items():
+            file.writestr(name, json.dumps(part))
+
+
+def with_answers(change):
+    """An edit of what a caregiver answered, packed as it was."""
+
+    def edit(parts):
+        name = next(name for name, part in parts.items() if name.startswith("episodes") and answers_of(part))
+        arrays = {key: np.array(values) for key, values in unpacked(parts[name]["answers"]).items()}
+        change(arrays)
+        file = io.BytesIO()
+        np.savez_compressed(file, **arrays)
+        parts[name]["answers"] = base64.b64encode(file.getvalue()).decode()
+
+    return edit
+
+
+def answers_of(part):
+    return part["answers"] and "random" in {row["caregiver"] for row in part["rows"]}
+
+
+def first(parts):
+    return parts["episodes/000001.json"]
+
+
+def set_row(column, value):
+    def edit(parts):
+        first(parts)["rows"][0][column] = value
+
+    return edit
+
+
+def set_run(key, value):
+    def edit(parts):
+        parts["run.json"][key] = value
+
+    return edit
+
+
+def put(array, index, value):
+    def change(arrays):
+        arrays[array][index] = value
+
+    return with_answers(change)
+
+
+def drop_map(parts):
+    first(parts)["maps"]["1"]["visits"][0] += 1
+
+
+def swap(parts):
+    one, other = "episodes/000001.json", "episodes/000002.json"
+    parts[one]["answers"], parts[other]["answers"] = parts[other]["answers"], parts[one]["answers"]
+
+
+EDITS = {
+    "damage": set_row("damage", 0),
+    "a toy more": set_row("toys_reached", 99),
+    "another seed of an episode": set_row("seed", 1),
+    "another caregiver": set_row("caregiver", "mine"),
+    "no number": set_row("damage", "none"),
+    "a column more": set_row("prize", 1),
+    "a map": drop_map,
+    "the run's seed": set_run("seed", 1),
+    "what is seen": set_run("sight", "walls"),
+    "damages": set_run("damage", "stairwell=1"),
+    "episodes": set_run("episodes", 2),
+    "families": set_run("families", ["1", "0.25"]),
+    "caregivers": set_run("caregivers", ["none"]),
+    "world": set_run("world", "house"),
+    "source": set_run("source", "0123456789ab"),
+    "no settings": lambda parts: parts.pop("run.json"),
+    "no episodes": lambda parts: parts.pop("episodes/000001.json"),
+    "episodes more": lambda parts: parts.update({"episodes/000099.json": copy.deepcopy(first(parts))}),
+    "no answers": lambda parts: first(parts).pop("answers"),
+    "empty answers": lambda parts: first(parts).update(answers=""),
+    "answers that are none": lambda parts: first(parts).update(answers="AAAA"),
+    "answers of another": swap,
+    "another hazard": put("decide", (0, 1), 0),
+    "a hazard that is none": put("decide", (0, 1), 99),
+    "another verb": put("decide", (slice(None), 0), 0),
+    "a verb that is none": put("decide", (5, 0), 99),
+    "another trait": put("traits", 0, "False"),
+    "an answer less": with_answers(lambda arrays: arrays.update(decide=arrays["decide"][:-1])),
+    "an answer more": with_answers(lambda arrays: arrays.update(decide=np.repeat(arrays["decide"], 2, axis=0))),
+    "answers of fewer": with_answers(lambda arrays: arrays.update(decide=arrays["decide"][..., :-1])),
+    "answers that are no numbers": with_answers(lambda arrays: arrays.update(decide=arrays["decide"] + 0.5)),
+}
+
+
+@pytest.mark.parametrize("edit", EDITS.values(), ids=EDITS)
+def test_a_file_that_was_edited_is_not_verified(edit, packed, tmp_path, capsys):
+    parts = parts_of(packed)
+    edit(parts)
+    write(tmp_path / "edited.submission", parts)
+    assert run("verify", tmp_path / "edited.submission") == 2
+    assert "edited.submission" in capsys.readouterr().err.strip().splitlines()[-1]
+
+
+def test_the_first_difference_is_named(packed, tmp_path, capsys):
+    parts = parts_of(packed)
+    row = first(parts)["rows"][0]
+    damage, row["damage"] = row["damage"], row["damage"] + 1
+    write(tmp_path / "edited.submission", parts)
+    assert run("verify", tmp_path / "edited.submission") == 2
+    said = f"episode 0 of epsilon 1: damage is {damage + 1} in the file, and {damage} comes of its answers"
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("cut", [0, 100, -100])
+def test_a_damaged_file_is_told(cut, packed, tmp_path, capsys):
+    content = bytearray(packed.read_bytes())
+    (tmp_path / "damaged.submission").write_bytes(content[:cut] if cut else b"")
+    assert run("verify", tmp_path / "damaged.submission") == 2
+    parts = parts_of(packed)
+    parts["card.json"]["title"] = "another"
+    write(tmp_path / "damaged.submission", parts, sums=False)
+    assert run("verify", tmp_path / "damaged.submission") == 2
+    assert capsys.readouterr().err.count("damaged") >= 2
+
+
+def test_what_cannot_be_submitted(packed, folder, tmp_path, capsys):
+    assert run("submit", folder / "run", "--out", tmp_path / "a.zip") == 2
+    assert run("submit", folder, "--out", tmp_path / "a.submission") == 2
+    (tmp_path / "pushes.py").write_text("import numpy as np\n\ndef make(env):\n    return lambda step: np.zeros(11)\n")
+    sys.path.insert(0, str(tmp_path))
+    try:
+        who = ["--caregiver", "pushes:make", "--epsilon", 0.5, "--episodes", 1]
+        assert not run("evaluate", *who, "--out", tmp_path / "run")
+        assert run("submit", tmp_path / "run", "--out", tmp_path / "a.submission") == 2
+    finally:
+        sys.path.remove(str(tmp_path))
+    error = capsys.readouterr().err
+    assert "FILE.submission" in error
+    assert "holds no run" in error
+    assert "policies of the robot's actions cannot be submitted" in error
+    assert not (tmp_path / "a.submission").exists()
