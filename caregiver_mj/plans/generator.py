@@ -7,6 +7,7 @@ from, and the robot can drive to all that it needs.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from scipy.sparse import coo_array, csgraph
@@ -30,33 +31,13 @@ TURNING = 0.52  # metres to walls and stairs while it turns with a candle in its
 REACH = 0.70  # metres from the base's centre to a candle on a table
 
 
-def generate(
-    seed: int,
-    size: tuple[int, int] | None = None,
-    rooms: int | None = None,
-    stairwells: int | None = None,
-    candles: int | None = None,
-    tables: int | None = None,
-    bins: int | None = None,
-    gates: int | None = None,
-    mugs: int | None = None,
-    batteries: int | None = None,
-    home: bool = False,
-) -> FloorPlan:
+def generate(seed: int, size: tuple[int, int] | None = None, **wishes: Any) -> FloorPlan:
     """Make a house. What is not given is drawn from the seed.
 
     Args:
         seed: Where all chance comes from.
         size: Columns and rows, outer walls included.
-        rooms: How many rooms, a corridor included.
-        stairwells: How many stairwells.
-        candles: How many tables with a candle.
-        tables: How many bare tables.
-        bins: How many toy bins.
-        gates: How many stairwells more, with a gate that stands open.
-        mugs: How many tables more, with a mug.
-        batteries: How many small objects on the floor.
-        home: Whether gates, mugs and batteries, too, are drawn if they are not given; else there are none.
+        wishes: What else it shall have, such as `rooms=3`; see `Request`.
 
     Returns:
         The floor plan. `FloorPlan.load` gives it again by its name.
@@ -64,7 +45,7 @@ def generate(
     Raises:
         FloorPlanError: There can be no such house, or none was found.
     """
-    return design(Request(seed, size, rooms, stairwells, candles, tables, bins, gates, mugs, batteries, home))[0]
+    return design(Request(seed, size, **wishes))[0]
 
 
 def design(request: Request) -> tuple[FloorPlan, Shell]:

@@ -17,10 +17,10 @@ import pandas as pd
 
 from caregiver_mj.caregivers.baselines import NearestCaregiver
 from caregiver_mj.caregivers.caregiver import Caregiver
-from caregiver_mj.caregivers.experts import Elsewhere, Nobody
+from caregiver_mj.caregivers.experts import Elsewhere, InPlace, Nobody
 from caregiver_mj.caregivers.foresight.child_model import CHANGE, child_chain
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, KnowsGoalCaregiver
-from caregiver_mj.caregivers.foresight.value_table import Objective
+from caregiver_mj.caregivers.foresight.value_table import OBJECTIVE
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import HORIZON, Assessment, Outlook, Percept, bare_tables
 from caregiver_mj.danger.belief import Belief
@@ -29,7 +29,7 @@ from caregiver_mj.grid.world import CAREGIVER_ACTIONS, GridWorld
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from caregiver_mj.plans.sets import house_set
+from caregiver_mj.plans.sets import house_set, houses_named
 from study import Page, Parser, damage_sums, interval, load_house, run_all, run_in_grid, table
 
 NONE, RULE, FORESIGHT = "none", "the rule", "foresight"
@@ -41,7 +41,7 @@ _TIMES = (10, 50, 200)  # timesteps after which it is asked to
 
 def add_options(parser: Parser) -> None:
     """Declare the options."""
-    parser.add("houses", "test-8", "houses to run in", metavar="SET")
+    parser.add("houses", ["test-8"], "houses to run in, or sets of them", metavar="SET")
     parser.add("episodes", 10, "with each family in each house")
     parser.add("epsilon", ["1", "0.5", "0.05", "drifter:0.4", "switcher:0.25", "1,0.25"], "children", metavar="FAMILY")
     parser.add("only", [*GROUPS], "these groups of variants", choices=GROUPS, metavar="GROUP")
@@ -51,22 +51,18 @@ def add_options(parser: Parser) -> None:
 
 def run(options: argparse.Namespace) -> Page:
     """Run all variants; return the page."""
-    houses = [plan.name for plan in house_set(options.houses)]
+    houses = [plan.name for plan in houses_named(options.houses)]
     needed = {NONE: None, **{GROUPS[group].base: None for group in options.only}}
     names = [*needed, *(f"{group}: {how}" for group in options.only for how in GROUPS[group].changed)]
     work = [Job(house, name, tuple(options.epsilon), options.episodes) for house in houses for name in names]
     rows = pd.concat(map(pd.DataFrame, run_all(run_job, work, options.jobs, "variants", options.out)))
-    apart = np.mean(run_all(tell_apart, houses, options.jobs, "P(safe)"), axis=0)
+    tells = "action prior" in options.only
     values = {
-        "houses": options.houses,
+        "houses": " ".join(options.houses),
         "episodes": options.episodes,
-        "families": options.epsilon,
         "learnt_in": LEARNT_IN,
         "tables": {group: variants_table(rows, group) for group in options.only},
-        "apart": table(
-            ("action prior of", *(f"after {time}" for time in _TIMES)),
-            [(name, *map("{:.3f}".format, values)) for name, values in zip(PRIORS, apart, strict=True)],
-        ),
+        "apart": apart_table(run_all(tell_apart, houses, options.jobs, "P(safe)")) if tells else "",
     }
     return Page(values)
 
@@ -77,22 +73,19 @@ def run(options: argparse.Namespace) -> Page:
 class Max(PaperCaregiver):
     """The rule with the greatest danger to any child instead of the sum over them."""
 
-    def __init__(self, plan: FloorPlan, seed: int = 0):
-        super().__init__(plan, seed, over_children="max")
+    def urgency(self, unsafe: np.ndarray, reach: np.ndarray) -> np.ndarray:
+        return (unsafe[..., None] * reach * self.plan.hazards.damage).max(axis=1)
 
 
 class Alike(PaperCaregiver):
     """The rule without the factor 1 - P(safe): all children count alike, however they behave."""
 
-    def __init__(self, plan: FloorPlan, seed: int = 0):
-        super().__init__(plan, seed, weighs_safety=False)
+    def urgency(self, unsafe: np.ndarray, reach: np.ndarray) -> np.ndarray:
+        return super().urgency(np.ones_like(unsafe), reach)
 
 
-class MaxAlike(PaperCaregiver):
+class MaxAlike(Alike, Max):
     """The rule without the factor, with the greatest danger to any child."""
-
-    def __init__(self, plan: FloorPlan, seed: int = 0):
-        super().__init__(plan, seed, over_children="max", weighs_safety=False)
 
 
 class Still(PaperCaregiver):
@@ -221,18 +214,18 @@ def _planner(**options: Any) -> Variant:
     return Variant(ForesightCaregiver, options)
 
 
-def _objectives(name: str, values: Sequence[float]) -> dict[str, Variant]:
-    return {f"{value:g}": _planner(objective=Objective(**{name: value})) for value in values}
+def _objectives(name: str, values: Sequence[Any]) -> dict[str, Variant]:
+    return {f"{value:g}": _planner(objective=dataclasses.replace(OBJECTIVE, **{name: value})) for value in values}
 
 
 # What the action prior is learned from, and how.
 PRIORS = {
     "Dirichlet draw, hyperprior 1, 1,000 expert timesteps": Variant(),
     "Dirichlet mean": Variant(options={"prior": "mean"}),
-    "hyperprior 0.1": Variant(options={"hyperprior": 0.1}),
-    "hyperprior 10": Variant(options={"hyperprior": 10.0}),
-    "100 expert timesteps": Variant(options={"expert_timesteps": 100}),
-    "10,000 expert timesteps": Variant(options={"expert_timesteps": 10_000}),
+    "hyperprior 0.1": Variant(options={"experts": InPlace(hyperprior=0.1)}),
+    "hyperprior 10": Variant(options={"experts": InPlace(hyperprior=10.0)}),
+    "100 expert timesteps": Variant(options={"experts": InPlace(100)}),
+    "10,000 expert timesteps": Variant(options={"experts": InPlace(10_000)}),
     "experts of other houses": Variant(_learnt_elsewhere),
     "experts of other houses, Dirichlet mean": Variant(_learnt_elsewhere, {"prior": "mean"}),
     "no experts": Variant(options={"experts": Nobody()}),
@@ -319,7 +312,9 @@ def tell_apart(house: str) -> list[list[float]]:
         def look(world: GridWorld, caregiver: Caregiver = caregiver, safe: dict[int, np.ndarray] = safe) -> None:
             caregiver.watch(world.percept())
             if world.timestep in _TIMES:
-                safe[world.timestep] = caregiver.assess(world.percept()).safe[:, 0]
+                assessment = caregiver.assess(world.percept())
+                assert assessment  # the rule has one
+                safe[world.timestep] = assessment.safe[:, 0]
 
         episodes = 50
         caregiver.reset(2 * episodes)
@@ -346,5 +341,12 @@ def variants_table(rows: pd.DataFrame, group: str) -> str:
         toys = ours.toys_reached.sum() / alone.toys_reached.sum()
         paid = f"{toys:.1%}", f"{ours.moves_blocked_free.mean():.2f}", f"{ours.interventions.mean():.1f}"
         lines.append((how or GROUPS[group].base, *left, more, *paid, f"{same:.0%}"))
-    paid = "toys kept", "free moves denied", "interventions", "episodes equal"
-    return table((group, *families, "damage, less that of the first", *paid), lines)
+    measured = "toys kept", "free moves denied", "interventions", "episodes equal"
+    return table((group, *families, "damage, less that of the first", *measured), lines)
+
+
+def apart_table(found: Sequence[list[list[float]]]) -> str:
+    """Return the table of what `tell_apart` has found in each house."""
+    means = np.mean(found, axis=0)
+    rows = [(name, *(f"{value:.3f}" for value in line)) for name, line in zip(PRIORS, means, strict=True)]
+    return table(("action prior of", *(f"after {time}" for time in _TIMES)), rows)
