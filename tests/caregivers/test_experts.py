@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
-from caregiver_mj.caregivers.experts import Elsewhere, InPlace, Nobody, routes, surroundings
+from caregiver_mj.caregivers.experts import Elsewhere, InPlace, routes, surroundings
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.children.novice import expert_trajectories
 from caregiver_mj.danger import safety
 from caregiver_mj.danger.safety import CONTEXTS
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import house_set
+from studies.ablations import Nobody
 
 PAPER = FloorPlan.load("paper")
 CORRIDOR = FloorPlan.parse("######\n#S..B#\n######")
