@@ -337,6 +337,12 @@ def read_run(folder: pathlib.Path) -> tuple[pd.DataFrame, Settings]:
         raise CaregiverError(f"'{folder}' must hold a finished run, got {error}") from error
 
 
+def damage_sums(episodes: pd.DataFrame) -> list[np.ndarray]:
+    """The damage in each house, of each episode number, added up over the families: with equal chance."""
+    by = episodes.groupby(["house", "episode"], sort=False).damage.sum()
+    return [house.to_numpy(float) for _, house in by.groupby(level="house", sort=False)]
+
+
 def progress(items: Iterable[Item], doing: str, count: int | None = None) -> Iterable[Item]:
     """The items, one after the other; standard error shows what is being done, and how far it has got."""
     return track(items, doing, total=count, console=Console(stderr=True))

@@ -43,17 +43,6 @@ class InPlace(Experts):
         return _theta(safety.action_counts(experts, len(plan.free_cells), self._hyperprior), random, draws)
 
 
-class Nobody(Experts):
-    """No experts at all: nothing but the hyperprior."""
-
-    def __init__(self, hyperprior: float = safety.HYPERPRIOR):
-        """Take alpha^0."""
-        self._hyperprior = hyperprior
-
-    def action_prior(self, plan: FloorPlan, random: np.random.Generator, draws: bool) -> np.ndarray:
-        return _theta(safety.action_counts([], len(plan.free_cells), self._hyperprior), random, draws)
-
-
 class Elsewhere(Experts):
     """Experts who walked about other houses; what they did there is carried over by what was around them.
 
@@ -65,28 +54,15 @@ class Elsewhere(Experts):
         self.alpha = alpha
 
     @classmethod
-    def in_houses(
-        cls,
-        plans: Iterable[FloorPlan],
-        seed: int = 0,
-        timesteps: int = EXPERT_TIMESTEPS,
-        hyperprior: float = safety.HYPERPRIOR,
-    ) -> Elsewhere:
-        """Learn from experts.
-
-        Args:
-            plans: The houses that they walk about.
-            seed: Of their routes.
-            timesteps: Length of all trajectories in one house together.
-            hyperprior: alpha^0.
-        """
-        random, seen = np.random.default_rng(seed), []
+    def in_houses(cls, plans: Iterable[FloorPlan]) -> Elsewhere:
+        """Learn from experts who walk about some houses."""
+        random, seen = np.random.default_rng(0), []
         for plan in plans:
             around, sectors = surroundings(plan)
-            for cells, actions, goal in routes(plan, random, timesteps):
+            for cells, actions, goal in routes(plan, random):
                 seen.append((around[cells], sectors[cells, goal], actions))
         around, sectors, moves = map(np.concatenate, zip(*seen, strict=True))
-        return cls(context_counts(around, sectors, moves, hyperprior))
+        return cls(context_counts(around, sectors, moves, safety.HYPERPRIOR))
 
     def action_prior(self, plan: FloorPlan, random: np.random.Generator, draws: bool) -> np.ndarray:
         around, sectors = surroundings(plan)

@@ -1,15 +1,19 @@
-"""Caregivers that are told what to do: by a task that names its goal, or by a command."""
+"""Caregivers that are told what to do: by a task that names its goal, by a command, or by a policy of one's own."""
 
 from __future__ import annotations
 
+import abc
 from collections.abc import Sequence
 
 import numpy as np
 
-from caregiver_mj.caregivers.caregiver import Caregiver
+from caregiver_mj.caregivers.caregiver import Caregiver, check_numbers
 from caregiver_mj.caregivers.percept import Percept
+from caregiver_mj.caregivers.target_observation import Encoder, Observations, Places, Slots
 from caregiver_mj.interventions.verb import RELOCATE, Intervention
+from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, Where
+from caregiver_mj.registry import errors_of
 
 
 class InstructedCaregiver(Caregiver):
@@ -47,3 +51,48 @@ class CommandedCaregiver(Caregiver):
         worth = self.worth_protecting(percept)
         worth = np.column_stack([worth, np.ones(len(worth), bool)])  # the last one is NOTHING
         return np.where(worth[np.arange(len(worth)), self.targets], self.targets, NOTHING)
+
+
+class TargetPolicy(CommandedCaregiver, abc.ABC):
+    """Answers observations with targets, once a novice timestep, in the grid and in the house, as trained ones do.
+
+    Observations, masks and actions are those of the Gymnasium environment `caregiver_mj/Supervise-Targets-v0`, of B
+    worlds at once. A subclass says what that was made with.
+
+    Attributes:
+        slots: How many places for stairwells and for candles there are; as many as the house has if None.
+        flat: Whether the observations of a world are one array.
+        encoder: What is observed, from `reset` on.
+    """
+
+    slots: Places | None = None
+    flat = False
+
+    def __init__(self, plan: FloorPlan, seed: int = 0):
+        super().__init__(plan, seed)
+        self._slots = Slots(plan, self.slots)
+
+    def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
+        super().reset(batch, seeds, children)
+        self.encoder = Encoder(self, children, self._slots, self.flat)
+
+    @abc.abstractmethod
+    def act(self, observations: Observations, masks: np.ndarray) -> np.ndarray:
+        """Choose what to protect the children from.
+
+        Args:
+            observations: Of each world: a dictionary of arrays (B, ...), or one array (B, numbers).
+            masks: Which actions do something, bool (B, actions). One that does not counts as 0.
+
+        Returns:
+            Actions (B,): 0 for nothing, else 1 plus the number of a slot, first the stairwells, then the candles.
+        """
+
+    def watch(self, percept: Percept) -> None:
+        mask = self.encoder.mask(percept)
+        who, last = f"{type(self).__name__}.act", self.encoder.actions - 1
+        sizes = f"{last} slots and {percept.child_cell.shape[1]} children"
+        with errors_of(who, f"in house '{self.plan.name}', which has {sizes} (is it a policy for others?)"):
+            actions = self.act(self.encoder.observe(percept, mask), mask.astype(bool))
+        actions = check_numbers(f"{who} must answer with", actions, len(mask), 0, last)
+        self.targets = self._slots.targets(actions, len(mask))

@@ -11,20 +11,19 @@ from caregiver_mj.caregivers.caregiver import Caregiver, first_of_greatest
 from caregiver_mj.caregivers.experts import Experts, InPlace
 from caregiver_mj.caregivers.foresight.child_model import Followers
 from caregiver_mj.caregivers.percept import Assessment, Percept
-from caregiver_mj.children.novice import EXPERT_TIMESTEPS
 from caregiver_mj.danger import safety
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.interventions.verb import Interventions
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, Where
 
-_OPTIONS = {"reach": ("inverse", "linear"), "prior": ("draw", "mean"), "over_children": ("sum", "max")}
+_OPTIONS = {"reach": ("inverse", "linear"), "prior": ("draw", "mean")}
 
 
 class PaperCaregiver(Caregiver):
     """Protects the children from the hazard of greatest expected danger, equation (2), over all of them.
 
-    The paper has one child; of several, the dangers that a hazard is to each are added up, or the greatest one counts.
+    The paper has one child; of several, the dangers that a hazard is to each are added up.
     """
 
     def __init__(
@@ -34,11 +33,7 @@ class PaperCaregiver(Caregiver):
         *,
         reach: str = "inverse",
         prior: str = "draw",
-        hyperprior: float = safety.HYPERPRIOR,
-        expert_timesteps: int = EXPERT_TIMESTEPS,
         threshold: float = 0.0,
-        over_children: str = "sum",
-        weighs_safety: bool = True,
         experts: Experts | None = None,
     ):
         """Learn the action prior from experts.
@@ -48,25 +43,19 @@ class PaperCaregiver(Caregiver):
             seed: Seed of the expert trajectories and the Dirichlet draw.
             reach: Reading of P(reach): "inverse" or "linear" distance.
             prior: theta_s as a "draw" from Dir(alpha_s), or its "mean".
-            hyperprior: alpha_s^0(a).
-            expert_timesteps: Length of all expert trajectories together.
             threshold: Expected danger below which nothing is done.
-            over_children: How the dangers to several children are put together: their "sum", or the "max".
-            weighs_safety: Whether the factor 1 - P(safe) tells between children; without it all count alike.
-            experts: Whose routes it has seen; by default those of experts in this house, which `hyperprior` and
-                `expert_timesteps` are for.
+            experts: Whose routes it has seen; by default those of experts in this house.
 
         Raises:
             CaregiverError: An option has none of its values.
         """
         super().__init__(plan, seed)
-        for what, value in (("reach", reach), ("prior", prior), ("over_children", over_children)):
+        for what, value in (("reach", reach), ("prior", prior)):
             if value not in _OPTIONS[what]:
                 raise CaregiverError(f"{what} must be one of {', '.join(_OPTIONS[what])}, got {value!r}")
-        experts = experts or InPlace(expert_timesteps, hyperprior)
+        experts = experts or InPlace()
         self.action_prior = experts.action_prior(plan, np.random.default_rng(seed), prior == "draw")
         self._reach, self._threshold = reach, threshold
-        self._over_children, self._weighs_safety = over_children, weighs_safety
         # Candles can come to stand on any table, so the largest distance is that over all tables.
         self._largest_distance = max(
             d.max()
@@ -96,9 +85,11 @@ class PaperCaregiver(Caregiver):
         # taken in log space, over the greatest one; a single child's is then exactly 1 and tells nothing.
         unsafe = safety.log_probability_unsafe(self._log_ratio)
         weight = np.exp(unsafe - unsafe.max(axis=1, keepdims=True))
-        weighted = (weight if self._weighs_safety else np.ones_like(weight))[..., None] * reach * damage
-        urgency = weighted.sum(axis=1) if self._over_children == "sum" else weighted.max(axis=1)
-        return Assessment(safe, reach, danger, urgency)
+        return Assessment(safe, reach, danger, self.urgency(weight, reach))
+
+    def urgency(self, unsafe: np.ndarray, reach: np.ndarray) -> np.ndarray:
+        """Return that of each hazard, (B, hazards), by how unsafe the children are, (B, K), and P(reach|tau)."""
+        return (unsafe[..., None] * reach * self.plan.hazards.damage).sum(axis=1)
 
     def reach(self, percept: Percept) -> np.ndarray:
         """Return P(reach_o|tau) of each hazard by each child, (B, K, hazards), normalised over hazards, not tables."""

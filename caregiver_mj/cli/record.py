@@ -148,7 +148,7 @@ def check(arguments: argparse.Namespace, recipe: Recipe, name: str, target: path
     except OSError as error:
         raise CaregiverError(f"'{target}' cannot be written: {error.strerror}") from None
     if arguments.format == "lerobot":
-        from caregiver_mj.recording.lerobot.dataset import check_rate
+        from caregiver_mj.recording.lerobot_dataset import check_rate
 
         check_rate(recipe.about().rate)
     recipe.spaces()  # makes the house, and the caregiver
@@ -183,7 +183,7 @@ def write(arguments: argparse.Namespace, recipe: Recipe, store: Store, name: str
             spec = recipe.spec(_known_name(arguments.house))
             write_minari(pathlib.Path(arguments.out), name, episodes, recipe.about(), recipe.spaces(), spec)
         else:
-            from caregiver_mj.recording.lerobot.dataset import write_lerobot
+            from caregiver_mj.recording.lerobot_dataset import write_lerobot
 
             write_lerobot(target, episodes, recipe.about())
     except OSError as error:

@@ -95,35 +95,6 @@ def of_ratio(ours: np.ndarray, theirs: np.ndarray, confidence: float = CONFIDENC
     return _shaped(value, low, high, np.ndim(ours))
 
 
-def of_mean_ratio(ours: np.ndarray, theirs: np.ndarray, confidence: float = CONFIDENCE) -> Estimate[float]:
-    """Return the mean over columns of the ratio of means, over paired samples (n, columns): a bootstrap-t interval.
-
-    For columns that share their units, such as episode i with novices of several epsilons, and whose means below are
-    well above zero. It has no bounds of fewer than four units, and no estimate where a column has no ratio.
-    """
-    above, below = np.asarray(ours, float), np.asarray(theirs, float)
-    size = len(above)
-    if not below.any(axis=0).all():
-        return Estimate(np.nan, np.nan, np.nan)
-
-    def spread(share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        # The delta method: unit i moves the mean ratio by the mean over columns of (y_i - R x_i) / mean(x)
-        y, x = share @ above, share @ below
-        moved = (1 / x) @ above.T - (y / x**2) @ below.T
-        return (y / x).mean(axis=1), np.sqrt((share * moved**2).sum(axis=1) / (size - 1)) / above.shape[1]
-
-    with np.errstate(divide="ignore", invalid="ignore"):
-        value, error = (float(one[0]) for one in spread(np.full((1, size), 1 / size)))
-        if size < TELLING:
-            return Estimate(value, 0.0, np.inf)
-        if error**2 <= EXACT * value**2:
-            return Estimate(value, value, value)
-        found = [spread(part) for part in shares(size)]
-        means, errors = (np.concatenate(part) for part in zip(*found, strict=True))
-        low, high = quantiles((means - value)[None] / errors[None], confidence)
-    return Estimate(value, max(0.0, value - float(high[0]) * error), value - float(low[0]) * error)
-
-
 def _bounds(above: np.ndarray, below: np.ndarray, confidence: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the ends of the intervals of ratios of means; samples are (columns, n)."""
     size = above.shape[1]

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 
-Row = dict[str, Any]
 Result = dict[str, Any]  # of a block, as JSON: its "rows", and "maps" by name
 _LONGEST = 200  # bytes of the name of a block's file, of the 255 that there may be
 Record = dict[str, Any]  # of a run, as JSON

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from caregiver_mj.experiments.intervals import CONFIDENCE, Estimate, of_difference, of_ratio
+from caregiver_mj.experiments.intervals import CONFIDENCE, Estimate, of_ratio
 
 # What is little enough not to matter, as a share of the other caregiver's mean; stated before any comparison.
 MARGINS = {
@@ -53,20 +53,8 @@ class Comparison(NamedTuple):
     verdict: Verdict
 
 
-def compare_means(ours: np.ndarray, theirs: np.ndarray) -> Comparison:
-    """Return whether ours are less or more than theirs on average, over paired samples (n,)."""
-    difference = np.asarray(ours, float) - theirs
-    return judge(of_difference(ours, theirs), difference)
-
-
-def judge(estimate: Estimate[float], difference: np.ndarray) -> Comparison:
-    """Return the same where the interval of the mean of differences (n,) is known already, such as one over houses."""
-    columns = Estimate(*(np.array([value]) for value in estimate))
-    return judge_columns(columns, np.asarray(difference, float)[:, None])[0]
-
-
 def judge_columns(estimates: Estimate[np.ndarray], differences: np.ndarray) -> list[Comparison]:
-    """Return the same for several kinds of differences of the same pairs, (n, columns); a comparison for each."""
+    """Return comparisons of several kinds of differences of the same pairs, (n, columns), whose intervals are known."""
     found = []
     for i, (difference, p) in enumerate(zip(differences.T, _p_of_columns(np.asarray(differences, float)), strict=True)):
         estimate, p = estimates.column(i), p if enough(difference) else np.nan

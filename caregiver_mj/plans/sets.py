@@ -17,7 +17,7 @@ from collections.abc import Iterable, Mapping
 
 from caregiver_mj.errors import FloorPlanError
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.generator import generate
+from caregiver_mj.plans.generator import design
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.plans.request import Request
 from caregiver_mj.plans.shapes import SHAPES, generate_shape
@@ -43,7 +43,7 @@ def house(name: str) -> FloorPlan | None:
         FloorPlanError: It is one, but there is no such house.
     """
     if (request := Request.from_name(name)) is not None:
-        return generate(**vars(request))
+        return design(request)[0]
     shape, _, seed = name.rpartition("-")
     if shape in SHAPES and re.fullmatch(r"\d+", seed, re.ASCII):
         return generate_shape(shape, int(seed))

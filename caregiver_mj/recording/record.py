@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Iterable
 from typing import Any
 
 from caregiver_mj.plans.hazards import KINDS
@@ -164,10 +163,10 @@ def names(*roles: str) -> tuple[str, ...]:
 MEASURES = names("damage", "count", "contact", "time")  # numbers that can be averaged
 
 
-def markdown(columns: Iterable[Column] = COLUMNS) -> str:
+def markdown() -> str:
     """Return the columns as a table in Markdown."""
     rows = ["| column | unit | is |", "|---|---|---|"]
-    for one in columns:
+    for one in COLUMNS:
         where = f" ({one.world} only)" if one.world else ""
         rows.append(f"| `{one.name}` | {one.unit} | {one.meaning}{where} |")
     return "\n".join(rows)

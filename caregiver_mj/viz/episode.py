@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import os
+import shlex
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from caregiver_mj.errors import CaregiverError, check_integer
 from caregiver_mj.experiments.settings import episode_random, episode_seed
 from caregiver_mj.house.rendering import control
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.policy.own import OwnPolicy, make_policy
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.robot.embodiment import DEFAULT
@@ -58,45 +60,6 @@ class Episode:
             raise CaregiverError(
                 "caregiver must predict where children may be, as 'foresight' does, got one that does not"
             )
-
-    @classmethod
-    def load(
-        cls,
-        task: str = "supervise",
-        house: str | os.PathLike[str] | FloorPlan = "paper",
-        children: Family | float | str = 0.5,
-        seed: int = 0,
-        number: int | None = 0,
-        caregiver: str = "expected-danger",
-        embodiment: str = DEFAULT,
-        foresees: bool = False,
-        sight: str = "all",
-    ) -> Episode:
-        """Begin an episode of a run: the same, step for step, as an evaluation with this seed has.
-
-        Args:
-            task: One of `caregiver_mj.ALL_TASKS`; evaluations are of "supervise".
-            house: A floor plan, the name of one that comes with the package, or the path of a file.
-            children: An epsilon, or a family as `Family.of` takes it.
-            seed: Seed of the run.
-            number: Number of the episode; None if the seed is that of a single episode, which belongs to no run.
-            caregiver: Name of the caregiver, or of a policy; without a robot for "none".
-            embodiment: Name of the robot.
-            foresees: Whether to show what the caregiver thinks may be coming.
-            sight: What it has to see with.
-
-        Raises:
-            CaregiverError: Something of that is not possible.
-        """
-        for what, value in (("seed", seed), ("episode", 0 if number is None else number)):
-            check_integer(what, value, 0)
-        family = Family.of(children)
-        random = episode_random(seed if number is None else episode_seed(seed, number))
-        robot = caregiver != "none"
-        kwargs = {"robot": robot, "embodiment": embodiment}
-        env = load(task, house=house, epsilon=family, random=random, task_kwargs=kwargs, sight=sight)
-        policy = make_policy(env, caregiver, seed) if robot else None
-        return cls(env, policy, family, foresees)
 
     def run_until(self, seconds: float) -> bool:
         """Run the simulation up to a time and look at the children; return whether the episode lasts so long."""
@@ -161,3 +124,61 @@ class Episode:
 
     def _candles(self) -> np.ndarray:
         return moment.candle_positions(self._timestep.observation)
+
+
+@dataclasses.dataclass(frozen=True)
+class Watched:
+    """An episode of a run: the same, step for step, as an evaluation with this seed has.
+
+    Attributes:
+        house: A floor plan, or the name or file of one.
+        family: The children.
+        caregiver: Name of the caregiver, or of a policy; without a robot for "none".
+        seed: Seed of the run.
+        number: Number of the episode; None if the seed is that of a single episode, which belongs to no run.
+        damage: What collisions cost, where the house is not a floor plan that says so.
+        embodiment: Name of the robot.
+        sight: What the caregiver has to see with.
+        task: One of `caregiver_mj.ALL_TASKS`; evaluations are of "supervise".
+    """
+
+    house: str | os.PathLike[str] | FloorPlan = "paper"
+    family: Family = dataclasses.field(default_factory=Family)
+    caregiver: str = "foresight"
+    seed: int = 0
+    number: int | None = 0
+    damage: DamageWeights = DamageWeights()
+    embodiment: str = DEFAULT
+    sight: str = "all"
+    task: str = "supervise"
+
+    def begin(self, foresees: bool = False) -> Episode:
+        """Begin the episode, which may show what the caregiver thinks may be coming.
+
+        Raises:
+            CaregiverError: There can be no such episode.
+        """
+        for what, value in (("seed", self.seed), ("episode", 0 if self.number is None else self.number)):
+            check_integer(what, value, 0)
+        random = episode_random(self.seed if self.number is None else episode_seed(self.seed, self.number))
+        robot = self.caregiver != "none"
+        kwargs = {"robot": robot, "embodiment": self.embodiment}
+        plan = self.house if isinstance(self.house, FloorPlan) else FloorPlan.load(self.house, damage=self.damage)
+        env = load(self.task, house=plan, epsilon=self.family, random=random, task_kwargs=kwargs, sight=self.sight)
+        return Episode(env, make_policy(env, self.caregiver, self.seed) if robot else None, self.family, foresees)
+
+    def options(self) -> str:
+        """Return the options that say the same on the command line."""
+        said = {
+            "house": self.house,
+            "epsilon": str(self.family),
+            "caregiver": self.caregiver,
+            "seed": self.seed,
+            "episode": self.number,
+            "damage": self.damage,
+            "embodiment": self.embodiment,
+            "sight": self.sight,
+        }
+        ever = {"damage": DamageWeights(), "embodiment": DEFAULT, "sight": "all"}
+        told = ((name, value) for name, value in said.items() if ever.get(name) != value)
+        return shlex.join(str(word) for name, value in told for word in (f"--{name}", value))

@@ -21,7 +21,7 @@ from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.viz import OVERLAYS, hud, progress_bar
 from caregiver_mj.viz.cameras import Camera, StillCamera, TileLayer
 from caregiver_mj.viz.colours import GROUND
-from caregiver_mj.viz.episode import Episode
+from caregiver_mj.viz.episode import Episode, Watched
 
 DEFAULT_SIZE = 1280, 720  # pixels
 DEFAULT_FPS = 30.0
@@ -137,7 +137,10 @@ def render_episode(
         raise CaregiverError(f"no overlay '{overlay}': there is {', '.join(OVERLAYS)}")
     path, still = _writable(path, ".mp4"), None if still is None else _writable(still, ".png")
     foresees = overlay == "danger"
-    filmed = Episode.load(task, house, epsilon, seed, episode, caregiver, embodiment, foresees, sight)
+    watched = Watched(
+        house, Family.of(epsilon), caregiver, seed, episode, embodiment=embodiment, sight=sight, task=task
+    )
+    filmed = watched.begin(foresees)
     best: tuple[float, np.ndarray | None] = (math.inf, None)
     count = max(1, round(seconds * fps))
     with (

@@ -1,7 +1,7 @@
-"""Which parts of the model matter, in the grid world: prints the tables of docs/ablations.md.
+"""What each part of the rule and of `foresight` is worth: variants of them on the same episodes, in the grid.
 
-Other studies take the rule apart, too: `RULES` are the rule with something changed, which `evaluate` takes as
-`--caregiver studies.ablations:Still` once `PYTHONPATH=scripts` says where the studies are.
+The rules with something changed are caregivers, too: `evaluate` takes one as `--caregiver studies.ablations:Still` once
+`PYTHONPATH=scripts` says where the studies are.
 """
 
 from __future__ import annotations
@@ -9,61 +9,63 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import functools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 
+from caregiver_mj.caregivers.baselines import NearestCaregiver
+from caregiver_mj.caregivers.caregiver import Caregiver
+from caregiver_mj.caregivers.experts import Elsewhere, Experts, InPlace
 from caregiver_mj.caregivers.foresight.child_model import CHANGE, child_chain
+from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, KnowsGoalCaregiver
+from caregiver_mj.caregivers.foresight.value_table import OBJECTIVE
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import HORIZON, Assessment, Outlook, Percept, bare_tables
-from caregiver_mj.children.tape import Tape
+from caregiver_mj.danger import safety
 from caregiver_mj.danger.belief import Belief
-from caregiver_mj.experiments.intervals import of_ratio
-from caregiver_mj.experiments.settings import EPSILONS
+from caregiver_mj.experiments import two_level
 from caregiver_mj.grid.world import CAREGIVER_ACTIONS, GridWorld
 from caregiver_mj.plans.cell_graph import Target
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from study import Parser, progress, table
+from caregiver_mj.plans.sets import house_set, houses_named
+from study import Page, Parser, damage_sums, interval, load_house, run_all, run_in_grid, table
 
-# What the action prior is learned from, and how; as arguments of `PaperCaregiver`.
-PRIORS: dict[str, dict[str, Any]] = {
-    "Dirichlet draw, hyperprior 1, 1,000 expert timesteps (default)": {},
-    "Dirichlet mean": {"prior": "mean"},
-    "hyperprior 0.1": {"hyperprior": 0.1},
-    "hyperprior 0.3": {"hyperprior": 0.3},
-    "hyperprior 3": {"hyperprior": 3.0},
-    "hyperprior 10": {"hyperprior": 10.0},
-    "100 expert timesteps": {"expert_timesteps": 100},
-    "300 expert timesteps": {"expert_timesteps": 300},
-    "3,000 expert timesteps": {"expert_timesteps": 3000},
-    "10,000 expert timesteps": {"expert_timesteps": 10_000},
-}
-_ACTIONS = (1, 2, 4, 5, 6)  # of the caregiver, a timestep
-_FEW_EPSILONS = (1.0, 0.5, 0.05)
-_THRESHOLDS = (0.0, 0.1, 0.5, 1.0)
-_MIDDLE = 0.5  # the threshold at which priors are compared
-_TIMES = (10, 50, 200)  # timesteps after which P(safe) is told
-
-Figures = dict[str, np.ndarray]  # what is measured of every episode, (B,) each
+NONE, RULE, FORESIGHT = "none", "the rule", "foresight"
+LEARNT_IN = "train-20"  # houses of the experts elsewhere
+COLUMNS = ("damage", "toys_reached", "moves_blocked_free", "interventions")
+_CARELESS, _CAREFUL = 1.0, 0.05  # novices that P(safe) is to tell apart
+_TIMES = (10, 50, 200)  # timesteps after which it is asked to
 
 
 def add_options(parser: Parser) -> None:
     """Declare the options."""
-    parser.add("house", "paper", "name or file of the floor plan")
-    parser.add("episodes", 2000, "episodes for every variant and epsilon")
-    parser.add("seed", 0, "seed of the first episode")
+    parser.add("houses", ["test-5"], "houses to run in, or sets of them", metavar="SET")
+    parser.add("episodes", 10, "with each family in each house")
+    parser.add("epsilon", ["1", "0.5", "0.05", "1,0.25"], "children", metavar="FAMILY")
+    parser.add("only", [*GROUPS], "these groups of variants", choices=GROUPS, metavar="GROUP")
+    parser.add_file("out", "keep the episodes there, and go on with them", "DIR")
+    parser.add_jobs()
 
 
-def run(options: argparse.Namespace) -> None:
-    """Run the study and print its tables."""
-    seeds = range(options.seed, options.seed + options.episodes)
-    tapes = [Tape.draw_family(np.random.RandomState(seed), 1) for seed in seeds]
-    study = Study(FloorPlan.load(options.house), tapes)
-    print(variants_table(study, variants()), end="\n\n", flush=True)
-    print(thresholds_table(study, PRIORS), end="\n\n", flush=True)
-    print(safety_table(study, PRIORS))
+def run(options: argparse.Namespace) -> Page:
+    """Run all variants; return the page."""
+    houses = [plan.name for plan in houses_named(options.houses)]
+    needed = {NONE: None, **{GROUPS[group].base: None for group in options.only}}
+    names = [*needed, *(f"{group}: {how}" for group in options.only for how in GROUPS[group].changed)]
+    work = [Job(house, name, tuple(options.epsilon), options.episodes) for house in houses for name in names]
+    rows = pd.concat(map(pd.DataFrame, run_all(run_job, work, options.jobs, "variants", options.out)))
+    tells = "action prior" in options.only
+    values = {
+        "houses": " ".join(options.houses),
+        "episodes": options.episodes,
+        "learnt_in": LEARNT_IN,
+        "tables": {group: variants_table(rows, group) for group in options.only},
+        "apart": apart_table(run_all(tell_apart, houses, options.jobs, "P(safe)")) if tells else "",
+    }
+    return Page(values)
 
 
 # -- The rule with something changed -----------------------------------------------------------------
@@ -72,22 +74,19 @@ def run(options: argparse.Namespace) -> None:
 class Max(PaperCaregiver):
     """The rule with the greatest danger to any child instead of the sum over them."""
 
-    def __init__(self, plan: FloorPlan, seed: int = 0):
-        super().__init__(plan, seed, over_children="max")
+    def urgency(self, unsafe: np.ndarray, reach: np.ndarray) -> np.ndarray:
+        return (unsafe[..., None] * reach * self.plan.hazards.damage).max(axis=1)
 
 
 class Alike(PaperCaregiver):
     """The rule without the factor 1 - P(safe): all children count alike, however they behave."""
 
-    def __init__(self, plan: FloorPlan, seed: int = 0):
-        super().__init__(plan, seed, weighs_safety=False)
+    def urgency(self, unsafe: np.ndarray, reach: np.ndarray) -> np.ndarray:
+        return super().urgency(np.ones_like(unsafe), reach)
 
 
-class MaxAlike(PaperCaregiver):
+class MaxAlike(Alike, Max):
     """The rule without the factor, with the greatest danger to any child."""
-
-    def __init__(self, plan: FloorPlan, seed: int = 0):
-        super().__init__(plan, seed, over_children="max", weighs_safety=False)
 
 
 class Still(PaperCaregiver):
@@ -128,23 +127,6 @@ class Predictive(PaperCaregiver):
 
     def _outlook(self, percept: Percept) -> Outlook:
         return Outlook(child_chain(self.plan), percept.child_cell, self.belief.probability)
-
-
-RULES = {
-    "paper-max": Max,
-    "paper-alike": Alike,
-    "paper-max-alike": MaxAlike,
-    "paper-still": Still,
-    "paper-predictive": Predictive,
-}
-
-
-def where(name: str) -> str:
-    """Return what a caregiver is found by: of `RULES` where it is, as `module:object`, of others the name."""
-    return f"{__name__}:{RULES[name].__name__}" if name in RULES else name
-
-
-# -- Variants ----------------------------------------------------------------------------------------
 
 
 class NearestTable(PaperCaregiver):
@@ -195,105 +177,184 @@ class LeastExposedTable(PaperCaregiver):
         return np.where(bare_tables(percept.candle_table, len(self.exposure)), self.exposure, np.inf)
 
 
+class Nobody(Experts):
+    """No experts at all: nothing but the hyperprior, 1, of which theta is a draw or the mean."""
+
+    def action_prior(self, plan: FloorPlan, random: np.random.Generator, draws: bool) -> np.ndarray:
+        alpha = safety.action_counts([], len(plan.free_cells))
+        return safety.action_prior_draw(alpha, random) if draws else safety.action_prior_mean(alpha)
+
+
+class UniformBelief(ForesightCaregiver):
+    """The planner that sees where the child is, but learns nothing from its moves."""
+
+    def watch(self, percept: Percept) -> None:
+        """Take nothing in."""
+
+
+# -- Variants ----------------------------------------------------------------------------------------
+
+
 class Variant(NamedTuple):
     """A caregiver with something changed."""
 
-    make: Callable[..., PaperCaregiver] = PaperCaregiver  # makes it for a house
+    make: Callable[..., Caregiver] = PaperCaregiver  # makes it for a house
     options: Mapping[str, Any] = {}
     actions: int = CAREGIVER_ACTIONS  # how many actions it has in a novice timestep
 
 
-def variants() -> dict[str, Variant]:
-    """All variants by name; the first one is the default."""
-    found = {name: Variant(options=options) for name, options in PRIORS.items()}
-    found["P(reach) linear"] = Variant(options={"reach": "linear"})
-    for actions in _ACTIONS:
-        found[f"{actions} caregiver action{'s' * (actions > 1)} a timestep"] = Variant(actions=actions)
-    found["candle to the nearest bare table"] = Variant(NearestTable)
-    found["candle to the least exposed bare table"] = Variant(LeastExposedTable)
-    return found
+class Group(NamedTuple):
+    """Variants of one caregiver."""
+
+    base: str  # its name in `BASES`
+    changed: Mapping[str, Variant]  # by what is changed
 
 
-@dataclasses.dataclass(frozen=True)
-class Study:
-    """Runs variants on the same novices."""
+@functools.cache  # all jobs of a process learn in the same houses
+def _elsewhere() -> Elsewhere:
+    return Elsewhere.in_houses(house_set(LEARNT_IN))
 
-    plan: FloorPlan  # the house
-    tapes: Sequence[tuple[Tape, ...]]  # the novices' chance, the same for every variant
 
-    def run(self, variant: Variant, epsilons: Sequence[float] = EPSILONS) -> dict[float, Figures]:
-        """Run all episodes with a variant, by epsilon."""
-        caregiver = variant.make(self.plan, **variant.options)
-        worlds = {e: GridWorld(self.plan, e, caregiver, caregiver_actions=variant.actions) for e in epsilons}
-        return {epsilon: world.run(self.tapes).totals() for epsilon, world in worlds.items()}
+def _learnt_elsewhere(plan: FloorPlan, **options: Any) -> PaperCaregiver:
+    return PaperCaregiver(plan, experts=_elsewhere(), **options)
 
-    @functools.cached_property
-    def alone(self) -> dict[float, Figures]:
-        """All episodes without a caregiver, by epsilon."""
-        return {epsilon: GridWorld(self.plan, epsilon, None).run(self.tapes).totals() for epsilon in EPSILONS}
 
-    def safety(self, epsilon: float, caregiver: PaperCaregiver, at: Sequence[int]) -> np.ndarray:
-        """P(safe) of unassisted novices after some timesteps, (times, episodes)."""
-        world = GridWorld(self.plan, epsilon, None)
-        world.reset(self.tapes)
-        caregiver.reset(len(self.tapes))
-        safe = []
-        for timestep in range(1, max(at) + 1):
-            world.step()
+def _planner(**options: Any) -> Variant:
+    return Variant(ForesightCaregiver, options)
+
+
+def _objectives(name: str, values: Sequence[Any]) -> dict[str, Variant]:
+    return {f"{value:g}": _planner(objective=dataclasses.replace(OBJECTIVE, **{name: value})) for value in values}
+
+
+# What the action prior is learned from, and how.
+PRIORS = {
+    "Dirichlet draw, hyperprior 1, 1,000 expert timesteps": Variant(),
+    "Dirichlet mean": Variant(options={"prior": "mean"}),
+    "hyperprior 0.1": Variant(options={"experts": InPlace(hyperprior=0.1)}),
+    "hyperprior 10": Variant(options={"experts": InPlace(hyperprior=10.0)}),
+    "100 expert timesteps": Variant(options={"experts": InPlace(100)}),
+    "10,000 expert timesteps": Variant(options={"experts": InPlace(10_000)}),
+    "experts of other houses": Variant(_learnt_elsewhere),
+    "experts of other houses, Dirichlet mean": Variant(_learnt_elsewhere, {"prior": "mean"}),
+    "no experts": Variant(options={"experts": Nobody()}),
+}
+BASES: dict[str, Variant | None] = {NONE: None, RULE: Variant(), FORESIGHT: _planner()}
+GROUPS = {
+    "action prior": Group(RULE, dict([*PRIORS.items()][1:])),
+    "several children": Group(
+        RULE,
+        {
+            "without 1 - P(safe)": Variant(Alike),
+            "greatest danger to a child, not the sum": Variant(Max),
+            "greatest danger, without 1 - P(safe)": Variant(MaxAlike),
+        },
+    ),
+    "rule": Group(
+        RULE,
+        {
+            "`nearest`": Variant(NearestCaregiver),
+            "P(reach) linear in distance": Variant(options={"reach": "linear"}),
+            "P(reach) of the belief, within 15 timesteps": Variant(Predictive),
+            "makes no room for the child": Variant(Still),
+            "candle to the nearest bare table": Variant(NearestTable),
+            "candle to the least exposed bare table": Variant(LeastExposedTable),
+            **{f"does nothing below a danger of {at:g}": Variant(options={"threshold": at}) for at in (0.1, 0.5, 1.0)},
+        },
+    ),
+    "actions in a timestep": Group(RULE, {str(n): Variant(actions=n) for n in (1, 2, 4, 6)}),
+    "belief": Group(
+        FORESIGHT,
+        {
+            "told bin and epsilon (`knows-goal`)": Variant(KnowsGoalCaregiver),
+            "learns nothing from moves": Variant(UniformBelief),
+            "epsilon never changes": _planner(change=0.0),
+            "epsilon changes often (.1 a timestep)": _planner(change=0.1),
+        },
+    ),
+    "discount in a timestep": Group(FORESIGHT, _objectives("discount", (0.9, 0.993))),
+    "hysteresis": Group(FORESIGHT, {f"{share:g}": _planner(hysteresis=share) for share in (0.0, 0.02)}),
+    "price of a denied move to a toy": Group(FORESIGHT, _objectives("price", (0.0, 3.0))),
+    "price of a denied random move": Group(FORESIGHT, _objectives("random_price", (0.0, 1.5))),
+}
+
+
+def variant(name: str) -> Variant | None:
+    """Return the variant of a name: of `BASES`, or a group's and what is changed; None for `none`."""
+    group, _, how = name.partition(": ")
+    return GROUPS[group].changed[how] if how else BASES[name]
+
+
+class Job(NamedTuple):
+    """All episodes with one variant in one house."""
+
+    house: str
+    variant: str
+    families: tuple[str, ...]
+    episodes: int
+
+
+def run_job(job: Job) -> dict[str, Any]:
+    """Run the episodes of a job, those that `evaluate` runs with seed 0: columns of `episodes.parquet`."""
+    plan, found = load_house(job.house), variant(job.variant)
+    caregiver = found and found.make(plan, **found.options)
+    actions = found.actions if found else CAREGIVER_ACTIONS
+    make = functools.partial(GridWorld, caregiver=caregiver, caregiver_actions=actions)
+    totals = [run_in_grid(make, plan, [family], job.episodes).ledger.totals() for family in job.families]
+    return {
+        "house": job.house,
+        "variant": job.variant,
+        "family": [family for family in job.families for _ in range(job.episodes)],
+        "episode": [*range(job.episodes)] * len(job.families),
+        **{name: np.concatenate([one[name] for one in totals]).tolist() for name in COLUMNS},
+    }
+
+
+def tell_apart(house: str) -> list[list[float]]:
+    """Return how often a careful novice looks safer than a careless one by each of `PRIORS`, after each of `_TIMES`."""
+    plan, found = load_house(house), []
+    for prior in PRIORS.values():
+        caregiver = prior.make(plan, **prior.options)
+        safe: dict[int, np.ndarray] = {}
+
+        def look(world: GridWorld, caregiver: Caregiver = caregiver, safe: dict[int, np.ndarray] = safe) -> None:
             caregiver.watch(world.percept())
-            if timestep in at:
-                safe.append(caregiver.assess(world.percept()).safe[:, 0])
-        return np.array(safe)
+            if world.timestep in _TIMES:
+                assessment = caregiver.assess(world.percept())
+                assert assessment  # the rule has one
+                safe[world.timestep] = assessment.safe[:, 0]
+
+        episodes = 50
+        caregiver.reset(2 * episodes)
+        run_in_grid(functools.partial(GridWorld, caregiver=None), plan, (_CARELESS, _CAREFUL), episodes, look=look)
+        pairs = [(one[episodes:, None], one[:episodes]) for one in safe.values()]
+        found.append([float((ours > theirs).mean() + (ours == theirs).mean() / 2) for ours, theirs in pairs])
+    return found
 
 
 # -- Tables ------------------------------------------------------------------------------------------
 
 
-def variants_table(study: Study, made: Mapping[str, Variant]) -> str:
-    """Damage left under every variant, and whether it changes any episode at all."""
-    rows, default = [], dict[float, Figures]()
-    for name, variant in progress(made.items(), "variants"):
-        found = study.run(variant)
-        default = default or found
-        same = np.mean([np.all([found[e][what] == default[e][what] for what in found[e]], axis=0) for e in EPSILONS])
-        toys, toys_alone = (sum(world[e]["toys_reached"].mean() for e in EPSILONS) for world in (found, study.alone))
-        begun = np.mean([found[e]["interventions"].mean() for e in EPSILONS])
-        rows.append((name, *_left(study, found), f"{toys / toys_alone:.1%}", f"{begun:.1f}", f"{same:.0%}"))
-    left = (f"left at {epsilon:g}" for epsilon in EPSILONS)
-    return table(("variant", *left, "toys kept", "interventions", "episodes as default"), rows)
+def variants_table(rows: pd.DataFrame, group: str) -> str:
+    """Return the table of a group: what is left, and what the child pays for it; first the caregiver as it is."""
+    by = dict(iter(rows.groupby("variant", sort=False)))
+    base, alone = by[GROUPS[group].base], by[NONE]
+    families, lines = rows.family.unique(), []
+    for how in ("", *GROUPS[group].changed):
+        ours = by[f"{group}: {how}"] if how else base
+        means, without = (one.groupby("family").damage.mean() for one in (ours, alone))
+        left = (f"{means[family] / without[family]:.3f}" for family in families)
+        more = interval(two_level.of_difference(damage_sums(ours), damage_sums(base)), sign="+") if how else ""
+        same = (ours[[*COLUMNS]].to_numpy() == base[[*COLUMNS]].to_numpy()).all(axis=1).mean()
+        toys = ours.toys_reached.sum() / alone.toys_reached.sum()
+        paid = f"{toys:.1%}", f"{ours.moves_blocked_free.mean():.2f}", f"{ours.interventions.mean():.1f}"
+        lines.append((how or GROUPS[group].base, *left, more, *paid, f"{same:.0%}"))
+    measured = "toys kept", "free moves denied", "interventions", "episodes equal"
+    return table((group, *families, "damage, less that of the first", *measured), lines)
 
 
-def thresholds_table(study: Study, priors: Mapping[str, dict[str, Any]]) -> str:
-    """What the prior does once expected danger is compared with a threshold."""
-    made = {f"threshold {threshold:g}": {"threshold": threshold} for threshold in _THRESHOLDS}
-    made |= {
-        f"threshold {_MIDDLE:g}, {name}": {"threshold": _MIDDLE, **priors[name]} for name in priors if priors[name]
-    }
-    rows = []
-    for name, options in progress(made.items(), "thresholds"):
-        found = study.run(Variant(options=options), _FEW_EPSILONS)
-        rows.append((name, *_left(study, found), *(f"{found[e]['interventions'].mean():.1f}" for e in found)))
-    return table(("variant", *(f"{what} at {e:g}" for what in ("left", "interventions") for e in _FEW_EPSILONS)), rows)
-
-
-def safety_table(study: Study, priors: Mapping[str, dict[str, Any]]) -> str:
-    """P(safe) of careful and careless novices, and how well it tells them apart."""
-    rows = []
-    careless, *_, careful = _FEW_EPSILONS
-    for name, options in progress(priors.items(), "P(safe)"):
-        caregiver = PaperCaregiver(study.plan, **options)
-        safe = {epsilon: study.safety(epsilon, caregiver, _TIMES) for epsilon in _FEW_EPSILONS}
-        means = (f"{mean:.2f}" for epsilon in safe for mean in safe[epsilon].mean(axis=1))
-        # The probability that a careful novice looks safer than a careless one, whichever two one takes.
-        one, other = safe[careful][0][:, None], safe[careless][0]
-        apart = (one > other).mean() + (one == other).mean() / 2
-        rows.append((name, *means, f"{apart:.2f}"))
-    columns = (f"{epsilon:g} after {timestep}" for epsilon in _FEW_EPSILONS for timestep in _TIMES)
-    return table(("prior", *columns, f"told apart after {_TIMES[0]}"), rows)
-
-
-def _left(study: Study, assisted: dict[float, Figures]) -> Iterator[str]:
-    """Damage left at each epsilon, with half the width of its interval."""
-    for epsilon in assisted:
-        ratio, low, high = of_ratio(assisted[epsilon]["damage"], study.alone[epsilon]["damage"])
-        yield f"{ratio:.3f} ± {(high - low) / 2:.3f}"
+def apart_table(found: Sequence[list[list[float]]]) -> str:
+    """Return the table of what `tell_apart` has found in each house."""
+    means = np.mean(found, axis=0)
+    rows = [(name, *(f"{value:.3f}" for value in line)) for name, line in zip(PRIORS, means, strict=True)]
+    return table(("action prior of", *(f"after {time}" for time in _TIMES)), rows)

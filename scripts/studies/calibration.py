@@ -55,7 +55,6 @@ HARMLESS, SAFE = "harmless", "P(safe)"  # what is asked of a stretch of timestep
 # Ends of the bins of what is predicted. Most collisions are improbable, so the lower ones are narrow.
 EDGES = np.array([0, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0])
 BINS = len(EDGES) - 1
-IMPROBABLE = 0.01  # an edge
 FEWEST = 200  # predictions in a bin, below which it is not drawn
 _SUMS = ["count", "predicted", "happened", "square"]
 
@@ -306,9 +305,8 @@ def page(rows: pd.DataFrame, names: str, episodes: int) -> Page:
     def scores(family: str, horizon: int, *kinds: str) -> Scores:
         return Scores.of(sums_of(rows, family, horizon, kinds or EACH))
 
-    everybody, (_, explorer) = (TOGETHER, *families()), _SHARES
+    everybody = TOGETHER, *families()
     children = {horizon: {f: scores(f, horizon) for f in everybody} for horizon in reversed(HORIZONS)}
-    careful, edge = sums_of(rows, f"explorer:{explorer:g}", LONGEST), EDGES.tolist().index(IMPROBABLE)
     values = {
         "change": CHANGE,
         "episodes": episodes,
@@ -317,17 +315,12 @@ def page(rows: pd.DataFrame, names: str, episodes: int) -> Page:
         "fewest": FEWEST,
         "longest": LONGEST,
         "walking": SHARE_OF_TIME_WALKING,
-        "improbable": IMPROBABLE,
         "kinds": [
             (what, horizon, scores(TOGETHER, horizon, kind)) for kind, what in KINDS.items() for horizon in HORIZONS
         ],
         "children": children,
-        "modelled": [children[LONGEST][family].calibration_error for family in MODELLED],
-        "between": [children[LONGEST][family].calibration_error for family in BETWEEN],
-        "skill_at_once": max(children[1][family].skill.value for family in (*MODELLED, *BETWEEN)),
         "too_few": [title(family) for family, scores in children[LONGEST].items() if side(scores.bias, 1) < 0],
         "stretches": [(f, scores(f, LONGEST, HARMLESS), scores(f, LONGEST, SAFE)) for f in everybody],
-        "explorer": [Scores.of(part).bias for part in (careful[..., :edge], careful[..., edge:])],
         "title": title,
         "cells": score_cells,
         "timesteps": timesteps,

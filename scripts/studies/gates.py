@@ -9,7 +9,6 @@ ends because the child has taken the battery is told apart.
 from __future__ import annotations
 
 import argparse
-import collections
 import contextlib
 import functools
 import json
@@ -18,7 +17,6 @@ import random
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from caregiver_mj.caregivers import Caregiver
 from caregiver_mj.caregivers.percept import Percept
@@ -30,7 +28,8 @@ from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.policy.policy import CaregiverPolicy
 from caregiver_mj.robot.skills import PickUp
 from caregiver_mj.tasks import load
-from study import Parser, make_console, make_table, run_all
+from studies.relocations import Touches
+from study import Parser, make_console, make_table, run_trials, write_json
 
 _LIMIT, _DRIVEN = 60.0, 15.0  # seconds, and those that it drives with what it has picked up
 _TOLD = ("stays", "taken", "begun", "tries")  # of a trial that went wrong
@@ -98,16 +97,11 @@ def trial(options: argparse.Namespace, seed: int) -> dict[str, Any]:
         errand.hazard = plan.hazards.number(Where.FLOOR, 0)
     else:
         errand.hazard = lots.randrange(len(plan.landings), len(plan.stairwells))
-    policy, touched = CaregiverPolicy(env, errand), collections.Counter[str]()
-    names = [env.physics.model.id2name(geom, "geom") for geom in range(env.physics.model.ngeom)]
+    policy, touches = CaregiverPolicy(env, errand), Touches(env.physics)
     step, until, tries, seconds = env.reset(), _LIMIT, 0, math.nan
     while env.physics.time() < until and not step.last() and not env.task.outcome()["damage_battery"]:
         step = env.step(policy(step))
-        for pair in env.physics.data.ptr.contact.geom.tolist():
-            one, two = (names[geom] for geom in pair)
-            thing = two if one.startswith("robot/") else one if two.startswith("robot/") else ""
-            if thing and not thing.startswith("toddler"):
-                touched[thing.partition("/")[2] or thing] += 1
+        touches.look()
         skill = policy.executive.routine.skill if policy.executive.routine else None
         tries = max(tries, skill.tries if isinstance(skill, PickUp) else 0)
         is_done = policy.interventions_done and env.task.children.state[errand.hazard] != State.AS_PLANNED
@@ -117,6 +111,7 @@ def trial(options: argparse.Namespace, seed: int) -> dict[str, Any]:
     outcome = env.task.outcome()
     return {
         "house": plan.name,
+        "seed": seed,
         "family": str(env.task.family),
         "done": not math.isnan(seconds),
         "stays": bool(env.task.children.state[errand.hazard] != State.AS_PLANNED),
@@ -124,20 +119,18 @@ def trial(options: argparse.Namespace, seed: int) -> dict[str, Any]:
         "seconds": seconds,
         "begun": policy.interventions,
         "tries": tries,
-        "touched": dict(touched),
+        "touched": sorted({thing for part, thing in touches.pairs if part.startswith("robot/")}),
         **{name: outcome[name] for name in ("strikes", "strikes_surface", "contact_speed", "pressings")},
     }
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Run the trials, and print what came of them."""
     usable = [plan.name for plan in houses_named(options.houses) if options.batteries or with_gates(plan).mouths]
     options = argparse.Namespace(**(vars(options) | {"houses": usable}))
-    seeds = range(options.first, options.first + options.trials)
     what = "batteries" if options.batteries else "gates"
-    found = pd.DataFrame(run_all(functools.partial(trial, options), seeds, options.jobs, what))
-    if options.json:
-        found.to_json(options.json, orient="records", lines=True)
+    found = run_trials(functools.partial(trial, options), options, what)
+    write_json(options.json, found)
     console = make_console()
     counted = {"taken by the child": found.taken, "begun again": found.begun > 1 + found.done * options.batteries}
     counted |= {"gripped again": found.tries > 1, "not so in the end": found.done & ~found.stays}
@@ -149,11 +142,7 @@ def run(options: argparse.Namespace) -> int:
         counts = (str(int(group[name].sum())) for name in heads[5:])
         table.add_row(str(family), str(len(group)), str(int(group.done.sum())), *quick, *counts)
     console.print(table)
-    touched = collections.Counter[str]()
-    for each in found.touched:
-        touched.update(dict.fromkeys(each, 1))
-    console.print(f"{len(usable)} houses. Touched by the robot, in so many trials: {dict(touched)}.")
-    for seed, row in zip(seeds, found.to_dict("records"), strict=True):
-        if not row["done"] or not row["stays"]:
-            console.print(f"not done: seed {seed}, {row['house']}, {row['family']}", {n: row[n] for n in _TOLD})
-    return 0
+    touched = found.touched.explode().value_counts().to_dict()
+    console.print(f"{len(usable)} houses. Touched by the robot, in so many trials: {touched}.")
+    for row in found[~found.done | ~found.stays].to_dict("records"):
+        console.print(f"not done: seed {row['seed']}, {row['house']}, {row['family']}", {n: row[n] for n in _TOLD})

@@ -12,8 +12,7 @@ from PIL import Image
 
 from caregiver_mj.children.family import Family
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.robot.embodiment import DEFAULT
-from caregiver_mj.viz.episode import Episode
+from caregiver_mj.viz.episode import Episode, Watched
 from caregiver_mj.viz.film import Studio
 from study import Parser
 
@@ -58,7 +57,7 @@ def run(options: argparse.Namespace) -> None:
     """Film, and write the picture."""
     family, plan = Family.parse(options.epsilon), FloorPlan.load(options.house)
     plan = dataclasses.replace(plan, name="-".join(plan.name.split("-")[:2]))  # there is no room for more
-    episode = Episode.load("supervise", plan, family, options.seed, 0, options.caregiver, DEFAULT)
+    episode = Watched(plan, family, options.caregiver, options.seed).begin()
     with contextlib.closing(episode.env):
         write(options.out, frames(episode, options.begin, options.end, options.width, options.height))
     print(options.out)

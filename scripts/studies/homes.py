@@ -26,7 +26,7 @@ from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.interventions.verb import Interventions
 from caregiver_mj.plans.hazards import BATTERY, CANDLE, GATE, MUG, STAIRWELL, DamageWeights, HazardKind
 from caregiver_mj.plans.sets import houses_named
-from study import Page, Parser, read_run, run_all
+from study import Page, Parser, damage_sums, read_run, run_all
 
 
 class Source(NamedTuple):
@@ -125,7 +125,7 @@ def page(
     episodes: pd.DataFrame, cells: pd.DataFrame, settings: Settings, found: dict[Job, dict[str, list[float]]]
 ) -> Page:
     """Return the page."""
-    sums = {name: _sums(episodes[episodes.caregiver == name]) for name in settings.caregivers}
+    sums = {name: damage_sums(episodes[episodes.caregiver == name]) for name in settings.caregivers}
     total = {name: sum(map(np.mean, houses)) / len(houses) for name, houses in sums.items()}
     rule, ours, told = (total[name] for name in ("expected-danger", "foresight", "knows-goal"))
     ablated = _of(found, "", "studies.homes:NoGates")
@@ -176,12 +176,6 @@ def _without_gates(kinds: tuple[HazardKind, ...], percept: Percept) -> Percept:
     if percept.out_of_reach is not None:
         barred |= percept.out_of_reach
     return dataclasses.replace(percept, out_of_reach=barred)
-
-
-def _sums(episodes: pd.DataFrame) -> list[np.ndarray]:
-    """Return for each house the damage of each episode number, added up over the families."""
-    by = episodes.groupby(["house", "episode"], sort=False).damage.sum()
-    return [group.to_numpy() for _, group in by.groupby(level="house", sort=False)]
 
 
 def _by_family(episodes: pd.DataFrame, name: str, settings: Settings) -> list[float]:

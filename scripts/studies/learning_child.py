@@ -9,7 +9,6 @@ episode to episode.
 from __future__ import annotations
 
 import argparse
-import copy
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -63,7 +62,6 @@ def add_options(parser: Parser) -> None:
     for name, (default, is_what) in _COUNTS.items():
         parser.add(name, default, is_what)
     parser.add("epsilon", 0.25, "share of random moves")
-    parser.add("exams", [0, 5, 10, 20, 30], nargs="*", metavar="AGE")
     parser.add_file("out", "keep the lives, or take those that are there", "DIR")
     parser.add_jobs()
 
@@ -73,7 +71,7 @@ def run(options: argparse.Namespace) -> Page:
     if options.childhood < FIRST or options.after <= FIRST:
         raise CaregiverError(f"childhood has at least {FIRST} episodes, and at least {FIRST + 1} come after it")
     counts = {name: getattr(options, name) for name in (*_COUNTS, "epsilon")}
-    work = jobs_of(options.houses, options.caregivers, counts, options.exams)
+    work = jobs_of(options.houses, options.caregivers, counts)
     grown = Grown(work, run_all(live, work, options.jobs, "growing up", options.out))
     return page(grown, options.houses, options.epsilon)
 
@@ -144,7 +142,6 @@ class Job(NamedTuple):
     after: int  # episodes alone after these
     seed: int  # of all chance
     epsilon: float  # share of random moves
-    exams: tuple[int, ...]  # ages, in episodes, at which it is asked what would happen if it were alone now
 
 
 def live(job: Job) -> dict[str, Any]:
@@ -154,7 +151,6 @@ def live(job: Job) -> dict[str, Any]:
         `course`: each of `MEASURES` in every episode, (measures, episodes, kinds, learners). Coverage is the share of
         free cells that are visited until the damage is above 15; known is the share of the moves into stairwells and
         into tables with candles that are believed to do harm, after the episode; None where there are no such moves.
-        `exams`: damage in an episode alone at each age, without learning in it, (ages, kinds, learners).
     """
     plan = FloorPlan.load(job.house)
     learner = Learner(plan, job.epsilon, np.repeat([False, True], job.learners))
@@ -164,13 +160,8 @@ def live(job: Job) -> dict[str, Any]:
     # Which moves lead into a stairwell, or into a table on which a candle stands at first, (free cells, 4).
     dangerous = (target == Target.STAIRWELL) | ((target == Target.TABLE) & np.isin(index, plan.candle_tables))
     length = job.childhood + job.after
-    course, exams = np.empty((len(MEASURES), length, len(KINDS), job.learners)), []
-    for age in range(length + 1):
-        if age in job.exams:  # of children that stay as they are
-            exam = GridWorld(plan, Family((copy.copy(learner),)), None).run(_tapes(job, length + age))
-            exams.append(exam.damage)
-        if age == length:
-            break
+    course = np.empty((len(MEASURES), length, len(KINDS), job.learners))
+    for age in range(length):
         world = guarded if age < job.childhood else alone
         lesson = Lesson(world, learner)
         totals = world.run(_tapes(job, age), lesson).totals()
@@ -182,7 +173,7 @@ def live(job: Job) -> dict[str, Any]:
         course[:, age] = values.reshape(len(MEASURES), len(KINDS), job.learners)
     measured = course.astype(object)
     measured[np.isnan(course)] = None  # JSON has no NaN
-    return {"course": measured.tolist(), "exams": np.reshape(exams, (-1, len(KINDS), job.learners)).tolist()}
+    return {"course": measured.tolist()}
 
 
 class Lesson:
@@ -216,7 +207,7 @@ def _tapes(job: Job, number: int) -> Sequence[Sequence[Tape]]:
     return [episode_tapes(seed, 1) for seed in seeds] * len(KINDS)
 
 
-def jobs_of(houses: str, guards: Sequence[str], options: Mapping[str, Any], exams: Sequence[int]) -> list[Job]:
+def jobs_of(houses: str, guards: Sequence[str], options: Mapping[str, Any]) -> list[Job]:
     """All jobs of a set, house by house, and of caregivers, with what else a `Job` is made of.
 
     Raises:
@@ -226,9 +217,8 @@ def jobs_of(houses: str, guards: Sequence[str], options: Mapping[str, Any], exam
         CAREGIVERS[name]
         if name == NONE:
             raise CaregiverError("children alone are there in any case: leave 'none' out")
-    ages = tuple(age for age in exams if age <= options["childhood"])
     plans = [plan for plan in house_set(houses) if len(plan.hazards)]
-    return [Job(plan.name, name, **options, exams=ages) for plan in plans for name in (NONE, *guards)]
+    return [Job(plan.name, name, **options) for plan in plans for name in (NONE, *guards)]
 
 
 class Grown:
@@ -257,11 +247,6 @@ class Grown:
     def mean(self, caregiver: str, measure: str, kind: str, first: int, end: int) -> Houses:
         """The mean over episodes [first, end), (learners,) for each house."""
         return [one[:, first:end].mean(axis=1) for one in self.course(caregiver, measure, kind)]
-
-    def exam(self, caregiver: str, kind: str) -> list[Estimate[float]]:
-        """Damage in an episode alone at each of the ages."""
-        found = [np.array(found["exams"], float)[:, KINDS.index(kind)].T for found in self._lives[caregiver]]
-        return [two_level.of_mean([one[:, i] for one in found]) for i in range(len(self.job.exams))]
 
 
 # -- The page and its figure -------------------------------------------------------------------------
@@ -312,7 +297,6 @@ def _row(grown: Grown, kind: str, name: str) -> dict[str, Any]:
         "damage": _mean(damage),
         "spread": np.mean([one.std(ddof=1) for one in damage]),
         "life": end * _mean(grown.mean(name, "damage", kind, *life)),
-        "exams": grown.exam(name, kind),
         "spared": two_level.of_ratio(protected, unprotected),
         "less_known": None if alone else less("known", *before),
         "less_soon": None if alone else less("damage", *soon),

@@ -8,8 +8,7 @@ Arrived: the base's centre is within 6 mm of where it grasps (or lets go) and sl
 count: what is left of a turn then adds to the time that follows. Lifted: the candle's foot is 2 cm above the table.
 Clear: the candle is let go and the hand is back far enough for the base to drive.
 
-Beside the figures stand the goals, and those of a prototype: another robot, measured before this project in another
-scene.
+Beside the figures stand the goals.
 """
 
 from __future__ import annotations
@@ -368,7 +367,7 @@ class Touches:
 _WIDTH = 100  # characters of the table
 _MOST_COLUMNS = 5  # one for each house and one for all of them, if there is room for so many
 _SLOW = 1.0  # seconds from arrived to lifted or clear above which a relocation is named
-# Rows of the table beside which there is a figure to compare with: what they shall be, and the prototype's.
+# What rows of the table shall be.
 _GOALS = {
     "done": "all",
     "arrived to lifted, s: median": "0.60",
@@ -377,17 +376,7 @@ _GOALS = {
     "arrived to clear, s: worst": "1.50",
     "tilt if done, deg: worst": "5.00",
 }
-_PROTOTYPE = {
-    "done": "200/200",
-    "arrived to lifted, s: median": "0.36",
-    "arrived to clear, s: median": "0.32",
-    "error if done, mm: worst": "0.5",
-    "tilt if done, deg: worst": "0.0",
-}
-_NOTE = """\
-goal: at most (done: at least; 98 % with --noise 0.005).
-prototype: measured before this project, on another robot in another scene. To lifted is its 0.20 s
-to grasped and 0.16 s of lifting, to clear its 0.14 s to released and 0.18 s of withdrawing."""
+_NOTE = "goal: at most (done: at least; 98 % with --noise 0.005)."
 
 _PERCENTILES = {"median": 50, "95 %": 95, "worst": 100}
 # What is told of the relocations of a house, of which the percentiles: its column, and its digits.
@@ -412,9 +401,9 @@ def report(console: Console, rows: pd.DataFrame) -> None:
         for words, percent in _PERCENTILES.items():
             figures[f"{name}: {words}"] = [_percentile(one[column], percent, digits) for one in groups.values()]
     figures |= {what: [str(one[what].sum()) for one in groups.values()] for what in ("strikes", "tipped", "drops")}
-    table = make_table("Relocations", "", *groups, "goal", "prototype")
+    table = make_table("Relocations", "", *groups, "goal")
     for name, values in figures.items():
-        table.add_row(name, *values, _GOALS.get(name, ""), _PROTOTYPE.get(name, ""))
+        table.add_row(name, *values, _GOALS.get(name, ""))
     console.print(table, width=_WIDTH)
     console.print(_NOTE, highlight=False)
     for line in (*_touched(rows), *_slow(rows), *_wrong(rows)):

@@ -34,7 +34,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.plans.sets import houses_named
 from caregiver_mj.viz.figures import style
-from study import Page, Parser, read_run, run_all, run_in_grid
+from study import Page, Parser, damage_sums, read_run, run_all, run_in_grid
 
 FULL, WALLS = "all", "walls"
 NEVER, ABSENT, HALF = (f"studies.sight:{name}" for name in ("NeverLooks", "NotSeenTellsNothing", "AllAreHalfRandom"))
@@ -202,7 +202,9 @@ def believed(job: Job) -> dict[str, Any]:
 def page(runs: dict[str, Run], tallies: dict[Job, dict[str, Any]], houses: str, episodes: int) -> Page:
     """Return the page."""
     sums = {
-        sight: {name: _sums(run.episodes, name) for name in run.episodes.caregiver.unique()}
+        sight: {
+            name: damage_sums(run.episodes[run.episodes.caregiver == name]) for name in run.episodes.caregiver.unique()
+        }
         for sight, run in runs.items()
     }
     alone = sums[FULL]["none"]
@@ -245,12 +247,6 @@ def page(runs: dict[str, Run], tallies: dict[Job, dict[str, Any]], houses: str, 
         "scores": _scores(tallies),
     }
     return Page(values, {"sight.svg": draw(sums, alone), "sight_belief.svg": draw_belief(tallies)})
-
-
-def _sums(episodes: pd.DataFrame, name: str) -> list[np.ndarray]:
-    """Return for each house the damage of each episode number, added up over the families."""
-    by = episodes[episodes.caregiver == name].groupby(["house", "episode"], sort=False).damage.sum()
-    return [group.to_numpy() for _, group in by.groupby(level="house", sort=False)]
 
 
 def _means(episodes: pd.DataFrame, name: str, column: str) -> list[float]:

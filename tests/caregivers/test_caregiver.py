@@ -17,6 +17,7 @@ from caregiver_mj.children.tape import pick
 from caregiver_mj.interventions.verb import BLOCK, RELOCATE, STAND_ASIDE, Intervention
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
+from studies.ablations import Alike, Max
 
 NORTH, EAST, SOUTH, WEST = range(4)
 BY_NAME = tuple(name for name in CAREGIVERS if name not in ("none", "clairvoyant"))  # the latter must be told
@@ -297,7 +298,7 @@ def test_dangers_to_several_children_add_up_by_hand():
     np.testing.assert_allclose(assessment.danger, assessment.reach * [5, 4] / 2)
     np.testing.assert_allclose(assessment.urgency, [[6.25, 7.0]])
     assert caregiver.choose(percept).tolist() == [CANDLE]
-    greatest = PaperCaregiver(CORRIDOR, over_children="max")
+    greatest = Max(CORRIDOR)
     greatest.reset(1, children=3)
     np.testing.assert_allclose(greatest.assess(percept).urgency, [[3.75, 3.0]])
     assert greatest.choose(percept).tolist() == [STAIRWELL]
@@ -306,7 +307,7 @@ def test_dangers_to_several_children_add_up_by_hand():
 def test_the_child_that_is_not_safe_is_attended_to():
     """The one in cell 0 is beside the stairs, the one in cell 2 beside the candle: whoever behaves worse decides."""
     for careless, decision in ((0, STAIRWELL), (1, CANDLE)):
-        weighing, alike = PaperCaregiver(CORRIDOR), PaperCaregiver(CORRIDOR, weighs_safety=False)
+        weighing, alike = PaperCaregiver(CORRIDOR), Alike(CORRIDOR)
         for caregiver in (weighing, alike):
             caregiver.action_prior = np.array([[0.05, 0.85, 0.05, 0.05]] * 5)
             caregiver.reset(1, children=2)

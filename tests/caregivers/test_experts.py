@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
-from caregiver_mj.caregivers.experts import Elsewhere, InPlace, Nobody, routes, surroundings
+from caregiver_mj.caregivers.experts import Elsewhere, InPlace, routes, surroundings
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.children.novice import expert_trajectories
 from caregiver_mj.danger import safety
 from caregiver_mj.danger.safety import CONTEXTS
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.sets import house_set
+from studies.ablations import Nobody
 
 PAPER = FloorPlan.load("paper")
 CORRIDOR = FloorPlan.parse("######\n#S..B#\n######")
@@ -24,8 +25,9 @@ def test_by_default_they_are_in_place():
     experts = expert_trajectories(PAPER, random := np.random.default_rng(3), 500)
     alpha = safety.action_counts(experts, len(PAPER.free_cells), 2.0)
     expected = safety.action_prior_draw(alpha, random)
-    for options in ({"expert_timesteps": 500, "hyperprior": 2.0}, {"experts": InPlace(500, 2.0)}):
-        assert (PaperCaregiver(PAPER, 3, **options).action_prior == expected).all()
+    assert (PaperCaregiver(PAPER, 3, experts=InPlace(500, 2.0)).action_prior == expected).all()
+    default = PaperCaregiver(PAPER, 3, experts=InPlace()).action_prior
+    assert (PaperCaregiver(PAPER, 3).action_prior == default).all()
 
 
 def test_without_any_the_mean_tells_nothing_and_a_draw_is_noise():

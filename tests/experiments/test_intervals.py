@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from caregiver_mj.experiments.intervals import of_mean, of_mean_ratio, of_ratio, quantiles, resamples, shares, solve
+from caregiver_mj.experiments.intervals import of_mean, of_ratio, quantiles, resamples, shares, solve
 
 INF = np.inf
 
@@ -143,19 +143,6 @@ def test_one_accident_in_twenty_episodes_bounds_nothing_from_above():
 def test_a_ratio_is_of_what_cannot_be_negative():
     with pytest.raises(ValueError, match="must be at least 0"):
         of_ratio(np.array([1.0, -1.0]), np.array([1.0, 1.0]))
-
-
-# -- Several ratios of the same units ----------------------------------------------------------------
-
-
-def test_mean_ratio_by_hand():
-    theirs = np.array([[1.0, 1], [2, 1], [3, 1], [4, 1]])
-    assert of_mean_ratio(theirs * [2, 1], theirs) == pytest.approx((1.5, 1.5, 1.5))  # 2 and 1 in every unit
-    assert of_mean_ratio(theirs[:3] * [2, 1], theirs[:3]) == pytest.approx((1.5, 0, INF))  # of three
-    value, low, high = of_mean_ratio(np.array([[2.0, 2], [2, 1], [8, 0], [8, 1]]), theirs)
-    assert value == (20 / 10 + 4 / 4) / 2
-    assert 0 <= low < value < high
-    assert np.isnan(of_mean_ratio(theirs, theirs * [1, 0])).all()
 
 
 # -- Coverage, in short; docs/coverage.md has it at length -------------------------------------------

@@ -8,9 +8,9 @@ from caregiver_mj.experiments.intervals import of_difference
 from caregiver_mj.experiments.verdicts import (
     MARGINS,
     Verdict,
-    compare_means,
     enough,
     equivalent,
+    judge_columns,
     margin_p,
     not_inferior,
     sign_flip_p,
@@ -41,6 +41,11 @@ def test_many_signs_are_drawn():
     assert sign_flip_p(difference) == pytest.approx(stats.binomtest(21, 30).pvalue, rel=0.05)
     assert sign_flip_p(difference) == sign_flip_p(difference[::-1])
     assert sign_flip_p(np.ones(300)) == pytest.approx(300 / 10_000_000, rel=1e-3)  # the least there can be
+
+
+def compare_means(ours, theirs):
+    (found,) = judge_columns(of_difference(ours[:, None], theirs[:, None]), (ours - theirs)[:, None])
+    return found
 
 
 @pytest.mark.parametrize(("pairs", "verdict"), [(4, Verdict.NONE), (5, Verdict.NONE), (6, Verdict.LESS)])

@@ -9,8 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from caregiver_mj.recording.lerobot.dataset import write_lerobot
-from caregiver_mj.recording.lerobot.layout import FILES_IN_CHUNK, Shard
+from caregiver_mj.recording.lerobot_dataset import FILES_IN_CHUNK, Shard, write_lerobot
 from caregiver_mj.recording.steps import About, Steps
 
 ABOUT = About("Guard: stand there.", "made_up", "nobody", 50.0, ("left", "right"), ("stairwell 1",), "9.9")

@@ -53,9 +53,9 @@ def test_a_command_says_what_a_page_depends_on(given, said):
 
 def test_bad_input_is_one_line(capsys):
     with pytest.raises(SystemExit) as end:
-        study.main(["several_children", "--house", "nowhere", "--world", "grid", "--episodes", "1", "--jobs", "1"])
+        study.main(["ablations", "--houses", "nowhere", "--episodes", "1", "--jobs", "1"])
     assert end.value.code == 2
-    assert "study.py several_children: error: no floor plan 'nowhere'" in capsys.readouterr().err
+    assert "study.py ablations: error: no floor plan 'nowhere'" in capsys.readouterr().err
 
 
 def test_a_page_is_written_with_its_figures(tmp_path, monkeypatch):

@@ -2,14 +2,15 @@
 
 import pytest
 
+from caregiver_mj.children.family import Family
 from caregiver_mj.house.rendering import engine
 from caregiver_mj.viz.cameras import StillCamera
-from caregiver_mj.viz.episode import Episode
+from caregiver_mj.viz.episode import Watched
 
 
 @pytest.fixture
 def episode():
-    return Episode.load(children=1.0, number=None, caregiver="none")
+    return Watched(family=Family.of(1.0), number=None, caregiver="none").begin()
 
 
 def test_redrawn_part_equals_the_whole_picture_drawn_anew(episode):

@@ -5,8 +5,9 @@ import pandas as pd
 import pytest
 
 from caregiver_mj import cli
+from caregiver_mj.children.family import Family
 from caregiver_mj.recording.record import COLUMNS
-from caregiver_mj.viz.episode import Episode
+from caregiver_mj.viz.episode import Episode, Watched
 from caregiver_mj.viz.film import render_episode
 
 PLAN = "########\n#B..S..#\n#......#\n#.C..T.#\n#...B..#\n########"
@@ -70,7 +71,7 @@ def test_any_episode_of_a_run_can_be_filmed_and_is_that_of_the_run(house, rows, 
 
 
 def test_the_display_is_told_of_each_child(house):
-    episode = Episode.load(house=house, children="1,0.25", seed=SEED, caregiver="paper")
+    episode = Watched(house, Family.parse("1,0.25"), "paper", SEED).begin()
     for second in range(1, 21):
         assert episode.run_until(second)
     shown, outcome = episode.hud_state(trail_length=5), episode.env.task.outcome()

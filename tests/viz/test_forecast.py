@@ -8,7 +8,7 @@ from caregiver_mj.errors import CaregiverError
 from caregiver_mj.tasks import load
 from caregiver_mj.viz import colours, hud
 from caregiver_mj.viz.cameras import TileLayer
-from caregiver_mj.viz.episode import Episode
+from caregiver_mj.viz.episode import Watched
 from caregiver_mj.viz.film import Studio, render_episode
 from caregiver_mj.viz.forecast import LEAST, Forecast, Tile
 
@@ -94,7 +94,7 @@ def test_tiles_blend_and_are_hidden(physics):
 
 def test_a_film_shows_what_the_caregiver_believes(house):
     def picture(foresees):
-        episode = Episode.load(house=house, children=0.5, seed=3, caregiver="foresight", foresees=foresees)
+        episode = Watched(house, seed=3, caregiver="foresight").begin(foresees)
         assert episode.run_until(4.0)
         return episode, Studio(episode, 480, 360, "overview", 10).frame()
 

@@ -5,8 +5,8 @@ import pytest
 from made_runs import DAMAGE, FAMILIES, PAPER, TINY, write_run
 
 from caregiver_mj.viz import report
-from caregiver_mj.viz.report.film import make_film
 from caregiver_mj.viz.report.left import side_by_side
+from caregiver_mj.viz.report.page import make_film
 from caregiver_mj.viz.report.tables import children_table
 
 

@@ -2,7 +2,8 @@
 
 import pytest
 
-from caregiver_mj.viz.viewers.session import Session, Watched
+from caregiver_mj.viz.episode import Watched
+from caregiver_mj.viz.viewers.session import Session
 
 STEP = 0.02  # seconds
 MOVE = 1.68

@@ -17,7 +17,8 @@ from PIL import Image
 from caregiver_mj import cli
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.viz.viewers.session import Session, Watched
+from caregiver_mj.viz.episode import Watched
+from caregiver_mj.viz.viewers.session import Session
 
 viser = pytest.importorskip("viser")
 web = pytest.importorskip("caregiver_mj.viz.viewers.web")

@@ -6,8 +6,7 @@ are kept, how long children go on, and maps of the house.
 """
 
 from caregiver_mj.viz.figures.house_map import HURT, WENT, heat_map
-from caregiver_mj.viz.figures.houses import houses
-from caregiver_mj.viz.figures.shares import KINDS, bars, damage_left, kinds, kinds_in, survival, toys_kept
+from caregiver_mj.viz.figures.shares import KINDS, bars, damage_left, houses, kinds, kinds_in, survival, toys_kept
 from caregiver_mj.viz.figures.style import ALONE, GUARDED, Series, as_bytes
 
 __all__ = [

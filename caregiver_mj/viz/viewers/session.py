@@ -7,79 +7,26 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import shlex
 import time
 from collections.abc import Callable
 
-from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError
-from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.hazards import DamageWeights
-from caregiver_mj.robot.embodiment import DEFAULT
-from caregiver_mj.viz.episode import Episode
+from caregiver_mj.viz.episode import Episode, Watched
 
 SLOWEST, FASTEST = 0.1, 20.0  # times the speed of the simulated world
 _LONGEST = 0.25  # seconds that one call may take, and that are made up for after a longer break
 _PIECE = 0.1  # seconds of the simulated world between looks at the clock
 
 
-@dataclasses.dataclass(frozen=True)
-class Watched:
-    """An episode of a run, the same as `evaluate` has with this seed.
+def begin(watched: Watched) -> Episode:
+    """Begin an episode, with what the caregiver thinks may be coming where it thinks of that: not every one does.
 
-    Attributes:
-        house: Name or file of the floor plan.
-        family: The children.
-        caregiver: Name of the caregiver, or of a policy; without a robot for "none".
-        seed: Seed of the run.
-        number: Number of the episode in the run.
-        damage: What collisions cost.
-        embodiment: Name of the robot.
-        sight: What the caregiver has to see with.
+    Raises:
+        CaregiverError: There can be no such episode.
     """
-
-    house: str = "paper"
-    family: Family = dataclasses.field(default_factory=Family)
-    caregiver: str = "foresight"
-    seed: int = 0
-    number: int = 0
-    damage: DamageWeights = DamageWeights()
-    embodiment: str = DEFAULT
-    sight: str = "all"
-
-    def begin(self) -> Episode:
-        """Begin the episode.
-
-        Raises:
-            CaregiverError: There can be no such episode.
-        """
-        episode = Episode.load(
-            house=FloorPlan.load(self.house, damage=self.damage),
-            children=self.family,
-            seed=self.seed,
-            number=self.number,
-            caregiver=self.caregiver,
-            embodiment=self.embodiment,
-            sight=self.sight,
-        )
-        episode.foresees = True  # where the caregiver foresees anything: not every one does
-        return episode
-
-    def options(self) -> str:
-        """Return the options that say the same on the command line."""
-        said = {
-            "house": self.house,
-            "epsilon": str(self.family),
-            "caregiver": self.caregiver,
-            "seed": self.seed,
-            "episode": self.number,
-            "damage": self.damage,
-            "embodiment": self.embodiment,
-            "sight": self.sight,
-        }
-        ever = {"damage": DamageWeights(), "embodiment": DEFAULT, "sight": "all"}
-        told = ((name, value) for name, value in said.items() if ever.get(name) != value)
-        return shlex.join(str(word) for name, value in told for word in (f"--{name}", value))
+    episode = watched.begin()
+    episode.foresees = True
+    return episode
 
 
 class Session:
@@ -100,7 +47,7 @@ class Session:
         *,
         speed: float = 1.0,
         playing: bool = True,
-        begin: Callable[[Watched], Episode] = Watched.begin,
+        begin: Callable[[Watched], Episode] = begin,
         clock: Callable[[], float] = time.monotonic,
     ):
         """Begin an episode, `speed` seconds of which pass in one of the `clock`.

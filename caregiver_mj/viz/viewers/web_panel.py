@@ -38,7 +38,7 @@ class Panel:
     def __init__(self, server: viser.ViserServer, session: Session, do: Do):
         """Lay the panel out; `do` has something done in the thread of the simulation, for browsers ask in others."""
         self._gui, self._session, self._do = server.gui, session, do
-        self._files = {session.watched.house}
+        self._files = {str(session.watched.house)}
         self._wrong: bool
         self._add_controls()
         self._readout = self._gui.add_html("")
@@ -77,11 +77,11 @@ class Panel:
         watched = self._session.watched
         alike = set(map(str, watched.family.children))
         # mypy does not see that viser lets these be set.
-        self._house.value = watched.house  # type: ignore[misc]
+        self._house.value = str(watched.house)  # type: ignore[misc]
         self._epsilon.value = alike.pop() if len(alike) == 1 else str(watched.family)  # type: ignore[misc]
         self._children.value, self._child.value = len(watched.family), NOVICE  # type: ignore[misc]
         self._caregiver.value = watched.caregiver  # type: ignore[misc]
-        self._seed.value, self._number.value = watched.seed, watched.number  # type: ignore[misc]
+        self._seed.value, self._number.value = watched.seed, watched.number or 0  # type: ignore[misc]
         command = html.escape(f"caregiver-mj render {watched.options()} --out film.mp4")
         self._same.content = f'<div style="{_NOTE}">A film of it: <code class="same">{command}</code></div>'
 
@@ -129,7 +129,7 @@ class Panel:
     def _settings(self, button: str) -> dict[str, object]:
         """What differs in the episode that a button begins."""
         if button != "Start":
-            return {} if button == "Again" else {"number": self._session.watched.number + 1}
+            return {} if button == "Again" else {"number": (self._session.watched.number or 0) + 1}
         return {
             "house": self._named_house(),
             "family": self._family(),

@@ -26,7 +26,7 @@ _KEYS: dict[int, Callable[[Session], None]] = {
     glfw.KEY_DOWN: Session.next_move,
     glfw.KEY_EQUAL: lambda session: session.hurry(2.0),
     glfw.KEY_MINUS: lambda session: session.hurry(0.5),
-    glfw.KEY_N: lambda session: session.change(number=session.watched.number + 1),
+    glfw.KEY_N: lambda session: session.change(number=(session.watched.number or 0) + 1),
     glfw.KEY_R: Session.restart,
 }
 _HELP = (
