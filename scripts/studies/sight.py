@@ -88,7 +88,8 @@ def run(options: argparse.Namespace) -> Page:
         for sight in options.sights[1:3]
     ]
     tallies = dict(zip(jobs, run_all(believed, jobs, options.jobs, "beliefs"), strict=True))
-    return page(runs, tallies, " ".join(options.houses), options.episodes)
+    cells = {plan.name: len(plan.free_cells) for plan in houses_named(options.houses)}
+    return page(runs, tallies, cells, " ".join(options.houses), options.episodes)
 
 
 class Run(NamedTuple):
@@ -199,8 +200,10 @@ def believed(job: Job) -> dict[str, Any]:
 # -- The page ----------------------------------------------------------------------------------------
 
 
-def page(runs: dict[str, Run], tallies: dict[Job, dict[str, Any]], houses: str, episodes: int) -> Page:
-    """Return the page."""
+def page(
+    runs: dict[str, Run], tallies: dict[Job, dict[str, Any]], cells: dict[str, int], houses: str, episodes: int
+) -> Page:
+    """Return the page; houses by name have so many free cells."""
     sums = {
         sight: {
             name: damage_sums(run.episodes[run.episodes.caregiver == name]) for name in run.episodes.caregiver.unique()
@@ -209,11 +212,12 @@ def page(runs: dict[str, Run], tallies: dict[Job, dict[str, Any]], houses: str, 
     }
     alone = sums[FULL]["none"]
     partial = [sight for sight in runs if sight != FULL]
+    epsilons = sorted(runs[FULL].episodes.epsilon.unique(), reverse=True)
     best = sums[FULL]["foresight"]
     values = {
         "houses": houses,
         "episodes": episodes,
-        "epsilons": sorted(runs[FULL].episodes.epsilon.unique(), reverse=True),
+        "epsilons": epsilons,
         "titles": TITLES,
         "partial": partial,
         "left": {
@@ -231,6 +235,12 @@ def page(runs: dict[str, Run], tallies: dict[Job, dict[str, Any]], houses: str, 
             for name in run.episodes.caregiver.unique()
         },
         "spent": {(sight, what): _means(runs[sight].episodes, "foresight", what) for sight in runs for what in SPENT},
+        "bought": {
+            sight: [_bought(of.episodes[of.episodes.epsilon == epsilon]) for epsilon in epsilons]
+            for sight, of in runs.items()
+            if sight != FULL
+        },
+        "sizes": [row for sight in partial for row in _by_size(sight, runs[sight].episodes, cells)],
         "ablated": {
             title: two_level.of_difference(sums[WALLS][name], sums[WALLS]["foresight"])
             for name, title in ABLATED.items()
@@ -253,6 +263,30 @@ def _means(episodes: pd.DataFrame, name: str, column: str) -> list[float]:
     """Return the mean of a column by epsilon, the most random first."""
     means = episodes[episodes.caregiver == name].groupby("epsilon")[column].mean()
     return [float(means[epsilon]) for epsilon in sorted(means.index, reverse=True)]
+
+
+def _bought(episodes: pd.DataFrame) -> float:
+    """Return the damage that a minute of looking saves: that of the planner that never looks, less its own."""
+    means = episodes.groupby("caregiver")[["damage", "looking", "sim_seconds"]].mean()
+    looks = means.loc["foresight"]
+    saved = means.loc[NEVER, "damage"] - looks.damage
+    return float(saved / max(1e-9, looks.looking * looks.sim_seconds / 60))
+
+
+def _by_size(sight: str, episodes: pd.DataFrame, cells: dict[str, int]) -> list[dict[str, Any]]:
+    """Return what a sight comes to in each third of the houses by their free cells."""
+    size = episodes.house.map(cells)
+    third = pd.Series(cells).rank(method="first", pct=True).mul(3).apply(np.ceil)
+    rows = []
+    for number, of in episodes.groupby(episodes.house.map(third)):
+        own = of[of.caregiver == "foresight"]
+        left = {name: of[of.caregiver == name].damage.mean() for name in ("none", "last-seen", NEVER, "foresight")}
+        rows.append(
+            {"sight": sight, "cells": (int(size[of.index].min()), int(size[of.index].max())), "number": int(number)}
+            | {"left": {name: damage / left["none"] if left["none"] else np.nan for name, damage in left.items()}}
+            | {"seen": own.seen.mean(), "looking": own.looking.mean(), "bought": _bought(of)}
+        )
+    return rows
 
 
 def _closed(worst: list[np.ndarray], ours: list[np.ndarray], best: list[np.ndarray]) -> Estimate[float]:

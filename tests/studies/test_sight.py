@@ -19,6 +19,7 @@ def test_its_page(tmp_path, capsys, monkeypatch):
         "| walls | 0.",
         "| walls | `foresight` |",
         "| walls | looking |",
+        "| walls | 20 to 20 |",
         "| never goes to look |",
         "| walls | seeker:0.25 |",
     ):
