@@ -14,7 +14,8 @@ from caregiver_mj.recording.steps import Store
 
 NAME = "toddlers/short-v0"
 SEEDS = (11, 12)
-RECIPE = Recipe("supervise", FloorPlan.load("paper"), Family.of(0.5), seconds=1.0, cameras=("wrist",), size=(64, 48))
+HOME = "home-2-10x9-rooms1-stairwells0-candles0-tables2-bins2-gates1-mugs1-batteries1"
+RECIPE = Recipe("supervise", FloorPlan.load(HOME), Family.of(0.5), seconds=1.0, cameras=("wrist",), size=(64, 48))
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +30,7 @@ def store(tmp_path_factory):
 def root(store, tmp_path_factory):
     root = tmp_path_factory.mktemp("minari")
     episodes = (store.load(i) for i in range(len(SEEDS)))
-    write_minari(root, NAME, episodes, RECIPE.about(), RECIPE.spaces(), RECIPE.spec("paper"))
+    write_minari(root, NAME, episodes, RECIPE.about(), RECIPE.spaces(), RECIPE.spec(HOME))
     return root
 
 
