@@ -25,6 +25,7 @@ _ASKED = ("prepare", "decide", "destination")  # by its world
 @contextlib.contextmanager
 def kept(caregiver: Caregiver | None) -> Iterator[Callable[[], str]]:
     """Keep, within, what a caregiver answers its world; give a function that returns it as text, for a replay."""
+    own = {question: getattr(caregiver, question) for question in _ASKED if caregiver}
     given: dict[str, list[np.ndarray]] = {question: [] for question in _ASKED}
     verbs: dict[str, int] = {}
     depth = 0  # of questions: one that it asks itself is none of its world's
@@ -33,7 +34,7 @@ def kept(caregiver: Caregiver | None) -> Iterator[Callable[[], str]]:
         nonlocal depth
         depth += 1
         try:
-            answer = getattr(type(caregiver), question)(caregiver, *arguments)
+            answer = own[question](*arguments)
         finally:
             depth -= 1
         if depth == 0:
@@ -56,12 +57,14 @@ def kept(caregiver: Caregiver | None) -> Iterator[Callable[[], str]]:
     if caregiver is None:
         yield text
         return
+    before = dict(vars(caregiver))
     vars(caregiver).update({question: functools.partial(ask, question) for question in _ASKED})
     try:
         yield text
     finally:
         for question in _ASKED:
             del vars(caregiver)[question]
+        vars(caregiver).update({question: before[question] for question in _ASKED if question in before})
 
 
 def unpacked(text: str) -> dict[str, Any]:
