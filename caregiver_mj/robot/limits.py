@@ -69,7 +69,7 @@ class ArmLimits:
         velocity: Of each joint, rad/s, in the middle of its range.
         acceleration: Of each joint, rad/s^2.
         jerk: Of each joint, rad/s^3.
-        velocity_share: The part of the velocity that is planned for.
+        velocity_share: The part of the velocity that is planned for, of all joints or of each.
         acceleration_share: The part of the acceleration that is planned for.
         planned_jerk: rad/s^3, of all joints.
         near_ends: What is left of the velocity near the ends of the joints' ranges; None if all of it is.
@@ -78,7 +78,7 @@ class ArmLimits:
     velocity: np.ndarray
     acceleration: np.ndarray
     jerk: np.ndarray
-    velocity_share: float
+    velocity_share: float | np.ndarray
     acceleration_share: float
     planned_jerk: float
     near_ends: NearEnds | None = None
