@@ -144,6 +144,27 @@ class Driver:
         """Return whether it gets, or keeps, out of the way of a child that leaves it no way."""
         return now < self.aside_until
 
+    def refuge(self, view: View, robot: RobotMotion, start: Cell) -> Cell | None:
+        """Return where the robot is not in the children's way: elsewhere, once one has stayed by it there for long.
+
+        Args:
+            view: What is seen.
+            robot: What moves.
+            start: The cell from which it goes there.
+
+        Returns:
+            The cell, or None if no child is in a cell in which children can be.
+        """
+        plan, rests = self._navigator.plan, self._refuges
+        if not robot.moving and gap(view, self._embodiment) < _STAYS:
+            rests.setdefault(start, view.now)
+        in_vain = [cell for cell, since in rests.items() if view.now > since + _IN_VAIN]
+        children = [plan.cell_at(child.position) for child in view.children]
+        refuge = self._navigator.refuge(start, children, child_cells(view.children, plan), in_vain)
+        if refuge in in_vain:  # it has been everywhere
+            rests.clear()
+        return refuge
+
     def looks_again(self, now: float) -> bool:
         """Return whether it is time to look at the way again."""
         return now >= self._replan_at
@@ -172,11 +193,12 @@ class Driver:
             return
         here = robot.base_reference()[0]
         points = self._way_past_children(view, here, goal, cell)
+        if points and self._is_barred:
+            self._refuges.clear()
         self._is_barred = not points
         self._replan_at = view.now + (_REPLAN_INTERVAL if points else _BARRED_INTERVAL)
         if points:
             self.aside_until = -math.inf
-            self._refuges.clear()
         elif not self._navigator.yields:
             self._stops, self._path_goal = True, None  # and stands there until they leave one
         else:
@@ -259,17 +281,6 @@ class Driver:
             return cell
         return route[barred - 2] if barred >= 2 else None
 
-    def _refuge(self, view: View, robot: RobotMotion, start: Cell, closed: set[Cell]) -> Cell | None:
-        """Where the robot is not in the children's way: elsewhere, once one has stayed by it there for long."""
-        plan, rests = self._navigator.plan, self._refuges
-        if not robot.moving and gap(view, self._embodiment) < _STAYS:
-            rests.setdefault(start, view.now)
-        in_vain = [cell for cell, since in rests.items() if view.now > since + _IN_VAIN]
-        refuge = self._navigator.refuge(start, (plan.cell_at(child.position) for child in view.children), closed, in_vain)
-        if refuge in in_vain:  # it has been everywhere
-            rests.clear()
-        return refuge
-
     def _step_aside(self, view: View, robot: RobotMotion, here: Vector) -> tuple[Vector | None, list[Vector] | None]:
         """Where the robot is not in the children's way, and the path there; None to stay where it is.
 
@@ -280,7 +291,7 @@ class Driver:
         children = [child.position for child in view.children]
         ways_out = navigator.ways_out(here, children, closed, self._hand)
         for start in (here, *ways_out):
-            refuge = self._refuge(view, robot, navigator.nearest_cell(start), closed)
+            refuge = self.refuge(view, robot, navigator.nearest_cell(start))
             if refuge is None:
                 return None, None
             place = tuple(plan.position(refuge).tolist())
