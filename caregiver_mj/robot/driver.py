@@ -43,6 +43,9 @@ _REPLAN_INTERVAL, _BARRED_INTERVAL, _STOPPING_INTERVAL = 1.0, 0.3, 0.04
 _LOOK_AHEAD = 1.5  # seconds of the path that are looked at for children in the way
 _LAST_OF_WAY = 5.0  # seconds that a base which has lost patience, but is on its way to the goal, may go on
 _PATIENCE = 1.7  # seconds for which the robot gets out of the way of a child that comes: one novice timestep
+# Seconds, two of these, for which it keeps to a place out of the way of a child that stays so near, metres: one that
+# follows it bars its way from there for ever, and opens it as it follows on.
+_IN_VAIN, _STAYS = 3.4, 0.5
 # Seconds without coming nearer after which it gives up: six steps of a toddler. One that only goes by is gone sooner,
 # and no detour in a house takes as long.
 TIME_OUT = 10.0
@@ -84,6 +87,7 @@ class Driver:
         self._led_off = 0  # how often it had been led off its path when it was last looked at
         self._interrupted: float | None = None  # heading to which it was turning when a child came
         self._litter: set[Cell] = set()  # cells that the present path keeps clear of
+        self._refuges: dict[Cell, float] = {}  # where it has got out of the way, and when it came to rest there
 
     def drive(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell, yaw: float) -> Status:
         """Drive for one control timestep.
@@ -140,6 +144,27 @@ class Driver:
         """Return whether it gets, or keeps, out of the way of a child that leaves it no way."""
         return now < self.aside_until
 
+    def refuge(self, view: View, robot: RobotMotion, start: Cell) -> Cell | None:
+        """Return where the robot is not in the children's way: elsewhere, once one has stayed by it there for long.
+
+        Args:
+            view: What is seen.
+            robot: What moves.
+            start: The cell from which it goes there.
+
+        Returns:
+            The cell, or None if no child is in a cell in which children can be.
+        """
+        plan, rests = self._navigator.plan, self._refuges
+        if not robot.moving and gap(view, self._embodiment) < _STAYS:
+            rests.setdefault(start, view.now)
+        in_vain = [cell for cell, since in rests.items() if view.now > since + _IN_VAIN]
+        children = [plan.cell_at(child.position) for child in view.children]
+        refuge = self._navigator.refuge(start, children, child_cells(view.children, plan), in_vain)
+        if refuge in in_vain:  # it has been everywhere
+            rests.clear()
+        return refuge
+
     def looks_again(self, now: float) -> bool:
         """Return whether it is time to look at the way again."""
         return now >= self._replan_at
@@ -168,6 +193,8 @@ class Driver:
             return
         here = robot.base_reference()[0]
         points = self._way_past_children(view, here, goal, cell)
+        if points and self._is_barred:
+            self._refuges.clear()
         self._is_barred = not points
         self._replan_at = view.now + (_REPLAN_INTERVAL if points else _BARRED_INTERVAL)
         if points:
@@ -264,7 +291,7 @@ class Driver:
         children = [child.position for child in view.children]
         ways_out = navigator.ways_out(here, children, closed, self._hand)
         for start in (here, *ways_out):
-            refuge = navigator.refuge(navigator.nearest_cell(start), map(plan.cell_at, children), closed)
+            refuge = self.refuge(view, robot, navigator.nearest_cell(start))
             if refuge is None:
                 return None, None
             place = tuple(plan.position(refuge).tolist())

@@ -74,6 +74,7 @@ class ArmLimits:
         acceleration_share: The part of the acceleration that is planned for.
         planned_jerk: rad/s^3, of all joints.
         near_ends: What is left of the velocity near the ends of the joints' ranges; None if all of it is.
+        servo_velocity: Of each joint, rad/s, beyond which nothing is planned either: faster its servo lags behind.
     """
 
     velocity: np.ndarray
@@ -83,6 +84,7 @@ class ArmLimits:
     acceleration_share: float
     planned_jerk: float
     near_ends: NearEnds | None = None
+    servo_velocity: np.ndarray | float = math.inf
 
     def velocity_at(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
         """Return bounds of the joints' speeds at positions, in the directions of velocities (..., joints), rad/s."""

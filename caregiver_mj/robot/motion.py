@@ -126,9 +126,14 @@ class RobotMotion(BaseMotion):
         """Stop the heading as soon as it can, until the next `turn_to`."""
         self._yaw.stop(self.now)
 
-    def turn_gently(self) -> None:
-        """Have the base turn slowly, from its next goal on and until the gripper opens: a candle slips in the hand."""
-        self._turn_within(self.robot.limits.yaw_gentle)
+    def turn_gently(self, rate: float = math.inf) -> None:
+        """Have the base turn slowly, from its next goal on and until the gripper opens: a candle slips in the hand.
+
+        Args:
+            rate: At most, rad/s, for something that slips sooner.
+        """
+        gentle = self.robot.limits.yaw_gentle
+        self._turn_within(dataclasses.replace(gentle, velocity=min(rate, gentle.velocity)))
 
     def bound_turning(self, rate: float) -> None:
         """Have the base turn no faster than this from now on, rad/s: the child may come near."""

@@ -73,13 +73,16 @@ class Routes:
             route.append(cells[here])
         return route
 
-    def refuge(self, start: Cell, children: Iterable[Cell], closed: Collection[Cell]) -> Cell | None:
+    def refuge(
+        self, start: Cell, children: Iterable[Cell], closed: Collection[Cell], in_vain: Collection[Cell] = ()
+    ) -> Cell | None:
         """Return the nearest cell, not through closed ones, of those where the robot is least in the children's way.
 
         Args:
             start: Where the robot is.
             children: Where each child is.
             closed: Cells not to be entered.
+            in_vain: Cells in which it has been for nothing; others come first.
 
         Returns:
             The cell, or None if no child is in a cell in which children can be.
@@ -91,7 +94,8 @@ class Routes:
         # The nearest cells come first, and `min` takes the first of equals.
         landings = [cell for cell in self.plan.stairwells if cell not in self.centres]
         within_reach = self.plan.graph.breadth_first(self.plan.cell_index[start], self._indices({*closed, *landings}))
-        return self.plan.caregiver_cells[min(within_reach, key=in_the_way.__getitem__)]
+        been = self._indices(in_vain)
+        return self.plan.caregiver_cells[min(within_reach, key=lambda cell: (cell in been, in_the_way[cell]))]
 
     def _indices(self, cells: Iterable[Cell]) -> frozenset[int]:
         """Indices of cells, save those on which nobody can stand."""

@@ -52,7 +52,7 @@ class ReachPath:
         # The nearer to the end of its range a joint is, the slower it must be, and the poses are the extremes.
         velocity = np.min([arm.velocity_at(self._poses, sign * np.ones_like(self._poses)) for sign in (1, -1)], (0, 1))
         self.limits = Limits(
-            velocity=float((velocity * arm.velocity_share / way).min()),
+            velocity=float((np.minimum(velocity * arm.velocity_share, arm.servo_velocity) / way).min()),
             acceleration=float((arm.acceleration * arm.acceleration_share / way).min()),
             jerk=float(arm.planned_jerk / way.max()),
         )

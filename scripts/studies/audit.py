@@ -59,6 +59,7 @@ class EpisodeLog:
     arm_torque: np.ndarray  # what moved each joint and held it up, N m, (m, joints), see `Dynamics`
     finger_velocity: np.ndarray  # of each finger, m/s, (m, 2)
     pads: np.ndarray  # how many of the fingers' pads touch the wax of a candle, or the neck of a mug, (m,)
+    shut: np.ndarray  # whether a gate is at its stop, (m, gates)
     # Where on the floor the wheels' forces together act, in the base's frame, metres, (m, 2).
     pressure_centre: np.ndarray
     # From each part of the robot that can touch something to the child, metres, (m, parts); infinite if far away.
@@ -115,6 +116,8 @@ class Recorder(contextlib.AbstractContextManager["Recorder"]):
         self._pads = {geom.id for geom in geoms if geom.name.endswith("_pad")}
         self._wax = {geom.id for geom in geoms if geom.name.endswith(("/wax", "/neck"))}
         self._child, self._hull = model.geom("toddler/body").id, model.geom("robot/base_hull").id
+        hinges = [model.joint(i).qposadr[0] for i in range(model.njnt) if model.joint(i).name.endswith("/hinge")]
+        self._hinges = np.array(hinges, int)
         self._rows: dict[str, list[Any]] = {
             field.name: [] for field in dataclasses.fields(EpisodeLog) if field.type == "np.ndarray"
         }
@@ -144,6 +147,7 @@ class Recorder(contextlib.AbstractContextManager["Recorder"]):
         row = self._dynamics.measure() | dict(zip(("distance", "speed", "approach"), np.transpose(parts), strict=True))
         row["commands"] = data.ctrl.copy()
         row["pads"] = sum(any({pad, wax} in touching for wax in self._wax) for pad in self._pads)
+        row["shut"] = data.qpos[self._hinges] <= 0.0
         row["contact_speed"] = max(speeds, default=-np.inf)
         for name, value in row.items():
             self._rows[name].append(value)
@@ -311,11 +315,14 @@ def check_motion(log: EpisodeLog, robot: Embodiment) -> list[Check]:
     that their directions turn: on a turn with the hand on its way out, at 1.1 m/s^2 across, the solver has the candle
     keep 0.06 mm to one side, which is as deep as 25 N press it into a pad. Beyond that a pad touches nothing, its
     finger springs at the wax, and base and arm take the knock.
+
+    Nor do they count when a gate has run into its stop (`shut`); their means do. Its tongue springs in, and the panel
+    goes ahead with what the finger had yielded: it stops within a physics step, however slowly the hand goes.
     """
     limits, step, joints = robot.limits, log.physics_timestep, robot.names.arm
     arm, base, turns = log.arm_velocity, log.base_velocity[:, :2], log.base_velocity[:, 2:]
     windows = {steps: f"{1000 * steps * step:.0f} ms" for steps in (1, round(_LONG / step))}
-    free, knocked = ~pushed(log)[:, None], off_a_pad(log)[:, None]
+    free, knocked = ~pushed(log)[:, None], (off_a_pad(log) | shut(log))[:, None]
     checks = []
     for (order, what), (steps, over) in itertools.product(enumerate(("acceleration", "jerk"), 1), windows.items()):
         change = (free & ~knocked if steps == 1 else free) * _differences(
@@ -357,6 +364,14 @@ def off_a_pad(log: EpisodeLog) -> np.ndarray:
         held = off - round(_HELD / log.physics_timestep)
         if steps and held >= 0 and both[held:off].all():
             found[off : off + steps + after] = True
+    return found
+
+
+def shut(log: EpisodeLog) -> np.ndarray:
+    """At which physics steps a gate had just come to its stop, (m,)."""
+    found = np.zeros(len(log.shut), bool)
+    for step in np.flatnonzero((log.shut[1:] & ~log.shut[:-1]).any(axis=1)) + 1:
+        found[step : step + 1 + round(_LONG / log.physics_timestep)] = True
     return found
 
 

@@ -182,6 +182,24 @@ def test_the_base_turns_the_tray_away_from_a_child_that_stays_before_it():
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
+def test_the_base_may_turn_away_from_a_child_for_long_and_keeps_it_in_the_fingers(robot):
+    env, policy, step = lifted(robot)
+    x, y, yaw = env.physics.base_position()
+    since, turned = env.physics.time(), 0.0
+    while env.physics.time() < since + 20.0:  # the child is before it all the time, and not near
+        env.task.children[0].put_at(x + 0.85 * np.cos(yaw), y + 0.85 * np.sin(yaw))
+        step = env.step(policy(step))
+        before, (x, y, yaw) = yaw, env.physics.base_position()
+        turned += abs(yaw - before)
+        assert env.physics.thing_positions()[0, 2] > 0.7
+    assert turned > 2.0
+    env.task.children[0].put((1, 5))
+    while not env.physics.things_in_tray().any():
+        step = env.step(policy(step))
+        assert env.physics.time() < since + 40.0
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
 def test_the_tray_holds_six_whatever_the_base_does(robot):
     physics = Physics.from_plan(HALL, robot, visuals=False)
     embodiment, random = physics.embodiment, np.random.default_rng(0)

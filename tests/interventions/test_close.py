@@ -121,13 +121,19 @@ def test_a_verb_is_for_its_kind(verb, hazard, words):
 def test_the_robot_closes_it_by_contact_and_touches_nothing_but_the_panel(robot):
     env = caregiver_mj.load("supervise", HOUSE, 0.25, random=1, task_kwargs={"embodiment": robot}, visuals=False)
     policy = caregiver_mj.CaregiverPolicy(env, "childproof")
-    step, met = env.reset(), set()
+    step, met, pulled, velocities = env.reset(), set(), set(), []
     name = env.physics.model.id2name
     while policy.interventions_done < 2:
         step = env.step(policy(step))
         assert not step.last()
         pairs = env.physics.data.ptr.contact.geom.tolist()
-        met |= {part for a, b in pairs if "robot/" in (pair := name(a, "geom") + name(b, "geom")) for part in [pair]}
+        now = {part for a, b in pairs if "robot/" in (pair := name(a, "geom") + name(b, "geom")) for part in [pair]}
+        met |= now
+        pulled |= now if env.physics.gates_latched().any() else set()
+        velocities.append(env.physics.arm_velocity().copy())
+    limits = policy.robot.robot.limits.arm
+    assert (np.abs(np.diff(velocities, axis=0)) / env.control_timestep() < limits.acceleration).all()
+    assert {part.rpartition("_")[0].rpartition("_")[2] for part in pulled if "/panel" in part} == {"left", "right"}
     touched = {part for part in met if "toddler" not in part}
     assert touched
     assert all("/panel" in part and "_pad" in part for part in touched)

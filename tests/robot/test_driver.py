@@ -146,6 +146,20 @@ def test_a_base_gets_out_of_the_way_of_a_child_that_comes_and_goes_on_when_it_is
     assert drive.run(10.0) is Status.DONE
 
 
+def test_a_base_that_a_child_follows_into_a_corner_leads_it_out_of_its_way():
+    plan = FloorPlan.parse("########\n#B.....#\n#####..#\n########", "corner")
+    drive = Drive(plan, (1, 6), (1, 2), stands_in(plan, (1, 5)))
+    (end, _), status, gaps = centre(plan, (1, 6)), Status.RUNNING, []
+    while status is Status.RUNNING:
+        (x, y), _ = drive.children[0]
+        follows = plan.cell_at(drive.base[:2]) != (1, 6) and x < end  # into the corner that it has left
+        drive.children = [child(x, y, WALKING_SPEED if follows else 0.0, 0.0)]
+        status = drive.step()
+        gaps.append(drive.gap())
+    assert status is Status.DONE
+    assert min(gaps) > 0.0
+
+
 def test_a_base_between_two_children_drives_into_neither():
     drive = Drive(CORRIDOR, (2, 5), (2, 1), walks_from(CORRIDOR, (2, 2), 1.0), walks_from(CORRIDOR, (2, 8), -1.0))
     for _ in range(500):

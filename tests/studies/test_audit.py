@@ -29,6 +29,7 @@ def still(**changes):
         arm_torque=np.zeros((m, 7)),
         finger_velocity=np.zeros((m, 2)),
         pads=np.zeros(m, int),
+        shut=np.zeros((m, 1), bool),
         pressure_centre=np.zeros((m, 2)),
         distance=np.full((m, 2), np.inf),
         speed=np.zeros((m, 2)),

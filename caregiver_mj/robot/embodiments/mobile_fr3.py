@@ -34,6 +34,8 @@ LIMITS = RobotLimits(
             slope=np.array([12.0, 5.17, 7.0, 8.0, 34.0, 11.0, 34.0]),
             offset=np.array([0.30, 0.20, 0.20, 0.30, 0.35, 0.35, 0.35]),
         ),
+        # At 2.66 rad/s the servos of joints 5 to 7, as the simulation has them, are at their 12 N m: see the model.
+        servo_velocity=np.array([2.62, 2.62, 2.62, 2.62, 2.4, 2.4, 2.4]),
     ),
     # Bases of this size are configured to 1 to 2 m/s^2. A rigid one would tip over at 5.2, but the arm swings, too.
     base=Limits(velocity=0.97 * _BASE_SPEED, acceleration=1.7, jerk=14.0),

@@ -30,10 +30,9 @@ _FROM_HINGE = (0.30, 0.35)
 _PITCH = math.radians(65.0)  # of the hand, which points along the panel; straight down it does not reach as far
 _DEPTH, _OVER = 0.025, 0.05  # metres of the pinch point below the panel's top, and above it before and after
 _STEP = math.radians(28.0)  # at most between poses on the hand's arc; it slides along the panel in between
-_BEYOND, _TEST = (
-    math.radians(4.0),
-    math.radians(5.0),
-)  # how far it pushes past the stop, and then back as a test
+# How far it pushes past the stop, and then back as a test: on the way, a finger after the other is clear of the panel.
+_BEYOND, _TEST = math.radians(4.0), math.radians(6.3)
+_MEETS = 0.6  # poses a second, on a way on which a finger comes to meet the panel, or the panel its latch
 _ASTRIDE = 0.021  # metres that each finger then stands off the panel's middle
 # Metres from a child to the gate below which the hand does not go out, and below which it does not move; and seconds
 # within which the child may come as near.
@@ -90,7 +89,8 @@ class Close(Skill):
             if view.now > self._waits_since + TIME_OUT:
                 self._withdraws, self._at = True, max(0, math.ceil(robot.reached) - 1)
             return Status.COMMITTED
-        robot.reach(float(self._at), creeps=is_near)
+        meets = self._at in (3, self._closing.pushed + 1)
+        robot.reach(float(self._at), creeps=is_near, speed=_MEETS if meets else math.inf)
         if robot.reached != self._at or view.now < self._until:
             return Status.COMMITTED
         return self._come_back(robot) if self._withdraws else self._go_on(view, robot)

@@ -26,15 +26,16 @@ from caregiver_mj.robot.skills.skill import StandAside
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import View
 
-_FEELING = 0.02  # m/s of the fingertips that look for the floor
+_FEELING = 0.013  # m/s of the fingertips that look for the floor
 # m/s of a hand that carries the thing, of which fingertips hold 3 mm: where they turn, it slips outwards by half of the
 # square of the angle of every physics step, times the radius.
 CARRYING, _TURNING = 0.5, 0.2  # the second where the hand is tucked, and turns
+_TURNS = 0.2  # rad/s of the base, likewise: at seven times that it is lost within half a turn, at this it slips by 1 mm
 _TOUCHED = 0.0012  # metres that the hand stays above where it is told to be from which on the floor holds it up
 _ON_FLOOR = 0.0015  # metres that the fingertips may then be above the floor; else they stand on the thing
 _OVER_FLOOR = 0.0003  # metres above it at which they close, below the middle of the thing
 _SETTLES, _FIRM, _FALLS = 0.15, 0.4, 0.4  # seconds for a hand to come to rest, a grip to hold, a thing to fall
-AT_FLOOR = 2.0  # seconds that it takes there to feel for the floor and to grip, about
+AT_FLOOR = 2.4  # seconds that it takes there to feel for the floor and to grip, about
 # How much narrower than the thing the fingers are told to close, metres each: with their servos that is 2 to 5 N.
 _SQUEEZE = 0.0012
 _EMPTY = 0.0008  # metres narrower than the thing, both together, at which they have closed on nothing
@@ -59,8 +60,8 @@ class PickUp(Reaching):
     The base stands still while the arm is out. The hand feels for the floor, so that the fingers close below the middle
     of what is thin. It stops while a child is near, and comes back before one that comes. In mid air it is over their
     heads. From there it goes down to the tray where no child is in its way; else the base gets away from the child with
-    the hand tucked, and turns the tray away from it, however long that takes: it holds what it has got. What fails is
-    tried three times.
+    the hand tucked, and turns the tray away from it; a child that follows it, it leads about. What fails is tried
+    three times.
 
     Attributes:
         thing: Its number among those on the floor.
@@ -186,8 +187,8 @@ class PickUp(Reaching):
         if not self._is_in_hand(view):
             self._let_go(view, robot)
         elif is_barred and (not is_up or view.now > self._since + _LINGERS):
-            self._aside, self._yaw = StandAside(self._navigator), math.inf
-            robot.turn_gently()  # or it slips out
+            self._aside, self._yaw = StandAside(self._navigator, moves_on=True), math.inf
+            robot.turn_gently(_TURNS)  # or it slips out
             self._carry(
                 view, robot, self._keep_away, *([] if is_up else [UP]), 0.0, speed=_TURNING if is_up else CARRYING
             )

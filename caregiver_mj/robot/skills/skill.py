@@ -62,10 +62,17 @@ class StandAside(Skill):
         yaw: The heading that it is to have there, radians; None if any will do.
     """
 
-    def __init__(self, navigator: Navigator):
+    def __init__(self, navigator: Navigator, moves_on: bool = False):
+        """Prepare it.
+
+        Args:
+            navigator: Of the house and the robot.
+            moves_on: Whether it leads a child that follows it from one place to another.
+        """
         super().__init__(navigator)
         self.cell: Cell | None = None
         self.yaw: float | None = None
+        self._moves_on = moves_on
 
     def _act(self, view: View, robot: RobotMotion) -> Status:
         robot.reach(0.0)
@@ -73,7 +80,12 @@ class StandAside(Skill):
         if self.cell is None or self.driver.looks_again(view.now):
             here = navigator.nearest_cell(view.base[:2])
             children = [plan.cell_at(child.position) for child in view.children]
-            self.cell = navigator.refuge(here, children, child_cells(view.children, plan)) or here
+            refuge = (
+                self.driver.refuge(view, robot, here)
+                if self._moves_on
+                else navigator.refuge(here, children, child_cells(view.children, plan))
+            )
+            self.cell = refuge or here
         self.driver.drive(
             view, robot, navigator.centres[self.cell], self.cell, robot.yaw if self.yaw is None else self.yaw
         )
