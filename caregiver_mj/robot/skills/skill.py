@@ -51,6 +51,7 @@ class Rest(Skill):
 
     def _act(self, view: View, robot: RobotMotion) -> Status:
         robot.reach(0.0)  # a base that no skill drives stops by itself
+        self.driver.look(view, robot)
         return Status.RUNNING
 
 
@@ -74,9 +75,7 @@ class StandAside(Skill):
             here = navigator.nearest_cell(view.base[:2])
             children = [plan.cell_at(child.position) for child in view.children]
             self.cell = navigator.refuge(here, children, child_cells(view.children, plan)) or here
-        self.driver.drive(
-            view, robot, navigator.centres[self.cell], self.cell, robot.yaw if self.yaw is None else self.yaw
-        )
+        self.driver.drive(view, robot, navigator.centres[self.cell], self.cell, self.yaw)
         return Status.RUNNING
 
 
@@ -89,7 +88,7 @@ class GoTo(Skill):
 
     def _act(self, view: View, robot: RobotMotion) -> Status:
         robot.reach(0.0)
-        return self.driver.drive(view, robot, self._navigator.centres[self.cell], self.cell, robot.yaw)
+        return self.driver.drive(view, robot, self._navigator.centres[self.cell], self.cell)
 
 
 class Block(Skill):
@@ -108,7 +107,7 @@ class Block(Skill):
     def _act(self, view: View, robot: RobotMotion) -> Status:
         robot.reach(0.0)
         goal = self._navigator.centres[self.cell]
-        status = self.driver.drive(view, robot, goal, self.cell, robot.yaw)
+        status = self.driver.drive(view, robot, goal, self.cell)
         there = status is Status.DONE or (math.dist(goal, view.base[:2]) < _THERE and not robot.moving)
         if status is Status.FAILED or not there:
             return status
