@@ -45,7 +45,7 @@ _LOOK_AHEAD = 1.5  # seconds of the path that are looked at for children in the 
 _LAST_OF_WAY = 5.0  # seconds that a base which has lost patience, but is on its way to the goal, may go on
 _NEAR = 0.25  # metres ahead up to which it does not matter that it does not look where it goes
 _WATCHES = 2.0  # metres from it within which it rather looks at a child than where it goes
-_FACES, _IN_TIME = 0.5, 0.3  # radians off a heading which will do, and seconds before it must turn as it shall stand
+_FACES, _IN_TIME = 0.3, 0.3  # radians off a heading which will do, and seconds before it must turn as it shall stand
 _PATIENCE = 1.7  # seconds for which the robot gets out of the way of a child that comes: one novice timestep
 # Seconds without coming nearer after which it gives up: six steps of a toddler. One that only goes by is gone sooner,
 # and no detour in a house takes as long.

@@ -261,7 +261,7 @@ def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tu
     speeds_up = max(0.0, acceleration if rate >= 0.0 else -acceleration)
     delay, most = speeds_up / limits.jerk, abs(rate) + speeds_up**2 / (2 * limits.jerk)
     allowed = math.inf
-    for child in view.children:
+    for child in (*view.children, *(view.lurking if view.gaze is not None else ())):  # it may come unseen
         gap = _gap_however_turned(view.base, robot, child)
         if gap < _FAR:
             dx, dy = child.position[0] - view.base[0], child.position[1] - view.base[1]

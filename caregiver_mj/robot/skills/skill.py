@@ -103,11 +103,14 @@ class Block(Skill):
         super().__init__(navigator)
         self.stairwell = stairwell
         self.cell = navigator.plan.stairwells[stairwell]
+        step = navigator.plan.stair_directions[stairwell]
+        self._outwards = None if step is None else math.atan2(step[0], -step[1])
 
     def _act(self, view: View, robot: RobotMotion) -> Status:
         robot.reach(0.0)
         goal = self._navigator.centres[self.cell]
-        status = self.driver.drive(view, robot, goal, self.cell)
+        # Between the panels it cannot turn any more: a robot that does not see all round comes in backwards.
+        status = self.driver.drive(view, robot, goal, self.cell, None if view.gaze is None else self._outwards)
         there = status is Status.DONE or (math.dist(goal, view.base[:2]) < _THERE and not robot.moving)
         if status is Status.FAILED or not there:
             return status
