@@ -33,6 +33,7 @@ _AS_USUAL, _SIGMAS = 0.02, 4.0  # metres that a candle on a table may seem off i
 _IN_ITS_CELL = 0.3  # share of a move until, and from the end, which a child is in a cell as whoever sees that sees it
 _WORTH_A_LOOK, _LIKELY = 0.02, 0.03  # probability of a child
 _HEADINGS = np.array([math.atan2(-down, right) for down, right in ACTIONS])
+_FELT = 0.4  # metres from a base's middle within which a child touches it
 _NEAR, _LOOKS_AGAIN = 3.0, 0.1  # metres within which corners count, and seconds after which they are looked for anew
 _NO_CANDLES, _NO_ORIENTATIONS = np.zeros((0, 3)), np.zeros((0, 4))
 
@@ -184,9 +185,9 @@ class Perception:
             self._see(seen, hidden_only=True)
         if self._all_clear:
             return False, False
-        new = False
+        new, here = False, NOTHING if self._is_full else int(self._caregiver_cell(view)[0])
         for number, sighting in enumerate(self._children):
-            if not sighting.is_clear and self._make_out(sighting, seen.get(number), late=clock - move >= _LATEST):
+            if not sighting.is_clear and self._make_out(sighting, seen.get(number), here, clock - move >= _LATEST):
                 new = True
         self._all_clear = all(sighting.is_clear for sighting in self._children)
         if new and self._all_clear and not self._is_full:
@@ -223,8 +224,8 @@ class Perception:
         left = 1.0 - self._gone if self._all_clear else self._gone
         return self._in_view[None] & (left <= _IN_ITS_CELL)
 
-    def _make_out(self, sighting: _Sighting, child: ChildView | None, late: bool) -> bool:
-        """Take in where a child is heading, if that is clear by now."""
+    def _make_out(self, sighting: _Sighting, child: ChildView | None, here: int, late: bool) -> bool:
+        """Take in where a child is heading, if that is clear by now, and where the robot is."""
         if child is None or sighting.origin is None:
             if late:
                 sighting.is_clear, sighting.previous = True, (NOTHING, NOTHING)
@@ -240,6 +241,8 @@ class Perception:
         if distance > self._smallest_move:
             action = max(range(len(ACTIONS)), key=lambda a: dx * ACTIONS[a][1] - dy * ACTIONS[a][0])
             sighting.cell = int(self._next_cell[cell, action])
+            if not self._is_full and sighting.cell == here:
+                sighting.cell = cell  # it runs into the robot
         sighting.previous = (cell, action)
         return True
 
@@ -343,8 +346,12 @@ class Lurking:
         if unseen:
             presence = tracker.presence[0, unseen].max(axis=0)
             if least:
-                near = np.linalg.norm(self._centres - base, axis=1) < _NEAR
-                places = self._centres[(presence >= least) & ~in_view & near]
+                offsets = self._centres - base
+                away = np.linalg.norm(offsets, axis=1, keepdims=True)
+                which = (presence >= least) & ~in_view & (away[:, 0] < _NEAR)
+                # On the side of such a cell that is nearer, but not so near that it would be felt.
+                nearer = np.minimum(away - _FELT, self._plan.cell_size / 2).clip(0.0) / np.maximum(away, _FELT)
+                places = (self._centres - offsets * nearer)[which]
                 self._corners = tuple(ChildView((x, y), (0.0, 0.0)) for x, y in places.tolist())
                 return self._corners
             may_be = presence > 0.0
