@@ -155,12 +155,12 @@ class Perception:
         cell = self._plan.cell_index[self._nearest(base[:2], self._plan.caregiver_cells)]
         if cell != self._glances_from:
             self._glances_from, self._glances = cell, np.full(len(_HEADINGS), -math.inf)
-        if self._empty().any():
-            self._glances[np.cos(_HEADINGS - base[2]).argmax()] = self._clock
         chances = self._pictures[cell, : len(_HEADINGS)] @ self._tracker.presence[0, unseen].sum(axis=0)
         chances *= np.minimum(
             1.0, (self._clock - self._glances) / len(_HEADINGS)
         )  # it is not there, or behind something
+        if self._empty().any():
+            self._glances[np.cos(_HEADINGS - base[2]).argmax()] = self._clock
         return float(_HEADINGS[chances.argmax()]) if chances.max() > _WORTH_A_LOOK else base[2]
 
     def watch(self, view: View, clock: float) -> tuple[bool, bool]:

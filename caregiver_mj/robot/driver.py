@@ -111,11 +111,12 @@ class Driver:
         if (moved or self.looks_again(view.now)) and robot.hand_out <= self._may_drive:
             self._plan(view, robot, goal, cell)
         keeps = robot.yaw if yaw is None else yaw
-        heading = keeps if view.gaze is None else self._heading(view, robot, goal, yaw)
+        looks = view.gaze is not None and not self.is_loaded  # a candle in the hand slips at every turn
+        heading = self._heading(view, robot, goal, yaw) if looks else keeps
         may_turn = self.turn(view, robot, heading)
         # Where the drive is shorter than the turn, the base sets off later: it would have to wait at the goal instead.
         # Nor does it set off to where it does not look.
-        is_blind = view.gaze is not None and not (view.children or view.lurking)
+        is_blind = looks and not (view.children or view.lurking)
         is_blind = is_blind and abs(math.remainder(heading - view.base[2], math.tau)) > CAMERA_WIDTH / 2
         waits = may_turn and not robot.moving and (is_blind or robot.time_left < robot.turn_left(heading))
         robot.set_rate(0.0 if self._stops or waits else governor.path_rate(view, robot))
@@ -145,7 +146,7 @@ class Driver:
         """The heading of a base that sees only ahead.
 
         At the end it is as it shall stand; before that it looks at a child nearby, or at where one may be, else where
-        it goes. There it turns to its gaze, but not with a candle in the hand.
+        it goes. There it turns to its gaze.
         """
         here, ahead = robot.base_reference()[0], robot.points_ahead(_LOOK_AHEAD)[-1]
         is_there = math.dist(here, goal) < _NEAR
@@ -156,7 +157,7 @@ class Driver:
         x, y = nearest if math.dist(nearest, here) < _WATCHES else ahead
         if not is_there and math.dist((x, y), here) > _NEAR:
             return self._facing(math.atan2(y - here[1], x - here[0]))
-        return robot.yaw if self.is_loaded or view.gaze is None else self._facing(view.gaze)
+        return robot.yaw if view.gaze is None else self._facing(view.gaze)
 
     def _facing(self, yaw: float) -> float:
         """A heading, or that which it faces already if that will do."""
