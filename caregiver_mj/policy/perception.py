@@ -117,14 +117,14 @@ class Perception:
             pairs = zip(poses.tolist(), rates.tolist(), strict=True)
             children = tuple([ChildView((x, y), (vx, vy)) for (x, y, _), (vx, vy, _) in pairs])
         left, right = observation["finger_position"].tolist()
-        numbers, lurking, gaze = None, tuple[ChildView, ...](), None
+        numbers, lurking, hidden, gaze = None, tuple[ChildView, ...](), tuple[ChildView, ...](), None
         if "toddler_seen" in observation:
             numbers = tuple(np.flatnonzero(observation["toddler_seen"]).tolist())
             children = tuple(children[number] for number in numbers)
             self._in_view = observation["cell_seen"] > 0.0
             base = tuple(observation["base_position"].tolist())
-            least = 0.0 if self._pictures is None else _LIKELY
-            lurking = self._lurking.at(base[:2], now, self._tracker, numbers, self._in_view, least)
+            lurking, likely = self._lurking.at(base[:2], now, self._tracker, numbers, self._in_view)
+            hidden = () if self._pictures is None else likely
             gaze = self._gaze(base, children, numbers)
         return View(
             now=now,
@@ -141,6 +141,7 @@ class Perception:
             unsure=self._unsure,
             numbers=numbers,
             lurking=lurking,
+            hidden=hidden,
             gaze=gaze,
         )
 
@@ -329,37 +330,37 @@ class Lurking:
 
     def forget(self) -> None:
         """Begin an episode."""
-        self._until, self._corners = -math.inf, tuple[ChildView, ...]()
+        self._until, self._found = -math.inf, (tuple[ChildView, ...](), tuple[ChildView, ...]())
 
     def at(
-        self, base: Vector, now: float, tracker: Tracker, seen: tuple[int, ...], in_view: np.ndarray, least: float
-    ) -> tuple[ChildView, ...]:
-        """Return where a child may come into sight near a robot: between a cell in view and one in which it may be.
+        self, base: Vector, now: float, tracker: Tracker, seen: tuple[int, ...], in_view: np.ndarray
+    ) -> tuple[tuple[ChildView, ...], tuple[ChildView, ...]]:
+        """Return where a child may come into sight near a robot, and where one is likely to be unseen.
 
-        If it is to be in it with a probability of at least so much, that cell itself: for whoever does not see all
-        round a child comes into sight anywhere, or not at all.
+        It comes into sight between a cell in view and one in which it may be, but not at the base, where it is felt.
         """
         if now < self._until:
-            return self._corners
-        self._until, self._corners = now + _LOOKS_AGAIN, ()
+            return self._found
+        self._until, self._found = now + _LOOKS_AGAIN, ((), ())
         unseen = [number for number in range(tracker.seen.shape[1]) if number not in seen]
         if unseen:
-            presence = tracker.presence[0, unseen].max(axis=0)
-            if least:
-                offsets = self._centres - base
-                away = np.linalg.norm(offsets, axis=1, keepdims=True)
-                which = (presence >= least) & ~in_view & (away[:, 0] < _NEAR)
-                # On the side of such a cell that is nearer, but not so near that it would be felt.
-                nearer = np.minimum(away - _FELT, self._plan.cell_size / 2).clip(0.0) / np.maximum(away, _FELT)
-                places = (self._centres - offsets * nearer)[which]
-                self._corners = tuple(ChildView((x, y), (0.0, 0.0)) for x, y in places.tolist())
-                return self._corners
-            may_be = presence > 0.0
-            hidden, open_ = self._pairs[:, np.linalg.norm(self._centres[self._pairs[0]] - base, axis=1) < _NEAR]
-            which = may_be[hidden] & ~in_view[hidden] & in_view[open_]
-            middles = (self._centres[hidden[which]] + self._centres[open_[which]]) / 2
-            self._corners = tuple(ChildView((x, y), (0.0, 0.0)) for x, y in middles.tolist())
-        return self._corners
+            presence = tracker.presence[0, unseen].max(axis=0) * ~in_view
+            offsets = self._centres - base
+            away = np.linalg.norm(offsets, axis=1, keepdims=True)
+            near = away[:, 0] < _NEAR
+            hidden, open_ = self._pairs[:, near[self._pairs[0]]]
+            middles = (self._centres[hidden] + self._centres[open_]) / 2
+            comes = (presence[hidden] > 0.0) & in_view[open_] & (np.linalg.norm(middles - base, axis=1) > _FELT)
+            # On the side of a cell that is nearer, but not so near that it would be felt.
+            nearer = np.minimum(away - _FELT, self._plan.cell_size / 2).clip(0.0) / np.maximum(away, _FELT)
+            likely = (self._centres - offsets * nearer)[(presence >= _LIKELY) & near]
+            self._found = _standing(middles[comes]), _standing(likely)
+        return self._found
+
+
+def _standing(places: np.ndarray) -> tuple[ChildView, ...]:
+    """Return children that stand in places, (n, 2)."""
+    return tuple(ChildView((x, y), (0.0, 0.0)) for x, y in places.tolist())
 
 
 def _table_heights(observation: dict[str, np.ndarray], tables: np.ndarray, as_usual: float) -> np.ndarray | None:

@@ -45,6 +45,7 @@ _LOOK_AHEAD = 1.5  # seconds of the path that are looked at for children in the 
 _LAST_OF_WAY = 5.0  # seconds that a base which has lost patience, but is on its way to the goal, may go on
 _NEAR = 0.25  # metres ahead up to which it does not matter that it does not look where it goes
 _WATCHES = 2.0  # metres from it within which it rather looks at a child than where it goes
+_FACES_LOADED = 0.7  # the next, with a candle in the hand: in the picture
 _FACES, _IN_TIME = 0.3, 1.8  # radians off a heading that will do, and seconds before the end in which it turns round
 _PATIENCE = 1.7  # seconds for which the robot gets out of the way of a child that comes: one novice timestep
 # Seconds without coming nearer after which it gives up: six steps of a toddler. One that only goes by is gone sooner,
@@ -111,12 +112,11 @@ class Driver:
         if (moved or self.looks_again(view.now)) and robot.hand_out <= self._may_drive:
             self._plan(view, robot, goal, cell)
         keeps = robot.yaw if yaw is None else yaw
-        looks = view.gaze is not None and not self.is_loaded  # a candle in the hand slips at every turn
-        heading = self._heading(view, robot, goal, yaw) if looks else keeps
+        heading = keeps if view.gaze is None else self._heading(view, robot, goal, yaw)
         may_turn = self.turn(view, robot, heading)
         # Where the drive is shorter than the turn, the base sets off later: it would have to wait at the goal instead.
         # Nor does it set off to where it does not look.
-        is_blind = looks and not (view.children or view.lurking)
+        is_blind = view.gaze is not None and (self.is_loaded or not (view.children or view.hidden))
         is_blind = is_blind and abs(math.remainder(heading - view.base[2], math.tau)) > CAMERA_WIDTH / 2
         waits = may_turn and not robot.moving and (is_blind or robot.time_left < robot.turn_left(heading))
         robot.set_rate(0.0 if self._stops or waits else governor.path_rate(view, robot))
@@ -146,22 +146,25 @@ class Driver:
         """The heading of a base that sees only ahead.
 
         At the end it is as it shall stand; before that it looks at a child nearby, or at where one may be, else where
-        it goes. There it turns to its gaze.
+        it goes. There it turns to its gaze. A candle in the hand slips at every turn: with one it only sees to it that
+        it sees where it goes.
         """
         here, ahead = robot.base_reference()[0], robot.points_ahead(_LOOK_AHEAD)[-1]
         is_there = math.dist(here, goal) < _NEAR
         if yaw is not None and (is_there or 0.0 < robot.time_left < _IN_TIME):
             return yaw
-        places = (child.position for child in (*view.children, *view.lurking))
+        places = () if self.is_loaded else (child.position for child in view.children + view.hidden)
         nearest = min(places, key=lambda place: math.dist(place, here), default=ahead)
         x, y = nearest if math.dist(nearest, here) < _WATCHES else ahead
+        if self.is_loaded:
+            robot.turn_gently()
         if not is_there and math.dist((x, y), here) > _NEAR:
             return self._facing(math.atan2(y - here[1], x - here[0]))
-        return robot.yaw if view.gaze is None else self._facing(view.gaze)
+        return robot.yaw if self.is_loaded or view.gaze is None else self._facing(view.gaze)
 
     def _facing(self, yaw: float) -> float:
         """A heading, or that which it faces already if that will do."""
-        if not abs(math.remainder(yaw - self._faces, math.tau)) <= _FACES:
+        if not abs(math.remainder(yaw - self._faces, math.tau)) <= (_FACES_LOADED if self.is_loaded else _FACES):
             self._faces = yaw
         return self._faces
 

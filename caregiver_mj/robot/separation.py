@@ -177,8 +177,8 @@ def allowed_rate(
     rate = 1.0
     for child in view.children:
         rate = min(rate, _allowed_rate(view, robot, child, velocity, acceleration, present))
-    if view.lurking:
-        corner = min(_allowed_rate(view, robot, child, velocity, acceleration, present) for child in view.lurking)
+    if lurking := view.lurking + view.hidden:
+        corner = min(_allowed_rate(view, robot, child, velocity, acceleration, present) for child in lurking)
         rate = min(rate, max(corner, _PEEKING / math.hypot(*velocity)))
     return rate
 
@@ -262,11 +262,11 @@ def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tu
     delay, most = speeds_up / limits.jerk, abs(rate) + speeds_up**2 / (2 * limits.jerk)
     allowed = math.inf
     # One that comes round a corner is seen in time; who does not see all round must turn to see one that may be at it.
-    hidden, speed = () if view.gaze is None else view.lurking, math.hypot(*velocity)
-    for child in (*view.children, *hidden):
+    speed = math.hypot(*velocity)
+    for child in view.children + view.hidden:
         gap = _gap_however_turned(view.base, robot, child)
         if gap < _FAR:
-            creep = (max(_TURN_SPEED, _PEEKING - speed) if child in hidden else _TURN_SPEED) / robot.footprint
+            creep = (max(_TURN_SPEED, _PEEKING - speed) if child in view.hidden else _TURN_SPEED) / robot.footprint
             dx, dy = child.position[0] - view.base[0], child.position[1] - view.base[1]
             closing = FASTEST + max(0.0, (velocity[0] * dx + velocity[1] * dy) / math.hypot(dx, dy))
             time = max(0.0, gap) / closing - _REACTION - view.age

@@ -121,8 +121,8 @@ def test_it_passes_a_place_where_a_child_may_be_behind_it_as_slowly_as_one_that_
     behind = (ChildView((-0.45, 0.0), (0.0, 0.0)),)
     view = View(0.0, (0.0, 0.0, 0.0), 0.0, np.zeros(7), (), np.zeros((0, 3)), np.zeros((0, 4)), lurking=behind)
     turning = lambda: separation.allowed_turning(view, robot, (0.0, 0.0), (0.0, 0.0))  # noqa: E731
-    assert turning() == np.inf  # it sees all round
-    view.gaze = 1.0
+    assert turning() == np.inf  # it sees it as it comes
+    view.lurking, view.hidden = (), behind
     assert 0.03 < turning() * robot.footprint < 0.05  # slower than a strike, but it turns to look
 
 
