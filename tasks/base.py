@@ -18,6 +18,7 @@ from caregiver_mj.children.walk import WALKING_SPEED, novice_timestep
 from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.house.candles import Candles, watch_candle
 from caregiver_mj.house.children import Children
+from caregiver_mj.house.eyes import Eyes
 from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.rendering import Task
 from caregiver_mj.house.sensing import Sensing, Sensor
@@ -27,7 +28,7 @@ from caregiver_mj.interventions.verb import Intervention
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import HazardKind, State
-from caregiver_mj.plans.visibility import IN_HOUSE, Sight, seen_from
+from caregiver_mj.plans.visibility import Sight
 from caregiver_mj.recording.contacts import Contacts
 from caregiver_mj.recording.ledger import Ledger
 from caregiver_mj.robot.embodiment import Embodiment
@@ -36,7 +37,6 @@ from caregiver_mj.tasks.observed import OBSERVED, Observed
 
 CONTROL_TIMESTEP = 0.02  # seconds; a prototype's grasps held at 50 Hz as well as at 100 Hz
 _LOWEST, _HIGHEST = 0.45, 0.75  # metres, of tables; from a coffee table to a dining table
-_AT_HAND = 1.2  # metres from the base's middle within which a thing may be in the hand
 _LOOKS = 5  # control timesteps after which it is looked anew which children are in sight
 _CANDLE_OFFSET = 0.02  # metres off the table's centre at the start, at most, in x and in y
 
@@ -104,7 +104,7 @@ class CareTask(Task):
             table_height: How high all tables are, metres; or the lowest and the highest that one may be, and each is
                 drawn in between, once. The observation then has the heights. None for those of the table's model.
             sensing: How well observations show what there is, as `Sensing.of` takes it; None for exactly.
-            sight: Which children they show: `all`; or `walls`, those that are seen from the robot, walls being opaque.
+            sight: Which children they show: `all`, or those that are seen, as `Sight.of` takes it.
 
         Raises:
             CaregiverError: There is no robot of that name, the house is not fit for the task and its robot, a timestep,
@@ -129,9 +129,8 @@ class CareTask(Task):
         self.candles = Candles(rectangles, _draw_heights(table_height, len(plan.tables), self.random))
         self.things = Things(plan)
         self.sensing, self.sight = Sensing.of(sensing), Sight.of(sight)
-        if self.sight.name not in IN_HOUSE:
-            raise CaregiverError(f"sight must be {' or '.join(IN_HOUSE)} in the house, got {self.sight}")
-        self._seen = np.ones(len(self.children), bool)
+        self._eyes = Eyes(plan, self.sight) if robot and not self.sight.is_full else None
+        self._seen, self._cells_seen = np.ones(len(self.children), bool), np.ones(len(plan.free_cells), bool)
         self._things_seen: list[np.ndarray] = []  # candles, and what lies on the floor
         self._things_shown: dict[int, np.ndarray] = {}
         tables = np.column_stack([rectangles, self.candles.table_heights])
@@ -228,6 +227,9 @@ class CareTask(Task):
         self._control_steps += 1
         if self._control_steps % _LOOKS == 0:
             self._look(physics)
+        if self._eyes:
+            for touch in physics.touches:  # what is felt is there
+                self._seen[touch.child] |= touch.kind == "robot"
         if self._control_steps % self._steps_a_move == 0:
             self.ledger.seen[0] += self._seen & self.has_robot
             self.ledger.book(*(np.array([values]) for values in zip(*self.children.end(), strict=True)))
@@ -250,6 +252,7 @@ class CareTask(Task):
         if not self.sight.is_full:
             places[~self._seen] = rates[~self._seen] = 0.0
             observation["toddler_seen"] = self._seen.astype(float)
+            observation["cell_seen"] = self._cells_seen.astype(float)
         observation["toddler_position"], observation["toddler_velocity"] = places[self._shown], rates[self._shown]
         if self.plan.candle_tables:
             poses = self._as_last_seen(0, physics.candle_poses())
@@ -277,16 +280,10 @@ class CareTask(Task):
         return shown.copy()
 
     def _look(self, physics: Physics) -> None:
-        """See which children are in sight of the robot, and which things."""
-        if not self.sight.is_full and self.has_robot:
-            places = [physics.toddler_positions(), physics.candle_poses(), physics.thing_positions()]
-            found = np.concatenate([place[:, :2] for place in places])
-            eye = physics.base_position()[:2]
-            seen = seen_from(self.plan, eye, found, layout.CHILD_RADIUS) > 0.0
-            things = len(self.children)  # from there on; those in the hand are seen over a wall's edge, too
-            seen[things:] |= np.linalg.norm(found[things:] - eye, axis=1) < _AT_HAND
-            ends = np.cumsum([len(place) for place in places])
-            self._seen, *self._things_seen = np.split(seen, ends[:-1])
+        """See which children are in sight, which things, and which cells."""
+        if self._eyes:
+            self._seen, things, self._cells_seen = self._eyes.look(physics)
+            self._things_seen = np.split(things, [len(self.plan.candle_tables)])
 
     def get_termination(self, physics: Physics) -> float | None:
         return None

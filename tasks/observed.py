@@ -30,7 +30,10 @@ OBSERVED = {
     "toddler_position": Observed(_OF_EACH_CHILD, "m, m, rad", "x, y and yaw of each child", "pose"),
     "toddler_velocity": Observed(_OF_EACH_CHILD, "m/s, m/s, rad/s", "their rates", "rates"),
     "toddler_seen": Observed(
-        "(children,)", "", "1 for a child that is seen, else 0, and all else of it 0, too", "share", True
+        "(children,)", "", "1 for a child that is seen, or felt, else 0, and all else of it 0, too", "share", True
+    ),
+    "cell_seen": Observed(
+        "(free cells,)", "", "1 for a cell in which a child would be seen wherever it stood, else 0", "share", True
     ),
     "candle_position": Observed("(candles, 3)", "m", "x, y and height of each candle's foot", "place"),
     "candle_orientation": Observed("(candles, 4)", "", "of each candle, a quaternion (w, x, y, z)", "quaternion"),

@@ -92,9 +92,7 @@ def add_episode(command: argparse.ArgumentParser) -> None:
 
 def add_sight(command: argparse.ArgumentParser) -> None:
     """Add what the caregiver sees."""
-    command.add_argument(
-        "--sight", default="all", help="what the caregiver sees: all, or walls; in the grid also camera or rooms:N"
-    )
+    command.add_argument("--sight", default="all", help="what the caregiver sees: all, walls, camera or rooms:N")
 
 
 def add_embodiment(command: argparse.ArgumentParser) -> None:

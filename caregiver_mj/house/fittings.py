@@ -24,6 +24,7 @@ _RUGS = ("rug_blue", "rug_red", "rug_green", "rug_ochre")
 _DECORATIONS = ("bookshelf", "picture", "plant", "sideboard")
 _DECORATED_SHARE = 0.25  # of the places where one could be
 FLOOR = "planks"  # the geom that shows the floor
+OPAQUE = 1  # group of what hides things, though nothing collides with it
 _GROUND_MARGIN = 40.0  # metres of ground around the house
 _WOOD_LENGTH = 2.4  # metres that the picture of the wooden floor covers
 _GROUND_LENGTH = 6.0  # metres
@@ -221,15 +222,16 @@ def place_model(spec: mujoco.MjSpec, model: mujoco.MjSpec, name: str, position: 
 def remove_visuals(spec: mujoco.MjSpec) -> None:
     """Take out of a scene what is only to be seen. What happens in it stays exactly the same, and is computed faster.
 
-    It leaves what weighs something, and of what is carried the part that reaches farthest: that tells MuJoCo how still
-    it must be to fall asleep.
+    It leaves what weighs something or hides things from a robot's eye, and of what is carried the part that reaches
+    farthest: that tells MuJoCo how still it must be to fall asleep.
     """
     for body in spec.worldbody.bodies:
-        if not body.find_all("joint"):  # one of `place_model`, which does no more than show the model
-            spec.delete(body)
+        if not body.find_all("joint") and not any(geom.group == OPAQUE for geom in body.geoms):
+            spec.delete(body)  # one of `place_model`, which does no more than show the model
     for geom in spec.geoms:
         weightless = geom.mass == 0 or geom.parent.name == "world"
-        if weightless and not (geom.contype or geom.conaffinity or geom.name.endswith(_REACHES_FARTHEST)):
+        stays = geom.contype or geom.conaffinity or geom.group == OPAQUE or geom.name.endswith(_REACHES_FARTHEST)
+        if weightless and not stays:
             spec.delete(geom)
 
 

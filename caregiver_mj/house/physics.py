@@ -12,7 +12,7 @@ from dm_env import specs
 
 from caregiver_mj.children.walk import ToddlerWalk, Vector
 from caregiver_mj.errors import CaregiverError, RenderingError
-from caregiver_mj.house.fittings import FLOOR
+from caregiver_mj.house.fittings import FLOOR, OPAQUE
 from caregiver_mj.house.rendering import OffscreenRendering, engine, wrapper
 from caregiver_mj.house.robot_body import RampState, RobotBody, joint_views
 from caregiver_mj.house.scene import build_house, child_joints
@@ -26,6 +26,7 @@ from caregiver_mj.robot.geometry import to_local
 from caregiver_mj.robot.view import loose
 
 _SPRUNG = 0.002  # metres that the bolt of a gate that has latched is in, at most
+_HIDES = np.array([group in (OPAQUE, 3) for group in range(mujoco.mjNGROUP)], np.uint8)  # what one cannot see through
 _AWAKE = ("ntree_awake", "nbody_awake", "nparent_awake", "nv_awake")
 
 
@@ -173,6 +174,20 @@ class Physics(OffscreenRendering, engine.Physics):
     def pinch_position(self) -> np.ndarray:
         """Return where the middle between the fingertips is, (3,), m."""
         return self._robot.pinch.copy()
+
+    def eye_position(self) -> np.ndarray:
+        """Return where the robot's eye is, (3,), m."""
+        return self._raw[1].site("robot/eye").xpos.copy()
+
+    def first_hits(self, eye: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return what rays from an eye (3,) through points (n, 3) meet first: geoms (n,), or -1, and metres (n,)."""
+        geoms, free, rays = np.full(len(points), -1, np.int32), np.full(len(points), -1.0), points - eye
+        if len(points):
+            rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+            mujoco.mj_multiRay(
+                *self._raw, eye, rays.ravel(), _HIDES, True, -1, geoms, free, None, len(points), mujoco.mjMAXVAL
+            )
+        return geoms, np.where(geoms < 0, np.inf, free)
 
     def is_gripping(self) -> bool:
         """Return whether the fingers are as close together as round the thickest thing on a table, or closer."""

@@ -1,4 +1,4 @@
-"""What can be seen from where: walls are opaque, and everything else in a house is lower than a child.
+"""What can be seen from where: walls are opaque, and everything else is lower than a child, save in the physical house.
 
 A *sight* is what a caregiver has to see children with:
 
@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -26,7 +25,6 @@ CAMERA_RANGE = 5.0  # metres: how far away a camera of a usual mobile robot tell
 CAMERA_WIDTH = np.deg2rad(90.0)
 BODY = 0.2  # of a cell: half of a child's width
 ALL_ROUND = len(ACTIONS)  # a heading: that of whoever turns round once
-IN_HOUSE = ("all", "walls")  # sights that the house has
 _ROUNDING = 1e-9
 _MOST_LOOKOUTS = 12
 
@@ -104,19 +102,9 @@ class Visibility:
         self.seen = np.ones_like(in_view) if sight.is_full else in_view
 
 
-def seen_from(plan: FloorPlan, eye: np.ndarray | Sequence[float], places: np.ndarray, half: float) -> np.ndarray:
-    """Return how much of some places is seen from a point up to the walls, where no grid holds: share (n,).
-
-    Args:
-        plan: The house.
-        eye: The point, (2,), metres.
-        places: The places' middles, (n, 2), metres.
-        half: Of their width, metres; looked at are the middles and the four sides.
-    """
-    sides = np.array([(0.0, 0.0), *ACTIONS]) * half / plan.cell_size
-    points = _rows_columns(plan, places)[:, None] + sides
-    hidden = _crosses(_opaque(plan), _rows_columns(plan, np.asarray(eye)), points.reshape(-1, 2))
-    return 1.0 - hidden.reshape(-1, len(sides)).mean(axis=1)
+def seen_from(plan: FloorPlan, eye: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return which points, (n, 2), are seen from an eye, (2,), up to the walls, where no grid holds: bool (n,)."""
+    return ~_crosses(_opaque(plan), _rows_columns(plan, eye), _rows_columns(plan, points))
 
 
 def _rows_columns(plan: FloorPlan, positions: np.ndarray) -> np.ndarray:

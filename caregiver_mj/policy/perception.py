@@ -7,7 +7,9 @@ something: so its cell and action are known as those that the grid would have af
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
+from collections.abc import Container
 
 import numpy as np
 
@@ -19,8 +21,8 @@ from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from caregiver_mj.plans.visibility import FULL, Sight, seen_from
-from caregiver_mj.robot.geometry import Vector
+from caregiver_mj.plans.visibility import FULL, Sight, visibility
+from caregiver_mj.robot.geometry import Pose, Vector
 from caregiver_mj.robot.view import NO_GATES, NO_THINGS, ChildView, View
 
 _CLEAR_DISTANCE = 0.05  # metres of a move after which it is clear where the toddler is heading, ...
@@ -28,7 +30,10 @@ _LATEST = 0.5  # ... or the share of a novice timestep after which it will not g
 _SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to; ...
 _SMALLEST_SEEN = 0.03  # ... the same where it is not seen exactly
 _AS_USUAL, _SIGMAS = 0.02, 4.0  # metres that a candle on a table may seem off its usual height; and of its noise
-_MOST_OF_A_CELL = 0.3  # of a cell, to all sides: where that is seen, a child in it is
+_IN_ITS_CELL = 0.3  # share of a move until, and from the end, which a child is in a cell as whoever sees that sees it
+_WORTH_A_LOOK, _LIKELY = 0.02, 0.03  # probability of a child
+_HEADINGS = np.array([math.atan2(-down, right) for down, right in ACTIONS])
+_FELT = 0.4  # metres from a base's middle within which a child touches it
 _NEAR, _LOOKS_AGAIN = 3.0, 0.1  # metres within which corners count, and seconds after which they are looked for anew
 _NO_CANDLES, _NO_ORIENTATIONS = np.zeros((0, 3)), np.zeros((0, 4))
 
@@ -70,6 +75,8 @@ class Perception:
         sight: Sight = FULL,
     ):
         self._is_full, self._lurking = sight.is_full, Lurking(plan)
+        self._pictures = visibility(plan, sight).seen if sight.turns else None
+        self._in_view = self._looked = np.ones(len(plan.free_cells), bool)  # now, and when the tracker was told last
         self._tracker: Tracker  # from `reset` on, where not everything is seen
         self._plan, self._age, self._unsure = plan, age, unsure
         strays = age * BUMP_SPEED  # by which a child may be elsewhere than was foretold: it has stopped, or turned
@@ -87,6 +94,7 @@ class Perception:
         """Begin an episode with its first observation."""
         self._begun, self._all_clear, self._gone, self._clock = 0, False, 0.0, 0.0
         self._children = []
+        self._glances_from = NOTHING  # the cell from which it has looked in each heading, at clocks that it remembers
         self._lurking.forget()
         self.table_heights = _table_heights(observation, self._tables, self._as_usual)
         children = np.atleast_2d(observation["toddler_position"])
@@ -96,7 +104,8 @@ class Perception:
             self._children.append(_Sighting((x, y) if is_seen else None, False, cell, (cell, NOTHING)))
         if not self._is_full:
             self._tracker = Tracker(child_chain(self._plan), 1, len(children), CHANGE)
-            self._see(tuple(observation["base_position"][:2].tolist()))
+            self._in_view = observation["cell_seen"] > 0.0
+            self._see(np.flatnonzero(seen))
 
     def look(self, observation: dict[str, np.ndarray], now: float) -> View:
         """Return the robot's view, from an observation at a time in seconds since the episode's start."""
@@ -108,11 +117,15 @@ class Perception:
             pairs = zip(poses.tolist(), rates.tolist(), strict=True)
             children = tuple([ChildView((x, y), (vx, vy)) for (x, y, _), (vx, vy, _) in pairs])
         left, right = observation["finger_position"].tolist()
-        numbers, lurking = None, tuple[ChildView, ...]()
+        numbers, lurking, hidden, gaze = None, tuple[ChildView, ...](), tuple[ChildView, ...](), None
         if "toddler_seen" in observation:
             numbers = tuple(np.flatnonzero(observation["toddler_seen"]).tolist())
             children = tuple(children[number] for number in numbers)
-            lurking = self._lurking.at(observation["base_position"][:2], now, self._tracker, numbers)
+            self._in_view = observation["cell_seen"] > 0.0
+            base = tuple(observation["base_position"].tolist())
+            lurking, likely = self._lurking.at(base[:2], now, self._tracker, numbers, self._in_view)
+            hidden = () if self._pictures is None else likely
+            gaze = self._gaze(base, children, numbers)
         return View(
             now=now,
             base=tuple(observation["base_position"].tolist()),
@@ -128,7 +141,28 @@ class Perception:
             unsure=self._unsure,
             numbers=numbers,
             lurking=lurking,
+            hidden=hidden,
+            gaze=gaze,
         )
+
+    def _gaze(self, base: Pose, children: tuple[ChildView, ...], numbers: tuple[int, ...]) -> float | None:
+        """Return where to look for the children that are not seen, or at the nearest one if all are."""
+        if self._pictures is None:
+            return None
+        unseen = [number for number in range(len(self._children)) if number not in numbers]
+        if not unseen:
+            x, y = min((child.position for child in children), key=lambda place: math.dist(place, base[:2]))
+            return math.atan2(y - base[1], x - base[0])
+        cell = self._plan.cell_index[self._nearest(base[:2], self._plan.caregiver_cells)]
+        if cell != self._glances_from:
+            self._glances_from, self._glances = cell, np.full(len(_HEADINGS), -math.inf)
+        chances = self._pictures[cell, : len(_HEADINGS)] @ self._tracker.presence[0, unseen].sum(axis=0)
+        chances *= np.minimum(
+            1.0, (self._clock - self._glances) / len(_HEADINGS)
+        )  # it is not there, or behind something
+        if self._empty().any():
+            self._glances[np.cos(_HEADINGS - base[2]).argmax()] = self._clock
+        return float(_HEADINGS[chances.argmax()]) if chances.max() > _WORTH_A_LOOK else base[2]
 
     def watch(self, view: View, clock: float) -> tuple[bool, bool]:
         """Follow the children, at a time in novice timesteps.
@@ -146,39 +180,53 @@ class Perception:
             for number, sighting in enumerate(self._children):
                 sighting.origin = seen[number].position if number in seen else None
                 sighting.is_clear = False
+        if self._all_clear and self._comes_into_sight(seen):
+            return True, False
+        if not (self._is_full or np.array_equal(self._in_view, self._looked)) and self._empty().any():
+            self._see(seen, hidden_only=True)
         if self._all_clear:
-            return self._comes_into_sight(view, seen), False
-        new = False
+            return False, False
+        new, here = False, NOTHING if self._is_full else int(self._caregiver_cell(view)[0])
         for number, sighting in enumerate(self._children):
-            if not sighting.is_clear and self._make_out(sighting, seen.get(number), late=clock - move >= _LATEST):
+            if not sighting.is_clear and self._make_out(sighting, seen.get(number), here, clock - move >= _LATEST):
                 new = True
         self._all_clear = all(sighting.is_clear for sighting in self._children)
         if new and self._all_clear and not self._is_full:
             previous, action, cell = np.array([[*one.previous, one.cell] for one in self._children]).T[:, None]
-            in_view = self._lurking.in_view(view.base[:2])[None]
-            self._tracker.move(previous, action, cell, in_view, self._caregiver_cell(view))
+            self._tracker.move(previous, action, cell, self._empty(), self._caregiver_cell(view))
+            self._looked = np.zeros_like(self._in_view)
         return new, new and self._all_clear
 
-    def _comes_into_sight(self, view: View, seen: dict[int, ChildView]) -> bool:
+    def _comes_into_sight(self, seen: dict[int, ChildView]) -> bool:
         """Take in which children have come into sight, or gone out of it, since it was clear what they do."""
         in_sight = [number in seen for number in range(len(self._children))]
         if self._is_full or self._tracker.seen[0].tolist() == in_sight:
             return False
         for number, sighting in enumerate(self._children):
-            if number not in seen:
-                sighting.cell = NOTHING
-            elif sighting.cell == NOTHING:
+            if number in seen and sighting.cell == NOTHING:
                 sighting.cell = self.free_cell(seen[number].position)
-        self._see(view.base[:2])
+        self._see(seen)
         return True
 
-    def _see(self, eye: Vector) -> None:
-        """Have the tracker know where the children are that are seen, and where none is."""
+    def _see(self, seen: Container[int], hidden_only: bool = False) -> None:
+        """Have the tracker know where the children are that are seen, if that is news, and where none is."""
+        hidden = np.array([[number not in seen for number in range(len(self._children))]])
+        for sighting in itertools.compress(self._children, hidden[0]):
+            sighting.cell = NOTHING
         cells = np.array([[sighting.cell for sighting in self._children]])
-        self._tracker.look(cells, self._lurking.in_view(eye)[None])
+        self._tracker.look(cells, self._empty(), hidden if hidden_only else True)
+        self._looked = self._in_view
 
-    def _make_out(self, sighting: _Sighting, child: ChildView | None, late: bool) -> bool:
-        """Take in where a child is heading, if that is clear by now."""
+    def _empty(self) -> np.ndarray:
+        """Return in which cells a child would be seen now, if it was one that it is believed to be in, bool (1, cells).
+
+        While it goes from one to the other it may be in neither: then in none.
+        """
+        left = 1.0 - self._gone if self._all_clear else self._gone
+        return self._in_view[None] & (left <= _IN_ITS_CELL)
+
+    def _make_out(self, sighting: _Sighting, child: ChildView | None, here: int, late: bool) -> bool:
+        """Take in where a child is heading, if that is clear by now, and where the robot is."""
         if child is None or sighting.origin is None:
             if late:
                 sighting.is_clear, sighting.previous = True, (NOTHING, NOTHING)
@@ -194,6 +242,8 @@ class Perception:
         if distance > self._smallest_move:
             action = max(range(len(ACTIONS)), key=lambda a: dx * ACTIONS[a][1] - dy * ACTIONS[a][0])
             sighting.cell = int(self._next_cell[cell, action])
+            if not self._is_full and sighting.cell == here:
+                sighting.cell = cell  # it runs into the robot
         sighting.previous = (cell, action)
         return True
 
@@ -234,9 +284,10 @@ class Perception:
     def _caregiver_cell(self, view: View) -> np.ndarray:
         return np.array([self._plan.cell_index[self._nearest(view.base[:2], self._plan.caregiver_cells)]])
 
-    def in_view(self, view: View) -> np.ndarray | None:
+    @property
+    def in_view(self) -> np.ndarray | None:
         """Return which free cells are in view as a whole, bool (cells,); None if everything is seen."""
-        return None if self._is_full else self._lurking.in_view(view.base[:2])
+        return None if self._is_full else self._in_view
 
     def free_cell(self, position: Vector) -> int:
         """Return the index of the free cell at, or nearest to, a position."""
@@ -279,26 +330,37 @@ class Lurking:
 
     def forget(self) -> None:
         """Begin an episode."""
-        self._until, self._corners = -math.inf, tuple[ChildView, ...]()
+        self._until, self._found = -math.inf, (tuple[ChildView, ...](), tuple[ChildView, ...]())
 
-    def in_view(self, eye: Vector) -> np.ndarray:
-        """Return which free cells are in view as a whole, bool (cells,)."""
-        return seen_from(self._plan, eye, self._centres, _MOST_OF_A_CELL * self._plan.cell_size) == 1.0
+    def at(
+        self, base: Vector, now: float, tracker: Tracker, seen: tuple[int, ...], in_view: np.ndarray
+    ) -> tuple[tuple[ChildView, ...], tuple[ChildView, ...]]:
+        """Return where a child may come into sight near a robot, and where one is likely to be unseen.
 
-    def at(self, eye: np.ndarray, now: float, tracker: Tracker, seen: tuple[int, ...]) -> tuple[ChildView, ...]:
-        """Return where a child may come into sight near a robot: between a cell in view and one in which it may be."""
+        It comes into sight between a cell in view and one in which it may be, but not at the base, where it is felt.
+        """
         if now < self._until:
-            return self._corners
-        self._until, self._corners = now + _LOOKS_AGAIN, ()
+            return self._found
+        self._until, self._found = now + _LOOKS_AGAIN, ((), ())
         unseen = [number for number in range(tracker.seen.shape[1]) if number not in seen]
         if unseen:
-            may_be = tracker.presence[0, unseen].max(axis=0) > 0.0
-            hidden, open_ = self._pairs[:, np.linalg.norm(self._centres[self._pairs[0]] - eye, axis=1) < _NEAR]
-            in_view = self.in_view(tuple(eye))
-            which = may_be[hidden] & ~in_view[hidden] & in_view[open_]
-            middles = (self._centres[hidden[which]] + self._centres[open_[which]]) / 2
-            self._corners = tuple(ChildView((x, y), (0.0, 0.0)) for x, y in middles.tolist())
-        return self._corners
+            presence = tracker.presence[0, unseen].max(axis=0) * ~in_view
+            offsets = self._centres - base
+            away = np.linalg.norm(offsets, axis=1, keepdims=True)
+            near = away[:, 0] < _NEAR
+            hidden, open_ = self._pairs[:, near[self._pairs[0]]]
+            middles = (self._centres[hidden] + self._centres[open_]) / 2
+            comes = (presence[hidden] > 0.0) & in_view[open_] & (np.linalg.norm(middles - base, axis=1) > _FELT)
+            # On the side of a cell that is nearer, but not so near that it would be felt.
+            nearer = np.minimum(away - _FELT, self._plan.cell_size / 2).clip(0.0) / np.maximum(away, _FELT)
+            likely = (self._centres - offsets * nearer)[(presence >= _LIKELY) & near]
+            self._found = _standing(middles[comes]), _standing(likely)
+        return self._found
+
+
+def _standing(places: np.ndarray) -> tuple[ChildView, ...]:
+    """Return children that stand in places, (n, 2)."""
+    return tuple(ChildView((x, y), (0.0, 0.0)) for x, y in places.tolist())
 
 
 def _table_heights(observation: dict[str, np.ndarray], tables: np.ndarray, as_usual: float) -> np.ndarray | None:

@@ -256,7 +256,7 @@ class CaregiverPolicy:
     @property
     def in_view(self) -> np.ndarray | None:
         """Which free cells it sees as a whole, bool (cells,); None if it sees everything."""
-        return self._perception.in_view(self._seen[0])
+        return self._perception.in_view
 
     @property
     def intervention(self) -> Intervention | None:

@@ -14,6 +14,7 @@ import sys
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.visibility import CAMERA_WIDTH
 from caregiver_mj.robot import geometry, governor
 from caregiver_mj.robot.geometry import Vector
 from caregiver_mj.robot.kinematics import hand_offset
@@ -42,6 +43,10 @@ _SWITCHING_RATE = 0.6  # a base that a child has slowed down below this stops be
 _REPLAN_INTERVAL, _BARRED_INTERVAL, _STOPPING_INTERVAL = 1.0, 0.3, 0.04
 _LOOK_AHEAD = 1.5  # seconds of the path that are looked at for children in the way
 _LAST_OF_WAY = 5.0  # seconds that a base which has lost patience, but is on its way to the goal, may go on
+_NEAR = 0.25  # metres ahead up to which it does not matter that it does not look where it goes
+_WATCHES = 2.0  # metres from it within which it rather looks at a child than where it goes
+_FACES_LOADED = 0.7  # the next, with a candle in the hand: in the picture
+_FACES, _IN_TIME = 0.3, 1.8  # radians off a heading that will do, and seconds before the end in which it turns round
 _PATIENCE = 1.7  # seconds for which the robot gets out of the way of a child that comes: one novice timestep
 # Seconds, two of these, for which it keeps to a place out of the way of a child that stays so near, metres: one that
 # follows it bars its way from there for ever, and opens it as it follows on.
@@ -86,10 +91,11 @@ class Driver:
         self._hand: Vector | None = None  # from the base's middle, in the house, if something is in it
         self._led_off = 0  # how often it had been led off its path when it was last looked at
         self._interrupted: float | None = None  # heading to which it was turning when a child came
+        self._faces = math.nan  # heading in which it looks; at first none
         self._litter: set[Cell] = set()  # cells that the present path keeps clear of
         self._refuges: dict[Cell, float] = {}  # where it has got out of the way, and when it came to rest there
 
-    def drive(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell, yaw: float) -> Status:
+    def drive(self, view: View, robot: RobotMotion, goal: Vector, cell: Cell, yaw: float | None = None) -> Status:
         """Drive for one control timestep.
 
         Args:
@@ -97,7 +103,7 @@ class Driver:
             robot: What moves.
             goal: Where the base shall stand, metres.
             cell: The cell in which (or at whose border) that is.
-            yaw: Its heading there, radians.
+            yaw: Its heading there, radians; None if any will do.
 
         Returns:
             DONE while the base is there. FAILED if it has lost patience, be it that something keeps it from its work
@@ -109,20 +115,62 @@ class Driver:
             self.replan()
         if (moved or self.looks_again(view.now)) and robot.hand_out <= self._may_drive:
             self._plan(view, robot, goal, cell)
-        governor.bound_turning(view, robot)
-        may_turn = self._may_turn(view, robot, yaw)
-        if may_turn and robot.hand_out <= self._embodiment.approach.turn:
-            robot.turn_to(yaw)
+        keeps = robot.yaw if yaw is None else yaw
+        heading = keeps if view.gaze is None else self._heading(view, robot, goal, yaw)
+        may_turn = self.turn(view, robot, heading)
         # Where the drive is shorter than the turn, the base sets off later: it would have to wait at the goal instead.
-        waits = self._stops or (may_turn and not robot.moving and robot.time_left < robot.turn_left(yaw))
-        robot.set_rate(0.0 if waits else governor.path_rate(view, robot))
+        # Nor does it set off to where it does not look.
+        is_blind = view.gaze is not None and (self.is_loaded or not (view.children or view.hidden))
+        is_blind = is_blind and abs(math.remainder(heading - view.base[2], math.tau)) > CAMERA_WIDTH / 2
+        waits = may_turn and not robot.moving and (is_blind or robot.time_left < robot.turn_left(heading))
+        robot.set_rate(0.0 if self._stops or waits else governor.path_rate(view, robot))
         off = math.dist(goal, view.base[:2])
-        turn = abs(math.remainder(yaw - view.base[2], math.tau))
+        looks_round = yaw is None and view.gaze is not None
+        turn = 0.0 if looks_round else abs(math.remainder(keeps - view.base[2], math.tau))
         if off < ARRIVED and turn < ARRIVED_YAW and not robot.moving:
             self.patience.note(0, view.now)  # once: a child may push it off again and again
             return Status.FAILED if self.patience.is_over(view.now) else Status.DONE
         on_its_way = robot.moving and self._leads_to(goal)
         return Status.FAILED if self.patience.is_over(view.now, _LAST_OF_WAY * on_its_way) else Status.RUNNING
+
+    def turn(self, view: View, robot: RobotMotion, yaw: float) -> bool:
+        """Turn to a heading, radians, if the base may turn now, which is returned, and the hand is in."""
+        governor.bound_turning(view, robot)
+        may_turn = self._may_turn(view, robot, yaw)
+        if may_turn and robot.hand_out <= self._embodiment.approach.turn:
+            robot.turn_to(yaw)
+        return may_turn
+
+    def look(self, view: View, robot: RobotMotion) -> None:
+        """Turn to where there is most to be looked for, if that depends on the heading."""
+        if view.gaze is not None:
+            self.turn(view, robot, self._facing(view.gaze))
+
+    def _heading(self, view: View, robot: RobotMotion, goal: Vector, yaw: float | None) -> float:
+        """The heading of a base that sees only ahead.
+
+        At the end it is as it shall stand; before that it looks at a child nearby, or at where one may be, else where
+        it goes. There it turns to its gaze. A candle in the hand slips at every turn: with one it only sees to it that
+        it sees where it goes.
+        """
+        here, ahead = robot.base_reference()[0], robot.points_ahead(_LOOK_AHEAD)[-1]
+        is_there = math.dist(here, goal) < _NEAR
+        if yaw is not None and (is_there or 0.0 < robot.time_left < _IN_TIME):
+            return yaw
+        places = () if self.is_loaded else (child.position for child in view.children + view.hidden)
+        nearest = min(places, key=lambda place: math.dist(place, here), default=ahead)
+        x, y = nearest if math.dist(nearest, here) < _WATCHES else ahead
+        if self.is_loaded:
+            robot.turn_gently()
+        if not is_there and math.dist((x, y), here) > _NEAR:
+            return self._facing(math.atan2(y - here[1], x - here[0]))
+        return robot.yaw if self.is_loaded or view.gaze is None else self._facing(view.gaze)
+
+    def _facing(self, yaw: float) -> float:
+        """A heading, or that which it faces already if that will do."""
+        if not abs(math.remainder(yaw - self._faces, math.tau)) <= (_FACES_LOADED if self.is_loaded else _FACES):
+            self._faces = yaw
+        return self._faces
 
     def _may_turn(self, view: View, robot: RobotMotion, yaw: float) -> bool:
         """Whether the base may turn where it is.

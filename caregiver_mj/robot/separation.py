@@ -177,8 +177,8 @@ def allowed_rate(
     rate = 1.0
     for child in view.children:
         rate = min(rate, _allowed_rate(view, robot, child, velocity, acceleration, present))
-    if view.lurking:
-        corner = min(_allowed_rate(view, robot, child, velocity, acceleration, present) for child in view.lurking)
+    if lurking := view.lurking + view.hidden:
+        corner = min(_allowed_rate(view, robot, child, velocity, acceleration, present) for child in lurking)
         rate = min(rate, max(corner, _PEEKING / math.hypot(*velocity)))
     return rate
 
@@ -255,21 +255,23 @@ def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tu
         velocity: Of the base now, m/s.
         turning: Rate, rad/s, and acceleration, rad/s^2, of the base's turn now.
     """
-    limits, creep = robot.limits.yaw, _TURN_SPEED / robot.footprint
+    limits = robot.limits.yaw
     # Before a turn that speeds up can slow down its acceleration has to go, and meanwhile it becomes faster still.
     rate, acceleration = turning
     speeds_up = max(0.0, acceleration if rate >= 0.0 else -acceleration)
     delay, most = speeds_up / limits.jerk, abs(rate) + speeds_up**2 / (2 * limits.jerk)
     allowed = math.inf
-    for child in view.children:
+    # One that comes round a corner is seen in time; who does not see all round must turn to see one that may be at it.
+    speed = math.hypot(*velocity)
+    for child in view.children + view.hidden:
         gap = _gap_however_turned(view.base, robot, child)
         if gap < _FAR:
+            creep = (max(_TURN_SPEED, _PEEKING - speed) if child in view.hidden else _TURN_SPEED) / robot.footprint
             dx, dy = child.position[0] - view.base[0], child.position[1] - view.base[1]
             closing = FASTEST + max(0.0, (velocity[0] * dx + velocity[1] * dy) / math.hypot(dx, dy))
             time = max(0.0, gap) / closing - _REACTION - view.age
-            if most > creep + limits.slowing(time - delay):
-                return creep
-            allowed = min(allowed, creep + limits.slowing(time))
+            too_fast = most > creep + limits.slowing(time - delay)
+            allowed = min(allowed, creep if too_fast else creep + limits.slowing(time))
     return allowed
 
 

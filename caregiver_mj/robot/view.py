@@ -60,6 +60,8 @@ class View:
         unsure: Metres by which children may be nearer than they seem; 0 if all is seen exactly.
         numbers: Which children these are; None if they are all that there are.
         lurking: Where a child that is not seen may come round a corner, at the worst.
+        hidden: Where one is likely to be that is not seen, near a robot that does not see all round.
+        gaze: Heading in which it sees most of where children may be that it does not see; None if it sees all round.
     """
 
     now: float
@@ -76,6 +78,8 @@ class View:
     unsure: float = 0.0
     numbers: tuple[int, ...] | None = None
     lurking: tuple[ChildView, ...] = ()
+    hidden: tuple[ChildView, ...] = ()
+    gaze: float | None = None
 
     def child_distance(self, place: Vector | np.ndarray) -> float:
         """Return the metres from a place to the middle of the nearest child."""

@@ -31,7 +31,7 @@ def test_every_key_is_as_it_is_said_to_be(task, children):
 
 def test_what_is_asked_for_is_shown():
     env = caregiver_mj.load("supervise", "paper", visuals=False, task_kwargs={"table_height": (0.5, 0.7)})
-    assert {"table_height", "gate_position", "battery_position", "toddler_seen"} == {
+    assert {"table_height", "gate_position", "battery_position", "toddler_seen", "cell_seen"} == {
         key for key, observed in OBSERVED.items() if observed.asked
     }
     assert env.observation_spec()["table_height"].shape == (len(env.task.plan.tables),)

@@ -51,6 +51,7 @@ class Rest(Skill):
 
     def _act(self, view: View, robot: RobotMotion) -> Status:
         robot.reach(0.0)  # a base that no skill drives stops by itself
+        self.driver.look(view, robot)
         return Status.RUNNING
 
 
@@ -86,9 +87,7 @@ class StandAside(Skill):
                 else navigator.refuge(here, children, child_cells(view.children, plan))
             )
             self.cell = refuge or here
-        self.driver.drive(
-            view, robot, navigator.centres[self.cell], self.cell, robot.yaw if self.yaw is None else self.yaw
-        )
+        self.driver.drive(view, robot, navigator.centres[self.cell], self.cell, self.yaw)
         return Status.RUNNING
 
 
@@ -101,7 +100,7 @@ class GoTo(Skill):
 
     def _act(self, view: View, robot: RobotMotion) -> Status:
         robot.reach(0.0)
-        return self.driver.drive(view, robot, self._navigator.centres[self.cell], self.cell, robot.yaw)
+        return self.driver.drive(view, robot, self._navigator.centres[self.cell], self.cell)
 
 
 class Block(Skill):
@@ -116,11 +115,14 @@ class Block(Skill):
         super().__init__(navigator)
         self.stairwell = stairwell
         self.cell = navigator.plan.stairwells[stairwell]
+        step = navigator.plan.stair_directions[stairwell]
+        self._outwards = None if step is None else math.atan2(step[0], -step[1])
 
     def _act(self, view: View, robot: RobotMotion) -> Status:
         robot.reach(0.0)
         goal = self._navigator.centres[self.cell]
-        status = self.driver.drive(view, robot, goal, self.cell, robot.yaw)
+        # Between the panels it cannot turn any more: a robot that does not see all round comes in backwards.
+        status = self.driver.drive(view, robot, goal, self.cell, None if view.gaze is None else self._outwards)
         there = status is Status.DONE or (math.dist(goal, view.base[:2]) < _THERE and not robot.moving)
         if status is Status.FAILED or not there:
             return status

@@ -1,0 +1,84 @@
+"""What a robot's eye sees in the house, and cameras on the ceiling: walls, furniture and the robot's arm hide the rest.
+
+The eye is on a mast, at the site `eye` of the robot's model. The walls, which are drawn cut low, are as high as the
+ceiling; where they leave a view, rays tell what else is in the way.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from caregiver_mj.house.physics import Physics
+from caregiver_mj.plans import layout
+from caregiver_mj.plans.cell_graph import ACTIONS
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.visibility import CAMERA_RANGE, CAMERA_WIDTH, Sight, seen_from, visibility
+
+_CEILING = 2.4  # metres above the floor, where cameras hang
+_SIDES = np.array([(0.0, 0.0), *ACTIONS])
+# Points of a child's body at which an eye looks, metres from its middle and above the floor: one that it sees will do.
+_HEAD = 0.68
+_BODY = np.array([(0, 0, 0.15), (0, 0, _HEAD), *((0.08 * x, 0.08 * y, 0.42) for x, y in _SIDES)])
+_OF_A_CELL = 0.3  # of its size, to all sides: if a head is seen there, a child in it is, unless it is on its way
+_THING = np.array((0.0, 0.0, 0.05))  # above its foot
+_ROOM = 0.12  # metres round a thing's point that it may fill itself, its neighbours on a table too
+_AT_HAND = 1.2  # metres from the base's middle within which a thing may be in the hand
+
+
+class Eyes:
+    """All that sees in one house."""
+
+    def __init__(self, plan: FloorPlan, sight: Sight):
+        self._plan, self._sight = plan, sight
+        over = visibility(plan, sight).ceiling if sight.cameras else ()
+        self._ceiling = [np.array([*plan.position(plan.caregiver_cells[cell]), _CEILING]) for cell in over]
+        self._cells = np.array([plan.position(cell) for cell in plan.free_cells])
+        corners = np.pad(_OF_A_CELL * plan.cell_size * _SIDES, ((0, 0), (0, 1)), constant_values=_HEAD)
+        self._heads = (np.pad(self._cells, ((0, 0), (0, 1)))[:, None] + corners).reshape(-1, 3)
+
+    def look(self, physics: Physics) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Look once.
+
+        Returns:
+            Which children are seen, bool (children,); which candles and then small things, bool (things,); and in which
+            free cells a child would be seen, wherever in them it stood, bool (cells,).
+        """
+        children = np.pad(physics.toddler_positions()[:, :2], ((0, 0), (0, 1)))
+        things = np.concatenate([physics.candle_poses()[:, :3], physics.thing_positions()])
+        points = np.concatenate([(children[:, None] + _BODY).reshape(-1, 3), self._heads, things + _THING])
+        ends = len(children) * len(_BODY), len(points) - len(things)
+        bodies = np.array(physics.touch_reader.bodies)
+        own = np.full(len(points), -1)
+        own[: ends[0]] = bodies.repeat(len(_BODY))
+        room = np.where(np.arange(len(points)) < ends[1], 0.0, _ROOM)
+        found = np.zeros(len(points), bool)
+        looks = []  # where there is something in front, and what
+        x, y, yaw = physics.base_position().tolist()
+        eye = physics.eye_position()
+        # A base at a wall has its eye in the wall's cell, which is wider than the wall: its middle sees past that.
+        for camera, middle in ((eye, np.array((x, y))), *((camera, camera[:2]) for camera in self._ceiling)):
+            in_view = seen_from(self._plan, middle, points[:, :2])
+            if camera is eye and self._sight.turns:
+                in_view &= _in_picture(points[:, :2] - eye[:2], yaw)
+            which = np.flatnonzero(in_view)
+            geom, free = physics.first_hits(camera, points[which])
+            far = np.linalg.norm(points[which] - camera, axis=1)
+            found[which] |= (free >= far - room[which]) | (geom == own[which])
+            looks.append((which, geom))
+        seen = found[: ends[0]].reshape(len(children), -1).any(axis=1)
+        for which, geom in looks:  # a child that is not seen hides nothing: else it would show by that
+            found[which] |= np.isin(geom, bodies[~seen])
+        away = np.linalg.norm(things[:, :2] - (x, y), axis=1)
+        cells = found[ends[0] : ends[1]].reshape(len(self._cells), -1).all(axis=1)
+        # No child can be in the base's own cell, once that stands in its middle, and not be felt.
+        assert physics.embodiment is not None  # it has an eye
+        felt = physics.embodiment.footprint + layout.CHILD_RADIUS - _OF_A_CELL * self._plan.cell_size
+        cells |= np.linalg.norm(self._cells - (x, y), axis=1) < felt
+        return np.asarray(seen), found[ends[1] :] | (away < _AT_HAND), cells
+
+
+def _in_picture(offsets: np.ndarray, yaw: float) -> np.ndarray:
+    """Return which offsets, (n, 2), from a camera with a heading are in its picture, bool (n,)."""
+    far = np.linalg.norm(offsets, axis=1)
+    ahead = offsets @ (np.cos(yaw), np.sin(yaw))
+    return (far <= CAMERA_RANGE) & (ahead >= np.cos(CAMERA_WIDTH / 2) * far)

@@ -1,0 +1,114 @@
+"""What a robot's eye sees in the physical house, and what is in its way."""
+
+import mujoco
+import numpy as np
+import pytest
+
+import caregiver_mj
+from caregiver_mj.house.eyes import Eyes
+from caregiver_mj.house.physics import Physics
+from caregiver_mj.house.rendering import wrapper
+from caregiver_mj.house.scene import build_house
+from caregiver_mj.house.touch import TouchReader
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.visibility import Sight
+from caregiver_mj.robot.embodiments import find_embodiment
+from caregiver_mj.robot.kinematics import arm_of
+from caregiver_mj.robot.reach import reach_path
+
+# The middle of its cell (3, 5) is the house's origin. The table's is (-1.5, 0).
+ROOMS = FloorPlan.parse(
+    """
+#####################
+#.........#.........#
+#.........#.........#
+#.......T.....C.....#
+#.........#.........#
+#........B#.........#
+#####################
+""",
+    "rooms",
+)
+TABLE = (-1.5, 0.0)
+ROBOT = find_embodiment()
+
+
+def house(**options):
+    return Physics.from_plan(ROOMS, visuals=False, **options)
+
+
+def sees(physics, child, base, sight="walls", arm=None):
+    """Whether a child at (x, y) is seen by a robot at (x, y, yaw)."""
+    with physics.reset_context():
+        physics.set_robot(np.array(base), arm)
+        physics.named.data.qpos[["toddler/x", "toddler/y"]] = child
+    seen, _, cells = Eyes(ROOMS, Sight.of(sight)).look(physics)
+    if cells[ROOMS.cell_index[ROOMS.cell_at(np.array(child))]]:  # then it is seen wherever in the cell it is
+        assert seen[0]
+    return bool(seen[0])
+
+
+def test_a_camera_sees_ahead_of_the_base_and_five_metres_far():
+    physics = house()
+    for yaw in (0.0, 2.0, -2.5):
+        ahead = np.array([np.cos(yaw), np.sin(yaw)])
+        aside = np.array([-ahead[1], ahead[0]])
+        for share, seen in ((0.5, True), (0.7, True), (1.5, False), (-1.0, False)):  # tangents of the angle
+            place = ahead + share * aside if share > 0 else -ahead
+            assert sees(physics, (-4.5, 0.0) + 0.8 * place, (-4.5, 0.0, yaw), "camera") == seen
+            assert sees(physics, (-4.5, 0.0) + 0.8 * place, (-4.5, 0.0, yaw), "walls")
+    # From the door along the right room; the eye is .05 m ahead of the base's middle.
+    assert sees(physics, (4.9, 0.75), (0.0, 0.0, 0.0), "camera")
+    assert not sees(physics, (5.2, 0.75), (0.0, 0.0, 0.0), "camera")
+    assert sees(physics, (5.2, 0.75), (0.0, 0.0, 0.0), "walls")
+
+
+def test_walls_hide_a_child_unless_a_camera_hangs_over_it():
+    physics = house()
+    assert not sees(physics, (3.0, 1.5), (-3.0, 1.5, 0.0), "walls")
+    assert not sees(physics, (3.0, 1.5), (-3.0, 1.5, 0.0), "rooms:0")
+    assert sees(physics, (3.0, 1.5), (-3.0, 1.5, 0.0), "rooms:2")
+
+
+@pytest.mark.parametrize("height", [0.45, 0.60, 0.75])
+def test_a_child_behind_a_table_is_seen_over_its_board_or_between_its_legs(height):
+    physics = house(table_heights=np.full(len(ROOMS.tables), height))
+    assert sees(physics, (TABLE[0] + 0.40, 0.0), (-3.5, 0.0, 0.0))
+
+
+def test_what_is_as_high_as_a_cupboard_hides_a_child_though_nothing_collides_with_it():
+    spec = build_house(ROOMS, visuals=False)
+    TouchReader.add_sensors(spec, 1)
+    box = mujoco.mjtGeom.mjGEOM_BOX
+    spec.worldbody.add_geom(type=box, pos=[-3, 0, 0.9], size=[0.05, 0.3, 0.9], group=1, contype=0, conaffinity=0)
+    physics = Physics(wrapper.MjData(wrapper.MjModel(spec.compile())), ROBOT)
+    assert not sees(physics, (-2.6, 0.1), (-4.2, -0.1, 0.0))
+    assert sees(physics, (-2.6, 0.9), (-4.2, -0.1, 0.0))
+    assert sees(house(), (-2.6, 0.1), (-4.2, -0.1, 0.0))
+
+
+def test_the_arm_hides_a_child_when_it_reaches_out_across_the_line_of_sight():
+    physics, path = house(), reach_path(arm_of(ROBOT), 6800)
+    base, child = np.array([-4.0, 0.5, 0.0]), (-3.2, -0.5)
+    for sight in ("walls", "camera"):
+        nearer = child if sight == "walls" else (-3.2, -0.1)
+        assert sees(physics, nearer, base, sight, path.joints(0.0))
+        assert not sees(physics, nearer, base, sight, path.joints(1.0))
+
+
+def test_a_child_behind_the_robot_is_felt_when_it_runs_into_it():
+    env = caregiver_mj.load("supervise", ROOMS, "seeker:0", random=0, task_kwargs={"sight": "camera"})
+    env.reset()
+    eyes, felt = Eyes(ROOMS, env.task.sight), 0
+    while env.physics.time() < 60.0 and felt < 3:
+        child, robot = env.physics.toddler_position(), env.physics.base_position()
+        # It always has its back to the child.
+        robot[2] = np.arctan2(*(robot[:2] - child[:2])[::-1])
+        env.physics.set_robot(robot)
+        timestep = env.step(np.append(np.zeros(3), env.physics.data.ctrl[3:11]))
+        touched = any(touch.kind == "robot" for touch in env.physics.touches)
+        if touched and not eyes.look(env.physics)[0][0]:
+            felt += 1
+            assert timestep.observation["toddler_seen"] == [1.0]
+            assert timestep.observation["toddler_position"] == pytest.approx(env.physics.toddler_position())
+    assert felt == 3
