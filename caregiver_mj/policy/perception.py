@@ -344,16 +344,21 @@ class Lurking:
         self._until, self._found = now + _LOOKS_AGAIN, ((), ())
         unseen = [number for number in range(tracker.seen.shape[1]) if number not in seen]
         if unseen:
-            presence = tracker.presence[0, unseen].max(axis=0) * ~in_view
-            offsets = self._centres - base
+            presence = tracker.presence[0, unseen].max(axis=0)
+            offsets = self._centres - base + 1e-9  # in its own cell's middle it is somewhere, too
             away = np.linalg.norm(offsets, axis=1, keepdims=True)
             near = away[:, 0] < _NEAR
             hidden, open_ = self._pairs[:, near[self._pairs[0]]]
             middles = (self._centres[hidden] + self._centres[open_]) / 2
-            comes = (presence[hidden] > 0.0) & in_view[open_] & (np.linalg.norm(middles - base, axis=1) > _FELT)
+            comes = (
+                (presence[hidden] > 0.0)
+                & ~in_view[hidden]
+                & in_view[open_]
+                & (np.linalg.norm(middles - base, axis=1) > _FELT)
+            )
             # On the side of a cell that is nearer, but not so near that it would be felt.
-            nearer = np.minimum(away - _FELT, self._plan.cell_size / 2).clip(0.0) / np.maximum(away, _FELT)
-            likely = (self._centres - offsets * nearer)[(presence >= _LIKELY) & near]
+            nearer = base + offsets / away * np.maximum(away - self._plan.cell_size / 2, _FELT)
+            likely = nearer[(presence >= _LIKELY) & near]
             self._found = _standing(middles[comes]), _standing(likely)
         return self._found
 
