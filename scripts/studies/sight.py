@@ -205,28 +205,26 @@ def page(
 ) -> Page:
     """Return the page; houses by name have so many free cells."""
     sums = {
-        sight: {
-            name: damage_sums(run.episodes[run.episodes.caregiver == name]) for name in run.episodes.caregiver.unique()
-        }
+        sight: {name: damage_sums(of) for name, of in run.episodes.groupby("caregiver", sort=False)}
         for sight, run in runs.items()
     }
     alone = sums[FULL]["none"]
     partial = [sight for sight in runs if sight != FULL]
     epsilons = sorted(runs[FULL].episodes.epsilon.unique(), reverse=True)
-    best = sums[FULL]["foresight"]
     values = {
         "houses": houses,
         "episodes": episodes,
         "epsilons": epsilons,
         "titles": TITLES,
         "partial": partial,
+        "never": NEVER,
         "left": {
             (sight, name): two_level.of_ratio(found, alone)
             for sight, of_sight in sums.items()
             for name, found in of_sight.items()
         },
         "closed": {
-            (sight, name): _closed(sums[sight]["last-seen"], sums[sight][name], best)
+            (sight, name): _closed(sums[sight]["last-seen"], sums[sight][name], sums[FULL]["foresight"])
             for sight, name in itertools.product(partial, TITLES)
         },
         "by_epsilon": {
@@ -269,23 +267,17 @@ def _bought(episodes: pd.DataFrame) -> float:
     """Return the damage that a minute of looking saves: that of the planner that never looks, less its own."""
     means = episodes.groupby("caregiver")[["damage", "looking", "sim_seconds"]].mean()
     looks = means.loc["foresight"]
-    saved = means.loc[NEVER, "damage"] - looks.damage
-    return float(saved / max(1e-9, looks.looking * looks.sim_seconds / 60))
+    return float((means.damage[NEVER] - looks.damage) / max(1e-9, looks.looking * looks.sim_seconds / 60))
 
 
 def _by_size(sight: str, episodes: pd.DataFrame, cells: dict[str, int]) -> list[dict[str, Any]]:
     """Return what a sight comes to in each third of the houses by their free cells."""
-    size = episodes.house.map(cells)
-    third = pd.Series(cells).rank(method="first", pct=True).mul(3).apply(np.ceil)
-    rows = []
-    for number, of in episodes.groupby(episodes.house.map(third)):
-        own = of[of.caregiver == "foresight"]
-        left = {name: of[of.caregiver == name].damage.mean() for name in ("none", "last-seen", NEVER, "foresight")}
-        rows.append(
-            {"sight": sight, "cells": (int(size[of.index].min()), int(size[of.index].max())), "number": int(number)}
-            | {"left": {name: damage / left["none"] if left["none"] else np.nan for name, damage in left.items()}}
-            | {"seen": own.seen.mean(), "looking": own.looking.mean(), "bought": _bought(of)}
-        )
+    third, rows = pd.Series(cells).rank(method="first", pct=True).mul(3).apply(np.ceil), []
+    for _, of in episodes.groupby(episodes.house.map(third)):
+        size, damage = of.house.map(cells), of.groupby("caregiver").damage.mean()
+        spent = of[of.caregiver == "foresight"][["seen", "looking"]].mean()
+        left = damage / damage["none"] if damage["none"] else damage * np.nan
+        rows.append({"sight": sight, "cells": (size.min(), size.max()), "left": left, "bought": _bought(of), **spent})
     return rows
 
 
@@ -300,20 +292,10 @@ def _closed(worst: list[np.ndarray], ours: list[np.ndarray], best: list[np.ndarr
 
 
 def _scores(tallies: dict[Job, dict[str, Any]]) -> dict[tuple[str, str], dict[str, float]]:
-    """Return mean scores by sight and child."""
-    found: dict[tuple[str, str], dict[str, float]] = {}
-    for job, sums in tallies.items():
-        into = found.setdefault(
-            (job.sight, job.child), dict.fromkeys(("timesteps", "log", "brier", "uniform", "last"), 0.0)
-        )
-        for key in into:
-            into[key] += sums[key]
-    return {
-        key: {
-            name: total / max(1.0, sums["timesteps"]) if name != "timesteps" else total for name, total in sums.items()
-        }
-        for key, sums in found.items()
-    }
+    """Return mean scores by sight and child, and of how many timesteps."""
+    rows = pd.DataFrame([{"sight": job.sight, "child": job.child, **sums} for job, sums in tallies.items()])
+    sums = rows.groupby(["sight", "child"], sort=False)[["timesteps", "log", "brier", "uniform", "last"]].sum()
+    return sums.div(sums.timesteps.clip(lower=1), axis=0).assign(timesteps=sums.timesteps).to_dict("index")
 
 
 def draw(sums: dict[str, dict[str, list[np.ndarray]]], alone: list[np.ndarray]) -> Figure:
@@ -328,9 +310,8 @@ def draw(sums: dict[str, dict[str, list[np.ndarray]]], alone: list[np.ndarray]) 
             list(cameras), value, [value - low, high - value], color=f"C{number}", marker="o", label=name, capsize=2
         )
         if name in sums[FULL]:
-            axes.axhline(
-                two_level.of_ratio(sums[FULL][name], alone).value, color=f"C{number}", linestyle=":", linewidth=1
-            )
+            full = two_level.of_ratio(sums[FULL][name], alone).value
+            axes.axhline(full, color=f"C{number}", linestyle=":", linewidth=1)
     axes.set_xticks(list(cameras))
     axes.set_xlabel("cameras on the ceiling (dotted: full sight)")
     axes.set_ylabel("share of the damage that is left")
