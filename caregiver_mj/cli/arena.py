@@ -55,7 +55,7 @@ def _verify(arguments: argparse.Namespace) -> None:
     with parsing.make_executor(arguments) as executor:
         for path in arguments.files:
             submission, episodes = _verified(path, executor)
-            print(f"{submission.path}: {len(episodes)} episodes verified")
+            print(f"{submission.path}: verified, episodes: {len(episodes)}")
 
 
 def _leaderboard(arguments: argparse.Namespace) -> None:

@@ -377,6 +377,7 @@ def _table_heights(observation: dict[str, np.ndarray], tables: np.ndarray, as_us
     if "table_height" in observation:
         return observation["table_height"].copy()
     feet = observation.get("candle_position", _NO_CANDLES)
+    feet = feet[feet[:, 2] > layout.TABLE_HEIGHT / 2]  # those on the floor say nothing of tables
     if not len(feet) or np.abs(feet[:, 2] - layout.TABLE_HEIGHT).max() < as_usual:
         return None
     nearest = np.linalg.norm(feet[:, None, :2] - tables[:, :2], axis=2).argmin(axis=1)
