@@ -6,6 +6,7 @@ import pytest
 import caregiver_mj
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot.embodiments import EMBODIMENTS
+from studies.audit import each_physics_step
 
 SMALL = FloorPlan.parse("#######\n#B....#\n#..C..#\n#.....#\n#.S..T#\n#######", "small")
 TABLE_TOP = 0.60  # metres
@@ -24,11 +25,15 @@ def test_candles_and_mugs_are_taken_from_table_to_table(env, symbol):
         env = caregiver_mj.load("relocate_candle", house, 0.5, random=2, task_kwargs=kwargs, visuals=False)
     policy = caregiver_mj.CaregiverPolicy(env)
     step, physics, task = env.reset(), env.physics, env.task
-    while not policy.interventions_done:
-        step = env.step(policy(step))
-        assert not step.last(), policy.activity
-    for _ in range(50):
-        step = env.step(policy(step))
+    velocities = [physics.arm_velocity()]
+    with each_physics_step(physics, lambda: velocities.append(physics.arm_velocity())):
+        while not policy.interventions_done:
+            step = env.step(policy(step))
+            assert not step.last(), policy.activity
+        for _ in range(50):
+            step = env.step(policy(step))
+    most = np.abs(np.diff(velocities, axis=0)).max(axis=0) / physics.timestep()
+    assert (most < task.embodiment.limits.arm.acceleration).all()
     place = physics.candle_poses()[task.goal_candle, :3]
     np.testing.assert_allclose(place, [*task.table_positions[task.goal_table], TABLE_TOP], atol=0.01)
     assert physics.candle_upright()[task.goal_candle] > np.cos(np.radians(2.0))

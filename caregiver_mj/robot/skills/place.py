@@ -18,7 +18,9 @@ from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import LOOSE, View
 
 _SLIPPED = 0.008  # metres outwards in the hand from which on a candle has slipped, as it does when the base turns
-_PLACE_GAP = 0.002  # metres above the table at which a candle is let go: a hand that still settles must not set it down
+# Metres above the table at which a candle is let go, for a hand that still settles must not set it down; and how much
+# higher a wider thing is, whose edge gets there first: by so much of what it is wider.
+_PLACE_GAP, _EDGE = 0.002, 0.12
 # A hand that comes down slowly, nearer to the end of its way than this, has set the candle down if it lags behind by
 # the second, metres; else it does so by half of that.
 _LANDS_WITHIN, _LANDED = 0.02, 0.0016
@@ -57,7 +59,8 @@ class Place(AtTable):
             self._hand, height = self._measure(view)
             if self._hand[0] > _SLIPPED:
                 robot.turn_gently()
-            robot.plan_reach(view.table_height(self.table) + _PLACE_GAP + height)
+            gap = _PLACE_GAP + _EDGE * (self.thing.width - layout.CANDLE_RADIUS)
+            robot.plan_reach(view.table_height(self.table) + gap + height)
             self._is_aimed = True
         goal, cell, yaw = self._stand_at_table(view, self._spot, self._hand)
         arrival = self._drive(view, robot, goal, cell, yaw)
