@@ -17,7 +17,9 @@ from caregiver_mj.robot.skills.at_table import BESIDE_TABLE, AtTable
 from caregiver_mj.robot.status import Status
 from caregiver_mj.robot.view import LOOSE, View
 
-_SLIPPED = 0.008  # metres outwards in the hand from which on a candle has slipped, as it does when the base turns
+# Metres outwards in the hand from which on a candle has slipped, as it does when the base turns, the farther the faster
+# that is; from which on it may slip out before it has got to a table; and how fast the base then turns, rad/s.
+_SLIPPED, _NEARLY_OUT, _SLOWLY = 0.008, 0.016, 0.4
 # Metres above the table at which a candle is let go, for a hand that still settles must not set it down; and how much
 # higher a wider thing is, whose edge gets there first: by so much of what it is wider.
 _PLACE_GAP, _EDGE = 0.002, 0.12
@@ -58,7 +60,7 @@ class Place(AtTable):
         if robot.reached < 1e-6:
             self._hand, height = self._measure(view)
             if self._hand[0] > _SLIPPED:
-                robot.turn_gently()
+                robot.turn_gently(_SLOWLY if self._hand[0] > _NEARLY_OUT else math.inf)
             gap = _PLACE_GAP + _EDGE * (self.thing.width - layout.CANDLE_RADIUS)
             robot.plan_reach(view.table_height(self.table) + gap + height)
             self._is_aimed = True

@@ -275,3 +275,13 @@ def test_supervised_episode_has_no_strike_and_no_dropped_candle(house, seed):
     while not step.last():
         step = alone.step(np.zeros(0))
     assert outcome["damage"] < alone.task.outcome()["damage"]
+
+
+def test_a_candle_that_is_carried_for_long_does_not_slip_out():
+    """For 73 s, with many turns, in each of which it slips."""
+    env = caregiver_mj.load("supervise", "house-200004", epsilon=0.25, random=3964924996, visuals=False)
+    policy = caregiver_mj.CaregiverPolicy(env)
+    step = env.reset()
+    while not step.last():
+        step = env.step(policy(step))
+    assert env.task.outcome()["candles_dropped"] == 0
