@@ -35,6 +35,7 @@ _WORTH_A_LOOK, _LIKELY = 0.02, 0.03  # probability of a child
 _HEADINGS = np.array([math.atan2(-down, right) for down, right in ACTIONS])
 _FELT = 0.4  # metres from a base's middle within which a child touches it
 _NEAR, _LOOKS_AGAIN = 3.0, 0.1  # metres within which corners count, and seconds after which they are looked for anew
+_REMEMBERED = 2.0  # seconds for which a child that is not seen any more counts as if it came at the robot
 _NO_CANDLES, _NO_ORIENTATIONS = np.zeros((0, 3)), np.zeros((0, 4))
 
 
@@ -96,6 +97,7 @@ class Perception:
         self._children = []
         self._glances_from = NOTHING  # the cell from which it has looked in each heading, at clocks that it remembers
         self._lurking.forget()
+        self._last: dict[int, tuple[Vector, float]] = {}  # where each child was seen, and when
         self.table_heights = _table_heights(observation, self._tables, self._as_usual)
         children = np.atleast_2d(observation["toddler_position"])
         seen = observation.get("toddler_seen", np.ones(len(children)))
@@ -124,7 +126,8 @@ class Perception:
             self._in_view = observation["cell_seen"] > 0.0
             base = tuple(observation["base_position"].tolist())
             lurking, likely = self._lurking.at(base[:2], now, self._tracker, numbers, self._in_view)
-            hidden = () if self._pictures is None else likely
+            hidden = self._remembered(base[:2], dict(zip(numbers, children, strict=True)), now)
+            hidden += () if self._pictures is None else likely
             gaze = self._gaze(base, children, numbers)
         return View(
             now=now,
@@ -144,6 +147,17 @@ class Perception:
             hidden=hidden,
             gaze=gaze,
         )
+
+    def _remembered(self, base: Vector, seen: dict[int, ChildView], now: float) -> tuple[ChildView, ...]:
+        """Return how near children can be, at the worst, that were seen a moment ago: something may be in between."""
+        self._last.update((number, (child.position, now)) for number, child in seen.items())
+        found = []
+        for number, ((x, y), then) in self._last.items():
+            if number not in seen and now - then < _REMEMBERED:
+                away = math.dist((x, y), base)
+                nearer = min(BUMP_SPEED * (now - then), max(0.0, away - _FELT)) / away if away else 0.0
+                found.append(ChildView((x + nearer * (base[0] - x), y + nearer * (base[1] - y)), (0.0, 0.0)))
+        return tuple(found)
 
     def _gaze(self, base: Pose, children: tuple[ChildView, ...], numbers: tuple[int, ...]) -> float | None:
         """Return where to look for the children that are not seen, or at the nearest one if all are."""

@@ -1,9 +1,13 @@
 """A robot with its own eyes: what is shown to it, and what it does."""
 
+import math
+
+import dm_env
 import numpy as np
 import pytest
 
 import caregiver_mj
+from caregiver_mj.children.walk import BUMP_SPEED
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.visibility import Sight
@@ -190,3 +194,23 @@ def test_a_child_that_runs_into_the_robot_stays_where_it_is(perception):
 def test_who_is_told_everything_needs_no_eyes():
     with pytest.raises(CaregiverError, match="sight must be all with a caregiver that needs privileged information"):
         caregiver_mj.CaregiverPolicy(load(0.5, 0), "knows-goal")
+
+
+def test_a_child_that_something_hides_for_a_moment_is_not_forgotten():
+    env = load(0.5, 7, "walls")
+    policy, first = caregiver_mj.CaregiverPolicy(env, "nearest"), env.reset()
+    base = first.observation["base_position"][:2]
+
+    def views(step_type, seen):
+        """Return how far away children are that are seen, and that may be there unseen."""
+        observation = dict(first.observation, toddler_seen=np.array([float(seen)]))
+        observation["toddler_position"] = seen * np.array([base[0] + 1.5, base[1], 0.0])
+        policy(first._replace(observation=observation, step_type=step_type))
+        view, *_ = policy._seen
+        return [[math.dist(child.position, base) for child in some] for some in (view.children, view.hidden)]
+
+    assert views(dm_env.StepType.FIRST, True) == [[pytest.approx(1.5)], []]
+    policy.robot.now = 1.0
+    assert views(dm_env.StepType.MID, False) == [[], [pytest.approx(1.5 - BUMP_SPEED)]]  # it may have come on
+    policy.robot.now = 3.0
+    assert views(dm_env.StepType.MID, False) == [[], []]  # not for ever: then it is where it is believed to be
