@@ -168,6 +168,25 @@ def test_the_hand_goes_to_the_tray_past_a_child_that_stands_at_the_base(robot, a
     assert env.task.strikes == env.task.contacts.strikes_surface == 0
 
 
+@pytest.mark.parametrize(("robot", "ahead", "aside"), [("mobile_fr3", 0.37, 0.7), ("mobile_ur5e", 0.37, -0.9)])
+def test_the_hand_waits_for_a_child_that_walks_past_the_base_towards_it(robot, ahead, aside):
+    env, policy, step = lifted(robot)
+    x, y, yaw = env.physics.base_position()
+    child, turn = env.task.children[0], np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
+    child.put_at(*(np.array([x, y]) + turn @ (ahead, aside)))
+    velocity = turn @ (0.0, -0.44 * np.sign(aside))
+
+    def walk(seconds, touched):
+        child.walk.velocity = (0.0, 0.0) if touched else tuple(velocity.tolist())
+        child.walk.carry(*(seconds * np.array(child.walk.velocity)).tolist())
+
+    child.walk.step = walk
+    until = env.physics.time() + 2.5
+    while env.physics.time() < until:
+        step = env.step(policy(step))
+    assert env.task.strikes == env.task.contacts.strikes_surface == 0
+
+
 def test_the_base_turns_the_tray_away_from_a_child_that_stays_before_it():
     env, policy, step = lifted("mobile_fr3")
     stand(env, 0)

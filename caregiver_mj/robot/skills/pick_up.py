@@ -43,9 +43,9 @@ _EMPTY = 0.0008  # metres narrower than the thing, both together, at which they 
 # are between the two then), within the second it does not begin, nor within the third when it has been in vain.
 _STOP, _BEGIN, _BEGIN_AGAIN = 0.23, 0.25, 0.27
 # Nor where a child can walk there, at so many m/s, before the hand is up again, or at least stops, seconds. One that is
-# nearer to the base than so many metres is held up by it; so is one whose way leads as near to its middle, as a share
-# of the footprint.
-_WALKS, _DOWN_AND_UP, _STOPS, _HELD_UP, _BEHIND = 0.45, 2.7, 0.4, 0.15, 0.7
+# nearer to the base than so many metres, and slower than so many m/s, is held up by it; so is one whose way leads as
+# near to its middle, as a share of the footprint.
+_WALKS, _DOWN_AND_UP, _STOPS, _HELD_UP, _STANDS, _BEHIND = 0.45, 2.7, 0.4, 0.15, 0.1, 0.7
 _ANOTHER = 0.8  # radians from its heading from which on that which is away from the child is worth another turn
 _LINGERS = 3.0  # seconds that the hand waits in mid air for a child to go by
 _BESIDE, _LIFTS = 0.3, 2.0  # metres at which a child may not be while it grips and lifts, in so many seconds
@@ -297,11 +297,9 @@ class PickUp(Reaching):
             if any(geometry.distance_to_line(child.position, *line) < near for line in itertools.pairwise(way)):
                 return True
             past = geometry.distance_to_line(view.base[:2], child.position, middle)
-            is_free = (
-                past > _BEHIND * self.embodiment.footprint and gap_to(view.base, self.embodiment, child) > _HELD_UP
-            )
+            is_held_up = gap_to(view.base, self.embodiment, child) <= _HELD_UP and math.hypot(*child.velocity) < _STANDS
             off = geometry.distance_to_line(child.position, way[0], middle)
-            if is_free and off < near + _WALKS * seconds:
+            if past > _BEHIND * self.embodiment.footprint and not is_held_up and off < near + _WALKS * seconds:
                 return True
         return False
 
