@@ -71,7 +71,7 @@ class RunFolder:
             self._episodes.mkdir(parents=True, exist_ok=True)
             for leftover in [*self.path.glob("*.tmp"), *self._episodes.glob("*.tmp")]:
                 leftover.unlink()
-            _write(self._episodes / "probe.tmp", b"")
+            write_whole(self._episodes / "probe.tmp", b"")
             (self._episodes / "probe.tmp").unlink()
             found = read_json(record) if record.exists() else None
         except (OSError, StorageError) as error:
@@ -86,7 +86,7 @@ class RunFolder:
                     f"output folder '{path}' holds episodes, but no run.json that says of which run: take another one"
                 )
             found = settings
-            _write(record, _as_json(settings))
+            write_whole(record, _as_json(settings))
         elif not resume:
             raise CaregiverError(
                 f"output folder '{path}' already holds a run: continue it, or add episodes or caregivers, with --resume"
@@ -106,7 +106,7 @@ class RunFolder:
                 (self.path / "summary.json").unlink(missing_ok=True)  # for it is not finished any more
             except OSError as error:
                 raise StorageError(f"'{error.filename}' cannot be removed: {error.strerror}") from error
-            _write(self.path / "run.json", _as_json(new))
+            write_whole(self.path / "run.json", _as_json(new))
         return new
 
     def read(self, block: str) -> Result | None:
@@ -119,7 +119,7 @@ class RunFolder:
 
     def write(self, block: str, result: Result) -> None:
         """Put a finished block on disk at once."""
-        _write(self._file(block), _as_json(result, indent=None))
+        write_whole(self._file(block), _as_json(result, indent=None))
 
     def _file(self, block: str) -> pathlib.Path:
         name = block.encode()
@@ -129,10 +129,10 @@ class RunFolder:
 
     def finish(self, episodes: pd.DataFrame, summary: dict[str, Any], maps: pd.DataFrame, houses: pd.DataFrame) -> None:
         """Write the results of the whole run; the summary comes last, for it says that the run is finished."""
-        _write(self.path / "houses.parquet", houses.to_parquet(index=False))
-        _write(self.path / "episodes.parquet", episodes.to_parquet(index=False, schema=_schema(episodes)))
-        _write(self.path / "maps.parquet", maps.to_parquet(index=False))
-        _write(self.path / "summary.json", _as_json(summary))
+        write_whole(self.path / "houses.parquet", houses.to_parquet(index=False))
+        write_whole(self.path / "episodes.parquet", episodes.to_parquet(index=False, schema=_schema(episodes)))
+        write_whole(self.path / "maps.parquet", maps.to_parquet(index=False))
+        write_whole(self.path / "summary.json", _as_json(summary))
 
 
 def read_json(path: pathlib.Path) -> Any:
@@ -156,7 +156,7 @@ def _as_json(value: Any, indent: int | None = 1) -> bytes:
     return (json.dumps(value, indent=indent, allow_nan=False) + "\n").encode()
 
 
-def _write(path: pathlib.Path, content: bytes) -> None:
+def write_whole(path: pathlib.Path, content: bytes) -> None:
     """Write a file whole or not at all: to a file beside it, flushed to disk, then renamed."""
     temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
     try:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import io
 import json
 import os
 import pathlib
@@ -25,7 +26,7 @@ from caregiver_mj.experiments.blocks import MAPS, belongs, run_block, tables_of
 from caregiver_mj.experiments.evaluation import sum_up
 from caregiver_mj.experiments.finished import read_finished
 from caregiver_mj.experiments.provenance import difference, source_digest, versions
-from caregiver_mj.experiments.run_folder import Result, RunFolder, StorageError
+from caregiver_mj.experiments.run_folder import Result, RunFolder, write_whole
 from caregiver_mj.experiments.settings import FLOOR, Block, Settings
 from caregiver_mj.experiments.workers import Executor
 
@@ -33,6 +34,7 @@ SUFFIX = ".submission"
 _CARD, _RUN, _SUMS = "card.json", "run.json", "sha256.json"
 _MOST = 1 << 32  # bytes that a file may come to
 _KEYS = {"rows", "maps", "answers"}  # of what came of a block
+_EVENTS = ("strikes", "candles_dropped")  # of the house
 _TIMES = ("wall_seconds",)  # that an episode took is not the same again
 _UNREADABLE = (ValueError, KeyError, TypeError, AttributeError, OSError, EOFError, zipfile.BadZipFile, zlib.error)
 
@@ -92,15 +94,11 @@ def submit(run: str | os.PathLike[str], path: str | os.PathLike[str], card: Mapp
         files[_name(number)] = result
     texts = {name: json.dumps(content, allow_nan=False) for name, content in files.items()}
     sums = {name: _digest(text) for name, text in texts.items()}
-    unfinished = path.with_name(f".{path.name}.part")
-    try:
-        with zipfile.ZipFile(unfinished, "w", zipfile.ZIP_DEFLATED) as packed:
-            for name, text in {**texts, _SUMS: json.dumps(sums)}.items():
-                packed.writestr(zipfile.ZipInfo(name), text, zipfile.ZIP_DEFLATED)  # without the time: the same again
-        unfinished.replace(path)
-    except OSError as error:
-        unfinished.unlink(missing_ok=True)
-        raise StorageError(f"'{path}' cannot be written: {error.strerror}") from error
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as packed:
+        for name, text in {**texts, _SUMS: json.dumps(sums)}.items():
+            packed.writestr(zipfile.ZipInfo(name), text, zipfile.ZIP_DEFLATED)  # without the time: the same again
+    write_whole(path, content.getvalue())
 
 
 def read_submission(path: str | os.PathLike[str]) -> Submission:
@@ -144,7 +142,7 @@ def _check_origin(record: Mapping[str, Any]) -> None:
 def verify(
     submission: Submission, executor: Executor, progress: Callable[[int], None] = lambda _: None
 ) -> pd.DataFrame:
-    """Give all answers again, and return the episodes that come of them, a row each, with MAPS as they were said to be.
+    """Give all answers again, and return the episodes that come of them, a row each.
 
     Args:
         submission: The file.
@@ -191,7 +189,8 @@ def _differences(said: Result, found: Result | str) -> Iterator[str]:
 def board(verified: Sequence[tuple[Submission, pd.DataFrame]]) -> str:
     """Return a page in Markdown: what caregivers of verified files leave of the damage, those of one track together.
 
-    A track is a world, its houses, what is seen, and the children.
+    A track is a world, its houses, what a collision costs, what is seen, the children and the seed. A run in which
+    nobody is left alone has no rows, for there is nothing to compare with.
     """
     tracks: dict[tuple[str, ...], list[tuple[float, list[str]]]] = {}
     for submission, episodes in verified:
@@ -200,27 +199,22 @@ def board(verified: Sequence[tuple[Submission, pd.DataFrame]]) -> str:
         place = f"{settings.place}, {len(settings.plans)} houses (sha256 {plans})"
         families = ", ".join(map(str, settings.families))
         world = settings.world if settings.world == "grid" else f"house, {settings.embodiment}"
-        rows = tracks.setdefault((world, place, f"sight {settings.sight}", f"epsilon {families}"), [])
-        alone = _by_house(episodes, "none", "damage")
+        costs, seed = f"damage {settings.plans[0].damage}", f"seed {settings.seed}"
+        rows = tracks.setdefault((world, place, costs, f"sight {settings.sight}", f"epsilon {families}", seed), [])
+        alone = _by_house(episodes, "none")
         for caregiver in settings.caregivers:
             if caregiver == "none" or not alone:
                 continue
             of = episodes[episodes.caregiver == caregiver]
-            left = two_level.of_ratio(_by_house(episodes, caregiver, "damage"), alone)
+            left = two_level.of_ratio(_by_house(episodes, caregiver), alone)
             toys = of.toys_reached.sum() / max(1, episodes[episodes.caregiver == "none"].toys_reached.sum())
             events = [f"{int(of[name].sum())}" if settings.world == "house" else "–" for name in _EVENTS]
-            shown = [f"`{caregiver}`", submission.card.get("title", ""), submission.card.get("authors", "")]
+            card = (" ".join(submission.card.get(key, "").split()).replace("|", "/") for key in ("title", "authors"))
+            shown = [f"`{caregiver}`", *card]
             interval = f"{left.value:.3f} ({left.low:.3f} to {left.high:.3f})"
             rows.append((left.value, [*shown, interval, f"{100 * toys:.0f} %", *events, f"{len(of)}"]))
-    head = [
-        "caregiver",
-        "of",
-        "by",
-        "damage left",
-        "toys kept",
-        *(name.replace("_", " ") for name in _EVENTS),
-        "episodes",
-    ]
+    events = [name.replace("_", " ") for name in _EVENTS]
+    head = ["caregiver", "of", "by", "damage left", "toys kept", *events, "episodes"]
     parts = ["# Leaderboard", "Every row has come back, bit for bit, from the answers in its file."]
     for track, rows in tracks.items():
         lines = [head, ["---", "---", "---", *["---:"] * (len(head) - 3)], *(cells for _, cells in sorted(rows))]
@@ -228,12 +222,9 @@ def board(verified: Sequence[tuple[Submission, pd.DataFrame]]) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-_EVENTS = ("strikes", "candles_dropped")
-
-
-def _by_house(episodes: pd.DataFrame, caregiver: str, column: str) -> list[Any]:
-    """Return for each house the sums of a column over the families, of each episode."""
-    of = episodes[episodes.caregiver == caregiver].groupby(["house", "episode"], sort=False)[column].sum()
+def _by_house(episodes: pd.DataFrame, caregiver: str) -> list[Any]:
+    """Return for each house the damage of each episode number, added up over the families."""
+    of = episodes[episodes.caregiver == caregiver].groupby(["house", "episode"], sort=False).damage.sum()
     return [house.to_numpy() for _, house in of.groupby(level="house", sort=False)]
 
 

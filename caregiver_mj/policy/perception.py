@@ -171,9 +171,8 @@ class Perception:
         if cell != self._glances_from:
             self._glances_from, self._glances = cell, np.full(len(_HEADINGS), -math.inf)
         chances = self._pictures[cell, : len(_HEADINGS)] @ self._tracker.presence[0, unseen].sum(axis=0)
-        chances *= np.minimum(
-            1.0, (self._clock - self._glances) / len(_HEADINGS)
-        )  # it is not there, or behind something
+        # Where it has just looked the child is not, or behind something.
+        chances *= np.minimum(1.0, (self._clock - self._glances) / len(_HEADINGS))
         if self._empty().any():
             self._glances[np.cos(_HEADINGS - base[2]).argmax()] = self._clock
         return float(_HEADINGS[chances.argmax()]) if chances.max() > _WORTH_A_LOOK else base[2]

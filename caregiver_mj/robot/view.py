@@ -60,7 +60,8 @@ class View:
         unsure: Metres by which children may be nearer than they seem; 0 if all is seen exactly.
         numbers: Which children these are; None if they are all that there are.
         lurking: Where a child that is not seen may come round a corner, at the worst.
-        hidden: Where one is likely to be that is not seen, near a robot that does not see all round.
+        hidden: Where one that was seen a moment ago may have come to; and, near a robot that does not see all round,
+            where one is likely to be.
         gaze: Heading in which it sees most of where children may be that it does not see; None if it sees all round.
     """
 
