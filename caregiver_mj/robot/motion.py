@@ -130,10 +130,10 @@ class RobotMotion(BaseMotion):
         """Have the base turn slowly, from its next goal on and until the gripper opens: a candle slips in the hand.
 
         Args:
-            rate: At most, rad/s, for something that slips sooner.
+            rate: At most, rad/s, for something that slips sooner; it turns no faster again before that.
         """
         gentle = self.robot.limits.yaw_gentle
-        self._turn_within(dataclasses.replace(gentle, velocity=min(rate, gentle.velocity)))
+        self._turn_within(dataclasses.replace(gentle, velocity=min(rate, gentle.velocity, self._turning.velocity)))
 
     def bound_turning(self, rate: float) -> None:
         """Have the base turn no faster than this from now on, rad/s: the child may come near."""

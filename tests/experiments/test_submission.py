@@ -45,7 +45,7 @@ def packed(folder):
         houses = ["--houses", "paper", "home-2-10x9-rooms1-stairwells0-candles0-tables2-bins2-gates1-mugs1-batteries1"]
         out = ["--episodes", 3, "--epsilon", 1, 0.5, "--out", folder / "run"]
         assert not run("evaluate", "--world", "grid", *houses, "--caregiver", *names, *out)
-        assert not run("submit", folder / "run", "--out", folder / "a.submission", "--title", "A", "--authors", "us")
+        assert not run("submit", folder / "run", "--out", folder / "a.submission", "--title", "A|B", "--authors", "us")
     finally:
         sys.path.remove(str(folder))
         del sys.modules["mine"]
@@ -71,6 +71,9 @@ def test_a_page_has_the_files_of_a_track_together(packed, capsys):
     assert not run("leaderboard", packed.parent)
     page = capsys.readouterr().out
     assert page.count("## grid") == 1
+    assert "damage 5:4:1" in page
+    assert "seed 0" in page
+    assert "| A/B | us |" in page
     rows = [line for line in page.splitlines() if line.startswith("| `")]
     assert len(rows) == len(NAMES)  # but for "none"
     left = [float(row.split("|")[4].split()[0]) for row in rows]

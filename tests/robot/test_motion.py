@@ -111,6 +111,25 @@ def test_a_turn_under_way_slows_down_to_its_bound_and_speeds_up_when_it_is_lifte
     assert robot.yaw == pytest.approx(3.0)
 
 
+def test_a_base_that_turns_slowly_for_what_it_holds_does_so_until_the_hand_opens():
+    robot = RobotMotion(ROBOT, 0.02)
+    robot.reset((0.0, 0.0, 0.0))
+
+    def fastest_turn_to(yaw):
+        robot.turn_to(yaw)
+        rates = []
+        while robot.turn_left(yaw):
+            robot.now += 0.02
+            rates.append(abs(robot.turning[0]))
+        return max(rates)
+
+    robot.turn_gently(0.4)
+    robot.turn_gently()  # as anybody else would have it
+    assert fastest_turn_to(1.5) == pytest.approx(0.4)
+    robot.grip(ROBOT.grasp.open)
+    assert fastest_turn_to(0.0) > 1.0
+
+
 def test_heading_turns_the_shorter_way():
     robot = RobotMotion(ROBOT, 0.02)
     robot.reset((0.0, 0.0, 3.0))
