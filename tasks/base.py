@@ -217,7 +217,7 @@ class CareTask(Task):
         if self.has_robot:
             watch_candle(physics, self.control_timestep, self.contacts)
         if self.plan.mouths:
-            latched = physics.gates_latched().tolist()
+            latched = physics.gates_latched()
             if latched != self._latched:
                 self._latched = latched
                 gates = slice(len(self.plan.landings), len(self.plan.stairwells))

@@ -107,6 +107,7 @@ class Physics(OffscreenRendering, engine.Physics):
         self._hinges, self._bolts = (
             np.array([model.joint(gate + joint).qposadr[0] for gate in gates], int) for joint in ("hinge", "latch")
         )
+        self._latches = list(zip(self._hinges.tolist(), self._bolts.tolist(), strict=True))
         self._embody(self.embodiment)
         self.touches: list[Touch] = []
 
@@ -238,9 +239,10 @@ class Physics(OffscreenRendering, engine.Physics):
         """Return how far each gate stands open, (gates,), radians."""
         return self._qpos[self._hinges]
 
-    def gates_latched(self) -> np.ndarray:
-        """Return whether each gate is closed, and its bolt has sprung out behind the keeper, bool (gates,)."""
-        return (self.gate_positions() < layout.GATE_SHUT) & (self._qpos[self._bolts] < _SPRUNG)
+    def gates_latched(self) -> list[bool]:
+        """Return whether each gate is closed, and its bolt has sprung out behind the keeper."""
+        q = self._qpos
+        return [bool(q[hinge] < layout.GATE_SHUT and q[bolt] < _SPRUNG) for hinge, bolt in self._latches]
 
     def action_spec(self) -> specs.BoundedArray:
         """Return what an action is made of, see `RobotBody.action_spec`; of nothing where there is no robot."""

@@ -51,18 +51,17 @@ class Things:
 
     def take_in(self, physics: Physics, children: Children) -> None:
         """Take in what is off the floor, and what children have taken, in the last control timestep."""
-        states = self._plan.hazards.split(children.state)[2]
-        positions = [child.position for child in children]
         for i, place in enumerate(physics.thing_positions().tolist()):
             is_off = self._taken[i] != NOTHING or place[2] > OFF_FLOOR
             if not is_off:
-                taker = next((k for k, position in enumerate(positions) if self._is_at(position, place)), NOTHING)
+                taker = next((k for k, child in enumerate(children) if self._is_at(child.position, place)), NOTHING)
                 if taker != NOTHING and not physics.robot_touches_thing(i):
                     self._taken[i], is_off = taker, True
                     children.hurt(taker, self._kinds[i])
                     self.go_along(physics)
             if is_off != self._is_off[i]:
                 self._is_off[i] = is_off
+                states = self._plan.hazards.split(children.state)[2]
                 states[i] = State.GONE if is_off else State.AS_PLANNED
 
     def _is_at(self, child: Vector, place: Sequence[float]) -> bool:
