@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, TypeGuard
 
+from caregiver_mj.caregivers import remote
 from caregiver_mj.caregivers.baselines import (
     ChildproofCaregiver,
     GuardCaregiver,
@@ -61,13 +62,16 @@ def find_caregiver(name: str, others: Sequence[str] = ()) -> type[Caregiver] | P
     """Find a caregiver's class by name, or what makes a policy of the robot's actions; None for "none".
 
     Args:
-        name: One of `CAREGIVERS` or `POLICIES`, or where such a thing is, as `module:object`.
+        name: One of `CAREGIVERS` or `POLICIES`, or where such a thing is, as `module:object`; or whom to ask, see
+            `remote_caregiver`.
         others: What else may be said in the place of a name, for the message that there is none.
 
     Raises:
         CaregiverError: There is none of that name, or it cannot be loaded.
     """
     check_kind("the name of a caregiver", name, str)
+    if name.startswith(remote.SCHEMES):
+        return remote.remote_caregiver(name)
     if name in CAREGIVERS:
         POLICIES.tell_of_namesakes(name, f"there is a caregiver '{name}'")
         return CAREGIVERS[name]

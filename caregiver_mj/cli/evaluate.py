@@ -7,6 +7,7 @@ import functools
 import json
 import shlex
 
+from caregiver_mj.caregivers import remote
 from caregiver_mj.cli import parsing
 from caregiver_mj.cli.runs import output, print_harm, print_table
 from caregiver_mj.errors import CaregiverError
@@ -45,6 +46,8 @@ def add_evaluate(command: argparse.ArgumentParser) -> None:
     parsing.add_children(command)
     parsing.add_embodiment(command)
     parsing.add_sight(command)
+    command.add_argument("--base-url", metavar="URL", help="where chat:MODEL is; its key is in OPENAI_API_KEY")
+    command.add_argument("--max-calls", type=int, metavar="N", help="of models and servers; then they abstain")
     command.add_argument(
         "--episodes", type=int, default=20, metavar="N", help="number of episodes for each caregiver and epsilon"
     )
@@ -60,15 +63,18 @@ def _run(arguments: argparse.Namespace) -> None:
     if settings.world == "house" and set(settings.caregivers) - {"none", FLOOR}:
         for plan in settings.plans:
             parsing.warn_of_no_room(plan)
-    with parsing.make_executor(arguments) as executor:
+    asked = remote.asking(arguments.out, arguments.base_url, arguments.max_calls)
+    with parsing.make_executor(arguments) as executor, asked as tally:
         executor.check(settings.code)
         folder = None
         if arguments.out is not None:
             folder = RunFolder(arguments.out, settings.record(), resume=arguments.resume)
         result = _evaluate(settings, folder, executor, arguments)
-    console = output(arguments.json)
-    print_table(result.summary, console)
-    print_harm(result.summary, console)
+        console = output(arguments.json)
+        print_table(result.summary, console)
+        print_harm(result.summary, console)
+        if any(name.startswith(remote.SCHEMES) for name in settings.caregivers):
+            console.print(tally(), highlight=False)
     if arguments.json:
         print(json.dumps(result.summary, indent=1, allow_nan=False))
 

@@ -108,7 +108,9 @@ def houses() -> str:
 
 def caregivers() -> str:
     """Return what may be said for a caregiver."""
-    return f"{' '.join(dict.fromkeys([*CAREGIVERS, *POLICIES]))}, or a caregiver or policy of yours as module:object"
+    return (
+        f"{' '.join(dict.fromkeys([*CAREGIVERS, *POLICIES]))}, http://ADDRESS or chat:MODEL, or yours as module:object"
+    )
 
 
 def add_seed(command: argparse.ArgumentParser, text: str = "all chance comes from it") -> None:

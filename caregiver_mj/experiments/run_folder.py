@@ -122,6 +122,7 @@ class RunFolder:
         write_whole(self._file(block), _as_json(result, indent=None))
 
     def _file(self, block: str) -> pathlib.Path:
+        block = block.replace("/", "%2F")  # of an address
         name = block.encode()
         if len(name) > _LONGEST:
             block = f"{name[:_LONGEST].decode(errors='ignore')}_{hashlib.sha256(name).hexdigest()[:16]}"

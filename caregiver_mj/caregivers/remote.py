@@ -1,0 +1,317 @@
+"""A door for models: caregivers that ask a server, or a chat model, what to protect the children from."""
+
+from __future__ import annotations
+
+import abc
+import collections
+import contextlib
+import functools
+import importlib.resources
+import itertools
+import json
+import os
+import pathlib
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from caregiver_mj.caregivers.caregiver import Caregiver
+from caregiver_mj.caregivers.instructed import CommandedCaregiver
+from caregiver_mj.caregivers.percept import Percept, bare_tables
+from caregiver_mj.errors import CaregiverError, MissingExtraError, check_integer
+from caregiver_mj.plans.cell_graph import LEGEND
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
+
+if TYPE_CHECKING:
+    import httpx2 as httpx
+
+SCHEMES = "http:", "https:", "chat:"
+# The environment says what holds for all of them in a process, and in its workers: a folder in which every exchange is
+# kept, how many there may be (of each process), seconds for an answer, and where models are.
+EXCHANGES, MOST_CALLS, PATIENCE = "CAREGIVER_MJ_EXCHANGES", "CAREGIVER_MJ_MAX_CALLS", "CAREGIVER_MJ_PATIENCE"
+BASE_URL = "OPENAI_BASE_URL"
+_PATIENCE = 30.0  # seconds for an answer, by default
+_LARGEST = 1_000_000  # bytes of an answer
+_AT_ONCE = 8  # questions that are under way, of different episodes
+_CELLS = "child_cell", "previous_cell", "caregiver_cell"
+_ROWS = "previous_action", "candle_table", "holding", "out_of_reach", "shut", "gone", "clock", "under_way"
+_NEWS = "child_cell", "candle_table", "candle_cell", "holding", "out_of_reach", "shut", "gone"
+_SCHEMA = {
+    "type": "object",
+    "properties": {"target": {"type": ["integer", "null"]}, "reason": {"type": "string"}},
+    "required": ["target", "reason"],
+    "additionalProperties": False,
+}
+_episodes = itertools.count()
+_calls = itertools.count(1)  # of this process
+
+
+class RemoteCaregiver(CommandedCaregiver, abc.ABC):
+    """Asks somebody elsewhere, in JSON, whenever children or things are no longer as they were when it last asked.
+
+    A question has the `house`, an `episode` to remember it by, `seen` (percepts since the last question, the present
+    one last; `moved` where the children have just made a move) and `allowed`, numbers of hazards. An answer has a
+    `target`, one of these or null, and may have a `table` for what is carried, and a `reason`. Whatever else comes, or
+    comes late, is an abstention: nothing is protected until the next question.
+
+    Attributes:
+        address: Whom it asks.
+    """
+
+    address = ""
+
+    def __init__(self, plan: FloorPlan, seed: int = 0):
+        super().__init__(plan, seed)
+        lying = [plan.free_cells[cell] for cell in plan.floor_cells]
+        cells = [*plan.stairwells, *[None] * len(plan.candle_tables), *lying]  # None: `candle_table` says where
+        self._house = {
+            "name": plan.name,
+            "rows": plan.rows,
+            "cell_size": plan.cell_size,
+            "legend": {symbol: one for symbol, (one, _) in LEGEND.items()},
+            "tables": plan.tables,
+            "hazards": [
+                {"number": i, "kind": str(one.kind), "damage": one.damage, "verb": one.kind.verb, "cell": cell}
+                for i, (one, cell) in enumerate(zip(plan.hazards, cells, strict=True))
+            ],
+        }
+
+    def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
+        super().reset(batch, seeds, children)
+        number = next(_episodes)
+        self._names = [f"{os.getpid()}-{number}-{world}" for world in range(batch)]
+        self._asked: list[list[bytes] | None] = [None] * batch
+        self._seen: list[list[dict[str, Any]]] = [[] for _ in range(batch)]
+        self._tables = np.full(batch, NOTHING)
+
+    def watch(self, percept: Percept) -> None:
+        for world, seen in enumerate(self._seen):
+            seen.append(self._describe(percept, world) | {"moved": True})
+            self._asked[world] = None
+
+    def choose(self, percept: Percept) -> np.ndarray:
+        allowed = self.worth_protecting(percept)
+        news = [values for name in _NEWS if (values := getattr(percept, name)) is not None]
+        asked = [[values[world].tobytes() for values in news] for world in range(len(allowed))]
+        ask = [world for world, now in enumerate(asked) if now != self._asked[world]]
+        with ThreadPoolExecutor(_AT_ONCE) as pool:
+            exchanges = list(pool.map(self._ask, [self._question(percept, world, allowed[world]) for world in ask]))
+        for world, exchange in zip(ask, exchanges, strict=True):
+            answer = {} if exchange["abstention"] else exchange["answer"]
+            said = answer.get("target"), answer.get("table")
+            self.targets[world], self._tables[world] = (NOTHING if value is None else value for value in said)
+        self._keep(exchanges)
+        self._asked = [*asked]
+        return super().choose(percept)
+
+    def destination(self, percept: Percept, candle: np.ndarray) -> np.ndarray:
+        bare = np.column_stack([bare_tables(percept.candle_table, len(self.plan.tables)), np.zeros(len(candle), bool)])
+        theirs = bare[np.arange(len(candle)), self._tables]
+        return np.where(theirs, self._tables, super().destination(percept, candle))
+
+    def _describe(self, percept: Percept, world: int) -> dict[str, Any]:
+        """Return a percept in one world, as JSON."""
+        cells = self.plan.caregiver_cells
+        found: dict[str, Any] = {}
+        for name in _CELLS:
+            value = getattr(percept, name)[world].tolist()
+            found[name] = cells[value] if isinstance(value, int) else [cells[cell] for cell in value]
+        for name in _ROWS:
+            if (values := getattr(percept, name)) is not None:
+                found[name] = values[world].tolist()
+        if percept.candle_cell is not None:
+            found["candle_cell"] = [None if c == NOTHING else cells[c] for c in percept.candle_cell[world].tolist()]
+        if percept.belief is not None:
+            found["child_seen"] = percept.belief.seen[world].tolist()
+        return found
+
+    def _question(self, percept: Percept, world: int, allowed: np.ndarray) -> dict[str, Any]:
+        seen, self._seen[world] = self._seen[world], []
+        now = self._describe(percept, world)
+        if not (seen and now == seen[-1] | now):  # it is what was seen when they had just moved
+            seen.append(now)
+        return {
+            "house": self._house,
+            "episode": self._names[world],
+            "seen": seen,
+            "allowed": np.flatnonzero(allowed).tolist(),
+        }
+
+    def _ask(self, question: dict[str, Any]) -> dict[str, Any]:
+        """Return the exchange: the question, the answer, and why it is an abstention, or None."""
+        start, answer, problem = time.time(), None, None
+        most = os.environ.get(MOST_CALLS)
+        if most and next(_calls) > int(most):
+            problem = f"the budget of {most} calls is used up"
+        else:
+            try:
+                answer = self.send(question)
+                problem = self._problem(answer, question["allowed"])
+            except self.failures() as error:
+                problem = f"{type(error).__name__}: {' '.join(str(error).split())}"
+        return {"question": question, "answer": answer, "abstention": problem, "seconds": time.time() - start}
+
+    def _keep(self, exchanges: list[dict[str, Any]]) -> None:
+        """Write them into the folder that is meant for that."""
+        if folder := os.environ.get(EXCHANGES):
+            pathlib.Path(folder).mkdir(exist_ok=True)
+            with open(pathlib.Path(folder) / f"{os.getpid()}.jsonl", "a", encoding="utf-8") as file:
+                file.writelines(json.dumps(exchange) + "\n" for exchange in exchanges)
+
+    def _problem(self, answer: Any, allowed: Sequence[int]) -> str | None:
+        if not isinstance(answer, dict) or "target" not in answer:
+            return f"the answer must be an object with a target, got {str(answer)[:200]}"
+        for key, among in (("target", allowed), ("table", range(len(self.plan.tables)))):
+            value = answer.get(key)
+            if value is not None and (type(value) is not int or value not in among):
+                return f"{key} must be one of {list(among)} or null, got {str(value)[:200]}"
+        return None
+
+    @abc.abstractmethod
+    def send(self, question: dict[str, Any]) -> Any:
+        """Return the answer to a question, as it came."""
+
+    def failures(self) -> tuple[type[Exception], ...]:
+        """Return what `send` raises when no answer comes."""
+        import httpx2 as httpx
+
+        return httpx.HTTPError, ValueError, RecursionError
+
+
+class HttpCaregiver(RemoteCaregiver):
+    """Posts its questions to an address."""
+
+    def send(self, question: dict[str, Any]) -> Any:
+        return _client().post(self.address, json=question).raise_for_status().json()
+
+
+class ChatCaregiver(RemoteCaregiver):
+    """Asks a model behind an interface as OpenAI's, whose address and key the environment has, as its client does."""
+
+    def send(self, question: dict[str, Any]) -> Any:
+        form: Any = {"type": "json_schema", "json_schema": {"name": "answer", "strict": True, "schema": _SCHEMA}}
+        given = _chat().chat.completions.create(
+            model=self.address,
+            messages=[{"role": "system", "content": _prompt()}, {"role": "user", "content": json.dumps(question)}],
+            response_format=form,
+        )
+        if not given.choices:
+            raise ValueError("the model has given no choice")
+        return json.loads(given.choices[0].message.content or "")
+
+    def failures(self) -> tuple[type[Exception], ...]:
+        import openai
+
+        return *super().failures(), openai.OpenAIError, TypeError, AttributeError  # of answers of another shape
+
+
+@contextlib.contextmanager
+def asking(
+    run: str | os.PathLike[str] | None = None, base_url: str | None = None, max_calls: int | None = None
+) -> Iterator[Callable[[], str]]:
+    """Have questions asked, within, as somebody wants it.
+
+    Args:
+        run: The folder of a run, in whose folder `exchanges` every one is kept.
+        base_url: Where models are.
+        max_calls: How many questions each process may ask.
+
+    Yields:
+        A function that says how many have been asked, and how many brought an abstention.
+
+    Raises:
+        CaregiverError: A number is out of range.
+    """
+    if max_calls is not None:
+        check_integer("max_calls", max_calls, 0)
+    with tempfile.TemporaryDirectory() as aside:
+        folder = pathlib.Path(run or aside) / "exchanges"
+        said = {EXCHANGES: str(folder), BASE_URL: base_url, MOST_CALLS: max_calls}
+        before = {name: os.environ.get(name) for name in said}
+        os.environ.update({name: str(value) for name, value in said.items() if value is not None})
+        try:
+            yield functools.partial(_tally, folder)
+        finally:
+            for name, value in before.items():
+                os.environ.pop(name, None)
+                if value is not None:
+                    os.environ[name] = value
+
+
+def _tally(folder: pathlib.Path) -> str:
+    lines = [line for file in folder.glob("*.jsonl") for line in file.read_text("utf-8").splitlines()]
+    problems = collections.Counter(problem for line in lines if (problem := json.loads(line)["abstention"]))
+    most = "".join(f"; {count} x {problem}" for problem, count in problems.most_common(3))
+    return f"{len(lines)} questions, {problems.total()} abstentions{most}"
+
+
+@functools.lru_cache
+def remote_caregiver(name: str) -> type[Caregiver]:
+    """Return the caregiver that asks an address, http://..., or a model, chat:NAME.
+
+    Raises:
+        MissingExtraError: The client's package is not installed.
+        CaregiverError: The name says no address, or no model.
+    """
+    scheme, _, rest = name.partition(":")
+    if not rest.strip("/"):
+        raise CaregiverError(f"a caregiver must be http://ADDRESS or chat:MODEL, got '{name}'")
+    try:
+        import httpx2  # noqa: F401
+        import openai  # noqa: F401
+    except ImportError as error:
+        raise MissingExtraError(f"caregiver '{name}' needs {error.name}: pip install 'caregiver_mj[chat]'") from None
+    kind: type[RemoteCaregiver] = ChatCaregiver if scheme == "chat" else HttpCaregiver
+    return type(kind.__name__, (kind,), {"address": rest if scheme == "chat" else name, "__module__": __name__})
+
+
+@functools.lru_cache(maxsize=1)
+def _prompt() -> str:
+    return (importlib.resources.files(__package__) / "prompt.md").read_text("utf-8")
+
+
+@functools.lru_cache(maxsize=1)
+def _chat() -> Any:
+    import openai
+
+    key = os.environ.get("OPENAI_API_KEY", "none")  # a server on one's own machine asks for none
+    return openai.OpenAI(api_key=key, http_client=_client(), max_retries=1)
+
+
+@functools.lru_cache(maxsize=1)
+def _client() -> httpx.Client:
+    """Return a client for which an answer that dribbles in, or has no end, is none."""
+    import httpx2 as httpx
+
+    patience = float(os.environ.get(PATIENCE, _PATIENCE))
+
+    class Bounded(httpx.SyncByteStream):
+        def __init__(self, stream: Any, until: float):
+            self._stream, self._until = stream, until
+
+        def __iter__(self) -> Any:
+            size = 0
+            for part in self._stream:
+                size += len(part)
+                if time.monotonic() > self._until:
+                    raise httpx.ReadTimeout(f"no whole answer within {patience:g} s")
+                if size > _LARGEST:
+                    raise httpx.ReadError(f"the answer must have at most {_LARGEST:,} bytes")
+                yield part
+
+        def close(self) -> None:
+            self._stream.close()
+
+    class Transport(httpx.HTTPTransport):
+        def handle_request(self, request: httpx.Request) -> httpx.Response:
+            until = time.monotonic() + patience
+            response = super().handle_request(request)
+            response.stream = Bounded(response.stream, until)
+            return response
+
+    return httpx.Client(transport=Transport(retries=1), timeout=patience)

@@ -1,0 +1,215 @@
+"""Caregivers that ask a server: one that answers as a caregiver of the package, and one that does all that is wrong."""
+
+import http.server
+import json
+import threading
+import time
+from types import SimpleNamespace
+
+import http_caregiver
+import numpy as np
+import pytest
+
+from caregiver_mj.caregivers import remote
+from caregiver_mj.caregivers.paper import PaperCaregiver
+from caregiver_mj.caregivers.percept import Percept
+from caregiver_mj.caregivers.registry import make_caregiver
+from caregiver_mj.cli import main
+from caregiver_mj.experiments.evaluation import evaluate
+from caregiver_mj.experiments.settings import Settings, episode_tapes
+from caregiver_mj.grid.world import GridWorld
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.policy.policy import CaregiverPolicy
+from caregiver_mj.tasks import load
+
+pytest.importorskip("openai")
+
+
+class Model:
+    """Answers as the paper's rule does, by what it is told."""
+
+    def __init__(self):
+        self.caregivers = {}
+
+    def answer(self, question):
+        house = question["house"]
+        plan = FloorPlan.parse("\n".join(house["rows"]), house["name"], house["cell_size"])
+        own = self.caregivers.get(question["episode"])
+        if own is None:
+            own = self.caregivers[question["episode"]] = PaperCaregiver(plan)
+            own.reset(1, None, len(question["seen"][0]["child_cell"]))
+        for seen in question["seen"]:
+            percept = self.percept(plan, seen)
+            if seen.get("moved"):
+                own.watch(percept)
+        target = own.decide(percept)[0].hazard
+        return {"target": None if target < 0 else target, "reason": "it is dangerous"}
+
+    @staticmethod
+    def percept(plan, seen):
+        cell = plan.cell_index
+
+        def known(name, kind=None):
+            return np.array([seen[name]], kind) if name in seen else None
+
+        return Percept(
+            child_cell=np.array([[cell[tuple(one)] for one in seen["child_cell"]]]),
+            previous_cell=np.array([[cell[tuple(one)] for one in seen["previous_cell"]]]),
+            previous_action=known("previous_action"),
+            caregiver_cell=np.array([cell[tuple(seen["caregiver_cell"])]]),
+            candle_table=known("candle_table", int),
+            holding=known("holding"),
+            candle_cell=np.array([[-1 if one is None else cell[tuple(one)] for one in seen["candle_cell"]]], int)
+            if "candle_cell" in seen
+            else None,
+            out_of_reach=known("out_of_reach", bool),
+            shut=known("shut", bool),
+            gone=known("gone", bool),
+        )
+
+
+FAULTS = {
+    "stalls": lambda handler: time.sleep(0.6),
+    "dribbles": lambda handler: handler.say(b"{" + b" " * 40, pause=0.02),
+    "cuts off": lambda handler: handler.say(b'{"target"', length=500),
+    "says nothing": lambda handler: None,
+    "fails": lambda handler: handler.say(b"{}", status=500),
+    "leads elsewhere": lambda handler: handler.say(b"{}", status=302),
+    "garbage": lambda handler: handler.say(b"\xff\x00{]"),
+    "no object": lambda handler: handler.say(b"[0]"),
+    "no target": lambda handler: handler.say(b'{"reason": "none"}'),
+    "no hazard": lambda handler: handler.say(b'{"target": 999}'),
+    "no number": lambda handler: handler.say(b'{"target": true}'),
+    "no table": lambda handler: handler.say(b'{"target": null, "table": -1}'),
+    "no end": lambda handler: handler.say(b'"' + b" " * 2_000_000 + b'"'),
+    "no depth": lambda handler: handler.say(b"[" * 100_000),
+    "no HTTP": lambda handler: handler.wfile.write(b"hello\r\n\r\n"),
+}
+IN_A_CHAT = {"no choice": [], "no words": [{"message": {"content": None}}], "prose": [{"message": {"content": "S1!"}}]}
+
+
+class Handler(http.server.BaseHTTPRequestHandler):
+    model = None  # set for each server
+    asked = ()
+
+    def do_POST(self):
+        body = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
+        self.asked.append((dict(self.headers), body))
+        fault, _, path = self.path.lstrip("/").replace("%20", " ").partition("/")
+        if fault in FAULTS:
+            FAULTS[fault](self)
+        elif fault in IN_A_CHAT:
+            self.say(json.dumps({"choices": IN_A_CHAT[fault]}).encode())
+        elif path.endswith("chat/completions"):
+            answer = json.dumps(self.model.answer(json.loads(body["messages"][1]["content"])))
+            choice = {"index": 0, "finish_reason": "stop", "message": {"role": "assistant", "content": answer}}
+            self.say(json.dumps({"id": "1", "object": "chat.completion", "created": 0, "model": body["model"],
+                                 "choices": [choice]}).encode())  # fmt: skip
+        else:
+            self.say(json.dumps(self.model.answer(body)).encode())
+
+    def say(self, body, status=200, length=None, pause=0.0):
+        self.send_response(status)
+        self.send_header("Content-Type", "application/json")
+        self.send_header("Content-Length", str(length or len(body)))
+        self.end_headers()
+        for i in range(0, len(body), 1 if pause else len(body)):
+            self.wfile.write(body[i : i + (1 if pause else len(body))])
+            time.sleep(pause)
+
+    def log_message(self, *args):
+        pass
+
+
+class Server(http.server.ThreadingHTTPServer):
+    daemon_threads = True
+
+    def handle_error(self, request, client_address):  # whoever asked has gone
+        pass
+
+
+@pytest.fixture
+def server(monkeypatch):
+    """Somebody to ask: the address, and what was asked."""
+    handler = type("Mine", (Handler,), {"model": Model(), "asked": []})
+    with Server(("127.0.0.1", 0), handler) as made:
+        thread = threading.Thread(target=made.serve_forever, args=(0.01,))
+        thread.start()
+        made.address, made.asked = f"http://127.0.0.1:{made.server_address[1]}", handler.asked
+        monkeypatch.setenv("OPENAI_BASE_URL", f"{made.address}/v1")
+        for cached in (remote._client, remote._chat):
+            cached.cache_clear()
+        yield made
+        made.shutdown()
+        thread.join()
+    for cached in (remote._client, remote._chat):
+        cached.cache_clear()
+
+
+def rows(caregiver, house, families, episodes=1):
+    found = evaluate(Settings(FloorPlan.load(house), "grid", [caregiver], families, episodes)).episodes
+    return found.drop(columns=["caregiver", "wall_seconds"])
+
+
+@pytest.mark.parametrize("name", ["http", "chat"])
+def test_a_model_that_answers_as_the_rule_has_its_rows(server, name):
+    asks = f"{server.address}/judge" if name == "http" else "chat:some-model"
+    for house, families in (("home-8", [0.5]), ("flat", ["1,.25"])) if name == "http" else (("paper", [1.0]),):
+        assert rows(asks, house, families).equals(rows("expected-danger", house, families))
+    if name == "chat":
+        _, body = server.asked[-1]
+        assert body["model"] == "some-model"
+        assert "damage" in body["messages"][0]["content"]
+
+
+def test_it_acts_in_the_house_as_the_rule_does(server):
+    outcomes = []
+    for caregiver in ("expected-danger", f"{server.address}/judge"):
+        env = load("supervise", "paper", 0.5, random=4, task_kwargs={"time_limit": 40.0})
+        policy = CaregiverPolicy(env, make_caregiver(caregiver, env.task.plan))
+        timestep = env.reset()
+        while not timestep.last():
+            timestep = env.step(policy(timestep))
+        outcomes.append((env.task.outcome(), env.physics.data.qpos.tolist()))
+    assert outcomes[0] == outcomes[1]
+
+
+def test_a_run_keeps_its_exchanges_and_its_budget(server, tmp_path, capsys):
+    command = ["evaluate", "--world", "grid", "--episodes", "1", "--epsilon", "0.5", "--max-calls", "3"]
+    asks = f"{server.address}/garbage"
+    assert main([*command, "--caregiver", "none", asks, "--out", str(tmp_path / "run")]) == 0
+    lines = [json.loads(line) for file in (tmp_path / "run/exchanges").iterdir() for line in file.open()]
+    assert len(server.asked) == 3
+    assert f"{len(lines)} questions, {len(lines)} abstentions; {len(lines) - 3} x the budget" in capsys.readouterr().out
+
+
+def test_the_example_answers_every_question(server, tmp_path, monkeypatch):
+    monkeypatch.setenv(remote.EXCHANGES, str(tmp_path))
+    monkeypatch.setattr(server.RequestHandlerClass, "model", SimpleNamespace(answer=http_caregiver.decide))
+    rows(f"{server.address}/judge", "home-8", [0.5])
+    exchanges = [json.loads(line) for file in tmp_path.iterdir() for line in file.open()]
+    assert {exchange["abstention"] for exchange in exchanges} == {None}
+    assert len({exchange["answer"]["target"] for exchange in exchanges}) > 2
+
+
+@pytest.mark.parametrize("fault", [*FAULTS, "is not there", *IN_A_CHAT])
+@pytest.mark.parametrize("name", ["http", "chat"])
+def test_whatever_else_comes_is_an_abstention(server, tmp_path, monkeypatch, fault, name):
+    if name == "http" and fault in IN_A_CHAT:
+        pytest.skip("an answer of a chat")
+    monkeypatch.setenv(remote.EXCHANGES, str(tmp_path))
+    monkeypatch.setenv(remote.PATIENCE, "0.3")
+    monkeypatch.setenv("OPENAI_API_KEY", "secret")
+    address = "http://127.0.0.1:9" if fault == "is not there" else f"{server.address}/{fault}"
+    monkeypatch.setenv("OPENAI_BASE_URL", address)
+    plan = FloorPlan.load("paper")
+    caregiver = make_caregiver(address if name == "http" else "chat:m", plan)
+    world = GridWorld(plan, 0.5, caregiver)
+    world.reset([episode_tapes(1, 1)])
+    world.move_children()
+    before = time.monotonic()
+    assert caregiver.choose(world.percept()).tolist() == [-1]
+    assert time.monotonic() - before < 4.0
+    (exchange,) = [json.loads(line) for file in tmp_path.iterdir() for line in file.read_text().splitlines()]
+    assert exchange["abstention"]
+    assert "secret" not in json.dumps(exchange)
