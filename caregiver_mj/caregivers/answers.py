@@ -1,4 +1,4 @@
-"""What a caregiver has answered in some episodes: kept with their rows, and given again with no caregiver present."""
+"""What a caregiver, or a policy, has answered in some episodes: kept with their rows, and given again without it."""
 
 from __future__ import annotations
 
@@ -50,9 +50,7 @@ def kept(caregiver: Caregiver | None) -> Iterator[Callable[[], str]]:
             return ""
         traits = caregiver.yields, caregiver.takes_orders, caregiver.idle_verb
         arrays: dict[str, Any] = {question: np.array(answers) for question, answers in given.items() if answers}
-        packed = io.BytesIO()
-        np.savez_compressed(packed, traits=np.array(traits, str), verbs=np.array([*verbs], str), **arrays)
-        return base64.b64encode(packed.getvalue()).decode()
+        return packed(traits=np.array(traits, str), verbs=np.array([*verbs], str), **arrays)
 
     if caregiver is None:
         yield text
@@ -65,6 +63,13 @@ def kept(caregiver: Caregiver | None) -> Iterator[Callable[[], str]]:
         for question in _ASKED:
             del vars(caregiver)[question]
         vars(caregiver).update({question: before[question] for question in _ASKED if question in before})
+
+
+def packed(**arrays: np.ndarray) -> str:
+    """Return arrays as text, for `unpacked`."""
+    content = io.BytesIO()
+    np.savez_compressed(content, **arrays)  # type: ignore[arg-type]  # no array is called `allow_pickle`
+    return base64.b64encode(content.getvalue()).decode()
 
 
 def unpacked(text: str) -> dict[str, Any]:
@@ -82,15 +87,33 @@ def unpacked(text: str) -> dict[str, Any]:
         raise CaregiverError(f"the answers of a caregiver cannot be read: {error}") from None
 
 
+def replayed(plan: FloorPlan, text: str) -> ReplayedCaregiver | ReplayedPolicy:
+    """Return what gives the answers in a text again; where they cannot be read, that is a `CaregiverError`."""
+    arrays = unpacked(text)
+    return ReplayedPolicy(arrays["actions"]) if "actions" in arrays else ReplayedCaregiver(plan, arrays)
+
+
+class ReplayedPolicy:
+    """Gives actions again, (n, actions); a `CaregiverError` where there are no more, or they are none."""
+
+    def __init__(self, actions: list[list[float]]):
+        self._left = iter(actions)
+
+    def __call__(self, timestep: Any) -> np.ndarray:
+        """Answer a time step with the next one."""
+        if (action := next(self._left, None)) is None:
+            raise CaregiverError("the actions of a policy must last to the end of its episodes")
+        return np.array(action)
+
+
 class ReplayedCaregiver(Caregiver):
     """Gives the answers that another one has given, in their order, to a world that asks for the same.
 
     Where they cannot be read, or its world asks for others, that is a `CaregiverError`.
     """
 
-    def __init__(self, plan: FloorPlan, text: str):
+    def __init__(self, plan: FloorPlan, arrays: dict[str, Any]):
         super().__init__(plan)
-        arrays = unpacked(text)
         try:
             yields, takes_orders, self._idle = arrays["traits"]
             self._verbs = np.array([*arrays["verbs"], None], object)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from caregiver_mj.caregivers.answers import ReplayedCaregiver, kept
+from caregiver_mj.caregivers.answers import ReplayedCaregiver, ReplayedPolicy, kept, packed, replayed, unpacked
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver, make_caregiver, needs_pictures
 from caregiver_mj.children.family import Family
@@ -38,7 +38,7 @@ _Measured = tuple[list[dict[str, Any]], tuple[np.ndarray, np.ndarray], str]
 
 
 def _make_house(
-    plan: FloorPlan, family: Family, caregiver: str | Caregiver, seed: int, embodiment: str, sight: str
+    plan: FloorPlan, family: Family, caregiver: str | Caregiver | ReplayedPolicy, seed: int, embodiment: str, sight: str
 ) -> tuple[Any, Any]:
     """A house, and the policy of the caregiver in it (None for "none"). Building them takes a second."""
     from caregiver_mj import tasks  # here, for the grid does without MuJoCo
@@ -58,7 +58,7 @@ def _make_house(
 
     if isinstance(caregiver, str):
         return env, make_policy(env, caregiver, seed)
-    return env, CaregiverPolicy(env, caregiver)
+    return env, CaregiverPolicy(env, caregiver) if isinstance(caregiver, Caregiver) else caregiver
 
 
 _house = functools.lru_cache(maxsize=1)(_make_house)  # blocks of one caregiver and family follow each other
@@ -137,9 +137,8 @@ def _run_in_grid(settings: Settings, plan: FloorPlan, block: Block, seeds: list[
     if block.caregiver == FLOOR:
         world: GridWorld = FloorWorld(plan, children)
     else:
-        caregiver = (
-            ReplayedCaregiver(plan, answers) if answers else make_caregiver(block.caregiver, plan, settings.seed)
-        )
+        given = ReplayedCaregiver(plan, unpacked(answers)) if answers else None
+        caregiver = given or make_caregiver(block.caregiver, plan, settings.seed)
         world = GridWorld(plan, children, caregiver, sight=settings.sight)
     with kept(caregiver) as text:
         ledger = world.run([episode_tapes(seed, len(children)) for seed in seeds] * len(block.families))
@@ -156,19 +155,22 @@ def _run_in_house(settings: Settings, plan: FloorPlan, block: Block, seeds: list
 
     which = settings.seed, settings.embodiment, settings.sight
     if answers:
-        env, policy = _make_house(plan, family, ReplayedCaregiver(plan, answers), *which)
+        env, policy = _make_house(plan, family, replayed(plan, answers), *which)
     else:
         env, policy = _house(plan, family, block.caregiver, *which)
-    nothing = np.zeros(env.action_spec().shape)
-    measured, visits, damage = [], [], []
-    with kept(getattr(policy, "caregiver", None)) as text:
+    nothing, caregiver = np.zeros(env.action_spec().shape), getattr(policy, "caregiver", None)
+    measured, visits, damage, actions = [], [], [], []
+    with kept(caregiver) as text:
         for seed in seeds:
             start = time.perf_counter()
             env.task.reseed(episode_random(seed))
             timestep = env.reset()
             try:
                 while not timestep.last():
-                    timestep = env.step(policy(timestep) if policy else nothing)
+                    action = policy(timestep) if policy else nothing
+                    if policy and not caregiver:
+                        actions.append(action)
+                    timestep = env.step(action)
             except control.PhysicsError:
                 raise CaregiverError(
                     f"the actions of '{block.caregiver}' made the simulation diverge at {env.physics.time():.1f} s of "
@@ -178,7 +180,8 @@ def _run_in_house(settings: Settings, plan: FloorPlan, block: Block, seeds: list
             measured.append(env.task.outcome() | times)
             visits.append(env.task.ledger.visits)
             damage.append(env.task.ledger.damage_at)
-    return measured, (np.concatenate(visits), np.concatenate(damage)), text()
+    given = packed(actions=np.array(actions, float)) if actions else text()
+    return measured, (np.concatenate(visits), np.concatenate(damage)), given
 
 
 class Tables(NamedTuple):

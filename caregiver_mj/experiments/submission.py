@@ -88,8 +88,8 @@ def submit(run: str | os.PathLike[str], path: str | os.PathLike[str], card: Mapp
         result = folder.read(str(block))
         if result is None or (not result.get("answers") and block.caregiver not in ("none", FLOOR)):
             raise CaregiverError(
-                f"the run in '{run}' must have what '{block.caregiver}' answered, got nothing: policies of the robot's "
-                "actions cannot be submitted, and a run of an older version must be run again"
+                f"the run in '{run}' must have what '{block.caregiver}' answered, got nothing: one of an older version "
+                "must be run again"
             )
         files[_name(number)] = result
     texts = {name: json.dumps(content, allow_nan=False) for name, content in files.items()}

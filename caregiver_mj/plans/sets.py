@@ -7,11 +7,15 @@ Its own name, which is the same in all of them, is that of its seed: `house-2000
 `shapes-train-N` and `shapes-test-N` are two more such lists, of homes and houses of all `SHAPES` in turn. `drawn-10`
 are ten houses drawn by hand, to be tested in. `home-train-N` and `home-test-N` are homes with gates, mugs and small
 objects on the floor, too.
+
+`test-100@SECRET`, and likewise of the other lists, are houses that nobody can have tuned to who does not know the
+secret: whoever judges publishes its SHA-256 before, and the secret itself after.
 """
 
 from __future__ import annotations
 
 import collections
+import hashlib
 import re
 from collections.abc import Iterable, Mapping
 
@@ -69,7 +73,7 @@ def house_set(name: str) -> tuple[FloorPlan, ...]:
 
     Args:
         name: `train-N`, `test-N`, `shapes-train-N`, `shapes-test-N`, `home-train-N` or `home-test-N`, with N from 1
-            to 1000, or `drawn-N`, with N from 1 to 10.
+            to 1000, each also with `@SECRET`, or `drawn-N`, with N from 1 to 10.
 
     Raises:
         FloorPlanError: There is no such set.
@@ -117,10 +121,11 @@ def houses_named(
 
 def _names(name: str) -> list[str] | None:
     """Return the names of the houses of a set; None if it is no name of one."""
-    found = isinstance(name, str) and re.fullmatch(r"((?:shapes-|home-)?(?:train|test)|drawn)-(\d+)", name, re.ASCII)
-    if not found:
+    sets = r"((?:shapes-|home-)?(?:train|test)|drawn)-(\d+)(@.+)?"
+    found = isinstance(name, str) and re.fullmatch(sets, name, re.ASCII)
+    if not found or (found[1] == "drawn" and found[3]):
         return None
-    kind, size = found[1], int(found[2])
+    kind, size, secret = found[1], int(found[2]), found[3]
     largest = len(DRAWN) if kind == "drawn" else LARGEST_SET
     if not 1 <= size <= largest:
         raise FloorPlanError(f"no set of floor plans '{name}': a set has 1 to {largest} houses")
@@ -128,4 +133,11 @@ def _names(name: str) -> list[str] | None:
         return list(DRAWN[:size])
     first = FIRST_SEEDS[kind]
     shapes = ("house", *SHAPES) if kind.startswith("shapes-") else ("home" if kind.startswith("home-") else "house",)
-    return [f"{shapes[i % len(shapes)]}-{first + i}" for i in range(size)]
+    seeds = range(first, first + size) if secret is None else _secret_seeds(f"{kind}{secret}", size)
+    return [f"{shapes[i % len(shapes)]}-{seed}" for i, seed in enumerate(seeds)]
+
+
+def _secret_seeds(secret: str, size: int) -> list[int]:
+    """Return seeds that only a secret tells, none of them in a list."""
+    numbers = (int(hashlib.sha256(f"{secret} {i}".encode()).hexdigest()[:12], 16) for i in range(size))
+    return [10**6 + number % (10**9 - 10**6) for number in numbers]

@@ -67,6 +67,30 @@ def test_the_house_too(tmp_path, capsys):
     assert "verified, episodes: 1" in capsys.readouterr().out
 
 
+def test_a_policy_of_the_robots_actions_too(tmp_path, monkeypatch, capsys):
+    (tmp_path / "spinning.py").write_text(
+        "import numpy as np\n\n\ndef make(env):\n    size = env.action_spec().shape[0]\n"
+        "    return lambda timestep: 0.3 * np.sin(timestep.observation['clock'] * np.arange(1, size + 1))\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    who = ["--caregiver", "spinning:make", "--epsilon", 0.5, "--episodes", 1, "--house", "house-25-12x10"]
+    assert not run("evaluate", *who, "--out", tmp_path / "run")
+    assert not run("submit", tmp_path / "run", "--out", tmp_path / "c.submission")
+    monkeypatch.delitem(sys.modules, "spinning")
+    (tmp_path / "spinning.py").unlink()
+    assert not run("verify", tmp_path / "c.submission")
+    parts = parts_of(tmp_path / "c.submission")
+    (name,) = [name for name in parts if name.startswith("episodes")]
+    actions = np.array(unpacked(parts[name]["answers"])["actions"])
+    for edited in (actions[:-1], actions[::-1], actions[:, 1:]):
+        content = io.BytesIO()
+        np.savez_compressed(content, actions=edited)
+        parts[name]["answers"] = base64.b64encode(content.getvalue()).decode()
+        write(tmp_path / "d.submission", parts)
+        assert run("verify", tmp_path / "d.submission")
+        assert "not verified" in capsys.readouterr().err
+
+
 def test_a_page_has_the_files_of_a_track_together(packed, capsys):
     assert not run("leaderboard", packed.parent)
     page = capsys.readouterr().out
@@ -219,16 +243,13 @@ def test_a_damaged_file_is_told(cut, packed, tmp_path, capsys):
 def test_what_cannot_be_submitted(packed, folder, tmp_path, capsys):
     assert run("submit", folder / "run", "--out", tmp_path / "a.zip") == 2
     assert run("submit", folder, "--out", tmp_path / "a.submission") == 2
-    (tmp_path / "pushes.py").write_text("import numpy as np\n\ndef make(env):\n    return lambda step: np.zeros(11)\n")
-    sys.path.insert(0, str(tmp_path))
-    try:
-        who = ["--caregiver", "pushes:make", "--epsilon", 0.5, "--episodes", 1]
-        assert not run("evaluate", *who, "--out", tmp_path / "run")
-        assert run("submit", tmp_path / "run", "--out", tmp_path / "a.submission") == 2
-    finally:
-        sys.path.remove(str(tmp_path))
+    who = ["--caregiver", "nearest", "--epsilon", 0.5, "--episodes", 1, "--out", tmp_path / "run"]
+    assert not run("evaluate", "--world", "grid", *who)
+    (file,) = (tmp_path / "run/episodes").iterdir()
+    file.write_text(json.dumps(json.loads(file.read_text()) | {"answers": ""}))  # as an old version has left it
+    assert run("submit", tmp_path / "run", "--out", tmp_path / "a.submission") == 2
     error = capsys.readouterr().err
     assert "FILE.submission" in error
     assert "holds no run" in error
-    assert "policies of the robot's actions cannot be submitted" in error
+    assert "answered, got nothing" in error
     assert not (tmp_path / "a.submission").exists()

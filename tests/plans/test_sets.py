@@ -27,7 +27,17 @@ def test_a_set_is_a_beginning_of_every_larger_one_and_none_shares_a_house():
         FloorPlan.load("train-2000/5")
 
 
-@pytest.mark.parametrize("name", ["train-5", "test-5", "home-train-2", "home-test-2"])
+def test_houses_of_a_secret_are_others_for_every_secret_and_in_no_list():
+    names = [[plan.name for plan in house_set(f"test-3@{secret}")] for secret in ("apple", "pear")]
+    assert len({*names[0], *names[1]}) == 6
+    assert [plan.name for plan in house_set("test-2@apple")] == names[0][:2]
+    assert min(int(name.removeprefix("house-")) for name in names[0]) >= 1_000_000
+    # By hand: 10^6 + the first 12 digits of SHA-256("test@apple 0") modulo 999,000,000.
+    digits = hashlib.sha256(b"test@apple 0").hexdigest()[:12]
+    assert names[0][0] == f"house-{1_000_000 + int(digits, 16) % 999_000_000}"
+
+
+@pytest.mark.parametrize("name", ["train-5", "test-5", "home-train-2", "home-test-2", "shapes-test-2@a secret"])
 def test_houses_of_a_set_are_loaded_by_name(name):
     for i, plan in enumerate(house_set(name)):
         assert FloorPlan.load(f"{name}/{i}") == plan == FloorPlan.load(plan.name)
@@ -41,6 +51,7 @@ def test_houses_of_a_set_are_loaded_by_name(name):
         ("test-0", "a set has 1 to 1000 houses"),
         ("train-1001", "a set has 1 to 1000 houses"),
         ("drawn-11", "a set has 1 to 10 houses"),
+        ("drawn-10@secret", "there are train-N and test-N"),
     ],
 )
 def test_sets_that_there_are_not(name, problem):
