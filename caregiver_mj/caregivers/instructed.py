@@ -9,7 +9,8 @@ import numpy as np
 
 from caregiver_mj.caregivers.caregiver import Caregiver, check_numbers
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.caregivers.target_observation import Encoder, Observations, Places, Slots
+from caregiver_mj.caregivers.target_map import Places, Slots
+from caregiver_mj.caregivers.target_observation import Encoder, Observations
 from caregiver_mj.interventions.verb import RELOCATE, Intervention
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, Where
@@ -60,21 +61,21 @@ class TargetPolicy(CommandedCaregiver, abc.ABC):
     worlds at once. A subclass says what that was made with.
 
     Attributes:
-        slots: How many places for stairwells and for candles there are; as many as the house has if None.
-        flat: Whether the observations of a world are one array.
+        observation: What is observed, as `make_targets` takes it, and likewise `slots` and `shape`.
         encoder: What is observed, from `reset` on.
     """
 
     slots: Places | None = None
-    flat = False
+    shape: Sequence[int] | None = None
+    observation = "numbers"
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
         super().__init__(plan, seed)
-        self._slots = Slots(plan, self.slots)
+        Slots(plan, self.slots, self.shape)  # says so if there are too few
 
     def reset(self, batch: int, seeds: Sequence[int] | None = None, children: int = 1) -> None:
         super().reset(batch, seeds, children)
-        self.encoder = Encoder(self, children, self._slots, self.flat)
+        self.encoder = Encoder(self, children, self.observation, self.slots, self.shape)
 
     @abc.abstractmethod
     def act(self, observations: Observations, masks: np.ndarray) -> np.ndarray:
@@ -89,10 +90,11 @@ class TargetPolicy(CommandedCaregiver, abc.ABC):
         """
 
     def watch(self, percept: Percept) -> None:
-        mask = self.encoder.mask(percept)
+        self.encoder.trace.appendleft(percept.previous_cell)
+        observations, mask = self.encoder.look(percept)
         who, last = f"{type(self).__name__}.act", self.encoder.actions - 1
         sizes = f"{last} slots and {percept.child_cell.shape[1]} children"
         with errors_of(who, f"in house '{self.plan.name}', which has {sizes} (is it a policy for others?)"):
-            actions = self.act(self.encoder.observe(percept, mask), mask.astype(bool))
+            actions = self.act(observations, mask.astype(bool))
         actions = check_numbers(f"{who} must answer with", actions, len(mask), 0, last)
-        self.targets = self._slots.targets(actions, len(mask))
+        self.targets = self.encoder.slots.targets(actions, len(mask))

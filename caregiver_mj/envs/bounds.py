@@ -9,7 +9,7 @@ import numpy as np
 from dm_env import specs
 from gymnasium import spaces
 
-from caregiver_mj.errors import check_kind
+from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.rendering import control
 from caregiver_mj.robot.embodiment import Layout
 
@@ -34,13 +34,14 @@ class BoundedObservations:
         space: The space of what is given out, which is a plain box if they are flat.
     """
 
-    def __init__(self, env: control.Environment, flat: bool):
-        """Prepare the spaces; flat observations are one array of their values in the order of `keys`.
+    def __init__(self, env: control.Environment, observation: str):
+        """Prepare the spaces; observations are "numbers" by name, or "flat": their values in the order of `keys`.
 
         Raises:
-            CaregiverError: Whether they are is not said by a bool.
+            CaregiverError: They are neither.
         """
-        check_kind("flat", flat, bool)
+        if observation not in ("numbers", "flat"):
+            raise CaregiverError(f"no observation '{observation}' of the robot's own actions: there are numbers, flat")
         bounds = _bounds(env)
         within = {key: seen.within for key, seen in env.task.observed.items()}
         self._boxes: dict[str, spaces.Space[Any]] = {
@@ -49,7 +50,7 @@ class BoundedObservations:
         }
         self._poses = {key for key in within if within[key] == "pose"}
         self.keys = spaces.Dict(self._boxes)
-        self.space: spaces.Space[Any] = spaces.flatten_space(self.keys) if flat else self.keys
+        self.space: spaces.Space[Any] = spaces.flatten_space(self.keys) if observation == "flat" else self.keys
 
     def __call__(self, observation: Mapping[str, np.ndarray]) -> dict[str, np.ndarray] | np.ndarray:
         """Give an observation out, in new arrays."""

@@ -44,7 +44,7 @@ class HouseEnv(gymnasium.Env):
         house: str | os.PathLike[str] | FloorPlan = "paper",
         epsilon: Who | Sequence[Who] = 0.5,
         *,
-        flat: bool = False,
+        observation: str = "numbers",
         task_kwargs: dict[str, Any] | None = None,
         render_mode: str | None = None,
         width: int = 640,
@@ -57,8 +57,8 @@ class HouseEnv(gymnasium.Env):
             task: One of `ALL_TASKS`.
             house: A floor plan, the name of one that comes with the package, or a path of one.
             epsilon: The children, as `load` takes them.
-            flat: Whether an observation is one array, its values in the order of the keys of the dictionary that it is
-                else.
+            observation: What an observation is: "numbers", a dictionary; or "flat", one array, its values in the order
+                of that dictionary's keys.
             task_kwargs: Further arguments of the task, as `load` takes them.
             render_mode: "rgb_array", or None for a house without what is only to be seen, which runs faster.
             width: Of a picture, in pixels.
@@ -66,14 +66,14 @@ class HouseEnv(gymnasium.Env):
             camera: Its camera: "overview", "follow", or another one of the house.
 
         Raises:
-            CaregiverError: As of `load`; or there is no such render mode, no such camera or no picture of that size.
+            CaregiverError: As of `load`; or there is no such observation, render mode, camera or size of a picture.
         """
         check_render_mode(render_mode)
         self.render_mode = render_mode
         self.dm_env = load(task, house, epsilon, task_kwargs=task_kwargs, visuals=render_mode is not None)
         self._picture = {} if render_mode is None else picture(self.dm_env.physics, width, height, camera)
         self.metadata = self.metadata | {"render_fps": round(1 / self.dm_env.control_timestep())}
-        self._observe = BoundedObservations(self.dm_env, flat)
+        self._observe = BoundedObservations(self.dm_env, observation)
         self.observation_space = self._observe.space
         action = self.dm_env.action_spec()
         low, high = action.minimum.astype(np.float32), action.maximum.astype(np.float32)

@@ -11,7 +11,8 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
-from caregiver_mj.caregivers.target_observation import Observations, Places, places_needed
+from caregiver_mj.caregivers.target_map import places_needed
+from caregiver_mj.caregivers.target_observation import Observations
 from caregiver_mj.children.behaviour import Behaviour
 from caregiver_mj.children.family import ChildSpec, Family, Who
 from caregiver_mj.children.side_by_side import side_by_side
@@ -32,7 +33,6 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
     Attributes:
         plans: The houses.
         now: Which of them the episodes are in, (at once,).
-        slots: How many places there are for stairwells and for candles.
     """
 
     metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012 (Gymnasium's own manner)
@@ -43,9 +43,7 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         num_envs: int = 256,
         at_once: int | None = None,
         families: Sequence[Who] = (0.5,),
-        *,
-        flat: bool = False,
-        slots: Places | None = None,
+        **options: Any,
     ):
         """Make an environment.
 
@@ -55,8 +53,7 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
             at_once: How many houses they are in, each a different one, drawn anew with every episode; 8, or all of
                 fewer, if None.
             families: The children, several of what `Family.of` takes, with as many children in each.
-            flat: Whether an observation is one array.
-            slots: How many places for stairwells and for candles; what the houses need if None.
+            options: Further arguments of `GridTargetsVector`; `slots` and `shape` are what the houses need if left out.
 
         Raises:
             CaregiverError: The episodes cannot be shared out, there are too few houses, or not as many children in each
@@ -68,7 +65,7 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         self.plans = tuple(one if isinstance(one, FloorPlan) else FloorPlan.load(one) for one in houses)
         if isinstance(families, (str, Family, ChildSpec, Behaviour)) or not isinstance(families, Iterable):
             raise CaregiverError(f"families must be several, such as (0.5,) or ('1', '0.5'), got {families!r}")
-        self._families, self._flat = tuple(map(Family.of, families)), flat
+        self._families = tuple(map(Family.of, families))
         if not self.plans:
             raise CaregiverError("houses must be at least 1, got none")
         at_once = min(_AT_ONCE, len(self.plans)) if at_once is None else at_once
@@ -79,15 +76,15 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
                 f"num_envs must be a multiple of {at_once} houses at once x {len(self._families)} families, "
                 f"got {num_envs}"
             )
-        self.slots = places_needed(self.plans) if slots is None else slots
+        shape = tuple(map(max, zip(*(plan.shape for plan in self.plans), strict=True)))
+        given = {key: value for key, value in options.items() if value is not None}
+        self._options = {"slots": places_needed(self.plans), "shape": shape} | given
         self.num_envs, self._each = num_envs, num_envs // at_once
         self._made: dict[int, GridTargetsVector] = {}
         self.now = np.arange(at_once)
         first = self._vector(0)
-        self.single_observation_space, self.single_action_space = (
-            first.single_observation_space,
-            first.single_action_space,
-        )
+        self.single_observation_space = first.single_observation_space
+        self.single_action_space = first.single_action_space
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._ended = False
@@ -113,7 +110,7 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         parts = np.split(seeds, at_once)
         found = [self._vector(int(i)).reset(seed=part.tolist()) for i, part in zip(self.now, parts, strict=True)]
         observations, infos = zip(*found, strict=True)
-        return self._observed(observations), self._told(infos)
+        return _joined(observations), self._told(infos)
 
     def step(self, actions: np.ndarray) -> tuple[Observations, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         if self._ended:
@@ -127,15 +124,13 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         observations, *numbers, infos = zip(*found, strict=True)
         rewards, terminated, truncated = map(np.concatenate, numbers)
         self._ended = bool(truncated.all())
-        return self._observed(observations), rewards, terminated, truncated, self._told(infos)
+        return _joined(observations), rewards, terminated, truncated, self._told(infos)
 
     def _vector(self, house: int) -> GridTargetsVector:
         if house not in self._made:
             plan = self.plans[house]
             children = side_by_side(plan, self._families, self._each // len(self._families))
-            self._made[house] = GridTargetsVector(
-                self._each, house=plan, epsilon=children, flat=self._flat, slots=self.slots
-            )
+            self._made[house] = GridTargetsVector(self._each, house=plan, epsilon=children, **self._options)
         return self._made[house]
 
     def _told(self, infos: Sequence[dict[str, Any]]) -> dict[str, Any]:
@@ -143,15 +138,9 @@ class GridHousesVector(gymnasium.vector.VectorEnv):
         of_all = {"house": np.repeat(self.now, self._each), "_house": np.ones(self.num_envs, bool)}
         return _joined(infos) | of_all
 
-    def _observed(self, observations: Sequence[Any]) -> Observations:
-        return np.concatenate(observations) if self._flat else _joined(observations)
 
-
-def _joined(infos: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    first = infos[0]
-    return {
-        key: _joined([info[key] for info in infos])
-        if isinstance(first[key], dict)
-        else np.concatenate([info[key] for info in infos])
-        for key in first
-    }
+def _joined(parts: Sequence[Any]) -> Any:
+    """Return arrays of houses, or dictionaries of such, as one."""
+    if not isinstance(parts[0], dict):
+        return np.concatenate(parts)
+    return {key: _joined([part[key] for part in parts]) for key in parts[0]}

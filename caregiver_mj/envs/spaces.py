@@ -9,7 +9,7 @@ import numpy as np
 from gymnasium import spaces
 
 from caregiver_mj.caregivers.target_observation import Encoder
-from caregiver_mj.errors import CaregiverError, check_kind
+from caregiver_mj.errors import CaregiverError
 
 STRIKE_COST = 1.0  # of a contact with a part of the robot that moves towards the child, beside what comes of it
 _SEEDS = 2**32  # as many as a `RandomState` takes
@@ -24,18 +24,19 @@ OBSERVED_OF_TARGETS = {
     "holding": "the candle in its hand, one-hot",
     "under_way": "the action that it is carrying out, one-hot",
     "action_mask": "which actions do something",
+    "map": "the house from above, north up: planes, rows, columns",
+    "nodes": "what the planes have in each cell that is not wall, in reading order",
+    "node_mask": "which of the nodes there are",
+    "edges": "two nodes each, by their numbers: edge 4 n + a is what move a leads to from node n, or back from there",
 }
 
 
 def observation_space(encoder: Encoder) -> spaces.Space[Any]:
-    """Return the space of the observations of one world: a dictionary, or a plain box where they are flat.
-
-    Raises:
-        CaregiverError: It is not said by a bool whether they are.
-    """
-    check_kind("flat", encoder.flat, bool)
+    """Return the space of the observations of one world: a dictionary, or a plain box where they are flat."""
     keys = spaces.Dict({key: spaces.Box(0, 1, shape, np.float32) for key, shape in encoder.shapes.items()})
-    return spaces.flatten_space(keys) if encoder.flat else keys
+    if "edges" in keys.spaces:
+        keys["edges"] = spaces.Box(0, encoder.shapes["node_mask"][0] - 1, encoder.shapes["edges"], np.int64)
+    return spaces.flatten_space(keys) if encoder.observation == "flat" else keys
 
 
 class CostMeter:

@@ -14,7 +14,7 @@ from gymnasium.vector.utils import batch_space
 
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.caregivers.target_observation import Encoder, Observations, Places, Slots
+from caregiver_mj.caregivers.target_observation import Encoder, Observations
 from caregiver_mj.children.family import Family, Who
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
 from caregiver_mj.envs.spaces import CostMeter, check_render_mode, episode_seed, observation_space
@@ -42,18 +42,13 @@ class TargetGrid:
 
     diverged, dm_env = False, None
 
-    def __init__(
-        self,
-        house: str | os.PathLike[str] | FloorPlan,
-        epsilon: Who | Sequence[Who],
-        flat: bool,
-        slots: Places | None,
-    ):
+    def __init__(self, house: str | os.PathLike[str] | FloorPlan, epsilon: Who | Sequence[Who], **options: Any):
+        """Make it; the options are further arguments of `Encoder`."""
         plan = house if isinstance(house, FloorPlan) else FloorPlan.load(house)
         self.family, self.caregiver = Family.of(epsilon), CommandedCaregiver(plan)
         self.children = len(self.family)
         self.world = GridWorld(plan, self.family, self.caregiver)
-        self.encoder = Encoder(self.caregiver, self.children, Slots(plan, slots), flat)
+        self.encoder = Encoder(self.caregiver, self.children, **options)
         self._cost = CostMeter(self)
         self.ended = False
 
@@ -62,7 +57,9 @@ class TargetGrid:
         self.world.reset([Tape.draw_family(np.random.RandomState(seed), self.children) for seed in seeds])
         self._cost.reset()
         self.ended = False
+        self.encoder.trace.clear()
         self.world.move_children()
+        self.encoder.trace.appendleft(self.world.previous_cell)
 
     def act(self, actions: np.ndarray) -> None:
         """Run the caregiver's half of a novice timestep, then the children's half of the next one, if there is one."""
@@ -71,16 +68,11 @@ class TargetGrid:
         self.ended = self.world.timestep >= EPISODE_TIMESTEPS
         if not self.ended:
             self.world.move_children()
+            self.encoder.trace.appendleft(self.world.previous_cell)
 
     def percept(self) -> Percept:
         """Return what a caregiver sees."""
         return self.world.percept()
-
-    def look(self) -> tuple[Observations, np.ndarray]:
-        """Return what is observed of each world, and which actions do something there, (B, actions)."""
-        percept = self.percept()
-        mask = self.encoder.mask(percept)
-        return self.encoder.observe(percept, mask), mask
 
     @property
     def damage(self) -> np.ndarray:
@@ -136,11 +128,10 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
         house: str | os.PathLike[str] | FloorPlan = "paper",
         epsilon: Who | Sequence[Who] = 0.5,
         *,
-        flat: bool = False,
-        slots: Places | None = None,
         render_mode: str | None = None,
         width: int = 640,
         height: int = 480,
+        **options: Any,
     ):
         """Make an environment; see `make_targets` for the arguments.
 
@@ -153,7 +144,7 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
             )
         check_render_mode(render_mode)
         check_integer("num_envs", num_envs, 1, MOST_EPISODES)
-        self.num_envs, self.grid = num_envs, TargetGrid(house, epsilon, flat, slots)
+        self.num_envs, self.grid = num_envs, TargetGrid(house, epsilon, **options)
         self.render_mode, self._paint = render_mode, self.grid.painter(width, height) if render_mode else None
         self.single_observation_space = observation_space(self.grid.encoder)
         self.single_action_space = gymnasium.spaces.Discrete(self.grid.encoder.actions)
@@ -183,7 +174,7 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
             drawn.append(episode_seed(own, random))
         self.grid.begin(drawn)
         self._is_reset = True
-        observations, mask = self.grid.look()
+        observations, mask = self.grid.encoder.look(self.grid.percept())
         return observations, self._of_all({"seed": np.array(drawn), "action_mask": mask})
 
     def step(self, actions: np.ndarray) -> tuple[Observations, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
@@ -195,7 +186,7 @@ class GridTargetsVector(gymnasium.vector.VectorEnv):
             return observations, np.zeros(self.num_envs), none, none.copy(), info
         self.grid.act(actions)
         cost = self.grid.cost()
-        observations, mask = self.grid.look()
+        observations, mask = self.grid.encoder.look(self.grid.percept())
         info = self._of_all({**cost, "diverged": none.copy(), "action_mask": mask})
         if self.grid.ended:
             info |= self._of_all({"outcome": self._of_all(self._outcome())})

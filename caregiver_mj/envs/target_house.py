@@ -10,7 +10,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.caregivers.target_observation import Encoder, Observations, Places, Slots
+from caregiver_mj.caregivers.target_observation import Encoder
 from caregiver_mj.children.family import Who
 from caregiver_mj.envs.spaces import CostMeter
 from caregiver_mj.house.rendering import control
@@ -37,18 +37,18 @@ class TargetHouse:
         self,
         house: str | os.PathLike[str] | FloorPlan,
         epsilon: Who | Sequence[Who],
-        flat: bool,
-        slots: Places | None,
         task_kwargs: dict[str, Any] | None = None,
         visuals: bool = False,
+        **options: Any,
     ):
+        """Make it; the options are further arguments of `Encoder`."""
         self.dm_env = load("supervise", house, epsilon, task_kwargs=task_kwargs, visuals=visuals)
         task = self.dm_env.task
         self.caregiver = CommandedCaregiver(task.plan)
         self.policy = CaregiverPolicy(self.dm_env, self.caregiver)
         self.children = len(task.children)
         timesteps = task.time_limit / task.novice_timestep
-        self.encoder = Encoder(self.caregiver, self.children, Slots(task.plan, slots), flat, timesteps)
+        self.encoder = Encoder(self.caregiver, self.children, timesteps=timesteps, **options)
         self._cost = CostMeter(task)
 
     def begin(self, seeds: Sequence[int]) -> None:
@@ -58,16 +58,15 @@ class TargetHouse:
         self.ended = self.diverged = False
         timestep = self.dm_env.reset()
         self._cost.reset()
-        if not self.policy.see(timestep):
-            self._go_on()
+        self.encoder.trace.clear()
+        self._go_on(self.policy.see(timestep))
 
     def act(self, actions: np.ndarray) -> None:
         """Go on to the next decision, or to the end."""
         self.caregiver.targets = self.encoder.slots.targets(actions, 1)
         self._go_on()
 
-    def _go_on(self) -> None:
-        decides = False
+    def _go_on(self, decides: bool = False) -> None:
         while not (decides or self.ended):
             try:
                 timestep = self.dm_env.step(self.policy.act())
@@ -75,16 +74,12 @@ class TargetHouse:
                 self.ended = self.diverged = True
                 return
             decides, self.ended = self.policy.see(timestep), timestep.last()
+        if decides:
+            self.encoder.trace.appendleft(self.percept().previous_cell)
 
     def percept(self) -> Percept:
         """Return what a caregiver sees, of a batch of one."""
         return self.policy.percept()
-
-    def look(self) -> tuple[Observations, np.ndarray]:
-        """Return what is observed, and which actions do something, (1, actions)."""
-        percept = self.percept()
-        mask = self.encoder.mask(percept)
-        return self.encoder.observe(percept, mask), mask
 
     def cost(self) -> dict[str, np.ndarray]:
         """Return what the last decision has cost, as of `CostMeter`, (1,) each."""

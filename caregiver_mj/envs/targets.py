@@ -10,7 +10,8 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from caregiver_mj.caregivers.target_observation import Observations, Places
+from caregiver_mj.caregivers.target_map import Places
+from caregiver_mj.caregivers.target_observation import Observations
 from caregiver_mj.children.family import Who
 from caregiver_mj.envs.spaces import check_render_mode, episode_seed, observation_space
 from caregiver_mj.envs.target_grid import TargetGrid
@@ -81,10 +82,10 @@ class TargetsEnv(gymnasium.Env):
 
     def action_masks(self) -> np.ndarray:
         """Return which actions do something now, bool (actions,); sb3-contrib's MaskablePPO asks for this name."""
-        return self._look()[1].astype(bool)
+        return self.world.encoder.mask(self.world.percept())[0].astype(bool)
 
     def _look(self) -> tuple[Observations, np.ndarray]:
-        observations, mask = self.world.look()
+        observations, mask = self.world.encoder.look(self.world.percept())
         if isinstance(observations, dict):
             return {key: np.asarray(values[0]) for key, values in observations.items()}, mask[0]
         return observations[0], mask[0]
@@ -95,8 +96,9 @@ def make_targets(
     house: str | os.PathLike[str] | FloorPlan = "paper",
     epsilon: Who | Sequence[Who] = 0.5,
     *,
-    flat: bool = False,
+    observation: str = "numbers",
     slots: Places | None = None,
+    shape: Sequence[int] | None = None,
     task_kwargs: dict[str, Any] | None = None,
     render_mode: str | None = None,
     width: int = 640,
@@ -109,10 +111,11 @@ def make_targets(
         world: "grid", or "house", in which the robot carries them out.
         house: A floor plan, the name of one that comes with the package, or a path of one.
         epsilon: The children, as `load` takes them.
-        flat: Whether an observation is one array, its values in the order of the keys of the dictionary that it is
-            else.
+        observation: What an observation is: "numbers", a dictionary; "flat", one array, its values in the order of that
+            dictionary's keys; or a "map" or a "graph" of the house, with the rest beside it in a dictionary.
         slots: How many places for stairwells and for candles, and (a third number) for what lies on the floor, actions
             and observations have, so that they are of one size in different houses; as many as the house has if None.
+        shape: Rows and columns that a map has, or that a graph has nodes for, likewise.
         task_kwargs: Further arguments of the task in the house, as `load` takes them.
         render_mode: "rgb_array" or None. A picture of the grid is its floor plan, with whoever is where.
         width: Of a picture, in pixels.
@@ -120,21 +123,22 @@ def make_targets(
         camera: Its camera, in the house.
 
     Raises:
-        CaregiverError: There is no such world or render mode, the slots are too few or too many; or as of `load`.
+        CaregiverError: There is no such world, observation or render mode, slots or shape do not do; or as of `load`.
     """
     if world not in WORLDS:
         raise CaregiverError(f"no world '{world}': there are {', '.join(WORLDS)}")
     check_render_mode(render_mode)
+    options = {"observation": observation, "slots": slots, "shape": shape}
     if world == "grid":
         if task_kwargs or camera != OVERVIEW:
             raise CaregiverError(
                 "task_kwargs and camera must be left out in the grid, which has neither a task nor cameras"
             )
-        grid = TargetGrid(house, epsilon, flat, slots)
+        grid = TargetGrid(house, epsilon, **options)
         return TargetsEnv(grid, grid.painter(width, height) if render_mode else None)
     from caregiver_mj.envs.target_house import TargetHouse  # here, for the grid does without MuJoCo
 
-    made = TargetHouse(house, epsilon, flat, slots, task_kwargs, visuals=render_mode is not None)
+    made = TargetHouse(house, epsilon, task_kwargs, render_mode is not None, **options)
     if render_mode is None:
         return TargetsEnv(made)
     from caregiver_mj.envs.house import picture

@@ -47,9 +47,11 @@ def complaints(warnings):
     return [text for text in said if "WARN" in text and "symmetric and normalized space" not in text]
 
 
-@pytest.mark.parametrize(("name", "flat"), [("Supervise", True), ("RelocateCandle", False), ("BlockStairs", False)])
-def test_gymnasium_finds_no_fault(name, flat, recwarn):
-    check_env(make(name, flat=flat).unwrapped, skip_render_check=True)
+@pytest.mark.parametrize(
+    ("name", "observation"), [("Supervise", "flat"), ("RelocateCandle", "numbers"), ("BlockStairs", "numbers")]
+)
+def test_gymnasium_finds_no_fault(name, observation, recwarn):
+    check_env(make(name, observation=observation).unwrapped, skip_render_check=True)
     assert complaints(recwarn) == []
 
 
@@ -99,9 +101,9 @@ def test_time_is_over_truncated():
         env.step(env.action_space.sample())
 
 
-@pytest.mark.parametrize("flat", [False, True])
-def test_a_simulation_that_comes_apart_ends_the_episode_and_says_so(flat):
-    env = make(flat=flat)
+@pytest.mark.parametrize("observation", ["numbers", "flat"])
+def test_a_simulation_that_comes_apart_ends_the_episode_and_says_so(observation):
+    env = make(observation=observation)
     last = run(env, 3)[-1][0]
     env.unwrapped.dm_env.physics.data.qvel[:] = 1e12
     observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
@@ -109,7 +111,7 @@ def test_a_simulation_that_comes_apart_ends_the_episode_and_says_so(flat):
     assert (reward, terminated, truncated, info["diverged"]) == (0.0, False, True, True)
     with pytest.raises(gymnasium.error.ResetNeeded):
         env.step(env.action_space.sample())
-    assert same(run(env, 3, 5), run(make(flat=flat), 3, 5))
+    assert same(run(env, 3, 5), run(make(observation=observation), 3, 5))
 
 
 def test_costs_add_up_to_the_damage():
@@ -131,13 +133,13 @@ def test_an_unknown_option_is_a_type_error(name, options):
 
 
 def test_vectors_side_by_side_and_in_processes_are_equal():
-    makers = [lambda: make("BlockStairs", flat=True, task_kwargs={"time_limit": 0.08})] * 2
+    makers = [lambda: make("BlockStairs", observation="flat", task_kwargs={"time_limit": 0.08})] * 2
     sync, processes = SyncVectorEnv(makers), AsyncVectorEnv(makers)
     try:
         assert sync.metadata["autoreset_mode"] is processes.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
         first, second = sync.reset(seed=[4, 9]), processes.reset(seed=[4, 9])
         assert same(first[0], second[0])
-        np.testing.assert_array_equal(first[0][1], make("BlockStairs", flat=True).reset(seed=9)[0])
+        np.testing.assert_array_equal(first[0][1], make("BlockStairs", observation="flat").reset(seed=9)[0])
         sync.action_space.seed(0)
         for step in range(7):  # over the end of an episode, and into another one
             actions = sync.action_space.sample()

@@ -19,15 +19,19 @@ def anything(random, info):
     return (random.random_sample(info["action_mask"].shape) * info["action_mask"]).argmax(axis=1)
 
 
-@pytest.mark.parametrize("flat", [False, True])
-def test_it_is_the_houses_side_by_side(flat):
+@pytest.mark.parametrize("observation", ["numbers", "flat", "map"])
+def test_it_is_the_houses_side_by_side(observation):
     families = (1.0, 0.25)
-    vector = GridHousesVector(PLANS, 8, 2, families, flat=flat)
-    assert vector.slots == (2, 2)
+    vector = GridHousesVector(PLANS, 8, 2, families, observation=observation)
     observations, info = vector.reset(seed=3)
     alone = [
         GridTargetsVector(
-            4, house=plan, epsilon=side_by_side(plan, [*map(Family.of, families)], 2), flat=flat, slots=(2, 2)
+            4,
+            house=plan,
+            epsilon=side_by_side(plan, [*map(Family.of, families)], 2),
+            observation=observation,
+            slots=(2, 2),
+            shape=(5, 8),
         )
         for plan in map(PLANS.__getitem__, vector.now)
     ]
@@ -44,6 +48,8 @@ def test_it_is_the_houses_side_by_side(flat):
         np.testing.assert_array_equal(info["action_mask"], np.concatenate([part[-1]["action_mask"] for part in parts]))
         assert truncated.all() == (step == 200)
         assert not terminated.any()
+    for key in ("map", "clock") if observation == "map" else ():
+        np.testing.assert_array_equal(observations[key], np.concatenate([part[0][key] for part in parts]))
     wanted = np.concatenate([part[-1]["outcome"]["damage"] for part in parts])
     np.testing.assert_array_equal(info["outcome"]["damage"], wanted)
     assert wanted.any()

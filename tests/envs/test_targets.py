@@ -61,7 +61,15 @@ def run(env, seed, choose):
     return found
 
 
-@pytest.mark.parametrize("options", [{}, {"flat": True, "slots": (4, 6), "epsilon": "1,.25"}])
+@pytest.mark.parametrize(
+    "options",
+    [
+        {},
+        {"observation": "flat", "slots": (4, 6), "epsilon": "1,.25"},
+        {"observation": "map", "epsilon": "1,.25"},
+        {"observation": "graph", "shape": (6, 9)},
+    ],
+)
 @pytest.mark.parametrize("world", ["grid", "house"])
 def test_gymnasium_finds_no_fault(world, options, recwarn):
     options = options | ({"task_kwargs": SHORT} if world == "house" else {})
@@ -109,18 +117,18 @@ def test_a_candle_is_relocated_and_with_it_in_the_hand_nothing_else_counts():
 
 
 def test_houses_with_as_many_slots_look_alike():
-    small, large = make(slots=(4, 6), flat=True), make(house="apartment", slots=(5, 6), flat=True)
+    small, large = make(slots=(4, 6), observation="flat"), make(house="apartment", slots=(5, 6), observation="flat")
     assert (small.action_space.n, large.action_space.n) == (11, 12)
-    assert make(house="paper", slots=(4, 6), flat=True).observation_space == small.observation_space
+    assert make(house="paper", slots=(4, 6), observation="flat").observation_space == small.observation_space
     _, info = small.reset(seed=0)
     assert info["action_mask"][2:5].tolist() == [0, 0, 0]  # three stairwells that are not there
     with pytest.raises(CaregiverError, match=r"for house 'apartment', got \(1, 6\)"):
         make(house="apartment", slots=(1, 6))
 
 
-@pytest.mark.parametrize(("flat", "epsilon"), [(False, 0.5), (True, "1,.25")])
-def test_the_vector_is_so_many_single_ones(flat, epsilon):
-    options = {"house": PLAN, "flat": flat, "epsilon": epsilon}
+@pytest.mark.parametrize(("observation", "epsilon"), [("numbers", 0.5), ("flat", "1,.25"), ("map", "1,.25")])
+def test_the_vector_is_so_many_single_ones(observation, epsilon):
+    options = {"house": PLAN, "observation": observation, "epsilon": epsilon}
     vector = gymnasium.make_vec(NAME, 2, **options)
     single = SyncVectorEnv([lambda: make(**options)] * 2)
     assert vector.metadata["autoreset_mode"] is single.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
@@ -160,6 +168,24 @@ def test_in_the_house_the_robot_does_what_the_scripted_one_does():
     assert observation in env.observation_space
 
 
+@pytest.mark.parametrize("observation", ["map", "graph"])
+def test_the_first_that_is_seen_is_the_same_in_both_worlds(observation):
+    options = {"observation": observation, "epsilon": "1,.25", "shape": (6, 9)}
+    grid, house = (make(world, **options).reset(seed=0)[0] for world in ("grid", "house"))
+    assert grid.keys() == house.keys()
+    for key in grid.keys() - {"clock"}:  # which has a fraction in the house
+        np.testing.assert_array_equal(grid[key], house[key])
+
+
+def test_maps_can_be_stacked():
+    env = gymnasium.wrappers.FrameStackObservation(make(observation="map"), 3)
+    before, _ = env.reset(seed=0)
+    after, *_ = env.step(0)
+    assert after in env.observation_space
+    np.testing.assert_array_equal(after["map"][1], before["map"][2])
+    assert (after["map"][2] != after["map"][1]).any()
+
+
 def test_the_grid_draws_without_mujoco():
     code = (
         "import sys; sys.modules['mujoco'] = sys.modules['dm_control'] = None\n"
@@ -182,7 +208,7 @@ def test_the_grid_draws_without_mujoco():
             "the width of a picture, in pixels, must be an integer from 32 to 1920",
         ),
         ({"world": "house", "render_mode": "human"}, "no render mode 'human'"),
-        ({"world": "house", "flat": "yes"}, "flat must be a bool, got 'yes'"),
+        ({"observation": "camera"}, "no observation 'camera': there are numbers, flat, map, graph"),
     ],
 )
 def test_bad_input_is_named(options, message):

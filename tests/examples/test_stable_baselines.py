@@ -23,7 +23,14 @@ def test_environments_of_a_name_have_pictures():
     assert [picture.shape for picture in envs.get_images()] == [(480, 640, 3)] * 2
 
 
-@pytest.mark.parametrize(("policy", "options"), [("MultiInputPolicy", {}), ("MlpPolicy", {"flat": True})])
+@pytest.mark.parametrize(
+    ("policy", "options"),
+    [
+        ("MultiInputPolicy", {}),
+        ("MlpPolicy", {"observation": "flat"}),
+        *(("MultiInputPolicy", {"observation": drawn}) for drawn in ("map", "graph")),
+    ],
+)
 def test_a_model_learns(policy, options):
     envs = make_vec_env(NAME, 2, seed=0, env_kwargs=options)
     before = PPO(policy, envs, n_steps=16, batch_size=16, n_epochs=1, device="cpu").learn(32)

@@ -11,7 +11,8 @@ from caregiver_mj.caregivers import Caregiver
 from caregiver_mj.caregivers.foresight.value_table import Objective, ValueTable
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.caregivers.target_observation import Encoder, Slots
+from caregiver_mj.caregivers.target_map import Slots
+from caregiver_mj.caregivers.target_observation import Encoder
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError, FloorPlanError
 from caregiver_mj.grid.world import FloorWorld, GridWorld
@@ -207,12 +208,12 @@ def test_targets_have_places_for_it():
     caregiver = CommandedCaregiver(HOUSE)
     world = GridWorld(HOUSE, "1", caregiver)
     world.reset(tapes(1))
-    encoder = Encoder(caregiver, 1, Slots(HOUSE, (3, 2, 4)), flat=False)
+    encoder = Encoder(caregiver, 1, slots=(3, 2, 4))
     world.state[0, 4] = State.GONE
     percept = world.percept()
     mask = encoder.mask(percept)
     assert mask.tolist() == [[1, 1, 1, 0, mask[0, 4], 0, 1, 0, 1, 0]]
-    nearness = encoder.observe(percept, mask)["hazard_nearness_to_child"][0, 0]
+    nearness = encoder.look(percept)[0]["hazard_nearness_to_child"][0, 0]
     assert nearness[5] > 0
     assert nearness[6] == 0
     assert encoder.slots.targets([8], 1).tolist() == [5]

@@ -31,9 +31,10 @@ class Last(TargetPolicy):
         return masks.shape[1] - 1 - masks[:, ::-1].argmax(axis=1)
 
 
-class Flat(Last):
+class Map(Last):
     slots = (3, 2)
-    flat = True
+    observation = "map"
+    shape = (7, 7)
 
 
 class Still:
@@ -65,23 +66,27 @@ class Unfinished(TargetPolicy):
 NUMBER = 3
 
 
-@pytest.mark.parametrize(("world", "policy"), [("grid", Last), ("house", Flat)])
+@pytest.mark.parametrize(("world", "policy"), [("grid", Last), ("house", Map)])
 def test_a_policy_of_targets_meets_what_it_was_trained_in(world, policy):
     seen.clear()
     settings = Settings(TINY, world, (f"{HERE}:{policy.__name__}",), (1.0,), 1)
     row = evaluate(settings).episodes.iloc[0]
     shown = list(seen)
     env = gymnasium.make(
-        "caregiver_mj/Supervise-Targets-v0", world=world, house=TINY, epsilon=1.0, flat=policy.flat, slots=policy.slots
+        "caregiver_mj/Supervise-Targets-v0",
+        world=world,
+        house=TINY,
+        epsilon=1.0,
+        observation=policy.observation,
+        slots=policy.slots,
+        shape=policy.shape,
     )
     observation, info = env.reset(seed=episode_seed(0, 0))
     ended = False
     for observations, masks in shown:
         assert not ended
-        for key in observation if isinstance(observation, dict) else ():
+        for key in observation:
             np.testing.assert_array_equal(observations[key][0], observation[key])
-        if policy.flat:
-            np.testing.assert_array_equal(observations[0], observation)
         np.testing.assert_array_equal(masks[0], info["action_mask"])
         action = policy.act(None, observations, masks)[0]
         observation, _, _, ended, info = env.step(action)
