@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator, Sequence
 import gymnasium
 
 import caregiver_mj
+from caregiver_mj.caregivers.target_observation import OBSERVATIONS
 from caregiver_mj.cli import make_parser
 from caregiver_mj.envs.spaces import OBSERVED_OF_TARGETS
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -114,9 +115,16 @@ def environments() -> str:
 
 def targets() -> str:
     """What the environments of targets show."""
-    keys = _environment(_TARGETS).observation_space
-    rows = [[f"`{key}`", box.shape, OBSERVED_OF_TARGETS[key]] for key, box in keys.items()]
-    return table(["key", f"shape in `{_HOUSE}`", "is, from 0 to 1"], rows)
+    spaces = {
+        kind: gymnasium.make(_TARGETS, house=_HOUSE, observation=kind).observation_space
+        for kind in OBSERVATIONS
+        if kind != "flat"  # which is the numbers
+    }
+    rows = []
+    for key, meaning in OBSERVED_OF_TARGETS.items():
+        kinds = [kind for kind, keys in spaces.items() if key in keys.spaces]
+        rows.append([f"`{key}`", spaces[kinds[0]][key].shape, ", ".join(kinds), meaning])
+    return table(["key", f"shape in `{_HOUSE}`", "in", "is"], rows)
 
 
 def columns() -> str:

@@ -101,9 +101,9 @@ def test_time_is_over_truncated():
         env.step(env.action_space.sample())
 
 
-@pytest.mark.parametrize("observation", ["numbers", "flat"])
-def test_a_simulation_that_comes_apart_ends_the_episode_and_says_so(observation):
-    env = make(observation=observation)
+@pytest.mark.parametrize("kind", ["numbers", "flat"])
+def test_a_simulation_that_comes_apart_ends_the_episode_and_says_so(kind):
+    env = make(observation=kind)
     last = run(env, 3)[-1][0]
     env.unwrapped.dm_env.physics.data.qvel[:] = 1e12
     observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
@@ -111,7 +111,7 @@ def test_a_simulation_that_comes_apart_ends_the_episode_and_says_so(observation)
     assert (reward, terminated, truncated, info["diverged"]) == (0.0, False, True, True)
     with pytest.raises(gymnasium.error.ResetNeeded):
         env.step(env.action_space.sample())
-    assert same(run(env, 3, 5), run(make(observation=observation), 3, 5))
+    assert same(run(env, 3, 5), run(make(observation=kind), 3, 5))
 
 
 def test_costs_add_up_to_the_damage():
