@@ -105,9 +105,9 @@ class Slots:
 class PlanMap:
     """Draws B worlds with K children each from above, north up, the house in the upper left corner of `slots.shape`.
 
-    As a graph it has cells that are not wall as nodes, in reading order, with what the planes have there, and place for
-    all within the border. Edge 4 n + a leads from node n to where move a leads; where it is the reverse move that leads
-    from there to n, likewise; to n itself where there is wall or a fence.
+    As a graph it has the cells that are not wall as nodes, in reading order, with what the planes have there, and place
+    for all within the border. Edge 4 n + a leads from node n to where a child gets by move a, or what it bumps into,
+    and from there back; to n itself where there is wall or a fence.
 
     Attributes:
         planes: Names of the planes.

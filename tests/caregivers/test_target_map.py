@@ -1,5 +1,7 @@
 """What policies that learn see of a house: planes of a map, and nodes and edges of a graph."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -68,6 +70,15 @@ def test_what_is_dangerous_no_more_is_gone_from_the_map():
     assert (drawn["candle_damage"], drawn["action_4"]) == ({}, {})
     assert list(drawn["table_damage"]) == [(1, 3), (3, 5)]
     assert look(made)["holding"][0].tolist() == [0, 0, 0, 1, 0, 0, 0]
+
+
+def test_a_candle_on_the_floor_is_where_it_lies():
+    made = grid("map")
+    made.world.candle_table[0, 0] = NOTHING
+    floor = HOUSE.cell_index[2, 4]
+    percept = dataclasses.replace(made.percept(), candle_cell=np.array([[floor], [NOTHING]]))
+    candles = made.encoder.look(percept)[0]["map"][:, made.encoder.map.planes.index("candle_damage")]
+    assert np.argwhere(candles).tolist() == [[0, 2, 4], [1, 1, 3]]
 
 
 def test_the_trace_fades_and_begins_anew_with_an_episode():

@@ -41,6 +41,7 @@ import numpy as np
 import caregiver_mj
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.children.tape import Tape
+from caregiver_mj.envs.target_grid import TargetGrid
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.viz.hud.display import draw_plan
@@ -62,6 +63,11 @@ for name in ("none", "paper", "foresight", "wanderer", "clairvoyant"):
 found["grid"] = seen
 picture = draw_plan(grid_state(world, "1"), 400, 300).reshape(-1, 3)
 found["drawn"] = int((picture == (0, 158, 115)).all(axis=1).sum())
+
+targets = TargetGrid(plan, "1", observation="map")
+targets.begin([0])
+plane = targets.encoder.look(targets.percept())[0]["map"][0, targets.encoder.map.planes.index("vase_damage")]
+found["mapped"] = [(*map(int, cell), float(plane[tuple(cell)])) for cell in np.argwhere(plane)]
 
 env = caregiver_mj.load("supervise", plan, 1.0, random=1, visuals=False)
 policy = caregiver_mj.CaregiverPolicy(env, "candles")
@@ -113,8 +119,9 @@ def test_the_grid_books_it_in_a_column_of_its_own_and_every_caregiver_takes_it_a
     assert all(row["moved"] and row["damage"] < alone["damage"] for row in grid.values())
 
 
-def test_it_is_drawn_in_its_colour(found):
+def test_it_is_drawn_in_its_colour_and_in_maps(found):
     assert found["drawn"] > 20
+    assert found["mapped"] == [[3, 1, 0.5]]  # over the 5 of a stairwell
 
 
 def test_the_robot_carries_it(found):
