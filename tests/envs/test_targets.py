@@ -91,6 +91,7 @@ def test_the_return_is_minus_the_damage(children):
     for observation, *_, info in steps:
         assert observation in env.observation_space
         np.testing.assert_array_equal(observation["action_mask"], info["action_mask"])
+    assert env.unwrapped.action_masks().tolist() == info["action_mask"].astype(bool).tolist()
 
 
 @pytest.mark.parametrize("action", [0, STAIRWELL])
