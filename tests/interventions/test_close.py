@@ -1,5 +1,7 @@
 """Closing gates, in both worlds: where they can be got at, what is left of the stairs, and how the robot does it."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -153,6 +155,24 @@ def test_the_hand_goes_no_faster_than_its_joints_may(robot):
     for start in range(path.goal):
         fastest = np.abs(path.joints(start + 1.0) - path.joints(float(start))) * path.limits.velocity
         assert (fastest <= embodiment.limits.arm.velocity + 1e-9).all()
+
+
+@pytest.mark.parametrize("cell", [(2, 1), (2, 3), (3, 2)])
+def test_a_child_that_stands_beside_the_robot_does_not_keep_it_from_closing(cell):
+    plan = FloorPlan.parse("######\n#.G..#\n#....#\n#...B#\n######", "beside")
+    env = caregiver_mj.load("supervise", plan, 0.5, random=0, visuals=False)
+    policy = caregiver_mj.CaregiverPolicy(env, "childproof")
+    step, child = env.reset(), env.task.children[0]
+    child.behaviour.act = lambda sight, draws: np.array([NOTHING])
+    child.put((3, 4))
+    while not policy.interventions_done and env.physics.time() < 30.0:
+        step = env.step(policy(step))
+        goal = policy.executive.routine.skill.driver.goal if policy.executive.routine else None
+        if goal and math.dist(policy.robot.base_reference()[0], goal) < 0.1:
+            child.put(cell)
+            child.put_at(*plan.position(cell).tolist())
+    assert env.physics.gates_latched().all()
+    assert env.task.strikes == 0
 
 
 def test_a_child_that_stays_at_the_gate_makes_the_hand_come_back():

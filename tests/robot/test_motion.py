@@ -130,6 +130,24 @@ def test_a_base_that_turns_slowly_for_what_it_holds_does_so_until_the_hand_opens
     assert fastest_turn_to(0.0) > 1.0
 
 
+def test_a_hand_on_its_way_slows_down_to_a_creep_and_goes_on_when_it_need_not():
+    robot = RobotMotion(ROBOT, 0.02)
+    robot.reset((0.0, 0.0, 0.0))
+
+    def reached_in(seconds, creeps):
+        before = robot.reached
+        for _ in range(round(seconds / 0.02)):
+            robot.reach(1.0, creeps)
+            robot.action((0.0, 0.0, 0.0))
+            robot.now += 0.02
+        return robot.reached - before
+
+    fast = reached_in(0.3, creeps=False)
+    reached_in(0.3, creeps=True)
+    assert 0.0 < reached_in(0.3, creeps=True) < 0.2 * fast
+    assert reached_in(0.2, creeps=False) > 0.2 * fast
+
+
 def test_heading_turns_the_shorter_way():
     robot = RobotMotion(ROBOT, 0.02)
     robot.reset((0.0, 0.0, 3.0))

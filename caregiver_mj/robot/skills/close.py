@@ -14,7 +14,7 @@ from caregiver_mj.plans import layout
 from caregiver_mj.robot import geometry
 from caregiver_mj.robot.driver import TIME_OUT
 from caregiver_mj.robot.geometry import Pose, hand_rotation
-from caregiver_mj.robot.kinematics import ATTEMPTS, Arm, arm_of
+from caregiver_mj.robot.kinematics import ATTEMPTS, Arm, arm_of, hand_position
 from caregiver_mj.robot.motion import RobotMotion
 from caregiver_mj.robot.navigation import Navigator
 from caregiver_mj.robot.reach import ReachPath, guesses
@@ -34,9 +34,9 @@ _STEP = math.radians(28.0)  # at most between poses on the hand's arc; it slides
 _BEYOND, _TEST = math.radians(4.0), math.radians(6.3)
 _MEETS = 0.6  # poses a second, on a way on which a finger comes to meet the panel, or the panel its latch
 _ASTRIDE = 0.021  # metres that each finger then stands off the panel's middle
-# Metres from a child to the gate below which the hand does not go out, and below which it does not move; and seconds
-# within which the child may come as near.
-_CHILD_AWAY, _CHILD_NEAR, _SOON = 0.8, 0.45, 0.4
+# Metres from a child to the gate below which the hand does not go out, at which it stops as it closes it, and at which
+# it comes back at a creep; the last one holds for the arm, too. And seconds within which the child may come there.
+_CHILD_AWAY, _CHILD_NEAR, _CHILD_BESIDE, _SOON = 0.55, 0.45, 0.3, 0.4
 
 
 class Closing(NamedTuple):
@@ -57,7 +57,7 @@ class Close(Skill):
     """Closes a gate: puts the hand astride the panel, swings it to its stop, and tests whether it holds.
 
     The base stands still while the arm is out, and the hand while a child is near. If one stays, the hand comes back
-    the way it went, and it has failed; a gate that has latched it leaves at a creep.
+    the way it went, and it has failed. It comes back, and leaves a gate that has latched, at a creep beside a child.
 
     Attributes:
         gate: Its number among the gates.
@@ -80,10 +80,11 @@ class Close(Skill):
     def _act(self, view: View, robot: RobotMotion) -> Status:
         if self.is_approaching:
             return self._approach(view, robot)
-        is_near = self._is_child_within(view, _CHILD_NEAR)
+        closes = self._at <= self._closing.pushed and not self._withdraws
+        is_near = self._is_child_within(view, _CHILD_NEAR if closes else _CHILD_BESIDE)
         if not is_near:
             self._waits_since = math.inf
-        elif self._at <= self._closing.pushed and not self._withdraws:
+        elif closes:
             robot.stop_reaching()
             self._waits_since = min(self._waits_since, view.now)
             if view.now > self._waits_since + TIME_OUT:
@@ -136,10 +137,17 @@ class Close(Skill):
         return Status.COMMITTED
 
     def _is_child_within(self, view: View, distance: float) -> bool:
-        """Whether a child is, or may be soon, nearer than that to the gate."""
+        """Whether a child is, or may be soon, nearer than that to the gate, or beside the arm."""
         (x, y), length, _ = layout.gate()
-        hinge, end = geometry.to_world(self._frame, (x, y)), geometry.to_world(self._frame, (x, y - length))
-        return distance_from_line(view, hinge, end, _SOON) < distance
+        opening = float(view.gates[self.gate])
+        shut, now = (x, y - length), (x + length * math.sin(opening), y - length * math.cos(opening))
+        hinge, *ends = (geometry.to_world(self._frame, place) for place in ((x, y), shut, now))
+        edge = geometry.to_world(view.base, (self.embodiment.footprint, 0.0))
+        hand = hand_position(view, self.embodiment)[:2].tolist()
+        return (
+            any(distance_from_line(view, hinge, end, _SOON) < distance for end in ends)
+            or distance_from_line(view, edge, hand, _SOON) < _CHILD_BESIDE
+        )
 
 
 @functools.cache
