@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import itertools
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -45,11 +47,13 @@ class Closing(NamedTuple):
     Attributes:
         base: Where it stands, seen from the middle of the landing: x towards the stairs.
         path: The arm's way: over the panel (1), astride it (2), along its arc, and back to the tucked arm.
+        radius: How far from the hinge the hand then is, metres.
         pushed: Number of the pose in which the gate has been pushed to its stop; the next one tests whether it holds.
     """
 
     base: Pose
     path: ReachPath
+    radius: float
     pushed: int
 
 
@@ -121,11 +125,25 @@ class Close(Skill):
         elif self._at == self._closing.pushed + 1:
             if not view.closed_gates[self.gate] and self._attempts < ATTEMPTS:
                 self._attempts, self._at = self._attempts + 1, self._closing.pushed
+                self._aim(view, robot)
                 return Status.COMMITTED
             robot.grip(self.embodiment.grasp.open)
         self._until = view.now + robot.grip_time
         self._at += 1
+        if self._closing.pushed <= self._at < self._closing.path.goal:
+            self._aim(view, robot)
         return Status.COMMITTED
+
+    def _aim(self, view: View, robot: RobotMotion) -> None:
+        """Have the next pose be as it should from where the base is: a child that leans on it pushes it off."""
+        arm, path = arm_of(self.embodiment), self._closing.path
+        x, y = geometry.to_local(self._frame, view.base[:2])
+        poses = [*(path.joints(float(i)) for i in range(path.goal)), arm.tucked]
+        with contextlib.suppress(CaregiverError):  # then it stays as it is
+            base = x, y, view.base[2] - self._frame[2]
+            poses[self._at] = _pose(arm, base, self._closing.radius, _way()[self._at - 1], [poses[self._at]])
+        self._closing = self._closing._replace(path=ReachPath(poses, arm.embodiment.limits.arm))
+        robot.reach_along(self._closing.path)
 
     def _come_back(self, robot: RobotMotion) -> Status:
         """Go back one pose."""
@@ -157,27 +175,32 @@ def closing(arm: Arm) -> Closing:
     Raises:
         CaregiverError: Its arm cannot.
     """
+    way = _way()
     for base, radius in itertools.product(_STANDS, _FROM_HINGE):
+        poses = [arm.tucked]
         try:
-            poses, pushed = _poses(arm, base, radius)
+            for i, place in enumerate(way):
+                poses.append(_pose(arm, base, radius, place, poses[-1:] if i else None))
         except CaregiverError:
             continue
-        path = ReachPath([arm.tucked, *poses, arm.tucked], arm.embodiment.limits.arm)
+        path = ReachPath([*poses, arm.tucked], arm.embodiment.limits.arm)
         if all(arm.clears_itself(path.joints(s)) for s in np.linspace(0.0, path.goal, 4 * path.goal)):
-            return Closing(base, path, pushed)
+            return Closing(base, path, radius, pushed=len(way) - 3)
     raise CaregiverError(f"the arm of '{arm.embodiment.name}' cannot close a gate")
 
 
-def _poses(arm: Arm, base: Pose, radius: float) -> tuple[list[np.ndarray], int]:
-    """Joint positions of the hand's way, and the number of the one at the stop; CaregiverError if it cannot be gone."""
-    (hinge_x, hinge_y), _, top = layout.gate()
+def _way() -> list[tuple[float, float]]:
+    """The angle of the panel at which the hand is, radians, and its height, metres, in every pose with it out."""
     arc = np.linspace(layout.GATE_OPEN, -_BEYOND, 1 + math.ceil((layout.GATE_OPEN + _BEYOND) / _STEP)).tolist()
-    over, astride = top + _OVER, top - _DEPTH
-    way = [(layout.GATE_OPEN, over), *((angle, astride) for angle in (*arc, _TEST - _BEYOND, 0.0)), (0.0, over)]
-    found: list[np.ndarray] = []
-    for angle, height in way:
-        place = hinge_x + radius * math.sin(angle), hinge_y - radius * math.cos(angle)
-        point = np.array([*geometry.to_local(base, place), height])
-        rotation = hand_rotation(angle - math.pi / 2 - base[2], _PITCH)
-        found.append(arm.solve_nearest(point, rotation, found[-1:] or guesses(arm, rotation)))
-    return found, 1 + len(arc)
+    over, astride = layout.gate().height + _OVER, layout.gate().height - _DEPTH
+    return [(layout.GATE_OPEN, over), *((angle, astride) for angle in (*arc, _TEST - _BEYOND, 0.0)), (0.0, over)]
+
+
+def _pose(
+    arm: Arm, base: Pose, radius: float, place: tuple[float, float], nearest: Sequence[np.ndarray] | None
+) -> np.ndarray:
+    """The joint positions at one of these, near others if there are any; CaregiverError if the arm cannot."""
+    (angle, height), (hinge_x, hinge_y) = place, layout.gate().hinge
+    point = geometry.to_local(base, (hinge_x + radius * math.sin(angle), hinge_y - radius * math.cos(angle)))
+    rotation = hand_rotation(angle - math.pi / 2 - base[2], _PITCH)
+    return arm.solve_nearest(np.array([*point, height]), rotation, nearest or guesses(arm, rotation))
