@@ -157,40 +157,56 @@ def test_the_hand_goes_no_faster_than_its_joints_may(robot):
         assert (fastest <= embodiment.limits.arm.velocity + 1e-9).all()
 
 
-@pytest.mark.parametrize("cell", [(2, 1), (2, 3), (3, 2)])
-def test_a_child_that_stands_beside_the_robot_does_not_keep_it_from_closing(cell):
-    plan = FloorPlan.parse("######\n#.G..#\n#....#\n#...B#\n######", "beside")
-    env = caregiver_mj.load("supervise", plan, 0.5, random=0, visuals=False)
+BESIDE = FloorPlan.parse("######\n#.G..#\n#....#\n#...B#\n######", "beside")
+
+
+def closing_with_a_child():
+    """An environment with a child that stands still, far away, and a caregiver that closes the gate in it."""
+    env = caregiver_mj.load("supervise", BESIDE, 0.5, random=0, visuals=False)
     policy = caregiver_mj.CaregiverPolicy(env, "childproof")
     step, child = env.reset(), env.task.children[0]
     child.behaviour.act = lambda sight, draws: np.array([NOTHING])
     child.put((3, 4))
+    return env, policy, step, child
+
+
+@pytest.mark.parametrize("cell", [(2, 1), (2, 3), (3, 2)])
+def test_a_child_that_stands_beside_the_robot_does_not_keep_it_from_closing(cell):
+    env, policy, step, child = closing_with_a_child()
     while not policy.interventions_done and env.physics.time() < 30.0:
         step = env.step(policy(step))
         goal = policy.executive.routine.skill.driver.goal if policy.executive.routine else None
         if goal and math.dist(policy.robot.base_reference()[0], goal) < 0.1:
             child.put(cell)
-            child.put_at(*plan.position(cell).tolist())
+            child.put_at(*BESIDE.position(cell).tolist())
     assert env.physics.gates_latched().all()
     assert env.task.strikes == 0
 
 
+def test_a_base_that_is_pushed_off_closes_it_nevertheless():
+    env, policy, step, _ = closing_with_a_child()
+    base = env.physics.model.body("robot/base").id
+    places = []
+    while not policy.interventions_done and env.physics.time() < 15.0:
+        step = env.step(policy(step))
+        if policy.robot.reached > 2.0:
+            env.physics.data.ptr.xfrc_applied[base, 1] = 400.0
+            places.append(env.physics.base_position()[1].item())
+    assert max(places) - places[0] > 0.05
+    assert env.physics.gates_latched().all()
+
+
 def test_a_child_that_stays_at_the_gate_makes_the_hand_come_back():
-    plan = FloorPlan.parse("######\n#.G..#\n#....#\n#...B#\n######", "beside")
-    env = caregiver_mj.load("supervise", plan, 0.5, random=0, visuals=False)
-    policy = caregiver_mj.CaregiverPolicy(env, "childproof")
-    step, seen, ended = env.reset(), [], None
-    child = env.task.children[0]
-    child.behaviour.act = lambda sight, draws: np.array([NOTHING])
-    child.put((3, 4))
+    env, policy, step, child = closing_with_a_child()
+    seen, ended = [], None
     while not step.last() and ended is None:
         step = env.step(policy(step))
         skill = policy.executive.routine.skill if policy.executive.routine else None
         if type(skill).__name__ == "Close":
             seen.append(skill)
-            if policy.robot.reached > 0.5 and child.cell != plan.cell_index[1, 1]:
+            if policy.robot.reached > 0.5 and child.cell != BESIDE.cell_index[1, 1]:
                 child.put((1, 1))
-                x, y = plan.position((1, 1)).tolist()
+                x, y = BESIDE.position((1, 1)).tolist()
                 child.put_at(x + 0.2, y - 0.2)
         elif seen:
             ended = env.physics.time()
