@@ -59,6 +59,19 @@ class Yielding:
         return exposed
 
     @functools.cached_property
+    def dead_ends(self) -> np.ndarray:
+        """Whether there is no way on from each cell but back: bool (caregiver cells,)."""
+        neighbours = self._plan.graph.neighbours
+        ways = [len(around) for around in neighbours]
+        ends = [cell for cell, count in enumerate(ways) if count <= 1]
+        for cell in ends:  # which grows: what leads to dead ends only is one itself
+            for near in neighbours[cell]:
+                ways[near] -= 1
+                if ways[near] == 1:
+                    ends.append(near)
+        return np.isin(np.arange(len(ways)), ends)
+
+    @functools.cached_property
     def traps(self) -> np.ndarray:
         """Whether a child can shut the caregiver in where every cell bars its way: bool (caregiver cells,).
 

@@ -82,7 +82,8 @@ class Routes:
             start: Where the robot is.
             children: Where each child is.
             closed: Cells not to be entered.
-            in_vain: Cells in which it has been for nothing; others come first.
+            in_vain: Cells in which it has been for nothing, for it is followed; others come first, and those in which
+                whoever follows does not shut it in.
 
         Returns:
             The cell, or None if no child is in a cell in which children can be.
@@ -90,12 +91,16 @@ class Routes:
         known = [self.plan.cell_index[child] for child in children if child in self.plan.free_cells]
         if not known:
             return None
-        in_the_way = yielding(self.plan).in_the_way(known)
+        in_the_way, dead_ends = yielding(self.plan).in_the_way(known), yielding(self.plan).dead_ends
         # The nearest cells come first, and `min` takes the first of equals.
         landings = [cell for cell in self.plan.stairwells if cell not in self.centres]
         within_reach = self.plan.graph.breadth_first(self.plan.cell_index[start], self._indices({*closed, *landings}))
         been = self._indices(in_vain)
-        return self.plan.caregiver_cells[min(within_reach, key=lambda cell: (cell in been, in_the_way[cell]))]
+
+        def worth(cell: int) -> tuple[bool, bool, int]:
+            return cell in been, bool(been and dead_ends[cell]), in_the_way[cell]
+
+        return self.plan.caregiver_cells[min(within_reach, key=worth)]
 
     def _indices(self, cells: Iterable[Cell]) -> frozenset[int]:
         """Indices of cells, save those on which nobody can stand."""
