@@ -169,20 +169,19 @@ class RobotMotion(BaseMotion):
 
         Args:
             s: So far.
-            creeps: Whether it goes there more slowly than what counts as a strike; a faster one stops first.
-            speed: At most, of s, per second.
+            creeps: Whether it goes there more slowly than what counts as a strike.
+            speed: At most, of s, per second; a faster one stops first.
         """
         self._lands_at, limits = None, self.reach_path.limits
         if creeps:
-            slow = _CREEPS / self.reach_path.longest(arm_of(self.robot))
-            if abs(self._reach.at(self.now)[1]) > 1.1 * slow:
-                self.stop_reaching()
-                return
-            self._reach.set_limits(dataclasses.replace(limits, velocity=min(limits.velocity, slow)))
-        elif not self.may_be_off:
+            speed = _CREEPS / self.reach_path.longest(arm_of(self.robot))
+        if abs(self._reach.at(self.now)[1]) > 1.1 * speed:
+            self.stop_reaching()
+            return
+        if creeps or not self.may_be_off:
             slower = speed < limits.velocity
             limits = dataclasses.replace(limits, velocity=speed) if slower else limits
-            # One that has crept goes on faster at once.
+            # One that has been slow goes on faster at once.
             self._reach.set_limits(limits, self.now if limits.velocity > self._reach.limits.velocity else math.inf)
         else:
             share = self._landing if s >= self.reach_path.goal else 1.0

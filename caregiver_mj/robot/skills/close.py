@@ -36,8 +36,8 @@ _STEP = math.radians(28.0)  # at most between poses on the hand's arc; it slides
 _BEYOND, _TEST = math.radians(4.0), math.radians(6.3)
 _MEETS = 0.6  # poses a second, on a way on which a finger comes to meet the panel, or the panel its latch
 _ASTRIDE = 0.021  # metres that each finger then stands off the panel's middle
-# Metres from a child to the gate below which the hand does not go out, at which it stops as it closes it, and at which
-# it comes back at a creep; the last one holds for the arm, too. And seconds within which the child may come there.
+# Metres from a child to the gate below which the hand does not go out, below which it closes it slowly, and below which
+# it stops, or comes back at a creep; this holds for the arm, too. And seconds within which the child may come there.
 _CHILD_AWAY, _CHILD_NEAR, _CHILD_BESIDE, _SOON = 0.55, 0.45, 0.3, 0.4
 
 
@@ -60,7 +60,7 @@ class Closing(NamedTuple):
 class Close(Skill):
     """Closes a gate: puts the hand astride the panel, swings it to its stop, and tests whether it holds.
 
-    The base stands still while the arm is out, and the hand while a child is near. If one stays, the hand comes back
+    The base stands still while the arm is out, and the hand while a child is close. If one stays, the hand comes back
     the way it went, and it has failed. It comes back, and leaves a gate that has latched, at a creep beside a child.
 
     Attributes:
@@ -85,8 +85,8 @@ class Close(Skill):
         if self.is_approaching:
             return self._approach(view, robot)
         closes = self._at <= self._closing.pushed and not self._withdraws
-        is_near = self._is_child_within(view, _CHILD_NEAR if closes else _CHILD_BESIDE)
-        if not is_near:
+        is_beside = self._is_child_within(view, _CHILD_BESIDE)
+        if not is_beside:
             self._waits_since = math.inf
         elif closes:
             robot.stop_reaching()
@@ -94,8 +94,8 @@ class Close(Skill):
             if view.now > self._waits_since + TIME_OUT:
                 self._withdraws, self._at = True, max(0, math.ceil(robot.reached) - 1)
             return Status.COMMITTED
-        meets = self._at in (3, self._closing.pushed + 1)
-        robot.reach(float(self._at), creeps=is_near, speed=_MEETS if meets else math.inf)
+        meets = self._at in (3, self._closing.pushed + 1) or (closes and self._is_child_within(view, _CHILD_NEAR))
+        robot.reach(float(self._at), creeps=is_beside, speed=_MEETS if meets else math.inf)
         if robot.reached != self._at or view.now < self._until:
             return Status.COMMITTED
         return self._come_back(robot) if self._withdraws else self._go_on(view, robot)
