@@ -78,3 +78,11 @@ def test_a_refuge_is_the_nearest_cell_least_in_all_childrens_way_and_away_from_h
         for cell in moves
     }
     assert cost[refuge] == min(cost.values())
+
+
+def test_who_is_followed_does_not_go_where_it_is_shut_in():
+    plan = FloorPlan.parse("########\n#.....##\n#.#.####\n#...####\n#B######\n########", "ring")
+    routes, child = Routes(plan), (1, 2)
+    assert routes.refuge((1, 3), [child], {child}) == (1, 3)
+    assert routes.refuge((1, 3), [child], {child}, in_vain=[(1, 3)]) == (2, 3)  # and not (1, 4)
+    assert routes.refuge((1, 4), [child], {child}, in_vain=[(1, 4)]) == (1, 3)  # and not (1, 5)
