@@ -179,7 +179,7 @@ def test_a_child_that_stands_beside_the_robot_does_not_keep_it_from_closing(cell
         if goal and math.dist(policy.robot.base_reference()[0], goal) < 0.1:
             child.put(cell)
             child.put_at(*BESIDE.position(cell).tolist())
-    assert env.physics.gates_latched().all()
+    assert all(env.physics.gates_latched())
     assert env.task.strikes == 0
 
 
@@ -193,7 +193,7 @@ def test_a_base_that_is_pushed_off_closes_it_nevertheless():
             env.physics.data.ptr.xfrc_applied[base, 1] = 400.0
             places.append(env.physics.base_position()[1].item())
     assert max(places) - places[0] > 0.05
-    assert env.physics.gates_latched().all()
+    assert all(env.physics.gates_latched())
 
 
 def test_a_child_that_stays_at_the_gate_makes_the_hand_come_back():
