@@ -82,8 +82,8 @@ class Routes:
             start: Where the robot is.
             children: Where each child is.
             closed: Cells not to be entered.
-            in_vain: Cells in which it has been for nothing, for it is followed; others come first, and those in which
-                whoever follows does not shut it in.
+            in_vain: Cells in which it has been for nothing; others come first. Where these are several it is followed,
+                and dead ends come last.
 
         Returns:
             The cell, or None if no child is in a cell in which children can be.
@@ -98,7 +98,7 @@ class Routes:
         been = self._indices(in_vain)
 
         def worth(cell: int) -> tuple[bool, bool, int]:
-            return cell in been, bool(been and dead_ends[cell]), in_the_way[cell]
+            return cell in been, bool(len(been) > 1 and dead_ends[cell]), in_the_way[cell]
 
         return self.plan.caregiver_cells[min(within_reach, key=worth)]
 
