@@ -31,7 +31,7 @@ _SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to
 _SMALLEST_SEEN = 0.03  # ... the same where it is not seen exactly
 _AS_USUAL, _SIGMAS = 0.02, 4.0  # metres that a candle on a table may seem off its usual height; and of its noise
 _IN_ITS_CELL = 0.3  # share of a move until, and from the end, which a child is in a cell as whoever sees that sees it
-_WORTH_A_LOOK, _LIKELY = 0.02, 0.03  # probability of a child
+_WORTH_A_LOOK, _POSSIBLE = 0.02, 0.002  # probability of a child
 _HEADINGS = np.array([math.atan2(-down, right) for down, right in ACTIONS])
 _FELT = 0.4  # metres from a base's middle within which a child touches it
 _NEAR, _LOOKS_AGAIN = 3.0, 0.1  # metres within which corners count, and seconds after which they are looked for anew
@@ -75,7 +75,7 @@ class Perception:
         unsure: float = 0.0,
         sight: Sight = FULL,
     ):
-        self._is_full, self._lurking = sight.is_full, Lurking(plan)
+        self._is_full, self._lurking = sight.is_full, Lurking(plan, sight.turns)
         self._pictures = visibility(plan, sight).seen if sight.turns else None
         self._in_view = self._looked = np.ones(len(plan.free_cells), bool)  # now, and when the tracker was told last
         self._tracker: Tracker  # from `reset` on, where not everything is seen
@@ -125,9 +125,9 @@ class Perception:
             children = tuple(children[number] for number in numbers)
             self._in_view = observation["cell_seen"] > 0.0
             base = tuple(observation["base_position"].tolist())
-            lurking, likely = self._lurking.at(base[:2], now, self._tracker, numbers, self._in_view)
+            gone = float(observation["clock"]) % 1.0
+            lurking = self._lurking.at(base[:2], now, gone, self._tracker, numbers, self._in_view)
             hidden = self._remembered(base[:2], dict(zip(numbers, children, strict=True)), now)
-            hidden += () if self._pictures is None else likely
             gaze = self._gaze(base, children, numbers)
         return View(
             now=now,
@@ -331,10 +331,14 @@ class Perception:
 
 
 class Lurking:
-    """The corners round which a child that is not seen may come at the robot."""
+    """Where a child that is not seen may come at the robot from.
 
-    def __init__(self, plan: FloorPlan):
-        self._plan = plan
+    To one that sees all round it comes round a corner: between a cell in view and one in which it may be, but not at
+    the base, where it is felt. To one that does not it may come from any cell in which it may be.
+    """
+
+    def __init__(self, plan: FloorPlan, turns: bool):
+        self._plan, self._turns = plan, turns
         self.forget()
         self._centres = np.array([plan.position(cell) for cell in plan.free_cells])
         beside = plan.graph.moves[0]
@@ -343,36 +347,30 @@ class Lurking:
 
     def forget(self) -> None:
         """Begin an episode."""
-        self._until, self._found = -math.inf, (tuple[ChildView, ...](), tuple[ChildView, ...]())
+        self._until, self._found = -math.inf, tuple[ChildView, ...]()
 
     def at(
-        self, base: Vector, now: float, tracker: Tracker, seen: tuple[int, ...], in_view: np.ndarray
-    ) -> tuple[tuple[ChildView, ...], tuple[ChildView, ...]]:
-        """Return where a child may come into sight near a robot, and where one is likely to be unseen.
-
-        It comes into sight between a cell in view and one in which it may be, but not at the base, where it is felt.
-        """
+        self, base: Vector, now: float, gone: float, tracker: Tracker, seen: tuple[int, ...], in_view: np.ndarray
+    ) -> tuple[ChildView, ...]:
+        """Return where it may be at the worst, near a robot, when so much of a novice timestep is gone."""
         if now < self._until:
             return self._found
-        self._until, self._found = now + _LOOKS_AGAIN, ((), ())
+        self._until, self._found = now + _LOOKS_AGAIN, ()
         unseen = [number for number in range(tracker.seen.shape[1]) if number not in seen]
         if unseen:
             presence = tracker.presence[0, unseen].max(axis=0)
             offsets = self._centres - base + 1e-9  # in its own cell's middle it is somewhere, too
             away = np.linalg.norm(offsets, axis=1, keepdims=True)
             near = away[:, 0] < _NEAR
-            hidden, open_ = self._pairs[:, near[self._pairs[0]]]
-            middles = (self._centres[hidden] + self._centres[open_]) / 2
-            comes = (
-                (presence[hidden] > 0.0)
-                & ~in_view[hidden]
-                & in_view[open_]
-                & (np.linalg.norm(middles - base, axis=1) > _FELT)
-            )
-            # On the side of a cell that is nearer, but not so near that it would be felt.
-            nearer = base + offsets / away * np.maximum(away - self._plan.cell_size / 2, _FELT)
-            likely = nearer[(presence >= _LIKELY) & near]
-            self._found = _standing(middles[comes]), _standing(likely)
+            if self._turns:  # it is as far off its cell's middle as it walks in what is gone, or left
+                off = self._plan.cell_size * min(gone, 1.0 - gone) + _LOOKS_AGAIN * BUMP_SPEED
+                nearer = base + offsets / away * np.maximum(away - off, _FELT)
+                self._found = _standing(nearer[(presence >= _POSSIBLE) & near])
+            else:
+                hidden, open_ = self._pairs[:, near[self._pairs[0]]]
+                middles = (self._centres[hidden] + self._centres[open_]) / 2
+                comes = (presence[hidden] > 0.0) & ~in_view[hidden] & in_view[open_]
+                self._found = _standing(middles[comes & (np.linalg.norm(middles - base, axis=1) > _FELT)])
         return self._found
 
 

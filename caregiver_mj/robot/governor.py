@@ -40,7 +40,7 @@ def govern(view: View, robot: RobotMotion, clearance: Clearance, control_timeste
     robot.giving_way.yields = at_hand
     if not robot.is_watched:  # by a skill that does not drive, but the one before it may have had it turn
         bound_turning(view, robot)
-    near = 0.0 if at_hand else separation.gap(view, robot.robot) - view.unsure
+    near = 0.0 if at_hand else separation.gap(view, robot.robot, view.unseen) - view.unsure
     robot.catch_up = separation.catch_up_speed(near)
     restrain = functools.partial(separation.restrain, view, robot.robot, clearance, control_timestep, robot.closes)
     return robot.action(view.base, view.arm, restrain)

@@ -27,7 +27,9 @@ FORESIGHT = 2.2  # metres within which paths are planned round a child: one fart
 # The base must be able to stop before a child that walks towards it.
 _REACTION = 0.04  # seconds of control and servo until the base begins to brake
 _SEPARATION = 0.08  # metres that shall remain
-_PEEKING = 0.04  # m/s with which it may come round a corner behind which a child may be: slower than a strike
+# m/s with which it may come round a corner behind which a child may be, and turn to look: slower than a strike, with
+# what it goes beyond that.
+_PEEKING, _LOOKING = 0.03, 0.04
 _FAR = 2.0  # metres beyond which a child does not slow the base down
 _PASSING, _PASSING_GAP = 0.35, 0.4  # share of the speed that counts so at no distance, and metres where none does
 # How a base may move along a child, or turn, that comes to touch it: slower than what counts as a strike, 0.05 m/s.
@@ -69,10 +71,10 @@ _MOVES_ON, _ASTRAY = 0.031, 0.034
 _RUNS_ON = tuple(0.04 * i for i in range(8))
 
 
-def gap(view: View, robot: Embodiment) -> float:
-    """Return the metres between the robot's base and the nearest child."""
+def gap(view: View, robot: Embodiment, unseen: tuple[ChildView, ...] = ()) -> float:
+    """Return the metres between the robot's base and the nearest child, or where it may be unseen."""
     nearest = math.inf
-    for child in view.children:  # a plain loop: this is asked at every control timestep
+    for child in view.children + unseen:  # a plain loop: this is asked at every control timestep
         nearest = min(nearest, gap_to(view.base, robot, child))
     return nearest
 
@@ -261,14 +263,16 @@ def allowed_turning(view: View, robot: Embodiment, velocity: Vector, turning: tu
     speeds_up = max(0.0, acceleration if rate >= 0.0 else -acceleration)
     delay, most = speeds_up / limits.jerk, abs(rate) + speeds_up**2 / (2 * limits.jerk)
     allowed = math.inf
-    # One that comes round a corner is seen in time; who does not see all round must turn to see one that may be at it.
-    speed = math.hypot(*velocity)
-    for child in view.children + view.hidden:
+    # One that does not see all round must turn to see one that may be at it.
+    speed, unseen = math.hypot(*velocity), view.unseen
+    for child in view.children + unseen:
         gap = _gap_however_turned(view.base, robot, child)
         if gap < _FAR:
-            creep = (max(_TURN_SPEED, _PEEKING - speed) if child in view.hidden else _TURN_SPEED) / robot.footprint
+            creep, comes_at = _TURN_SPEED / robot.footprint, FASTEST
+            if child in unseen:
+                creep, comes_at = max(creep, (_LOOKING - speed) / robot.footprint), BUMP_SPEED
             dx, dy = child.position[0] - view.base[0], child.position[1] - view.base[1]
-            closing = FASTEST + max(0.0, (velocity[0] * dx + velocity[1] * dy) / math.hypot(dx, dy))
+            closing = comes_at + max(0.0, (velocity[0] * dx + velocity[1] * dy) / math.hypot(dx, dy))
             time = max(0.0, gap) / closing - _REACTION - view.age
             too_fast = most > creep + limits.slowing(time - delay)
             allowed = min(allowed, creep if too_fast else creep + limits.slowing(time))
@@ -334,10 +338,11 @@ def restrain(
     """
     # Where it is not known to the millimetre who touches whom, it keeps its limits, and is slow sooner.
     is_touched = not view.unsure and any(gap_to(view.base, robot, child) < _TOUCHED for child in view.children)
-    left, rounds = velocity, _ROUNDS if len(view.children) > 1 else 1
+    children = view.children + view.hidden
+    left, rounds = velocity, _ROUNDS if len(children) > 1 else 1
     for _ in range(rounds):
         wanted = left
-        for child in view.children:
+        for child in children:
             left = _restrained(view, robot, clearance, seconds, is_loaded, is_touched, child, left, before)
         if rounds == 1 or math.dist(left, wanted) < _SETTLED:
             return left, is_touched

@@ -59,9 +59,9 @@ class View:
         age: Seconds since all this was observed; what it is now is foretold from that.
         unsure: Metres by which children may be nearer than they seem; 0 if all is seen exactly.
         numbers: Which children these are; None if they are all that there are.
-        lurking: Where a child that is not seen may come round a corner, at the worst.
-        hidden: Where one that was seen a moment ago may have come to; and, near a robot that does not see all round,
-            where one is likely to be.
+        lurking: Where a child that is not seen may come round a corner, at the worst; where it may be, for a robot that
+            does not see all round.
+        hidden: Where one that was seen a moment ago may have come to.
         gaze: Heading in which it sees most of where children may be that it does not see; None if it sees all round.
     """
 
@@ -81,6 +81,11 @@ class View:
     lurking: tuple[ChildView, ...] = ()
     hidden: tuple[ChildView, ...] = ()
     gaze: float | None = None
+
+    @property
+    def unseen(self) -> tuple[ChildView, ...]:
+        """Where children may be beside the robot unseen: who sees all round sees one come round a corner in time."""
+        return self.hidden if self.gaze is None else self.hidden + self.lurking
 
     def child_distance(self, place: Vector | np.ndarray) -> float:
         """Return the metres from a place to the middle of the nearest child."""

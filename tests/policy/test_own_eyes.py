@@ -13,6 +13,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.visibility import Sight
 from caregiver_mj.policy.perception import Perception
 from caregiver_mj.robot import separation
+from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiments import find_embodiment
 from caregiver_mj.robot.view import ChildView, View
 
@@ -48,7 +49,7 @@ def episode(env, caregiver="foresight", seconds=30.0):
 @pytest.fixture(scope="module", params=["walls", "camera"])
 def episodes(request):
     """Two in which the same child begins in the same place, out of sight, and then goes its own ways."""
-    return [episode(load(family, 7, request.param)) for family in (1.0, "expert:0")]
+    return [episode(load(family, 7, request.param), seconds=45.0) for family in (1.0, "expert:0")]
 
 
 def test_a_child_out_of_sight_is_not_shown(episodes):
@@ -113,21 +114,28 @@ def test_it_comes_slowly_to_a_corner_behind_which_a_child_may_be():
     for far in (0.45, 0.6, 0.8, 1.2, 3.0):
         view.lurking = (ChildView((far, 0.0), (0.0, 0.0)),)
         rates.append(separation.allowed_rate(view, robot, (speed, 0.0)))
-    assert rates[0] == pytest.approx(0.04)  # slower than a strike
+    assert rates[0] == pytest.approx(0.03)  # slower than a strike
     assert rates == sorted(rates)
     assert rates[2] < 0.6
     assert rates[-1] == 1.0
     assert separation.allowed_rate(view, robot, (-speed, 0.0)) == 1.0
 
 
-def test_it_passes_a_place_where_a_child_may_be_behind_it_as_slowly_as_one_that_it_sees():
+def test_it_turns_slowly_beside_a_place_where_a_child_may_be_unseen():
     robot = find_embodiment("mobile_fr3")
     behind = (ChildView((-0.45, 0.0), (0.0, 0.0)),)
     view = View(0.0, (0.0, 0.0, 0.0), 0.0, np.zeros(7), (), np.zeros((0, 3)), np.zeros((0, 4)), lurking=behind)
     turning = lambda: separation.allowed_turning(view, robot, (0.0, 0.0), (0.0, 0.0))  # noqa: E731
     assert turning() == np.inf  # it sees it as it comes
-    view.lurking, view.hidden = (), behind
-    assert 0.03 < turning() * robot.footprint < 0.05  # slower than a strike, but it turns to look
+    view.gaze = 0.0  # it does not
+    assert 0.02 < turning() * robot.footprint < 0.05  # slower than a strike, but it turns to look
+    view.lurking, view.hidden, view.gaze = (), behind, None
+    assert 0.02 < turning() * robot.footprint < 0.05
+
+
+def left(view, velocity):
+    robot = find_embodiment("mobile_fr3")
+    return separation.restrain(view, robot, Clearance(ROOMS, robot), 0.02, False, velocity, (0.0, 0.0))[0]
 
 
 @pytest.fixture
@@ -147,6 +155,7 @@ def observed(heading=0.0, seen=((4, 7),)):
         "toddler_velocity": np.zeros(3),
         "toddler_seen": np.zeros(1),
         "cell_seen": cells,
+        "clock": np.zeros(()),
         "base_position": np.array([*ROOMS.position((4, 7)), heading]),
         "arm_position": np.zeros(7),
         "finger_position": np.zeros(2),
@@ -167,6 +176,29 @@ def test_it_looks_where_the_child_is_most_likely_and_then_elsewhere(perception):
     assert abs(perception.look(observed(), 0.1).gaze) == pytest.approx(np.pi)  # it has seen nothing in the east
     believe(perception, (1, 1))
     assert perception.look(observed(1.5), 0.2).gaze == 1.5  # from here it would not see it anyway
+
+
+def test_an_unlikely_child_may_be_as_far_off_its_cell_as_it_has_walked(perception):
+    believe(perception, *[cell for cell in ROOMS.free_cells if cell[0] != 4], (4, 9))
+    far = []
+    for now, clock in enumerate((3.0, 3.25, 3.5, 3.75)):
+        view = perception.look(observed() | {"clock": np.array(clock)}, float(now))
+        far.append(min(child.position[0] - view.base[0] for child in view.lurking if child.position[0] > 1.0))
+        assert view.hidden == ()
+    margin = 1.5 - far[0]
+    assert 0.0 < margin < 0.1
+    assert far == pytest.approx([1.5 - margin - walked for walked in (0.0, 0.1875, 0.375, 0.1875)])
+
+
+def test_it_goes_back_gently_where_a_child_was_or_may_be():
+    robot, there = find_embodiment("mobile_fr3"), (ChildView((0.4, 0.0), (0.0, 0.0)),)
+    view = View(0.0, (0.0, 0.0, 0.0), 0.0, np.zeros(7), (), np.zeros((0, 3)), np.zeros((0, 4)), lurking=there)
+    assert separation.gap(view, robot, view.unseen) == np.inf  # it would see it come
+    view.gaze = 0.0
+    assert separation.catch_up_speed(separation.gap(view, robot, view.unseen)) < 0.05
+    assert left(view, (0.2, 0.0)) == (0.2, 0.0)
+    view.hidden = there
+    assert left(view, (0.2, 0.0)) == (0.0, 0.0)
 
 
 def test_a_cell_is_empty_if_it_is_seen_while_a_child_would_be_in_it(perception):
