@@ -40,7 +40,10 @@ def govern(view: View, robot: RobotMotion, clearance: Clearance, control_timeste
     robot.giving_way.yields = at_hand
     if not robot.is_watched:  # by a skill that does not drive, but the one before it may have had it turn
         bound_turning(view, robot)
-    near = 0.0 if at_hand else separation.gap(view, robot.robot, view.unseen) - view.unsure
+    near = 0.0 if at_hand else separation.gap(view, robot.robot) - view.unsure
     robot.catch_up = separation.catch_up_speed(near)
+    if view.unseen:
+        unseen = separation.gap(view, robot.robot, view.unseen)
+        robot.catch_up = min(robot.catch_up, separation.catch_up_speed(unseen, separation.GENTLE_UNSEEN))
     restrain = functools.partial(separation.restrain, view, robot.robot, clearance, control_timestep, robot.closes)
     return robot.action(view.base, view.arm, restrain)

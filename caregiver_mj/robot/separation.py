@@ -44,6 +44,7 @@ GENTLE_GAP = 0.10  # metres to a child below which the base yields to a push
 # How fast the base then returns to where it shall be, m/s: slower than a strike; and per metre by which there is more
 # room, 1/s: so fast it can brake before a child that comes.
 _GENTLE_SPEED, _RELEASED = 0.03, 0.6
+GENTLE_UNSEEN = 0.01  # m/s, of the first, where one may be unseen: it may peek meanwhile, and both are to be no strike
 _AT_HAND = 0.5  # metres from the arm to the middle of a child below which the arm yields to a push
 _TUCKED, _FAR_FROM_HAND = 0.05, 1.2  # share of the reach below which it is tucked, and metres beyond which none is near
 _IN_THE_WAY_GAP = 0.05  # metres between base and child on a path below which the child stands in its way
@@ -79,12 +80,12 @@ def gap(view: View, robot: Embodiment, unseen: tuple[ChildView, ...] = ()) -> fl
     return nearest
 
 
-def catch_up_speed(gap: float) -> float:
+def catch_up_speed(gap: float, gentle: float = _GENTLE_SPEED) -> float:
     """Return how fast a base that is off its reference may return to it, m/s, with a child so many metres away.
 
     The child may be in between, or come there.
     """
-    return _GENTLE_SPEED + _RELEASED * max(0.0, gap - GENTLE_GAP)
+    return gentle + _RELEASED * max(0.0, gap - GENTLE_GAP)
 
 
 def is_child_at_hand(view: View, robot: Embodiment, reached: float) -> bool:
