@@ -131,7 +131,7 @@ class CareTask(Task):
         self.sensing, self.sight = Sensing.of(sensing), Sight.of(sight)
         self._eyes = Eyes(plan, self.sight) if robot and not self.sight.is_full else None
         self._seen, self._cells_seen = np.ones(len(self.children), bool), np.ones(len(plan.free_cells), bool)
-        self._things_seen: list[np.ndarray] = []  # candles, and what lies on the floor
+        self._things_seen: list[np.ndarray] = []  # candles, what lies on the floor, and gates
         self._things_shown: dict[int, np.ndarray] = {}
         tables = np.column_stack([rectangles, self.candles.table_heights])
         things = layout.things(plan)
@@ -261,7 +261,7 @@ class CareTask(Task):
         if self.plan.floor_cells:
             observation["battery_position"] = self._as_last_seen(1, physics.thing_positions())
         if self.plan.mouths:
-            observation["gate_position"] = physics.gate_positions()
+            observation["gate_position"] = self._as_last_seen(2, physics.gate_positions())
         if self.has_robot:
             observation["base_position"] = physics.base_position()
             observation["base_velocity"] = physics.base_velocity()
@@ -283,7 +283,8 @@ class CareTask(Task):
         """See which children are in sight, which things, and which cells."""
         if self._eyes:
             self._seen, things, self._cells_seen = self._eyes.look(physics)
-            self._things_seen = np.split(things, [len(self.plan.candle_tables)])
+            candles, lying = len(self.plan.candle_tables), len(self.plan.floor_cells)
+            self._things_seen = np.split(things, [candles, candles + lying])
 
     def get_termination(self, physics: Physics) -> float | None:
         return None

@@ -40,16 +40,18 @@ class Eyes:
         """Look once.
 
         Returns:
-            Which children are seen, bool (children,); which candles and then small things, bool (things,); and in which
-            free cells a child would be seen, wherever in them it stood, bool (cells,).
+            Which children are seen, bool (children,); which candles, small things and gates, bool (things,); and in
+            which free cells a child would be seen, wherever in them it stood, bool (cells,).
         """
         children = np.pad(physics.toddler_positions()[:, :2], ((0, 0), (0, 1)))
-        things = np.concatenate([physics.candle_poses()[:, :3], physics.thing_positions()])
-        points = np.concatenate([(children[:, None] + _BODY).reshape(-1, 3), self._heads, things + _THING])
+        lying = np.concatenate([physics.candle_poses()[:, :3], physics.thing_positions()])
+        things = np.concatenate([lying + _THING, physics.panel_positions()])
+        points = np.concatenate([(children[:, None] + _BODY).reshape(-1, 3), self._heads, things])
         ends = len(children) * len(_BODY), len(points) - len(things)
         bodies = np.array(physics.touch_reader.bodies)
         own = np.full(len(points), -1)
         own[: ends[0]] = bodies.repeat(len(_BODY))
+        own[len(points) - len(physics.panels) :] = physics.panels
         room = np.where(np.arange(len(points)) < ends[1], 0.0, _ROOM)
         found = np.zeros(len(points), bool)
         looks = []  # where there is something in front, and what

@@ -112,3 +112,27 @@ def test_a_child_behind_the_robot_is_felt_when_it_runs_into_it():
             assert timestep.observation["toddler_seen"] == [1.0]
             assert timestep.observation["toddler_position"] == pytest.approx(env.physics.toddler_position())
     assert felt == 3
+
+
+def test_a_gate_is_as_it_was_seen_last():
+    plan = FloorPlan.parse(
+        "###########\n#....#....#\n#....#....#\n#.........#\n#..B.#....#\n#.T..#..G##\n###########", "gated"
+    )
+    env = caregiver_mj.load("supervise", plan, random=0, task_kwargs={"sight": "walls"})
+    env.reset()
+    still = np.append(np.zeros(3), env.physics.data.ctrl[3:11])
+
+    def shown(cell):
+        env.physics.set_robot(np.array([*plan.position(cell), 0.0]))
+        for _ in range(5):  # as often as it looks
+            timestep = env.step(still)
+        return timestep.observation["gate_position"][0], env.physics.gate_positions()[0]
+
+    seen, is_so = shown((3, 7))
+    assert seen == is_so > 1.0
+    shown((5, 1))
+    env.physics.set_gates(0.3)
+    seen, is_so = shown((5, 1))
+    assert seen > 1.0 > is_so  # nobody has told it
+    seen, is_so = shown((3, 7))
+    assert seen == is_so < 1.0
