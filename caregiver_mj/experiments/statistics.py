@@ -89,9 +89,10 @@ def comparison_rows(episodes: pd.DataFrame, caregiver: str, baseline: str) -> li
         row = _heading(key, ours, caregiver=caregiver, baseline=baseline)
         row |= _shares(ours, theirs, acts=baseline != "none")
         found = ours.estimators.of_difference(ours.values(columns), theirs.values(columns))
-        judged = verdicts.judge_columns(found, ours.units(columns) - theirs.units(columns))
-        for column, (estimate, p, _) in zip(columns, judged, strict=True):
-            row |= _columns(f"{column}_difference_mean", estimate) | {f"{column}_p": _number(p)}
+        differences = ours.units(columns) - theirs.units(columns)
+        for i, (column, p) in enumerate(zip(columns, np.atleast_1d(verdicts.sign_flip_p(differences)), strict=True)):
+            p = _number(p) if verdicts.enough(differences[:, i]) else None
+            row |= _columns(f"{column}_difference_mean", found.column(i)) | {f"{column}_p": p}
         rows.append(row)
     return judged_together(rows)
 

@@ -7,7 +7,6 @@ A verdict is only given where the number of pairs permits one: with five pairs t
 from __future__ import annotations
 
 import enum
-from typing import NamedTuple
 
 import numpy as np
 
@@ -37,29 +36,6 @@ class Verdict(enum.StrEnum):
     EQUIVALENT = "equivalent"
     DIFFERENT = "different"
     NONE = "no verdict"
-
-
-class Comparison(NamedTuple):
-    """Ours against theirs.
-
-    Attributes:
-        estimate: The mean difference, ours less theirs, with its interval.
-        p: Two-sided p of a mean difference of zero; NaN where no p could be small enough.
-        verdict: LESS or MORE where the p is small enough and the interval leaves zero out, else NONE.
-    """
-
-    estimate: Estimate[float]
-    p: float
-    verdict: Verdict
-
-
-def judge_columns(estimates: Estimate[np.ndarray], differences: np.ndarray) -> list[Comparison]:
-    """Return comparisons of several kinds of differences of the same pairs, (n, columns), whose intervals are known."""
-    found = []
-    for i, (difference, p) in enumerate(zip(differences.T, _p_of_columns(np.asarray(differences, float)), strict=True)):
-        estimate, p = estimates.column(i), p if enough(difference) else np.nan
-        found.append(Comparison(estimate, p, verdict(p, estimate.low, estimate.high)))
-    return found
 
 
 def verdict(p: float, low: float, high: float) -> Verdict:

@@ -1,5 +1,7 @@
 """Verdicts: p-values counted by hand, and no verdict where there are too few pairs for one."""
 
+import collections
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -10,10 +12,10 @@ from caregiver_mj.experiments.verdicts import (
     Verdict,
     enough,
     equivalent,
-    judge_columns,
     margin_p,
     not_inferior,
     sign_flip_p,
+    verdict,
 )
 
 
@@ -43,9 +45,12 @@ def test_many_signs_are_drawn():
     assert sign_flip_p(np.ones(300)) == pytest.approx(300 / 10_000_000, rel=1e-3)  # the least there can be
 
 
+Compared = collections.namedtuple("Compared", ("estimate", "p", "verdict"))
+
+
 def compare_means(ours, theirs):
-    (found,) = judge_columns(of_difference(ours[:, None], theirs[:, None]), (ours - theirs)[:, None])
-    return found
+    estimate, p = of_difference(ours, theirs), sign_flip_p(ours - theirs) if enough(ours - theirs) else np.nan
+    return Compared(estimate, p, verdict(p, estimate.low, estimate.high))
 
 
 @pytest.mark.parametrize(("pairs", "verdict"), [(4, Verdict.NONE), (5, Verdict.NONE), (6, Verdict.LESS)])
