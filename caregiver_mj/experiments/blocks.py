@@ -44,10 +44,8 @@ def _make_house(
     from caregiver_mj import tasks  # here, for the grid does without MuJoCo
 
     robot = caregiver != "none"
-    kwargs, visuals = (
-        {"robot": robot, "embodiment": embodiment},
-        isinstance(caregiver, str) and needs_pictures(caregiver),
-    )
+    kwargs = {"robot": robot, "embodiment": embodiment}
+    visuals = isinstance(caregiver, str) and needs_pictures(caregiver)
     env = tasks.load(
         "supervise", plan, family, np.random.RandomState(0), task_kwargs=kwargs, visuals=visuals, sight=sight
     )

@@ -93,17 +93,13 @@ class Settings:
             FloorPlan.parse("\n".join(plan["rows"]), plan["name"], plan["cell_size"], damage)
             for plan in record["plans"]
         )
+        as_they_are = ("world", "caregivers", "episodes", "seed", "embodiment", "houses")
         return cls(
-            plans=tuple(plans),
-            world=record["world"],
-            caregivers=tuple(record["caregivers"]),
+            tuple(plans),
             families=tuple(map(Family.parse, record["families"])),
-            episodes=record["episodes"],
-            seed=record["seed"],
-            embodiment=record["embodiment"],
-            houses=record["houses"],
             file=record.get("file", ""),
             sight=record.get("sight", "all"),
+            **{key: record[key] for key in as_they_are},
         )
 
     @property
