@@ -169,9 +169,7 @@ def add_children(command: argparse.ArgumentParser) -> None:
 
 
 def read_family(epsilon: str, arguments: argparse.Namespace) -> Family:
-    """Return the children of one value of --epsilon, and of `add_children`'s options.
-
-    It is the epsilon of every child, or a list with that of each, as in "1,.25"; a name may stand before one.
+    """Return the children of one value of --epsilon, such as "0.5" or "1,.25", and of `add_children`'s options.
 
     Raises:
         CaregiverError: There can be no such children, or the list is not as long as --children says.

@@ -88,12 +88,7 @@ def try_all(settings: Settings) -> None:
 
 
 def run_block(settings: Settings, block: Block, answers: str = "") -> Result:
-    """Run the episodes of a block.
-
-    Args:
-        settings: Of the run.
-        block: Which episodes.
-        answers: Those of its caregiver when it ran before, to be given again; nothing to ask the caregiver.
+    """Run the episodes of a block; its caregiver's `answers` when it ran before, if there are any, are given again.
 
     Returns:
         Their `rows`, with the columns of `EpisodeRecord` as keys, each family's `maps`, and the caregiver's `answers`.

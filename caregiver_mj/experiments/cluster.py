@@ -135,11 +135,7 @@ class DaskExecutor(Executor):
             client.cancel([*asked, work])
 
     def _read(self, job: Any, future: Any, answer: Any) -> Any:
-        """The result of a job.
-
-        Raises:
-            WorkerError: There is none.
-        """
+        """The result of a job; a WorkerError if there is none."""
         if future.status == "finished":
             failure, result = answer
             if failure:

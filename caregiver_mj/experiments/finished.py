@@ -190,15 +190,13 @@ def _foreign_summary(found: Finished) -> bool:
 def pool_runs(runs: Sequence[Finished], out: str | os.PathLike[str]) -> dict[str, Any]:
     """Write a folder with the episodes of all runs, one run's after the other's; each keeps its seed.
 
-    Args:
-        runs: Finished runs of the same settings and versions, but each of a seed of its own, in any order.
-        out: The folder, in which there must not be a run.
+    They are of the same settings and versions, but each of a seed of its own, in any order.
 
     Returns:
-        The content of its summary.json.
+        The content of the summary.json in the folder `out`.
 
     Raises:
-        CaregiverError: The runs are of one seed, or of different settings; or the folder cannot be written.
+        CaregiverError: The runs are of one seed, or of different settings; or the folder has a run, or is not writable.
     """
     if os.path.exists(os.path.join(out, "run.json")):
         raise CaregiverError(f"the output folder must hold no run, got '{out}': take another folder")
@@ -235,10 +233,7 @@ def _in_any_order(record: dict[str, Any]) -> dict[str, Any]:
 def compare_runs(first: Finished, second: Finished, caregivers: Sequence[str] = ()) -> dict[str, Any]:
     """Return what comes of the second run less what comes of the first, in the episodes that both have.
 
-    Args:
-        first: A run.
-        second: Another one of the same world.
-        caregivers: Of the first and of the second; one name for that in both; none for all that both have.
+    The caregivers are that of the first and that of the second; one name for both; none for all that both have.
 
     Returns:
         As JSON: `rows`, for each caregiver and family `first` and `second`, the mean damage in either, and all that

@@ -53,14 +53,9 @@ class Estimate(NamedTuple, Generic[Value]):
 
 
 def of_mean(data: np.ndarray, confidence: float = CONFIDENCE, least: float = -np.inf) -> Estimate[Any]:
-    """Return the mean of a sample (n,), or of several, (n, columns).
+    """Return the mean of a sample (n,), or of several, (n, columns), with an interval for a confidence.
 
-    A sample whose units are all the same has an interval without width.
-
-    Args:
-        data: The samples.
-        confidence: How often the interval shall cover the truth.
-        least: A value that no unit can be below, and so no mean either.
+    A sample whose units are all the same has one without width. No unit, and so no mean, can be below `least`.
     """
     columns = _columns(data)
     low, high = _bounds(columns, np.ones_like(columns), confidence)
@@ -163,17 +158,10 @@ def _draw_shares(random: np.random.Generator, size: int, count: int) -> np.ndarr
 
 
 def pivots(mean: np.ndarray, square: np.ndarray, size: int | np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Return t of resampled errors.
+    """Return t of resampled errors, (columns, resamples), by their means and mean squares, of the same shape.
 
-    Args:
-        mean: Mean errors of resamples, (columns, resamples).
-        square: Their mean squares, likewise.
-        size: Units in each.
-        scale: Mean squared errors of the samples themselves, (columns, 1).
-
-    Returns:
-        t, (columns, resamples); infinite where the errors are all the same, NaN where they are all zero: such a
-        resample tells nothing.
+    There are `size` units in each; `scale`, (columns, 1), are the mean squared errors of the samples themselves. It is
+    infinite where the errors are all the same, and NaN where they are all zero: such a resample tells nothing.
     """
     variance = square - mean**2
     flat = variance <= _FLAT * scale
@@ -196,17 +184,11 @@ def quantiles(t: np.ndarray, confidence: float = CONFIDENCE) -> tuple[np.ndarray
 
 
 def solve(above: np.ndarray, below: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the ratios R with low <= t(R) <= high.
+    """Return the ends of the ratios R with low <= t(R) <= high, by two quantiles of t, (columns,) all.
 
-    Args:
-        above: Samples of the numerator, (columns, n).
-        below: Samples of the denominator, likewise.
-        low: Lower quantile of t, (columns,).
-        high: Upper one, likewise.
-
-    Returns:
-        Lower and upper ends, (columns,); infinite where the samples give none. Where the denominator may be zero, so
-        that arbitrarily large and negative ratios are possible alike, the lower end is that of ratios from zero on.
+    The samples of numerator and denominator are (columns, n). Ends are infinite where these give none. Where the
+    denominator may be zero, so that arbitrarily large and negative ratios are possible alike, the lower end is that of
+    ratios from zero on.
     """
     size = above.shape[-1]
     x, y = below.mean(-1), above.mean(-1)

@@ -155,12 +155,9 @@ def difference(found: Mapping[str, str | None], wanted: Mapping[str, str]) -> st
 def source_digest(world: str = "house", modules: tuple[str, ...] = ()) -> str:
     """Return a digest of the package's own files that decide what comes out of an episode.
 
-    They are the module that runs the episodes of an evaluation, what others make caregivers of, all that these import,
-    wherever in them, and in the house the models.
-
-    Args:
-        world: "house", or "grid", on which no file of the robot and of MuJoCo's house has a bearing.
-        modules: Full names of more modules that do so, and all that they import.
+    They are the module that runs the episodes of an evaluation, what others make caregivers of, more modules by their
+    full names, all that these import, wherever in them, and in the house the models. On the grid no file of the robot
+    and of MuJoCo's house has a bearing.
     """
     found = {name: path for name, path in _package_files().items() if path.suffix in _MODELS and world != "grid"}
     if world != "grid":
@@ -210,5 +207,5 @@ def _package_files() -> dict[str, pathlib.Path]:
 
 def versions() -> dict[str, str]:
     """Return the versions by name."""
-    packages = {name: importlib.metadata.version(name) for name in ("caregiver_mj", *_LIBRARIES)}
-    return {"caregiver_mj": packages.pop("caregiver_mj"), "python": platform.python_version(), **packages}
+    own, *libraries = ((name, importlib.metadata.version(name)) for name in (OWN, *_LIBRARIES))
+    return dict([own, ("python", platform.python_version()), *libraries])

@@ -51,12 +51,9 @@ class RunFolder:
     """
 
     def __init__(self, path: str | os.PathLike[str], settings: dict[str, Any], *, resume: bool = False):
-        """Create the folder, or open the one of an earlier run.
+        """Create the folder, or open that of an earlier run to resume it, or to add episodes or caregivers to it.
 
-        Args:
-            path: Where it is, or shall be.
-            settings: Everything that the results depend on, as JSON.
-            resume: Whether to continue the run that is there, or to add episodes or caregivers to it.
+        The settings are everything that the results depend on, as JSON.
 
         Raises:
             CaregiverError: The folder cannot be written, holds a run that is not to be continued, or one of

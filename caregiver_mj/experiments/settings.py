@@ -184,11 +184,8 @@ class Settings:
     def blocks(self, grid_block: int = GRID_BLOCK, extended_at: Sequence[int] = ()) -> list[Block]:
         """Return the work in pieces, each done as a whole: one episode in the house, at most so many in the grid.
 
-        In the grid children of all epsilons go side by side, as long as there are as many of them in the house.
-
-        Args:
-            grid_block: How many episodes there are at most in the grid.
-            extended_at: Numbers of episodes at which none goes on, for those before have been run already.
+        In the grid children of all epsilons go side by side, as long as there are as many of them in the house. None
+        goes on beyond the numbers of episodes in `extended_at`, for those before have been run already.
         """
         together = _alike(self.families) if self.world == "grid" else [(family,) for family in self.families]
         return [

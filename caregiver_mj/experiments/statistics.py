@@ -31,16 +31,12 @@ CELL = ["world", "family", "epsilon"]  # episodes that differ in one of these ar
 
 
 def mean_rows(episodes: pd.DataFrame, columns: Sequence[str]) -> list[dict[str, Any]]:
-    """Return one row for each world, caregiver and family, in order of appearance.
+    """Return one row for each world, caregiver and family, in order of appearance, of a table with a row an episode.
 
-    Args:
-        episodes: A row an episode.
-        columns: The columns to summarise, which cannot be negative; "damage" must be among them.
-
-    Returns:
-        Rows with `<column>_mean`, `_sd` (of the sample of episodes, over houses of their means; 0 of a single one),
-        `_ci_low` and `_ci_high` (of the mean; None where nothing bounds it). `damage_normalised` is damage over the
-        greatest of any episode at all, as in the paper's figure 2.
+    For each of the columns, which cannot be negative and among which "damage" must be, it has `<column>_mean`, `_sd`
+    (of the sample of episodes, over houses of their means; 0 of a single one), `_ci_low` and `_ci_high` (of the mean;
+    None where nothing bounds it). `damage_normalised` is damage over the greatest of any episode at all, as in the
+    paper's figure 2.
     """
     worst = episodes["damage"].max()
     normalised = episodes["damage"] / worst if worst > 0 else 0.0
@@ -61,11 +57,6 @@ def mean_rows(episodes: pd.DataFrame, columns: Sequence[str]) -> list[dict[str, 
 
 def comparison_rows(episodes: pd.DataFrame, caregiver: str, baseline: str) -> list[dict[str, Any]]:
     """Set a caregiver against another one, episode by episode: episode i has the same children under both.
-
-    Args:
-        episodes: A row an episode.
-        caregiver: Name of one caregiver.
-        baseline: Name of the other.
 
     Returns:
         For each world and family:

@@ -66,12 +66,7 @@ class _Claim(NamedTuple):
 
 
 def submit(run: str | os.PathLike[str], path: str | os.PathLike[str], card: Mapping[str, str]) -> None:
-    """Pack a finished run.
-
-    Args:
-        run: Its folder.
-        path: The file to write, `FILE.submission`.
-        card: What its authors say of it.
+    """Pack the finished run in a folder into `FILE.submission`, with a card of what its authors say of it.
 
     Raises:
         CaregiverError: The run is not finished, or does not have what its caregivers answered, or the file cannot be
@@ -142,12 +137,7 @@ def _check_origin(record: Mapping[str, Any]) -> None:
 def verify(
     submission: Submission, executor: Executor, progress: Callable[[int], None] = lambda _: None
 ) -> pd.DataFrame:
-    """Give all answers again, and return the episodes that come of them, a row each.
-
-    Args:
-        submission: The file.
-        executor: Who does the work.
-        progress: Called with the number of episodes that have just been verified.
+    """Give all answers again, and return the episodes that come of them, a row each; `progress` is told how many more.
 
     Raises:
         CaregiverError: Something else comes of them than the file says.

@@ -64,10 +64,7 @@ def summarise(settings: Settings, episodes: pd.DataFrame, houses: pd.DataFrame) 
 
 
 def by_house(episodes: pd.DataFrame) -> pd.DataFrame:
-    """Return what each caregiver comes to in each house.
-
-    Args:
-        episodes: A row an episode.
+    """Return what each caregiver comes to in each house, of a table with a row an episode.
 
     Returns:
         A row for each world, house, caregiver and family: `episodes`, how many, the mean of each of `MEASURES` that
@@ -132,10 +129,7 @@ def judge_cells(cells: pd.DataFrame) -> pd.DataFrame:
 
 
 def harm(cells: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return how much harm each caregiver does: the `harm` of summary.json.
-
-    Args:
-        cells: A row for each house, caregiver and family, as `by_house` has them.
+    """Return how much harm each caregiver does, by what `by_house` has of the cells: the `harm` of summary.json.
 
     Returns:
         For each caregiver that acts, in order of appearance: `cells` of a house and a family, in how many of them harm

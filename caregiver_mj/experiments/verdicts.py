@@ -68,12 +68,8 @@ def not_inferior(
 ) -> Verdict:
     """Test, one-sided at 2.5 %, by the interval of the ratio, whether ours are worse by less than a margin.
 
-    Args:
-        ours: A sample (n,) that is not negative.
-        theirs: One paired with it.
-        margin: Share of the larger of the two means that does not matter.
-        more_is_better: As of toys; not as of damage.
-        ratio: The ratio of means with its interval, where it is known already, such as one over houses.
+    They are paired samples (n,), not negative; the margin is that share of the larger of the two means that does not
+    matter. The ratio of means is given where it is known already with its interval, such as one over houses.
     """
     least = 1 - margin
     if not enough(_sides(ours, theirs, least)[not more_is_better]):

@@ -60,13 +60,10 @@ def write_lerobot(
     about: About,
     megabytes: tuple[float, float] = (DATA_MEGABYTES, VIDEO_MEGABYTES),
 ) -> None:
-    """Write a data set; it is there when it is whole, and only then.
+    """Write a data set into a folder that must not exist; it is there when it is whole, and only then.
 
-    Args:
-        folder: Its folder, which must not exist.
-        episodes: At least one, all alike in what they hold; they are read one after the other.
-        about: What the data set says of itself.
-        megabytes: Of a file of rows and of a film, from which on the next episode goes into another one.
+    The episodes, at least one, are alike in what they hold, and read one after the other. From so many megabytes on, of
+    a file of rows and of a film, the next one goes into another file.
 
     Raises:
         CaregiverError: There are no whole steps a second, so that there can be no film of them.
@@ -146,15 +143,10 @@ class _Writer:
         if self._data is None:
             return
         self._data.close()
-        episodes = [
-            row | {f"stats/{name}/{what}": value for name, column in found.items() for what, value in column.items()}
-            for row, found in zip(self._rows, self._stats, strict=True)
-        ]
-        listed = [
-            {key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in row.items()}
-            for row in episodes
-        ]
-        pq.write_table(pa.Table.from_pylist(listed), Shard().path(self._root, EPISODES))
+        for row, found in zip(self._rows, self._stats, strict=True):
+            for name, column in found.items():
+                row |= {f"stats/{name}/{what}": value.tolist() for what, value in column.items()}
+        pq.write_table(pa.Table.from_pylist(self._rows), Shard().path(self._root, EPISODES))
         tasks = pd.DataFrame({"task_index": [0]}, index=pd.Index([self._about.task], name="task"))
         tasks.to_parquet(self._root / TASKS)
         whole = {name: together([found[name] for found in self._stats]) for name in self._stats[0]}
