@@ -40,12 +40,9 @@ class Belief:
         self._surprise = np.zeros((batch, children))
 
     def watch(self, cell: np.ndarray, move: np.ndarray, caregiver_cell: np.ndarray | None = None) -> None:
-        """Take in a move of every child.
+        """Take in a move of every child, -1 for none, and the cell in which it was made, (B, K) both.
 
-        Args:
-            cell: The cell in which it was made, (B, K).
-            move: The move, (B, K), or -1 for a child that made none.
-            caregiver_cell: Where the caregiver was then, (B,). Left out, no child goes after it.
+        The caregiver was then in its cell, (B,). Left out, no child goes after it.
         """
         chain = self._chain
         made = move >= 0

@@ -103,14 +103,8 @@ class ChildChain:
 def first_passage(chain: ChildChain, timesteps: int, groups: np.ndarray | None = None) -> np.ndarray:
     """Return the probability of bumping into each object within some timesteps: one backward pass for all states.
 
-    Args:
-        chain: How the child moves.
-        timesteps: How many moves there are.
-        groups: Which objects are asked about together, for bumps into any of them: bool (objects, groups). Left out,
-            each is asked about alone.
-
-    Returns:
-        Array (states, objects), or (states, groups).
+    Objects are asked about together, for bumps into any of them, in groups: bool (objects, groups). Left out, each is
+    asked about alone. The array is (states, objects), or (states, groups).
     """
     hits = chain.hits if groups is None else chain.hits @ groups
     within = np.zeros(hits.shape)
@@ -131,15 +125,9 @@ def first_entry(chain: ChildChain, cells: tuple[int, ...], timesteps: int) -> np
 
 
 def discounted_entry(chain: ChildChain, cells: tuple[int, ...], discount: float) -> np.ndarray:
-    """Return the expected discount of the first move into each of some cells: discount^t in t moves (0: the next).
+    """Return the expected discount of the first move into each of some cells, (states, cells).
 
-    Args:
-        chain: How the child moves.
-        cells: The cells.
-        discount: Below 1.
-
-    Returns:
-        Array (states, cells).
+    That of one in t moves is discount^t (0: the next), below 1.
     """
     found = np.zeros((chain.size, len(cells)))
     for column, cell in zip(found.T, cells, strict=True):
@@ -150,14 +138,9 @@ def discounted_entry(chain: ChildChain, cells: tuple[int, ...], discount: float)
 
 
 def expected_hits(chain: ChildChain, discount: float) -> np.ndarray:
-    """Return the expected bumps into each object from now on, those in t moves counting discount^t (0: the next).
+    """Return the expected bumps into each object from now on, (states, objects).
 
-    Args:
-        chain: How the child moves.
-        discount: Below 1.
-
-    Returns:
-        Array (states, objects).
+    Those in t moves count discount^t (0: the next), which is below 1.
     """
     remains = csc_array(identity(chain.size) - discount * chain.transition)
     return splu(remains).solve(chain.hits)
@@ -166,13 +149,7 @@ def expected_hits(chain: ChildChain, discount: float) -> np.ndarray:
 def presence(chain: ChildChain, now: np.ndarray, timesteps: int) -> np.ndarray:
     """Return the probability of being in each cell after at least one of the next moves: where a child may be soon.
 
-    Args:
-        chain: How the child moves.
-        now: Probability of each state, (states,).
-        timesteps: How many moves there are.
-
-    Returns:
-        Array (cells,).
+    It is (cells,), by the probability of each state now, (states,).
     """
     cells = chain.shape[0]
     onwards = csr_array(chain.transition.T)
@@ -193,15 +170,9 @@ def presence(chain: ChildChain, now: np.ndarray, timesteps: int) -> np.ndarray:
 
 
 def expected_visits(transition: csr_array, start: np.ndarray, timesteps: int) -> np.ndarray:
-    """Return the expected number of timesteps that a Markov chain begins in each state.
+    """Return the expected number of timesteps that a Markov chain begins in each state, (states,).
 
-    Args:
-        transition: Probabilities from each state (row) to each (column), (states, states).
-        start: Probability of each state at first, (states,).
-        timesteps: Length of the episode.
-
-    Returns:
-        Array (states,), which sums to the number of timesteps.
+    Its transition has the probabilities from each state (row) to each (column), its start that of each at first.
     """
     backwards = csr_array(transition.T)
     now, visits = start, np.zeros(len(start))

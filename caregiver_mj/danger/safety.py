@@ -42,15 +42,8 @@ def action_counts(
 ) -> np.ndarray:
     """Return alpha_s(a): the number of expert trajectories that take a in s, plus the hyperprior (section II).
 
-    A trajectory counts once for a pair (s, a), however often it passes there.
-
-    Args:
-        trajectories: Expert trajectories, each a sequence of (state, action) indices.
-        states: Number of states.
-        hyperprior: alpha_s^0(a), the same for all pairs; positive.
-
-    Returns:
-        Array (states, 4).
+    A trajectory, a sequence of (state, action) indices, counts once for a pair (s, a), however often it passes there.
+    The hyperprior alpha_s^0(a) is the same for all pairs. The array is (states, 4).
 
     Raises:
         ValueError: The hyperprior is not positive.
@@ -84,15 +77,9 @@ def action_prior_draw(alpha: np.ndarray, random: np.random.Generator) -> np.ndar
 def log_likelihood_ratio(theta: np.ndarray, state: np.ndarray, action: np.ndarray) -> np.ndarray:
     """Return log theta_s(a) - log rho_s(a), what one observed move adds to the log-odds of safe behaviour.
 
-    rho is the unsafe agent of section III, for whom every action is equally likely: rho_s(a) = 1/4.
-
-    Args:
-        theta: Action prior (states, 4).
-        state: States in which the novices moved, (B,) or of any shape.
-        action: Their moves, of the same shape.
-
-    Returns:
-        Array of that shape; sums of it over a trajectory are the log of the ratio of products in equation (1).
+    rho is the unsafe agent of section III, for whom every action is equally likely: rho_s(a) = 1/4. The action prior
+    theta is (states, 4); states and moves of novices, and what is returned, are (B,) or of any shape. Sums of it over a
+    trajectory are the log of the ratio of products in equation (1).
     """
     return np.log(theta[state, action]) + np.log(ACTION_COUNT)
 
@@ -101,14 +88,8 @@ def probability_safe(log_ratio: np.ndarray, prior: float = PRIOR_SAFE) -> np.nda
     """Return P(safe|tau), equation (1), in log space.
 
     Dividing numerator and denominator by the unsafe product leaves the logistic function of
-    log(prior / (1 - prior)) + sum_k [log theta(a^k) - log rho(a^k)].
-
-    Args:
-        log_ratio: Sum of `log_likelihood_ratio` over each trajectory, (...).
-        prior: P(safe), strictly between 0 and 1.
-
-    Returns:
-        Probabilities (...).
+    log(prior / (1 - prior)) + sum_k [log theta(a^k) - log rho(a^k)], whose last part is `log_ratio`, the sum of
+    `log_likelihood_ratio` over each trajectory, (...). The prior P(safe) is strictly between 0 and 1.
     """
     return np.exp(-np.logaddexp(0.0, -_log_odds(log_ratio, prior)))
 
@@ -140,14 +121,9 @@ def reach_inverse(distance: np.ndarray) -> np.ndarray:
 
 
 def reach_linear(distance: np.ndarray, largest: float) -> np.ndarray:
-    """Return P(reach_o|tau) as 1 - d/d_max (section IV, second reading of "normalised distance").
+    """Return P(reach_o|tau) as 1 - d/d_max, (..., objects) (section IV, second reading of "normalised distance").
 
-    Args:
-        distance: As for `reach_inverse`.
-        largest: d_max, the largest distance there can be in this house.
-
-    Returns:
-        Array (..., objects) of values in [0, 1].
+    Distances are as for `reach_inverse`; d_max is the largest that there can be in this house.
     """
     return np.clip(1.0 - distance / largest, 0.0, 1.0)
 
@@ -156,15 +132,8 @@ def expected_danger(safe: np.ndarray, reach: np.ndarray, damage: np.ndarray) -> 
     """Return E(d_o|tau) = (1 - P(safe|tau)) P(reach_o|tau) d_o, equation (2).
 
     The first factor is common to all objects of one novice: it never changes which of them is the most dangerous, only
-    how that danger compares with a threshold, or with the danger that another novice is in.
-
-    Args:
-        safe: P(safe|tau), (...).
-        reach: P(reach_o|tau), (..., objects).
-        damage: d_o, (objects,).
-
-    Returns:
-        Array (..., objects).
+    how that danger compares with a threshold, or with the danger that another novice is in. It is (...), P(reach_o|tau)
+    and what is returned are (..., objects), and d_o is (objects,).
     """
     return (1.0 - safe)[..., None] * reach * damage
 
@@ -178,14 +147,9 @@ def sector(down: np.ndarray, right: np.ndarray) -> np.ndarray:
 
 
 def context(around: np.ndarray, goal_sector: np.ndarray) -> np.ndarray:
-    """Return numbers of contexts.
+    """Return numbers of contexts, below `CONTEXTS`, (...).
 
-    Args:
-        around: What stands north, east, south and west, below `KINDS`, (..., 4).
-        goal_sector: Where the goal lies, (...).
-
-    Returns:
-        Integers below `CONTEXTS`, (...).
+    They are made of what stands north, east, south and west, below `KINDS`, (..., 4), and where the goal lies, (...).
     """
     return (around @ KINDS ** np.arange(ACTION_COUNT)) * SECTORS + goal_sector
 
@@ -193,16 +157,10 @@ def context(around: np.ndarray, goal_sector: np.ndarray) -> np.ndarray:
 def context_counts(
     around: np.ndarray, goal_sector: np.ndarray, action: np.ndarray, hyperprior: float = HYPERPRIOR
 ) -> np.ndarray:
-    """Return alpha_phi(a), of n moves of experts; each belongs to another cell, or another trajectory.
+    """Return alpha_phi(a), (`CONTEXTS`, 4), of n moves of experts; each belongs to another cell or trajectory.
 
-    Args:
-        around: What stood around them, (n, 4), as for `context`.
-        goal_sector: In which sector their goal lay, (n,).
-        action: The moves, (n,): north, east, south or west.
-        hyperprior: alpha^0; positive.
-
-    Returns:
-        Array (`CONTEXTS`, 4).
+    Of each there is what stood around, (n, 4), and where the goal lay, (n,), as for `context`, and the action: north,
+    east, south or west, (n,). The hyperprior is alpha^0.
 
     Raises:
         ValueError: The hyperprior is not positive.
@@ -221,13 +179,8 @@ def context_counts(
 
 
 def carried_prior(theta: np.ndarray, contexts: np.ndarray) -> np.ndarray:
-    """Return theta_s(a) in a house.
+    """Return theta_s(a) in a house, (cells, 4), rows sum to 1.
 
-    Args:
-        theta: theta_phi(a) of every context, (`CONTEXTS`, 4), rows sum to 1.
-        contexts: phi(s, g), (cells, goals).
-
-    Returns:
-        Array (cells, 4), rows sum to 1.
+    It is made of theta_phi(a) of every context, (`CONTEXTS`, 4), likewise, and of phi(s, g), (cells, goals).
     """
     return theta[contexts].mean(axis=1)

@@ -156,11 +156,6 @@ class ClairvoyantCaregiver(ToldCaregiver, Caregiver):
         return hazard[option], np.where(option >= posts, table, NOTHING)
 
 
-@functools.lru_cache(maxsize=2)
-def _programme(plan: FloorPlan) -> Hindsight:
-    return Hindsight(plan)
-
-
 class Hindsight:
     """What would be best if one knew what comes: a programme over time, for every place and layout of a house.
 
@@ -191,14 +186,10 @@ class Hindsight:
         self._from_posts, self._from_tables = (_Ways(self, plan, *here) for here in (at_posts, at_tables))
 
     def costs(self, bumps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return what comes, as damage.
+        """Return what comes, as damage, of what the children's moves bump into, (T, K, W), as `Future.object`.
 
-        Args:
-            bumps: What the moves of the children bump into, (T, K, W), as `Future.object`.
-
-        Returns:
-            Damage of open stairwells before each move, (T + 1, W), and more damage of a candle on each table than of
-            the bare table from each move on, (T + 1, tables, W).
+        That is the damage of open stairwells before each move, (T + 1, W), and the more damage of a candle on each
+        table than of the bare table from each move on, (T + 1, tables, W).
         """
         (fall, _, more), (length, _, worlds) = costs(self._plan), bumps.shape
         falls = fall * ((bumps >= 0) & (bumps < len(self._plan.stairwells))).sum(axis=1)
@@ -212,12 +203,11 @@ class Hindsight:
     def carrying(self, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return how long it takes to carry a candle from one table to another.
 
-        Args:
-            cells: The first child's cell before each move and after the last one, (T + 1, W).
+        The first child is in `cells` before each move and after the last one, (T + 1, W).
 
         Returns:
-            Moves of the child meanwhile if the candle is got before each move, and the price of those that are denied,
-            both (T + 1, tables, tables, W).
+            Its moves meanwhile if the candle is got before each of them, and the price of those that are denied, both
+            (T + 1, tables, tables, W).
         """
         ways = travel(self._plan)
         here = np.repeat(np.array(ways.central, int)[:, None], cells.shape[1], axis=1)
@@ -228,16 +218,9 @@ class Hindsight:
     def to_come(
         self, cells: np.ndarray, bumps: np.ndarray, carrying: tuple[np.ndarray, np.ndarray], span: int
     ) -> np.ndarray:
-        """Return the least damage from each move on if the caregiver is in each stand then.
+        """Return the least damage from each move on if the caregiver is in each stand then, (span, stands, W).
 
-        Args:
-            cells: As for `carrying`.
-            bumps: As for `costs`.
-            carrying: What that has found.
-            span: For how many moves it is wanted.
-
-        Returns:
-            Array (span, stands, W).
+        The cells are as for `carrying`, which comes with what that has found; the bumps are as for `costs`.
         """
         known, (fall, _, _) = (*self.costs(bumps), *carrying), costs(self._plan)
         length, worlds = len(bumps), bumps.shape[2]
@@ -253,6 +236,9 @@ class Hindsight:
             value[move, :split] = here.reshape(split, worlds)
             value[move, split:] = self._from_tables.best(value, move, known, from_tables)
         return value[: min(span, length + 1)]
+
+
+_programme = functools.lru_cache(maxsize=2)(Hindsight)
 
 
 class _Ways:
@@ -309,15 +295,10 @@ def _rounds(ways: Travel, cells: np.ndarray, here: np.ndarray, left: int) -> tup
 def round_the_child(ways: Travel, cells: np.ndarray, cell: np.ndarray, left: int) -> tuple[np.ndarray, np.ndarray]:
     """Return how the caregiver gets about if it is known where the child will be.
 
-    Args:
-        ways: The ways.
-        cells: The child's cell before each of its moves and after the last one, (T + 1, W).
-        cell: The caregiver's, (places, W).
-        left: Actions that it has left before the next move.
-
-    Returns:
-        The child's moves until the caregiver is in each post or has done something at each table, and the price of
-        those that lead into the caregiver: both (posts and tables, places, W).
+    The child is in `cells` before each of its moves and after the last one, (T + 1, W), and the caregiver in `cell`,
+    (places, W), with so many actions left before the next move. What comes of it are the child's moves until the
+    caregiver is in each post or has done something at each table, and the price of those that lead into it: both
+    (posts and tables, places, W).
     """
     step, child = ways.step, cells[0]
     goal = np.arange(step.shape[2])[:, None, None]

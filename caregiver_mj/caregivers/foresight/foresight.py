@@ -191,9 +191,7 @@ class ForesightCaregiver(Caregiver):
     def expected_damage(self, percept: Percept, worlds: np.ndarray) -> np.ndarray:
         """Return the expected discounted damage to come after the caregiver's last action in a timestep, (W,).
 
-        Args:
-            percept: What is seen.
-            worlds: Indices of worlds in which all candles are on tables, (W,).
+        All candles are on tables in these worlds.
         """
         nothing_left = dataclasses.replace(percept, time_left=np.zeros(len(percept.caregiver_cell)))
         return self.options(nothing_left, worlds).damage.min(axis=1)

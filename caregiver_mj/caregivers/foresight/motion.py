@@ -84,17 +84,11 @@ class Motion:
     def fetch(
         self, table: np.ndarray | int, child: np.ndarray, cell: np.ndarray, left: np.ndarray | int
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return what comes of going for the candle on a table until the child's next move, n times.
-
-        Args:
-            table: Numbers of tables, (n,).
-            child: The child's cells, (n,).
-            cell: The caregiver's cells, (n,).
-            left: Steps until the child's next move, (n,) or for all.
+        """Return what comes of going for the candle on a table until the child's next move, in `left` steps.
 
         Returns:
             Whether it has got the candle by then; the cell in which it then is or, if it has got it, in which it has
-            been when it did; and the steps that are left after that: (n,) each.
+            been when it did; and the steps that are left after that: (n,) each, as all that is given.
         """
         place = len(self.posts) + np.asarray(table)
         distance = self.distance[place, child, cell].astype(int)
@@ -108,11 +102,7 @@ class Motion:
     def carry(self, stand: np.ndarray, table: np.ndarray, child: np.ndarray, left: np.ndarray) -> np.ndarray:
         """Return how many moves a child makes until a candle has been carried to a table, (n,), or of any shape.
 
-        Args:
-            stand: Where the caregiver has taken it, (n,).
-            table: Numbers of the tables, (n,).
-            child: The child's cells then, (n,).
-            left: Steps until its next move, (n,).
+        The caregiver has taken it where it stands, with the child in its cell, and so many steps left until its move.
         """
         place = len(self.posts) + table
         distance = self.distance[place, child, stand].astype(float)
@@ -132,16 +122,10 @@ class Motion:
     def picks_up(
         self, place: int, child: np.ndarray, cell: np.ndarray, left: np.ndarray | int
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return what comes of going for what lies on the floor until the child's next move, n times.
-
-        Args:
-            place: Its number, of `floor`.
-            child: The child's cells, (n,).
-            cell: The caregiver's cells, (n,).
-            left: Steps until the child's next move, (n,) or for all.
+        """Return what comes of going for what lies in a place of `floor` until the child's next move, in `left` steps.
 
         Returns:
-            Whether it has begun to pick it up by then, and the cell in which it then is: (n,) each.
+            Whether it has begun to pick it up by then, and the cell in which it then is: (n,) each, as all cells.
         """
         begun = left - self.distance[place, child, cell] - min(1.0, self.pace.pick_up) > -_ROUNDING
         steps = np.clip(np.rint(left), 0, len(self.after) - 1).astype(int)

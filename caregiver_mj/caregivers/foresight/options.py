@@ -52,11 +52,9 @@ class Cases:
 
     @classmethod
     def likely(cls, belief: np.ndarray, possible: np.ndarray) -> Cases:
-        """Return the most probable ones, `_CASES` in each world.
+        """Return the most probable ones, `_CASES` in each world, by the belief in each, (W, cells, G, E).
 
-        Args:
-            belief: Probability of each cell, goal and epsilon, (W, cells, G, E).
-            possible: The goals and epsilons that a child can have, as numbers g E + e, (J,).
+        The goals and epsilons that are possible are numbers g E + e, (J,).
         """
         presence = belief.sum(axis=(2, 3))
         most = min(_CASES, presence.shape[1])

@@ -38,10 +38,8 @@ from caregiver_mj.danger.chain import ChildChain, discounted_entry, expected_hit
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING, TABLE, Where
 
-LARGEST, LAYOUTS = (
-    40_000_000,
-    128,
-)  # states of all tables, layouts of each: where there are more, fewer candles are planned for at a time
+# States of all tables, layouts of each: where there are more, fewer candles are planned for at a time.
+LARGEST, LAYOUTS = 40_000_000, 128
 GATES = 3  # where there are more, it is not planned at all
 _BEGIN = 0.2  # share of the damage to a child alone to begin the iteration with: about what is left of it
 _NEVER = 1e9  # damage of what cannot be done; finite, for beliefs of zero are multiplied with it
@@ -93,12 +91,8 @@ class _Fetch:
 
     def best(self, ahead: np.ndarray) -> np.ndarray:
         """Return what is to come if it is put down where that is best, (layouts there, m, J)."""
-        return np.stack(
-            [
-                (ahead.take(some, axis=0) + more).min(axis=0)
-                for some, more in zip(self.numbers, self.meanwhile, strict=True)
-            ]
-        )
+        by_layout = zip(self.numbers, self.meanwhile, strict=True)
+        return np.stack([(ahead.take(some, axis=0) + more).min(axis=0) for some, more in by_layout])
 
 
 def candles_at_a_time(plan: FloorPlan) -> int:
@@ -221,15 +215,8 @@ class ValueTable:
     ) -> np.ndarray:
         """Return the damage to come if the caregiver goes for a thing on the floor, with that of the thing alone.
 
-        Args:
-            thing: Its number.
-            layout: Layouts, (n, groups).
-            child: The child's cells, (n,).
-            cell: The caregiver's cells, (n,).
-            left: Steps until the child's next move, (n,).
-
-        Returns:
-            Array (n, groups, J).
+        It is (n, groups, J), by layout, (n, groups), the cells of child and caregiver, and the steps until the child's
+        next move, (n,) each.
         """
         begun, there = self.motion.picks_up(self.motion.floor[thing], child, cell, left)
         going = self.going[thing][layout, (child * self._places + there)[:, None]]
@@ -244,18 +231,11 @@ class ValueTable:
         stand: np.ndarray,
         left: np.ndarray,
     ) -> np.ndarray:
-        """Return the damage to come from the moment in which a candle has been taken, if it is put on a table.
+        """Return the damage to come from the moment in which a candle has been taken, if it is put on a table, (n, J).
 
-        Args:
-            layout: Layouts before it was taken, (n,).
-            source: The tables from which it has been, (n,).
-            table: The tables on which it is put, (n,).
-            child: The child's cells, (n,).
-            stand: Where the caregiver is, (n,).
-            left: Steps until the child's next move, (n,).
-
-        Returns:
-            Array (n, J), beyond all else where there is no such candle, or another one on that table.
+        The layout is that before it was taken from its source, and `stand` the caregiver's cell, with so many steps
+        left until the child's next move, (n,) all. Where there is no such candle, or another one on that table, it is
+        beyond all else.
         """
         numbers, found = self._leg(layout, source, table, child, stand, left)
         found += self._ahead.reshape(-1, self._states).take(numbers, axis=0)
@@ -410,12 +390,10 @@ class ValueTable:
         return [(np.flatnonzero((group == one) & lasts), np.flatnonzero(group == one)) for one in np.unique(group)]
 
     def _dynamics(self, chain: ChildChain) -> tuple[csr_array, np.ndarray, np.ndarray]:
-        """Return discounted transitions of child and caregiver, and the damage and price of the next move.
-
-        The caregiver stands still.
+        """Return what the child's next move leads to while the caregiver stands still.
 
         Returns:
-            (C R J, C R J); damage and price, (layouts, C R, J); and the price alone, (C R, J).
+            Discounted transitions, (C R J, C R J); damage and price, (layouts, C R, J); the price alone, (C R, J).
         """
         cells, places, states = self._cells, self._places, self._states
         (_, bump, more), posts = costs(self.plan), len(self.motion.posts)
