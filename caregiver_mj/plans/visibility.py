@@ -104,20 +104,13 @@ class Visibility:
 
 def seen_from(plan: FloorPlan, eye: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Return which points, (n, 2), are seen from an eye, (2,), up to the walls, where no grid holds: bool (n,)."""
-    return ~_crosses(_opaque(plan), _rows_columns(plan, eye), _rows_columns(plan, points))
-
-
-def _rows_columns(plan: FloorPlan, positions: np.ndarray) -> np.ndarray:
-    """Return where positions (..., 2), metres, are in rows and columns, (..., 2)."""
     height, width = plan.shape
-    x, y = np.moveaxis(positions, -1, 0) / plan.cell_size
-    return np.stack([(height - 1) / 2 - y, x + (width - 1) / 2], axis=-1)
 
+    def rows_columns(positions: np.ndarray) -> np.ndarray:
+        x, y = np.moveaxis(positions, -1, 0) / plan.cell_size
+        return np.stack([(height - 1) / 2 - y, x + (width - 1) / 2], axis=-1)
 
-@functools.lru_cache(maxsize=16)
-def _opaque(plan: FloorPlan) -> np.ndarray:
-    """Return which cells are walls, bool (rows, columns)."""
-    return np.array([[symbol == WALL for symbol in row] for row in plan.rows])
+    return ~_crosses(plan.symbols == WALL, rows_columns(eye), rows_columns(points))
 
 
 @functools.lru_cache(maxsize=16)
@@ -149,7 +142,7 @@ def _up_to_walls(plan: FloorPlan) -> np.ndarray:
     A child is seen where its middle or one of its sides is: there is a straight line from the middle of the caregiver's
     cell through no wall. A line may touch a wall's corner.
     """
-    opaque = _opaque(plan)
+    opaque = plan.symbols == WALL
     here, there = np.array(plan.caregiver_cells, float), np.array(plan.free_cells, float)
     points = there[:, None] + BODY * np.array([(0.0, 0.0), *ACTIONS])  # (free cells, 5, 2)
     seen = np.empty((len(here), len(there)), bool)
