@@ -63,15 +63,9 @@ def write_report(
 ) -> pathlib.Path:
     """Write report.html, tables.md and figures/ into the first of some folders.
 
-    Whatever the order of the folders, runs over several houses come first, and house `paper` last.
-
-    Args:
-        folders: Of finished runs, each of another world or house.
-        film: A film to show; by default the first in the folders, if there is one.
-        render: Whether to film the first episode of a run instead.
-
-    Returns:
-        The path of the page.
+    They are of finished runs, each of another world or house; whatever their order, runs over several houses come
+    first, and house `paper` last. The film is by default the first in them, if there is one; to `render` is to film the
+    first episode of a run instead. What is returned is the path of the page.
 
     Raises:
         CaregiverError: Some folder has no finished run, or the film is not one.
@@ -89,11 +83,11 @@ def write_report(
             "runs of different seeds"
         )
     runs = sorted(given, key=lambda run: run.rank)
-    shown: Film | None
     if render:
-        shown = make_film(runs, folders[0])
+        shown: Film | None = make_film(runs, folders[0])
     else:
-        shown = Film(pathlib.Path(film), pathlib.Path(film).name) if film else found_film(folders)
+        there = (path for folder in folders for path in sorted(pathlib.Path(folder).glob("*.mp4")))
+        shown = next((Film(path, path.name) for path in ([pathlib.Path(film)] if film else there)), None)
     on_page = None if shown is None else {"name": shown.caption, "data": shown.data()}
     sections, beside = [section(run) for run in runs], side_by_side(runs)
     several, cited = (any(part[what] for part in sections) for what in ("several", "cited"))
@@ -237,12 +231,6 @@ class Film:
                 f"the film must have at most {largest:g} MB, to be part of a page, got {size} MB in '{self.path}'"
             )
         return f"data:video/mp4;base64,{base64.b64encode(content).decode()}"
-
-
-def found_film(folders: Sequence[str | os.PathLike[str]]) -> Film | None:
-    """Return the first film in some folders, if there is one."""
-    paths = (path for folder in folders for path in sorted(pathlib.Path(folder).glob("*.mp4")))
-    return next((Film(path, path.name) for path in paths), None)
 
 
 def make_film(runs: Sequence[Run], folder: str | os.PathLike[str], render: Callable[..., None] | None = None) -> Film:
