@@ -169,16 +169,12 @@ class Watched:
 
     def options(self) -> str:
         """Return the options that say the same on the command line."""
-        said = {
-            "house": self.house,
-            "epsilon": str(self.family),
-            "caregiver": self.caregiver,
-            "seed": self.seed,
-            "episode": self.number,
-            "damage": self.damage,
-            "embodiment": self.embodiment,
-            "sight": self.sight,
-        }
-        ever = {"damage": DamageWeights(), "embodiment": DEFAULT, "sight": "all"}
-        told = ((name, value) for name, value in said.items() if ever.get(name) != value)
-        return shlex.join(str(word) for name, value in told for word in (f"--{name}", value))
+        said: dict[str, object] = {"house": self.house, "epsilon": self.family}
+        said |= {"caregiver": self.caregiver, "seed": self.seed}
+        if self.number is not None:
+            said["episode"] = self.number
+        usual = Watched()
+        for name in ("damage", "embodiment", "sight"):
+            if (value := getattr(self, name)) != getattr(usual, name):
+                said[name] = value
+        return shlex.join(str(word) for name, value in said.items() for word in (f"--{name}", value))

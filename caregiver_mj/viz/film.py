@@ -57,10 +57,7 @@ class Studio:
         self._main = self._page[: hud.strip_top(width, height)]  # nothing hides behind the strip
         size = width, self._main.shape[0]
         still = physics.model.ptr.camera(camera).bodyid == 0  # the world's
-        if still:
-            self._camera: Camera = StillCamera(physics, camera, *size)
-        else:
-            self._camera = Camera(physics, camera, *size, shadows=True)
+        self._camera = (StillCamera if still else Camera)(physics, camera, *size, shadows=True)
         self._tiles = TileLayer(physics, camera, *size, still) if episode.foresees else None
         self._insets = []
         captions = {"follow": "toddler" if len(episode.family) == 1 else "child 1", "wrist": "gripper"}
@@ -143,11 +140,7 @@ def render_episode(
     filmed = watched.begin(foresees)
     best: tuple[float, np.ndarray | None] = (math.inf, None)
     count = max(1, round(seconds * fps))
-    with (
-        contextlib.closing(filmed.env),
-        progress_bar(quiet) as bar,
-        film_writer(path, width, height, fps) as write,
-    ):
+    with contextlib.closing(filmed.env), progress_bar(quiet) as bar, film_writer(path, width, height, fps) as write:
         taken = bar.add_task("frames", total=count)
         shots = studio(filmed, width, height, camera, round(_TRAIL_SECONDS * fps))
         for number in range(count):
@@ -207,11 +200,7 @@ def film_writer(path: pathlib.Path, width: int, height: int, fps: float) -> Iter
 
 
 def _writable(path: str | os.PathLike[str], suffix: str) -> pathlib.Path:
-    """The path, once it is sure that a file of that kind can be written there.
-
-    Raises:
-        CaregiverError: It cannot.
-    """
+    """The path, once it is sure that a file of that kind can be written there; a CaregiverError if it cannot."""
     check_kind("a file", path, str, os.PathLike)
     path = pathlib.Path(path)
     if path.suffix.lower() != suffix:

@@ -10,19 +10,6 @@ from caregiver_mj.viz.figures.shares import KINDS, bars, damage_left, houses, ki
 from caregiver_mj.viz.figures.style import ALONE, GUARDED, Series, as_bytes
 
 __all__ = [
-    "ALONE",
-    "GUARDED",
-    "HURT",
-    "KINDS",
-    "WENT",
-    "Series",
-    "as_bytes",
-    "bars",
-    "damage_left",
-    "heat_map",
-    "houses",
-    "kinds",
-    "kinds_in",
-    "survival",
-    "toys_kept",
-]
+    "ALONE", "GUARDED", "HURT", "KINDS", "WENT", "Series", "as_bytes", "bars", "damage_left", "heat_map", "houses",
+    "kinds", "kinds_in", "survival", "toys_kept",
+]  # fmt: skip

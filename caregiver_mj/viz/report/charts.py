@@ -45,13 +45,7 @@ def charts(run: Run) -> list[Picture]:
     normalised = f"normalised {TITLES['damage']}"
     for number, column, quantity, top, caption in (
         (2, "damage_normalised", normalised, 1.0, "Damage, as a share of the greatest of any episode"),
-        (
-            3,
-            timesteps,
-            UNITS[timesteps],
-            EPISODE_TIMESTEPS,
-            f"Timesteps until damage is above {DAMAGE_THRESHOLD:g}",
-        ),
+        (3, timesteps, UNITS[timesteps], EPISODE_TIMESTEPS, f"Timesteps until damage is above {DAMAGE_THRESHOLD:g}"),
         (4, cells, UNITS[cells], None, "Distinct cells visited until then"),
     ):
         alone, guarded = (_series(run, caregiver, column) for caregiver in ("none", run.caregiver))
