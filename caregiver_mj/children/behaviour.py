@@ -56,14 +56,10 @@ class Behaviour(abc.ABC):
             cls.act = _checked(act)  # type: ignore[method-assign]
 
     def __init__(self, plan: FloorPlan, epsilon: float):
-        """Prepare a behaviour.
-
-        Args:
-            plan: The house.
-            epsilon: Share of moves that are random, in [0, 1].
+        """Prepare a behaviour for a house, with a share of moves that are random.
 
         Raises:
-            CaregiverError: Epsilon is out of range.
+            CaregiverError: Epsilon is not in [0, 1].
         """
         self.plan = plan
         self.epsilon = check_epsilon(epsilon)
@@ -88,11 +84,9 @@ class Behaviour(abc.ABC):
         return np.full(batch, self.epsilon)
 
     def reconsider(self, goal: np.ndarray, draw: np.ndarray) -> np.ndarray:
-        """Return the bins to go to now, asked before every move: a child may want another one before it arrives.
+        """Return the bins to go to now, by those they were going to and uniform draws for the next one, (B,) all.
 
-        Args:
-            goal: Those that they were going to, (B,).
-            draw: Uniform draws for the next bin, (B,).
+        It is asked before every move: a child may want another one before it arrives.
         """
         return goal
 

@@ -89,10 +89,7 @@ class Family:
 
     @classmethod
     def of(cls, who: Who | Sequence[Who]) -> Family:
-        """Make a family of what a user may say for one.
-
-        Args:
-            who: An epsilon, a text for `parse`, a child or a family that is made already, or several of these.
+        """Make a family: of an epsilon, a text for `parse`, a child or a family that is made, or several of these.
 
         Raises:
             CaregiverError: There is no such family.
@@ -114,9 +111,7 @@ class Family:
     def parse(cls, text: str, behaviour: str = NOVICE) -> Family:
         """Read a family: the epsilon of each child, separated by commas, such as "0.5" or "1,.25".
 
-        Args:
-            text: The children; one that has another behaviour has its name before it, as in "adversary:0.5".
-            behaviour: That of children without such a name.
+        One with a behaviour other than that given has its name before it, as in "adversary:0.5".
 
         Raises:
             CaregiverError: It cannot be read, or there is no such child.

@@ -32,11 +32,7 @@ class Novice(Behaviour):
         return np.where(at_random, pick(draws[:, 1], len(ACTIONS)), greedy)
 
     def ways(self, sight: Sight) -> tuple[np.ndarray, np.ndarray]:
-        """Return the moves among which the children draw when they make none at random.
-
-        Returns:
-            How many there are, (B,), and which, (B, 4), padded with anything.
-        """
+        """Return how many moves there are to draw from if none is random, (B,), and which, (B, 4), padded somehow."""
         return self._greedy_count[sight.cell, sight.goal], self._greedy_actions[sight.cell, sight.goal]
 
     def action_probabilities(self) -> np.ndarray:
@@ -60,12 +56,8 @@ class Expert(Novice):
 def shortest_path_actions(plan: FloorPlan, distance: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Return the first moves of all shortest paths from every cell to every bin.
 
-    Args:
-        plan: The house.
-        distance: How far it is to every bin, (free cells, bins), where that is not `CellGraph.bin_distances`.
-
-    Returns:
-        How many there are, (free cells, bins), and which, (free cells, bins, 4), padded with zeros.
+    That is how many there are, (free cells, bins), and which, (free cells, bins, 4), padded with zeros. The distance is
+    that to every bin, (free cells, bins), where it is not `CellGraph.bin_distances`.
     """
     next_cell, target, index = plan.graph.moves
     distance = plan.graph.bin_distances if distance is None else distance
@@ -84,15 +76,10 @@ def shortest_path_actions(plan: FloorPlan, distance: np.ndarray | None = None) -
 def expert_trajectories(
     plan: FloorPlan, random: np.random.Generator, timesteps: int = EXPERT_TIMESTEPS
 ) -> list[list[tuple[int, int]]]:
-    """Return shortest collision-free routes from random cells to toy bins (paper, section V.C).
+    """Return shortest collision-free routes from random cells to random toy bins (paper, section V.C).
 
-    Args:
-        plan: The house.
-        random: Source of the start cells, bins and choices among equally short routes.
-        timesteps: Moves in all trajectories together; the last one is cut off there.
-
-    Returns:
-        Trajectories as lists of (free cell index, action index); the last action reaches into the bin.
+    They are lists of (free cell index, action index), whose last action reaches into the bin. After so many timesteps,
+    moves in all of them together, the last one is cut off.
     """
     if timesteps < 1:
         raise CaregiverError(f"timesteps of experts must be at least 1, got {timesteps}")

@@ -52,14 +52,8 @@ def pick(draw: np.ndarray | np.float64, count: np.ndarray | int) -> np.ndarray:
 def start_cells(free_cells: int, landings: int, draws: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return where children and caregiver are at first: each uniform over the free cells that are left.
 
-    Args:
-        free_cells: How many free cells there are.
-        landings: How many stairwells.
-        draws: The start draws of every child of B families, (B, children, 3).
-
-    Returns:
-        Free cells of the children, (B, children), and caregiver cells of the caregiver, (B,). Where no free cell is
-        left, a child shares the first one, and the caregiver starts on the last landing, if there is one.
+    These are free cells (B, children) and caregiver cells (B,), by the start draws of every child, (B, children, 3).
+    Where no free cell is left, a child shares the first one, and the caregiver starts on the last landing, if any.
     """
     taken: list[np.ndarray] = []
     for child in range(draws.shape[1]):

@@ -48,12 +48,9 @@ class ToddlerWalk:
         self._left = 0.0
 
     def begin(self, home: Vector, goal: Vector, bump: bool) -> None:
-        """Begin a move.
+        """Begin a move from the centre of its cell, its home, to that of another one; back again if it has to.
 
-        Args:
-            home: Centre of the toddler's cell, to which it comes back if it has to.
-            goal: Centre of the cell that it heads for.
-            bump: Whether something stands in that cell, so that it will come back in any case.
+        If it is a bump, something stands in that cell, so that it will come back in any case.
         """
         self._home, self._goal, self._bumps = home, goal, bump
         self.returns = self.blocked = False
@@ -69,12 +66,7 @@ class ToddlerWalk:
         self.begin(self.position, self.position, bump=False)
 
     def step(self, timestep: float, touched: Iterable[Vector]) -> None:
-        """Move on.
-
-        Args:
-            timestep: Seconds to move.
-            touched: Unit vectors from the toddler towards all that it touches now.
-        """
+        """Move on for a timestep, seconds; `touched` are unit vectors from the toddler to all that it touches now."""
         touched = list(touched)
         velocity = self._towards(self._home if self.returns else self._goal)
         if not self.returns:

@@ -125,14 +125,10 @@ class CellGraph:
     def distances_from(
         self, goals: Sequence[int | Sequence[int] | np.ndarray], closed: int | Collection[int] = ()
     ) -> np.ndarray:
-        """Return the walking distances of the caregiver, in moves, optionally round closed cells.
+        """Return the walking distances of the caregiver, in moves, int16 (goals, caregiver cells).
 
-        Args:
-            goals: Cells, or groups of them, in which the nearest one counts.
-            closed: A cell, or several, that cannot be entered, such as those of children.
-
-        Returns:
-            int16 array (goals, caregiver cells); `UNREACHABLE` where no path leads.
+        Goals are cells, or groups of them, in which the nearest one counts. A closed cell, or several, such as those of
+        children, cannot be entered. It is `UNREACHABLE` where no path leads.
 
         Raises:
             CaregiverError: A way is longer than such numbers can be.
@@ -140,14 +136,7 @@ class CellGraph:
         return self._distances(goals, self._open_edges(closed), self._cells, closed)
 
     def bump_distances(self, objects: Sequence[Cell]) -> np.ndarray:
-        """Return the moves that a child needs to bump into each object: to a free neighbour, and one more.
-
-        Args:
-            objects: Cells of objects.
-
-        Returns:
-            Integer array (free cells, objects).
-        """
+        """Return the moves that a child needs to bump into the object in each cell: integers (free cells, objects)."""
         return self._distances(self.beside(objects), self._child_edges, self._free).T.astype(int) + 1
 
     def child_distances_from(self, cells: Sequence[int]) -> np.ndarray:
@@ -177,9 +166,7 @@ class CellGraph:
     def breadth_first(self, start: int, closed: Collection[int] = ()) -> dict[int, int]:
         """Search from a cell: for every cell that can be reached, the one before it, nearest cells first.
 
-        Args:
-            start: The cell to begin with, which is its own predecessor, even if it is closed.
-            closed: Cells that cannot be entered.
+        The start is its own predecessor, even if it is one of the closed cells, which cannot be entered.
         """
         before = {start: start}
         queue = deque([start])
@@ -210,11 +197,7 @@ class CellGraph:
     def downhill(self, height: np.ndarray) -> np.ndarray:
         """Return for every caregiver cell the lowest among itself and its neighbours; itself if none is lower.
 
-        Args:
-            height: A number for each cell, such as a distance, (..., caregiver cells).
-
-        Returns:
-            Indices of cells, of that shape.
+        The height is a number for each cell, such as a distance, (..., caregiver cells); so are the indices returned.
         """
         best = height[..., self._self_and_neighbours].argmin(axis=-1)
         return self._self_and_neighbours[np.arange(best.shape[-1]), best]

@@ -111,13 +111,9 @@ class FloorPlan:
         cell_size: float = DEFAULT_CELL_SIZE,
         damage: Mapping[str, float] | str = DamageWeights(),
     ) -> FloorPlan:
-        """Make a plan of its text.
+        """Make a plan of its text: the rows, separated by newlines; blank lines before and after them are ignored.
 
-        Args:
-            text: The rows, separated by newlines. Blank lines before and after them are ignored.
-            name: What to call the plan.
-            cell_size: Side of a cell in metres.
-            damage: What a collision costs, as `DamageWeights.of` takes it.
+        The cell size is in metres, the damage as `DamageWeights.of` takes it.
 
         Raises:
             FloorPlanError: The text is not a valid plan. The message says what is wrong and where.
@@ -319,12 +315,7 @@ def _houses_folder() -> Traversable:
 
 
 def validate(plan: FloorPlan, first_line: int) -> None:
-    """Raise FloorPlanError, with all that is wrong with a plan, if anything is.
-
-    Args:
-        plan: What has been read.
-        first_line: Line of the text in which the plan begins, counted from 1.
-    """
+    """Raise FloorPlanError, with all that is wrong with a plan that begins in a line of a text, counted from 1."""
     # One after the other: what is asked next would be in vain, or follow from what is wrong already.
     for problems in (_of_rows, _of_border, _of_cells):
         if found := list(problems(plan, first_line)):

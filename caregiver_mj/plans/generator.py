@@ -37,15 +37,9 @@ _SPACIOUS = 4  # cells that the shorter side of a room has at least, to have a t
 
 
 def generate(seed: int, size: tuple[int, int] | None = None, **wishes: Any) -> FloorPlan:
-    """Make a house. What is not given is drawn from the seed.
+    """Make a house, which `FloorPlan.load` gives again by its name. What is not given is drawn from the seed.
 
-    Args:
-        seed: Where all chance comes from.
-        size: Columns and rows, outer walls included.
-        wishes: What else it shall have, such as `rooms=3`; see `Request`.
-
-    Returns:
-        The floor plan. `FloorPlan.load` gives it again by its name.
+    The size is columns and rows, outer walls included; for the other wishes, such as `rooms=3`, see `Request`.
 
     Raises:
         FloorPlanError: There can be no such house, or none was found.
@@ -54,14 +48,7 @@ def generate(seed: int, size: tuple[int, int] | None = None, **wishes: Any) -> F
 
 
 def design(request: Request) -> tuple[FloorPlan, Shell]:
-    """Make a house; see `generate`.
-
-    Returns:
-        The floor plan, and its walls with their rooms and doorways.
-
-    Raises:
-        FloorPlanError: There can be no such house, or none was found.
-    """
+    """Make a house, as `generate` does; return its walls, with their rooms and doorways, beside the floor plan."""
     request.check()
     (width, height), counts = request.settled()
     area = (width - 2) * (height - 2)
@@ -80,12 +67,7 @@ def design(request: Request) -> tuple[FloorPlan, Shell]:
 def furnished(random: np.random.RandomState, shell: Shell, counts: Sequence[int], name: str) -> FloorPlan | None:
     """Return the plan of a house into which things have been put, if it is valid and drivable.
 
-    Args:
-        random: Where the chance comes from.
-        shell: The house without them.
-        counts: How many stairwells, candles, bare tables and bins, and of what a home has besides: gates, mugs and
-            batteries.
-        name: What to call it.
+    The counts are of stairwells, candles, bare tables and bins, and of what a home has besides: gates, mugs, batteries.
     """
     stairwells, candles, tables, bins, gates, mugs, batteries = (*counts, 0, 0, 0)[:7]
     tables_with = {CANDLE: candles, MUG.symbol: mugs, TABLE: tables}
@@ -194,15 +176,8 @@ def furnish(
 ) -> np.ndarray | None:
     """Put things into a house such that none of them divides a room, and a free cell remains beside each thing.
 
-    Args:
-        random: Where the chance comes from.
-        shell: The house without them.
-        fixtures: How many stairwells and bins there shall be, by their characters.
-        tables: How many tables of each kind.
-        on_floor: How many of each kind of small thing on the floor, where it does not lie in the way either.
-
-    Returns:
-        Characters (rows, columns), or None if no place was found for something.
+    They are counted by their characters: fixtures (stairwells and bins), tables, and small things on the floor, where
+    these do not lie in the way either. The house is characters (rows, columns), None if no place was found for one.
     """
     house = _Furnished(shell)
     of_tables = random.permutation(_each(tables)).tolist()

@@ -45,30 +45,16 @@ class Room:
         return slice(self.top, self.bottom + 1), slice(self.left, self.right + 1)
 
     def part(self, axis: int, first: int, length: int, is_corridor: bool = False) -> Room:
-        """Return a part of it.
-
-        Args:
-            axis: 0 for some of its rows, 1 for some of its columns.
-            first: The first of them, counted from the room's own first.
-            length: How many.
-            is_corridor: Whether that is a corridor.
-        """
+        """Return some of its rows (axis 0) or columns (1), from the first on, counted from the room's own first."""
         if axis == 0:
             return Room(self.top + first, self.left, self.top + first + length - 1, self.right, is_corridor)
         return Room(self.top, self.left + first, self.bottom, self.left + first + length - 1, is_corridor)
 
 
 def split(random: np.random.RandomState, shape: tuple[int, int], count: int, smallest: int) -> list[Room] | None:
-    """Divide a house into rooms with walls of one cell between them.
+    """Divide a house into so many rooms, a corridor included, with walls of one cell between them; None without space.
 
-    Args:
-        random: Where the chance comes from.
-        shape: Rows and columns, outer walls included.
-        count: How many rooms there shall be, a corridor included.
-        smallest: Cells that the shorter side of a room has at least; that of a corridor may be less.
-
-    Returns:
-        The rooms, or None if there is no space for so many.
+    The shorter side of a room has as many cells as the smallest at least; that of a corridor may have less.
     """
     rooms = [Room(1, 1, shape[0] - 2, shape[1] - 2)]
     if count > 3 and draw(random, 100) < _CORRIDOR_SHARE:
@@ -153,17 +139,7 @@ class Shell:
 
 
 def build_shell(random: np.random.RandomState, shape: tuple[int, int], rooms: int, smallest: int) -> Shell | None:
-    """Draw the walls of a house.
-
-    Args:
-        random: Where the chance comes from.
-        shape: Rows and columns, outer walls included.
-        rooms: How many rooms there shall be, a corridor included.
-        smallest: Cells that the shorter side of a room has at least.
-
-    Returns:
-        The walls, or None if there is no space for so many rooms.
-    """
+    """Draw the walls of a house of a shape, outer walls included; None if there is no space for so many rooms."""
     found = split(random, shape, rooms, smallest)
     return None if found is None else Shell(shape, tuple(found), _doorways(random, shape, found))
 

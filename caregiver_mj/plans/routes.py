@@ -64,11 +64,8 @@ class Routes:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return how to get to places.
 
-        Args:
-            place: Numbers of places, `ASIDE` or `STAY`, (B,).
-            child_cell: The children's cells, (B, K).
-            caregiver_cell: The caregiver's cell, (B,).
-            yields: Whether it keeps clear of the children where its way is barred; else it stays where it is.
+        Places are numbers, `ASIDE` or `STAY`, (B,), the children's cells (B, K), the caregiver's (B,). It `yields` if
+        it keeps clear of the children where its way is barred; else it stays where it is.
 
         Returns:
             Moves left to each place, `UNREACHABLE` where no path leads, and the cell to be in next, both (B,).

@@ -69,11 +69,9 @@ def shape_of(name: str) -> str:
 
 
 def house_set(name: str) -> tuple[FloorPlan, ...]:
-    """Make all houses of a set.
+    """Make all houses of a set: `train-N`, `shapes-train-N` and so on, with N from 1 to 1000, or `drawn-N`, to 10.
 
-    Args:
-        name: `train-N`, `test-N`, `shapes-train-N`, `shapes-test-N`, `home-train-N` or `home-test-N`, with N from 1
-            to 1000, each also with `@SECRET`, or `drawn-N`, with N from 1 to 10.
+    All but `drawn-N` may end in `@SECRET`.
 
     Raises:
         FloorPlanError: There is no such set.
@@ -91,11 +89,7 @@ def house_set(name: str) -> tuple[FloorPlan, ...]:
 def houses_named(
     names: str | Iterable[str], damage: Mapping[str, float] | str = DamageWeights()
 ) -> tuple[FloorPlan, ...]:
-    """Return the houses that several names stand for, in their order.
-
-    Args:
-        names: Of sets, or of single houses as `FloorPlan.load` takes them.
-        damage: What a collision costs, as `DamageWeights.of` takes it.
+    """Return the houses that several names stand for, in their order: of sets, or as `FloorPlan.load` takes them.
 
     Raises:
         FloorPlanError: There is no such house or set, or two houses have the same name.

@@ -27,14 +27,7 @@ class Yielding:
         self._plan = plan
 
     def routes_over(self, child_cell: int) -> np.ndarray:
-        """Return how much a caregiver would be in a child's way in each cell.
-
-        Args:
-            child_cell: Index of the child's free cell.
-
-        Returns:
-            The number of toy bins to which a shortest path of the child leads over the cell, (caregiver cells,).
-        """
+        """Return to how many toy bins a shortest path of the child leads over each cell, (caregiver cells,)."""
         routes = np.zeros(len(self._plan.caregiver_cells), int)  # none leads over a landing
         distance = self._plan.graph.child_distances_from([child_cell])[0]
         routes[: len(distance)] = self._on_shortest_path(child_cell, distance).sum(axis=1)

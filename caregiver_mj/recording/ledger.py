@@ -39,13 +39,7 @@ class Ledger:
     """
 
     def __init__(self, plan: FloorPlan, cells: np.ndarray, timesteps: int):
-        """Begin B episodes.
-
-        Args:
-            plan: The house.
-            cells: Free cells in which the children start, (B, K).
-            timesteps: Length of an episode, which an episode below the threshold counts as.
-        """
+        """Begin B episodes, with children in free cells (B, K), of a length that those below the threshold count as."""
         batch, children = cells.shape
         self._timesteps = timesteps
         self.timestep = 0

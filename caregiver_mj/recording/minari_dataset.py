@@ -49,15 +49,9 @@ def write_minari(
 ) -> None:
     """Write a data set; it is there when it is whole, and only then.
 
-    Frames become observations, by the camera's name, and JPEG on disk, as is Minari's manner.
-
-    Args:
-        root: The folder in which Minari looks for data sets.
-        name: As of `check_name`.
-        episodes: At least one, all of the same spaces; they are read one after the other.
-        about: What the data set says of itself.
-        spaces: Those of observations, without frames, and of actions.
-        spec: The `EnvSpec` of the environment, for `recover_environment`.
+    Frames become observations, by the camera's name, and JPEG on disk, as is Minari's manner. The episodes, at least
+    one, are all of the same spaces (of observations, without frames, and of actions), and read one after the other.
+    The root is where Minari looks for data sets; `spec` is the `EnvSpec`, for `recover_environment`.
 
     Raises:
         MissingExtraError: Minari is not installed.

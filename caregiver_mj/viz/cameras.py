@@ -65,14 +65,9 @@ class Camera:
             groups[unseen] = before
 
     def boxes(self, centres: np.ndarray, radius: np.ndarray) -> np.ndarray:
-        """Return where in the picture balls and their shadows on the floor are.
+        """Return where in the picture balls, by centres (n, 3) and radii (n,), metres, and their shadows are.
 
-        Args:
-            centres: Their centres, (n, 3), metres.
-            radius: Their radii, (n,), metres.
-
-        Returns:
-            Bounds in pixels: left, top, right, bottom, (n, 4); infinite ones for what is beside the camera.
+        The bounds are in pixels: left, top, right, bottom, (n, 4); infinite ones for what is beside the camera.
         """
         on_floor = [centres - centres[:, 2:] / light[2] * light for light in self._sunlight]
         axes = self._data.cam_xmat[self._id].reshape(3, 3) * (1, -1, -1)  # to the right, down, and ahead

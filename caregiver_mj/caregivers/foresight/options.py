@@ -225,13 +225,8 @@ def regret(parts: Sequence[tuple[Cases, Sums]], seen: np.ndarray, timesteps: int
     be best where the child is: that much it regrets. It does so for so many timesteps, seeing what is seen from where
     it is now, and from where the option takes it once it is there.
 
-    Args:
-        parts: Where each child may be, and what is then to be expected, in the same W worlds.
-        seen: Which free cells are seen from each of the caregiver's, bool (caregiver cells, free cells).
-        timesteps: For how long.
-
-    Returns:
-        Damage, (W, options).
+    The parts are where each child may be, and what is then to be expected, in the same W worlds. Free cells are seen
+    from each of the caregiver's, bool (caregiver cells, free cells). What is returned is damage, (W, options).
     """
     _, one = parts[0]
     place, moves = one.ends()

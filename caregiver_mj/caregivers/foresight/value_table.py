@@ -170,14 +170,9 @@ class ValueTable:
         shut: frozenset[int] = frozenset(),
         tables: Tables | None = None,
     ):
-        """Work it out.
+        """Work it out, for openings whose gates are shut, by their numbers.
 
-        Args:
-            plan: The house.
-            pace: How long the caregiver takes for what it does.
-            objective: What is to be least.
-            shut: Numbers of the openings whose gates are shut.
-            tables: Those in which one more is, by theirs; where there is none, that gate is never closed.
+        The tables are those in which one more gate is, by theirs; where there is none, that gate is never closed.
         """
         self.plan, self.motion, self._objective = plan, motion(plan, pace), objective
         chain = child_chain(plan)

@@ -163,10 +163,8 @@ def kinds_in(means: pd.DataFrame) -> dict[str, str]:
 def kinds(means: pd.DataFrame, names: Mapping[str, str], *, caregiver: str = "paper") -> Figure:
     """Return stacked bars of the damage by what did it, without and with a caregiver, as shares of all damage without.
 
-    Args:
-        means: A row for each `caregiver` and `family`, with `damage_mean` and that of each of `KINDS`.
-        names: What families are called; others are left out.
-        caregiver: Who is set against `none`.
+    The means have a row for each `caregiver` and `family`, with `damage_mean` and that of each of `KINDS`. Families are
+    called by their names; others are left out.
     """
     rows = means.set_index(["caregiver", "family"])
     with mpl.rc_context(STYLE):
@@ -201,19 +199,12 @@ def kinds(means: pd.DataFrame, names: Mapping[str, str], *, caregiver: str = "pa
 
 
 def survival(
-    episodes: pd.DataFrame,
-    names: Mapping[str, str],
-    caregivers: Sequence[str],
-    *,
-    caregiver: str = "paper",
+    episodes: pd.DataFrame, names: Mapping[str, str], caregivers: Sequence[str], *, caregiver: str = "paper"
 ) -> Figure:
-    """Return the share of episodes that are not yet stopped, over time; a panel for each family.
+    """Return the share of episodes that are not yet stopped, over time; a panel for each of the families with names.
 
-    Args:
-        episodes: A row an episode, with `caregiver`, `family`, `timesteps_to_threshold` and `stopped`.
-        names: What families are called; others are left out.
-        caregivers: Whose curves to draw, in their order; at most three beside `none`, `caregiver` and the floor.
-        caregiver: The one that stands out.
+    There is a row an episode, with `caregiver`, `family`, `timesteps_to_threshold` and `stopped`. The curves are those
+    of some caregivers, in their order, of whom one stands out; at most three beside that one, `none` and the floor.
     """
     looks: dict[str, dict[str, Any]] = {
         "none": {"color": unit(ALONE), "linewidth": 1.8},
@@ -254,14 +245,9 @@ def houses(
 ) -> Figure:
     """Return the damage left in every house by every caregiver: a panel for each family, a row for each caregiver.
 
-    Args:
-        by_house: A row for each house, `caregiver` and `family`, with `damage_left`, NaN where there is no damage;
-            None of a single house.
-        means: A row for each `caregiver` and `family`, with `damage_left`, `damage_left_ci_low` and `_ci_high`; an
-            end may be missing. Caregivers are drawn in its order.
-        names: What families are called; others are left out.
-        caregiver: The one that stands out.
-        columns: Panels in a row.
+    There is a row for each house, `caregiver` and `family`, with `damage_left`, NaN where there is no damage; none of a
+    single house. The means have a row for each `caregiver`, in the order in which they are drawn, and `family`, with
+    `damage_left`, `damage_left_ci_low` and `_ci_high`, NaN where there is none. Families without names are left out.
     """
     caregivers = [name for name in dict.fromkeys(means["caregiver"]) if name not in ("none", FLOOR)]
     row = _ROW if by_house is not None else _BARE_ROW
