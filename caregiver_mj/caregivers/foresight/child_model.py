@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import math
 
 import numpy as np
 
@@ -24,7 +23,6 @@ OTHERS = (0, 2)  # those that a child of another kind than the novice may have: 
 CHANGE = 0.005
 PRIOR = {"novice": 0.85, "explorer": 0.05, "hazard": 0.05, "caregiver": 0.05}  # probability of each kind
 _SURE = 0.9  # probability from which on a child is taken to follow the caregiver
-_DETOURS = 3  # timesteps more than anything takes without a child
 
 
 @functools.lru_cache(maxsize=4)
@@ -116,13 +114,10 @@ class Travel:
     Attributes:
         posts: Cells of the landings. A house without stairwells has one post all the same: where the tables are
             nearest.
-        open_way: Actions until it is at each goal, the posts and then beside each table, if there is no child,
-            (goals, cells).
         done: The number of the cell in which it has got a candle; see `step`.
-        step: The cell that it is in after a number of actions, 0 to those of a timestep, on its way to each goal,
-            (actions, children's cells, goals, cells). Who has got the candle from a table is in one more cell, which
-            there is not, the last one: `done`.
-        longest: The most timesteps that anything is thought to take.
+        step: The cell that it is in after a number of actions, 0 to those of a timestep, on its way to each goal, the
+            posts and then beside each table, (actions, children's cells, goals, cells). Who has got the candle from a
+            table is in one more cell, which there is not, the last one: `done`.
         central: For every table the cell beside it from which the rest is nearest.
     """
 
@@ -134,7 +129,7 @@ class Travel:
             self.posts = [int(graph.distances_from(stands).sum(axis=0).argmin()) if stands else 0]
         goals = [[post] for post in self.posts] + stands
         routes = Routes(plan, goals)
-        self.open_way = open_way = routes.open_distance.astype(int)
+        open_way = routes.open_distance.astype(int)
         self.done = cells
         one = np.full((len(plan.free_cells), len(goals), cells + 1), cells, np.int16)
         for child in range(len(one)):
@@ -147,5 +142,4 @@ class Travel:
         for _ in range(int(PAPER.cells)):
             steps.append(np.take_along_axis(one, steps[-1].astype(int), axis=2))
         self.step = np.stack(steps)
-        self.longest = math.ceil(2 * (open_way.max(initial=0) + 1) / PAPER.cells) + _DETOURS
         self.central = [min(stand, key=lambda cell: open_way[:, cell].sum(), default=0) for stand in stands]
