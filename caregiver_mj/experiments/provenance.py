@@ -83,7 +83,9 @@ def origin(found: Any) -> str:
         raise CaregiverError(
             f"'{error.filename}', which '{name}' depends on, cannot be read: {error.strerror}"
         ) from None
-    return f"{_distribution(root) or path.name}, sha256 {digest.hexdigest()[:_DIGITS]}"
+    installed = _distributions().get(root)  # with what it was
+    where = f"{installed[0]} {importlib.metadata.version(installed[0])}" if installed else path.name
+    return f"{where}, sha256 {digest.hexdigest()[:_DIGITS]}"
 
 
 def _sources(folder: pathlib.Path, name: str, path: pathlib.Path) -> set[pathlib.Path]:
@@ -125,11 +127,6 @@ def imported(folder: pathlib.Path, source: pathlib.Path) -> Iterator[str]:
             above = source.relative_to(folder).parts[: -node.level] if node.level else ()
             within = [*above, *filter(None, [node.module])]
             yield from (".".join([*within, alias.name]) for alias in node.names)
-
-
-def _distribution(root: str) -> str:
-    names = _distributions().get(root)  # what it was installed with
-    return f"{names[0]} {importlib.metadata.version(names[0])}" if names else ""
 
 
 _distributions = functools.cache(importlib.metadata.packages_distributions)

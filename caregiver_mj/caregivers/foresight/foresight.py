@@ -155,16 +155,11 @@ class ForesightCaregiver(Caregiver):
         landings = len(self.plan.landings)
         shut = np.zeros((len(worlds), 0), bool) if percept.shut is None else percept.shut[worlds, landings:]
         ways, which = np.unique(shut, axis=0, return_inverse=True)
-        parts = [
-            self._options(values, percept, worlds[which.ravel() == way])
-            for way, values in enumerate(
-                self._values()[frozenset((landings + np.flatnonzero(row)).tolist())] for row in ways
-            )
-        ]
+        tables = [self._values()[frozenset((landings + np.flatnonzero(row)).tolist())] for row in ways]
+        parts = [self._options(one, percept, worlds[which.ravel() == way]) for way, one in enumerate(tables)]
         order = np.argsort(np.argsort(which.ravel(), kind="stable"))
-        return Options(
-            *(np.concatenate([getattr(part, name) for part in parts])[order] for name in ("damage", "table"))
-        )
+        damage = np.concatenate([part.damage for part in parts])[order]
+        return Options(damage, np.concatenate([part.table for part in parts])[order])
 
     def _options(self, values: ValueTable, percept: Percept, worlds: np.ndarray) -> Options:
         """Return the same for worlds in which the same gates are shut."""

@@ -18,6 +18,7 @@ from caregiver_mj.plans.hazards import NOTHING
 _CASES = 12  # cells in which a child that is not seen is thought to be at most, ...
 _LEAST = 0.05  # ... and how probable each is at least, as a share of the most probable one
 _MOST = 1e4  # damage, for what cannot be done
+_SUMMED = ("going", "carried", "lying", "then")  # what `Sums` add up
 
 
 @dataclasses.dataclass(frozen=True)
@@ -163,17 +164,13 @@ class Sums:
 
     def by_world(self, cases: Cases) -> Sums:
         """Return what is to be expected of a child in each world, by that in each case."""
-        sums: dict[str, Any] = {
-            name: cases.each_world(getattr(self, name)) for name in ("going", "carried", "lying", "then")
-        }
+        sums: dict[str, Any] = {name: cases.each_world(getattr(self, name)) for name in _SUMMED}
         got = cases.each_world(~self.got) == 0  # in each case
         return dataclasses.replace(self, which=np.unique(self.which), got=got, **sums)
 
     def plus(self, other: Sums) -> Sums:
         """Return what is to be expected of all children, by that of some and others in each world."""
-        sums: dict[str, Any] = {
-            name: getattr(self, name) + getattr(other, name) for name in ("going", "carried", "lying", "then")
-        }
+        sums: dict[str, Any] = {name: getattr(self, name) + getattr(other, name) for name in _SUMMED}
         return dataclasses.replace(self, got=self.got & other.got, **sums)
 
     @property

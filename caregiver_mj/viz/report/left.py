@@ -196,12 +196,9 @@ def _apart(runs: Sequence[Run], left: Sequence[np.ndarray]) -> np.ndarray | None
 
 def _on_average(families: Sequence[str], apart: np.ndarray) -> str:
     """The same over all families that move mostly at random, as a sentence."""
-    both = [
-        i
-        for i, family in enumerate(families)
-        if min(epsilon for _, epsilon in members(family)) >= _MOSTLY_RANDOM and np.isfinite(apart[i])
-    ]
-    if not both:
+    random = [min(epsilon for _, epsilon in members(family)) >= _MOSTLY_RANDOM for family in families]
+    both = np.flatnonzero(np.isfinite(apart) & random)
+    if not both.size:
         return ""
     who = ", ".join(family_name(families[i]) for i in both)
     return f" House against grid, on average over {who}: {percent(float(np.mean(apart[both])))}."
