@@ -197,8 +197,8 @@ def _apart(runs: Sequence[Run], left: Sequence[np.ndarray]) -> np.ndarray | None
 def _on_average(families: Sequence[str], apart: np.ndarray) -> str:
     """The same over all families that move mostly at random, as a sentence."""
     random = [min(epsilon for _, epsilon in members(family)) >= _MOSTLY_RANDOM for family in families]
-    both = np.flatnonzero(np.isfinite(apart) & random)
-    if not both.size:
+    both = np.flatnonzero(np.isfinite(apart) & random).tolist()
+    if not both:
         return ""
     who = ", ".join(family_name(families[i]) for i in both)
     return f" House against grid, on average over {who}: {percent(float(np.mean(apart[both])))}."
