@@ -32,7 +32,7 @@ class Novice(Behaviour):
         return np.where(at_random, pick(draws[:, 1], len(ACTIONS)), greedy)
 
     def ways(self, sight: Sight) -> tuple[np.ndarray, np.ndarray]:
-        """Return how many moves there are to draw from if none is random, (B,), and which, (B, 4), padded somehow."""
+        """Return how many moves there are to draw from if none is random, (B,), and which, (B, 4), padded anyhow."""
         return self._greedy_count[sight.cell, sight.goal], self._greedy_actions[sight.cell, sight.goal]
 
     def action_probabilities(self) -> np.ndarray:

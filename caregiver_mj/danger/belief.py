@@ -42,7 +42,7 @@ class Belief:
     def watch(self, cell: np.ndarray, move: np.ndarray, caregiver_cell: np.ndarray | None = None) -> None:
         """Take in a move of every child, -1 for none, and the cell in which it was made, (B, K) both.
 
-        The caregiver was then in its cell, (B,). Left out, no child goes after it.
+        The caregiver's cell is that in which it was then, (B,). Left out, no child goes after it.
         """
         chain = self._chain
         made = move >= 0

@@ -127,7 +127,7 @@ def first_entry(chain: ChildChain, cells: tuple[int, ...], timesteps: int) -> np
 def discounted_entry(chain: ChildChain, cells: tuple[int, ...], discount: float) -> np.ndarray:
     """Return the expected discount of the first move into each of some cells, (states, cells).
 
-    That of one in t moves is discount^t (0: the next), below 1.
+    One in t moves (0: the next) counts discount^t, with a discount below 1.
     """
     found = np.zeros((chain.size, len(cells)))
     for column, cell in zip(found.T, cells, strict=True):
@@ -140,7 +140,7 @@ def discounted_entry(chain: ChildChain, cells: tuple[int, ...], discount: float)
 def expected_hits(chain: ChildChain, discount: float) -> np.ndarray:
     """Return the expected bumps into each object from now on, (states, objects).
 
-    Those in t moves count discount^t (0: the next), which is below 1.
+    Those in t moves (0: the next) count discount^t, with a discount below 1.
     """
     remains = csc_array(identity(chain.size) - discount * chain.transition)
     return splu(remains).solve(chain.hits)
@@ -172,7 +172,8 @@ def presence(chain: ChildChain, now: np.ndarray, timesteps: int) -> np.ndarray:
 def expected_visits(transition: csr_array, start: np.ndarray, timesteps: int) -> np.ndarray:
     """Return the expected number of timesteps that a Markov chain begins in each state, (states,).
 
-    Its transition has the probabilities from each state (row) to each (column), its start that of each at first.
+    They sum to the timesteps. The transition has the probabilities from each state (row) to each (column), (states,
+    states), the start that of each state at first, (states,).
     """
     backwards = csr_array(transition.T)
     now, visits = start, np.zeros(len(start))

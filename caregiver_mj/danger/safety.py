@@ -132,8 +132,9 @@ def expected_danger(safe: np.ndarray, reach: np.ndarray, damage: np.ndarray) -> 
     """Return E(d_o|tau) = (1 - P(safe|tau)) P(reach_o|tau) d_o, equation (2).
 
     The first factor is common to all objects of one novice: it never changes which of them is the most dangerous, only
-    how that danger compares with a threshold, or with the danger that another novice is in. It is (...), P(reach_o|tau)
-    and what is returned are (..., objects), and d_o is (objects,).
+    how that danger compares with a threshold, or with the danger that another novice is in.
+
+    P(safe|tau) is (...), P(reach_o|tau) and what is returned are (..., objects), and d_o is (objects,).
     """
     return (1.0 - safe)[..., None] * reach * damage
 

@@ -128,7 +128,7 @@ class CellGraph:
         """Return the walking distances of the caregiver, in moves, int16 (goals, caregiver cells).
 
         Goals are cells, or groups of them, in which the nearest one counts. A closed cell, or several, such as those of
-        children, cannot be entered. It is `UNREACHABLE` where no path leads.
+        children, cannot be entered. A distance is `UNREACHABLE` where no path leads.
 
         Raises:
             CaregiverError: A way is longer than such numbers can be.

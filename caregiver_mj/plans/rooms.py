@@ -54,7 +54,7 @@ class Room:
 def split(random: np.random.RandomState, shape: tuple[int, int], count: int, smallest: int) -> list[Room] | None:
     """Divide a house into so many rooms, a corridor included, with walls of one cell between them; None without space.
 
-    The shorter side of a room has as many cells as the smallest at least; that of a corridor may have less.
+    The shorter side of a room has at least `smallest` cells; that of a corridor may have less.
     """
     rooms = [Room(1, 1, shape[0] - 2, shape[1] - 2)]
     if count > 3 and draw(random, 100) < _CORRIDOR_SHARE:
@@ -139,7 +139,10 @@ class Shell:
 
 
 def build_shell(random: np.random.RandomState, shape: tuple[int, int], rooms: int, smallest: int) -> Shell | None:
-    """Draw the walls of a house of a shape, outer walls included; None if there is no space for so many rooms."""
+    """Draw the walls of a house of a shape, outer walls included; None if there is no space for so many rooms.
+
+    The shorter side of a room has at least `smallest` cells; a corridor is one of the rooms.
+    """
     found = split(random, shape, rooms, smallest)
     return None if found is None else Shell(shape, tuple(found), _doorways(random, shape, found))
 

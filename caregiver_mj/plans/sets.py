@@ -91,6 +91,8 @@ def houses_named(
 ) -> tuple[FloorPlan, ...]:
     """Return the houses that several names stand for, in their order: of sets, or as `FloorPlan.load` takes them.
 
+    What a collision costs is as `DamageWeights.of` takes it.
+
     Raises:
         FloorPlanError: There is no such house or set, or two houses have the same name.
     """

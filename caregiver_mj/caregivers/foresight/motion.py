@@ -102,7 +102,7 @@ class Motion:
     def carry(self, stand: np.ndarray, table: np.ndarray, child: np.ndarray, left: np.ndarray) -> np.ndarray:
         """Return how many moves a child makes until a candle has been carried to a table, (n,), or of any shape.
 
-        The caregiver has taken it where it stands, with the child in its cell, and so many steps left until its move.
+        The caregiver took it in the cell `stand`, with the child in its own, and `left` steps before the child's move.
         """
         place = len(self.posts) + table
         distance = self.distance[place, child, stand].astype(float)

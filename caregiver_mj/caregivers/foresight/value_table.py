@@ -172,7 +172,7 @@ class ValueTable:
     ):
         """Work it out, for openings whose gates are shut, by their numbers.
 
-        The tables are those in which one more gate is, by theirs; where there is none, that gate is never closed.
+        The tables are those in which one more gate is shut, by theirs; without one, that gate is never closed.
         """
         self.plan, self.motion, self._objective = plan, motion(plan, pace), objective
         chain = child_chain(plan)
