@@ -51,14 +51,10 @@ class Tracker(Belief):
         in_view: np.ndarray,
         caregiver_cell: np.ndarray | None = None,
     ) -> None:
-        """Take in a timestep of every child, as far as it has been seen.
+        """Take in a timestep of every child, as far as it has been seen; -1 is for what has not.
 
-        Args:
-            previous: The cell in which its move began, (B, K), or -1 where that was not seen.
-            action: The move, (B, K), or -1 for a child that made none or was not seen to.
-            cell: The cell in which it is now, (B, K), or -1 for a child that is not seen.
-            in_view: Which cells are seen now, bool (B, cells).
-            caregiver_cell: Where the caregiver is, (B,).
+        That is the previous cell, in which its move began, the action, -1 also if it made none, and the cell in which
+        it is now, (B, K) each. The cells in view now are bool (B, cells), the caregiver's is (B,).
         """
         known = (previous >= 0) & (cell >= 0)
         self.surprised[:] = False

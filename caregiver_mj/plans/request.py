@@ -41,13 +41,8 @@ class Request:
         seed: Where all chance comes from, a whole number from 0 on, below `SEEDS`.
         size: Columns and rows, outer walls included.
         rooms: How many rooms, a corridor included.
-        stairwells: How many stairwells.
-        candles: How many tables with a candle.
-        tables: How many bare tables.
-        bins: How many toy bins.
-        gates: How many stairwells more, with a gate that stands open.
-        mugs: How many tables more, with a mug.
-        batteries: How many small objects on the floor.
+        stairwells, candles, tables, bins: How many stairwells, tables with a candle, bare tables, and toy bins.
+        gates, mugs, batteries: How many more stairwells, with an open gate, and tables, with a mug; small objects.
         home: Whether gates, mugs and batteries, too, are drawn if they are None; else there are none.
     """
 
