@@ -39,7 +39,10 @@ _SPACIOUS = 4  # cells that the shorter side of a room has at least, to have a t
 def generate(seed: int, size: tuple[int, int] | None = None, **wishes: Any) -> FloorPlan:
     """Make a house, which `FloorPlan.load` gives again by its name. What is not given is drawn from the seed.
 
-    The size is columns and rows, outer walls included; for the other wishes, such as `rooms=3`, see `Request`.
+    Args:
+        seed: Where all chance comes from.
+        size: Columns and rows, outer walls included.
+        wishes: What else it shall have, such as `rooms=3`; see `Request`.
 
     Raises:
         FloorPlanError: There can be no such house, or none was found.
@@ -48,7 +51,11 @@ def generate(seed: int, size: tuple[int, int] | None = None, **wishes: Any) -> F
 
 
 def design(request: Request) -> tuple[FloorPlan, Shell]:
-    """Make a house, as `generate` does; return its walls, with their rooms and doorways, beside the floor plan."""
+    """Make a house, as `generate` does; return its walls, with their rooms and doorways, beside the floor plan.
+
+    Raises:
+        FloorPlanError: There can be no such house, or none was found.
+    """
     request.check()
     (width, height), counts = request.settled()
     area = (width - 2) * (height - 2)

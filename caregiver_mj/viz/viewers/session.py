@@ -19,7 +19,11 @@ _PIECE = 0.1  # seconds of the simulated world between looks at the clock
 
 
 def begin(watched: Watched) -> Episode:
-    """Begin an episode, with what the caregiver thinks may be coming where it thinks of that: not every one does."""
+    """Begin an episode, with what the caregiver thinks may be coming where it thinks of that: not every one does.
+
+    Raises:
+        CaregiverError: There can be no such episode.
+    """
     episode = watched.begin()
     episode.foresees = True
     return episode
