@@ -22,8 +22,7 @@ from targets_vector import Remembering
 
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
-from caregiver_mj.children.family import Family
-from caregiver_mj.children.side_by_side import side_by_side
+from caregiver_mj.children.family import Family, side_by_side
 from caregiver_mj.envs.target_grid import GridTargetsVector, TargetGrid
 from caregiver_mj.experiments.blocks import run_block
 from caregiver_mj.experiments.settings import EPSILONS, FLOOR, Settings, episode_seed

@@ -31,8 +31,7 @@ from matplotlib.figure import Figure
 from rich.console import Console
 from rich.progress import Progress, track
 
-from caregiver_mj.children.family import Family
-from caregiver_mj.children.side_by_side import side_by_side
+from caregiver_mj.children.family import Family, side_by_side
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate

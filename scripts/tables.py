@@ -22,7 +22,7 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.recording import record
 from caregiver_mj.robot.embodiments import EMBODIMENTS
 from caregiver_mj.tasks import TASKS
-from caregiver_mj.tasks.observed import OBSERVED
+from caregiver_mj.tasks.base import OBSERVED
 
 PAGES = sorted((pathlib.Path(__file__).parents[1] / "docs").rglob("*.md"))
 _PLACE = re.compile(r"(<!-- scripts/tables\.py: (\w+) -->\n).*?(<!-- end -->)", re.S)
@@ -75,7 +75,7 @@ def observation() -> str:
         of = "" if key in OBSERVED else f" (`{name}` only)"
         rows.append([f"`{key}`", seen.shape, shape, seen.unit, bounds, seen.meaning + of])
     if spaces:
-        raise ValueError(f"tasks.observed does not say what {', '.join(spaces)} is")
+        raise ValueError(f"tasks.base does not say what {', '.join(spaces)} is")
     return table(["key", "shape", f"in `{_HOUSE}`", "unit", "within, in Gymnasium", "is"], rows)
 
 

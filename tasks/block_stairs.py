@@ -13,13 +13,12 @@ from caregiver_mj.house.physics import Physics
 from caregiver_mj.house.rendering import rewards
 from caregiver_mj.interventions.verb import BLOCK, Intervention
 from caregiver_mj.plans.hazards import STAIRWELL, Where
-from caregiver_mj.tasks import base
-from caregiver_mj.tasks.observed import OBSERVED, Observed
+from caregiver_mj.tasks.base import OBSERVED, CareTask, Observed
 
 _FAR = 3.0  # metres from the landing at which the reward is 0.1
 
 
-class BlockStairs(base.CareTask):
+class BlockStairs(CareTask):
     """A stairwell is drawn at the start of every episode.
 
     Attributes:

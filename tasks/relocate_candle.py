@@ -13,13 +13,12 @@ from caregiver_mj.house.rendering import rewards
 from caregiver_mj.interventions.verb import RELOCATE, Intervention
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.hazards import CANDLE, Where
-from caregiver_mj.tasks import base
-from caregiver_mj.tasks.observed import OBSERVED, Observed
+from caregiver_mj.tasks.base import OBSERVED, CareTask, Observed
 
 _NEAR, _FAR = 0.10, 3.0  # metres from the goal at which the reward for nearness is 1, and 0.1
 
 
-class RelocateCandle(base.CareTask):
+class RelocateCandle(CareTask):
     """A candle and a bare table are drawn at the start of every episode.
 
     Attributes:

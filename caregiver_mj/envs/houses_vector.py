@@ -14,8 +14,7 @@ from gymnasium.vector.utils import batch_space
 from caregiver_mj.caregivers.target_map import places_needed
 from caregiver_mj.caregivers.target_observation import Observations
 from caregiver_mj.children.behaviour import Behaviour
-from caregiver_mj.children.family import ChildSpec, Family, Who
-from caregiver_mj.children.side_by_side import side_by_side
+from caregiver_mj.children.family import ChildSpec, Family, Who, side_by_side
 from caregiver_mj.envs.target_grid import MOST_EPISODES, GridTargetsVector
 from caregiver_mj.errors import CaregiverError, check_integer
 from caregiver_mj.plans.floor_plan import FloorPlan

@@ -16,8 +16,7 @@ import numpy as np
 from caregiver_mj.caregivers.answers import ReplayedCaregiver, ReplayedPolicy, kept, packed, replayed, unpacked
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver, make_caregiver, needs_pictures
-from caregiver_mj.children.family import Family
-from caregiver_mj.children.side_by_side import side_by_side
+from caregiver_mj.children.family import Family, side_by_side
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.children.walk import WALKING_SPEED
 from caregiver_mj.errors import CaregiverError

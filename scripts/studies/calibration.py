@@ -23,8 +23,7 @@ from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.foresight.child_model import CHANGE, EPSILONS, child_chain
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.children.family import CHILDREN, NOVICE, Family
-from caregiver_mj.children.side_by_side import side_by_side
+from caregiver_mj.children.family import CHILDREN, NOVICE, Family, side_by_side
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.children.toddler import SHARE_OF_TIME_WALKING
 from caregiver_mj.danger.belief import Belief

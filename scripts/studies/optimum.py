@@ -20,9 +20,8 @@ from scipy.sparse import coo_array, csr_array
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.foresight.value_table import OBJECTIVE, Objective
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.children.family import Family
+from caregiver_mj.children.family import Family, side_by_side
 from caregiver_mj.children.novice import Novice
-from caregiver_mj.children.side_by_side import side_by_side
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.experiments import two_level
 from caregiver_mj.grid.world import GridWorld

@@ -16,8 +16,7 @@ import pandas as pd
 from caregiver_mj.caregivers.foresight.child_model import EPSILONS
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, KnowsGoalCaregiver
 from caregiver_mj.caregivers.foresight.value_table import OBJECTIVE
-from caregiver_mj.children.family import Family
-from caregiver_mj.children.side_by_side import side_by_side
+from caregiver_mj.children.family import Family, side_by_side
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.experiments import two_level
 from caregiver_mj.grid.world import GridWorld

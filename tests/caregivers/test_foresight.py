@@ -22,8 +22,7 @@ from caregiver_mj.caregivers.foresight.value_table import (
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Pace, Percept
 from caregiver_mj.caregivers.told import ToldCaregiver, Truth
-from caregiver_mj.children.family import Family
-from caregiver_mj.children.side_by_side import side_by_side
+from caregiver_mj.children.family import Family, side_by_side
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS, Tape
 from caregiver_mj.grid.world import GridWorld, run_episodes
 from caregiver_mj.interventions.verb import BLOCK, RELOCATE

@@ -6,8 +6,7 @@ import pytest
 from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.children.behaviour import Sight
 from caregiver_mj.children.changing import SWITCH, Drifter, Waverer
-from caregiver_mj.children.family import Family
-from caregiver_mj.children.side_by_side import side_by_side
+from caregiver_mj.children.family import Family, side_by_side
 from caregiver_mj.children.tape import Tape
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.plans.floor_plan import FloorPlan

@@ -7,9 +7,8 @@ from hypothesis import strategies as st
 from scripted_child import Scripted
 
 from caregiver_mj.children.behaviour import Sight
-from caregiver_mj.children.family import ChildSpec, Family
+from caregiver_mj.children.family import ChildSpec, Family, side_by_side
 from caregiver_mj.children.novice import Novice
-from caregiver_mj.children.side_by_side import side_by_side
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.plans.floor_plan import FloorPlan
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from caregiver_mj.children.family import Family
-from caregiver_mj.children.side_by_side import side_by_side
+from caregiver_mj.children.family import Family, side_by_side
 from caregiver_mj.envs.houses_vector import GridHousesVector
 from caregiver_mj.envs.target_grid import GridTargetsVector
 from caregiver_mj.plans.floor_plan import FloorPlan

@@ -7,8 +7,7 @@ from targets_vector import EARLIER, Remembering
 
 from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.registry import make_caregiver
-from caregiver_mj.children.family import Family
-from caregiver_mj.children.side_by_side import side_by_side
+from caregiver_mj.children.family import Family, side_by_side
 from caregiver_mj.envs.houses_vector import GridHousesVector
 from caregiver_mj.experiments.settings import EPSILONS, episode_seed
 from caregiver_mj.grid.world import run_episodes

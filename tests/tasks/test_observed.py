@@ -3,7 +3,7 @@
 import pytest
 
 import caregiver_mj
-from caregiver_mj.tasks.observed import OBSERVED
+from caregiver_mj.tasks.base import OBSERVED
 
 
 @pytest.mark.parametrize("children", ["0.5", "1,.25"])

@@ -14,8 +14,7 @@ from caregiver_mj.interventions.verb import BLOCK, Intervention
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import CANDLE, STAIRWELL, Where
 from caregiver_mj.tasks import TaskSpec, register
-from caregiver_mj.tasks.base import CareTask
-from caregiver_mj.tasks.observed import OBSERVED, Observed
+from caregiver_mj.tasks.base import OBSERVED, CareTask, Observed
 
 PLAN = FloorPlan.parse("######\n#...B#\n#.C.T#\n######", "no_stairs")
 
