@@ -39,6 +39,30 @@ def test_a_pushed_arm_is_told_to_stay_where_it_is(robot):
     assert robot.has_given_way
 
 
+def test_an_arm_that_creeps_goes_on_from_where_it_is_pushed_to(robot):
+    """One that stayed stiff would spring back as soon as whoever pushes it steps off."""
+    robot.giving_way.yields = True
+
+    def creep(arm):
+        robot.reach(0.0, creeps=True)
+        told = robot.action(HERE, arm)[ARM]
+        robot.now += 0.02
+        return told
+
+    arm = robot.reach_path.joints(robot.reached)
+    for _ in range(25):  # nobody touches it: it follows what it is told
+        arm = creep(arm)
+    pushed = robot.reach_path.joints(robot.reached) + np.array([0.05, 0.0, 0.0, -0.03, 0.0, 0.0, 0.0])
+    told = creep(pushed)
+    np.testing.assert_allclose(told, pushed, atol=0.005)
+    assert np.abs(told - robot.reach_path.joints(robot.reached)).max() > 0.04
+    before = robot.reached
+    for _ in range(25):  # let go of, it creeps on from there
+        told = creep(told)
+    assert robot.reached < before
+    assert np.abs(told - robot.reach_path.joints(robot.reached)).max() > 0.04
+
+
 def test_it_comes_back_slowly_and_without_a_jolt(robot):
     wanted = robot.action(HERE)[ARM]
     robot.giving_way.yields = True
