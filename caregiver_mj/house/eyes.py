@@ -51,7 +51,6 @@ class Eyes:
         bodies = np.array(physics.touch_reader.bodies)
         own = np.full(len(points), -1)
         own[: ends[0]] = bodies.repeat(len(_BODY))
-        own[len(points) - len(physics.panels) :] = physics.panels
         room = np.where(np.arange(len(points)) < ends[1], 0.0, _ROOM)
         found = np.zeros(len(points), bool)
         looks = []  # where there is something in front, and what

@@ -37,7 +37,6 @@ class Physics(OffscreenRendering, engine.Physics):
         touches: All contacts of the children during the last `step`.
         touch_reader: What reads them.
         carried: What kind of thing each candle is.
-        panels: Geoms of the gates' panels.
         embodiment: The robot in the house, or None.
     """
 
@@ -108,7 +107,7 @@ class Physics(OffscreenRendering, engine.Physics):
         self._hinges, self._bolts = (
             np.array([model.joint(gate + joint).qposadr[0] for gate in gates], int) for joint in ("hinge", "latch")
         )
-        self.panels = [model.geom(f"{gate}panel").id for gate in gates]
+        self._panels = [model.geom(f"{gate}panel").id for gate in gates]
         self._latches = list(zip(self._hinges.tolist(), self._bolts.tolist(), strict=True))
         self._embody(self.embodiment)
         self.touches: list[Touch] = []
@@ -243,7 +242,7 @@ class Physics(OffscreenRendering, engine.Physics):
 
     def panel_positions(self) -> np.ndarray:
         """Return where the middle of each gate's panel is, (gates, 3), m."""
-        return self._raw[1].geom_xpos[self.panels]
+        return self._raw[1].geom_xpos[self._panels]
 
     def gates_latched(self) -> list[bool]:
         """Return whether each gate is closed, and its bolt has sprung out behind the keeper."""

@@ -68,9 +68,12 @@ class Model:
         )
 
 
+FINE = b'{"target": null}'
 FAULTS = {
-    "stalls": lambda handler: time.sleep(0.6),
-    "dribbles": lambda handler: handler.say(b"{" + b" " * 40, pause=0.02),
+    # Of the first three nothing is wrong but that they come late, or have no end.
+    "stalls": lambda handler: (time.sleep(0.6), handler.say(FINE)),
+    "dribbles": lambda handler: handler.say(FINE + b" " * 30, pause=0.02),
+    "no end": lambda handler: handler.say(FINE + b" " * 2_000_000),
     "cuts off": lambda handler: handler.say(b'{"target"', length=500),
     "says nothing": lambda handler: None,
     "fails": lambda handler: handler.say(b"{}", status=500),
@@ -81,7 +84,6 @@ FAULTS = {
     "no hazard": lambda handler: handler.say(b'{"target": 999}'),
     "no number": lambda handler: handler.say(b'{"target": true}'),
     "no table": lambda handler: handler.say(b'{"target": null, "table": -1}'),
-    "no end": lambda handler: handler.say(b'"' + b" " * 2_000_000 + b'"'),
     "no depth": lambda handler: handler.say(b"[" * 100_000),
     "no HTTP": lambda handler: handler.wfile.write(b"hello\r\n\r\n"),
 }
@@ -156,6 +158,8 @@ def test_a_model_that_answers_as_the_rule_has_its_rows(server, name):
     asks = f"{server.address}/judge" if name == "http" else "chat:some-model"
     for house, families in (("home-8", [0.5]), ("flat", ["1,.25"])) if name == "http" else (("paper", [1.0]),):
         assert rows(asks, house, families).equals(rows("expected-danger", house, families))
+    if name == "http":  # it is asked again after every move of the children
+        assert all(sum("moved" in seen for seen in body["seen"]) <= 1 for _, body in server.asked)
     if name == "chat":
         _, body = server.asked[-1]
         assert body["model"] == "some-model"
