@@ -38,7 +38,7 @@ Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 
 EPSILON = 0.5  # of the child in all episodes
-# Of the closed loop: two homes, which have gates, hot drinks and batteries, and the largest of the plans below.
+# Of the closed loop: two homes, the second with a gate and three batteries, and the largest of the plans below.
 HOUSES = ("paper", "apartment", "home-600000", "home-600003", "house-0-40x40-stairwells6-candles40-tables20-bins6")
 SUITE = ("manipulator:bring_ball", "humanoid:walk")  # tasks of dm_control
 _SUITE_SECONDS = 30.0  # simulated, at most, for each of those
