@@ -58,7 +58,8 @@ _LEAST = 1e-3  # the least probability that a cell is taken to have in the log s
 def add_options(parser: Parser) -> None:
     """Declare the options."""
     parser.add("houses", ["test-20"], "houses, or sets of them")
-    parser.add("sights", [FULL, WALLS, "camera", "rooms:1", "rooms:2", "rooms:4", "rooms:8"], "the first one is all")
+    parser.add("sights", [FULL, WALLS, "camera", "rooms:1", "rooms:2", "rooms:4"], "the first one is all")
+    parser.add("ceilings", ["test-20"], "those of the houses in which there are cameras on the ceilings, for rooms:N")
     parser.add("episodes", 20, "of each toddler in each house")
     parser.add("children", 5, "episodes of each child in each house, to hold the belief against")
     parser.add_file("runs", "keep the runs there, and go on with them", "DIR", required=True)
@@ -75,7 +76,8 @@ def run(options: argparse.Namespace) -> Page:
         if sight == WALLS:
             names += [ABSENT, HALF]
         folder = options.runs / sight.replace(":", "-")
-        where = ["--world", "grid", "--houses", *options.houses, "--sight", sight]
+        houses = options.ceilings if _is_ceiling(sight) else options.houses
+        where = ["--world", "grid", "--houses", *houses, "--sight", sight]
         what = ["--caregiver", *names, "--episodes", str(options.episodes), "--jobs", str(options.jobs)]
         with contextlib.redirect_stdout(sys.stderr):
             if caregiver_mj_command(["evaluate", *where, *what, "--out", str(folder), "--resume"]):
@@ -89,7 +91,7 @@ def run(options: argparse.Namespace) -> Page:
     ]
     tallies = dict(zip(jobs, run_all(believed, jobs, options.jobs, "beliefs"), strict=True))
     cells = {plan.name: len(plan.free_cells) for plan in houses_named(options.houses)}
-    return page(runs, tallies, cells, " ".join(options.houses), options.episodes)
+    return page(runs, tallies, cells, (" ".join(options.houses), " ".join(options.ceilings)), options.episodes)
 
 
 class Run(NamedTuple):
@@ -97,6 +99,10 @@ class Run(NamedTuple):
 
     episodes: pd.DataFrame
     cells: pd.DataFrame
+
+
+def _is_ceiling(sight: str) -> bool:
+    return sight.startswith("rooms:")
 
 
 # -- Ablations ---------------------------------------------------------------------------------------
@@ -201,30 +207,34 @@ def believed(job: Job) -> dict[str, Any]:
 
 
 def page(
-    runs: dict[str, Run], tallies: dict[Job, dict[str, Any]], cells: dict[str, int], houses: str, episodes: int
+    runs: dict[str, Run],
+    tallies: dict[Job, dict[str, Any]],
+    cells: dict[str, int],
+    houses: tuple[str, str],
+    episodes: int,
 ) -> Page:
     """Return the page; houses by name have so many free cells."""
-    sums = {
-        sight: {name: damage_sums(of) for name, of in run.episodes.groupby("caregiver", sort=False)}
-        for sight, run in runs.items()
-    }
-    alone = sums[FULL]["none"]
+    sums = {sight: _sums(run) for sight, run in runs.items()}
+    full = {sight: _sums(runs[FULL], run) for sight, run in runs.items()}  # what each is held against
     partial = [sight for sight in runs if sight != FULL]
+    ceilings = {sight: run for sight, run in runs.items() if _is_ceiling(sight)}
+    runs = {sight: run for sight, run in runs.items() if sight not in ceilings}
     epsilons = sorted(runs[FULL].episodes.epsilon.unique(), reverse=True)
     values = {
-        "houses": houses,
+        "houses": houses[0],
+        "ceilings": houses[1] if ceilings else "",
         "episodes": episodes,
         "epsilons": epsilons,
         "titles": TITLES,
         "partial": partial,
         "never": NEVER,
         "left": {
-            (sight, name): two_level.of_ratio(found, alone)
+            (sight, name): two_level.of_ratio(found, full[sight]["none"])
             for sight, of_sight in sums.items()
             for name, found in of_sight.items()
         },
         "closed": {
-            (sight, name): _closed(sums[sight]["last-seen"], sums[sight][name], sums[FULL]["foresight"])
+            (sight, name): _closed(sums[sight]["last-seen"], sums[sight][name], full[sight]["foresight"])
             for sight, name in itertools.product(partial, TITLES)
         },
         "by_epsilon": {
@@ -238,7 +248,7 @@ def page(
             for sight, of in runs.items()
             if sight != FULL
         },
-        "sizes": [row for sight in partial for row in _by_size(sight, runs[sight].episodes, cells)],
+        "sizes": [row for sight in runs if sight != FULL for row in _by_size(sight, runs[sight].episodes, cells)],
         "ablated": {
             title: two_level.of_difference(sums[WALLS][name], sums[WALLS]["foresight"])
             for name, title in ABLATED.items()
@@ -247,14 +257,22 @@ def page(
         else {},
         "harm": {
             (sight, name): int(((run.cells.caregiver == name) & (run.cells.harm_verdict == "more")).sum())
-            for sight, run in runs.items()
+            for sight, run in (runs | ceilings).items()
             for name in TITLES
             if name in set(run.cells.caregiver)
         },
         "cells": len(runs[FULL].cells) // runs[FULL].cells.caregiver.nunique(),
         "scores": _scores(tallies),
     }
-    return Page(values, {"sight.svg": draw(sums, alone), "sight_belief.svg": draw_belief(tallies)})
+    least = min([*runs.values(), *ceilings.values()], key=lambda run: run.episodes.house.nunique())
+    shown = {sight: _sums(run, least) for sight, run in (runs | ceilings).items()}
+    return Page(values, {"sight.svg": draw(shown), "sight_belief.svg": draw_belief(tallies)})
+
+
+def _sums(run: Run, among: Run | None = None) -> dict[str, list[np.ndarray]]:
+    """Return the damage by caregiver, as `damage_sums`, in the houses that another run has, too."""
+    episodes = run.episodes if among is None else run.episodes[run.episodes.house.isin(among.episodes.house)]
+    return {name: damage_sums(of) for name, of in episodes.groupby("caregiver", sort=False)}
 
 
 def _means(episodes: pd.DataFrame, name: str, column: str) -> list[float]:
@@ -298,19 +316,19 @@ def _scores(tallies: dict[Job, dict[str, Any]]) -> dict[tuple[str, str], dict[st
     return sums.div(sums.timesteps.clip(lower=1), axis=0).assign(timesteps=sums.timesteps).to_dict("index")
 
 
-def draw(sums: dict[str, dict[str, list[np.ndarray]]], alone: list[np.ndarray]) -> Figure:
+def draw(sums: dict[str, dict[str, list[np.ndarray]]]) -> Figure:
     """Return a figure: damage left against the number of cameras on the ceiling, and with full sight."""
     figure, axes = style.single()
     cameras = {0: "camera"} | {int(sight.partition(":")[2]): sight for sight in sums if sight.startswith("rooms")}
     cameras = {number: sight for number, sight in sorted(cameras.items()) if sight in sums}
     for number, name in enumerate(("last-seen", "expected-danger", "foresight")):
-        left = [two_level.of_ratio(sums[sight][name], alone) for sight in cameras.values()]
+        left = [two_level.of_ratio(sums[sight][name], sums[FULL]["none"]) for sight in cameras.values()]
         value, low, high = np.array(left).T
         axes.errorbar(
             list(cameras), value, [value - low, high - value], color=f"C{number}", marker="o", label=name, capsize=2
         )
         if name in sums[FULL]:
-            full = two_level.of_ratio(sums[FULL][name], alone).value
+            full = two_level.of_ratio(sums[FULL][name], sums[FULL]["none"]).value
             axes.axhline(full, color=f"C{number}", linestyle=":", linewidth=1)
     axes.set_xticks(list(cameras))
     axes.set_xlabel("cameras on the ceiling (dotted: full sight)")
