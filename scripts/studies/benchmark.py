@@ -6,6 +6,7 @@ import argparse
 import contextlib
 import copy
 import functools
+import itertools
 import os
 import pathlib
 import time
@@ -40,6 +41,7 @@ Result = TypeVar("Result")
 EPSILON = 0.5  # of the child in all episodes
 # Of the closed loop: two homes, the second with a gate and three batteries, and the largest of the plans below.
 HOUSES = ("paper", "apartment", "home-600000", "home-600003", "house-0-40x40-stairwells6-candles40-tables20-bins6")
+SIGHTS = ("all", "walls", "camera")
 SUITE = ("manipulator:bring_ball", "humanoid:walk")  # tasks of dm_control
 _SUITE_SECONDS = 30.0  # simulated, at most, for each of those
 # Where foresight plans, from little to much.
@@ -126,9 +128,9 @@ class Scene:
         steps: Control timesteps of the episode.
     """
 
-    def __init__(self, house: str, seconds: float):
-        self.env = load("supervise", house, EPSILON, random=0, task_kwargs={"time_limit": float("inf")})
-        self.policy = CaregiverPolicy(self.env)
+    def __init__(self, house: str, seconds: float, caregiver: str = "expected-danger", sight: str = "all"):
+        self.env = load("supervise", house, EPSILON, 0, task_kwargs={"time_limit": float("inf")}, sight=sight)
+        self.policy = CaregiverPolicy(self.env, caregiver)
         self.steps = round(seconds / self.env.control_timestep())
 
     def play(self, act: Callable[[dm_env.TimeStep], np.ndarray] | None = None) -> float:
@@ -262,6 +264,23 @@ def dissect(scene: Scene) -> dict[str, float]:
     return {part: 1e6 * seconds / scene.steps for part, seconds in found.items()}
 
 
+# -- The longest control steps -----------------------------------------------------------------------
+
+
+def control_steps(seconds: float, repeats: int) -> Iterator[tuple[str, pd.DataFrame]]:
+    """Yield how long decisions and control steps take with each sight, in as many houses as there are repeats."""
+    rows = []
+    for sight, caregiver, house in itertools.product(SIGHTS, ("expected-danger", "foresight"), HOUSES[:repeats]):
+        scene, policy, env = Scene(house, seconds, caregiver, sight), Clock(time.process_time), Clock(time.process_time)
+        with env.of(scene.env, "step"):
+            scene.play(policy.around(scene.policy))
+        decisions, steps = 1e3 * np.array([policy.times, env.times])[:, 1:]  # in the first one the robot stands
+        worst = {"decision": decisions.max(), "of 1,000 the longest": np.percentile(decisions + steps, 99.9)}
+        row = {"sight": sight, "caregiver": caregiver, "house": house, **worst, "longest": (decisions + steps).max()}
+        rows.append(row)
+    yield "Longest control steps, ms of the processor", pd.DataFrame(rows).set_index(["sight", "caregiver", "house"])
+
+
 # -- What foresight costs as houses grow, in time of the processor: preparation, memory, decisions ---
 
 
@@ -309,4 +328,4 @@ def _peak() -> float:
     return next(int(line.split()[1]) for line in status.splitlines() if line.startswith("VmHWM")) * 1.024e-3
 
 
-SECTIONS = {"closed_loop": closed_loop, "foresight": foresight}
+SECTIONS = {"closed_loop": closed_loop, "control_steps": control_steps, "foresight": foresight}
