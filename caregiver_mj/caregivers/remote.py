@@ -9,6 +9,7 @@ import functools
 import importlib.resources
 import itertools
 import json
+import math
 import os
 import pathlib
 import tempfile
@@ -67,6 +68,8 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
 
     def __init__(self, plan: FloorPlan, seed: int = 0):
         super().__init__(plan, seed)
+        self._most_calls = _said(MOST_CALLS, math.inf)
+        _said(PATIENCE, _PATIENCE)  # is wrong here, if it is, and not at the first question
         lying = [plan.free_cells[cell] for cell in plan.floor_cells]
         cells = [*plan.stairwells, *[None] * len(plan.candle_tables), *lying]  # None: `candle_table` says where
         self._house = {
@@ -145,9 +148,8 @@ class RemoteCaregiver(CommandedCaregiver, abc.ABC):
     def _ask(self, question: dict[str, Any]) -> dict[str, Any]:
         """Return the exchange: the question, the answer, and why it is an abstention, or None."""
         start, answer, problem = time.time(), None, None
-        most = os.environ.get(MOST_CALLS)
-        if most and next(_calls) > int(most):
-            problem = f"the budget of {most} calls is used up"
+        if self._most_calls < math.inf and next(_calls) > self._most_calls:
+            problem = f"the budget of {self._most_calls:g} calls is used up"
         else:
             try:
                 answer = self.send(question)
@@ -243,6 +245,18 @@ def asking(
                     os.environ[name] = value
 
 
+def _said(name: str, default: float) -> float:
+    """Return a number that the environment has."""
+    text = os.environ.get(name) or default
+    try:
+        number = float(text)
+    except ValueError:
+        number = -1.0
+    if not number >= 0.0:
+        raise CaregiverError(f"{name} must be a number of at least 0, got '{text}'")
+    return number
+
+
 def _tally(folder: pathlib.Path) -> str:
     lines = [line for file in folder.glob("*.jsonl") for line in file.read_text("utf-8").splitlines()]
     problems = collections.Counter(problem for line in lines if (problem := json.loads(line)["abstention"]))
@@ -288,7 +302,7 @@ def _client() -> httpx.Client:
     """Return a client for which an answer that dribbles in, or has no end, is none."""
     import httpx2 as httpx
 
-    patience = float(os.environ.get(PATIENCE, _PATIENCE))
+    patience = _said(PATIENCE, _PATIENCE)
 
     class Bounded(httpx.SyncByteStream):
         def __init__(self, stream: Any, until: float):

@@ -15,6 +15,7 @@ from caregiver_mj.caregivers.paper import PaperCaregiver
 from caregiver_mj.caregivers.percept import Percept
 from caregiver_mj.caregivers.registry import make_caregiver
 from caregiver_mj.cli import main
+from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.settings import Settings, episode_tapes
 from caregiver_mj.grid.world import GridWorld
@@ -185,6 +186,14 @@ def test_a_run_keeps_its_exchanges_and_its_budget(server, tmp_path, capsys):
     lines = [json.loads(line) for file in (tmp_path / "run/exchanges").iterdir() for line in file.open()]
     assert len(server.asked) == 3
     assert f"{len(lines)} questions, {len(lines)} abstentions; {len(lines) - 3} x the budget" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", [remote.MOST_CALLS, remote.PATIENCE])
+@pytest.mark.parametrize("value", ["soon", "-1", "nan"])
+def test_what_the_environment_says_must_be_a_number(name, value, monkeypatch):
+    monkeypatch.setenv(name, value)
+    with pytest.raises(CaregiverError, match=f"{name} must be a number of at least 0, got '{value}'"):
+        make_caregiver("http://127.0.0.1:1", FloorPlan.load("paper"))
 
 
 def test_the_example_answers_every_question(server, tmp_path, monkeypatch):
