@@ -15,7 +15,7 @@ import numpy as np
 
 from caregiver_mj.caregivers.foresight.child_model import CHANGE, child_chain
 from caregiver_mj.caregivers.percept import Percept
-from caregiver_mj.children.walk import BUMP_SPEED
+from caregiver_mj.children.walk import BUMP_SPEED, WALKING_SPEED
 from caregiver_mj.danger.tracker import Tracker
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell
@@ -31,7 +31,7 @@ _SMALLEST_MOVE = 0.005  # metres; a toddler that has moved less has not tried to
 _SMALLEST_SEEN = 0.03  # ... the same where it is not seen exactly
 _AS_USUAL, _SIGMAS = 0.02, 4.0  # metres that a candle on a table may seem off its usual height; and of its noise
 _IN_ITS_CELL = 0.3  # share of a move until, and from the end, which a child is in a cell as whoever sees that sees it
-_WORTH_A_LOOK, _POSSIBLE = 0.02, 0.002  # probability of a child
+_WORTH_A_LOOK = 0.02  # probability of a child
 _HEADINGS = np.array([math.atan2(-down, right) for down, right in ACTIONS])
 _FELT = 0.4  # metres from a base's middle within which a child touches it
 _NEAR, _LOOKS_AGAIN = 3.0, 0.1  # metres within which corners count, and seconds after which they are looked for anew
@@ -363,9 +363,10 @@ class Lurking:
             away = np.linalg.norm(offsets, axis=1, keepdims=True)
             near = away[:, 0] < _NEAR
             if self._turns:  # it is as far off its cell's middle as it walks in what is gone, or left
-                off = self._plan.cell_size * min(gone, 1.0 - gone) + _LOOKS_AGAIN * BUMP_SPEED
+                off = self._plan.cell_size * min(gone * BUMP_SPEED / WALKING_SPEED, 1.0 - gone)
+                off += _LOOKS_AGAIN * BUMP_SPEED
                 nearer = base + offsets / away * np.maximum(away - off, _FELT)
-                self._found = _standing(nearer[(presence >= _POSSIBLE) & near])
+                self._found = _standing(nearer[(presence > 0.0) & near])  # it need not be one as is believed in
             else:
                 hidden, open_ = self._pairs[:, near[self._pairs[0]]]
                 middles = (self._centres[hidden] + self._centres[open_]) / 2

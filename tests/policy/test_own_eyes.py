@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import caregiver_mj
-from caregiver_mj.children.walk import BUMP_SPEED
+from caregiver_mj.children.walk import BUMP_SPEED, WALKING_SPEED
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.experiments.settings import episode_random
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.visibility import Sight
 from caregiver_mj.policy.perception import Perception
@@ -180,6 +181,7 @@ def test_it_looks_where_the_child_is_most_likely_and_then_elsewhere(perception):
 
 def test_an_unlikely_child_may_be_as_far_off_its_cell_as_it_has_walked(perception):
     believe(perception, *[cell for cell in ROOMS.free_cells if cell[0] != 4], (4, 9))
+    perception._tracker.joint[0, 0, ROOMS.cell_index[4, 9]] *= 1e-6  # no child as is believed in would go there
     far = []
     for now, clock in enumerate((3.0, 3.25, 3.5, 3.75)):
         view = perception.look(observed() | {"clock": np.array(clock)}, float(now))
@@ -187,7 +189,17 @@ def test_an_unlikely_child_may_be_as_far_off_its_cell_as_it_has_walked(perceptio
         assert view.hidden == ()
     margin = 1.5 - far[0]
     assert 0.0 < margin < 0.1
-    assert far == pytest.approx([1.5 - margin - walked for walked in (0.0, 0.1875, 0.375, 0.1875)])
+    walked = 0.0, 0.1875 * BUMP_SPEED / WALKING_SPEED, 0.375, 0.1875
+    assert far == pytest.approx([1.5 - margin - off for off in walked])
+
+
+def test_a_child_that_heads_for_the_robot_out_of_the_picture_is_not_struck():
+    env = caregiver_mj.load("supervise", "house-960006", "adversary:0.25", sight="camera", visuals=False)
+    env.task.reseed(episode_random(2079939347))
+    episode(env, seconds=7.0)
+    outcome = env.task.outcome()
+    assert outcome["contact_seconds"] > 0.0
+    assert outcome["strikes"] == 0
 
 
 def test_it_goes_back_gently_where_a_child_was_or_may_be():
