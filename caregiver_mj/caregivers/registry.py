@@ -17,6 +17,7 @@ from caregiver_mj.caregivers.baselines import (
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.foresight.clairvoyant import ClairvoyantCaregiver
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver, KnowsGoalCaregiver
+from caregiver_mj.caregivers.instructed import CommandedCaregiver
 from caregiver_mj.caregivers.paper import CandlesCaregiver, LastSeenCaregiver, PaperCaregiver, StairsCaregiver
 from caregiver_mj.errors import CaregiverError, check_integer, check_kind
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -53,6 +54,7 @@ class _Policies(Registry[Any]):
         _check(f"{self.what} '{name}' ({value})", found)
 
 
+PERSON = "person"  # in the place of a caregiver: somebody who plays it in a viewer, and else stands aside
 RULE = ("expected-danger", "paper")  # the names of the paper's own caregiver
 
 POLICIES: Registry[Any] = _Policies("policy", "caregiver_mj.policies", "", {})
@@ -72,6 +74,8 @@ def find_caregiver(name: str, others: Sequence[str] = ()) -> type[Caregiver] | P
     check_kind("the name of a caregiver", name, str)
     if name.startswith(remote.SCHEMES):
         return remote.remote_caregiver(name)
+    if name == PERSON:
+        return CommandedCaregiver
     if name in CAREGIVERS:
         POLICIES.tell_of_namesakes(name, f"there is a caregiver '{name}'")
         return CAREGIVERS[name]

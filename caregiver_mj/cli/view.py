@@ -4,21 +4,29 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import dataclasses
 import functools
 import os
+import pathlib
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
-from caregiver_mj.caregivers.registry import find_caregiver
+from caregiver_mj.caregivers.registry import PERSON, find_caregiver
 from caregiver_mj.cli import parsing
+from caregiver_mj.cli.runs import output, print_table
 from caregiver_mj.errors import CaregiverError, RenderingError
+from caregiver_mj.experiments.blocks import run_block
+from caregiver_mj.experiments.evaluation import evaluate
+from caregiver_mj.experiments.run_folder import RunFolder
+from caregiver_mj.experiments.settings import Settings
 from caregiver_mj.plans.hazards import DamageWeights
 from caregiver_mj.viz import OVERLAYS
 
 if TYPE_CHECKING:
+    from caregiver_mj.viz.episode import Episode, Watched
     from caregiver_mj.viz.viewers.web import WebViewer
     from caregiver_mj.viz.viewers.window import Window
 
@@ -47,8 +55,9 @@ def add_view(command: argparse.ArgumentParser) -> None:
         "Show an episode of the run that `evaluate` does with the same seed, children and caregiver: in a window of "
         "MuJoCo's, or in a browser. Ctrl-C ends it."
     )
-    parsing.add_who(command, "foresight")
+    parsing.add_who(command, "foresight", f"who acts: {PERSON}, who plays with the keys that are shown, ")
     parsing.add_episode(command)
+    command.add_argument("--out", metavar="DIR", help=f"run to keep the episodes of a {PERSON} in")
     command.add_argument("--speed", type=float, default=1.0, help="simulated seconds a second")
     command.add_argument("--paused", action="store_true", help="begin paused")
     command.add_argument("--web", action="store_true", help="show it in a browser (needs the extra `web`)")
@@ -89,6 +98,10 @@ def _view(arguments: argparse.Namespace) -> None:
     family = parsing.read_family(arguments.epsilon, arguments)
     find_caregiver(arguments.caregiver)
     damage = DamageWeights.of(arguments.damage)
+    if arguments.caregiver == PERSON and arguments.sight != "all":
+        raise CaregiverError(f"sight must be all with a {PERSON}, who sees the whole house, got {arguments.sight}")
+    if arguments.out is not None and (arguments.caregiver != PERSON or arguments.episode):
+        raise CaregiverError(f"--out must be with --caregiver {PERSON}, and without --episode, for the next one is")
     if not 0.1 <= arguments.rate <= 120:
         raise CaregiverError(f"rate must be in 0.1 to 120, got {arguments.rate}")
     if not 0 <= arguments.port <= 65535:
@@ -111,7 +124,10 @@ def _view(arguments: argparse.Namespace) -> None:
         arguments.embodiment,
         arguments.sight,
     )
-    start = functools.partial(Session, watched, speed=arguments.speed, playing=not arguments.paused)
+    keep = None
+    if arguments.out is not None:
+        watched, keep = _next_of_run(arguments, watched)
+    start = functools.partial(Session, watched, speed=arguments.speed, playing=not arguments.paused, ended=keep)
     viewer: WebViewer | Window
     if arguments.web:
         from caregiver_mj.viz.viewers.web import WebViewer, check_address
@@ -130,6 +146,32 @@ def _view(arguments: argparse.Namespace) -> None:
     finally:
         with _deaf():
             viewer.close()
+
+
+def _next_of_run(arguments: argparse.Namespace, watched: Watched) -> tuple[Watched, Callable[[Watched, Episode], None]]:
+    """Return the next episode of the run in --out, and what keeps it there once it is over, beside that with nobody."""
+    plan, played = parsing.read_house(arguments), pathlib.Path(arguments.out, "episodes").glob(f"{PERSON}_*.json")
+    number, file = len([*played]), "" if arguments.house == plan.name else arguments.house
+    run = functools.partial(
+        Settings, plan, "house", ("none", PERSON), (watched.family,), seed=watched.seed, embodiment=watched.embodiment
+    )
+    RunFolder(arguments.out, run(episodes=max(1, number), file=file).record(), resume=True)  # says now what is wrong
+    first = dataclasses.replace(watched, number=number)
+
+    def keep(over: Watched, episode: Episode) -> None:
+        nonlocal number
+        if over != dataclasses.replace(watched, number=number):
+            print(f"not kept: the next one of '{arguments.out}' is episode {number}", file=sys.stderr)
+            return
+        print(f"keeping episode {number} ...", file=sys.stderr)
+        settings = run(episodes=(number := number + 1), file=file)
+        *_, block = settings.blocks()
+        result = run_block(settings, block, episode.answers())  # as `verify` does
+        folder = RunFolder(arguments.out, settings.record(), resume=True)
+        folder.write(str(block), result)
+        print_table(evaluate(settings, folder).summary, output(aside=True))
+
+    return first, keep
 
 
 @contextlib.contextmanager

@@ -18,6 +18,7 @@ Part = tuple[int, int, int, int]  # of a picture, in pixels: left, top, right, b
 _MOVED = 1e-4  # metres, or entries of a rotation, by which something must have moved to be drawn anew
 _PART_OVERHEAD = 10_000  # pixels that could be drawn in the time that one more part of a picture takes
 _FIRST = 1 << 16  # the number of the first tile in a mask, beyond those of all else
+_ABOVE = 1.2  # metres: where labels are written
 
 
 class Camera:
@@ -213,3 +214,11 @@ def draw_tiles(scene: mujoco.MjvScene, tiles: Sequence[Tile], first: int | None 
         mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_BOX, sides, middle, np.eye(3).ravel(), rgba)
         geom.objtype = mujoco.mjtObj.mjOBJ_UNKNOWN
         geom.segid = begin + number if first is None else first + number
+
+
+def draw_label(scene: mujoco.MjvScene, text: str, place: np.ndarray) -> None:
+    """Write a text above a place, x and y in metres, in a scene that has room for it."""
+    scene.ngeom += 1
+    geom, where = scene.geoms[scene.ngeom - 1], (*place[:2], _ABOVE)
+    mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_LABEL, np.zeros(3), where, np.eye(3).ravel(), np.ones(4))
+    geom.label = text

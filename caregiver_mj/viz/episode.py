@@ -9,6 +9,7 @@ import shlex
 
 import numpy as np
 
+from caregiver_mj.caregivers.answers import kept
 from caregiver_mj.caregivers.percept import Assessment
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError, check_integer
@@ -35,6 +36,7 @@ class Episode:
         policy: The caregiver's, which acts in it, or None without a robot.
         family: The children in it, as they are to be called.
         foresees: Whether what the caregiver thinks may be coming is shown.
+        answers: Returns what the caregiver has answered so far, for a replay.
     """
 
     def __init__(
@@ -50,6 +52,8 @@ class Episode:
             CaregiverError: The caregiver does not think of what may be coming.
         """
         self.env, self.policy, self.family, self.foresees = env, policy, family, foresees
+        self._keeping = kept(getattr(policy, "caregiver", None))
+        self.answers = self._keeping.__enter__()  # for as long as there is the episode
         self._timestep = env.reset()
         self._action = self._decide()
         self._steps = 0

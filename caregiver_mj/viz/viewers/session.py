@@ -9,10 +9,14 @@ import dataclasses
 import math
 import time
 from collections.abc import Callable
+from typing import Any
 
+from caregiver_mj.caregivers.registry import PERSON
 from caregiver_mj.errors import CaregiverError
+from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.viz.episode import Episode, Watched
 
+KEYS = "0123456789ABCDEFGHIJKLM"  # of a person: for nothing more, and for the hazards in their order
 SLOWEST, FASTEST = 0.1, 20.0  # times the speed of the simulated world
 _LONGEST = 0.25  # seconds that one call may take, and that are made up for after a longer break
 _PIECE = 0.1  # seconds of the simulated world between looks at the clock
@@ -48,14 +52,15 @@ class Session:
         speed: float = 1.0,
         playing: bool = True,
         begin: Callable[[Watched], Episode] = begin,
+        ended: Callable[[Watched, Episode], None] | None = None,
         clock: Callable[[], float] = time.monotonic,
     ):
-        """Begin an episode, `speed` seconds of which pass in one of the `clock`.
+        """Begin an episode, `speed` seconds of which pass in one of the `clock`; `ended` is told of each that is over.
 
         Raises:
             CaregiverError: There can be no such episode, or the speed is out of range.
         """
-        self._make, self._clock = begin, clock
+        self._make, self._clock, self._ended = begin, clock, ended
         self.speed = speed
         self.playing = playing
         self.over = False
@@ -108,6 +113,25 @@ class Session:
         move = self.episode.env.task.novice_timestep
         self.step((math.floor(self.episode.seconds / move + 1e-6) + 1) * move - self.episode.seconds)
 
+    @property
+    def targets(self) -> list[tuple[str, str, str]]:
+        """What a person who plays can choose, first nothing more: its key, its name, and how that fares."""
+        if self.watched.caregiver != PERSON:
+            return []
+        policy: Any = self.episode.policy
+        names = "nothing more", *map(str, policy.plan.hazards)
+        chosen = int(policy.caregiver.targets[0])
+        # It waits until it is asked next, and while nothing can be done about its choice, or nothing is to be gained.
+        mark = "<" if chosen in (NOTHING, policy.target) else "< waits"
+        choices = enumerate(zip(KEYS, names, strict=False), NOTHING)
+        return [(key, name, mark if number == chosen else "") for number, (key, name) in choices]
+
+    def choose(self, key: str) -> None:
+        """Have a person's caregiver do what a key stands for, from when it is next asked; other keys do nothing."""
+        if 0 <= (number := KEYS.find(key)) < len(self.targets):
+            policy: Any = self.episode.policy
+            policy.caregiver.targets[:] = number + NOTHING
+
     def restart(self) -> None:
         """Begin the same episode once more."""
         self._begin(self.watched)
@@ -139,7 +163,9 @@ class Session:
 
     def _run_until(self, seconds: float, keep: bool = False) -> None:
         if not self.episode.run_until(seconds):
-            self.playing, self.over = False, True
+            self.playing, over, self.over = False, self.over, True
+            if self._ended and not over:
+                self._ended(self.watched, self.episode)
         if not keep:
             self._until = self.episode.seconds
 

@@ -10,7 +10,7 @@ import jinja2
 import viser
 
 from caregiver_mj.caregivers.percept import HORIZON
-from caregiver_mj.caregivers.registry import CAREGIVERS, POLICIES
+from caregiver_mj.caregivers.registry import CAREGIVERS, PERSON, POLICIES
 from caregiver_mj.children.family import CHILDREN, NOVICE, Family
 from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.errors import CaregiverError
@@ -19,7 +19,7 @@ from caregiver_mj.plans.floor_plan import house_names
 from caregiver_mj.viz import colours
 from caregiver_mj.viz.forecast import SOON
 from caregiver_mj.viz.moment import HudState
-from caregiver_mj.viz.viewers.session import Session
+from caregiver_mj.viz.viewers.session import KEYS, Session
 
 _SPEEDS = ("0.1", "0.25", "0.5", "1", "2", "5", "10", "20")
 _STEPS: dict[str, Callable[[Session], None]] = {"0.02 s": Session.step, "1 move": Session.next_move}
@@ -42,6 +42,7 @@ class Panel:
         self._wrong: bool
         self._add_controls()
         self._readout = self._gui.add_html("")
+        self._add_targets()
         self._add_form()
         self._told = self._gui.add_html("")
         self._same = self._gui.add_html("")
@@ -53,6 +54,9 @@ class Panel:
     def show(self) -> None:
         """Show the present moment."""
         session = self._session
+        labels = tuple(" ".join(target).rstrip() for target in session.targets) or self._nobody
+        if labels != self._targets.options:
+            self._targets.options, self._targets.visible = labels, labels != self._nobody
         self._play.label = "Pause" if session.playing else "Play"
         self._readout.content = readout(session.episode.hud_state(trail_length=1))
         if session.over:
@@ -84,6 +88,7 @@ class Panel:
         self._seed.value, self._number.value = watched.seed, watched.number or 0  # type: ignore[misc]
         command = html.escape(f"caregiver-mj render {watched.options()} --out film.mp4")
         self._same.content = f'<div style="{_NOTE}">A film of it: <code class="same">{command}</code></div>'
+        self._same.visible = watched.caregiver != PERSON
 
     # -- What there is ---------------------------------------------------------------------------
 
@@ -98,6 +103,18 @@ class Panel:
         speed = gui.add_dropdown("Speed", speeds, initial_value=asked, hint="Times the speed of the simulated world")
         speed.on_update(lambda _: self._do(lambda: setattr(session, "speed", float(speed.value))))
         self._floor = gui.add_checkbox("Danger foreseen", True, hint="On the floor, if the caregiver looks ahead")
+
+    def _add_targets(self) -> None:
+        """What a person who plays can choose: buttons, and the keys that they begin with."""
+        gui, session, self._nobody = self._gui, self._session, ("",)
+        self._targets = gui.add_button_group("Protect from", self._nobody, visible=False)
+        self._targets.on_click(lambda event: self._choose(event.target.value[:1]))
+        for key in KEYS if session.targets else ():
+            command = gui.add_command(f"Protect from {key}", hotkey=key)  # type: ignore[arg-type]  # it is one
+            command.on_trigger(functools.partial(self._choose, key))
+
+    def _choose(self, key: str, event: object = None) -> None:
+        self._do(lambda: self._session.choose(key))
 
     def _add_form(self) -> None:
         gui, known = self._gui, tuple(dict.fromkeys([*CAREGIVERS, *POLICIES, self._session.watched.caregiver]))

@@ -15,9 +15,10 @@ import mujoco
 import mujoco.viewer
 
 from caregiver_mj.errors import RenderingError
-from caregiver_mj.viz.cameras import draw_tiles
+from caregiver_mj.viz.cameras import draw_label, draw_tiles
+from caregiver_mj.viz.forecast import place_of
 from caregiver_mj.viz.moment import HudState
-from caregiver_mj.viz.viewers.session import Session
+from caregiver_mj.viz.viewers.session import KEYS, Session
 
 _PERIOD = 1 / 60  # seconds between looks
 _KEYS: dict[int, Callable[[Session], None]] = {
@@ -69,6 +70,7 @@ class Window:
             raise RenderingError(f"no window can be opened ({error}): `caregiver-mj view --web` needs none") from None
         self._drawing = set(threading.enumerate()) - before
         with self._viewer.lock():
+            self._groups, self._flags = self._viewer.opt.geomgroup.copy(), self._viewer.opt.flags.copy()
             self._viewer.cam.type = mujoco.mjtCamera.mjCAMERA_FREE
             place, ahead, distance = session.episode.overview()
             self._viewer.cam.lookat[:], self._viewer.cam.distance = place + distance * ahead, distance
@@ -92,7 +94,12 @@ class Window:
             self._viewer.user_scn.ngeom = 0
             raised = [dataclasses.replace(tile, height=max(tile.height, _LOWEST)) for tile in episode.tiles()]
             draw_tiles(self._viewer.user_scn, raised)
-        names, values = texts(episode.hud_state(trail_length=1), self.session)
+            state = episode.hud_state(trail_length=1)
+            if self.session.targets:  # whose keys are the viewer's own, too, and would hide things
+                self._viewer.opt.geomgroup[:], self._viewer.opt.flags[:] = self._groups, self._flags
+                for number, (key, *_) in enumerate(self.session.targets[1:]):
+                    draw_label(self._viewer.user_scn, key, place_of(state.plan, number, state.candles))
+        names, values = texts(state, self.session)
         top, bottom = mujoco.mjtGridPos.mjGRID_TOPLEFT, mujoco.mjtGridPos.mjGRID_BOTTOMLEFT
         font = mujoco.mjtFontScale.mjFONTSCALE_100
         self._viewer.set_texts([(font, top, names, values), (font, bottom, *_HELP)])
@@ -109,6 +116,8 @@ def press(session: Session, key: int) -> None:
     """Do what a key, as GLFW numbers them, stands for."""
     if key in _KEYS:
         _KEYS[key](session)
+    elif key in map(ord, KEYS):
+        session.choose(chr(key))
 
 
 def texts(state: HudState, session: Session) -> tuple[str, str]:
@@ -123,6 +132,7 @@ def texts(state: HudState, session: Session) -> tuple[str, str]:
     for number, child in enumerate(state.children):
         if child.safe is not None:
             rows.append(("P(safe)" if len(state.children) == 1 else f"P(safe) {number + 1}", _bar(child.safe)))
+    rows += [(f"{key}  {name}", mark) for key, name, mark in session.targets]
     if state.danger is not None:
         full = max(1.0, float(state.danger.max(initial=0.0)))
         for number, hazard in enumerate(state.plan.hazards):
