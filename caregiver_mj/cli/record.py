@@ -9,11 +9,12 @@ import pathlib
 import re
 from typing import TYPE_CHECKING
 
-from caregiver_mj.caregivers.registry import find_caregiver
+from caregiver_mj.caregivers.registry import PERSON, find_caregiver
+from caregiver_mj.children.family import NOVICE
 from caregiver_mj.cli import parsing
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.provenance import origins, source_digest, versions
-from caregiver_mj.experiments.run_folder import StorageError
+from caregiver_mj.experiments.run_folder import RunFolder, StorageError
 from caregiver_mj.experiments.settings import episode_seed
 from caregiver_mj.experiments.workers import LocalExecutor, WorkerError
 from caregiver_mj.plans import sets
@@ -58,6 +59,7 @@ def add_record(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument("--name", help="name of a Minari data set, as GROUP/NAME-v0 (default: from the settings)")
     command.add_argument("--resume", action="store_true", help="continue an interrupted recording")
+    command.add_argument("--answers", metavar="DIR", help="a run of one house, to record what --caregiver did in it")
 
 
 def _run(arguments: argparse.Namespace) -> None:
@@ -69,11 +71,14 @@ def _run(arguments: argparse.Namespace) -> None:
         raise CaregiverError(f"seconds must be a positive number of at most {_MOST_SECONDS}, got {arguments.seconds}")
     if not arguments.out:
         raise CaregiverError("--out must be a folder, got an empty name")
+    answers = () if arguments.answers is None else _answers(arguments)
     plan, family = parsing.read_house(arguments), parsing.read_family(arguments.epsilon, arguments)
     from caregiver_mj.envs.recipe import Recipe  # here, for it needs an extra, and MuJoCo
 
     if arguments.caregiver != RANDOM and find_caregiver(arguments.caregiver) is None:
         raise CaregiverError(f"caregiver must be one that acts, got '{arguments.caregiver}'")
+    if arguments.caregiver == PERSON and not answers:
+        raise CaregiverError(f"caregiver '{PERSON}' must be with --answers DIR, one that `caregiver-mj view` has kept")
     recipe = Recipe(
         task=arguments.task,
         plan=plan,
@@ -85,6 +90,7 @@ def _run(arguments: argparse.Namespace) -> None:
         seconds=arguments.seconds,
         cameras=tuple(arguments.camera),
         size=_size(arguments.size),
+        answers=answers,
     )
     recipe.check()
     name = arguments.name or _name(recipe)
@@ -108,6 +114,7 @@ def _run(arguments: argparse.Namespace) -> None:
         "versions": versions(),
         "source": source_digest(recipe.world, ("caregiver_mj.envs.recipe",)),
         **({"code": code} if code else {}),
+        **({"answers": arguments.answers} if answers else {}),
     }
     executor = LocalExecutor(arguments.jobs)
     store = Store(target.with_name(f".{target.name}.episodes"), asked, arguments.resume)
@@ -117,6 +124,26 @@ def _run(arguments: argparse.Namespace) -> None:
     write(arguments, recipe, store, name, target)
     store.remove()
     print(target)
+
+
+def _answers(arguments: argparse.Namespace) -> tuple[str, ...]:
+    """Take house, children, seed and robot from --answers, and return what its caregiver answered in each episode."""
+    from caregiver_mj.experiments.finished import read_finished  # needs pandas, a second to import
+
+    run = read_finished(arguments.answers).settings
+    (plan, *more), (family, *others) = run.plans, run.families
+    folder = RunFolder(arguments.answers, run.record(), resume=True)
+    blocks = [block for block in run.blocks() if block.caregiver == arguments.caregiver][: arguments.episodes]
+    answers = tuple(str((folder.read(str(block)) or {}).get("answers", "")) for block in blocks)
+    if more or others or (run.world, run.sight) != ("house", "all") or not (answers and all(answers)):
+        raise CaregiverError(
+            f"--answers must be a run of one house, not of the grid, with one epsilon, sight all and answers of "
+            f"'{arguments.caregiver}', got '{arguments.answers}'"
+        )
+    arguments.house, arguments.damage, arguments.epsilon = run.file or plan.name, str(plan.damage), str(family)
+    arguments.task, arguments.world, arguments.child, arguments.children = "supervise", "house", NOVICE, None
+    arguments.seed, arguments.embodiment, arguments.episodes = run.seed, run.embodiment, len(answers)
+    return answers
 
 
 def _name(recipe: Recipe) -> str:

@@ -19,6 +19,7 @@ import numpy as np
 from gymnasium import spaces
 from gymnasium.envs.registration import EnvSpec
 
+from caregiver_mj.caregivers.answers import ReplayedPolicy, replayed
 from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver, make_caregiver, needs_pictures
 from caregiver_mj.caregivers.told import ToldCaregiver
@@ -56,6 +57,7 @@ class Recipe:
         seconds: Longest episode in simulated time; that of the task if None.
         cameras: Names of cameras to record.
         size: Width and height of what they record, pixels, even.
+        answers: What the caregiver has answered in each episode, to be given again, if anything.
     """
 
     task: str
@@ -68,6 +70,7 @@ class Recipe:
     seconds: float | None = None
     cameras: tuple[str, ...] = ()
     size: tuple[int, int] = (128, 96)
+    answers: tuple[str, ...] = ()
 
     def check(self) -> None:
         """Raise CaregiverError unless this can be recorded."""
@@ -167,8 +170,8 @@ def make_recorded(house: Any, task: str = TARGETS, **options: Any) -> HouseEnv |
 
 
 @functools.lru_cache(maxsize=1)  # episodes of one recipe follow each other, and a house takes a second to build
-def prepared(recipe: Recipe) -> tuple[HouseEnv | TargetsEnv, Actor]:
-    """Return the environment of a recipe, and who acts in it."""
+def prepared(recipe: Recipe, number: int = 0) -> tuple[HouseEnv | TargetsEnv, Actor]:
+    """Return the environment of a recipe, and who acts in it: of answers those of an episode's number."""
     env = recipe.make()
     if recipe.cameras:
         house_of(env).physics.check_cameras(recipe.cameras)
@@ -176,7 +179,8 @@ def prepared(recipe: Recipe) -> tuple[HouseEnv | TargetsEnv, Actor]:
         return env, RandomActor(env)
     if isinstance(env, TargetsEnv):
         return env, TargetCaregiver(env, recipe.caregiver, recipe.seed)
-    return env, HouseCaregiver(env, recipe.caregiver, recipe.seed)
+    who = replayed(recipe.plan, recipe.answers[number]) if recipe.answers else recipe.caregiver
+    return env, HouseCaregiver(env, who, recipe.seed)
 
 
 def house_of(env: HouseEnv | TargetsEnv) -> control.Environment:
@@ -191,7 +195,7 @@ def _purpose(task: str) -> str:
 def collect(recipe: Recipe, store: pathlib.Path, which: tuple[int, int]) -> None:
     """Run an episode of a number and a seed, and put it into the folder of a `Store`."""
     number, seed = which
-    env, actor = prepared(recipe)
+    env, actor = prepared(recipe, number if recipe.answers else 0)
     with new_episode(store, number) as folder:
         with _cameras(env, recipe, folder) as look:
             observation, _ = env.reset(seed=seed)
@@ -276,8 +280,8 @@ class RandomActor(Actor):
 class HouseCaregiver(Actor):
     """A caregiver with the robot's own actions, or a policy of such."""
 
-    def __init__(self, env: HouseEnv, caregiver: str, seed: int):
-        self._env, self._policy = env, make_policy(env.dm_env, caregiver, seed)
+    def __init__(self, env: HouseEnv, who: str | Caregiver | ReplayedPolicy, seed: int):
+        self._env, self._policy = env, make_policy(env.dm_env, who, seed)
 
     def act(self) -> tuple[np.ndarray, int]:
         return self._policy(self._env.timestep), self._policy.target

@@ -51,11 +51,8 @@ def _make_house(
     if not robot:
         return env, None
     from caregiver_mj.policy.own import make_policy
-    from caregiver_mj.policy.policy import CaregiverPolicy
 
-    if isinstance(caregiver, str):
-        return env, make_policy(env, caregiver, seed)
-    return env, CaregiverPolicy(env, caregiver) if isinstance(caregiver, Caregiver) else caregiver
+    return env, make_policy(env, caregiver, seed)
 
 
 _house = functools.lru_cache(maxsize=1)(_make_house)  # blocks of one caregiver and family follow each other

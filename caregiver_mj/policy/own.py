@@ -8,6 +8,8 @@ from typing import Any
 import dm_env
 import numpy as np
 
+from caregiver_mj.caregivers.answers import ReplayedPolicy
+from caregiver_mj.caregivers.caregiver import Caregiver
 from caregiver_mj.caregivers.registry import find_caregiver, is_caregiver
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.house.rendering import control
@@ -77,18 +79,22 @@ class OwnPolicy:
         return str(getattr(self._policy, "activity", self.name))
 
 
-def make_policy(env: control.Environment, name: str, seed: int = 0) -> CaregiverPolicy | OwnPolicy:
-    """Make the policy of a name for an environment.
+def make_policy(
+    env: control.Environment, who: str | Caregiver | ReplayedPolicy, seed: int = 0
+) -> CaregiverPolicy | OwnPolicy:
+    """Make the policy of a name, or of a caregiver, for an environment.
 
     Args:
         env: An environment of this package, with the robot in it.
-        name: As of `find_caregiver`, but not "none".
+        who: A name as of `find_caregiver`, but not "none"; a caregiver; or actions that are given again.
         seed: Seed of a caregiver; what it draws in an episode depends on the episode's seed as well.
 
     Raises:
         CaregiverError: There is none of that name, it does not act, or there is no robot in the environment.
     """
-    found = find_caregiver(name)
+    if isinstance(who, ReplayedPolicy):
+        return OwnPolicy("given again", lambda _: who, env)
+    found = find_caregiver(who) if isinstance(who, str) else type(who)
     if found is None or is_caregiver(found):
-        return CaregiverPolicy(env, name, seed)
-    return OwnPolicy(name, found, env)
+        return CaregiverPolicy(env, who, seed)
+    return OwnPolicy(str(who), found, env)

@@ -13,6 +13,7 @@ from caregiver_mj.experiments.settings import Settings, episode_seed
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
 from caregiver_mj.recording.steps import Store
+from caregiver_mj.viz.episode import Watched
 
 PAPER = FloorPlan.load("paper")
 GRID = Recipe("targets", PAPER, Family.of(1.0), world="grid")
@@ -80,3 +81,12 @@ def test_who_does_more_than_choose_targets(name, own):
 def test_what_cannot_be_recorded(changes, message):
     with pytest.raises(CaregiverError, match=message):
         dataclasses.replace(SHORT, **changes).spaces()
+
+
+def test_answers_are_given_again_in_the_place_of_the_caregiver(tmp_path):
+    played = Watched(PAPER, Family.of(0.5), "nearest", seed=3, number=None).begin()
+    assert played.run_until(1.5)
+    asked = run(dataclasses.replace(SHORT, caregiver="nearest"), tmp_path / "asked")
+    given = run(dataclasses.replace(SHORT, caregiver="person", answers=(played.answers(),)), tmp_path / "given")
+    np.testing.assert_array_equal(given.actions, asked.actions)
+    assert set(given.interventions) == set(asked.interventions) != {NOTHING}

@@ -89,6 +89,9 @@ def test_episodes_are_kept_as_a_run_and_can_be_submitted(house, tmp_path, monkey
     assert {key: rows[key]["person"] for key in PAID} == {key: outcome[key] for key in PAID}
     assert cli.main(["submit", str(run), "--out", entry]) == 0
     assert sum(map(len, read_submission(entry).results)) == 2
+    record = ["record", "--format", "lerobot", "--answers", str(run), "--caregiver", "person", "--seconds", "0.2"]
+    assert cli.main([*record, "--out", str(tmp_path / "set")]) == 0
+    assert len(pd.read_parquet(tmp_path / "set" / "data/chunk-000/file-000.parquet")) == 10
 
 
 @pytest.mark.parametrize(
@@ -97,6 +100,7 @@ def test_episodes_are_kept_as_a_run_and_can_be_submitted(house, tmp_path, monkey
         ([*PLAYS, "--sight", "walls"], "sight must be all with a person"),
         ([*PLAYS, "--out", "run", "--episode", "2"], "--out must be with --caregiver person, and without --episode"),
         (["view", "--out", "run"], "--out must be with --caregiver person"),
+        (["record", "--format", "lerobot", "--caregiver", "person", "--out", "set"], "must be with --answers DIR"),
         (["evaluate", "--world", "grid", "--caregiver", "person", "--episodes", "1"], "a person plays in a viewer"),
     ],
 )
