@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 
@@ -13,6 +14,7 @@ from caregiver_mj.viz.forecast import Tile
 
 _HIDDEN = 3  # the first group of geoms that MuJoCo does not draw
 _NEAREST = 0.01  # metres before a camera
+_CORNERS = np.array(list(itertools.product((-1, 1), repeat=3)))
 _MARGIN = 2  # pixels by which a box is wider than what it holds
 Part = tuple[int, int, int, int]  # of a picture, in pixels: left, top, right, bottom
 _MOVED = 1e-4  # metres, or entries of a rotation, by which something must have moved to be drawn anew
@@ -31,7 +33,6 @@ class Camera:
         height: Their height.
         view: dm_control's camera.
         geoms: Numbers of the geoms that are drawn, (geoms,).
-        radius: Radius of the ball around each, metres, (geoms,).
     """
 
     def __init__(self, physics: engine.Physics, name: str, width: int, height: int, shadows: bool = False):
@@ -42,21 +43,20 @@ class Camera:
         self._id = physics.model.name2id(name, "camera")
         self._scale = height / 2 / math.tan(math.radians(self._model.cam_fovy[self._id]) / 2)  # pixels a metre, 1 m off
         self.geoms = np.flatnonzero(self._model.geom_group < _HIDDEN)
-        radius = self._model.geom_rbound[self.geoms]
-        self.radius = np.where(radius > 0, radius, np.inf)  # a plane has none
+        centres, halves = np.split(self._model.geom_aabb[self.geoms, None], 2, axis=2)
+        self._corners = centres + halves * _CORNERS  # (geoms, 8, 3), of a box around each, in its frame
         suns = self._model.light_castshadow.astype(bool) & shadows
         self._sunlight = self._data.light_xdir[suns]  # (suns, 3); nothing else in the house throws shadows
 
     def render(self) -> np.ndarray:
         """Draw the picture (height, width, 3)."""
-        with self.only_seen_in(0, 0, self.width, self.height):
+        with self.only_seen_in((0, 0, self.width, self.height), self.boxes()):
             return self.view.render()
 
     @contextlib.contextmanager
-    def only_seen_in(self, left: int, top: int, right: int, bottom: int) -> Iterator[None]:
-        """Make scenes, within, only of what lies, or throws a shadow, in a part of the picture."""
-        boxes = self.boxes(self._data.geom_xpos[self.geoms], self.radius)
-        seen = (boxes[:, :2] < (right, bottom)).all(axis=1) & (boxes[:, 2:] > (left, top)).all(axis=1)
+    def only_seen_in(self, part: Part, boxes: np.ndarray) -> Iterator[None]:
+        """Make scenes, within, only of what lies, or throws a shadow, in a part of the picture, by all their boxes."""
+        seen = (boxes[:, :2] < part[2:]).all(axis=1) & (boxes[:, 2:] > part[:2]).all(axis=1)
         unseen, groups = self.geoms[~seen], self._model.geom_group
         before = groups[unseen]
         groups[unseen] = _HIDDEN
@@ -65,22 +65,22 @@ class Camera:
         finally:
             groups[unseen] = before
 
-    def boxes(self, centres: np.ndarray, radius: np.ndarray) -> np.ndarray:
-        """Return where in the picture balls, by centres (n, 3) and radii (n,), metres, and their shadows are.
+    def boxes(self, which: np.ndarray | slice = slice(None)) -> np.ndarray:
+        """Return where in the picture geoms, of those that are drawn, and their shadows are.
 
         The bounds are in pixels: left, top, right, bottom, (n, 4); infinite ones for what is beside the camera.
         """
-        on_floor = [centres - centres[:, 2:] / light[2] * light for light in self._sunlight]
+        geoms = self.geoms[which]
+        turned = self._corners[which] @ self._data.geom_xmat[geoms].reshape(-1, 3, 3).swapaxes(1, 2)
+        corners = self._data.geom_xpos[geoms, None] + turned  # (n, 8, 3)
+        on_floor = [corners - corners[..., 2:] / light[2] * light for light in self._sunlight]
         axes = self._data.cam_xmat[self._id].reshape(3, 3) * (1, -1, -1)  # to the right, down, and ahead
-        places = (np.stack([centres, *on_floor]) - self._data.cam_xpos[self._id]) @ axes  # (1 + suns, n, 3)
-        across, depth, radius = places[..., :2], places[..., 2:], radius[:, None]
-        beside = depth - radius < _NEAREST
-        near, far = np.where(beside, 1.0, depth - radius), np.where(beside, 1.0, depth + radius)
-        low = np.minimum((across - radius) / near, (across - radius) / far) * self._scale - _MARGIN
-        high = np.maximum((across + radius) / near, (across + radius) / far) * self._scale + _MARGIN
-        low, high = np.where(beside, -np.inf, low).min(axis=0), np.where(beside, np.inf, high).max(axis=0)
-        centre = np.array([self.width, self.height]) / 2
-        return np.concatenate([centre + low, centre + high], axis=1)
+        places = (np.concatenate([corners, *on_floor], axis=1) - self._data.cam_xpos[self._id]) @ axes
+        depth = np.maximum(places[..., 2:], _NEAREST)
+        pixels = places[..., :2] / depth * self._scale + (self.width / 2, self.height / 2)
+        boxes = np.concatenate([pixels.min(axis=1) - _MARGIN, pixels.max(axis=1) + _MARGIN], axis=1)
+        boxes[(depth == _NEAREST).any(axis=(1, 2))] = -np.inf, -np.inf, np.inf, np.inf
+        return boxes
 
 
 class StillCamera(Camera):
@@ -94,19 +94,23 @@ class StillCamera(Camera):
         self._physics = physics
         self._picture: np.ndarray | None = None
         self._poses = self._read_poses()
+        self._boxes = self.boxes()
         self._owner = self._model.body_rootid[self._model.geom_bodyid[self.geoms]]  # the body that each moves with
 
     def render(self) -> np.ndarray:
         """Draw the picture (height, width, 3), which stays the camera's."""
-        poses = self._read_poses()
+        poses, before = self._read_poses(), self._boxes
         moved = (np.abs(poses - self._poses) > _MOVED).any(axis=1)
+        self._poses[moved] = poses[moved]
         if self._picture is None:
             self._picture = np.empty((self.height, self.width, 3), np.uint8)
+            self._boxes = self.boxes()
             self._redraw(0, 0, self.width, self.height)
-        else:
-            for part in self._changed_parts(poses, moved):
+        elif moved.any():
+            self._boxes = before.copy()
+            self._boxes[moved] = self.boxes(moved)
+            for part in self._changed_parts(before, moved):
                 self._redraw(*part)
-        self._poses[moved] = poses[moved]
         return self._picture
 
     def forget(self) -> None:
@@ -117,13 +121,12 @@ class StillCamera(Camera):
         """Make the scene that is drawn."""
         self.view.update()
 
-    def _changed_parts(self, poses: np.ndarray, moved: np.ndarray) -> list[Part]:
-        """Parts of the picture that hold all that has moved, before and after."""
+    def _changed_parts(self, before: np.ndarray, moved: np.ndarray) -> list[Part]:
+        """Parts of the picture that hold all that has moved, there and in the boxes before."""
         parts: list[Part] = []
         for body in np.unique(self._owner[moved]):
             geoms = moved & (self._owner == body)
-            centres = np.concatenate([poses[geoms, :3], self._poses[geoms, :3]])
-            part = self._part_around(self.boxes(centres, np.tile(self.radius[geoms], 2)))
+            part = self._part_around(np.concatenate([before[geoms], self._boxes[geoms]]))
             for other in list(parts):
                 if _area(_union(part, other)) < _area(part) + _area(other) + _PART_OVERHEAD:
                     parts.remove(other)
@@ -144,7 +147,7 @@ class StillCamera(Camera):
 
     def _redraw(self, left: int, top: int, right: int, bottom: int) -> None:
         """Draw a part of the picture anew, through the part of the frustum that belongs to it."""
-        with self.only_seen_in(left, top, right, bottom):
+        with self.only_seen_in((left, top, right, bottom), self._boxes):
             self.set_scene()
         for eye in self.view.scene.camera:
             pixel = (eye.frustum_top - eye.frustum_bottom) / self.height

@@ -16,6 +16,7 @@ from PIL import Image
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.policy.own import OwnPolicy
 from caregiver_mj.recording.video import video_writer
 from caregiver_mj.robot.embodiment import DEFAULT
 from caregiver_mj.viz import OVERLAYS, hud, progress_bar
@@ -29,6 +30,9 @@ _SMALLEST, _LARGEST = (320, 240), (3840, 2160)  # pixels
 LONGEST = 86_400  # seconds of a film
 _TRAIL_SECONDS = 20.0
 _WIDE = 1.5  # width over height from which a picture has room for insets beside the house
+# Sides of round things, their rings, and pixels of the shadow map's side; how high pictures of a whole house may be for
+# the coarse ones.
+_FINE, _COARSE, _COARSE_HEIGHT = (22, 8, 2048), (16, 6, 1024), 480
 _OPTIONS = (
     *("-movflags", "+faststart"),
     # Without this, players take the colours for those of high definition while they are not.
@@ -50,13 +54,18 @@ class Studio:
         self._episode, self._trail_length = episode, trail_length
         physics = episode.env.physics
         physics.check_cameras([camera])
-        physics.model.vis.quality.numquads = 1  # lit by the sun alone, boxes look the same and are drawn faster
+        quality = physics.model.vis.quality
+        quality.numquads = 1  # lit by the sun alone, boxes look the same and are drawn faster
+        still = physics.model.ptr.camera(camera).bodyid == 0  # the world's
+        if not isinstance(episode.policy, OwnPolicy):  # which may act upon pictures of its own
+            # As coarse as nobody sees it: without a graphics card most of the time goes into vertices and shadows.
+            fineness = _COARSE if still and height <= _COARSE_HEIGHT else _FINE
+            quality.numslices, quality.numstacks, quality.shadowsize = fineness
         physics.fit_pictures(width, height)
         self._page = np.empty((height, width, 3), np.uint8)
         self._page[:] = GROUND
         self._main = self._page[: hud.strip_top(width, height)]  # nothing hides behind the strip
         size = width, self._main.shape[0]
-        still = physics.model.ptr.camera(camera).bodyid == 0  # the world's
         self._camera = (StillCamera if still else Camera)(physics, camera, *size, shadows=True)
         self._tiles = TileLayer(physics, camera, *size, still) if episode.foresees else None
         self._insets = []

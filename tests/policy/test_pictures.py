@@ -10,7 +10,8 @@ from caregiver_mj.errors import RenderingError
 from caregiver_mj.experiments.evaluation import evaluate
 from caregiver_mj.experiments.settings import Settings, episode_seed
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.viz.film import render_episode
+from caregiver_mj.viz.episode import Watched
+from caregiver_mj.viz.film import Studio, render_episode
 
 TINY = FloorPlan.parse("######\n#B.S.#\n#....#\n#C..T#\n######", "tiny")
 HERE = __name__
@@ -54,6 +55,15 @@ def test_a_policy_sees_the_same_in_evaluate_record_and_render(pictures, tmp_path
     for mine, others, also in zip(pictures, recorded, filmed, strict=True):
         np.testing.assert_array_equal(mine, others)
         np.testing.assert_array_equal(mine, also)
+
+
+def test_it_sees_the_same_while_it_is_filmed():
+    episode = Watched(TINY, Family.of(1.0), f"{HERE}:Seeing").begin()
+    pictures = []
+    for _ in range(2):
+        pictures.append(episode.env.physics.render(240, 320, camera_id="overview").copy())
+        Studio(episode, 320, 240, "overview", 1).frame()
+    np.testing.assert_array_equal(*pictures)
 
 
 def test_a_house_without_visuals_cannot_be_rendered():
