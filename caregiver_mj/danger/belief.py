@@ -48,7 +48,7 @@ class Belief:
         made = move >= 0
         likelihood = np.where(made[..., None, None], self._likelihood[cell, move], 1.0)
         if chain.follows is not None and caregiver_cell is not None:
-            follows = chain.at_random(chain.follows[caregiver_cell[:, None], cell][:, :, None])  # (B, K, E, moves)
+            follows = chain.at_random(chain.follows(caregiver_cell[:, None], cell)[:, :, None])  # (B, K, E, moves)
             follows = np.take_along_axis(follows, np.maximum(move, 0)[..., None, None], axis=3)[..., 0]
             likelihood[..., -1, :] = np.where(made[..., None], follows, 1.0)
         probability = self.probability * likelihood

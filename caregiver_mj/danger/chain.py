@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from collections.abc import Callable
 
 import numpy as np
 from scipy.sparse import coo_array, csc_array, csr_array, diags_array, identity
@@ -28,8 +29,9 @@ class ChildChain:
         next_goal: Probability of each goal (column) after each (row) has been reached, (G, G). Left out, uniform.
         prior: Probability of each goal and epsilon of a child of whom nothing is known, (G, E). Left out, uniform.
         bin_of: The toy bin that each goal is, -1 for something else, (G,). Left out, goal g is bin g.
-        follows: Probability of every move of a child that makes none at random and whose goal is the last one: to be
-            where the caregiver is, (caregiver's cells, cells, moves). Left out, there is no such goal.
+        follows: Returns the probability of every move of a child that makes none at random and whose goal is the last
+            one: to be where the caregiver is, (..., moves), by the caregiver's cell and its own, (...) both. Left out,
+            there is no such goal.
     """
 
     greedy: np.ndarray
@@ -41,7 +43,7 @@ class ChildChain:
     next_goal: np.ndarray = None  # type: ignore[assignment]  # filled in below
     prior: np.ndarray = None  # type: ignore[assignment]
     bin_of: np.ndarray = None  # type: ignore[assignment]
-    follows: np.ndarray | None = None
+    follows: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None
 
     def __post_init__(self) -> None:
         """Fill in what is left out."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import importlib.resources
 import itertools
+import math
 
 import mujoco
 import numpy as np
@@ -34,7 +35,7 @@ _GEOM_ATTRIBUTES = (
     *("condim", "friction", "solref", "solimp", "margin", "gap"),
 )
 _TO_THE_BOARD = ("leg_ne", "leg_nw", "leg_sw", "leg_se", "top")  # parts of a table from the floor up to there
-_REACHES_FARTHEST = ("/glow", "/steam")  # of what is carried
+_REACHES_FARTHEST = ("glow", "steam")  # of what is carried
 # The overview camera looks north and down, and shows the whole house in pictures of 4:3 and anything wider.
 _OVERVIEW_ELEVATION = np.radians(60.0)
 _OVERVIEW_FOVY = 30.0  # degrees; a long lens, so that near walls do not hide the rooms behind them
@@ -46,8 +47,8 @@ _NEAREST = 0.02  # metres; nothing nearer to a camera is drawn, and the gripper'
 _FARTHEST = 8000.0  # metres; MuJoCo guards against speckled shadows by a tiny fraction of this, so it must not be small
 
 
-def add_walls(spec: mujoco.MjSpec, layout: Layout) -> None:
-    """Add the walls, to collide with and to look at."""
+def add_walls(spec: mujoco.MjSpec, layout: Layout, visuals: bool) -> None:
+    """Add the walls, to collide with and, with visuals, to look at."""
     height = WALL_HEIGHT
     for i, wall in enumerate(layout.walls):
         # Collision geoms of the world itself, so that MuJoCo's midphase culls among them.
@@ -57,6 +58,8 @@ def add_walls(spec: mujoco.MjSpec, layout: Layout) -> None:
             pos=[wall[0], wall[1], height / 2],
             size=[wall[2], wall[3], height / 2],
         )
+        if not visuals:
+            continue
         add_box(spec, f"paint_{i}", "paint", wall, 0, height)
         add_box(spec, f"cap_{i}", "cap", wall, height, height + _CAP_HEIGHT)
         add_box(spec, f"skirting_{i}", "skirting", wall, 0, _SKIRTING_HEIGHT, margin=_SKIRTING_DEPTH)
@@ -105,12 +108,17 @@ def _add_rugs(spec: mujoco.MjSpec, layout: Layout) -> None:
 
 def _add_decorations(spec: mujoco.MjSpec, layout: Layout) -> None:
     """Put decorations at walls, the same ones in every scene of a plan."""
-    random = np.random.default_rng(0)
+    random, placed = np.random.default_rng(0), list[tuple[str, str, np.ndarray, float]]()
     for i, (position, yaw) in enumerate(layout.wall_places()):
         if random.random() < _DECORATED_SHARE:
-            place_model(
-                spec, read_model(_DECORATIONS[random.integers(len(_DECORATIONS))]), f"decoration_{i}", position, yaw
-            )
+            placed.append((_DECORATIONS[random.integers(len(_DECORATIONS))], str(i), position, yaw))
+    # To attach takes as long as the scene is large, so they are gathered in small scenes first.
+    size = 1 + math.isqrt(len(placed))
+    for first in range(0, len(placed), size):
+        some = mujoco.MjSpec()
+        for model, *where in placed[first : first + size]:
+            place_model(some, read_model(model), *where)
+        spec.attach(some, prefix="decoration_", frame=spec.worldbody.add_frame())
 
 
 def _add_ground(spec: mujoco.MjSpec, layout: Layout) -> None:
@@ -179,15 +187,18 @@ def _grass(size: int = 512) -> np.ndarray:
     return (shade[..., None] * [150, 172, 118]).clip(0, 255).astype(np.uint8)
 
 
-def read_model(name: str) -> mujoco.MjSpec:
-    """Read a model of the package."""
+def read_model(name: str, visuals: bool = True) -> mujoco.MjSpec:
+    """Read a model of the package; without visuals, those are taken out here, where that is quicker than in a scene."""
     file = importlib.resources.files("caregiver_mj.models") / f"{name}.xml"
-    return mujoco.MjSpec.from_string(file.read_text(encoding="utf-8"))
+    model = mujoco.MjSpec.from_string(file.read_text(encoding="utf-8"))
+    if not visuals:
+        remove_visuals(model)
+    return model
 
 
-def table_model(height: float) -> mujoco.MjSpec:
+def table_model(height: float, visuals: bool = True) -> mujoco.MjSpec:
     """Return the model of a table whose top is at a height in metres."""
-    model = read_model(TABLE.model)
+    model = read_model(TABLE.model, visuals)
     higher = height - sizes.TABLE_HEIGHT
     for geom in model.geoms if higher else ():
         if geom.name in _TO_THE_BOARD:
@@ -206,17 +217,17 @@ def place_model(spec: mujoco.MjSpec, model: mujoco.MjSpec, name: str, position: 
     """
     quaternion = np.array([np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)])
     body = spec.worldbody.add_body(name=name, pos=[*position, 0], quat=quaternion)
-    spec.attach(model, prefix=f"{name}/", frame=body.add_frame())
-    for geom in body.geoms:
+    for geom in model.worldbody.geoms:
         if not (geom.contype or geom.conaffinity):
             continue
         place, turn = np.empty(3), np.empty(4)
         mujoco.mju_rotVecQuat(place, geom.pos, quaternion)
         mujoco.mju_mulQuat(turn, quaternion, geom.quat)
         attributes = {key: getattr(geom, key) for key in _GEOM_ATTRIBUTES}
-        attributes |= {"name": geom.name, "pos": place + np.array([*position, 0]), "quat": turn}
-        spec.delete(geom)
+        attributes |= {"name": f"{name}/{geom.name}", "pos": place + np.array([*position, 0]), "quat": turn}
+        model.delete(geom)  # in the model, which is small: it takes as long as a scene is large
         spec.worldbody.add_geom(**attributes)
+    spec.attach(model, prefix=f"{name}/", frame=body.add_frame())
 
 
 def remove_visuals(spec: mujoco.MjSpec) -> None:

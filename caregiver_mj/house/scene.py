@@ -57,7 +57,7 @@ def build_house(
     """
     spec = fittings.read_model("scene")
     shapes = layout.Layout(plan)
-    fittings.add_walls(spec, shapes)
+    fittings.add_walls(spec, shapes, visuals)
     if visuals:
         fittings.add_visuals(spec, shapes)
     if table_positions is None:
@@ -65,15 +65,15 @@ def build_house(
     if table_heights is None:
         table_heights = np.full(len(plan.tables), layout.TABLE_HEIGHT)
     for i, (position, height) in enumerate(zip(table_positions, table_heights, strict=True)):
-        fittings.place_model(spec, fittings.table_model(height), f"table_{i}", position)
+        fittings.place_model(spec, fittings.table_model(height, visuals), f"table_{i}", position)
     for i, cell in enumerate(plan.bins):
-        fittings.place_model(spec, fittings.read_model("toy_bin"), f"bin_{i}", plan.position(cell))
+        fittings.place_model(spec, fittings.read_model("toy_bin", visuals), f"bin_{i}", plan.position(cell))
     on_tables = [(*table_positions[table], table_heights[table]) for table in plan.candle_tables]
     on_floor = [(*plan.position(plan.free_cells[cell]), 0.0) for cell in plan.floor_cells]
     movable = plan.hazards.at(Where.ON_TABLE) + plan.hazards.at(Where.FLOOR)
     for hazard, place in zip(movable, on_tables + on_floor, strict=True):
         frame = spec.worldbody.add_frame(pos=place)
-        spec.attach(fittings.read_model(hazard.kind.model), prefix=f"{hazard.element}/", frame=frame)
+        spec.attach(fittings.read_model(hazard.kind.model, visuals), prefix=f"{hazard.element}/", frame=frame)
     _add_stairwells(spec, plan)
     for k in range(children):
         spec.attach(_child(k), prefix=child_prefix(k), frame=spec.worldbody.add_frame())

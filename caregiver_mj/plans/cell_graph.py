@@ -250,7 +250,8 @@ class CellGraph:
         return self._edges[(self._edges < self._free).all(axis=1)]
 
     def _open_edges(self, closed: int | Collection[int]) -> np.ndarray:
-        return self._edges[~np.isin(self._edges, _indices(closed)).any(axis=1)]
+        shut = _indices(closed)
+        return self._edges[~np.isin(self._edges, shut).any(axis=1)] if shut.size else self._edges
 
     @functools.cached_property
     def _self_and_neighbours(self) -> np.ndarray:

@@ -73,7 +73,7 @@ def test_a_goal_may_lead_to_some_goals_only(corridor):
 
 def test_who_goes_where_the_caregiver_is_follows_it(corridor):
     towards = np.eye(2)[np.array([[0, 0, 0], [1, 0, 0], [1, 1, 1]])]  # by the caregiver's cell, and the child's
-    belief = Belief(dataclasses.replace(corridor, follows=towards))
+    belief = Belief(dataclasses.replace(corridor, follows=lambda there, cell: towards[there, cell]))
     belief.watch(np.array([[1]]), np.array([[1]]), np.array([2]))
     # East, where the caregiver is: 0 and 1/2 for goal 0, 1 and 1/2 for following.
     assert belief.probability[0, 0] == pytest.approx(np.array([[0.0, 0.25], [0.5, 0.25]]))

@@ -45,7 +45,6 @@ def child_chain(plan: FloorPlan) -> ChildChain:
     kind = np.repeat(np.arange(len(own)), own)
     next_goal = (kind[:, None] == kind) / np.array(own)[kind]
     next_goal[-2] = 0.5 * next_goal[0] + 0.5 * next_goal[-2]  # it has been there, and may want to go on
-    to_caregiver = [Adversary(plan, 0.0).towards(cell) for cell in range(len(plan.caregiver_cells))]
     reaches = np.where(target == Target.BIN, index, NOTHING)[..., None] == np.arange(bins)
     bumps = plan.graph.bumps[..., None] >= 0
     return ChildChain(
@@ -58,8 +57,23 @@ def child_chain(plan: FloorPlan) -> ChildChain:
         bin_of=np.array([*range(bins), *range(bins), NOTHING, NOTHING]),
         next_goal=next_goal,
         prior=of_goal[:, None] * epsilons / epsilons.sum(axis=1, keepdims=True),
-        follows=np.eye(len(ACTIONS))[np.array(to_caregiver)],
+        follows=_Follows(plan),
     )
+
+
+class _Follows:
+    """The way of a child to the caregiver, see `ChildChain.follows`; found when the caregiver is first in a cell."""
+
+    def __init__(self, plan: FloorPlan):
+        cells = len(plan.caregiver_cells)
+        self._child, self._known = Adversary(plan, 0.0), np.zeros(cells, bool)
+        self._move = np.zeros((cells, len(plan.free_cells)), np.int8)  # zero pages until written to
+
+    def __call__(self, caregiver_cell: np.ndarray, cell: np.ndarray) -> np.ndarray:
+        for new in np.unique(caregiver_cell[~self._known[caregiver_cell]]).tolist():
+            self._move[new] = self._child.towards(new)
+            self._known[new] = True
+        return np.eye(len(ACTIONS))[self._move[caregiver_cell, cell]]
 
 
 def _as_the_crow_flies(plan: FloorPlan) -> np.ndarray:

@@ -399,13 +399,14 @@ class ValueTable:
         price = np.where(chain.bin_of[goal] >= 0, self._objective.price, self._objective.random_price)
         state = np.arange(cells * places * states).reshape(cells, places, states)
         here = np.arange(places)
+        follows = chain.follows and chain.follows(here, np.arange(cells)[:, None])  # (C, R, moves)
         denial, cost = np.zeros((2, *state.shape), np.float32)
         candle = np.zeros((*state.shape, len(self.motion.stands)), np.float32)
         rows, columns, chances = [], [], []
         for move in range(moves):
             purpose = np.broadcast_to(chain.greedy[:, None, goal, move], state.shape).copy()
-            if chain.follows is not None:
-                purpose[..., goal == chain.shape[1] - 1] = chain.follows[:, :, move].T[..., None]
+            if follows is not None:
+                purpose[..., goal == chain.shape[1] - 1] = follows[..., move, None]
             chance = epsilon / moves + (1.0 - epsilon) * purpose
             there, met = chain.next_cell[:, move], chain.object_at[:, move]
             denied = ((there[:, None] == here) & (there != np.arange(cells))[:, None])[..., None]  # (C, R, 1)
