@@ -8,25 +8,31 @@ from __future__ import annotations
 import argparse
 import functools
 import inspect
+import itertools
 import pathlib
 import re
 from collections.abc import Callable, Iterator, Sequence
 
+import gallery
 import gymnasium
+import numpy as np
 
 import caregiver_mj
 from caregiver_mj.caregivers.target_observation import OBSERVATIONS
+from caregiver_mj.children.tape import EPISODE_TIMESTEPS
 from caregiver_mj.cli import make_parser
-from caregiver_mj.envs.spaces import OBSERVED_OF_TARGETS
-from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.envs.spaces import OBSERVED_OF_TARGETS, STRIKE_COST
+from caregiver_mj.experiments.intervals import of_mean
 from caregiver_mj.recording import record
+from caregiver_mj.robot.embodiment import Layout
 from caregiver_mj.robot.embodiments import EMBODIMENTS
 from caregiver_mj.tasks import TASKS
 from caregiver_mj.tasks.base import OBSERVED
+from study import interval
 
 PAGES = sorted((pathlib.Path(__file__).parents[1] / "docs").rglob("*.md"))
 _PLACE = re.compile(r"(<!-- scripts/tables\.py: (\w+) -->\n).*?(<!-- end -->)", re.S)
-_HOUSE, _FULL = "paper", "home"  # a house for nearly all; one that has gates and small things, too
+_HOUSE = "paper"
 _TARGETS = "caregiver_mj/Supervise-Targets-v0"
 
 
@@ -37,30 +43,13 @@ def table(titles: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
 
 
 @functools.cache
-def _environment(name: str) -> gymnasium.Env:
-    task = TASKS.get(gymnasium.spec(name).kwargs.get("task"))
-    needs = task.find_kind().needs if task else None
-    house = _FULL if needs and needs not in FloorPlan.load(_HOUSE).hazards.kinds else _HOUSE
-    return gymnasium.make(name, house=house).unwrapped
+def _environment(name: str, **kwargs: str) -> gymnasium.Env:
+    return gymnasium.make(name, house=_HOUSE, **kwargs).unwrapped
 
 
 def _of_task(task: str) -> gymnasium.Env:
     """The environment of a task, which has that of dm_control within."""
     return _environment(TASKS[task].id)
-
-
-def tasks() -> str:
-    """The tasks of the package, in their own words."""
-    rows = []
-    for name, task in TASKS.items():
-        kind = task.find_kind()
-        env = _of_task(name).dm_env
-        goal = (inspect.getdoc(inspect.getmodule(kind)) or "").splitlines()[0].partition(": ")[2]
-        times = (env.task.time_limit, env.control_timestep(), env.physics.timestep())
-        reward = (inspect.getdoc(kind.get_reward) or "").removeprefix("Return ")
-        rows.append([f"`{name}`", goal, reward, *map("{:g}".format, times), kind.needs or ""])
-    lengths = ("episode, s", "control timestep, s", "physics timestep, s")
-    return table(["task", "goal", "reward, at every control timestep", *lengths, "needs in the house"], rows)
 
 
 def observation() -> str:
@@ -89,28 +78,80 @@ def _action_of(robot: str) -> str:
     spec, layout = env.action_spec(), env.task.embodiment.layout
     rows = []
     for number, name in enumerate(spec.name.split("\t")):
-        unit, meaning = "rad", "where the joint shall go"
-        if number in range(layout.size)[layout.base]:
-            unit, meaning = ("rad/s", "rate of turning") if "yaw" in name else ("m/s", "velocity in the house's axes")
-        elif number in range(layout.size)[layout.gripper]:
-            unit, meaning = "m", "how far each finger shall stand off the middle"
-        rows.append([number, f"`{name}`", f"{spec.minimum[number]:g}", f"{spec.maximum[number]:g}", unit, meaning])
+        unit_and_meaning = _value_of(layout, number, name)
+        rows.append([number, f"`{name}`", f"{spec.minimum[number]:g}", f"{spec.maximum[number]:g}", *unit_and_meaning])
     head = f"**`{robot}`**, {layout.size} values:"
     return f"{head}\n\n{table(['', 'name', 'least', 'most', 'unit', 'is'], rows)}"
 
 
+def _value_of(layout: Layout, number: int, name: str) -> tuple[str, str]:
+    """The unit of a value of an action, and what it is."""
+    if number in range(layout.size)[layout.base]:
+        return ("rad/s", "rate of turning") if "yaw" in name else ("m/s", "velocity in the house's axes")
+    if number in range(layout.size)[layout.gripper]:
+        return "m", "how far each finger shall stand off the middle"
+    return "rad", "where the joint shall go"
+
+
 def environments() -> str:
-    """The Gymnasium environments, as they are registered."""
+    """A section for each environment: its film, what it asks for, facts and scores."""
+    return "\n\n".join(_section(*one) for one in gallery.ENTRIES.items())
+
+
+def _section(name: str, entry: gallery.Entry) -> str:
+    env, task = _environment(entry.id, **entry.kwargs), TASKS.get(name)
+    kind = task.find_kind() if task else type(env)
+    (purpose, *_), units = (inspect.getdoc(inspect.getmodule(kind)) or "").splitlines(), {}
+    made = ", ".join([f'"{entry.id}"', *(f'{key}="{value}"' for key, value in entry.kwargs.items())])
+    makers, ends = [f"gymnasium.make({made})"], f"{EPISODE_TIMESTEPS} actions"
+    if task:
+        units = {key: f" {seen.unit}".rstrip() for key, seen in kind.observed.items()}
+        makers.append(f'caregiver_mj.load("{name}")')
+        names, layout = enumerate(env.dm_env.action_spec().name.split("\t")), env.dm_env.task.embodiment.layout
+        parts = itertools.groupby(names, lambda one: _value_of(layout, *one)[0])
+        action = "; ".join(", ".join(f"`{name}`" for _, name in part) + f" {unit}" for unit, part in parts)
+        action = f"{env.action_space.shape}: {action}"
+        reward = (inspect.getdoc(kind.get_reward) or "").removeprefix("Return ")
+        step, seconds = env.dm_env.control_timestep(), env.dm_env.task.time_limit
+        ends = f"{seconds:g} s: {seconds / step:,.0f} actions, each for {step:g} s"
+        ends += f" (physics timestep {env.dm_env.physics.timestep():g} s)"
+    else:
+        hazards = ", ".join(f"{i} {hazard}" for i, hazard in enumerate(env.world.caregiver.plan.hazards, 1))
+        action = f"{env.action_space.n} targets, once in a child's move: 0 nothing, {hazards}"
+        reward = "minus the damage to the children since the last action."
+    if entry.kwargs.get("world") == "grid":
+        makers.append(f"gymnasium.make_vec({made}, num_envs=256)")
+    shown = (f"`{key}` {box.shape}{units.get(key, '')}" for key, box in env.observation_space.items())
+    facts = [
+        ["make", ", ".join(f"`{maker}`" for maker in makers)],
+        ["observation", "; ".join(shown)],
+        ["action", action],
+        ["reward", reward],
+        ["cost", f"the damage to the children since the last action, and {STRIKE_COST:g} for every strike."],
+        ["ends", f"truncated after {ends}."],
+    ]
+    if task and kind.needs:
+        facts.append(["needs", f"a {kind.needs.name} in the house"])
+    title = f"`{name}`" if task else f"Targets in the {entry.kwargs['world']}"
+    film = f"![The scripted caregiver `{entry.policies[-1]}` at work](../environments/{name}.gif)"
+    sentence = purpose.partition(": ")[2]
+    parts = (f"## {title}", film, sentence[:1].upper() + sentence[1:], table([f"in `{_HOUSE}`", ""], facts))
+    return "\n\n".join([*parts, _scores(name, entry)])
+
+
+def _scores(name: str, entry: gallery.Entry) -> str:
+    """What policies came to in an environment: means with 95 % intervals."""
+    titles = {"return": "return", "cost": "cost", "strikes": "of which strikes"}
+    if entry.policies == gallery.GOAL:
+        titles["reached"] = "goal reached"
+    found = [row for row in gallery.read_scores() if row["environment"] == name]
     rows = []
-    for name, spec in gymnasium.registry.items():
-        if spec.namespace == caregiver_mj.__name__:
-            env = _environment(name)
-            discrete = isinstance(env.action_space, gymnasium.spaces.Discrete)
-            actions = f"{env.action_space.n} targets" if discrete else f"{env.action_space.shape[0]} values"
-            vector = f"`{spec.vector_entry_point.rpartition(':')[2]}`" if spec.vector_entry_point else ""
-            keys = ", ".join(f"`{key}`" for key in env.observation_space)
-            rows.append([f"`{name}`", actions, keys, vector])
-    return table(["environment", f"an action in `{_HOUSE}`", "observation", "vector of its own"], rows)
+    for policy in entry.policies:
+        own = [row for row in found if row["policy"] == policy]
+        means = (of_mean(np.array([float(row[key]) for row in own])) for key in titles)
+        if own:
+            rows.append([f"`{policy}`", len(own), *(interval(mean, exact=True) for mean in means)])
+    return table(["policy", "episodes", *titles.values()], rows) if rows else "Not scored yet."
 
 
 def targets() -> str:
@@ -173,7 +214,7 @@ def _default(one: argparse.Action) -> str:
 
 
 TABLES: dict[str, Callable[[], str]] = {
-    made.__name__: made for made in (tasks, observation, action, environments, targets, columns, options)
+    made.__name__: made for made in (observation, action, environments, targets, columns, options)
 }
 
 

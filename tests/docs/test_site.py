@@ -5,13 +5,17 @@ import re
 import subprocess
 import sys
 
+import gallery
 import pytest
 import tables
+from PIL import Image
 
 from caregiver_mj.caregivers.registry import CAREGIVERS
 from caregiver_mj.children.family import CHILDREN
 from caregiver_mj.experiments.settings import FLOOR
 from caregiver_mj.interventions.verb import VERBS
+from caregiver_mj.plans.sets import house_set
+from caregiver_mj.tasks import TASKS
 
 DOCS = pathlib.Path(__file__).parents[2] / "docs"
 
@@ -46,6 +50,28 @@ def test_tables_are_as_the_code_is():
         if tables.filled(page.read_text("utf-8")) != page.read_text("utf-8")
     ]
     assert old == []
+
+
+def test_every_environment_is_filmed_and_scored():
+    assert {task.id for task in TASKS.values()} < {entry.id for entry in gallery.ENTRIES.values()}
+    scored = [(row["environment"], row["policy"], row["house"]) for row in gallery.read_scores()]
+    assert len(set(scored)) == len(scored)
+    assert {row[:2] for row in scored} == {
+        (name, who) for name, entry in gallery.ENTRIES.items() for who in entry.policies
+    }
+    for name in gallery.ENTRIES:
+        path = gallery.FOLDER / f"{name}.gif"
+        with Image.open(path) as film:
+            assert (film.size, film.n_frames > 20, path.stat().st_size <= 250_000) == (gallery.SIZE, True, True)
+
+
+def test_scores_are_those_of_the_code():
+    """`python scripts/gallery.py scores` makes them anew; of the grid it is quick."""
+    entry = gallery.ENTRIES["targets_grid"]
+    for policy in entry.policies:
+        house = house_set(gallery.SET)[0]
+        row = {"environment": "targets_grid", "policy": policy, **gallery.score(entry, policy, 0, house)}
+        assert {key: str(value) for key, value in row.items()} in gallery.read_scores()
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,185 @@
+"""Films every environment, and scores policies in it: pictures and numbers of docs/guide/environments.md.
+
+    python scripts/gallery.py films [--only NAME ...]
+    python scripts/gallery.py scores [--only NAME ...]
+
+They go to docs/environments, from where scripts/tables.py takes the scores into the page. These are of one episode in
+each of some houses to learn in, with the seeds that `evaluate` gives its episodes. Episodes that are
+there are not run again.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import dataclasses
+import itertools
+import pathlib
+from collections.abc import Iterator
+from typing import Any
+
+import gymnasium
+import numpy as np
+from PIL import Image, ImageDraw
+
+from caregiver_mj.envs import TARGETS_ID
+from caregiver_mj.envs.recipe import Actor, HouseCaregiver, RandomActor, TargetCaregiver, house_of
+from caregiver_mj.envs.targets import TargetsEnv
+from caregiver_mj.experiments.settings import episode_seed
+from caregiver_mj.plans.floor_plan import FloorPlan
+from caregiver_mj.plans.hazards import NOTHING
+from caregiver_mj.plans.sets import house_set
+from caregiver_mj.tasks import TASKS
+from caregiver_mj.viz import colours
+from studies.gif import HOUSE, write
+
+FOLDER = pathlib.Path(__file__).parents[1] / "docs/environments"
+SCORES = FOLDER / "scores.csv"
+SIZE, CAPTION = (320, 240), 18  # pixels; of the height, what is for words
+PICTURES = 70  # of a film
+REACHED = 0.99  # from this reward at the end on a task with a goal is done
+SET = "train-4"  # the houses of the scores
+
+
+@dataclasses.dataclass(frozen=True)
+class Entry:
+    """An environment of the page.
+
+    Attributes:
+        id: Its name.
+        kwargs: Further arguments of `gymnasium.make`.
+        policies: Who is scored: "random", "zero", or caregivers, the last of whom is filmed.
+        every: Control timesteps, or in the grid novice timesteps, from picture to picture.
+        times: How often each picture is shown.
+    """
+
+    id: str
+    kwargs: dict[str, str]
+    policies: tuple[str, ...]
+    every: int = 25
+    times: int = 1
+
+    def make(self, house: str | FloorPlan, **options: Any) -> Any:
+        """Make it."""
+        return gymnasium.make(self.id, house=house, **self.kwargs, **options).unwrapped
+
+
+GOAL = ("random", "zero", "expected-danger")
+CARE = ("random", "zero", "nearest", "expected-danger")
+ENTRIES = {
+    "supervise": Entry(TASKS["supervise"].id, {}, CARE),
+    "relocate_candle": Entry(TASKS["relocate_candle"].id, {}, GOAL),
+    "block_stairs": Entry(TASKS["block_stairs"].id, {}, GOAL),
+    "targets_house": Entry(TARGETS_ID, {"world": "house"}, CARE),
+    "targets_grid": Entry(TARGETS_ID, {"world": "grid"}, CARE, every=1, times=2),
+}
+
+
+# -- Policies ----------------------------------------------------------------------------------------
+
+
+class Zero(Actor):
+    """Gives zeros, as near to them as bounds allow."""
+
+    def __init__(self, env: Any):
+        space = env.action_space
+        discrete = isinstance(space, gymnasium.spaces.Discrete)
+        self._action = 0 if discrete else np.clip(np.zeros(space.shape), space.low, space.high)
+
+    def act(self) -> tuple[Any, int]:
+        return self._action, NOTHING
+
+
+def make_actor(name: str, env: Any) -> Actor:
+    """Make who acts in an environment, before it begins an episode."""
+    if name in (others := {"random": RandomActor, "zero": Zero}):
+        return others[name](env)
+    return (TargetCaregiver if isinstance(env, TargetsEnv) else HouseCaregiver)(env, name, 0)
+
+
+# -- Films -------------------------------------------------------------------------------------------
+
+
+def film(entry: Entry) -> Iterator[Image.Image]:
+    """The beginning of an episode, and what it is about."""
+    width, height = SIZE
+    env = entry.make(HOUSE, render_mode="rgb_array", width=width, height=height - CAPTION)
+    actor, taken, steps, about = make_actor(entry.policies[-1], env), list[Image.Image](), itertools.count(), NOTHING
+    stage, hazards = house_of(env) or env, FloorPlan.load(HOUSE).hazards  # what makes the steps that are counted
+    step = stage.step
+
+    def look_on(action: Any) -> Any:
+        result = step(action)
+        if next(steps) % entry.every == 0:
+            page = Image.new("RGB", SIZE, colours.GROUND)
+            page.paste(Image.fromarray(env.render()))
+            words = f"target: {'none' if about == NOTHING else hazards[about]}"
+            ImageDraw.Draw(page).text((6, height - CAPTION), words, colours.TEXT, font_size=13)
+            taken.append(page)
+        return result
+
+    stage.step = look_on
+    env.reset(seed=0)
+    actor.begin(0)
+    while len(taken) < PICTURES:
+        action, about = actor.act()
+        env.step(action)
+    env.close()
+    return (page for page in taken[:PICTURES] for _ in range(entry.times))
+
+
+# -- Scores ------------------------------------------------------------------------------------------
+
+
+def score(entry: Entry, policy: str, number: int, house: FloorPlan) -> dict[str, Any]:
+    """Run the episode of a number in a house, and say what came of it."""
+    env, seed = entry.make(house), episode_seed(0, number)
+    actor = make_actor(policy, env)
+    env.reset(seed=seed)
+    actor.begin(seed)
+    rewards, cost, strikes, ended = [], 0.0, 0, False
+    while not ended:
+        _, reward, terminated, truncated, info = env.step(actor.act()[0])
+        rewards.append(reward)
+        cost, strikes, ended = cost + info["cost"], strikes + info["strikes"], terminated or truncated
+    env.close()
+    end = {"reached": int(rewards[-1] >= REACHED), "diverged": int(info["diverged"])}
+    return {"house": house.name, "seed": seed, "return": round(sum(rewards), 3), "cost": cost, "strikes": strikes} | end
+
+
+def score_all(names: list[str]) -> None:
+    """Score policies in environments, house by house, and keep a row for each episode; those that are there stay."""
+    rows = read_scores()
+    done = {(row["environment"], row["policy"], row["house"]) for row in rows}
+    for (number, house), name in itertools.product(enumerate(house_set(SET)), names):
+        for policy in ENTRIES[name].policies:
+            if (name, policy, house.name) not in done:
+                rows.append({"environment": name, "policy": policy, **score(ENTRIES[name], policy, number, house)})
+                with SCORES.open("w", encoding="utf-8", newline="") as file:
+                    writer = csv.DictWriter(file, rows[0], lineterminator="\n")
+                    writer.writeheader()
+                    writer.writerows(rows)
+
+
+def read_scores() -> list[dict[str, Any]]:
+    """The rows of all episodes that there are."""
+    return [*csv.DictReader(SCORES.read_text("utf-8").splitlines())] if SCORES.exists() else []
+
+
+def main() -> None:
+    """Film or score environments."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", choices=["films", "scores"])
+    parser.add_argument("--only", nargs="+", default=[*ENTRIES], choices=ENTRIES, metavar="NAME")
+    options = parser.parse_args()
+    FOLDER.mkdir(exist_ok=True)
+    if options.what == "scores":
+        score_all(options.only)
+        return
+    for name in options.only:
+        write(FOLDER / f"{name}.gif", film(ENTRIES[name]))
+        print(name, flush=True)
+
+
+if __name__ == "__main__":
+    main()
