@@ -116,8 +116,8 @@ def _add_decorations(spec: mujoco.MjSpec, layout: Layout) -> None:
     size = 1 + math.isqrt(len(placed))
     for first in range(0, len(placed), size):
         some = mujoco.MjSpec()
-        for model, *where in placed[first : first + size]:
-            place_model(some, read_model(model), *where)
+        for model, name, position, yaw in placed[first : first + size]:
+            place_model(some, read_model(model), name, position, yaw)
         spec.attach(some, prefix="decoration_", frame=spec.worldbody.add_frame())
 
 
