@@ -119,6 +119,9 @@ def test_it_comes_slowly_to_a_corner_behind_which_a_child_may_be():
     assert rates == sorted(rates)
     assert rates[2] < 0.6
     assert rates[-1] == 1.0
+    view.lurking = (ChildView((0.45, 0.0), (0.0, 0.0)),)
+    assert separation.allowed_rate(view, robot, (speed, 0.0), (-10.0, 0.0)) == pytest.approx(0.015)  # now it is 2 m/s
+    view.lurking = (ChildView((3.0, 0.0), (0.0, 0.0)),)
     assert separation.allowed_rate(view, robot, (-speed, 0.0)) == 1.0
 
 
