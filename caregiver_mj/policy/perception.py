@@ -366,7 +366,11 @@ class Lurking:
                 off = self._plan.cell_size * min(gone * BUMP_SPEED / WALKING_SPEED, 1.0 - gone)
                 off += _LOOKS_AGAIN * BUMP_SPEED
                 nearer = base + offsets / away * np.maximum(away - off, _FELT)
-                self._found = _standing(nearer[(presence > 0.0) & near])  # it need not be one as is believed in
+                may_be = presence > 0.0  # it need not be one as is believed in, ...
+                beside = np.zeros_like(may_be)  # ... nor be stopped by the robot, which may be gone: it is a cell on
+                beside[self._pairs[1, may_be[self._pairs[0]]]] = True
+                may_be |= beside & ~in_view & (away[:, 0] > _FELT)
+                self._found = _standing(nearer[may_be & near])
             else:
                 hidden, open_ = self._pairs[:, near[self._pairs[0]]]
                 middles = (self._centres[hidden] + self._centres[open_]) / 2
