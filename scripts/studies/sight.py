@@ -59,7 +59,7 @@ def add_options(parser: Parser) -> None:
     """Declare the options."""
     parser.add("houses", ["test-20"], "houses, or sets of them")
     parser.add("sights", [FULL, WALLS, "camera", "rooms:1", "rooms:2", "rooms:4"], "the first one is all")
-    parser.add("ceilings", ["test-20"], "those of the houses in which there are cameras on the ceilings, for rooms:N")
+    parser.add("fewer", ["test-20"], "those of the houses for rooms:N, and for what is believed")
     parser.add("episodes", 20, "of each toddler in each house")
     parser.add("children", 5, "episodes of each child in each house, to hold the belief against")
     parser.add_file("runs", "keep the runs there, and go on with them", "DIR", required=True)
@@ -76,7 +76,7 @@ def run(options: argparse.Namespace) -> Page:
         if sight == WALLS:
             names += [ABSENT, HALF]
         folder = options.runs / sight.replace(":", "-")
-        houses = options.ceilings if _is_ceiling(sight) else options.houses
+        houses = options.fewer if _is_ceiling(sight) else options.houses
         where = ["--world", "grid", "--houses", *houses, "--sight", sight]
         what = ["--caregiver", *names, "--episodes", str(options.episodes), "--jobs", str(options.jobs)]
         with contextlib.redirect_stdout(sys.stderr):
@@ -85,13 +85,13 @@ def run(options: argparse.Namespace) -> Page:
         runs[sight] = Run(*read_run(folder)[:1], pd.read_parquet(folder / "houses.parquet"))
     jobs = [
         Job(plan, child, sight, options.children)
-        for plan in houses_named(options.houses)
+        for plan in houses_named(options.fewer)
         for child in CHILDREN
         for sight in options.sights[1:3]
     ]
     tallies = dict(zip(jobs, run_all(believed, jobs, options.jobs, "beliefs"), strict=True))
     cells = {plan.name: len(plan.free_cells) for plan in houses_named(options.houses)}
-    return page(runs, tallies, cells, (" ".join(options.houses), " ".join(options.ceilings)), options.episodes)
+    return page(runs, tallies, cells, (" ".join(options.houses), " ".join(options.fewer)), options.episodes)
 
 
 class Run(NamedTuple):
@@ -222,7 +222,7 @@ def page(
     epsilons = sorted(runs[FULL].episodes.epsilon.unique(), reverse=True)
     values = {
         "houses": houses[0],
-        "ceilings": houses[1] if ceilings else "",
+        "fewer": houses[1],
         "episodes": episodes,
         "epsilons": epsilons,
         "titles": TITLES,

@@ -10,7 +10,7 @@ def test_its_page(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(sight, "CHILDREN", ("0.5", "seeker:0.25"))
     house = tmp_path / "tiny.txt"
     house.write_text(HOUSE)
-    options = ["--sights", "all", "walls", "rooms:1", "--ceilings", str(house)]
+    options = ["--sights", "all", "walls", "rooms:1", "--fewer", str(house)]
     options += ["--episodes", "2", "--children", "1", "--jobs", "1"]
     folders = ["--runs", str(tmp_path / "runs"), "--docs", str(tmp_path)]
     assert study.main(["sight", "--houses", str(house), *options, *folders]) == 0
