@@ -19,7 +19,7 @@ _LOOKS = 33  # points of a line that are checked likewise
 # The path is played back at a rate of 0 to 1, to slow down on it. The slower the path itself is, the quicker the rate
 # may change; below this speed it makes no difference any more.
 _SLOW = 0.3  # m/s
-AHEAD = 0.1  # seconds on the path at which `planned` looks
+PLANNED_AHEAD = 0.1  # seconds on the path at which `planned` looks
 _AHEAD = tuple(0.025 * i for i in range(9))  # seconds on the path for which a change of rate must leave room
 _LEAST_SHARE = 0.05  # of the base's acceleration, a change of rate may always have
 _AT_REST = 1e-3  # m/s
@@ -189,7 +189,7 @@ class BaseMotion:
         if self._path is None:
             return (0.0, 0.0), (0.0, 0.0)
         # Look a little ahead, so that a base at rest at the start of its path sees where it would go.
-        _, velocity, acceleration = self._path.at(self._playback.at(self.now)[0] + AHEAD)
+        _, velocity, acceleration = self._path.at(self._playback.at(self.now)[0] + PLANNED_AHEAD)
         return velocity, acceleration
 
     def _base_at(self, time: float) -> tuple[Vector, Vector, Vector]:

@@ -14,7 +14,7 @@ from caregiver_mj.children.walk import BUMP_SPEED, FASTEST
 from caregiver_mj.plans.cell_graph import Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.robot import geometry
-from caregiver_mj.robot.base_motion import AHEAD
+from caregiver_mj.robot.base_motion import PLANNED_AHEAD
 from caregiver_mj.robot.clearance import Clearance
 from caregiver_mj.robot.embodiment import Embodiment
 from caregiver_mj.robot.geometry import Pose, Vector
@@ -183,7 +183,7 @@ def allowed_rate(
         rate = min(rate, _allowed_rate(view, robot, child, velocity, acceleration, present))
     if lurking := view.lurking + view.hidden:
         corner = min(_allowed_rate(view, robot, child, velocity, acceleration, present) for child in lurking)
-        now = velocity[0] - AHEAD * acceleration[0], velocity[1] - AHEAD * acceleration[1]  # it may brake
+        now = (v - PLANNED_AHEAD * a for v, a in zip(velocity, acceleration, strict=True))  # it may brake
         rate = min(rate, max(corner, _PEEKING / max(math.hypot(*velocity), math.hypot(*now))))
     return rate
 

@@ -9,6 +9,7 @@ from caregiver_mj.caregivers.foresight.child_model import CHANGE, child_chain
 from caregiver_mj.danger.belief import Belief
 from caregiver_mj.danger.chain import ChildChain
 from caregiver_mj.danger.tracker import Tracker
+from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan
 
 EVERYWHERE = np.ones((1, 3), bool)
@@ -31,6 +32,14 @@ def views(*cells):
 
 def one(value):
     return np.array([[value]])
+
+
+def test_who_follows_the_caregiver_comes_the_shortest_way():
+    plan = FloorPlan.parse("#####\n#..B#\n#.###\n#..S#\n#####", "bend")
+    cell, follows = plan.cell_index, child_chain(plan).follows
+    ways = follows(np.array([cell[1, 1], cell[2, 1]]), np.array([cell[1, 2], cell[1, 1]]))
+    assert [ACTIONS[move] for move in ways.argmax(axis=1)] == [(0, -1), (1, 0)]
+    assert ways.sum(axis=1).tolist() == [1.0, 1.0]
 
 
 def test_in_a_corridor(corridor):

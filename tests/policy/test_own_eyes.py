@@ -196,6 +196,14 @@ def test_an_unlikely_child_may_be_as_far_off_its_cell_as_it_has_walked(perceptio
     assert far == pytest.approx([1.5 - margin - off for off in walked])
 
 
+def test_a_child_may_be_a_cell_beyond_its_own_but_not_at_the_base_or_where_it_would_be_seen(perception):
+    believe(perception, (4, 8))  # beside the base, and itself beside three more
+    for now, (seen, places) in enumerate([((), 4), (((4, 9),), 3)]):
+        view = perception.look(observed(seen=seen), float(now))
+        assert len(view.lurking) == places
+        assert min(math.dist(child.position, view.base[:2]) for child in view.lurking) > 0.6
+
+
 @pytest.mark.parametrize(
     ("house", "seed", "seconds"),
     [
