@@ -362,19 +362,19 @@ class Lurking:
             offsets = self._centres - base + 1e-9  # in its own cell's middle it is somewhere, too
             away = np.linalg.norm(offsets, axis=1, keepdims=True)
             near = away[:, 0] < _NEAR
+            may_be = presence > 0.0  # it need not be one as is believed in, ...
+            beside = np.zeros_like(may_be)  # ... nor be stopped by the robot, and is on its way: it may be a cell on
+            beside[self._pairs[1, may_be[self._pairs[0]]]] = True
+            may_be |= beside & ~in_view & (away[:, 0] > _FELT)
             if self._turns:  # it is as far off its cell's middle as it walks in what is gone, or left
                 off = self._plan.cell_size * min(gone * BUMP_SPEED / WALKING_SPEED, 1.0 - gone)
                 off += _LOOKS_AGAIN * BUMP_SPEED
                 nearer = base + offsets / away * np.maximum(away - off, _FELT)
-                may_be = presence > 0.0  # it need not be one as is believed in, ...
-                beside = np.zeros_like(may_be)  # ... nor be stopped by the robot, which may be gone: it is a cell on
-                beside[self._pairs[1, may_be[self._pairs[0]]]] = True
-                may_be |= beside & ~in_view & (away[:, 0] > _FELT)
                 self._found = _standing(nearer[may_be & near])
             else:
                 hidden, open_ = self._pairs[:, near[self._pairs[0]]]
                 middles = (self._centres[hidden] + self._centres[open_]) / 2
-                comes = (presence[hidden] > 0.0) & ~in_view[hidden] & in_view[open_]
+                comes = may_be[hidden] & ~in_view[hidden] & in_view[open_]
                 self._found = _standing(middles[comes & (np.linalg.norm(middles - base, axis=1) > _FELT)])
         return self._found
 

@@ -204,6 +204,16 @@ def test_a_child_may_be_a_cell_beyond_its_own_but_not_at_the_base_or_where_it_wo
         assert min(math.dist(child.position, view.base[:2]) for child in view.lurking) > 0.6
 
 
+def test_a_child_on_its_way_to_a_corner_may_come_round_it():
+    perception = Perception(ROOMS, sight=Sight.of("walls"))
+    perception.reset(observed())
+    corridor = tuple(cell for cell in ROOMS.free_cells if cell[0] == 4)
+    for now, (cell, places) in enumerate([((3, 8), 1), ((2, 8), 1), ((1, 8), 0)]):
+        believe(perception, cell)
+        view = perception.look(observed(seen=corridor), float(now))
+        assert len(view.lurking) == places
+
+
 @pytest.mark.parametrize(
     ("house", "seed", "seconds"),
     [
