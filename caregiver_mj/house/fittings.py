@@ -161,11 +161,10 @@ def _add_texture(spec: mujoco.MjSpec, name: str, picture: np.ndarray) -> None:
 def _planks(size: int = 1024, courses: int = 20) -> np.ndarray:
     """A picture (size, size, 3) of floorboards, in courses with staggered joints; it repeats without a seam."""
     random = np.random.default_rng(0)
-    picture = np.empty((size, size, 3))
+    picture = np.empty((size, size, 1))
     borders = np.linspace(0, size, courses + 1).astype(int)
     for top, bottom in itertools.pairwise(borders):
-        grain = ndimage.gaussian_filter(random.standard_normal((bottom - top, size)), (0.8, 24), mode="wrap")
-        shade = 1 + 0.035 * grain / grain.std()
+        shade = 1 + 0.035 * _soft_noise(random, (bottom - top, size), (0.8, 24))
         joint = random.integers(size)
         for start, end in ((0, size // 2), (size // 2, size)):
             board = np.arange(start, end)
@@ -182,9 +181,15 @@ def _grass(size: int = 512) -> np.ndarray:
     random = np.random.default_rng(0)
     shade = np.ones((size, size))
     for blur, strength in ((1, 0.035), (6, 0.03), (40, 0.03)):
-        noise = ndimage.gaussian_filter(random.standard_normal((size, size)), blur, mode="wrap")
-        shade += strength * noise / noise.std()
+        shade += strength * _soft_noise(random, (size, size), (blur, blur))
     return (shade[..., None] * [150, 172, 118]).clip(0, 255).astype(np.uint8)
+
+
+def _soft_noise(random: np.random.Generator, shape: tuple[int, int], blur: tuple[float, float]) -> np.ndarray:
+    """Blurred noise of deviation 1, without a seam; by its spectrum, several times quicker than a wide filter."""
+    spectrum = ndimage.fourier_gaussian(np.fft.rfft2(random.standard_normal(shape)), blur, shape[1])
+    noise = np.fft.irfft2(spectrum, shape)
+    return np.asarray(noise / noise.std())
 
 
 def read_model(name: str, visuals: bool = True) -> mujoco.MjSpec:
