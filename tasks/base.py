@@ -29,7 +29,7 @@ from caregiver_mj.interventions.verb import Intervention
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import HazardKind, State
-from caregiver_mj.plans.visibility import Sight
+from caregiver_mj.plans.visibility import PLACES, Sight
 from caregiver_mj.recording.contacts import Contacts
 from caregiver_mj.recording.ledger import Ledger
 from caregiver_mj.robot.embodiment import Embodiment
@@ -69,7 +69,7 @@ OBSERVED = {
         "(children,)", "", "1 for a child that is seen, or felt, else 0, and all else of it 0, too", "share", True
     ),
     "cell_seen": Observed(
-        "(free cells,)", "", "1 for a cell in which a child would be seen wherever it stood, else 0", "share", True
+        "(free cells, 5)", "", "1 where a child would be seen: in its middle, and .3 of it to each side", "share", True
     ),
     "candle_position": Observed("(candles, 3)", "m", "x, y and height of each candle's foot", "place"),
     "candle_orientation": Observed("(candles, 4)", "", "of each candle, a quaternion (w, x, y, z)", "quaternion"),
@@ -173,7 +173,7 @@ class CareTask(Task):
         self.things = Things(plan)
         self.sensing, self.sight = Sensing.of(sensing), Sight.of(sight)
         self._eyes = Eyes(plan, self.sight) if robot and not self.sight.is_full else None
-        self._seen, self._cells_seen = np.ones(len(self.children), bool), np.ones(len(plan.free_cells), bool)
+        self._seen, self._cells_seen = np.ones(len(self.children), bool), np.ones((len(plan.free_cells), len(PLACES)))
         self._things_seen: list[np.ndarray] = []  # candles, what lies on the floor, and gates
         self._things_shown: dict[int, np.ndarray] = {}
         tables = np.column_stack([rectangles, self.candles.table_heights])

@@ -12,14 +12,13 @@ from caregiver_mj.house.physics import Physics
 from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import ACTIONS
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.visibility import CAMERA_RANGE, CAMERA_WIDTH, Sight, seen_from, visibility
+from caregiver_mj.plans.visibility import CAMERA_RANGE, CAMERA_WIDTH, PLACES, Sight, seen_from, visibility
 
 _CEILING = 2.4  # metres above the floor, where cameras hang
 _SIDES = np.array([(0.0, 0.0), *ACTIONS])
 # Points of a child's body at which an eye looks, metres from its middle and above the floor: one that it sees will do.
 _HEAD = 0.68
 _BODY = np.array([(0, 0, 0.15), (0, 0, _HEAD), *((0.08 * x, 0.08 * y, 0.42) for x, y in _SIDES)])
-_OF_A_CELL = 0.3  # of its size, to all sides: if a head is seen there, a child in it is, unless it is on its way
 _THING = np.array((0.0, 0.0, 0.05))  # above its foot
 _ROOM = 0.12  # metres round a thing's point that it may fill itself, its neighbours on a table too
 _AT_HAND = 1.2  # metres from the base's middle within which a thing may be in the hand
@@ -33,15 +32,15 @@ class Eyes:
         over = visibility(plan, sight).ceiling if sight.cameras else ()
         self._ceiling = [np.array([*plan.position(plan.caregiver_cells[cell]), _CEILING]) for cell in over]
         self._cells = np.array([plan.position(cell) for cell in plan.free_cells])
-        corners = np.pad(_OF_A_CELL * plan.cell_size * _SIDES, ((0, 0), (0, 1)), constant_values=_HEAD)
-        self._heads = (np.pad(self._cells, ((0, 0), (0, 1)))[:, None] + corners).reshape(-1, 3)
+        heads = np.pad(plan.cell_size * PLACES, ((0, 0), (0, 1)), constant_values=_HEAD)
+        self._heads = (np.pad(self._cells, ((0, 0), (0, 1)))[:, None] + heads).reshape(-1, 3)
 
     def look(self, physics: Physics) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Look once.
 
         Returns:
-            Which children are seen, bool (children,); which candles, small things and gates, bool (things,); and in
-            which free cells a child would be seen, wherever in them it stood, bool (cells,).
+            Which children are seen, bool (children,); which candles, small things and gates, bool (things,); and
+            where in each free cell the head of a child would be seen, bool (cells, `PLACES`).
         """
         children = np.pad(physics.toddler_positions()[:, :2], ((0, 0), (0, 1)))
         lying = np.concatenate([physics.candle_poses()[:, :3], physics.thing_positions()])
@@ -70,11 +69,11 @@ class Eyes:
         for which, geom in looks:  # a child that is not seen hides nothing: else it would show by that
             found[which] |= np.isin(geom, bodies[~seen])
         away = np.linalg.norm(things[:, :2] - (x, y), axis=1)
-        cells = found[ends[0] : ends[1]].reshape(len(self._cells), -1).all(axis=1)
+        cells = found[ends[0] : ends[1]].reshape(len(self._cells), -1)
         # No child can be in the base's own cell, once that stands in its middle, and not be felt.
         assert physics.embodiment is not None  # it has an eye
-        felt = physics.embodiment.footprint + layout.CHILD_RADIUS - _OF_A_CELL * self._plan.cell_size
-        cells |= np.linalg.norm(self._cells - (x, y), axis=1) < felt
+        felt = physics.embodiment.footprint + layout.CHILD_RADIUS - PLACES.max() * self._plan.cell_size
+        cells[np.linalg.norm(self._cells - (x, y), axis=1) < felt] = True
         return np.asarray(seen), found[ends[1] :] | (away < _AT_HAND), cells
 
 

@@ -24,6 +24,9 @@ from caregiver_mj.plans.floor_plan import FloorPlan
 CAMERA_RANGE = 5.0  # metres: how far away a camera of a usual mobile robot tells a child
 CAMERA_WIDTH = np.deg2rad(90.0)
 BODY = 0.2  # of a cell: half of a child's width
+# Places in a cell, in its sizes from its middle; a child that would be seen in all of them is in that cell wherever it
+# stands. The first is the middle; children walk from there to the others.
+PLACES = 0.3 * np.array([(0.0, 0.0), *ACTIONS])
 ALL_ROUND = len(ACTIONS)  # a heading: that of whoever turns round once
 _ROUNDING = 1e-9
 _MOST_LOOKOUTS = 12

@@ -21,7 +21,7 @@ from caregiver_mj.plans import layout
 from caregiver_mj.plans.cell_graph import ACTIONS, Cell
 from caregiver_mj.plans.floor_plan import FloorPlan
 from caregiver_mj.plans.hazards import NOTHING
-from caregiver_mj.plans.visibility import FULL, Sight, visibility
+from caregiver_mj.plans.visibility import FULL, PLACES, Sight, visibility
 from caregiver_mj.robot.geometry import Pose, Vector
 from caregiver_mj.robot.view import NO_GATES, NO_THINGS, ChildView, View
 
@@ -106,7 +106,7 @@ class Perception:
             self._children.append(_Sighting((x, y) if is_seen else None, False, cell, (cell, NOTHING)))
         if not self._is_full:
             self._tracker = Tracker(child_chain(self._plan), 1, len(children), CHANGE)
-            self._in_view = observation["cell_seen"] > 0.0
+            self._in_view = observation["cell_seen"].all(axis=1)
             self._see(np.flatnonzero(seen))
 
     def look(self, observation: dict[str, np.ndarray], now: float) -> View:
@@ -123,10 +123,11 @@ class Perception:
         if "toddler_seen" in observation:
             numbers = tuple(np.flatnonzero(observation["toddler_seen"]).tolist())
             children = tuple(children[number] for number in numbers)
-            self._in_view = observation["cell_seen"] > 0.0
+            visible = observation["cell_seen"] > 0.0
+            self._in_view = visible.all(axis=1)
             base = tuple(observation["base_position"].tolist())
             gone = float(observation["clock"]) % 1.0
-            lurking = self._lurking.at(base[:2], now, gone, self._tracker, numbers, self._in_view)
+            lurking = self._lurking.at(base[:2], now, gone, self._tracker, numbers, visible)
             hidden = self._remembered(base[:2], dict(zip(numbers, children, strict=True)), now)
             gaze = self._gaze(base, children, numbers)
         return View(
@@ -340,7 +341,8 @@ class Lurking:
     def __init__(self, plan: FloorPlan, turns: bool):
         self._plan, self._turns = plan, turns
         self.forget()
-        self._centres = np.array([plan.position(cell) for cell in plan.free_cells])
+        centres = np.array([plan.position(cell) for cell in plan.free_cells])
+        self._places = centres[:, None] + plan.cell_size * PLACES
         beside = plan.graph.moves[0]
         cell, move = np.nonzero(beside != np.arange(len(beside))[:, None])
         self._pairs = np.stack([cell, beside[cell, move]])  # of cells between which a child can walk, (2, n)
@@ -350,30 +352,39 @@ class Lurking:
         self._until, self._found = -math.inf, tuple[ChildView, ...]()
 
     def at(
-        self, base: Vector, now: float, gone: float, tracker: Tracker, seen: tuple[int, ...], in_view: np.ndarray
+        self, base: Vector, now: float, gone: float, tracker: Tracker, seen: tuple[int, ...], visible: np.ndarray
     ) -> tuple[ChildView, ...]:
-        """Return where it may be at the worst, near a robot, when so much of a novice timestep is gone."""
+        """Return where it may be at the worst, near a robot, when so much of a novice timestep is gone.
+
+        Those `seen` are children; `visible` are the `PLACES` of each cell in which one would be, bool (cells, 5).
+        """
         if now < self._until:
             return self._found
         self._until, self._found = now + _LOOKS_AGAIN, ()
         unseen = [number for number in range(tracker.seen.shape[1]) if number not in seen]
         if unseen:
-            presence = tracker.presence[0, unseen].max(axis=0)
-            offsets = self._centres - base + 1e-9  # in its own cell's middle it is somewhere, too
-            away = np.linalg.norm(offsets, axis=1, keepdims=True)
+            presence, in_view = tracker.presence[0, unseen].max(axis=0), visible.all(axis=1)
+            offsets = self._places - base + 1e-9  # (cells, 5, 2), in the base's own cell's middle it is somewhere, too
+            away = np.linalg.norm(offsets, axis=2)
             near = away[:, 0] < _NEAR
             may_be = presence > 0.0  # it need not be one as is believed in, ...
             beside = np.zeros_like(may_be)  # ... nor be stopped by the robot, and is on its way: it may be a cell on
             beside[self._pairs[1, may_be[self._pairs[0]]]] = True
             may_be |= beside & ~in_view & (away[:, 0] > _FELT)
-            if self._turns:  # it is as far off its cell's middle as it walks in what is gone, or left
-                off = self._plan.cell_size * min(gone * BUMP_SPEED / WALKING_SPEED, 1.0 - gone)
-                off += _LOOKS_AGAIN * BUMP_SPEED
-                nearer = base + offsets / away * np.maximum(away - off, _FELT)
-                self._found = _standing(nearer[may_be & near])
+            if self._turns:
+                # It is as far off its cell's middle as it walks in what is gone, or left, at most at the border. The
+                # middle stands for half the way to the outer places, and these for the rest.
+                off, out = min(gone * BUMP_SPEED / WALKING_SPEED, 1.0 - gone, 0.5), PLACES.max() * PLACES.any(axis=1)
+                hides = ~visible & (may_be & near)[:, None] & (off >= out / 2)
+                strays = np.where(out > 0.0, off, min(off, PLACES.max() / 2)) - out
+                nearer = away - strays * self._plan.cell_size - _LOOKS_AGAIN * BUMP_SPEED
+                nearer = np.maximum(nearer, _FELT)
+                cells = np.flatnonzero(hides.any(axis=1))
+                at = cells, np.where(hides, nearer, math.inf)[cells].argmin(axis=1)  # the nearest in each
+                self._found = _standing(base + offsets[at] * (nearer[at] / away[at])[:, None])
             else:
                 hidden, open_ = self._pairs[:, near[self._pairs[0]]]
-                middles = (self._centres[hidden] + self._centres[open_]) / 2
+                middles = (self._places[hidden, 0] + self._places[open_, 0]) / 2
                 comes = may_be[hidden] & ~in_view[hidden] & in_view[open_]
                 self._found = _standing(middles[comes & (np.linalg.norm(middles - base, axis=1) > _FELT)])
         return self._found

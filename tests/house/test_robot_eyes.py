@@ -43,7 +43,7 @@ def sees(physics, child, base, sight="walls", arm=None):
         physics.set_robot(np.array(base), arm)
         physics.named.data.qpos[["toddler/x", "toddler/y"]] = child
     seen, _, cells = Eyes(ROOMS, Sight.of(sight)).look(physics)
-    if cells[ROOMS.cell_index[ROOMS.cell_at(np.array(child))]]:  # then it is seen wherever in the cell it is
+    if cells[ROOMS.cell_index[ROOMS.cell_at(np.array(child))]].all():  # then it is seen wherever in the cell it is
         assert seen[0]
     return bool(seen[0])
 

@@ -11,7 +11,7 @@ from caregiver_mj.children.walk import BUMP_SPEED, WALKING_SPEED
 from caregiver_mj.errors import CaregiverError
 from caregiver_mj.experiments.settings import episode_random
 from caregiver_mj.plans.floor_plan import FloorPlan
-from caregiver_mj.plans.visibility import Sight
+from caregiver_mj.plans.visibility import PLACES, Sight
 from caregiver_mj.policy.perception import Perception
 from caregiver_mj.robot import separation
 from caregiver_mj.robot.clearance import Clearance
@@ -152,7 +152,7 @@ def perception():
 
 def observed(heading=0.0, seen=((4, 7),)):
     """What a robot sees that stands below the middle of the house, and no child but that in view of some cells."""
-    cells = np.zeros(len(ROOMS.free_cells))
+    cells = np.zeros((len(ROOMS.free_cells), 5))
     cells[[ROOMS.cell_index[cell] for cell in seen]] = 1.0
     return {
         "toddler_position": np.zeros(3),
@@ -194,6 +194,22 @@ def test_an_unlikely_child_may_be_as_far_off_its_cell_as_it_has_walked(perceptio
     assert 0.0 < margin < 0.1
     walked = 0.0, 0.1875 * BUMP_SPEED / WALKING_SPEED, 0.375, 0.1875
     assert far == pytest.approx([1.5 - margin - off for off in walked])
+
+
+def test_a_child_is_not_where_it_would_be_seen_in_a_cell_in_which_it_may_be(perception):
+    believe(perception, (4, 9))  # two cells east of the base
+    base, cell = ROOMS.position((4, 7)), ROOMS.cell_index[4, 9]
+    beside = [ROOMS.cell_index[place] for place in ((3, 9), (4, 10), (4, 8)) if place in ROOMS.cell_index]
+    east = int(np.argmax(PLACES[:, 0]))
+    away = []
+    for now, hidden in enumerate((range(5), [0, east], [east], [])):
+        seen = observed(seen=()) | {"clock": np.array(3.5)}
+        seen["cell_seen"][beside] = 1.0
+        seen["cell_seen"][cell] = [float(place not in hidden) for place in range(5)]
+        view = perception.look(seen, float(now))
+        away.append([child.position[0] - base[0] for child in view.lurking])
+    margin = 0.1 * BUMP_SPEED
+    assert away == [pytest.approx([1.5 - off - margin]) for off in (0.375, 0.1125, -0.225 + 0.15)] + [[]]
 
 
 def test_a_child_may_be_a_cell_beyond_its_own_but_not_at_the_base_or_where_it_would_be_seen(perception):
