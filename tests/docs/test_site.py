@@ -1,11 +1,14 @@
 """The documentation: it builds without a warning, has tables as the code is, and takes nothing from the network."""
 
+import html
+import json
 import pathlib
 import re
 import subprocess
 import sys
 
 import gallery
+import paper_figures
 import pytest
 import tables
 from PIL import Image
@@ -83,6 +86,37 @@ def test_everything_that_has_a_name_is_explained(page, names):
     explained = re.findall(r"^\| (`.*?) \|", text.partition("\n## ")[0], re.M)
     found = {name for row in explained for name in re.findall("`([^`]+)`", row)}
     assert {name for name in found if ":" not in name} == set(names)
+
+
+PAPER = DOCS / "what_keeps_a_child_safe.md"
+# A number, by itself or with its interval.
+NUMBER = re.compile(r"(?<![\w.,])[+-]?\d+(?:[.,]\d+)*(?: \([+-]?[\d.]+ to [+-]?[\d.]+\)| ± [\d.]+)?")
+
+
+def plain(text):
+    """Words and numbers alone, intervals as in the guide."""
+    text = re.sub(r"\[(\S+), (\S+)\]", r"(\1 to \2)", re.sub("[`*|]", " ", text).replace("−", "-"))
+    return " ".join(text.split())
+
+
+@pytest.mark.parametrize(
+    "section", re.split(r"\n(?=## )", PAPER.read_text("utf-8"))[1:], ids=lambda s: s.split("\n")[0]
+)
+def test_numbers_of_the_paper_stand_in_the_pages_it_links_to(section):
+    pages = {PAPER.parent / page for page in re.findall(r"\]\(([^)#]+\.md)", section)}
+    found = {page: NUMBER.findall(plain(page.read_text("utf-8"))) for page in pages}
+    known = {number for numbers in found.values() for number in numbers if " " in number}
+    # Without an interval it has to stand in a page for people: among all tables there is any number.
+    known |= {number.partition(" ")[0] for page in pages if page.name != "README.md" for number in found[page]}
+    _, _, prose = re.sub(r"^    .*$|`[^`]*`|\]\([^)]*\)|Figure \d", "", section, flags=re.M).partition("\n")
+    assert [number for number in NUMBER.findall(plain(prose)) if number not in known] == []
+
+
+def test_figures_of_the_paper_show_the_tables_as_they_are():
+    """`python scripts/paper_figures.py` draws them anew."""
+    for file in paper_figures.FIGURES:
+        picture = html.unescape((DOCS / file).read_text("utf-8"))
+        assert json.dumps(paper_figures.tables(file)) in picture, file
 
 
 def test_links_of_pages_outside_lead_somewhere():

@@ -1,0 +1,141 @@
+"""Draws the figures that docs/what_keeps_a_child_safe.md alone has, from the tables of other pages."""
+
+from __future__ import annotations
+
+import json
+import pathlib
+import re
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from caregiver_mj.viz.colours import BIN, unit
+from caregiver_mj.viz.figures import ALONE, GUARDED, Series, damage_left
+from caregiver_mj.viz.figures.style import HEIGHT, INK, STYLE, WIDTH, explain
+
+DOCS = pathlib.Path(__file__).parents[1] / "docs"
+Rows = list[dict[str, str]]  # of a table, by its titles
+_COLOURS = {"alone": unit(ALONE), "expected-danger": unit(GUARDED), "foresight": unit(BIN)}
+
+
+def read(page: str, before: str) -> Rows:
+    """The first table after some words of a page, without its marks."""
+    text = (DOCS / page).read_text("utf-8").partition(before)[2]
+    lines = text[text.index("\n|") :].lstrip().partition("\n\n")[0].splitlines()
+    titles, _, *rows = ([re.sub("[`*]", "", cell).strip() for cell in line.split("|")[1:-1]] for line in lines)
+    return [dict(zip(titles, row, strict=True)) for row in rows]
+
+
+def estimate(cell: str) -> list[float]:
+    """The value in a cell and the ends of its interval, NaN for what it has not."""
+    found = re.findall(r"[+-]?\d+(?:\.\d+)?", cell)[:3]
+    return [*map(float, found), *[np.nan] * (3 - len(found))]
+
+
+def series(label: str, cells: Sequence[str]) -> Series:
+    """What a line of a table says, for a figure."""
+    return Series(label, *np.array([estimate(cell) for cell in cells]).T)
+
+
+def sight(left: Rows) -> Figure:
+    """Damage left by what can be seen."""
+    rows = {row["sight"]: row for row in left}
+    seen = {"all": "sees all", "walls": "walls hide", "camera": "camera of 90°"}
+    names = ("expected-danger", "foresight", "foresight that never looks", "last-seen")
+    return damage_left([*seen.values()], [series(name, [rows[sight][name] for sight in seen]) for name in names])
+
+
+def learned(trained: Rows, now: Rows) -> Figure:
+    """Damage left by the rule, by the planner as it is now, and by the policies that learned."""
+    of, planned = ({row["caregiver"]: [*row.values()][1:] for row in rows} for rows in (trained, now))
+    lines = {"rule": of["paper"], "foresight": planned["foresight"], "learned": of["MaskablePPO"]}
+    novices = [title.replace(" random", "") for title in [*trained[0]][1:]]
+    figure = damage_left(novices, [series(*line) for line in lines.items()], series("floor", planned["floor"]))
+    figure.axes[0].set_xlabel("share of the child's moves that are random")
+    return figure
+
+
+def gates(kinds: Rows, worth: Rows) -> Figure:
+    """Damage in homes by what does it, and how much more there is where no gate is closed."""
+    figure, (left, right) = _pair(HEIGHT, width_ratios=(5, 2))
+    bars, means = {}, {row["caregiver"]: [float(cell) for cell in [*row.values()][1:]] for row in kinds}
+    for number, (name, colour) in enumerate(_COLOURS.items()):
+        x = np.arange(len(means[name])) + 0.27 * (number - 1)
+        bars[name] = left.bar(x, means[name], 0.25, color=colour)
+    left.set_xticks(range(len(kinds[0]) - 1), [*kinds[0]][1:])
+    left.set_ylabel("damage, summed over five toddlers")
+    for number, row in enumerate(worth):
+        _mark(right, number, row["more without closing gates"], row["caregiver"])
+    right.axhline(0, color=INK, linewidth=0.8)
+    right.set_xticks(range(len(worth)), [row["caregiver"] for row in worth])
+    right.set(xlim=(-0.5, len(worth) - 0.5), ylabel="more damage if no gate is closed")
+    explain(figure, bars)
+    return figure
+
+
+def physics(shapes: Rows) -> Figure:
+    """Damage in grid and house by the shape of the house, and their ratio."""
+    figure, (left, right) = _pair(1.3 * HEIGHT, "x", sharey=True)
+    places = {shape: place for place, shape in enumerate(dict.fromkeys(row["shape"] for row in shapes))}
+    keys = {}
+    for row in shapes:
+        name = row["caregiver"].replace("paper", "expected-danger")
+        y, line = places[row["shape"]] + (0.17 if name == "foresight" else -0.17), {"color": _COLOURS[name]}
+        left.hlines(y, *sorted((float(row["grid"]), float(row["house"]))), **line, linewidth=2)
+        for world, fill in (("grid", {"markerfacecolor": "white"}), ("house", {})):
+            keys[f"{name}, {world}"] = left.plot(float(row[world]), y, "o", **line, **fill, zorder=3, clip_on=False)[0]
+        _mark(right, y, row["house / grid"], name, across=True)
+    left.set(xlim=(0, None), xlabel="damage in an episode", ylim=(len(places) - 0.4, -0.6))
+    left.set_yticks([*places.values()], [*places])
+    right.axvline(1, color=INK, linewidth=0.8)
+    right.set(xscale="log", xlim=(0.1, 100), xlabel="house / grid")
+    right.set_xticks((0.1, 1, 10, 100), ("0.1", "1", "10", "100"))
+    explain(figure, keys, most=4)
+    return figure
+
+
+def _pair(height: float, grid: str = "y", **how: Any) -> tuple[Figure, Sequence[Axes]]:
+    with mpl.rc_context({**STYLE, "axes.grid.axis": grid}):
+        figure = Figure((2 * WIDTH, height), layout="constrained", facecolor="white")
+        return figure, figure.subplots(1, 2, **how)
+
+
+def _mark(axes: Axes, place: float, cell: str, name: str, across: bool = False) -> None:
+    """A value with its interval, upright or across; dotted all the way where nothing bounds it."""
+    value, *ends = estimate(cell)
+    x, y = (value, place) if across else (place, value)
+    axes.plot(x, y, "o", color=_COLOURS[name], zorder=3)
+    if np.isnan(ends).any():
+        (axes.axhline if across else axes.axvline)(place, color=_COLOURS[name], linestyle=":")
+    else:
+        (axes.hlines if across else axes.vlines)(place, *ends, color=_COLOURS[name], linewidth=2)
+
+
+_GRID = ("results/README.md", "### Damage left by each caregiver — Grid, 100 houses")
+FIGURES: dict[str, tuple[Callable[..., Figure], tuple[tuple[str, str], ...]]] = {  # what is drawn of which tables
+    "safe_sight.svg": (sight, (("sight.md", "## What is left"),)),
+    "safe_gates.svg": (gates, (("homes.md", "By kind,"), ("homes.md", "## What gates are worth"))),
+    "safe_learned.svg": (learned, (("learning.md", "Damage left, in"), _GRID)),
+    "safe_physics.svg": (physics, (("shapes.md", "Mean damage"),)),
+}
+
+
+def tables(file: str) -> list[Rows]:
+    """The tables of which a figure is drawn, as they are now."""
+    return [read(*where) for where in FIGURES[file][1]]
+
+
+def main() -> None:
+    """Draws them; each says in its description of which numbers."""
+    for file, (draw, _) in FIGURES.items():
+        found = tables(file)
+        with mpl.rc_context(STYLE):
+            draw(*found).savefig(DOCS / file, metadata={"Date": None, "Description": json.dumps(found)})
+
+
+if __name__ == "__main__":
+    main()
