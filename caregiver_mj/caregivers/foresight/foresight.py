@@ -142,7 +142,7 @@ class ForesightCaregiver(Caregiver):
         worlds = np.flatnonzero(free & ~by_rule)
         if worlds.size and len(self.plan.hazards):
             options = self.options(each_on_a_table(self.plan, percept), worlds)
-            chosen = self._best(options, percept, worlds)
+            chosen = self.best(options, percept, worlds)
             number = np.where(chosen - 2 < len(self.plan.hazards), chosen - 2, NOTHING)
             candle = self.plan.hazards.among(Where.ON_TABLE, number)
             each = np.arange(len(worlds))
@@ -191,7 +191,7 @@ class ForesightCaregiver(Caregiver):
         nothing_left = dataclasses.replace(percept, time_left=np.zeros(len(percept.caregiver_cell)))
         return self.options(nothing_left, worlds).damage.min(axis=1)
 
-    def _best(self, options: Options, percept: Percept, worlds: np.ndarray) -> np.ndarray:
+    def best(self, options: Options, percept: Percept, worlds: np.ndarray) -> np.ndarray:
         """Return the number of the option to take in some worlds, (W,)."""
         damage = options.damage.copy()
         if percept.out_of_reach is not None:
