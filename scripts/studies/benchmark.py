@@ -1,4 +1,4 @@
-"""How fast everything is: the closed loop beside its physics alone, where its time goes, and what foresight costs."""
+"""How fast everything is: the closed loop beside its physics alone, where its time goes, and what grows with what."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ import pandas as pd
 
 from caregiver_mj.caregivers.foresight.foresight import ForesightCaregiver
 from caregiver_mj.caregivers.paper import PaperCaregiver
+from caregiver_mj.children.family import Family
 from caregiver_mj.experiments.workers import run_jobs
 from caregiver_mj.grid.world import GridWorld
 from caregiver_mj.house.scene import child_joints
@@ -54,6 +55,12 @@ _SUITE_SECONDS = 30.0  # simulated, at most, for each of those
 PLANS = ("paper", "apartment", "house-0-20x20", "house-0-40x40-stairwells6-candles40-tables20-bins6")
 _BATCH = 400  # episodes at once
 _SECONDS = 4  # for which they run, times the repeats, if they do not end before
+GROWTH = {  # what grows, all else being the same: the side of a house, candles beside its two stairwells, and children
+    "cells": [(side, 4, 1) for side in (10, 20, 40, 70, 100)],
+    "hazards": [(40, candles, 1) for candles in (0, 18, 78)],
+    "children": [(40, 4, children) for children in (1, 3, 8)],
+}
+_GROWN_BATCH, _GROWN_TIMESTEPS = 100, 4  # in the grid
 
 
 def add_options(parser: Parser) -> None:
@@ -134,8 +141,11 @@ class Scene:
         steps: Control timesteps of the episode.
     """
 
-    def __init__(self, house: str, seconds: float, caregiver: str = "expected-danger", sight: str = "all"):
-        self.env = load("supervise", house, EPSILON, 0, task_kwargs={"time_limit": float("inf")}, sight=sight)
+    def __init__(
+        self, house: str, seconds: float, caregiver: str = "expected-danger", sight: str = "all", children: int = 1
+    ):
+        family = [EPSILON] * children
+        self.env = load("supervise", house, family, 0, task_kwargs={"time_limit": float("inf")}, sight=sight)
         self.policy = CaregiverPolicy(self.env, caregiver)
         self.steps = round(seconds / self.env.control_timestep())
 
@@ -359,4 +369,44 @@ def _peak() -> float:
     return next(int(line.split()[1]) for line in status.splitlines() if line.startswith("VmHWM")) * 1.024e-3
 
 
-SECTIONS = {"closed_loop": closed_loop, "control_steps": control_steps, "films": films, "foresight": foresight}
+# -- What grows with cells, hazards and children, for the rule ---------------------------------------
+
+
+def growth(seconds: float, _repeats: int) -> Iterator[tuple[str, pd.DataFrame]]:
+    """Yield what is needed, in time of the processor, and its slope as logarithms; each in a process of its own."""
+    for over, points in GROWTH.items():
+        rows = [row for point in points for _, row in run_jobs(grown, [(*point, seconds)], 2)]
+        figures = pd.DataFrame(rows).set_index(over).drop(columns=[name for name in GROWTH if name != over]).T
+        at, found = np.log(figures.columns.to_numpy(float)), np.log(figures.to_numpy(float))
+        yield f"What grows with {over}", figures.assign(exponent=np.polyfit(at, found.T, 1)[0])
+
+
+def grown(job: tuple[int, int, int, float]) -> Row:
+    """Measure both worlds of a house: its side, candles and children, and the seconds of an episode."""
+    side, candles, children, seconds = job
+    Scene("paper", 0.1).play()  # what is needed but once
+    made, step, physics, act, grid = (Clock(time.process_time) for _ in range(5))
+    house = f"house-0-{side}x{side}-stairwells2-candles{candles}-tables4-bins2"
+    with made.of(Scene, "__init__"):
+        scene = Scene(house, seconds, children=children)
+    with step.of(scene.env, "step"), physics.of(scene.env.physics, "step"):
+        scene.play(act.around(scene.policy))
+    plan = FloorPlan.load(house)
+    world = GridWorld(plan, Family.of([EPSILON] * children), PaperCaregiver(plan))
+    world.reset(tapes(_GROWN_BATCH, children=children))
+    for _ in range(_GROWN_TIMESTEPS):
+        grid.around(world.step)()
+    return {
+        "cells": len(plan.free_cells),
+        "hazards": len(plan.hazards),
+        "children": children,
+        "made, s": made.own,
+        "control step, us": 1e6 * np.median(np.add(step.times, act.times)),
+        "of which physics": 1e6 * np.median(physics.times),
+        "longest decision, ms": 1e3 * max(act.times[1:]),
+        f"grid, {_GROWN_BATCH} at once: first timesteps, ms": 1e3 * np.median(grid.times),
+        "peak, MB": _peak(),
+    }
+
+
+SECTIONS = {made.__name__: made for made in (closed_loop, control_steps, films, foresight, growth)}
