@@ -4,7 +4,7 @@ import rich.console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 OVERLAYS = ("danger",)  # that films have
-CAMERAS = ("overview", "follow", "wrist")  # of a house with a robot
+CAMERAS = ("overview", "follow", "wrist", "eye")  # of a house with a robot
 
 
 def progress_bar(quiet: bool = False) -> Progress:

@@ -148,3 +148,16 @@ def test_vectors_side_by_side_and_in_processes_are_equal():
             assert one[3].all() == (step == 3)
     finally:
         processes.close()
+
+
+@pytest.mark.parametrize("options", [{}, {"world": "house"}], ids=["actions", "targets"])
+def test_pixels_of_the_robots_eye_are_observed_by_gymnasiums_own_wrapper(options):
+    name = "Supervise-Targets" if options else "Supervise"
+    env = make(name, render_mode="rgb_array", camera="eye", width=32, height=24, **options)
+    env = gymnasium.wrappers.AddRenderObservation(env, render_only=False, render_key="pixels")
+    observation, _ = env.reset(seed=0)
+    assert env.observation_space.contains(observation)
+    assert observation["pixels"].shape == (24, 32, 3)
+    assert observation["pixels"].std() > 10.0
+    later = [env.step(env.action_space.sample())[0]["pixels"] for _ in range(3)]
+    assert any((pixels != observation["pixels"]).any() for pixels in later)

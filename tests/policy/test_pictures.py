@@ -15,7 +15,7 @@ from caregiver_mj.viz.film import Studio, render_episode
 
 TINY = FloorPlan.parse("######\n#B.S.#\n#....#\n#C..T#\n######", "tiny")
 HERE = __name__
-CAMERAS = ("overview", "follow", "wrist")
+CAMERAS = ("overview", "follow", "wrist", "eye")
 seen = []  # by the policies below, the pictures of each camera
 
 
