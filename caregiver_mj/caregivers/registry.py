@@ -89,6 +89,14 @@ def find_caregiver(name: str, others: Sequence[str] = ()) -> type[Caregiver] | P
     return found
 
 
+def check_acts_alone(name: str) -> None:
+    """Raise CaregiverError if it is a person, who would stand aside wherever nobody plays."""
+    if name == PERSON:
+        raise CaregiverError(
+            f"caregiver must be one that acts by itself: a {PERSON} plays in `caregiver-mj view --caregiver {PERSON}`"
+        )
+
+
 def is_caregiver(found: type[Caregiver] | PolicyMaker) -> TypeGuard[type[Caregiver]]:
     """Return whether it is a caregiver's class."""
     return isinstance(found, type) and issubclass(found, Caregiver)

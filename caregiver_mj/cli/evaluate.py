@@ -8,6 +8,7 @@ import json
 import shlex
 
 from caregiver_mj.caregivers import remote
+from caregiver_mj.caregivers.registry import check_acts_alone
 from caregiver_mj.cli import parsing
 from caregiver_mj.cli.runs import output, print_harm, print_table
 from caregiver_mj.errors import CaregiverError
@@ -98,6 +99,8 @@ def _settings(arguments: argparse.Namespace) -> Settings:
     settings.check()
     if arguments.resume and arguments.out is None:
         raise CaregiverError("--resume must be with --out DIR, the folder of the run")
+    for name in () if arguments.resume else settings.caregivers:  # a run that was played may be counted again
+        check_acts_alone(name)
     try_all(settings)
     return settings
 

@@ -12,8 +12,7 @@ import functools
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from caregiver_mj.caregivers.registry import PERSON
-from caregiver_mj.errors import CaregiverError
+from caregiver_mj.caregivers.registry import check_acts_alone
 from caregiver_mj.experiments.blocks import Tables, belongs, put_together, run_block, tables_of, try_all
 from caregiver_mj.experiments.run_folder import RunFolder
 from caregiver_mj.experiments.settings import GRID_BLOCK, Block, Settings
@@ -75,8 +74,8 @@ def evaluate(
             done[block] = tables_of(settings, block, found)
             progress(len(block))
     pending = [block for block in blocks if block not in done]
-    if any(block.caregiver == PERSON for block in pending):
-        raise CaregiverError(f"a {PERSON} plays in a viewer: `caregiver-mj view --caregiver {PERSON} --out DIR`")
+    for block in pending:
+        check_acts_alone(block.caregiver)
     work = functools.partial(run_block, settings)
     # Closed at once when a write fails or Ctrl-C comes, so that no worker outlives the run.
     with contextlib.closing(executor.run(work, pending, settings.code)) as results:

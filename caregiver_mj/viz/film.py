@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from PIL import Image
 
+from caregiver_mj.caregivers.registry import check_acts_alone
 from caregiver_mj.children.family import Family
 from caregiver_mj.errors import CaregiverError, check_kind
 from caregiver_mj.plans.floor_plan import FloorPlan
@@ -139,6 +140,7 @@ def render_episode(
         RenderingError: There is no OpenGL to render with.
     """
     _check_picture(width, height, fps, seconds)
+    check_acts_alone(caregiver)
     if overlay not in (None, *OVERLAYS):
         raise CaregiverError(f"no overlay '{overlay}': there is {', '.join(OVERLAYS)}")
     path, still = _writable(path, ".mp4"), None if still is None else _writable(still, ".png")

@@ -56,7 +56,7 @@ def test_the_robot_goes_where_keys_say(house):
     assert not session.targets
 
 
-def test_episodes_are_kept_as_a_run_and_can_be_submitted(house, tmp_path, monkeypatch):
+def test_episodes_are_kept_as_a_run_and_can_be_submitted(house, tmp_path, monkeypatch, capsys):
     seen = []
 
     class Fingers:
@@ -87,8 +87,12 @@ def test_episodes_are_kept_as_a_run_and_can_be_submitted(house, tmp_path, monkey
     rows = pd.read_parquet(run / "episodes.parquet").set_index("caregiver").loc[["none", "person"]]
     assert rows.interventions.tolist() == [0, outcome["interventions"]]
     assert {key: rows[key]["person"] for key in PAID} == {key: outcome[key] for key in PAID}
+    again = ["--episodes", "1", "--out", str(run), "--resume"]
     assert cli.main(["submit", str(run), "--out", entry]) == 0
     assert sum(map(len, read_submission(entry).results)) == 2
+    assert cli.main(["evaluate", "--house", house, "--epsilon", "1", "--caregiver", "none", "person", *again]) == 0
+    assert cli.main(["report", str(run), "--render"]) == 2
+    assert "a person plays in" in capsys.readouterr().err
     record = ["record", "--format", "lerobot", "--answers", str(run), "--caregiver", "person", "--seconds", "0.2"]
     assert cli.main([*record, "--out", str(tmp_path / "set")]) == 0
     assert len(pd.read_parquet(tmp_path / "set" / "data/chunk-000/file-000.parquet")) == 10
@@ -101,9 +105,12 @@ def test_episodes_are_kept_as_a_run_and_can_be_submitted(house, tmp_path, monkey
         ([*PLAYS, "--out", "run", "--episode", "2"], "--out must be with --caregiver person, and without --episode"),
         (["view", "--out", "run"], "--out must be with --caregiver person"),
         (["record", "--format", "lerobot", "--caregiver", "person", "--out", "set"], "must be with --answers DIR"),
-        (["evaluate", "--world", "grid", "--caregiver", "person", "--episodes", "1"], "a person plays in a viewer"),
+        (["evaluate", "--caregiver", "none", "person", "--out", "run"], "acts by itself: a person plays"),
+        (["render", "--caregiver", "person", "--out", "film.mp4"], "acts by itself: a person plays"),
     ],
 )
-def test_what_cannot_be_played(command, problem, capsys):
+def test_what_cannot_be_played(command, problem, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     assert cli.main(command) == 2
     assert problem in capsys.readouterr().err
+    assert not [*tmp_path.iterdir()]
