@@ -29,6 +29,7 @@ from caregiver_mj.experiments.provenance import difference, source_digest, versi
 from caregiver_mj.experiments.run_folder import Result, RunFolder, write_whole
 from caregiver_mj.experiments.settings import FLOOR, Block, Settings
 from caregiver_mj.experiments.workers import Executor
+from caregiver_mj.plans.hazards import KINDS
 
 SUFFIX = ".submission"
 _CARD, _RUN, _SUMS = "card.json", "run.json", "sha256.json"
@@ -36,6 +37,12 @@ _MOST = 1 << 32  # bytes that a file may come to
 _KEYS = {"rows", "maps", "answers"}  # of what came of a block
 _EVENTS = ("strikes", "candles_dropped")  # of the house
 _TIMES = ("wall_seconds",)  # that an episode took is not the same again
+_HEAD = """# Leaderboard
+
+Every row has come back, bit for bit, from the answers in its file, but for the seconds an episode: those the machine
+of its author took, with the robot and the house. Damage left: over that of `none`, with a 95 % interval over houses; of
+it at each epsilon, over that of `none` there; and by kind of hazard, in shares of all damage of `none`, which add up.
+Toys kept: over those that children reach with `none`."""
 _UNREADABLE = (ValueError, KeyError, TypeError, AttributeError, OSError, EOFError, zipfile.BadZipFile, zlib.error)
 
 
@@ -179,43 +186,62 @@ def _differences(said: Result, found: Result | str) -> Iterator[str]:
 def board(verified: Sequence[tuple[Submission, pd.DataFrame]]) -> str:
     """Return a page in Markdown: what caregivers of verified files leave of the damage, those of one track together.
 
-    A track is a world, its houses, what a collision costs, what is seen, the children and the seed. A run in which
-    nobody is left alone has no rows, for there is nothing to compare with.
+    A track is a world, its houses, what a collision costs, what is seen, the children, the seed and the source.
+
+    Raises:
+        CaregiverError: A run is without `none`.
     """
-    tracks: dict[tuple[str, ...], list[tuple[float, list[str]]]] = {}
+    tracks: dict[str, list[dict[str, str]]] = {}
     for submission, episodes in verified:
-        settings = submission.settings
+        settings, by = submission.settings, dict(tuple(episodes.groupby("caregiver")))
+        if "none" not in by:
+            raise CaregiverError(f"'{submission.path}' must have the caregiver 'none', to compare with, got {[*by]}")
         plans = _digest("\n\n".join(plan.text for plan in settings.plans))[:8]
-        place = f"{settings.place}, {len(settings.plans)} houses (sha256 {plans})"
-        families = ", ".join(map(str, settings.families))
         world = settings.world if settings.world == "grid" else f"house, {settings.embodiment}"
-        costs, seed = f"damage {settings.plans[0].damage}", f"seed {settings.seed}"
-        rows = tracks.setdefault((world, place, costs, f"sight {settings.sight}", f"epsilon {families}", seed), [])
-        alone = _by_house(episodes, "none")
+        track = (
+            f"{world}, {settings.place}, {len(settings.plans)} houses (sha256 {plans}), damage "
+            f"{settings.plans[0].damage}, sight {settings.sight}, epsilon {', '.join(map(str, settings.families))}, "
+            f"seed {settings.seed}, source {source_digest(settings.world)}"
+        )
+        rows = tracks.setdefault(track, [])
         for caregiver in settings.caregivers:
-            if caregiver == "none" or not alone:
-                continue
-            of = episodes[episodes.caregiver == caregiver]
-            left = two_level.of_ratio(_by_house(episodes, caregiver), alone)
-            toys = of.toys_reached.sum() / max(1, episodes[episodes.caregiver == "none"].toys_reached.sum())
-            events = [f"{int(of[name].sum())}" if settings.world == "house" else "–" for name in _EVENTS]
-            card = (" ".join(submission.card.get(key, "").split()).replace("|", "/") for key in ("title", "authors"))
-            shown = [f"`{caregiver}`", *card]
-            interval = f"{left.value:.3f} ({left.low:.3f} to {left.high:.3f})"
-            rows.append((left.value, [*shown, interval, f"{100 * toys:.0f} %", *events, f"{len(of)}"]))
-    events = [name.replace("_", " ") for name in _EVENTS]
-    head = ["caregiver", "of", "by", "damage left", "toys kept", *events, "episodes"]
-    parts = ["# Leaderboard", "Every row has come back, bit for bit, from the answers in its file."]
+            cells = _cells(submission, caregiver, by[caregiver], by["none"])
+            rows += [cells] if cells not in rows else []  # what is nobody's is the same in every file
+    parts = [_HEAD]
     for track, rows in tracks.items():
-        lines = [head, ["---", "---", "---", *["---:"] * (len(head) - 3)], *(cells for _, cells in sorted(rows))]
-        parts += [f"## {', '.join(track)}", "\n".join(f"| {' | '.join(cells)} |" for cells in lines)]
+        rows.sort(key=lambda cells: float(cells["damage left"].split()[0]))
+        lines = [[*rows[0]], ["---"] * 3 + ["---:"] * (len(rows[0]) - 3), *(list(cells.values()) for cells in rows)]
+        parts += [f"## {track}", "\n".join(f"| {' | '.join(cells)} |" for cells in lines)]
     return "\n\n".join(parts) + "\n"
 
 
-def _by_house(episodes: pd.DataFrame, caregiver: str) -> list[Any]:
+def _cells(submission: Submission, caregiver: str, of: pd.DataFrame, none: pd.DataFrame) -> dict[str, str]:
+    """Return a row of a track by its columns, of a caregiver's episodes and those in which nobody takes care."""
+    settings, acts = submission.settings, caregiver not in ("none", FLOOR)
+    card = [" ".join(submission.card.get(key, "").split()).replace("|", "/") for key in ("title", "authors")]
+    left = two_level.of_ratio(_by_house(of), _by_house(none))
+    interval = f" ({left.low:.3f} to {left.high:.3f})" if caregiver != "none" else ""
+    cells = dict(zip(("caregiver", "of", "by"), (f"`{caregiver}`", *(card if acts else "––")), strict=True))
+    cells["damage left"] = f"{left.value:.3f}{interval}"
+    for family in map(str, settings.families) if len(settings.families) > 1 else ():
+        cells[f"epsilon {family}"] = _share(*(those[those.family == family].damage.sum() for those in (of, none)))
+    for kind in KINDS:
+        if any(plan.cells_of(kind.symbol) for plan in settings.plans):
+            cells[f"at {kind.name}"] = _share(of[f"damage_{kind.name}"].sum(), none.damage.sum())
+    cells["toys kept"] = _share(of.toys_reached.sum(), none.toys_reached.sum())
+    for name in _EVENTS if settings.world == "house" else ():
+        cells[name.replace("_", " ")] = f"{of[name].sum():.0f}"
+    return {**cells, "seconds": f"{of.wall_seconds.mean():.2g}" if acts else "–", "episodes": f"{len(of)}"}
+
+
+def _share(part: float, whole: float) -> str:
+    return f"{part / whole:.2f}" if whole else "–"
+
+
+def _by_house(episodes: pd.DataFrame) -> list[Any]:
     """Return for each house the damage of each episode number, added up over the families."""
-    of = episodes[episodes.caregiver == caregiver].groupby(["house", "episode"], sort=False).damage.sum()
-    return [house.to_numpy() for _, house in of.groupby(level="house", sort=False)]
+    damage = episodes.groupby(["house", "episode"], sort=False).damage.sum()
+    return [house.to_numpy() for _, house in damage.groupby(level="house", sort=False)]
 
 
 def _name(number: int) -> str:

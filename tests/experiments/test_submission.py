@@ -9,10 +9,12 @@ import sys
 import zipfile
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from caregiver_mj import cli
 from caregiver_mj.caregivers.answers import unpacked
+from caregiver_mj.experiments.submission import board, read_submission
 
 OWN = """
 from caregiver_mj.caregivers import Caregiver
@@ -91,17 +93,33 @@ def test_a_policy_of_the_robots_actions_too(tmp_path, monkeypatch, capsys):
         assert "not verified" in capsys.readouterr().err
 
 
-def test_a_page_has_the_files_of_a_track_together(packed, capsys):
+def test_a_page_has_the_files_of_a_track_together(packed, folder, capsys):
     assert not run("leaderboard", packed.parent)
     page = capsys.readouterr().out
     assert page.count("## grid") == 1
     assert "damage 5:4:1" in page
     assert "seed 0" in page
     assert "| A/B | us |" in page
-    rows = [line for line in page.splitlines() if line.startswith("| `")]
-    assert len(rows) == len(NAMES)  # but for "none"
-    left = [float(row.split("|")[4].split()[0]) for row in rows]
+    head, _, *rows = ([cell.strip() for cell in line.split("|")[1:-1]] for line in page.splitlines() if line[:1] == "|")
+    rows = {row[0].strip("`"): dict(zip(head, row, strict=True)) for row in rows}
+    assert {*rows} == {*NAMES, "mine:Mine"}
+    left = [float(row["damage left"].split()[0]) for row in rows.values()]
     assert left == sorted(left)
+    for row, whole in zip(rows.values(), left, strict=True):
+        assert sum(float(row[column]) for column in head if column.startswith("at ")) == pytest.approx(whole, abs=0.04)
+    assert [rows["none"][column] for column in ("damage left", "epsilon 0.5", "toys kept")] == ["1.000", "1.00", "1.00"]
+    # What children without a caregiver come to is there once, whoever else sends it.
+    submission, episodes = read_submission(packed), pd.read_parquet(folder / "run" / "episodes.parquet")
+    both = board([(submission, episodes), (submission._replace(card={"title": "C"}), episodes)])
+    assert [both.count(f"| `{name}` |") for name in ("none", "floor", "childproof")] == [1, 1, 2]
+
+
+def test_there_is_no_page_without_a_child_that_is_left_alone(tmp_path, capsys):
+    who = ["--caregiver", "random", "--episodes", 1, "--epsilon", 1]
+    assert not run("evaluate", "--world", "grid", *who, "--out", tmp_path / "run")
+    assert not run("submit", tmp_path / "run", "--out", tmp_path / "c.submission")
+    assert run("leaderboard", tmp_path) == 2
+    assert "must have the caregiver 'none'" in capsys.readouterr().err
 
 
 # -- Files that are not as they were written ---------------------------------------------------------
